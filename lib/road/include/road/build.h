@@ -1,0 +1,23 @@
+// The main path: mesh in, checked CRG out.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "road/recipe.h"
+
+namespace road {
+
+/// Called at the start of each stage and from time to time inside long ones; share in [0, 1].
+using Progress = std::function<void(const std::string& stage, double share)>;
+
+struct BuildResult {
+  std::string crg_path, stl_path, centreline_path, summary_path, picture_path;
+  std::string summary_json;   ///< the text written to summary_path
+};
+
+/// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json and <name>.png into
+/// `output_dir` (made if missing). Each file appears whole or not at all.
+BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress = {});
+
+}  // namespace road

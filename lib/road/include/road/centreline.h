@@ -1,0 +1,37 @@
+// The raw middle of the road, traced on the road surface.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "road/clean.h"
+#include "road/ray_surface.h"
+
+namespace road {
+
+/// Ordered stations along the middle of the road in map coordinates, not evenly spaced.
+/// When closed, the last station is not a repetition of the first.
+struct Centreline {
+  std::vector<Eigen::Vector3d> points_m;   ///< midpoint of the two edges, on the surface
+  std::vector<double> half_width_m;        ///< same length
+  bool closed = false;
+  double length_m = 0.0;                   ///< along the smooth curve through the points
+};
+
+struct CentrelineOptions {
+  bool reverse = false;                              ///< drive the other way round
+  std::optional<Eigen::Vector2d> start_near_m;       ///< u = 0 where the line passes nearest to this map point
+  std::optional<std::string> start_object;           ///< u = 0 at the middle of the object with this name
+};
+
+/// Finds the road by itself: a closed loop if there is one, else the longest open road.
+/// Throws Error when the road surface is no strip of 3-60 m width, or when two disjoint roads exist.
+Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options = {});
+
+/// centreline.csv: x_m,y_m,z_m,half_width_m with a header line.
+void write_centreline_csv(const Centreline& centreline, const std::string& path);
+Centreline read_centreline_csv(const std::string& path);
+
+}  // namespace road

@@ -1,0 +1,62 @@
+// Keeps the drivable surface of a track mesh and tells what every kept triangle is.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "road/mesh.h"
+
+namespace road {
+
+enum class SurfaceClass : std::uint8_t { road, kerb, runoff, barrier, scenery };
+const char* to_string(SurfaceClass surface_class);
+
+/// One line of the name table: the first rule whose pattern (ECMAScript regex, case-insensitive,
+/// searched) matches decides.
+struct NameRule {
+  enum class Field : std::uint8_t { object, material, texture } field = Field::object;
+  std::string pattern;
+  SurfaceClass surface_class = SurfaceClass::scenery;
+};
+
+/// Defaults for TORCS (TKMN, TKLS ...), Assetto Corsa (1ROAD, 2KERB, 3GRASS ...) and rFactor names,
+/// and plain words (road, asphalt, kerb, curb, grass, gravel, tree, wall, fence ...).
+std::vector<NameRule> default_name_rules();
+
+struct CleanOptions {
+  std::vector<NameRule> name_rules = default_name_rules();
+  bool use_names = true;             ///< false: geometry alone, as for STL
+  double weld_tolerance_m = 1e-3;    ///< vertices closer than this become one
+  double max_slope_deg = 45.0;       ///< steeper triangles are no road or run-off (kerb faces may be)
+};
+
+struct CleanReport {
+  std::size_t triangles_in = 0, triangles_kept = 0;
+  std::map<std::string, std::size_t> dropped;      ///< reason ("barrier", "scenery", "too steep", "zero area", "duplicate", "not connected", ...) -> triangles
+  std::map<std::string, std::size_t> kept;         ///< class -> triangles
+  std::size_t vertices_welded = 0;
+  double weld_tolerance_m = 0.0;
+  std::size_t non_manifold_edges = 0;
+  std::size_t boundary_loops = 0;
+  std::size_t components = 0;                      ///< connected components of the drivable surface before filtering
+  bool by_names = false;                           ///< false: geometry alone
+  std::vector<std::string> remarks;
+};
+
+/// The drivable surface: welded, faces turned up, class per triangle (road, kerb or runoff only).
+struct RoadMesh {
+  Mesh mesh;
+  std::vector<SurfaceClass> class_of_triangle;
+};
+
+/// Drops everything a wheel does not drive on: trees, stands, gantries, barriers, terrain beyond them.
+/// By names where the mesh has them; a piece of road under a misleading name (start strip) is kept
+/// when it fills a gap of the named road, an underside of a bridge named as road is dropped. By
+/// geometry alone otherwise: connected nearly horizontal surface that forms the longest strip.
+/// Throws Error when nothing drivable is left (says what was seen), or when two separate circuits of
+/// similar size are present (says where they lie and how to choose: `near_m`).
+RoadMesh clean(const Mesh& mesh, const CleanOptions& options = {}, CleanReport* report = nullptr);
+
+}  // namespace road

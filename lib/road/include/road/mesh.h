@@ -1,0 +1,33 @@
+// A triangle mesh in metres, z up, in a local frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace road {
+
+/// One object of the source file with one material, as the exporting program named them.
+struct MeshObject {
+  std::string name;      ///< empty where the format has no names
+  std::string material;
+  std::string texture;   ///< file name of the base texture
+};
+
+/// Triangles with shared or unshared vertices. Map position = origin_m + vertex.
+/// The local frame keeps vertices small enough for float32 consumers (Embree, CGAL output).
+struct Mesh {
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> vertices_m;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> object_of_triangle;  ///< index into objects; same length as triangles
+  std::vector<MeshObject> objects;
+
+  const Eigen::Vector3d& vertex(std::size_t triangle, int corner) const {
+    return vertices_m[triangles[triangle][static_cast<std::size_t>(corner)]];
+  }
+};
+
+}  // namespace road

@@ -1,0 +1,44 @@
+// Reads a simulator's track mesh into metres, z up. assimp stays private to the source file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "road/mesh.h"
+
+namespace road {
+
+enum class UpAxis { automatic, y, z };
+enum class Unit { automatic, m, cm, mm, ft };
+
+struct MeshReadOptions {
+  /// automatic: the format's own rule (.ac, .acc, .gltf, .glb: y) checked against where the large
+  /// flat faces point; formats without a rule take the axis that the faces tell.
+  UpAxis up = UpAxis::automatic;
+  /// automatic: metres, refused when the size of the mesh speaks against it (see read_mesh).
+  Unit unit = Unit::automatic;
+};
+
+/// What was decided and seen while reading; for summary.json.
+struct MeshReadReport {
+  std::string up;           ///< "y" or "z"
+  std::string unit;         ///< "m", "cm", "mm", "ft"
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t objects = 0;
+  double coordinate_resolution_m = 0.0;  ///< spacing of representable coordinates in the source file
+  std::vector<std::string> remarks;      ///< plain sentences, e.g. coordinates quantised by the exporter
+};
+
+/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...).
+/// y-up source axes (ax, ay, az) become (ax, -az, ay). Large coordinates (UTM) of text formats and of
+/// double PLY survive: a local origin is subtracted in double before assimp sees them.
+/// Throws Error: missing, empty, truncated, no triangles, not finite or > 1e7 m coordinates (with object
+/// name and vertex), wrong axis or unit (what was seen, which flag to give).
+Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {}, MeshReadReport* report = nullptr);
+
+/// Writes triangles as binary .stl, .ply (binary, double coordinates) or .obj by the ending of
+/// `path`, in map coordinates (origin added; STL is float32 by its format), whole or not at all.
+void write_mesh(const Mesh& mesh, const std::string& path);
+
+}  // namespace road

@@ -1,0 +1,44 @@
+// track.yaml: everything that turns one mesh into one track. yaml-cpp stays private to the source file.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "crg/file.h"
+#include "road/align.h"
+#include "road/centreline.h"
+#include "road/clean.h"
+#include "road/kerb.h"
+#include "road/read_mesh.h"
+#include "road/reference_line.h"
+#include "road/sample.h"
+#include "road/smooth.h"
+#include "road/validate.h"
+
+namespace road {
+
+/// A recipe read from track.yaml, or the defaults for a bare mesh. One options struct per stage.
+struct Recipe {
+  std::string name;                          ///< DIR/<name>.crg
+  std::string mesh_path;                     ///< absolute, or relative to the recipe's folder
+  MeshReadOptions read;
+  CleanOptions clean;
+  CentrelineOptions centreline;
+  ReferenceLineOptions reference_line;
+  SampleOptions sample;
+  KerbOptions kerb;
+  SmoothOptions smooth;
+  std::optional<std::string> control_points_path;
+  std::optional<RotoTranslation> T_global_mesh;
+  crg::Format format = crg::Format::KRBI;
+  ValidateOptions validate;
+};
+
+/// Reads track.yaml (docs/formats.md). Throws Error with file:line on an unknown key, a wrong type or a
+/// value out of range, naming the nearest known key or the allowed range.
+Recipe read_recipe(const std::string& path);
+
+/// Recipe for a bare mesh: its stem as the name, defaults everywhere.
+Recipe recipe_for_mesh(const std::string& mesh_path);
+
+}  // namespace road

@@ -1,0 +1,27 @@
+// From the raw centreline to the reference line of a CRG: uniform steps, smooth heading, closed.
+#pragma once
+
+#include "crg/reference_line.h"
+#include "road/centreline.h"
+
+namespace road {
+
+struct ReferenceLineOptions {
+  double u_step_m = 0.1;       ///< wanted step; a closed line changes it by < 0.1 % to close
+};
+
+struct ReferenceLineReport {
+  double length_m = 0.0;       ///< of the curve, closing gap included
+  bool closed = false;
+  double closing_gap_m = 0.0;  ///< left on purpose between the last node and the first
+  double heading_step_at_seam_rad = 0.0;
+  double fit_residual_p99_m = 0.0;  ///< distance of centreline stations from the line
+  double fit_residual_max_m = 0.0;
+  double min_radius_m = 0.0;
+};
+
+/// The line passes within the report's residual of the stations. Its z_m and banking are empty.
+crg::ReferenceLine fit_reference_line(const Centreline& centreline, const ReferenceLineOptions& options = {},
+                                      ReferenceLineReport* report = nullptr);
+
+}  // namespace road

@@ -1,0 +1,50 @@
+// Heights over (u, v): rays on the surface along the grid, layer by layer.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "crg/grid.h"
+#include "crg/reference_line.h"
+#include "road/centreline.h"
+#include "road/clean.h"
+#include "road/ray_surface.h"
+
+namespace road {
+
+/// Where a node's height comes from.
+enum class Provenance : std::uint8_t { none, mesh, filled };
+
+struct SampleOptions {
+  double v_step_m = 0.1;
+  double v_max_m = 15.0;           ///< on both sides of the reference line
+  double max_step_m = 0.3;         ///< a larger jump of z between neighbouring nodes ends the surface
+  double max_gap_m = 0.3;          ///< misses up to this wide inside the road are filled and flagged
+  unsigned threads = 0;            ///< 0 = all cores; any number gives the same bytes
+};
+
+struct URange { double u_begin_m, u_end_m; };
+
+struct SampleReport {
+  std::size_t nodes = 0;           ///< rows * columns
+  std::size_t nodes_with_z = 0;
+  std::size_t filled = 0;
+  std::size_t holes = 0;           ///< nodes without z between the outermost nodes with z of their row
+  std::size_t rays = 0;
+  std::vector<URange> folds;       ///< rows trimmed because 1 - curvature * v <= margin
+  std::vector<URange> neighbours;  ///< rows trimmed at the middle to another leg of the track
+};
+
+/// A grid plus what each node is; same shape for all three.
+struct SampledGrid {
+  crg::Grid grid;                          ///< z in the map frame of the surface
+  std::vector<Provenance> provenance;
+  std::vector<SurfaceClass> surface_class; ///< of the triangle hit; meaningless where provenance is none
+};
+
+SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line,
+                        const Centreline& centreline, const SampleOptions& options = {},
+                        SampleReport* report = nullptr);
+
+}  // namespace road

@@ -1,0 +1,36 @@
+// The written file against the mesh it came from.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "road/align.h"
+#include "road/mesh.h"
+
+namespace road {
+
+struct ValidateOptions {
+  std::size_t points = 20000;     ///< random (u, v) between the nodes, not on them
+  std::uint64_t seed = 1;
+  double reach_m = 1.0;           ///< a mesh surface further than this above or below does not count
+  RotoTranslation T_global_mesh;  ///< how the file was moved against the mesh
+};
+
+struct ErrorQuantiles { double p50 = 0, p95 = 0, p99 = 0, max = 0; };
+
+struct ValidateReport {
+  ErrorQuantiles z_error_m;             ///< |file - mesh|
+  double mean_error_m = 0.0;            ///< signed, file - mesh
+  std::size_t points = 0;               ///< compared
+  std::size_t points_without_mesh = 0;  ///< file has z, mesh has nothing within reach
+  double worst_u_m = 0.0, worst_v_m = 0.0;
+  double seam_z_step_m = 0.0;           ///< closed roads: largest |z(last row) - z(first row)|
+  double seam_heading_step_rad = 0.0;
+  std::vector<std::string> remarks;
+};
+
+/// Re-reads `crg_path` and compares z with vertical rays on `original` (all of it, before cleaning).
+ValidateReport validate(const std::string& crg_path, const Mesh& original, const ValidateOptions& options = {});
+
+}  // namespace road
