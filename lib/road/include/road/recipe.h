@@ -1,8 +1,10 @@
 // track.yaml: everything that turns one mesh into one track. yaml-cpp stays private to the source file.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "crg/file.h"
 #include "road/align.h"
@@ -32,7 +34,21 @@ struct Recipe {
   std::optional<RotoTranslation> T_global_mesh;
   crg::Format format = crg::Format::KRBI;
   ValidateOptions validate;
+  ValidateLimits limits;
 };
+
+/// One scalar key of track.yaml. The same list feeds the reader, the flags of crgbuild (u_step_m becomes
+/// --u-step-m), summary.json and the test of docs/formats.md.
+struct RecipeKey {
+  std::string name;
+  std::string wanted;    ///< what a value looks like: "0.01 to 10", "y, z or automatic"
+  std::string meaning;   ///< one sentence
+  std::function<void(Recipe&, const std::string& text)> set;  ///< throws Error: value seen, value wanted
+  std::function<std::string(const Recipe&)> show;             ///< as it would be written; empty = not set
+};
+
+/// All of them, in the order of docs/formats.md. The table name_rules is no scalar and not among them.
+const std::vector<RecipeKey>& recipe_keys();
 
 /// Reads track.yaml (docs/formats.md). Throws Error with file:line on an unknown key, a wrong type or a
 /// value out of range, naming the nearest known key or the allowed range.

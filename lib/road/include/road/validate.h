@@ -30,6 +30,14 @@ struct ValidateReport {
   std::vector<std::string> remarks;
 };
 
+/// Beyond these a file must not be used: validation fails (exit code 3 of crgbuild). They catch a road
+/// that is wrong, not one that is coarse: a 20 cm kerb on a 0.1 m grid stays below.
+struct ValidateLimits {
+  double max_z_error_p99_m = 0.05;
+  double max_share_without_mesh = 0.001;  ///< of the points compared
+  double max_seam_z_step_m = 0.01;
+};
+
 /// Re-reads `crg_path` and compares z with vertical rays on `original` (all of it, before cleaning).
 ValidateReport validate(const std::string& crg_path, const Mesh& original, const ValidateOptions& options = {});
 

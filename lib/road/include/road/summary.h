@@ -1,0 +1,84 @@
+// What a build did, in numbers: summary.json.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "road/align.h"
+#include "road/clean.h"
+#include "road/kerb.h"
+#include "road/read_mesh.h"
+#include "road/recipe.h"
+#include "road/reference_line.h"
+#include "road/sample.h"
+#include "road/smooth.h"
+#include "road/validate.h"
+
+namespace road {
+
+/// A file that went into the build.
+struct InputFile {
+  std::string role;    ///< "recipe", "mesh", "control_points"
+  std::string path;    ///< as the user gave it
+  std::string sha256;  ///< 64 hex digits of its bytes
+};
+
+struct StageSeconds {
+  std::string stage;  ///< "read", "clean", "centreline", "reference_line", "sample", "kerb",
+                      ///< "smooth", "align", "write", "picture", "validate"
+  double seconds = 0.0;
+};
+
+struct CentrelineReport {
+  std::size_t stations = 0;
+  double length_m = 0.0;
+  bool closed = false;
+  double width_min_m = 0.0, width_median_m = 0.0, width_max_m = 0.0;  ///< full width, both sides
+};
+
+CentrelineReport describe(const Centreline& centreline);
+
+struct GridReport {
+  std::size_t rows = 0, columns = 0;
+  std::size_t nodes = 0;  ///< rows * columns
+  std::size_t nodes_with_z = 0;
+  std::size_t holes = 0;  ///< without z between the outermost nodes with z of their row
+  double u_begin_m = 0.0, u_end_m = 0.0, u_step_m = 0.0;
+  double v_min_m = 0.0, v_max_m = 0.0;
+  double v_step_min_m = 0.0, v_step_max_m = 0.0;
+  double z_min_m = 0.0, z_max_m = 0.0;  ///< NaN when no node has z
+};
+
+GridReport describe(const crg::Grid& grid);
+
+/// Everything that summary.json says. The stage reports are those of the stages, unchanged.
+struct BuildSummary {
+  Recipe recipe;  ///< written out key by key under "recipe"
+  std::vector<InputFile> inputs;
+  MeshReadReport read;
+  CleanReport clean;
+  CentrelineReport centreline;
+  ReferenceLineReport reference_line;
+  SampleReport sample;
+  KerbReport kerb;
+  SmoothReport smooth;
+  std::optional<AlignReport> align;  ///< empty: the file is in the mesh's own frame
+  GridReport grid;                   ///< of the written file
+  ValidateReport validate;
+  std::vector<StageSeconds> seconds;  ///< in the order in which the stages ran
+  double seconds_total = 0.0;  ///< wall clock, from the first byte read to the end of validation
+};
+
+/// JSON text, two spaces of indentation, keys in a fixed order (docs/formats.md). NaN becomes null.
+/// Peak memory and the versions of the libraries are added here.
+std::string summary_json(const BuildSummary& summary);
+
+/// Why the road must not be used, one sentence each; empty when validation passed.
+std::vector<std::string> validation_failures(const ValidateReport& report,
+                                             const ValidateLimits& limits = {});
+
+/// Largest resident memory of this process so far, in MB (1e6 bytes).
+double peak_memory_mb();
+
+}  // namespace road
