@@ -1,0 +1,120 @@
+#include "road/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <openssl/evp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+
+#include "road/error.h"
+
+namespace road {
+namespace {
+
+/// A file that vanishes again unless it was renamed to its final name.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& final_path) : path_(final_path + ".XXXXXX") {
+    descriptor_ = ::mkstemp(path_.data());
+    if (descriptor_ < 0) fail(final_path, "cannot create a file in this folder");
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!path_.empty()) ::unlink(path_.c_str());
+  }
+
+  void write(std::string_view bytes, const std::string& final_path) {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail(final_path, "cannot write");
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+
+  void rename_to(const std::string& final_path) {
+    // mkstemp makes 0600; a written file gets what open() would have given, or keeps what it had.
+    struct stat old {};
+    mode_t mode = 0;
+    if (::stat(final_path.c_str(), &old) == 0) {
+      mode = old.st_mode & 07777;
+    } else {
+      const mode_t mask = ::umask(022);
+      ::umask(mask);
+      mode = 0666 & ~mask;
+    }
+    if (::fchmod(descriptor_, mode) != 0) fail(final_path, "cannot set the permissions");
+    if (::fsync(descriptor_) != 0) fail(final_path, "cannot flush to disk");
+    if (::rename(path_.c_str(), final_path.c_str()) != 0) fail(final_path, "cannot rename to the final name");
+    path_.clear();
+    // The rename itself lasts through a power cut only once the folder is flushed; a file system
+    // that cannot flush a folder is no reason to fail.
+    const std::size_t slash = final_path.rfind('/');
+    const std::string folder = slash == std::string::npos ? "." : final_path.substr(0, slash + 1);
+    const int folder_descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY);
+    if (folder_descriptor >= 0) {
+      ::fsync(folder_descriptor);
+      ::close(folder_descriptor);
+    }
+  }
+
+ private:
+  [[noreturn]] static void fail(const std::string& path, const char* what) {
+    const int reason = errno;
+    throw Error(fmt::format("{}: {}: {}; choose a folder that exists, is writable and has free space",
+                            path, what, std::strerror(reason)));
+  }
+
+  std::string path_;
+  int descriptor_ = -1;
+};
+
+}  // namespace
+
+void write_file(const std::string& path, std::string_view bytes) {
+  struct stat target {};
+  if (::stat(path.c_str(), &target) == 0 && S_ISDIR(target.st_mode)) {
+    throw Error(fmt::format("{}: is a folder; give the name of a file", path));
+  }
+  TemporaryFile file(path);
+  file.write(bytes, path);
+  file.rename_to(path);
+}
+
+std::string sha256_of_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    throw Error(fmt::format("{}: cannot read: {}; give a file that exists", path, std::strerror(errno)));
+  }
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
+  if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) {
+    throw Error(fmt::format("{}: SHA-256 is not available in this OpenSSL", path));
+  }
+  std::array<char, 1 << 16> buffer;
+  while (in) {
+    in.read(buffer.data(), buffer.size());
+    const auto count = static_cast<std::size_t>(in.gcount());
+    if (count > 0 && EVP_DigestUpdate(context.get(), buffer.data(), count) != 1) {
+      throw Error(fmt::format("{}: SHA-256 failed", path));
+    }
+  }
+  if (in.bad() || !in.eof()) throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
+  unsigned int size = 0;
+  if (EVP_DigestFinal_ex(context.get(), digest.data(), &size) != 1) {
+    throw Error(fmt::format("{}: SHA-256 failed", path));
+  }
+  std::string hex;
+  for (unsigned int i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
+  return hex;
+}
+
+}  // namespace road
