@@ -53,7 +53,8 @@ class TemporaryFile {
     }
     if (::fchmod(descriptor_, mode) != 0) fail(final_path, "cannot set the permissions");
     if (::fsync(descriptor_) != 0) fail(final_path, "cannot flush to disk");
-    if (::rename(path_.c_str(), final_path.c_str()) != 0) fail(final_path, "cannot rename to the final name");
+    if (::rename(path_.c_str(), final_path.c_str()) != 0)
+      fail(final_path, "cannot rename to the final name");
     path_.clear();
     // The rename itself lasts through a power cut only once the folder is flushed; a file system
     // that cannot flush a folder is no reason to fail.
@@ -69,8 +70,9 @@ class TemporaryFile {
  private:
   [[noreturn]] static void fail(const std::string& path, const char* what) {
     const int reason = errno;
-    throw Error(fmt::format("{}: {}: {}; choose a folder that exists, is writable and has free space",
-                            path, what, std::strerror(reason)));
+    throw Error(
+        fmt::format("{}: {}: {}; choose a folder that exists, is writable and has free space", path,
+                    what, std::strerror(reason)));
   }
 
   std::string path_;
@@ -92,9 +94,11 @@ void write_file(const std::string& path, std::string_view bytes) {
 std::string sha256_of_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) {
-    throw Error(fmt::format("{}: cannot read: {}; give a file that exists", path, std::strerror(errno)));
+    throw Error(
+        fmt::format("{}: cannot read: {}; give a file that exists", path, std::strerror(errno)));
   }
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
+                                                                        &EVP_MD_CTX_free);
   if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) {
     throw Error(fmt::format("{}: SHA-256 is not available in this OpenSSL", path));
   }
@@ -106,7 +110,8 @@ std::string sha256_of_file(const std::string& path) {
       throw Error(fmt::format("{}: SHA-256 failed", path));
     }
   }
-  if (in.bad() || !in.eof()) throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+  if (in.bad() || !in.eof())
+    throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
   unsigned int size = 0;
   if (EVP_DigestFinal_ex(context.get(), digest.data(), &size) != 1) {

@@ -1,0 +1,52 @@
+// What a mesh file holds, before axis, unit and origin are decided. Private to the mesh readers.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "road/mesh.h"
+
+namespace road {
+
+/// Triangles in the file's own axes and unit, absolute coordinates in double.
+struct RawMesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> object_of_triangle;
+  std::vector<MeshObject> objects;
+  bool stored_as_float32 = false;  ///< the coordinates went through float32 inside the file
+  double local_magnitude =
+      0.0;  ///< |coordinate| that float32 had to carry, typical (centre of the box)
+  double metres_per_unit = 0.0;  ///< as the file states; 0 = it does not
+  char up = 0;  ///< 'y' or 'z' by the format's rule or the file's word; 0 = neither
+  std::vector<std::string> remarks;
+};
+
+/// `bytes` is the whole file, `path` names it in errors. Throws Error.
+RawMesh read_stl(std::string_view bytes, const std::string& path);
+RawMesh read_ply(std::string_view bytes, const std::string& path);
+
+/// Text that assimp reads without loss: coordinates relative to `origin`.
+struct LocalText {
+  std::string text;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  bool float32_quantised =
+      false;  ///< every coordinate is a float32 number although the text could carry more
+  std::vector<std::string> remarks;
+};
+
+/// AC3D (.ac, .acc): checks that the file is complete and drops every texture line but the base one
+/// (the last line would win in assimp, which then loses the object's texture).
+LocalText localise_ac3d(std::string_view bytes, const std::string& path);
+
+/// Wavefront .obj: checks vertex lines, subtracts an origin from large coordinates.
+LocalText localise_obj(std::string_view bytes, const std::string& path);
+
+/// An origin worth subtracting, or zero: coordinates beyond 1,000 units lose 0.1 mm in float32.
+Eigen::Vector3d local_origin(const Eigen::Vector3d& lowest, const Eigen::Vector3d& highest);
+
+}  // namespace road

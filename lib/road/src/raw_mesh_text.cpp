@@ -1,0 +1,264 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+
+#include "raw_mesh.h"
+#include "road/error.h"
+#include "text_lines.h"
+
+namespace road {
+namespace {
+
+/// Coordinates that lost digits: texts written from float32 numbers, too large for the digits
+/// needed.
+constexpr double kFloat32Suspect = 1e5;
+
+struct Bounds {
+  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d highest = -lowest;
+  std::size_t large = 0;          ///< horizontal or vertical coordinates beyond kFloat32Suspect
+  std::size_t large_float32 = 0;  ///< of these, float32 numbers
+
+  void add(const Eigen::Vector3d& vertex) {
+    lowest = lowest.cwiseMin(vertex);
+    highest = highest.cwiseMax(vertex);
+    for (const double value : vertex) {
+      if (std::abs(value) < kFloat32Suspect) continue;
+      ++large;
+      if (static_cast<double>(static_cast<float>(value)) == value) ++large_float32;
+    }
+  }
+};
+
+Eigen::Vector3d take_vertex(std::string_view& rest, const std::string& path,
+                            std::size_t line_number, std::string_view line) {
+  Eigen::Vector3d vertex;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto value = to_number<double>(take_word(rest));
+    if (!value) {
+      throw Error(
+          fmt::format("{}:{}: '{}': wanted three coordinates; copy or export the mesh again", path,
+                      line_number, line.substr(0, 60)));
+    }
+    if (!std::isfinite(*value) || std::abs(*value) > 1e10) {
+      throw Error(fmt::format(
+          "{}:{}: a coordinate is {}; wanted a finite number of at most 1e7 m; repair the "
+          "object in the program that made it, or delete it",
+          path, line_number, *value));
+    }
+    vertex[axis] = *value;
+  }
+  return vertex;
+}
+
+void append_line(std::string& text, std::string_view line) {
+  text.append(line);
+  text.push_back('\n');
+}
+
+}  // namespace
+
+Eigen::Vector3d local_origin(const Eigen::Vector3d& lowest, const Eigen::Vector3d& highest) {
+  const double largest = std::max(lowest.cwiseAbs().maxCoeff(), highest.cwiseAbs().maxCoeff());
+  if (!(largest > 1000.0)) return Eigen::Vector3d::Zero();
+  return ((lowest + highest) / 20.0).array().round() * 10.0;
+}
+
+LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
+  // Grammar: "AC3Dx", MATERIAL lines, then OBJECTs. An OBJECT ends with "kids N" and N OBJECTs
+  // follow.
+  constexpr std::size_t kMaxDepth = 256;
+  Lines lines(bytes);
+  std::string_view line;
+  if (!lines.next(line) || !line.starts_with("AC3D")) {
+    throw Error(fmt::format(
+        "{}:1: '{}': wanted 'AC3D...' in the first line of an .ac or .acc file; give a mesh file",
+        path, line.substr(0, 60)));
+  }
+  const auto truncated = [&](std::string_view where) {
+    return Error(
+        fmt::format("{}:{}: the file is truncated: it ends inside {}; copy or export it again",
+                    path, lines.number(), where));
+  };
+  const auto malformed = [&](std::string_view wanted) {
+    return Error(fmt::format("{}:{}: '{}': wanted {}; copy or export the mesh again", path,
+                             lines.number(), line.substr(0, 60), wanted));
+  };
+  const auto count_after = [&](std::string_view rest, std::string_view wanted) {
+    const auto count = to_number<std::uint64_t>(take_word(rest));
+    if (!count) throw malformed(wanted);
+    return *count;
+  };
+
+  Bounds bounds;
+  bool transformed = false;  // loc or rot: an origin cannot be subtracted from the vertices alone
+  std::string text;
+  text.reserve(bytes.size());
+  append_line(text, line);
+  std::vector<std::uint64_t> kids_left;  // per open object
+  bool in_object = false;
+  bool has_texture = false;
+  std::uint64_t vertices = 0;
+  while (lines.next(line)) {
+    std::string_view rest = line;
+    const std::string_view word = take_word(rest);
+    if (word == "OBJECT") {
+      if (in_object) throw malformed("'kids N' before the next OBJECT");
+      if (kids_left.size() >= kMaxDepth) throw malformed("groups nested less than 256 deep");
+      in_object = true;
+      has_texture = false;
+      vertices = 0;
+    } else if (word == "texture") {
+      // "NAME" base | "NAME" alone | "NAME" tiled|skids|shad: only the base layer says what the
+      // object is.
+      const std::size_t quote = rest.rfind('"');
+      std::string_view suffix = quote == std::string_view::npos ? rest : rest.substr(quote + 1);
+      if (quote == std::string_view::npos) take_word(suffix);
+      const std::string_view layer = take_word(suffix);
+      if (has_texture || (!layer.empty() && layer != "base")) continue;
+      has_texture = true;
+      if (quote == std::string_view::npos) {
+        append_line(text, line);
+      } else {
+        append_line(text, line.substr(0, line.size() - (rest.size() - quote - 1)));
+      }
+      continue;
+    } else if (word == "data") {
+      // A free text of N bytes follows; nothing here needs it.
+      std::uint64_t left = count_after(rest, "'data BYTES'");
+      while (true) {
+        if (!lines.next(line)) throw truncated("a 'data' text");
+        if (left <= line.size() + 1) break;
+        left -= line.size() + 1;
+      }
+      continue;
+    } else if (word == "loc" || word == "rot") {
+      const bool location = word == "loc";
+      for (int i = 0; i < (location ? 3 : 9); ++i) {
+        const auto value = to_number<double>(take_word(rest));
+        if (!value || !std::isfinite(*value))
+          throw malformed(location ? "'loc x y z'" : "'rot' and nine numbers");
+        const double identity = !location && i % 4 == 0 ? 1.0 : 0.0;
+        transformed = transformed || *value != identity;
+      }
+    } else if (word == "numvert") {
+      vertices = count_after(rest, "'numvert COUNT'");
+      append_line(text, line);
+      for (std::uint64_t i = 0; i < vertices; ++i) {
+        if (!lines.next(line))
+          throw truncated(fmt::format("{} vertices of which it holds {}", vertices, i));
+        rest = line;
+        bounds.add(take_vertex(rest, path, lines.number(), line));
+        append_line(text, line);
+      }
+      continue;
+    } else if (word == "refs") {
+      const std::uint64_t refs = count_after(rest, "'refs COUNT'");
+      append_line(text, line);
+      for (std::uint64_t i = 0; i < refs; ++i) {
+        if (!lines.next(line))
+          throw truncated(fmt::format("a surface of {} corners of which it holds {}", refs, i));
+        rest = line;
+        const auto index = to_number<std::uint64_t>(take_word(rest));
+        if (!index || *index >= vertices) {
+          throw malformed(fmt::format("the number of one of the object's {} vertices", vertices));
+        }
+        append_line(text, line);
+      }
+      continue;
+    } else if (word == "kids") {
+      if (!in_object) throw malformed("an OBJECT before 'kids'");
+      in_object = false;
+      kids_left.push_back(count_after(rest, "'kids COUNT'"));
+      while (!kids_left.empty() && kids_left.back() == 0) {
+        kids_left.pop_back();
+        if (!kids_left.empty()) --kids_left.back();
+      }
+    }
+    append_line(text, line);
+  }
+  if (in_object) throw truncated("an OBJECT");
+
+  LocalText local;
+  // Exporters in use count the kids of nested groups wrongly, so this alone is no truncation.
+  if (!kids_left.empty()) {
+    local.remarks.push_back(
+        fmt::format("a group announces {} objects more than the file holds", kids_left.back()));
+  }
+  local.float32_quantised = bounds.large > 100 && bounds.large == bounds.large_float32;
+  if (!transformed) local.origin = local_origin(bounds.lowest, bounds.highest);
+  if (local.origin.isZero()) {
+    local.text = std::move(text);
+    return local;
+  }
+  Lines kept(text);
+  local.text.reserve(text.size());
+  while (kept.next(line)) {
+    append_line(local.text, line);
+    std::string_view rest = line;
+    if (take_word(rest) != "numvert") continue;
+    const std::uint64_t count = to_number<std::uint64_t>(take_word(rest)).value_or(0);
+    for (std::uint64_t i = 0; i < count && kept.next(line); ++i) {
+      rest = line;
+      const Eigen::Vector3d vertex = take_vertex(rest, path, 0, line) - local.origin;
+      fmt::format_to(std::back_inserter(local.text), "{:.9f} {:.9f} {:.9f}{}\n", vertex.x(),
+                     vertex.y(), vertex.z(), rest);
+    }
+  }
+  return local;
+}
+
+LocalText localise_obj(std::string_view bytes, const std::string& path) {
+  Bounds bounds;
+  Lines lines(bytes);
+  std::string_view line;
+  std::size_t faces = 0;
+  std::string_view last_word;
+  std::size_t last_corners = 0;
+  while (lines.next(line)) {
+    std::string_view rest = line;
+    last_word = take_word(rest);
+    if (last_word == "v") {
+      bounds.add(take_vertex(rest, path, lines.number(), line));
+    } else if (last_word == "f") {
+      ++faces;
+      last_corners = 0;
+      while (!take_word(rest).empty()) ++last_corners;
+    }
+  }
+  if (last_word == "f" && last_corners < 3 && !bytes.ends_with('\n')) {
+    throw Error(fmt::format(
+        "{}:{}: the file is truncated: its last face has {} corners; copy or export it again", path,
+        lines.number(), last_corners));
+  }
+  if (faces == 0) {
+    throw Error(
+        fmt::format("{}: no faces ('f' lines) in {} lines; wanted an .obj mesh; give a mesh file",
+                    path, lines.number()));
+  }
+  LocalText local;
+  local.float32_quantised = bounds.large > 100 && bounds.large == bounds.large_float32;
+  local.origin = local_origin(bounds.lowest, bounds.highest);
+  if (local.origin.isZero()) {
+    local.text.assign(bytes);
+    return local;
+  }
+  local.text.reserve(bytes.size() + bytes.size() / 8);
+  Lines again(bytes);
+  while (again.next(line)) {
+    std::string_view rest = line;
+    if (take_word(rest) != "v") {
+      append_line(local.text, line);
+      continue;
+    }
+    const Eigen::Vector3d vertex = take_vertex(rest, path, 0, line) - local.origin;
+    // Without what follows (weights, colours): assimp would read six numbers as position and colour
+    // anyway.
+    fmt::format_to(std::back_inserter(local.text), "v {:.9f} {:.9f} {:.9f}\n", vertex.x(),
+                   vertex.y(), vertex.z());
+  }
+  return local;
+}
+
+}  // namespace road
