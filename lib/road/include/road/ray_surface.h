@@ -31,7 +31,7 @@ struct RayPacket16 {
 /// Heights are within 10 um of the float32 triangle for rays that start within 10 m above it.
 class RaySurface {
  public:
-  explicit RaySurface(const Mesh& mesh, unsigned threads = 0);
+  explicit RaySurface(const Mesh& mesh);
   ~RaySurface();
   RaySurface(RaySurface&&) noexcept;
   RaySurface& operator=(RaySurface&&) noexcept;

@@ -1,0 +1,849 @@
+#include "road/centreline.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+
+#include "road/atomic_file.h"
+#include "road/csv.h"
+#include "road/error.h"
+
+namespace road {
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kProbeStep_m = 0.5;      // across the road, refined to kEdgeResolution_m at its end
+constexpr double kEdgeResolution_m = 1e-3;
+constexpr double kGapAcross_m = 1.5;      // a crack or hole narrower than this does not end the road
+constexpr double kGapAlong_m = 12.0;      // nor does a missing piece of road shorter than this
+constexpr double kMaxHalfWidth_m = 40.0;
+constexpr double kMinWidth_m = 2.0;
+constexpr double kMaxWidth_m = 60.0;
+constexpr double kLayerReach_m = 1.0;     // the road goes on where z continues within this
+
+Vector2d left_of(const Vector2d& direction) { return {-direction.y(), direction.x()}; }
+
+Vector2d rotated(const Vector2d& v, double angle_rad) {
+  return Eigen::Rotation2Dd(angle_rad) * v;
+}
+
+double angle_between(const Vector2d& from, const Vector2d& to) {
+  return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
+}
+
+/// Where a walk across the road stands: the middle and the two edges.
+struct Station {
+  Vector3d centre, left, right;
+  Vector2d heading;
+  double width_m() const { return (left - right).head<2>().norm(); }
+};
+
+/// Walks from `from` along `direction` until the surface ends; gaps up to kGapAcross_m are crossed.
+Vector3d find_edge(const RaySurface& surface, const Vector3d& from, const Vector2d& direction,
+                   double max_m) {
+  Vector3d last = from;
+  double last_m = 0.0, slope = 0.0;
+  const auto probe = [&](double at_m) -> std::optional<Vector3d> {
+    const Vector2d xy = from.head<2>() + at_m * direction;
+    const double z_predicted = last.z() + slope * (at_m - last_m);
+    const auto hit = surface.nearest_hit(xy.x(), xy.y(), z_predicted, kLayerReach_m);
+    if (!hit) return std::nullopt;
+    return Vector3d(xy.x(), xy.y(), hit->z_m);
+  };
+  const auto accept = [&](double at_m, const Vector3d& p) {
+    if (at_m - last_m > 0.1) slope = std::clamp((p.z() - last.z()) / (at_m - last_m), -1.5, 1.5);
+    last = p;
+    last_m = at_m;
+  };
+  for (double at_m = kProbeStep_m; at_m <= max_m; at_m += kProbeStep_m) {
+    if (const auto p = probe(at_m)) {
+      accept(at_m, *p);
+    } else if (at_m - last_m > kGapAcross_m) {
+      break;
+    }
+  }
+  double inside_m = last_m, outside_m = last_m + kProbeStep_m;
+  while (outside_m - inside_m > kEdgeResolution_m) {
+    const double middle_m = 0.5 * (inside_m + outside_m);
+    if (const auto p = probe(middle_m)) {
+      inside_m = middle_m;
+      last = *p;
+    } else {
+      outside_m = middle_m;
+    }
+    if (inside_m != last_m && inside_m == middle_m) last_m = inside_m;
+  }
+  return last;
+}
+
+/// The cross-section of the road through `p`, square to `heading`, moved to its middle.
+std::optional<Station> cross_section(const RaySurface& surface, const Vector3d& p,
+                                     const Vector2d& heading, double max_left_m = kMaxHalfWidth_m,
+                                     double max_right_m = kMaxHalfWidth_m) {
+  const Vector2d normal = left_of(heading);
+  Station station;
+  station.heading = heading;
+  station.left = find_edge(surface, p, normal, max_left_m);
+  station.right = find_edge(surface, p, -normal, max_right_m);
+  const Vector2d middle = 0.5 * (station.left + station.right).head<2>();
+  const double z_guess = 0.5 * (p.z() + 0.5 * (station.left.z() + station.right.z()));
+  const auto hit = surface.nearest_hit(middle.x(), middle.y(), z_guess, 2.0 * kLayerReach_m);
+  station.centre = {middle.x(), middle.y(), hit ? hit->z_m : z_guess};
+  return station;
+}
+
+/// Stations of a walk along the road; closed when it came back to its start.
+struct Walk {
+  std::vector<Station> stations;
+  bool closed = false;
+  double area_m2 = 0.0;
+  double length_m = 0.0;
+};
+
+/// Goes forward from `start` until the road ends or meets itself.
+Walk walk_forward(const RaySurface& surface, const Station& start) {
+  Walk walk;
+  walk.stations.push_back(start);
+  Vector2d segment = start.heading;
+  double turn_rad = 0.0;
+  double half_left_m = 0.5 * start.width_m(), half_right_m = half_left_m;
+  // Stations by cell of 4 m, to notice when the walk meets a place where it has been.
+  std::unordered_map<std::int64_t, std::vector<std::size_t>> visited;
+  const auto cell_of = [](double x, double y) {
+    return (static_cast<std::int64_t>(std::floor(x / 4.0)) << 32) ^
+           (static_cast<std::int64_t>(std::floor(y / 4.0)) & 0xffffffff);
+  };
+  visited[cell_of(start.centre.x(), start.centre.y())].push_back(0);
+
+  constexpr std::size_t kMaxStations = 200'000;
+  while (walk.stations.size() < kMaxStations) {
+    const Station& here = walk.stations.back();
+    const double step_m = std::clamp(here.width_m() / 5.0, 0.5, 2.0);
+    const Vector2d direction = rotated(segment, turn_rad);
+    const double slope =
+        walk.stations.size() < 2 ? 0.0
+                                 : (here.centre.z() - walk.stations[walk.stations.size() - 2].centre.z()) /
+                                       std::max(0.1, (here.centre - walk.stations[walk.stations.size() - 2].centre)
+                                                         .head<2>().norm());
+    std::optional<SurfaceHit> hit;
+    Vector2d next;
+    double gone_m = step_m;
+    for (; gone_m <= kGapAlong_m; gone_m += step_m) {
+      next = here.centre.head<2>() + gone_m * direction;
+      hit = surface.nearest_hit(next.x(), next.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
+      if (hit) break;
+      // A hole in the middle: look beside it before going on.
+      for (const double aside : {-0.25, 0.25}) {
+        const Vector2d beside = next + aside * here.width_m() * left_of(direction);
+        hit = surface.nearest_hit(beside.x(), beside.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
+        if (hit) {
+          next = beside;
+          break;
+        }
+      }
+      if (hit) break;
+    }
+    if (!hit) break;
+    const Vector2d heading = rotated(direction, 0.5 * turn_rad);
+    // Where a pit lane or another road joins, the width jumps: keep to the road as it was.
+    auto station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading,
+                                 1.0 + 1.5 * half_left_m + 0.5 * here.width_m(),
+                                 1.0 + 1.5 * half_right_m + 0.5 * here.width_m());
+    const double off_axis_m = (next - (here.centre.head<2>() + gone_m * direction)).dot(left_of(heading));
+    double left_m = (station->left.head<2>() - next).dot(left_of(heading)) + off_axis_m;
+    double right_m = -(station->right.head<2>() - next).dot(left_of(heading)) - off_axis_m;
+    left_m = std::min(left_m, 1.3 * half_left_m + 0.5);
+    right_m = std::min(right_m, 1.3 * half_right_m + 0.5);
+    if (left_m + right_m < kMinWidth_m) break;
+    half_left_m += 0.2 * (0.5 * (left_m + right_m) - half_left_m);
+    half_right_m = half_left_m;
+    const Vector2d base = here.centre.head<2>() + gone_m * direction;
+    station->left.head<2>() = base + left_m * left_of(heading);
+    station->right.head<2>() = base - right_m * left_of(heading);
+    station->centre.head<2>() = 0.5 * (station->left + station->right).head<2>();
+
+    const Vector2d chord = (station->centre - here.centre).head<2>();
+    if (chord.norm() < 0.2 * step_m) break;
+    const Vector2d new_segment = chord.normalized();
+    turn_rad = std::clamp(angle_between(segment, new_segment), -0.35, 0.35);
+    segment = new_segment;
+
+    // Met an earlier station going the same way on the same layer: the loop is closed there.
+    const std::size_t index = walk.stations.size();
+    std::optional<std::size_t> met;
+    for (int dx = -1; dx <= 1 && !met; ++dx) {
+      for (int dy = -1; dy <= 1 && !met; ++dy) {
+        const auto found = visited.find(cell_of(station->centre.x() + 4.0 * dx, station->centre.y() + 4.0 * dy));
+        if (found == visited.end()) continue;
+        for (const std::size_t other : found->second) {
+          const Station& old = walk.stations[other];
+          const Vector2d d = (station->centre - old.centre).head<2>();
+          if (index - other > 15 && d.dot(old.heading) >= 0.0 && d.dot(old.heading) < 2.0 * step_m &&
+              std::abs(d.dot(left_of(old.heading))) < 0.25 * old.width_m() &&
+              std::abs(station->centre.z() - old.centre.z()) < 1.5 && segment.dot(old.heading) > 0.5) {
+            met = other;
+            break;
+          }
+        }
+      }
+    }
+    if (met) {
+      walk.stations.erase(walk.stations.begin(), walk.stations.begin() + static_cast<std::ptrdiff_t>(*met));
+      walk.closed = true;
+      break;
+    }
+    station->heading = segment;
+    visited[cell_of(station->centre.x(), station->centre.y())].push_back(index);
+    walk.stations.push_back(*station);
+  }
+  return walk;
+}
+
+/// A place to start: the narrowest direction across the surface at a point is the cross-section.
+std::optional<Station> seed_station(const RaySurface& surface, const Vector3d& p) {
+  constexpr int kDirections = 24;
+  std::optional<Station> best;
+  double best_width_m = kMaxWidth_m;
+  Vector3d at = p;
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < kDirections; ++i) {
+      const double angle = std::numbers::pi * i / kDirections;
+      const auto station = cross_section(surface, at, {std::cos(angle), std::sin(angle)});
+      if (station->width_m() < best_width_m) {
+        best_width_m = station->width_m();
+        best = station;
+      }
+    }
+    if (!best || best_width_m < kMinWidth_m) return std::nullopt;
+    at = best->centre;
+  }
+  return best;
+}
+
+void measure(Walk& walk) {
+  walk.length_m = walk.area_m2 = 0.0;
+  for (std::size_t i = 0; i + 1 < walk.stations.size(); ++i) {
+    const double step_m = (walk.stations[i + 1].centre - walk.stations[i].centre).head<2>().norm();
+    walk.length_m += step_m;
+    walk.area_m2 += step_m * walk.stations[i].width_m();
+  }
+}
+
+Walk walk_from(const RaySurface& surface, const Station& seed) {
+  Walk walk = walk_forward(surface, seed);
+  if (!walk.closed) {
+    Station back = seed;
+    back.heading = -seed.heading;
+    std::swap(back.left, back.right);
+    Walk behind = walk_forward(surface, back);
+    if (behind.closed) {
+      walk = std::move(behind);
+    } else {
+      std::reverse(behind.stations.begin(), behind.stations.end());
+      for (Station& station : behind.stations) {
+        station.heading = -station.heading;
+        std::swap(station.left, station.right);
+      }
+      behind.stations.pop_back();  // the seed itself, first of `walk`
+      behind.stations.insert(behind.stations.end(), walk.stations.begin(), walk.stations.end());
+      walk.stations = std::move(behind.stations);
+    }
+  }
+  measure(walk);
+  return walk;
+}
+
+double horizontal_area_m2(const Mesh& mesh) {
+  double area = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector3d a = mesh.vertex(t, 1) - mesh.vertex(t, 0);
+    const Vector3d b = mesh.vertex(t, 2) - mesh.vertex(t, 0);
+    area += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+  }
+  return area;
+}
+
+/// Triangles of class road only, or all of them where nothing is called road.
+Mesh road_only(const RoadMesh& road) {
+  Mesh mesh = road.mesh;
+  const auto is_road = [&](std::size_t t) { return road.class_of_triangle[t] == SurfaceClass::road; };
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < road.mesh.triangles.size(); ++t) {
+    if (!is_road(t)) continue;
+    mesh.triangles[kept] = road.mesh.triangles[t];
+    mesh.object_of_triangle[kept] = road.mesh.object_of_triangle[t];
+    ++kept;
+  }
+  if (kept == 0) return mesh;
+  mesh.triangles.resize(kept);
+  mesh.object_of_triangle.resize(kept);
+  return mesh;
+}
+
+bool passes_near(const Walk& walk, const Vector3d& p) {
+  return std::any_of(walk.stations.begin(), walk.stations.end(), [&](const Station& s) {
+    return (s.centre - p).head<2>().norm() < s.width_m() && std::abs(s.centre.z() - p.z()) < 2.0;
+  });
+}
+
+std::string describe(const Walk& walk) {
+  const Vector3d& p = walk.stations.front().centre;
+  return fmt::format("{} of {:.0f} m through x = {:.1f}, y = {:.1f}", walk.closed ? "a loop" : "an open road",
+                     walk.length_m, p.x(), p.y());
+}
+
+/// The longest loop, or else the longest open road, on the surface.
+Walk find_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOptions& options) {
+  constexpr std::size_t kSeeds = 24;
+  const double area_m2 = horizontal_area_m2(mesh);
+  std::vector<Walk> walks;
+  const std::size_t stride = std::max<std::size_t>(1, mesh.triangles.size() / kSeeds);
+  double covered_m2 = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size() && covered_m2 < 0.9 * area_m2; t += stride) {
+    const Vector3d p =
+        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+    if (std::any_of(walks.begin(), walks.end(), [&](const Walk& w) { return passes_near(w, p); })) continue;
+    const auto seed = seed_station(surface, p);
+    if (!seed) continue;
+    Walk walk = walk_from(surface, *seed);
+    if (walk.stations.size() < 8 || walk.length_m < 3.0 * seed->width_m()) continue;
+    covered_m2 += walk.area_m2;
+    walks.push_back(std::move(walk));
+  }
+  if (walks.empty()) {
+    throw Error(fmt::format(
+        "no road found: none of the {:.0f} m2 of road surface forms a strip {:.0f} to {:.0f} m wide; check the "
+        "unit and the up axis (--unit, --up) and which objects count as road (name_rules)",
+        area_m2, kMinWidth_m, kMaxWidth_m));
+  }
+  if (options.start_near_m) {
+    // Where several roads exist, the wanted one passes near the wanted start.
+    const auto distance = [&](const Walk& walk) {
+      double best = std::numeric_limits<double>::infinity();
+      for (const Station& s : walk.stations) best = std::min(best, (s.centre.head<2>() - *options.start_near_m).norm());
+      return best;
+    };
+    return *std::min_element(walks.begin(), walks.end(),
+                             [&](const Walk& a, const Walk& b) { return distance(a) < distance(b); });
+  }
+  std::stable_sort(walks.begin(), walks.end(), [](const Walk& a, const Walk& b) {
+    if (a.closed != b.closed) return a.closed;
+    return a.length_m > b.length_m;
+  });
+  if (walks.size() > 1 && walks[1].closed == walks[0].closed && walks[1].length_m > 0.5 * walks[0].length_m) {
+    throw Error(fmt::format(
+        "two separate roads: {} and {}; choose one with --start-near X,Y (recipe: start_near_m)",
+        describe(walks[0]), describe(walks[1])));
+  }
+  return walks[0];
+}
+
+/// Squares every station to the line through its neighbours and measures the edges again.
+void refine(const RaySurface& surface, Walk& walk) {
+  const std::size_t n = walk.stations.size();
+  const std::vector<Station> old = walk.stations;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool end = !walk.closed && (i == 0 || i + 1 == n);
+    const Station& before = old[i == 0 ? (walk.closed ? n - 1 : 0) : i - 1];
+    const Station& after = old[i + 1 == n ? (walk.closed ? 0 : n - 1) : i + 1];
+    const Vector2d heading = (after.centre - before.centre).head<2>().normalized();
+    const double limit_m = 0.75 * old[i].width_m();
+    if (auto station = cross_section(surface, old[i].centre, heading, limit_m, limit_m)) {
+      const bool jumped = (station->centre - old[i].centre).head<2>().norm() > 0.2 * old[i].width_m();
+      if (!jumped || end) walk.stations[i] = *station;
+      walk.stations[i].heading = heading;
+    }
+  }
+}
+
+/// A point with its place along the walk.
+struct EdgePoint {
+  double s_m;
+  Vector3d point;
+};
+
+/// Piecewise cubic through points, tangents from the circle through three neighbours.
+class EdgeCurve {
+ public:
+  EdgeCurve(std::vector<EdgePoint> points, bool closed, double period_m)
+      : points_(std::move(points)), closed_(closed), period_m_(period_m) {
+    const std::size_t n = points_.size();
+    tangents_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool first = i == 0 && !closed_, last = i + 1 == n && !closed_;
+      const Vector2d here = xy(i);
+      const Vector2d a = first ? Vector2d(xy(i + 1) - here) : Vector2d(here - xy((i + n - 1) % n));
+      const Vector2d b = last ? a : Vector2d(xy((i + 1) % n) - here);
+      const double la = std::max(a.norm(), 1e-9), lb = std::max(b.norm(), 1e-9);
+      // Weighted so that points on a circle give its exact tangent, whatever their spacing.
+      tangents_[i] = (a / la * lb + b / lb * la).normalized();
+    }
+  }
+
+  std::size_t size() const { return points_.size(); }
+  const EdgePoint& operator[](std::size_t i) const { return points_[i]; }
+  const Vector2d& tangent(std::size_t i) const { return tangents_[i]; }
+  std::size_t segments() const { return closed_ ? points_.size() : points_.size() - 1; }
+  std::size_t next(std::size_t i) const { return i + 1 == points_.size() ? 0 : i + 1; }
+
+  /// Point and direction at share t in [0, 1] of segment i.
+  std::pair<Vector3d, Vector2d> at(std::size_t i, double t) const {
+    const std::size_t j = next(i);
+    const Vector3d &p = points_[i].point, &q = points_[j].point;
+    const double length = (q - p).head<2>().norm();
+    const Vector2d m0 = length * tangents_[i], m1 = length * tangents_[j];
+    const double t2 = t * t, t3 = t2 * t;
+    const Vector2d position = (2 * t3 - 3 * t2 + 1) * p.head<2>() + (t3 - 2 * t2 + t) * m0 +
+                              (-2 * t3 + 3 * t2) * q.head<2>() + (t3 - t2) * m1;
+    const Vector2d derivative = (6 * t2 - 6 * t) * p.head<2>() + (3 * t2 - 4 * t + 1) * m0 +
+                                (-6 * t2 + 6 * t) * q.head<2>() + (3 * t2 - 2 * t) * m1;
+    return {{position.x(), position.y(), p.z() + t * (q.z() - p.z())}, derivative.normalized()};
+  }
+
+  /// Segment whose stretch of s holds s_m.
+  std::size_t segment_of(double s_m) const {
+    const auto after = std::upper_bound(points_.begin(), points_.end(), s_m,
+                                        [](double s, const EdgePoint& p) { return s < p.s_m; });
+    if (after == points_.begin()) return closed_ ? points_.size() - 1 : 0;
+    return std::min<std::size_t>(static_cast<std::size_t>(after - points_.begin()) - 1, segments() - 1);
+  }
+
+ private:
+  Vector2d xy(std::size_t i) const { return points_[i].point.head<2>(); }
+  std::vector<EdgePoint> points_;
+  std::vector<Vector2d> tangents_;
+  bool closed_;
+  double period_m_;
+};
+
+/// Vertices on the border of the road surface, as left and right edge along the walk.
+/// A mesh is exact at its vertices and cuts corners between them, so edges are taken from these.
+void collect_edges(const Mesh& mesh, const Walk& walk, const std::vector<double>& station_s_m,
+                   std::vector<EdgePoint>& left, std::vector<EdgePoint>& right) {
+  std::vector<std::uint64_t> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = triangle[k], b = triangle[(k + 1) % 3];
+      edges.push_back(std::min(a, b) << 32 | std::max(a, b));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<char> on_border(mesh.vertices_m.size(), 0);
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t j = i;
+    while (j < edges.size() && edges[j] == edges[i]) ++j;
+    if (j - i == 1) {
+      on_border[edges[i] >> 32] = 1;
+      on_border[edges[i] & 0xffffffffu] = 1;
+    }
+    i = j;
+  }
+
+  constexpr double kCell_m = 16.0;
+  std::unordered_map<std::int64_t, std::vector<std::size_t>> cells;
+  const auto key = [](std::int64_t ix, std::int64_t iy) { return (ix << 32) ^ (iy & 0xffffffff); };
+  const auto index = [](double x) { return static_cast<std::int64_t>(std::floor(x / kCell_m)); };
+  const std::size_t n = walk.stations.size();
+  const std::size_t segments = walk.closed ? n : n - 1;
+  for (std::size_t i = 0; i < segments; ++i) {
+    const Vector3d& c = walk.stations[i].centre;
+    cells[key(index(c.x()), index(c.y()))].push_back(i);
+  }
+  for (std::size_t v = 0; v < mesh.vertices_m.size(); ++v) {
+    if (on_border[v] == 0) continue;
+    const Vector3d p = mesh.origin_m + mesh.vertices_m[v];
+    // An edge point lies in the stretch between two stations, as far out as their edges.
+    double best_off_m = 0.4;
+    std::optional<EdgePoint> best;
+    bool best_left = false;
+    for (std::int64_t dx = -3; dx <= 3; ++dx) {
+      for (std::int64_t dy = -3; dy <= 3; ++dy) {
+        const auto found = cells.find(key(index(p.x()) + dx, index(p.y()) + dy));
+        if (found == cells.end()) continue;
+        for (const std::size_t i : found->second) {
+          const Station &a = walk.stations[i], &b = walk.stations[(i + 1) % n];
+          for (const bool is_left : {true, false}) {
+            const Vector3d &ea = is_left ? a.left : a.right, &eb = is_left ? b.left : b.right;
+            const Vector2d along = (eb - ea).head<2>();
+            const double length = along.norm();
+            if (length < 1e-6) continue;
+            const double t = (p - ea).head<2>().dot(along) / (length * length);
+            if (t < -0.02 || t > 1.02) continue;
+            const double off_m = std::abs((p - ea).head<2>().dot(left_of(along / length)));
+            const double dz_m = std::abs(p.z() - (ea.z() + t * (eb.z() - ea.z())));
+            if (off_m >= best_off_m || dz_m > 0.5) continue;
+            best_off_m = off_m;
+            const double s0 = station_s_m[i];
+            const double s1 = i + 1 < station_s_m.size() ? station_s_m[i + 1] : station_s_m.back();
+            best = EdgePoint{s0 + std::clamp(t, 0.0, 1.0) * (s1 - s0), p};
+            best_left = is_left;
+          }
+        }
+      }
+    }
+    if (best) (best_left ? left : right).push_back(*best);
+  }
+  for (auto* side : {&left, &right}) {
+    std::sort(side->begin(), side->end(), [](const EdgePoint& a, const EdgePoint& b) {
+      return std::tie(a.s_m, a.point.x(), a.point.y()) < std::tie(b.s_m, b.point.x(), b.point.y());
+    });
+    // Welded twins and vertices pushed out of order by noise are left out.
+    std::vector<EdgePoint> clean;
+    for (const EdgePoint& p : *side) {
+      if (!clean.empty() && (p.point - clean.back().point).head<2>().norm() < 0.05) continue;
+      clean.push_back(p);
+    }
+    if (walk.closed && clean.size() > 2 && (clean.back().point - clean.front().point).head<2>().norm() < 0.05) {
+      clean.pop_back();
+    }
+    *side = std::move(clean);
+  }
+}
+
+/// The other edge's point opposite to point i of `from`: the chord makes equal angles with both edges.
+std::optional<Vector3d> opposite(const EdgeCurve& from, std::size_t i, const EdgeCurve& to) {
+  const Vector2d p = from[i].point.head<2>(), tangent = from.tangent(i);
+  const auto off = [&](const std::pair<Vector3d, Vector2d>& q) {
+    return (q.first.head<2>() - p).dot(tangent + q.second);
+  };
+  std::size_t segment = to.segment_of(from[i].s_m);
+  // Walk to the segment that holds the sign change.
+  for (int tries = 0; tries < 40; ++tries) {
+    const double at_begin = off(to.at(segment, 0.0)), at_end = off(to.at(segment, 1.0));
+    if (at_begin > 1e-9) {
+      if (segment == 0 && to.segments() < to.size()) return std::nullopt;
+      segment = segment == 0 ? to.segments() - 1 : segment - 1;
+      if (off(to.at(segment, 0.0)) <= 1e-9 && off(to.at(segment, 1.0)) < -1e-9) return std::nullopt;
+    } else if (at_end < -1e-9) {
+      if (segment + 1 == to.segments() && to.segments() < to.size()) return std::nullopt;
+      segment = segment + 1 == to.segments() ? 0 : segment + 1;
+      if (off(to.at(segment, 0.0)) > 1e-9) return std::nullopt;
+    } else {
+      double lo = 0.0, hi = 1.0;
+      for (int k = 0; k < 50; ++k) {
+        const double t = 0.5 * (lo + hi);
+        (off(to.at(segment, t)) < 0.0 ? lo : hi) = t;
+      }
+      return to.at(segment, 0.5 * (lo + hi)).first;
+    }
+  }
+  return std::nullopt;
+}
+
+struct Middle {
+  double s_m;
+  Vector3d point;
+  double half_width_m;
+};
+
+std::vector<Middle> middles_of(const RaySurface& surface, const Walk& walk, const EdgeCurve& left,
+                               const EdgeCurve& right) {
+  std::vector<Middle> middles;
+  const double typical_half_m = 0.5 * walk.area_m2 / std::max(walk.length_m, 1.0);
+  for (const bool from_left : {true, false}) {
+    const EdgeCurve &from = from_left ? left : right, &to = from_left ? right : left;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const auto other = opposite(from, i, to);
+      if (!other) continue;
+      const Vector3d middle = 0.5 * (from[i].point + *other);
+      const double half_m = 0.5 * (from[i].point - *other).head<2>().norm();
+      if (half_m > 3.0 * typical_half_m + 2.0) continue;
+      const auto hit = surface.nearest_hit(middle.x(), middle.y(), middle.z(), 2.0 * kLayerReach_m);
+      middles.push_back({from[i].s_m, {middle.x(), middle.y(), hit ? hit->z_m : middle.z()}, half_m});
+    }
+  }
+  return middles;
+}
+
+/// Sorts middles along the road and merges those that stand for the same cross-section.
+std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk, const std::vector<double>& station_s_m) {
+  // s of an edge point is not the s of its middle: project the middle on the walk.
+  const std::size_t n = walk.stations.size();
+  const std::size_t segments = walk.closed ? n : n - 1;
+  for (Middle& m : middles) {
+    const auto near = static_cast<std::size_t>(
+        std::upper_bound(station_s_m.begin(), station_s_m.end(), m.s_m) - station_s_m.begin());
+    double best_m = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 25; ++k) {
+      std::size_t i = near + n + k - 13;
+      if (walk.closed) {
+        i %= n;
+      } else if (i < n || i >= n + segments) {
+        continue;
+      } else {
+        i -= n;
+      }
+      const Vector2d a = walk.stations[i].centre.head<2>(), b = walk.stations[(i + 1) % n].centre.head<2>();
+      const double t = std::clamp((m.point.head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
+      const double d = (m.point.head<2>() - (a + t * (b - a))).norm();
+      if (d < best_m) {
+        best_m = d;
+        m.s_m = station_s_m[i] + t * (station_s_m[i + 1] - station_s_m[i]);
+      }
+    }
+  }
+  std::sort(middles.begin(), middles.end(), [](const Middle& a, const Middle& b) {
+    return std::tie(a.s_m, a.point.x(), a.point.y()) < std::tie(b.s_m, b.point.x(), b.point.y());
+  });
+  std::vector<Middle> result;
+  double weight = 1.0;
+  for (const Middle& m : middles) {
+    if (!result.empty() && m.s_m - result.back().s_m < 0.5) {
+      Middle& last = result.back();
+      weight += 1.0;
+      last.point += (m.point - last.point) / weight;
+      last.half_width_m += (m.half_width_m - last.half_width_m) / weight;
+      last.s_m += (m.s_m - last.s_m) / weight;
+    } else {
+      result.push_back(m);
+      weight = 1.0;
+    }
+  }
+  return result;
+}
+
+/// Length along the cubic through the stations; 8 chords per segment keep the error below 1e-6 of it.
+double curve_length_m(const std::vector<Vector3d>& points, bool closed) {
+  std::vector<EdgePoint> edge_points;
+  for (const Vector3d& p : points) edge_points.push_back({0.0, p});
+  const EdgeCurve curve(std::move(edge_points), closed, 0.0);
+  double length = 0.0;
+  for (std::size_t i = 0; i < curve.segments(); ++i) {
+    Vector2d last = curve.at(i, 0.0).first.head<2>();
+    for (int k = 1; k <= 8; ++k) {
+      const Vector2d next = curve.at(i, k / 8.0).first.head<2>();
+      length += (next - last).norm();
+      last = next;
+    }
+  }
+  return length;
+}
+
+/// Middle of the longest stretch that turns by less than 3 degrees: a calm place for the seam.
+std::size_t middle_of_longest_straight(const std::vector<Vector3d>& points) {
+  const std::size_t n = points.size();
+  const auto xy = [&](std::size_t i) -> Vector2d { return points[i % n].head<2>(); };
+  std::size_t best_begin = 0, best_end = 0;
+  double best_m = -1.0;
+  std::size_t end = 1;
+  double length_m = (xy(1) - xy(0)).norm();
+  for (std::size_t begin = 0; begin < n; ++begin) {
+    if (end <= begin) {
+      end = begin + 1;
+      length_m = (xy(end) - xy(begin)).norm();
+    }
+    const Vector2d first = xy(begin + 1) - xy(begin);
+    while (end - begin < n - 1 && std::abs(angle_between(first, xy(end + 1) - xy(end))) < 0.05) {
+      length_m += (xy(end + 1) - xy(end)).norm();
+      ++end;
+    }
+    if (length_m > best_m + 1e-6) {
+      best_m = length_m;
+      best_begin = begin;
+      best_end = end;
+    }
+    length_m -= (xy(begin + 1) - xy(begin)).norm();
+  }
+  // The station nearest to half of the stretch.
+  double half_m = 0.5 * best_m;
+  std::size_t i = best_begin;
+  while (i + 1 < best_end && half_m > (xy(i + 1) - xy(i)).norm()) half_m -= (xy(i + 1) - xy(i)).norm(), ++i;
+  return i % n;
+}
+
+/// Makes the place nearest to `p` station 0; a new station is put in where none lies there.
+void start_at(Centreline& line, const Vector2d& p) {
+  std::vector<EdgePoint> points;
+  for (const Vector3d& q : line.points_m) points.push_back({0.0, q});
+  const EdgeCurve curve(std::move(points), line.closed, 0.0);
+  double best_m = std::numeric_limits<double>::infinity();
+  std::size_t segment = 0;
+  double share = 0.0;
+  for (std::size_t i = 0; i < curve.segments(); ++i) {
+    for (int k = 0; k <= 16; ++k) {
+      const double d = (curve.at(i, k / 16.0).first.head<2>() - p).norm();
+      if (d < best_m) {
+        best_m = d;
+        segment = i;
+        share = k / 16.0;
+      }
+    }
+  }
+  double lo = std::max(0.0, share - 1.0 / 16), hi = std::min(1.0, share + 1.0 / 16);
+  for (int k = 0; k < 60; ++k) {
+    const double a = lo + (hi - lo) / 3, b = hi - (hi - lo) / 3;
+    if ((curve.at(segment, a).first.head<2>() - p).norm() < (curve.at(segment, b).first.head<2>() - p).norm()) {
+      hi = b;
+    } else {
+      lo = a;
+    }
+  }
+  share = 0.5 * (lo + hi);
+  const std::size_t next = curve.next(segment);
+  const double length_m = (line.points_m[next] - line.points_m[segment]).head<2>().norm();
+  std::size_t first = share < 0.5 ? segment : next;
+  if (std::min(share, 1.0 - share) * length_m > 0.5) {
+    const Vector3d point = curve.at(segment, share).first;
+    const double half_m = line.half_width_m[segment] + share * (line.half_width_m[next] - line.half_width_m[segment]);
+    first = segment + 1;
+    line.points_m.insert(line.points_m.begin() + static_cast<std::ptrdiff_t>(first), point);
+    line.half_width_m.insert(line.half_width_m.begin() + static_cast<std::ptrdiff_t>(first), half_m);
+  } else {
+    line.points_m[first] = curve.at(segment, share).first;
+  }
+  std::rotate(line.points_m.begin(), line.points_m.begin() + static_cast<std::ptrdiff_t>(first), line.points_m.end());
+  std::rotate(line.half_width_m.begin(), line.half_width_m.begin() + static_cast<std::ptrdiff_t>(first),
+              line.half_width_m.end());
+}
+
+std::optional<Vector2d> middle_of_object(const Mesh& mesh, const std::string& name) {
+  Eigen::AlignedBox2d box;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (mesh.objects[mesh.object_of_triangle[t]].name != name) continue;
+    for (int k = 0; k < 3; ++k) box.extend(Vector2d((mesh.origin_m + mesh.vertex(t, k)).head<2>()));
+  }
+  if (box.isEmpty()) return std::nullopt;
+  return box.center();
+}
+
+double signed_area_m2(const std::vector<Vector3d>& points) {
+  double area = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3d &a = points[i], &b = points[(i + 1) % points.size()];
+    area += 0.5 * ((a.x() - points[0].x()) * (b.y() - points[0].y()) - (b.x() - points[0].x()) * (a.y() - points[0].y()));
+  }
+  return area;
+}
+
+}  // namespace
+
+Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options) {
+  const Mesh mesh = road_only(road);
+  if (mesh.triangles.empty()) throw Error("no road found: the mesh has no drivable triangles");
+  const RaySurface surface(mesh);
+  Walk walk = find_road(mesh, surface, options);
+  refine(surface, walk);
+  measure(walk);
+
+  std::vector<double> station_s_m{0.0};
+  const std::size_t n = walk.stations.size();
+  for (std::size_t i = 0; i < (walk.closed ? n : n - 1); ++i) {
+    station_s_m.push_back(station_s_m.back() +
+                          (walk.stations[(i + 1) % n].centre - walk.stations[i].centre).head<2>().norm());
+  }
+
+  Centreline line;
+  line.closed = walk.closed;
+  std::vector<EdgePoint> left, right;
+  collect_edges(mesh, walk, station_s_m, left, right);
+  std::vector<Middle> middles;
+  if (left.size() >= 4 && right.size() >= 4) {
+    const EdgeCurve left_curve(std::move(left), walk.closed, station_s_m.back());
+    const EdgeCurve right_curve(std::move(right), walk.closed, station_s_m.back());
+    middles = ordered(middles_of(surface, walk, left_curve, right_curve), walk, station_s_m);
+  }
+  // Where the mesh's border told too little, the walk itself fills in.
+  std::vector<Middle> complete;
+  constexpr double kLongestBare_m = 40.0;
+  const auto fill = [&](double from_m, double to_m) {
+    if (to_m - from_m < kLongestBare_m) return;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (station_s_m[i] > from_m + 1.0 && station_s_m[i] < to_m - 1.0) {
+        complete.push_back({station_s_m[i], walk.stations[i].centre, 0.5 * walk.stations[i].width_m()});
+      }
+    }
+  };
+  double last_m = walk.closed && !middles.empty() ? middles.back().s_m - station_s_m.back() : 0.0;
+  for (const Middle& m : middles) {
+    fill(std::max(last_m, -1.1), m.s_m);
+    complete.push_back(m);
+    last_m = m.s_m;
+  }
+  if (!walk.closed || middles.empty()) {
+    fill(last_m - (middles.empty() ? 1.1 : 0.0), station_s_m.back() + 1.1);
+    // An open road ends where the surface ends, not at the last ring that both edges share.
+    if (!walk.closed && !complete.empty()) {
+      if (complete.front().s_m > 0.5) {
+        complete.insert(complete.begin(), {0.0, walk.stations.front().centre, 0.5 * walk.stations.front().width_m()});
+      }
+      if (complete.back().s_m < station_s_m.back() - 0.5) {
+        complete.push_back({station_s_m.back(), walk.stations.back().centre, 0.5 * walk.stations.back().width_m()});
+      }
+    }
+  }
+  for (const Middle& m : complete) {
+    line.points_m.push_back(m.point);
+    line.half_width_m.push_back(m.half_width_m);
+  }
+  if (line.points_m.size() < 4) throw Error(fmt::format("the road found is too short: {}", describe(walk)));
+
+  // Counter-clockwise unless asked otherwise; an open road keeps the order of its walk's longer axis.
+  const bool backwards = line.closed ? signed_area_m2(line.points_m) < 0.0
+                                     : (line.points_m.back() - line.points_m.front()).head<2>().sum() < 0.0;
+  if (backwards != options.reverse) {
+    std::reverse(line.points_m.begin(), line.points_m.end());
+    std::reverse(line.half_width_m.begin(), line.half_width_m.end());
+  }
+  if (line.closed) {
+    if (options.start_near_m) {
+      start_at(line, *options.start_near_m);
+    } else if (options.start_object) {
+      const auto middle = middle_of_object(road.mesh, *options.start_object);
+      if (!middle) {
+        throw Error(fmt::format("no object named '{}' on the drivable surface; give one of its objects as "
+                                "start_object, or a point as start_near_m", *options.start_object));
+      }
+      start_at(line, *middle);
+    } else {
+      const auto first = static_cast<std::ptrdiff_t>(middle_of_longest_straight(line.points_m));
+      std::rotate(line.points_m.begin(), line.points_m.begin() + first, line.points_m.end());
+      std::rotate(line.half_width_m.begin(), line.half_width_m.begin() + first, line.half_width_m.end());
+    }
+  }
+  line.length_m = curve_length_m(line.points_m, line.closed);
+  return line;
+}
+
+void write_centreline_csv(const Centreline& centreline, const std::string& path) {
+  std::string text = "x_m,y_m,z_m,half_width_m\n";
+  const auto row = [&](std::size_t i) {
+    const Vector3d& p = centreline.points_m[i];
+    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f}\n", p.x(), p.y(), p.z(), centreline.half_width_m[i]);
+  };
+  for (std::size_t i = 0; i < centreline.points_m.size(); ++i) row(i);
+  if (centreline.closed) row(0);  // a repeated first row says that the line is closed
+  write_file(path, text);
+}
+
+Centreline read_centreline_csv(const std::string& path) {
+  const CsvTable table = read_csv(path, {"x_m", "y_m"}, {"z_m", "half_width_m"});
+  Centreline line;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const auto value = [&](std::size_t column) { return table.present[column] ? table.value(i, column) : 0.0; };
+    line.points_m.emplace_back(value(0), value(1), value(2));
+    line.half_width_m.push_back(value(3));
+    if (!line.points_m.back().allFinite()) {
+      throw Error(fmt::format("{}: empty or not finite coordinate in row {}; every row needs x_m and y_m", path, i + 2));
+    }
+  }
+  if (line.points_m.size() >= 2 && (line.points_m.front() - line.points_m.back()).head<2>().norm() < 1e-3) {
+    line.closed = true;
+    line.points_m.pop_back();
+    line.half_width_m.pop_back();
+  }
+  if (line.points_m.size() < 4) {
+    throw Error(fmt::format("{}: {} stations; a centreline needs at least 4", path, line.points_m.size()));
+  }
+  line.length_m = curve_length_m(line.points_m, line.closed);
+  return line;
+}
+
+}  // namespace road
