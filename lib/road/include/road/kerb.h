@@ -14,6 +14,7 @@ struct Kerb {
 struct KerbOptions {
   double max_extra_columns_share = 0.5;  ///< at most this share of new columns (file size)
   double min_height_m = 0.01;            ///< lower strips named as kerb are not refined
+  unsigned threads = 0;                  ///< 0 = all cores; any number gives the same bytes
 };
 
 struct KerbReport {

@@ -22,6 +22,7 @@ struct SampleOptions {
   double max_step_m = 0.3;         ///< a larger jump of z between neighbouring nodes ends the surface
   double max_gap_m = 0.3;          ///< misses up to this wide inside the road are filled and flagged
   unsigned threads = 0;            ///< 0 = all cores; any number gives the same bytes
+  std::size_t max_nodes = 400'000'000;  ///< asked before allocation; 6 bytes each
 };
 
 struct URange { double u_begin_m, u_end_m; };
@@ -31,7 +32,6 @@ struct SampleReport {
   std::size_t nodes_with_z = 0;
   std::size_t filled = 0;
   std::size_t holes = 0;           ///< nodes without z between the outermost nodes with z of their row
-  std::size_t rays = 0;
   std::vector<URange> folds;       ///< rows trimmed because 1 - curvature * v <= margin
   std::vector<URange> neighbours;  ///< rows trimmed at the middle to another leg of the track
 };

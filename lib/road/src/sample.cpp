@@ -1,0 +1,391 @@
+#include "road/sample.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "road/error.h"
+#include "road/parallel.h"
+
+namespace road {
+
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr float kRayStart_m = 2.0f;    // above the predicted road: lower than any bridge, Embree's best precision
+constexpr double kLayerGap_m = 2.5;    // legs of the track closer in height than this are neighbours, else bridges
+constexpr double kFoldMargin = 0.1;    // rows keep at least this share of their spacing
+constexpr double kCoarseStep_m = 1.0;  // of the search for folds and neighbours along u
+constexpr std::size_t kLanes = 16;
+
+/// z and half width of the road per row, from the centreline stations by share of length.
+struct RowGuide {
+  std::vector<double> z_m, half_width_m;
+};
+
+RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline) {
+  const std::size_t n = centreline.points_m.size();
+  std::vector<double> s{0.0};
+  const std::size_t segments = centreline.closed ? n : n - 1;
+  for (std::size_t i = 0; i < segments; ++i) {
+    s.push_back(s.back() + (centreline.points_m[(i + 1) % n] - centreline.points_m[i]).head<2>().norm());
+  }
+  RowGuide guide;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const double here = s.back() * static_cast<double>(i) / static_cast<double>(line.size() - 1);
+    while (at + 1 < segments && s[at + 1] < here) ++at;
+    const double t = std::clamp((here - s[at]) / std::max(s[at + 1] - s[at], 1e-9), 0.0, 1.0);
+    const std::size_t next = (at + 1) % n;
+    const auto mix = [t](double a, double b) { return a + t * (b - a); };
+    guide.z_m.push_back(mix(centreline.points_m[at].z(), centreline.points_m[next].z()));
+    guide.half_width_m.push_back(mix(centreline.half_width_m[at], centreline.half_width_m[next]));
+  }
+  return guide;
+}
+
+/// How far a row may reach to each side before it folds over itself or comes nearer to another leg
+/// of the line: the smallest circle that touches the line at the row and passes through another point
+/// of it (nearby points give the osculating circle, hence the fold).
+struct RowLimits {
+  std::vector<float> left_m, right_m;
+  std::vector<char> left_is_fold, right_is_fold;
+};
+
+RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, double v_max_m) {
+  const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kCoarseStep_m / line.u_step_m)));
+  std::vector<std::size_t> coarse;
+  for (std::size_t i = 0; i + (line.closed ? 1 : 0) < line.size(); i += stride) coarse.push_back(i);
+
+  const double cell_m = 2.0 * v_max_m;
+  std::unordered_map<std::int64_t, std::vector<std::size_t>> cells;
+  const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_m)); };
+  const auto key = [](std::int64_t ix, std::int64_t iy) { return (ix << 32) ^ (iy & 0xffffffff); };
+  for (const std::size_t i : coarse) cells[key(index(line.x_m[i]), index(line.y_m[i]))].push_back(i);
+
+  const double period_m = static_cast<double>(line.size() - 1) * line.u_step_m;
+  struct Side { double limit_m; bool fold; };
+  std::vector<Side> left(coarse.size()), right(coarse.size());
+  for (std::size_t k = 0; k < coarse.size(); ++k) {
+    const std::size_t i = coarse[k];
+    const crg::Point2 p = crg::node_position(line, i, 0.0), q = crg::node_position(line, i, 1.0);
+    const Vector2d here(p.x_m, p.y_m), normal(q.x_m - p.x_m, q.y_m - p.y_m);
+    left[k] = right[k] = {2.0 * v_max_m, true};
+    for (std::int64_t dx = -1; dx <= 1; ++dx) {
+      for (std::int64_t dy = -1; dy <= 1; ++dy) {
+        const auto found = cells.find(key(index(here.x()) + dx, index(here.y()) + dy));
+        if (found == cells.end()) continue;
+        for (const std::size_t j : found->second) {
+          if (i == j || std::abs(guide.z_m[i] - guide.z_m[j]) > kLayerGap_m) continue;
+          const Vector2d d = Vector2d(line.x_m[j], line.y_m[j]) - here;
+          const double across = d.dot(normal);
+          if (std::abs(across) < 1e-9) continue;
+          double du = std::abs(static_cast<double>(i) - static_cast<double>(j)) * line.u_step_m;
+          if (line.closed) du = std::min(du, period_m - du);
+          // Half a circle round the touching circle is the same bend; further is another leg.
+          const double radius_m = d.squaredNorm() / (2.0 * std::abs(across));
+          const bool fold = du < 3.2 * radius_m;
+          const double limit_m = fold ? (1.0 - kFoldMargin) * radius_m : radius_m;
+          Side& side = across > 0.0 ? left[k] : right[k];
+          if (limit_m < side.limit_m) side = {limit_m, fold};
+        }
+      }
+    }
+  }
+  RowLimits limits;
+  const auto spread = [&](const std::vector<Side>& sides, std::vector<float>& limit, std::vector<char>& fold) {
+    limit.resize(line.size());
+    fold.resize(line.size());
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const std::size_t a = std::min(i / stride, sides.size() - 1);
+      const std::size_t b = a + 1 < sides.size() ? a + 1 : (line.closed ? 0 : a);
+      const Side& side = sides[a].limit_m < sides[b].limit_m ? sides[a] : sides[b];
+      limit[i] = static_cast<float>(side.limit_m);
+      fold[i] = side.fold ? 1 : 0;
+    }
+  };
+  spread(left, limits.left_m, limits.left_is_fold);
+  spread(right, limits.right_m, limits.right_is_fold);
+  return limits;
+}
+
+/// 16 neighbouring rows walking outwards together, each on its own layer of the surface.
+class RowWalk {
+ public:
+  RowWalk(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line, const RowGuide& guide,
+          const SampleOptions& options, std::size_t first_row, std::size_t rows, SampledGrid& out)
+      : road_(road), surface_(surface), options_(options), guide_(guide), first_row_(first_row), rows_(rows), out_(out) {
+    const Eigen::Vector3d& origin = surface.origin_m();
+    for (std::size_t k = 0; k < rows_; ++k) {
+      const crg::Point2 p = crg::node_position(line, first_row + k, 0.0), q = crg::node_position(line, first_row + k, 1.0);
+      x0_[k] = p.x_m - origin.x();
+      y0_[k] = p.y_m - origin.y();
+      nx_[k] = q.x_m - p.x_m;
+      ny_[k] = q.y_m - p.y_m;
+      start_z_m_[k] = static_cast<float>(guide.z_m[first_row + k] - origin.z());
+    }
+    packet_.max_depth_m = 2.0f * kRayStart_m;
+  }
+
+  /// Walks columns first, first + step, ... while |v| stays within limit_m of each row.
+  /// Returns the lanes that were still on the surface when their limit ended them.
+  std::array<bool, kLanes> walk(std::ptrdiff_t first, std::ptrdiff_t step, const float* limit_m) {
+    const auto& v = out_.grid.v_m;
+    std::array<double, kLanes> last_v;
+    std::array<float, kLanes> last_z = start_z_m_;
+    std::array<bool, kLanes> on{}, cut{};
+    last_v.fill(0.0);
+    for (std::size_t k = 0; k < rows_; ++k) on[k] = true;
+    for (auto j = first; j >= 0 && j < static_cast<std::ptrdiff_t>(v.size()); j += step) {
+      const double at_v = v[static_cast<std::size_t>(j)];
+      bool any = false;
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        if (on[k] && std::abs(at_v) > static_cast<double>(limit_m[k])) {
+          on[k] = false;
+          cut[k] = std::abs(at_v - last_v[k]) < 2.0 * options_.v_step_m;
+        }
+        packet_.active[k] = on[k] ? -1 : 0;
+        any = any || on[k];
+        packet_.x_m[k] = static_cast<float>(x0_[k] + at_v * nx_[k]);
+        packet_.y_m[k] = static_cast<float>(y0_[k] + at_v * ny_[k]);
+        packet_.z_top_m[k] = last_z[k] + kRayStart_m;
+      }
+      if (!any) break;
+      surface_.cast_down(packet_);
+      for (std::size_t k = 0; k < rows_; ++k) {
+        if (!on[k]) continue;
+        const double gap_m = std::abs(at_v - last_v[k]);
+        // Across a gap the surface may have climbed with any slope a road has.
+        const double reach_m = options_.max_step_m + 0.5 * std::max(0.0, gap_m - options_.v_step_m);
+        float z = packet_.z_m[k];
+        std::uint32_t triangle = packet_.triangle[k];
+        if (!(std::abs(z - last_z[k]) <= static_cast<float>(reach_m)) && !std::isnan(z)) {
+          const auto& origin = surface_.origin_m();
+          const auto other = surface_.nearest_hit(static_cast<double>(packet_.x_m[k]) + origin.x(),
+                                                  static_cast<double>(packet_.y_m[k]) + origin.y(),
+                                                  static_cast<double>(last_z[k]) + origin.z(), reach_m);
+          z = other ? static_cast<float>(other->z_m - origin.z()) : std::numeric_limits<float>::quiet_NaN();
+          if (other) triangle = other->triangle;
+        }
+        if (!std::isnan(z)) {
+          const std::size_t node = (first_row_ + k) * v.size() + static_cast<std::size_t>(j);
+          out_.grid.z_m[node] = static_cast<float>(static_cast<double>(z) + surface_.origin_m().z());
+          out_.provenance[node] = Provenance::mesh;
+          out_.surface_class[node] = road_.class_of_triangle[triangle];
+          last_z[k] = z;
+          last_v[k] = at_v;
+        } else if (gap_m > options_.max_gap_m + options_.v_step_m &&
+                   std::abs(at_v) > guide_.half_width_m[first_row_ + k]) {
+          on[k] = false;  // outside the known road, a gap ends the surface; inside it is a hole
+        }
+      }
+    }
+    return cut;
+  }
+
+  /// From the line outwards, the line itself first so that both sides start from what it found.
+  void start_from(std::size_t column) {
+    for (std::size_t k = 0; k < rows_; ++k) {
+      const float z = out_.grid.at(first_row_ + k, column);
+      if (!std::isnan(z)) start_z_m_[k] = static_cast<float>(static_cast<double>(z) - surface_.origin_m().z());
+    }
+  }
+
+ private:
+  const RoadMesh& road_;
+  const RaySurface& surface_;
+  const SampleOptions& options_;
+  const RowGuide& guide_;
+  std::size_t first_row_, rows_;
+  SampledGrid& out_;
+  RayPacket16 packet_{};
+  std::array<double, kLanes> x0_{}, y0_{}, nx_{}, ny_{};
+  std::array<float, kLanes> start_z_m_{};
+};
+
+void drop_empty_columns(SampledGrid& sampled) {
+  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
+  std::size_t first = columns, last = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const Provenance* row = sampled.provenance.data() + i * columns;
+    for (std::size_t j = 0; j < first; ++j) {
+      if (row[j] != Provenance::none) first = j;
+    }
+    for (std::size_t j = columns; j-- > last + 1;) {
+      if (row[j] != Provenance::none) {
+        last = j;
+        break;
+      }
+    }
+  }
+  if (first >= last || (first == 0 && last + 1 == columns)) return;
+  const std::size_t kept = last - first + 1;
+  for (std::size_t i = 0; i < rows; ++i) {
+    for (std::size_t j = 0; j < kept; ++j) {
+      const std::size_t from = i * columns + first + j, to = i * kept + j;
+      sampled.grid.z_m[to] = sampled.grid.z_m[from];
+      sampled.provenance[to] = sampled.provenance[from];
+      sampled.surface_class[to] = sampled.surface_class[from];
+    }
+  }
+  sampled.grid.v_m = {sampled.grid.v_m.begin() + static_cast<std::ptrdiff_t>(first),
+                      sampled.grid.v_m.begin() + static_cast<std::ptrdiff_t>(last) + 1};
+  sampled.grid.z_m.resize(rows * kept);
+  sampled.provenance.resize(rows * kept);
+  sampled.surface_class.resize(rows * kept);
+}
+
+/// Fills runs of missing nodes between two nodes of one class, first across, then along.
+std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
+  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
+  std::size_t filled = 0;
+  const auto fill = [&](std::size_t a, std::size_t b, std::size_t stride, const auto& coordinate) {
+    // Nodes a + stride, a + 2 stride, ... before b lie between the known nodes a and b.
+    const double from = coordinate(a), to = coordinate(b);
+    if (to - from > max_gap_m + 1e-9 || sampled.surface_class[a] != sampled.surface_class[b] ||
+        sampled.surface_class[a] == SurfaceClass::kerb) {
+      return;
+    }
+    const float za = sampled.grid.z_m[a], zb = sampled.grid.z_m[b];
+    if (static_cast<double>(std::abs(zb - za)) > 0.02 + 0.5 * (to - from)) return;
+    for (std::size_t node = a + stride; node < b; node += stride) {
+      const double t = (coordinate(node) - from) / (to - from);
+      sampled.grid.z_m[node] = static_cast<float>(static_cast<double>(za) + t * static_cast<double>(zb - za));
+      sampled.provenance[node] = Provenance::filled;
+      sampled.surface_class[node] = sampled.surface_class[a];
+      ++filled;
+    }
+  };
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::size_t known = kNone;
+    for (std::size_t node = i * columns; node < (i + 1) * columns; ++node) {
+      if (sampled.provenance[node] == Provenance::none) continue;
+      if (known != kNone && node > known + 1) {
+        fill(known, node, 1, [&](std::size_t k) { return sampled.grid.v_m[k % columns]; });
+      }
+      known = node;
+    }
+  }
+  std::vector<std::size_t> known(columns, kNone);
+  for (std::size_t i = 0; i < rows; ++i) {
+    for (std::size_t j = 0; j < columns; ++j) {
+      const std::size_t node = i * columns + j;
+      if (sampled.provenance[node] == Provenance::none) continue;
+      if (known[j] != kNone && node > known[j] + columns) {
+        fill(known[j], node, columns,
+             [&](std::size_t k) { return static_cast<double>(k / columns) * sampled.grid.u_step_m; });
+      }
+      known[j] = node;
+    }
+  }
+  return filled;
+}
+
+std::vector<URange> ranges_of(const std::vector<char>& flags, double u_step_m) {
+  std::vector<URange> ranges;
+  constexpr double kJoin_m = 2.0;
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    if (flags[i] == 0) continue;
+    const double u = static_cast<double>(i) * u_step_m;
+    if (!ranges.empty() && u - ranges.back().u_end_m <= kJoin_m) {
+      ranges.back().u_end_m = u;
+    } else {
+      ranges.push_back({u, u});
+    }
+  }
+  return ranges;
+}
+
+void check(const crg::ReferenceLine& line, const Centreline& centreline, const SampleOptions& options) {
+  if (line.size() < 2) throw Error("the reference line has fewer than two nodes");
+  if (centreline.points_m.size() < 2) throw Error("the centreline has fewer than two stations");
+  if (!(options.v_step_m > 0.0) || !(options.v_max_m >= options.v_step_m)) {
+    throw Error(fmt::format("v_step_m is {} and v_max_m is {}; wanted 0 < v_step_m <= v_max_m", options.v_step_m, options.v_max_m));
+  }
+  const double nodes = static_cast<double>(line.size()) * (2.0 * std::floor(options.v_max_m / options.v_step_m) + 1.0);
+  if (nodes > static_cast<double>(options.max_nodes)) {
+    throw Error(fmt::format("the grid would have {:.3g} nodes, more than the limit of {:.3g}; take larger steps "
+                            "(--u-step-m, --v-step-m), a smaller --v-max-m, or raise max_nodes", nodes,
+                            static_cast<double>(options.max_nodes)));
+  }
+}
+
+}  // namespace
+
+SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line,
+                        const Centreline& centreline, const SampleOptions& options, SampleReport* report) {
+  check(line, centreline, options);
+  const RowGuide guide = guide_rows(line, centreline);
+  const RowLimits limits = limit_rows(line, guide, options.v_max_m);
+
+  SampledGrid out;
+  out.grid.u_begin_m = line.u_begin_m;
+  out.grid.u_step_m = line.u_step_m;
+  const auto half = static_cast<std::ptrdiff_t>(std::floor(options.v_max_m / options.v_step_m + 1e-9));
+  for (std::ptrdiff_t j = -half; j <= half; ++j) out.grid.v_m.push_back(static_cast<double>(j) * options.v_step_m);
+  const std::size_t columns = out.grid.v_m.size(), middle = static_cast<std::size_t>(half);
+  out.grid.z_m.assign(line.size() * columns, std::numeric_limits<float>::quiet_NaN());
+  out.provenance.assign(line.size() * columns, Provenance::none);
+  out.surface_class.assign(line.size() * columns, SurfaceClass::road);
+
+  // The last node of a closed line stands for the first: it is copied, not cast.
+  const std::size_t rows = line.closed ? line.size() - 1 : line.size();
+  std::vector<char> folded(rows, 0), neighboured(rows, 0);
+  parallel_for(rows, 4 * kLanes, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t first = begin; first < end; first += kLanes) {
+      const std::size_t count = std::min(kLanes, end - first);
+      RowWalk walk(road, surface, line, guide, options, first, count, out);
+      std::array<float, kLanes> left{}, right{}, none{};
+      for (std::size_t k = 0; k < count; ++k) {
+        left[k] = limits.left_m[first + k];
+        right[k] = limits.right_m[first + k];
+      }
+      walk.walk(half, static_cast<std::ptrdiff_t>(columns), none.data());
+      walk.start_from(middle);
+      const auto cut_left = walk.walk(half + 1, 1, left.data());
+      const auto cut_right = walk.walk(half - 1, -1, right.data());
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t i = first + k;
+        folded[i] = (cut_left[k] && limits.left_is_fold[i]) || (cut_right[k] && limits.right_is_fold[i]);
+        neighboured[i] = (cut_left[k] && !limits.left_is_fold[i]) || (cut_right[k] && !limits.right_is_fold[i]);
+      }
+    }
+  });
+  drop_empty_columns(out);
+  const std::size_t kept = out.grid.columns();
+  const std::size_t filled = fill_gaps(out, options.max_gap_m);
+  if (line.closed) {
+    const std::size_t last = (line.size() - 1) * kept;
+    std::copy_n(out.grid.z_m.begin(), kept, out.grid.z_m.begin() + static_cast<std::ptrdiff_t>(last));
+    std::copy_n(out.provenance.begin(), kept, out.provenance.begin() + static_cast<std::ptrdiff_t>(last));
+    std::copy_n(out.surface_class.begin(), kept, out.surface_class.begin() + static_cast<std::ptrdiff_t>(last));
+  }
+
+  SampleReport result;
+  result.nodes = out.grid.z_m.size();
+  result.filled = filled;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    std::size_t first = kept, last = 0, known = 0;
+    for (std::size_t j = 0; j < kept; ++j) {
+      if (out.provenance[i * kept + j] == Provenance::none) continue;
+      first = std::min(first, j);
+      last = j;
+      ++known;
+    }
+    result.nodes_with_z += known;
+    if (known > 0) result.holes += last - first + 1 - known;
+  }
+  if (result.nodes_with_z == 0) {
+    throw Error("no ray met the road: the centreline and the mesh do not lie in the same place (frame, unit or up axis differ)");
+  }
+  result.folds = ranges_of(folded, line.u_step_m);
+  result.neighbours = ranges_of(neighboured, line.u_step_m);
+  if (report != nullptr) *report = std::move(result);
+  return out;
+}
+
+}  // namespace road
