@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "road/recipe.h"
 
@@ -14,6 +15,7 @@ using Progress = std::function<void(const std::string& stage, double share)>;
 struct BuildResult {
   std::string crg_path, stl_path, centreline_path, summary_path, picture_path;
   std::string summary_json;   ///< the text written to summary_path
+  std::vector<std::string> validation_failures;  ///< why the road must not be used; empty = validation passed
 };
 
 /// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json and <name>.png into

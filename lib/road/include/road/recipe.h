@@ -21,6 +21,7 @@ namespace road {
 
 /// A recipe read from track.yaml, or the defaults for a bare mesh. One options struct per stage.
 struct Recipe {
+  std::string recipe_path;                   ///< empty when made from a bare mesh
   std::string name;                          ///< DIR/<name>.crg
   std::string mesh_path;                     ///< absolute, or relative to the recipe's folder
   MeshReadOptions read;
