@@ -1,4 +1,5 @@
-// track.yaml: everything that turns one mesh into one track. yaml-cpp stays private to the source file.
+// track.yaml: everything that turns one mesh into one track. yaml-cpp stays private to the source
+// file.
 #pragma once
 
 #include <functional>
@@ -21,9 +22,9 @@ namespace road {
 
 /// A recipe read from track.yaml, or the defaults for a bare mesh. One options struct per stage.
 struct Recipe {
-  std::string recipe_path;                   ///< empty when made from a bare mesh
-  std::string name;                          ///< DIR/<name>.crg
-  std::string mesh_path;                     ///< absolute, or relative to the recipe's folder
+  std::string recipe_path;  ///< the track.yaml it was read from; empty for a bare mesh
+  std::string name;         ///< DIR/<name>.crg
+  std::string mesh_path;    ///< as it can be opened (a recipe's relative path is resolved)
   MeshReadOptions read;
   CleanOptions clean;
   CentrelineOptions centreline;
@@ -38,21 +39,25 @@ struct Recipe {
   ValidateLimits limits;
 };
 
-/// One scalar key of track.yaml. The same list feeds the reader, the flags of crgbuild (u_step_m becomes
-/// --u-step-m), summary.json and the test of docs/formats.md.
+/// One key of track.yaml that holds a number, a word or a short list. The same list feeds the
+/// reader, the flags of crgbuild (u_step_m becomes --u-step-m), summary.json and the test of
+/// docs/formats.md.
 struct RecipeKey {
+  std::string stage;  ///< the stage that it belongs to: "read", "clean", "centreline", ...
   std::string name;
-  std::string wanted;    ///< what a value looks like: "0.01 to 10", "y, z or automatic"
-  std::string meaning;   ///< one sentence
-  std::function<void(Recipe&, const std::string& text)> set;  ///< throws Error: value seen, value wanted
-  std::function<std::string(const Recipe&)> show;             ///< as it would be written; empty = not set
+  std::string wanted;   ///< what a value looks like: "0.01 to 10", "y, z or automatic"
+  std::string meaning;  ///< one line
+  bool is_text;         ///< a name or a path: never to be taken for a number
+  /// Throws Error with the value seen and the value wanted.
+  std::function<void(Recipe&, const std::string& text)> set;
+  std::function<std::string(const Recipe&)> show;  ///< as it would be written; empty: not set
 };
 
-/// All of them, in the order of docs/formats.md. The table name_rules is no scalar and not among them.
+/// All of them, in the order of docs/formats.md; the table name_rules is read besides.
 const std::vector<RecipeKey>& recipe_keys();
 
-/// Reads track.yaml (docs/formats.md). Throws Error with file:line on an unknown key, a wrong type or a
-/// value out of range, naming the nearest known key or the allowed range.
+/// Reads track.yaml (docs/formats.md). Throws Error with file:line on an unknown key, a wrong type
+/// or a value out of range, naming the nearest known key or the allowed range.
 Recipe read_recipe(const std::string& path);
 
 /// Recipe for a bare mesh: its stem as the name, defaults everywhere.

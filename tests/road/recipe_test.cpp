@@ -1,0 +1,197 @@
+#include "road/recipe.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "road/error.h"
+
+namespace road {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RecipeFile {
+ public:
+  explicit RecipeFile(const std::string& text) {
+    static int count = 0;
+    folder_ = std::filesystem::temp_directory_path() /
+              ("recipe_test_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
+    std::filesystem::create_directories(folder_);
+    std::ofstream(path(), std::ios::binary) << text;
+  }
+  ~RecipeFile() { std::filesystem::remove_all(folder_); }
+  std::string path() const { return (folder_ / "track.yaml").string(); }
+  std::filesystem::path folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+std::string error_of(const std::string& text) {
+  const RecipeFile file(text);
+  try {
+    read_recipe(file.path());
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Recipe, DefaultsAndPathsBesideTheRecipe) {
+  const RecipeFile file("mesh: meshes/circuit.obj\n");
+  const Recipe recipe = read_recipe(file.path());
+  EXPECT_EQ(recipe.mesh_path, (file.folder() / "meshes/circuit.obj").string());
+  EXPECT_EQ(recipe.name, "circuit");
+  EXPECT_EQ(recipe.recipe_path, file.path());
+  EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m, 0.1);
+  EXPECT_DOUBLE_EQ(recipe.sample.v_step_m, 0.1);
+  EXPECT_DOUBLE_EQ(recipe.sample.v_max_m, 15.0);
+  EXPECT_DOUBLE_EQ(recipe.smooth.window_m, 0.0);
+  EXPECT_EQ(recipe.format, crg::Format::KRBI);
+}
+
+TEST(Recipe, EveryKeyIsRead) {
+  const RecipeFile file(R"(# a comment
+mesh: /abs/track.ac
+name: my track
+up: y
+unit: cm
+use_names: false
+weld_tolerance_m: 0.02
+reverse: true
+start_near_m: [12.5, -3e2]
+start_object: START
+u_step_m: 0.25
+v_step_m: 0.05
+v_max_m: 20
+smooth_window_m: 1.5
+yaw_deg: 90
+translation_m: [500000, 4649776.25, 12]
+format: LDFI
+threads: 3
+validate_points: 500
+max_z_error_p99_m: 0.01
+name_rules:
+  - {object: '^ASPH', class: road}
+  - {texture: 'rumble', class: kerb}
+)");
+  const Recipe recipe = read_recipe(file.path());
+  EXPECT_EQ(recipe.mesh_path, "/abs/track.ac");
+  EXPECT_EQ(recipe.name, "my track");
+  EXPECT_EQ(recipe.read.up, UpAxis::y);
+  EXPECT_EQ(recipe.read.unit, Unit::cm);
+  EXPECT_FALSE(recipe.clean.use_names);
+  EXPECT_DOUBLE_EQ(recipe.clean.weld_tolerance_m, 0.02);
+  EXPECT_TRUE(recipe.centreline.reverse);
+  EXPECT_EQ(recipe.centreline.start_near_m, Eigen::Vector2d(12.5, -300.0));
+  EXPECT_EQ(recipe.centreline.start_object, "START");
+  EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m, 0.25);
+  EXPECT_DOUBLE_EQ(recipe.sample.v_step_m, 0.05);
+  EXPECT_DOUBLE_EQ(recipe.sample.v_max_m, 20.0);
+  EXPECT_DOUBLE_EQ(recipe.smooth.window_m, 1.5);
+  ASSERT_TRUE(recipe.T_global_mesh);
+  EXPECT_DOUBLE_EQ(recipe.T_global_mesh->yaw_rad, std::numbers::pi / 2);
+  EXPECT_EQ(recipe.T_global_mesh->translation_m, Eigen::Vector3d(500000, 4649776.25, 12));
+  EXPECT_EQ(recipe.format, crg::Format::LDFI);
+  EXPECT_EQ(recipe.sample.threads, 3u);
+  EXPECT_EQ(recipe.smooth.threads, 3u);
+  EXPECT_EQ(recipe.validate.points, 500u);
+  EXPECT_DOUBLE_EQ(recipe.limits.max_z_error_p99_m, 0.01);
+  ASSERT_EQ(recipe.clean.name_rules.size(), default_name_rules().size() + 2);
+  EXPECT_EQ(recipe.clean.name_rules[0].pattern, "^ASPH");
+  EXPECT_EQ(recipe.clean.name_rules[1].field, NameRule::Field::texture);
+  EXPECT_EQ(recipe.clean.name_rules[1].surface_class, SurfaceClass::kerb);
+}
+
+TEST(Recipe, WhatAKeyShowsItReadsBack) {
+  Recipe from;
+  from.mesh_path = "m.obj";
+  from.name = "n";
+  from.centreline.start_near_m = Eigen::Vector2d(0.1, 1e7 / 3);
+  from.centreline.start_object = "START";
+  from.control_points_path = "points.csv";
+  from.T_global_mesh.emplace();
+  from.T_global_mesh->translation_m = {1.0 / 3, 2, 3};
+  Recipe to;
+  for (const RecipeKey& key : recipe_keys()) {
+    ASSERT_FALSE(key.show(from).empty()) << key.name;
+    key.set(to, key.show(from));
+    EXPECT_EQ(key.show(to), key.show(from)) << key.name;
+  }
+}
+
+TEST(Recipe, ErrorsNameFileLineSeenAndWanted) {
+  EXPECT_THAT(
+      error_of("mesh: a.obj\n\nu_stepm: 1\n"),
+      HasSubstr("track.yaml:3: unknown key 'u_stepm'; the nearest known one is 'u_step_m'"));
+  EXPECT_THAT(error_of("mesh: a.obj\nu_step_m: 50\n"),
+              HasSubstr("track.yaml:2: u_step_m: '50' seen, a number from 0.01 to 10 wanted"));
+  EXPECT_THAT(error_of("mesh: a.obj\nformat: XYZ\n"),
+              HasSubstr("track.yaml:2: format: 'XYZ' seen, KRBI, KDBI, LRFI or LDFI wanted"));
+  EXPECT_THAT(error_of("mesh: a.obj\nmesh: b.obj\n"), HasSubstr(":2: mesh: given twice"));
+  EXPECT_THAT(error_of("u_step_m: 0.1\n"), HasSubstr("the key mesh is missing"));
+  EXPECT_THAT(error_of(""), HasSubstr("empty"));
+  EXPECT_THAT(error_of("- 1\n- 2\n"), HasSubstr("no recipe"));
+  EXPECT_THAT(error_of("mesh: [unclosed\n"), HasSubstr("no valid YAML"));
+  EXPECT_THAT(error_of("mesh: a.obj\nname: ../../etc\n"), HasSubstr(":2: name: '../../etc' seen"));
+  EXPECT_THAT(error_of("mesh: a.obj\nname_rules:\n  - {object: '(', class: road}\n"),
+              HasSubstr(":3: name_rules: '(' seen, a regular expression wanted"));
+  EXPECT_THAT(error_of("mesh: a.obj\nname_rules:\n  - {object: x, class: asphalt}\n"),
+              HasSubstr("road, kerb, runoff, barrier or scenery wanted"));
+  EXPECT_THAT(error_of("mesh: a.obj\ncontrol_points: p.csv\nyaw_deg: 3\n"),
+              HasSubstr("one of the two"));
+}
+
+TEST(Recipe, HostileValuesAreRefusedNotTaken) {
+  for (const char* value :
+       {".nan", "nan", "inf", "-.inf", "1e999", "-1", "0", "0x10", "1,5", "''", "~", "[1, 2]",
+        "{a: 1}", "99999999999999999999999999", "0.1m", "[[1]]"}) {
+    EXPECT_THAT(error_of(std::string("mesh: a.obj\nu_step_m: ") + value + "\n"),
+                HasSubstr("track.yaml:2: u_step_m: "))
+        << value;
+    EXPECT_THAT(error_of(std::string("mesh: a.obj\ntranslation_m: ") + value + "\n"),
+                HasSubstr("track.yaml:2: translation_m: "))
+        << value;
+  }
+  EXPECT_THAT(error_of("mesh: a.obj\nthreads: 1.5\n"), HasSubstr("a whole number"));
+  EXPECT_THAT(error_of(std::string("mesh: a.obj\0x", 13)), HasSubstr("binary data"));
+  EXPECT_THAT(error_of(std::string(2 << 20, 'a')), HasSubstr("a recipe of a few lines"));
+  EXPECT_NE(error_of(std::string(100000, '[')), "no error");
+  EXPECT_NE(error_of("a: &x [*x]\n"), "no error");
+  EXPECT_THROW(read_recipe("/"), Error);
+  EXPECT_THROW(read_recipe("/does/not/exist.yaml"), Error);
+}
+
+TEST(Recipe, MutatedRecipesNeverCrash) {
+  const std::string good =
+      "mesh: a.obj\nname: n\nu_step_m: 0.1\nstart_near_m: [1, 2]\nname_rules:\n  - {object: 'x+', "
+      "class: road}\ntranslation_m: [1, 2, 3]\nformat: KRBI\n";
+  std::mt19937 random(1);
+  const std::string alphabet = "[]{}:,-&*!|>'\"%@`#?\n\t 019.e\\()+$ax\x80\xff";
+  for (int round = 0; round < 2000; ++round) {
+    std::string text = good;
+    for (unsigned change = random() % 8; change-- > 0;) {
+      const std::size_t at = random() % text.size();
+      if (random() % 3 == 0)
+        text.erase(at, random() % 5);
+      else
+        text.insert(at, 1, alphabet[random() % alphabet.size()]);
+      if (text.empty()) text = "a";
+    }
+    error_of(text);  // returns: an answer or road::Error, nothing else
+  }
+}
+
+TEST(Recipe, ForAMeshTakesItsStem) {
+  const Recipe recipe = recipe_for_mesh("/some/where/g-track-1.ac");
+  EXPECT_EQ(recipe.name, "g-track-1");
+  EXPECT_EQ(recipe.mesh_path, "/some/where/g-track-1.ac");
+}
+
+}  // namespace
+}  // namespace road
