@@ -1,0 +1,288 @@
+#include "road/summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace road {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const Recipe& recipe) {
+  Json out = Json::object();
+  for (const RecipeKey& key : recipe_keys()) {
+    const std::string text = key.show(recipe);
+    if (text.empty())
+      out[key.name] = nullptr;
+    else if (key.is_text)
+      out[key.name] = text;
+    else
+      out[key.name] = Json::parse(text);
+  }
+  return out;
+}
+
+Json json_of(const std::vector<InputFile>& inputs) {
+  Json out = Json::array();
+  for (const InputFile& file : inputs)
+    out.push_back({{"role", file.role}, {"path", file.path}, {"sha256", file.sha256}});
+  return out;
+}
+
+Json json_of(const MeshReadReport& report) {
+  return {{"up", report.up},
+          {"unit", report.unit},
+          {"vertices", report.vertices},
+          {"triangles", report.triangles},
+          {"objects", report.objects},
+          {"coordinate_resolution_m", report.coordinate_resolution_m},
+          {"remarks", report.remarks}};
+}
+
+Json json_of(const CleanReport& report) {
+  return {{"triangles_in", report.triangles_in},
+          {"triangles_kept", report.triangles_kept},
+          {"triangles_kept_by_class", report.kept},
+          {"triangles_dropped_by_reason", report.dropped},
+          {"by_names", report.by_names},
+          {"vertices_welded", report.vertices_welded},
+          {"weld_tolerance_m", report.weld_tolerance_m},
+          {"non_manifold_edges", report.non_manifold_edges},
+          {"boundary_loops", report.boundary_loops},
+          {"components", report.components},
+          {"remarks", report.remarks}};
+}
+
+Json json_of(const CentrelineReport& report) {
+  return {{"stations", report.stations},
+          {"length_m", report.length_m},
+          {"closed", report.closed},
+          {"width_min_m", report.width_min_m},
+          {"width_median_m", report.width_median_m},
+          {"width_max_m", report.width_max_m}};
+}
+
+Json json_of(const ReferenceLineReport& report) {
+  return {{"length_m", report.length_m},
+          {"closed", report.closed},
+          {"closing_gap_m", report.closing_gap_m},
+          {"heading_step_at_seam_rad", report.heading_step_at_seam_rad},
+          {"fit_residual_p99_m", report.fit_residual_p99_m},
+          {"fit_residual_max_m", report.fit_residual_max_m},
+          {"min_radius_m", report.min_radius_m}};
+}
+
+Json json_of(const std::vector<URange>& ranges) {
+  Json out = Json::array();
+  for (const URange& range : ranges)
+    out.push_back({{"u_begin_m", range.u_begin_m}, {"u_end_m", range.u_end_m}});
+  return out;
+}
+
+Json json_of(const SampleReport& report) {
+  return {{"nodes", report.nodes},
+          {"nodes_with_z", report.nodes_with_z},
+          {"filled", report.filled},
+          {"holes", report.holes},
+          {"rays", report.rays},
+          {"folds", json_of(report.folds)},
+          {"neighbours", json_of(report.neighbours)}};
+}
+
+Json json_of(const KerbReport& report) {
+  Json kerbs = Json::array();
+  for (const Kerb& kerb : report.kerbs)
+    kerbs.push_back({{"u_begin_m", kerb.u_begin_m},
+                     {"u_end_m", kerb.u_end_m},
+                     {"v_begin_m", kerb.v_begin_m},
+                     {"v_end_m", kerb.v_end_m},
+                     {"height_m", kerb.height_m}});
+  return {{"cells", report.cells}, {"columns_added", report.columns_added}, {"kerbs", kerbs}};
+}
+
+Json json_of(const SmoothReport& report, const SmoothOptions& options) {
+  return {{"window_m", options.window_m},
+          {"largest_change_road_m", report.largest_change_road_m},
+          {"largest_change_kerb_m", report.largest_change_kerb_m},
+          {"nodes_at_bound", report.nodes_at_bound}};
+}
+
+Json json_of(const AlignReport& report) {
+  const Eigen::Vector3d& t = report.T_global_mesh.translation_m;
+  return {{"yaw_deg", report.T_global_mesh.yaw_rad * 180.0 / std::numbers::pi},
+          {"translation_m", {t.x(), t.y(), t.z()}},
+          {"residual_m", report.residual_m},
+          {"rms_m", report.rms_m}};
+}
+
+Json json_of(const GridReport& report) {
+  return {{"rows", report.rows},
+          {"columns", report.columns},
+          {"nodes", report.nodes},
+          {"nodes_with_z", report.nodes_with_z},
+          {"holes", report.holes},
+          {"u_begin_m", report.u_begin_m},
+          {"u_end_m", report.u_end_m},
+          {"u_step_m", report.u_step_m},
+          {"v_min_m", report.v_min_m},
+          {"v_max_m", report.v_max_m},
+          {"v_step_min_m", report.v_step_min_m},
+          {"v_step_max_m", report.v_step_max_m},
+          {"z_min_m", report.z_min_m},
+          {"z_max_m", report.z_max_m}};
+}
+
+Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
+  const std::vector<std::string> failures = validation_failures(report, limits);
+  const ErrorQuantiles& z = report.z_error_m;
+  return {{"passed", failures.empty()},
+          {"failures", failures},
+          {"points", report.points},
+          {"points_without_mesh", report.points_without_mesh},
+          {"z_error_m", {{"p50", z.p50}, {"p95", z.p95}, {"p99", z.p99}, {"max", z.max}}},
+          {"mean_error_m", report.mean_error_m},
+          {"worst_u_m", report.worst_u_m},
+          {"worst_v_m", report.worst_v_m},
+          {"seam_z_step_m", report.seam_z_step_m},
+          {"seam_heading_step_rad", report.seam_heading_step_rad},
+          {"remarks", report.remarks}};
+}
+
+}  // namespace
+
+CentrelineReport describe(const Centreline& centreline) {
+  CentrelineReport report;
+  report.stations = centreline.points_m.size();
+  report.length_m = centreline.length_m;
+  report.closed = centreline.closed;
+  std::vector<double> half = centreline.half_width_m;
+  if (half.empty()) return report;
+  const auto middle = half.begin() + static_cast<std::ptrdiff_t>(half.size() / 2);
+  std::nth_element(half.begin(), middle, half.end());
+  report.width_median_m = 2.0 * *middle;
+  const auto [low, high] = std::minmax_element(half.begin(), half.end());
+  report.width_min_m = 2.0 * *low;
+  report.width_max_m = 2.0 * *high;
+  return report;
+}
+
+GridReport describe(const crg::Grid& grid) {
+  GridReport report;
+  report.rows = grid.rows();
+  report.columns = grid.columns();
+  report.nodes = report.rows * report.columns;
+  report.u_begin_m = grid.u_begin_m;
+  report.u_step_m = grid.u_step_m;
+  report.z_min_m = report.z_max_m = std::numeric_limits<double>::quiet_NaN();
+  if (report.nodes == 0) return report;
+  report.u_end_m = grid.u_of(report.rows - 1);
+  report.v_min_m = grid.v_m.front();
+  report.v_max_m = grid.v_m.back();
+  if (report.columns > 1) {
+    report.v_step_min_m = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 1; j < report.columns; ++j) {
+      const double step = grid.v_m[j] - grid.v_m[j - 1];
+      report.v_step_min_m = std::min(report.v_step_min_m, step);
+      report.v_step_max_m = std::max(report.v_step_max_m, step);
+    }
+  }
+  float low = std::numeric_limits<float>::infinity(), high = -low;
+  for (std::size_t i = 0; i < report.rows; ++i) {
+    const float* row = grid.z_m.data() + i * report.columns;
+    std::size_t with_z = 0, first = report.columns, last = 0;
+    for (std::size_t j = 0; j < report.columns; ++j) {
+      if (std::isnan(row[j])) continue;
+      ++with_z;
+      first = std::min(first, j);
+      last = j;
+      low = std::min(low, row[j]);
+      high = std::max(high, row[j]);
+    }
+    report.nodes_with_z += with_z;
+    if (with_z > 0) report.holes += last - first + 1 - with_z;
+  }
+  if (report.nodes_with_z > 0) {
+    report.z_min_m = low;
+    report.z_max_m = high;
+  }
+  return report;
+}
+
+std::string summary_json(const BuildSummary& summary) {
+  Json seconds = Json::object();
+  for (const StageSeconds& stage : summary.seconds) seconds[stage.stage] = stage.seconds;
+  seconds["total"] = summary.seconds_total;
+
+  Json out;
+  out["schema"] = 1;
+  out["program"] = fmt::format("crgbuild {}", KERBSTONE_VERSION);
+  out["versions"] = {{"compiler", KERBSTONE_COMPILER},
+                     {"assimp", KERBSTONE_ASSIMP},
+                     {"cgal", KERBSTONE_CGAL},
+                     {"embree", KERBSTONE_EMBREE}};
+  out["name"] = summary.recipe.name;
+  out["inputs"] = json_of(summary.inputs);
+  out["recipe"] = json_of(summary.recipe);
+  out["read"] = json_of(summary.read);
+  out["clean"] = json_of(summary.clean);
+  out["centreline"] = json_of(summary.centreline);
+  out["reference_line"] = json_of(summary.reference_line);
+  out["sample"] = json_of(summary.sample);
+  out["kerb"] = json_of(summary.kerb);
+  out["smooth"] = json_of(summary.smooth, summary.recipe.smooth);
+  out["align"] = summary.align ? json_of(*summary.align) : Json(nullptr);
+  out["grid"] = json_of(summary.grid);
+  out["validation"] = json_of(summary.validate, summary.recipe.limits);
+  out["seconds"] = seconds;
+  out["peak_memory_mb"] = peak_memory_mb();
+  // Object names of a mesh need not be UTF-8.
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::vector<std::string> validation_failures(const ValidateReport& report,
+                                             const ValidateLimits& limits) {
+  std::vector<std::string> failures;
+  if (report.points == 0) {
+    failures.push_back(
+        "no point of the file could be compared with the mesh: do the file and the mesh share a "
+        "frame?");
+    return failures;
+  }
+  if (!(report.z_error_m.p99 <= limits.max_z_error_p99_m))
+    failures.push_back(
+        fmt::format("1 % of the points are more than {:.4g} m from the mesh, at most {:.4g} m "
+                    "wanted; the worst is {:.4g} m at u = {:.2f} m, v = {:.2f} m",
+                    report.z_error_m.p99, limits.max_z_error_p99_m, report.z_error_m.max,
+                    report.worst_u_m, report.worst_v_m));
+  const double share = static_cast<double>(report.points_without_mesh) /
+                       static_cast<double>(report.points + report.points_without_mesh);
+  if (share > limits.max_share_without_mesh)
+    failures.push_back(fmt::format("{} of {} points have a height where the mesh has no surface",
+                                   report.points_without_mesh,
+                                   report.points + report.points_without_mesh));
+  if (!(report.seam_z_step_m <= limits.max_seam_z_step_m))
+    failures.push_back(
+        fmt::format("the height steps by {:.4g} m at the seam, at most {:.4g} m wanted",
+                    report.seam_z_step_m, limits.max_seam_z_step_m));
+  return failures;
+}
+
+double peak_memory_mb() {
+  std::ifstream status("/proc/self/status");
+  std::string word;
+  while (status >> word)
+    if (word == "VmHWM:") {
+      double kib = 0.0;
+      status >> kib;
+      return kib * 1024.0 / 1e6;
+    }
+  return 0.0;
+}
+
+}  // namespace road
