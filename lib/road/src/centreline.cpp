@@ -113,7 +113,7 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
   walk.stations.push_back(start);
   Vector2d segment = start.heading;
   double turn_rad = 0.0;
-  double half_left_m = 0.5 * start.width_m(), half_right_m = half_left_m;
+  double half_m = 0.5 * start.width_m();
   // Stations by cell of 4 m, to notice when the walk meets a place where it has been.
   std::unordered_map<std::int64_t, std::vector<std::size_t>> visited;
   const auto cell_of = [](double x, double y) {
@@ -152,27 +152,27 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
     }
     if (!hit) break;
     const Vector2d heading = rotated(direction, 0.5 * turn_rad);
-    // Where a pit lane or another road joins, the width jumps: keep to the road as it was.
-    auto station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading,
-                                 1.0 + 1.5 * half_left_m + 0.5 * here.width_m(),
-                                 1.0 + 1.5 * half_right_m + 0.5 * here.width_m());
-    const double off_axis_m = (next - (here.centre.head<2>() + gone_m * direction)).dot(left_of(heading));
-    double left_m = (station->left.head<2>() - next).dot(left_of(heading)) + off_axis_m;
-    double right_m = -(station->right.head<2>() - next).dot(left_of(heading)) - off_axis_m;
-    left_m = std::min(left_m, 1.3 * half_left_m + 0.5);
-    right_m = std::min(right_m, 1.3 * half_right_m + 0.5);
-    if (left_m + right_m < kMinWidth_m) break;
-    half_left_m += 0.2 * (0.5 * (left_m + right_m) - half_left_m);
-    half_right_m = half_left_m;
-    const Vector2d base = here.centre.head<2>() + gone_m * direction;
-    station->left.head<2>() = base + left_m * left_of(heading);
-    station->right.head<2>() = base - right_m * left_of(heading);
+    auto station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading, 2.0 * half_m + 2.0, 2.0 * half_m + 2.0);
+    const Vector2d base = here.centre.head<2>() + gone_m * direction, normal = left_of(heading);
+    // An edge that jumps is a pit lane, a crossing or a hole: follow the other edge and let this one
+    // come in slowly, so that a road which really changes its width is still followed.
+    const auto track = [&](double measured_m) {
+      const double change_m = measured_m - half_m;
+      return std::abs(change_m) <= 0.4 * gone_m + 0.05 ? measured_m : half_m + std::copysign(0.1 * gone_m, change_m);
+    };
+    const double left_m = track((station->left.head<2>() - base).dot(normal));
+    const double right_m = track(-(station->right.head<2>() - base).dot(normal));
+    half_m = 0.5 * (left_m + right_m);
+    if (2.0 * half_m < kMinWidth_m) break;
+    station->left.head<2>() = base + left_m * normal;
+    station->right.head<2>() = base - right_m * normal;
     station->centre.head<2>() = 0.5 * (station->left + station->right).head<2>();
 
     const Vector2d chord = (station->centre - here.centre).head<2>();
     if (chord.norm() < 0.2 * step_m) break;
     const Vector2d new_segment = chord.normalized();
-    turn_rad = std::clamp(angle_between(segment, new_segment), -0.35, 0.35);
+    const double sharpest_rad = chord.norm() / (1.1 * half_m);  // the inner edge still has a radius
+    turn_rad = std::clamp(angle_between(segment, new_segment), -sharpest_rad, sharpest_rad);
     segment = new_segment;
 
     // Met an earlier station going the same way on the same layer: the loop is closed there.
@@ -195,6 +195,12 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
       }
     }
     if (met) {
+      double loop_m = 0.0;
+      for (std::size_t i = *met; i + 1 < index; ++i) {
+        loop_m += (walk.stations[i + 1].centre - walk.stations[i].centre).head<2>().norm();
+      }
+      // A loop this short is the walk turning on the spot, lost on a wide surface.
+      if (loop_m < 10.0 * here.width_m()) break;
       walk.stations.erase(walk.stations.begin(), walk.stations.begin() + static_cast<std::ptrdiff_t>(*met));
       walk.closed = true;
       break;

@@ -182,6 +182,9 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
       line.y_m.push_back(here.y());
     }
     if (!line.closed) break;
+    if (!(at_t > 0.9 * length_t && at_t < 1.1 * length_t)) {
+      throw Error("the centreline turns back on itself: a line with equal steps cannot follow it; look at centreline.csv");
+    }
     const double rest_m = (length_t - at_t) * spline.derivative(0.0).norm() - kClosingGap_m;
     line.u_step_m += rest_m / static_cast<double>(steps);
     if (std::abs(rest_m) < 1e-9) break;
