@@ -9,16 +9,27 @@
 #include <numeric>
 #include <optional>
 #include <regex>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 
+#include "mesh_topology.h"
 #include "road/error.h"
 
 namespace road {
 namespace {
 
 constexpr double kZeroArea_m2 = 1e-8;
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+// Vertices snapped at a border must agree in height, or the lip of a kerb would be flattened.
+constexpr double kSnapHeight_m = 0.005;
+// A gap of the named road is looked for between two ends that face each other within this.
+constexpr double kLongestGap_m = 40.0;
+// A piece under another name fills a gap when it lies this near the surface between the two ends.
+constexpr double kGapHeight_m = 0.15;
+// Surfaces that touch within this along their borders belong together (T-junctions).
+constexpr double kTouch_m = 0.05;
+// A second component with this share of the largest one's road is another circuit, not a leftover.
+constexpr double kOtherCircuitShare = 0.3;
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -42,8 +53,9 @@ std::string lower_case_pattern(std::string pattern) {
 /// Name rules, compiled. Materials and textures recur, so their answers are kept.
 class NameTable {
  public:
-  explicit NameTable(const std::vector<NameRule>& rules) {
+  NameTable(const std::vector<NameRule>& rules, const std::string& convention) {
     for (const NameRule& rule : rules) {
+      if (!rule.convention.empty() && rule.convention != convention) continue;
       try {
         compiled_.push_back({rule.field,
                              rule.surface_class,
@@ -86,60 +98,522 @@ class NameTable {
   std::vector<Rule> compiled_;
 };
 
-/// For every vertex the lowest vertex within `tolerance_m` (chains of close vertices are not
-/// followed, so nothing moves farther than the tolerance).
-std::vector<std::uint32_t> weld(const std::vector<Eigen::Vector3d>& vertices_m,
-                                double tolerance_m) {
-  // Cells much larger than the tolerance: nearly every vertex needs to look into one cell only.
-  const double cell_m = std::max(tolerance_m * 16.0, 1e-6);
-  using Cell = std::array<std::int64_t, 3>;
-  struct Hash {
-    std::size_t operator()(const Cell& cell) const {
-      return static_cast<std::size_t>(cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791);
+Eigen::Vector3d area_vector(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                            const Eigen::Vector3d& c) {
+  return 0.5 * (b - a).cross(c - a);
+}
+
+/// The first naming convention of the table one of whose road rules matches an object of the mesh.
+std::string convention_of(const Mesh& mesh, const std::vector<NameRule>& rules) {
+  std::vector<std::string> conventions;
+  for (const NameRule& rule : rules) {
+    if (!rule.convention.empty() &&
+        std::find(conventions.begin(), conventions.end(), rule.convention) == conventions.end()) {
+      conventions.push_back(rule.convention);
     }
+  }
+  for (const std::string& convention : conventions) {
+    NameTable table(rules, convention);
+    for (const MeshObject& object : mesh.objects) {
+      if (table.class_of(object) == SurfaceClass::road) return convention;
+    }
+  }
+  return {};
+}
+
+/// The drivable part of a mesh while it is being cleaned: shared vertices, faces up.
+struct Soup {
+  std::vector<Eigen::Vector3d> vertices_m;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint32_t> object;
+  std::vector<SurfaceClass> surface_class;
+
+  Eigen::Vector3d area_vector_of(std::size_t i) const {
+    const Triangle& t = triangles[i];
+    return area_vector(vertices_m[t[0]], vertices_m[t[1]], vertices_m[t[2]]);
+  }
+
+  /// Keeps the triangles for which `keep` says so.
+  template <class Keep>
+  void filter(Keep keep) {
+    std::size_t out = 0;
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      if (!keep(i)) continue;
+      triangles[out] = triangles[i];
+      object[out] = object[i];
+      surface_class[out] = surface_class[i];
+      ++out;
+    }
+    triangles.resize(out);
+    object.resize(out);
+    surface_class.resize(out);
+  }
+
+  /// Applies a vertex map; drops what collapses or repeats.
+  void merge_vertices(const std::vector<std::uint32_t>& target,
+                      std::map<std::string, std::size_t>& dropped) {
+    struct Hash {
+      std::size_t operator()(const Triangle& t) const {
+        return (static_cast<std::size_t>(t[0]) * 73856093) ^
+               (static_cast<std::size_t>(t[1]) * 19349663) ^
+               (static_cast<std::size_t>(t[2]) * 83492791);
+      }
+    };
+    std::unordered_set<Triangle, Hash> seen;
+    seen.reserve(2 * triangles.size());
+    for (Triangle& t : triangles) {
+      for (std::uint32_t& index : t) index = target[index];
+    }
+    filter([&](std::size_t i) {
+      Triangle key = triangles[i];
+      if (key[0] == key[1] || key[1] == key[2] || key[2] == key[0] ||
+          area_vector_of(i).norm() < kZeroArea_m2) {
+        ++dropped["zero area"];
+        return false;
+      }
+      std::sort(key.begin(), key.end());
+      if (!seen.insert(key).second) {
+        ++dropped["duplicate"];
+        return false;
+      }
+      return true;
+    });
+  }
+
+  /// Leaves out vertices that no triangle uses, in order of first use.
+  void compact() {
+    std::vector<std::uint32_t> number(vertices_m.size(), kNoIndex);
+    std::vector<Eigen::Vector3d> used;
+    used.reserve(vertices_m.size());
+    for (Triangle& t : triangles) {
+      for (std::uint32_t& index : t) {
+        if (number[index] == kNoIndex) {
+          number[index] = static_cast<std::uint32_t>(used.size());
+          used.push_back(vertices_m[index]);
+        }
+        index = number[index];
+      }
+    }
+    vertices_m = std::move(used);
+  }
+};
+
+Soup make_soup(const Mesh& mesh, const std::vector<std::uint32_t>& kept,
+               const std::vector<SurfaceClass>& class_of_triangle, const CleanOptions& options,
+               CleanReport& facts) {
+  Soup soup;
+  soup.triangles.reserve(kept.size());
+  std::vector<std::uint32_t> number(mesh.vertices_m.size(), kNoIndex);
+  for (const std::uint32_t i : kept) {
+    Triangle t{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::uint32_t& n = number[mesh.triangles[i][c]];
+      if (n == kNoIndex) {
+        n = static_cast<std::uint32_t>(soup.vertices_m.size());
+        soup.vertices_m.push_back(mesh.vertices_m[mesh.triangles[i][c]]);
+      }
+      t[c] = n;
+    }
+    soup.triangles.push_back(t);
+    soup.object.push_back(mesh.object_of_triangle[i]);
+    soup.surface_class.push_back(class_of_triangle[i]);
+    if (soup.area_vector_of(soup.triangles.size() - 1).z() < 0.0) {
+      std::swap(soup.triangles.back()[1], soup.triangles.back()[2]);
+      ++facts.faces_turned;
+    }
+  }
+  const std::vector<std::uint32_t> target =
+      weld(soup.vertices_m, options.weld_tolerance_m, options.weld_tolerance_m);
+  for (std::uint32_t i = 0; i < target.size(); ++i) facts.vertices_welded += target[i] != i ? 1 : 0;
+  soup.merge_vertices(target, facts.dropped);
+  soup.compact();
+  return soup;
+}
+
+/// Border vertices that nearly coincide become one: cracks that the weld tolerance left open.
+void snap_borders(Soup& soup, const CleanOptions& options, CleanReport& facts) {
+  std::vector<std::uint32_t> border;
+  std::vector<std::uint32_t> place(soup.vertices_m.size(), kNoIndex);
+  for (const auto& loop : border_loops(soup.triangles, soup.vertices_m)) {
+    for (const std::uint32_t vertex : loop) {
+      if (place[vertex] != kNoIndex) continue;
+      place[vertex] = 0;
+      border.push_back(vertex);
+    }
+  }
+  std::sort(border.begin(), border.end());
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(border.size());
+  for (const std::uint32_t vertex : border) points.push_back(soup.vertices_m[vertex]);
+  const std::vector<std::uint32_t> near = weld(points, options.snap_tolerance_m, kSnapHeight_m);
+  std::vector<std::uint32_t> target(soup.vertices_m.size());
+  std::iota(target.begin(), target.end(), 0u);
+  bool any = false;
+  for (std::uint32_t i = 0; i < border.size(); ++i) {
+    if (near[i] == i) continue;
+    target[border[i]] = border[near[i]];
+    any = true;
+    ++facts.vertices_snapped;
+  }
+  if (any) soup.merge_vertices(target, facts.dropped);
+}
+
+/// An open end of a strip: the straight piece of a border across it, surface on its left.
+struct End {
+  std::vector<std::uint32_t> vertices;
+  Eigen::Vector3d first, last, middle;
+  Eigen::Vector2d outward;
+  double width_m = 0.0;
+};
+
+std::vector<End> open_ends(const std::vector<Triangle>& triangles,
+                           const std::vector<Eigen::Vector3d>& vertices_m, double widest_m) {
+  constexpr double kCorner = 45.0 * std::numbers::pi / 180.0;
+  std::vector<End> ends;
+  for (const auto& loop : border_loops(triangles, vertices_m)) {
+    const std::size_t n = loop.size();
+    std::vector<std::size_t> corners;  // where the border turns left: convex corners of the surface
+    for (std::size_t i = 0; i < n && n >= 4; ++i) {
+      const Eigen::Vector2d in =
+          (vertices_m[loop[i]] - vertices_m[loop[(i + n - 1) % n]]).head<2>();
+      const Eigen::Vector2d out = (vertices_m[loop[(i + 1) % n]] - vertices_m[loop[i]]).head<2>();
+      if (std::atan2(in.x() * out.y() - in.y() * out.x(), in.dot(out)) > kCorner)
+        corners.push_back(i);
+    }
+    for (std::size_t k = 0; k < corners.size() && corners.size() >= 2; ++k) {
+      const std::size_t begin = corners[k];
+      const std::size_t end = corners[(k + 1) % corners.size()];
+      End candidate;
+      double along_m = 0.0;
+      for (std::size_t i = begin;; i = (i + 1) % n) {
+        candidate.vertices.push_back(loop[i]);
+        if (i == end) break;
+        along_m += (vertices_m[loop[(i + 1) % n]] - vertices_m[loop[i]]).head<2>().norm();
+        if (along_m > widest_m) break;
+      }
+      candidate.first = vertices_m[loop[begin]];
+      candidate.last = vertices_m[loop[end]];
+      const Eigen::Vector2d chord = (candidate.last - candidate.first).head<2>();
+      candidate.width_m = chord.norm();
+      if (along_m > widest_m || candidate.width_m < 2.0 || candidate.width_m < 0.9 * along_m)
+        continue;
+      candidate.middle = (candidate.first + candidate.last) / 2.0;
+      candidate.outward = Eigen::Vector2d(chord.y(), -chord.x()) / candidate.width_m;
+      ends.push_back(std::move(candidate));
+    }
+  }
+  return ends;
+}
+
+struct Gap {
+  End a, b;
+  double length_m = 0.0;
+};
+
+/// Pairs of ends that face each other, nearest first; every end once.
+std::vector<Gap> facing_ends(const std::vector<End>& ends, double longest_m) {
+  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    for (std::size_t j = i + 1; j < ends.size(); ++j) {
+      const Eigen::Vector3d d = ends[j].middle - ends[i].middle;
+      const double distance_m = d.head<2>().norm();
+      if (distance_m > longest_m || std::abs(d.z()) > 0.01 + 0.1 * distance_m) continue;
+      if (ends[i].outward.dot(ends[j].outward) > -0.7) continue;
+      // In front of each other, or overlapping a little.
+      if (distance_m > 0.25 && d.head<2>().dot(ends[i].outward) < 0.7 * distance_m) continue;
+      const double ratio = ends[i].width_m / ends[j].width_m;
+      if (ratio < 0.7 || ratio > 1.4) continue;
+      pairs.emplace_back(distance_m, i, j);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  std::vector<bool> used(ends.size(), false);
+  std::vector<Gap> gaps;
+  for (const auto& [distance_m, i, j] : pairs) {
+    if (used[i] || used[j]) continue;
+    used[i] = used[j] = true;
+    gaps.push_back({ends[i], ends[j], distance_m});
+  }
+  return gaps;
+}
+
+/// The quadrilateral between two ends: is a point in it, and how high is the surface there?
+class Corridor {
+ public:
+  explicit Corridor(const Gap& gap)
+      : corner_{gap.a.first, gap.a.last, gap.b.first, gap.b.last},
+        centre_((gap.a.middle + gap.b.middle) / 2.0) {
+    // Seen from inside the gap, a runs first -> last and b continues first -> last: a closed
+    // quadrilateral, clockwise since the surface is on the left of both.
+    area_m2_ = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Eigen::Vector3d &p = corner_[k], &q = corner_[(k + 1) % 4];
+      area_m2_ -= 0.5 * (p.x() * q.y() - p.y() * q.x());
+    }
+  }
+  bool contains(const Eigen::Vector3d& point, double margin_m) const {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Eigen::Vector2d edge = (corner_[(k + 1) % 4] - corner_[k]).head<2>();
+      const Eigen::Vector2d to = (point - corner_[k]).head<2>();
+      const double length = edge.norm();
+      if (length > 0.0 && (edge.x() * to.y() - edge.y() * to.x()) / length > margin_m) return false;
+    }
+    return true;
+  }
+  double height_at(const Eigen::Vector3d& point) const {
+    // Weighted by the distance to the two ends; the ends are straight.
+    const auto on_end = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& q,
+                            double& distance_m) {
+      const Eigen::Vector2d along = (q - p).head<2>();
+      const Eigen::Vector2d to = (point - p).head<2>();
+      const double s = std::clamp(along.dot(to) / along.squaredNorm(), 0.0, 1.0);
+      distance_m = (to - s * along).norm();
+      return p.z() + s * (q.z() - p.z());
+    };
+    double da = 0.0, db = 0.0;
+    const double za = on_end(corner_[0], corner_[1], da);
+    const double zb = on_end(corner_[2], corner_[3], db);
+    return da + db > 0.0 ? (za * db + zb * da) / (da + db) : za;
+  }
+  double area_m2() const { return area_m2_; }
+  const Eigen::Vector3d& centre() const { return centre_; }
+
+ private:
+  std::array<Eigen::Vector3d, 4> corner_;
+  Eigen::Vector3d centre_;
+  double area_m2_ = 0.0;
+};
+
+/// The triangles of the road in `soup`.
+std::vector<Triangle> road_triangles(const Soup& soup) {
+  std::vector<Triangle> out;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    if (soup.surface_class[i] == SurfaceClass::road) out.push_back(soup.triangles[i]);
+  }
+  return out;
+}
+
+/// Where the named road has a gap that pieces of other classes fill, calls these road. True if any.
+bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
+                                const std::vector<bool>& may_fill,
+                                std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts) {
+  const std::vector<Gap> gaps =
+      facing_ends(open_ends(road_triangles(soup), soup.vertices_m, 60.0), kLongestGap_m);
+  bool any = false;
+  for (const Gap& gap : gaps) {
+    if (gap.length_m < 0.02) continue;
+    const Corridor corridor(gap);
+    std::vector<std::uint32_t> filling;
+    double filled_m2 = 0.0;
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      if (!may_fill[i] || class_of_triangle[i] == SurfaceClass::road) continue;
+      const Eigen::Vector3d centroid =
+          (mesh.vertex(i, 0) + mesh.vertex(i, 1) + mesh.vertex(i, 2)) / 3.0;
+      if ((centroid - corridor.centre()).head<2>().norm() > kLongestGap_m) continue;
+      bool inside = corridor.contains(centroid, 0.0);
+      for (int c = 0; c < 3 && inside; ++c) {
+        inside =
+            corridor.contains(mesh.vertex(i, c), 0.5) &&
+            std::abs(mesh.vertex(i, c).z() - corridor.height_at(mesh.vertex(i, c))) < kGapHeight_m;
+      }
+      if (!inside) continue;
+      filling.push_back(i);
+      filled_m2 +=
+          std::abs(area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2)).z());
+    }
+    if (filled_m2 < 0.5 * corridor.area_m2()) continue;
+    for (const std::uint32_t i : filling) class_of_triangle[i] = SurfaceClass::road;
+    any = true;
+    const Eigen::Vector3d place = mesh.origin_m + corridor.centre();
+    facts.remarks.push_back(fmt::format(
+        "a gap of {:.2f} m in the road at ({:.1f}, {:.1f}) is filled by object '{}', taken as road",
+        gap.length_m, place.x(), place.y(),
+        mesh.objects[mesh.object_of_triangle[filling.front()]].name));
+  }
+  return any;
+}
+
+/// Closes gaps across the strip made of the triangles that `of` admits by triangles between the
+/// ends.
+template <class Of>
+void bridge_gaps(Soup& soup, Of of, const Eigen::Vector3d& origin_m, const CleanOptions& options,
+                 CleanReport& facts) {
+  std::vector<Triangle> strip;
+  std::vector<std::uint32_t> index;
+  for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
+    if (!of(i)) continue;
+    strip.push_back(soup.triangles[i]);
+    index.push_back(i);
+  }
+  const std::vector<Gap> gaps =
+      facing_ends(open_ends(strip, soup.vertices_m, 250.0), options.max_gap_m);
+  if (gaps.empty()) return;
+  std::unordered_map<std::uint64_t, std::uint32_t> triangle_of_edge;
+  for (const EdgeUse& use : edge_uses(strip)) triangle_of_edge.try_emplace(use.key, index[use.t]);
+  for (const Gap& gap : gaps) {
+    // Ends at one place in plan are the foot and the top of a step, not a gap.
+    if (gap.length_m < options.weld_tolerance_m) continue;
+    // Walk both ends from the same side; step on the one whose next vertex lies less far across.
+    const std::vector<std::uint32_t>& a = gap.a.vertices;
+    const std::vector<std::uint32_t> b(gap.b.vertices.rbegin(), gap.b.vertices.rend());
+    const Eigen::Vector2d across = (gap.a.last - gap.a.first).head<2>().normalized();
+    const auto offset = [&](std::uint32_t vertex) {
+      return across.dot((soup.vertices_m[vertex] - gap.a.first).head<2>());
+    };
+    std::size_t i = 0, j = 0;
+    while (i + 1 < a.size() || j + 1 < b.size()) {
+      const bool step_a =
+          j + 1 >= b.size() || (i + 1 < a.size() && offset(a[i + 1]) <= offset(b[j + 1]));
+      // The new triangle takes class and object from the one across the edge it shares with an end.
+      const std::uint64_t p = step_a ? a[i] : b[j];
+      const std::uint64_t q = step_a ? a[i + 1] : b[j + 1];
+      const auto like = triangle_of_edge.find(std::min(p, q) << 32 | std::max(p, q));
+      Triangle t = step_a ? Triangle{a[i + 1], a[i], b[j]} : Triangle{b[j], b[j + 1], a[i]};
+      (step_a ? i : j) += 1;
+      if (like == triangle_of_edge.end() || t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      const Eigen::Vector3d area =
+          area_vector(soup.vertices_m[t[0]], soup.vertices_m[t[1]], soup.vertices_m[t[2]]);
+      if (area.z() < 0.0) std::swap(t[1], t[2]);
+      soup.triangles.push_back(t);
+      soup.object.push_back(soup.object[like->second]);
+      soup.surface_class.push_back(soup.surface_class[like->second]);
+      ++facts.bridging_triangles;
+    }
+    const Eigen::Vector3d place = origin_m + (gap.a.middle + gap.b.middle) / 2.0;
+    facts.remarks.push_back(
+        fmt::format("a gap of {:.1f} mm across the track at ({:.1f}, {:.1f}) was bridged",
+                    1000.0 * gap.length_m, place.x(), place.y()));
+  }
+}
+
+/// Components of the surface where borders that touch without shared vertices count as joined.
+std::vector<std::uint32_t> touching_components(const Soup& soup, std::size_t& by_edges) {
+  std::vector<std::uint32_t> number = components(soup.triangles);
+  by_edges = number.empty() ? 0 : 1 + *std::max_element(number.begin(), number.end());
+  if (by_edges < 2) return number;
+
+  // Border edges in a coarse grid; every border vertex looks for edges of other components nearby.
+  struct Edge {
+    std::uint32_t a, b, component;
   };
-  std::unordered_map<Cell, std::vector<std::uint32_t>, Hash> cells;
-  cells.reserve(vertices_m.size() / 2);
-  std::vector<std::uint32_t> target(vertices_m.size());
-  const auto cell_of = [cell_m](double value) {
-    return static_cast<std::int64_t>(std::floor(value / cell_m));
+  std::vector<Edge> edges;
+  const std::vector<EdgeUse> uses = edge_uses(soup.triangles);
+  for (std::size_t i = 0; i < uses.size(); ++i) {
+    if ((i > 0 && uses[i - 1].key == uses[i].key) ||
+        (i + 1 < uses.size() && uses[i + 1].key == uses[i].key))
+      continue;
+    edges.push_back({static_cast<std::uint32_t>(uses[i].key >> 32),
+                     static_cast<std::uint32_t>(uses[i].key), number[uses[i].t]});
+  }
+  constexpr double kCell_m = 4.0;
+  const auto cell_of = [](double value) {
+    return static_cast<std::int64_t>(std::floor(value / kCell_m));
   };
-  for (std::uint32_t i = 0; i < vertices_m.size(); ++i) {
-    const Eigen::Vector3d& v = vertices_m[i];
-    std::uint32_t found = kNone;
-    const Cell low{cell_of(v.x() - tolerance_m), cell_of(v.y() - tolerance_m),
-                   cell_of(v.z() - tolerance_m)};
-    const Cell high{cell_of(v.x() + tolerance_m), cell_of(v.y() + tolerance_m),
-                    cell_of(v.z() + tolerance_m)};
-    for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-      for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-        for (std::int64_t z = low[2]; z <= high[2]; ++z) {
-          const auto cell = cells.find({x, y, z});
-          if (cell == cells.end()) continue;
-          for (const std::uint32_t other : cell->second) {
-            if (other < found && (vertices_m[other] - v).norm() <= tolerance_m) found = other;
-          }
+  const auto key_of = [](std::int64_t x, std::int64_t y) {
+    return static_cast<std::uint64_t>(x) << 32 ^ static_cast<std::uint32_t>(y);
+  };
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells;
+  for (std::uint32_t e = 0; e < edges.size(); ++e) {
+    const Eigen::Vector3d &p = soup.vertices_m[edges[e].a], &q = soup.vertices_m[edges[e].b];
+    const int steps = 1 + static_cast<int>((q - p).head<2>().norm() / kCell_m * 2.0);
+    std::uint64_t last = 0;
+    for (int k = 0; k <= steps; ++k) {
+      const Eigen::Vector3d at = p + (q - p) * (static_cast<double>(k) / steps);
+      const std::uint64_t key = key_of(cell_of(at.x()), cell_of(at.y()));
+      if (k == 0 || key != last) cells[key].push_back(e);
+      last = key;
+    }
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> touches;
+  for (const Edge& edge : edges) {
+    const Eigen::Vector3d& v = soup.vertices_m[edge.a];
+    std::uint32_t counted = kNoIndex;
+    for (std::int64_t x = cell_of(v.x() - kTouch_m); x <= cell_of(v.x() + kTouch_m); ++x) {
+      for (std::int64_t y = cell_of(v.y() - kTouch_m); y <= cell_of(v.y() + kTouch_m); ++y) {
+        const auto cell = cells.find(key_of(x, y));
+        if (cell == cells.end()) continue;
+        for (const std::uint32_t e : cell->second) {
+          if (edges[e].component == edge.component || edges[e].component == counted) continue;
+          const Eigen::Vector3d &p = soup.vertices_m[edges[e].a], &q = soup.vertices_m[edges[e].b];
+          const double s = std::clamp((v - p).dot(q - p) / (q - p).squaredNorm(), 0.0, 1.0);
+          if ((p + s * (q - p) - v).norm() > kTouch_m) continue;
+          counted = edges[e].component;
+          ++touches[std::minmax(edge.component, edges[e].component)];
         }
       }
     }
-    target[i] = found == kNone ? i : found;
-    if (found == kNone) cells[{cell_of(v.x()), cell_of(v.y()), cell_of(v.z())}].push_back(i);
   }
-  return target;
+  DisjointSets sets(by_edges);
+  for (const auto& [pair, count] : touches) {
+    if (count >= 2) sets.join(pair.first, pair.second);
+  }
+  for (std::uint32_t& n : number) n = sets.find(n);
+  return number;
 }
 
-/// Triangles with shared vertices and their classes, and how many were left out for which reason.
-struct Soup {
-  std::vector<Eigen::Vector3d> vertices_m;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<std::uint32_t> source;  ///< index of the triangle in the input mesh
-  std::vector<SurfaceClass> surface_class;
-};
-
-Eigen::Vector3d area_vector(const Soup& soup, std::size_t i) {
-  const auto& t = soup.triangles[i];
-  return 0.5 * (soup.vertices_m[t[1]] - soup.vertices_m[t[0]])
-                   .cross(soup.vertices_m[t[2]] - soup.vertices_m[t[0]]);
+/// Keeps the connected surface that carries the most road; refuses to choose between circuits.
+void keep_one_circuit(Soup& soup, const Eigen::Vector3d& origin_m, const CleanOptions& options,
+                      CleanReport& facts) {
+  const std::vector<std::uint32_t> component = touching_components(soup, facts.components);
+  struct Part {
+    double road_m2 = 0.0;
+    double distance_m = std::numeric_limits<double>::infinity();
+    Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Vector3d highest = -lowest;
+    Eigen::Vector3d centre() const { return (lowest + highest) / 2.0; }
+  };
+  std::map<std::uint32_t, Part> parts;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    if (soup.surface_class[i] != SurfaceClass::road) continue;
+    Part& part = parts[component[i]];
+    part.road_m2 += soup.area_vector_of(i).norm();
+    for (const std::uint32_t vertex : soup.triangles[i]) {
+      const Eigen::Vector3d& v = soup.vertices_m[vertex];
+      part.lowest = part.lowest.cwiseMin(v);
+      part.highest = part.highest.cwiseMax(v);
+      if (options.near_m) {
+        part.distance_m =
+            std::min(part.distance_m, ((origin_m + v).head<2>() - *options.near_m).norm());
+      }
+    }
+  }
+  if (parts.empty()) return;
+  auto chosen = parts.begin();
+  for (auto part = parts.begin(); part != parts.end(); ++part) {
+    if (part->second.road_m2 > chosen->second.road_m2) chosen = part;
+  }
+  std::vector<const Part*> circuits;
+  for (const auto& [number, part] : parts) {
+    if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2) circuits.push_back(&part);
+  }
+  if (circuits.size() > 1 && !options.near_m) {
+    std::string places;
+    for (const Part* part : circuits) {
+      const Eigen::Vector3d centre = origin_m + part->centre();
+      const Eigen::Vector3d size = part->highest - part->lowest;
+      places += fmt::format("{}{:.0f} m2 around ({:.0f}, {:.0f}), {:.0f} x {:.0f} m",
+                            places.empty() ? "" : "; ", part->road_m2, centre.x(), centre.y(),
+                            size.x(), size.y());
+    }
+    const Eigen::Vector3d corner = origin_m + circuits.back()->centre();
+    throw Error(
+        fmt::format("{} separate roads of similar size: {}; wanted one; choose by a point on it "
+                    "(recipe: near_m, "
+                    "e.g. near_m: [{:.0f}, {:.0f}])",
+                    circuits.size(), places, corner.x(), corner.y()));
+  }
+  if (options.near_m) {
+    for (auto part = parts.begin(); part != parts.end(); ++part) {
+      const bool circuit =
+          std::find(circuits.begin(), circuits.end(), &part->second) != circuits.end();
+      if (circuit && part->second.distance_m < chosen->second.distance_m) chosen = part;
+    }
+  }
+  soup.filter([&, number = chosen->first](std::size_t i) {
+    if (component[i] == number) return true;
+    ++facts.dropped["not connected"];
+    return false;
+  });
 }
 
 }  // namespace
@@ -163,40 +637,51 @@ const char* to_string(SurfaceClass surface_class) {
 std::vector<NameRule> default_name_rules() {
   using enum NameRule::Field;
   using enum SurfaceClass;
+  const auto torcs = [](NameRule::Field field, const char* pattern, SurfaceClass surface_class) {
+    return NameRule{field, pattern, surface_class, "torcs"};
+  };
+  const auto assetto = [](const char* pattern, SurfaceClass surface_class) {
+    return NameRule{object, pattern, surface_class, "assetto corsa"};
+  };
+  const auto words = [](NameRule::Field field, const char* pattern, SurfaceClass surface_class) {
+    return NameRule{field, pattern, surface_class, "words"};
+  };
   return {
-      // TORCS. Trees and boards first: most objects are of these, and the first match decides.
-      {object, R"(^(obj|object|tree|trib|pub|poutre|box|rect|poly|roue|toptent)[^a-z]*)", scenery},
-      {object, R"(^(b[0-9r][lr]t|p\d+ts|s[0-9t]bg))", barrier},
-      {object, R"(^tkmn)", road},
-      {object, R"(^[tx]k[lr]s)", runoff},
-      {object, R"(^terr)", scenery},
-      {texture, R"(wall|barr|fence|armco|pylon)", barrier},
-      {texture, R"(kerb|curb)", kerb},
-      {object, R"(^[tx]\d[lr]b)", runoff},
-      // Assetto Corsa: surfaces that count are numbered, "1ROAD", "12KERB".
-      {object, R"(^\d+(road|asph|pit|conc))", road},
-      {object, R"(^\d+(kerb|curb))", kerb},
-      {object, R"(^\d+(grass|sand|gravel|runoff|dirt|turf))", runoff},
-      {object, R"(^\d+(wall|fence|armco|barr))", barrier},
-      // Plain words, as object or material, rFactor's four-letter ones among them.
-      {object,
-       R"((^|[^a-z])(tree|bush|forest|crowd|stand|grandstand|gantry|bridge|building|house|sign|board|light|car|tent|sky|terrain|hill|mountain))",
-       scenery},
-      {object, R"((^|[^a-z])(wall|fence|barrier|armco|guard|tyre|tire|cone|pylon))", barrier},
-      {object, R"((^|[^a-z])(kerb|curb|rmbl|rumble))", kerb},
-      {object, R"((^|[^a-z])(road|asphalt|tarmac|track|rdap|racingsurface|pitlane))", road},
-      {object,
-       R"((^|[^a-z])(runoff|run-off|run_off|grass|grss|gravel|grav|sand|verge|shoulder|dirt|concrete|cemt))",
-       runoff},
-      {material,
-       R"((^|[^a-z])(tree|bush|forest|crowd|stand|gantry|building|house|sign|board|leaf|leaves|trunk|sky))",
-       scenery},
-      {material, R"((^|[^a-z])(wall|fence|barrier|armco|guard|tyre|tire))", barrier},
-      {material, R"((^|[^a-z])(kerb|curb|rmbl|rumble))", kerb},
-      {material, R"((^|[^a-z])(road|asphalt|tarmac|rdap))", road},
-      {material,
-       R"((^|[^a-z])(runoff|run-off|run_off|grass|grss|gravel|grav|sand|verge|shoulder|dirt|cemt))",
-       runoff},
+      // Trees and boards first: most objects are of these, and the first match decides.
+      torcs(object, "^(obj|tree|trib|pub|poutre|box|rect|poly|roue|toptent)", scenery),
+      torcs(object, R"(^(b[0-9r][lr]t|p\d+ts|s[0-9t]bg))", barrier),
+      torcs(object, "^terr", scenery),
+      torcs(texture, "wall|barr|fence|armco|pylon", barrier),
+      torcs(object, "^tkmn", road),
+      torcs(object, "^[tx]k[lr]s", runoff),
+      torcs(texture, "kerb|curb|^rmbl|^rsa", kerb),
+      torcs(object, R"(^[tx]\d[lr]b)", runoff),
+      // Surfaces that count are numbered: "1ROAD", "12KERB".
+      assetto(R"(^\d+(road|asph|pit|conc))", road),
+      assetto(R"(^\d+(kerb|curb))", kerb),
+      assetto(R"(^\d+(grass|sand|gravel|runoff|dirt|turf))", runoff),
+      assetto(R"(^\d+(wall|fence|armco|barr))", barrier),
+      // Plain words, rFactor's four-letter ones among them; the object's name before the
+      // material's.
+      words(object,
+            "(^|[^a-z])(tree|bush|forest|crowd|stand|grandstand|gantry|building|house|sign|board|"
+            "light|car|tent|sky|terrain|hill|mountain)",
+            scenery),
+      words(object, "(^|[^a-z])(wall|fence|barrier|armco|guard|tyre|tire|cone|pylon)", barrier),
+      words(object, "(^|[^a-z])(kerb|curb|rmbl|rumble)", kerb),
+      words(object, "(^|[^a-z])(road|asphalt|tarmac|track|rdap|racingsurface|pitlane)", road),
+      words(object,
+            "(^|[^a-z])(run_?-?off|grass|grss|gravel|grav|sand|verge|shoulder|dirt|concrete|cemt)",
+            runoff),
+      words(material,
+            "(^|[^a-z])(tree|bush|forest|crowd|stand|gantry|building|house|sign|board|leaf|leaves|"
+            "trunk|sky|terrain)",
+            scenery),
+      words(material, "(^|[^a-z])(wall|fence|barrier|armco|guard|tyre|tire)", barrier),
+      words(material, "(^|[^a-z])(kerb|curb|rmbl|rumble)", kerb),
+      words(material, "(^|[^a-z])(road|asphalt|tarmac|rdap)", road),
+      words(material, "(^|[^a-z])(run_?-?off|grass|grss|gravel|grav|sand|verge|shoulder|dirt|cemt)",
+            runoff),
   };
 }
 
@@ -204,87 +689,56 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   CleanReport facts;
   facts.triangles_in = mesh.triangles.size();
   facts.weld_tolerance_m = options.weld_tolerance_m;
+  facts.snap_tolerance_m = options.snap_tolerance_m;
   facts.by_names = true;
 
-  NameTable table(options.name_rules);
+  NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
   std::vector<SurfaceClass> class_of_object;
   class_of_object.reserve(mesh.objects.size());
   for (const MeshObject& object : mesh.objects) {
     class_of_object.push_back(table.class_of(object).value_or(SurfaceClass::scenery));
   }
+  const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
+  std::vector<SurfaceClass> class_of_triangle(mesh.triangles.size());
+  std::vector<bool> flat(mesh.triangles.size()), empty(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    class_of_triangle[i] = class_of_object[mesh.object_of_triangle[i]];
+    const Eigen::Vector3d area =
+        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2));
+    empty[i] = area.norm() < kZeroArea_m2;
+    flat[i] = !empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
+  }
 
-  Soup soup;
-  {
-    const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
-    std::vector<Eigen::Vector3d> corners;
+  const auto build_soup = [&](CleanReport& counted) {
     std::vector<std::uint32_t> kept;
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-      const SurfaceClass surface_class = class_of_object[mesh.object_of_triangle[i]];
+      const SurfaceClass surface_class = class_of_triangle[i];
       if (surface_class == SurfaceClass::barrier || surface_class == SurfaceClass::scenery) {
-        ++facts.dropped[to_string(surface_class)];
-        continue;
-      }
-      const Eigen::Vector3d normal =
-          0.5 *
-          (mesh.vertex(i, 1) - mesh.vertex(i, 0)).cross(mesh.vertex(i, 2) - mesh.vertex(i, 0));
-      if (normal.norm() < kZeroArea_m2) {
-        ++facts.dropped["zero area"];
-        continue;
-      }
-      if (surface_class != SurfaceClass::kerb &&
-          std::abs(normal.z()) < min_cosine * normal.norm()) {
-        ++facts.dropped["too steep"];
-        continue;
-      }
-      kept.push_back(i);
-    }
-    std::vector<std::uint32_t> compact(mesh.vertices_m.size(), kNone);
-    for (const std::uint32_t i : kept) {
-      for (const std::uint32_t index : mesh.triangles[i]) {
-        if (compact[index] != kNone) continue;
-        compact[index] = static_cast<std::uint32_t>(corners.size());
-        corners.push_back(mesh.vertices_m[index]);
+        ++counted.dropped[to_string(surface_class)];
+      } else if (empty[i]) {
+        ++counted.dropped["zero area"];
+      } else if (!flat[i] && surface_class != SurfaceClass::kerb) {
+        ++counted.dropped["too steep"];
+      } else {
+        kept.push_back(i);
       }
     }
-    const std::vector<std::uint32_t> target = weld(corners, options.weld_tolerance_m);
-    std::vector<std::uint32_t> welded(corners.size(), kNone);
-    for (std::uint32_t i = 0; i < corners.size(); ++i) {
-      if (target[i] != i) {
-        ++facts.vertices_welded;
-        continue;
-      }
-      welded[i] = static_cast<std::uint32_t>(soup.vertices_m.size());
-      soup.vertices_m.push_back(corners[i]);
-    }
-    struct Hash {
-      std::size_t operator()(const std::array<std::uint32_t, 3>& t) const {
-        return (static_cast<std::size_t>(t[0]) * 73856093) ^
-               (static_cast<std::size_t>(t[1]) * 19349663) ^
-               (static_cast<std::size_t>(t[2]) * 83492791);
-      }
-    };
-    std::unordered_set<std::array<std::uint32_t, 3>, Hash> seen;
-    seen.reserve(2 * kept.size());
-    for (const std::uint32_t i : kept) {
-      std::array<std::uint32_t, 3> t{};
-      for (std::size_t c = 0; c < 3; ++c) t[c] = welded[target[compact[mesh.triangles[i][c]]]];
-      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
-        ++facts.dropped["zero area"];
-        continue;
-      }
-      std::array<std::uint32_t, 3> key = t;
-      std::sort(key.begin(), key.end());
-      if (!seen.insert(key).second) {
-        ++facts.dropped["duplicate"];
-        continue;
-      }
-      soup.triangles.push_back(t);
-      soup.source.push_back(i);
-      soup.surface_class.push_back(class_of_object[mesh.object_of_triangle[i]]);
-      if (area_vector(soup, soup.triangles.size() - 1).z() < 0.0)
-        std::swap(soup.triangles.back()[1], soup.triangles.back()[2]);
-    }
+    return make_soup(mesh, kept, class_of_triangle, options, counted);
+  };
+  CleanReport first = facts;
+  Soup soup = build_soup(first);
+  if (fill_gaps_from_other_names(mesh, soup, flat, class_of_triangle, facts)) {
+    first = facts;
+    soup = build_soup(first);
   }
+  facts = std::move(first);
+  snap_borders(soup, options, facts);
+  bridge_gaps(
+      soup, [](std::size_t) { return true; }, mesh.origin_m, options, facts);
+  bridge_gaps(
+      soup, [&](std::size_t i) { return soup.surface_class[i] == SurfaceClass::road; },
+      mesh.origin_m, options, facts);
+  keep_one_circuit(soup, mesh.origin_m, options, facts);
   if (soup.triangles.empty()) {
     throw Error(
         fmt::format("nothing to drive on: {} triangles in {} objects, none of them road; give a "
@@ -292,14 +746,16 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
                     "or name rules that find it",
                     mesh.triangles.size(), mesh.objects.size()));
   }
+  soup.compact();
+  facts.non_manifold_edges = adjacency(soup.triangles).non_manifold_edges;
+  facts.boundary_loops = count_borders(soup.triangles);
 
   RoadMesh road;
   road.mesh.origin_m = mesh.origin_m;
   road.mesh.vertices_m = std::move(soup.vertices_m);
   road.mesh.triangles = std::move(soup.triangles);
+  road.mesh.object_of_triangle = std::move(soup.object);
   road.mesh.objects = mesh.objects;
-  for (const std::uint32_t i : soup.source)
-    road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
   road.class_of_triangle = std::move(soup.surface_class);
   for (const SurfaceClass surface_class : road.class_of_triangle)
     ++facts.kept[to_string(surface_class)];

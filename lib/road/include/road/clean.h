@@ -1,8 +1,10 @@
 // Keeps the drivable surface of a track mesh and tells what every kept triangle is.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,10 @@ struct NameRule {
   enum class Field : std::uint8_t { object, material, texture } field = Field::object;
   std::string pattern;
   SurfaceClass surface_class = SurfaceClass::scenery;
+  /// Naming convention that the rule belongs to. Rules with one are used only when it is the
+  /// mesh's: the first convention of the table whose road rules match any object. Empty: always
+  /// used.
+  std::string convention = {};
 };
 
 /// Defaults for TORCS (TKMN, TKLS ...), Assetto Corsa (1ROAD, 2KERB, 3GRASS ...) and rFactor names,
@@ -27,21 +33,33 @@ std::vector<NameRule> default_name_rules();
 
 struct CleanOptions {
   std::vector<NameRule> name_rules = default_name_rules();
-  bool use_names = true;             ///< false: geometry alone, as for STL
-  double weld_tolerance_m = 1e-3;    ///< vertices closer than this become one
-  double max_slope_deg = 45.0;       ///< steeper triangles are no road or run-off (kerb faces may be)
+  bool use_names = true;           ///< false: geometry alone, as for STL
+  double weld_tolerance_m = 1e-3;  ///< vertices closer than this become one
+  double max_slope_deg = 45.0;     ///< steeper triangles are no road or run-off (kerb faces may be)
+  double snap_tolerance_m = 0.02;  ///< border vertices this near each other (5 mm in height) become
+                                   ///< one: cracks of re-exported meshes
+  double max_gap_m = 0.5;  ///< a gap across the whole road up to this long is bridged by new
+                           ///< triangles (start/finish seams)
+  std::optional<Eigen::Vector2d>
+      near_m;  ///< of several separate roads keep the one nearest to this map point
 };
 
 struct CleanReport {
   std::size_t triangles_in = 0, triangles_kept = 0;
-  std::map<std::string, std::size_t> dropped;      ///< reason ("barrier", "scenery", "too steep", "zero area", "duplicate", "not connected", ...) -> triangles
-  std::map<std::string, std::size_t> kept;         ///< class -> triangles
+  std::map<std::string, std::size_t>
+      dropped;  ///< reason ("barrier", "scenery", "too steep", "zero area", "duplicate", "not
+                ///< connected", ...) -> triangles
+  std::map<std::string, std::size_t> kept;  ///< class -> triangles
   std::size_t vertices_welded = 0;
   double weld_tolerance_m = 0.0;
+  std::size_t vertices_snapped = 0;  ///< border vertices moved by at most snap_tolerance_m
+  double snap_tolerance_m = 0.0;
+  std::size_t faces_turned = 0;        ///< kept triangles that pointed down
+  std::size_t bridging_triangles = 0;  ///< made to close gaps of at most max_gap_m
   std::size_t non_manifold_edges = 0;
   std::size_t boundary_loops = 0;
-  std::size_t components = 0;                      ///< connected components of the drivable surface before filtering
-  bool by_names = false;                           ///< false: geometry alone
+  std::size_t components = 0;  ///< connected components of the drivable surface before filtering
+  bool by_names = false;       ///< false: geometry alone
   std::vector<std::string> remarks;
 };
 
@@ -51,12 +69,12 @@ struct RoadMesh {
   std::vector<SurfaceClass> class_of_triangle;
 };
 
-/// Drops everything a wheel does not drive on: trees, stands, gantries, barriers, terrain beyond them.
-/// By names where the mesh has them; a piece of road under a misleading name (start strip) is kept
-/// when it fills a gap of the named road, an underside of a bridge named as road is dropped. By
-/// geometry alone otherwise: connected nearly horizontal surface that forms the longest strip.
-/// Throws Error when nothing drivable is left (says what was seen), or when two separate circuits of
-/// similar size are present (says where they lie and how to choose: `near_m`).
+/// Drops everything a wheel does not drive on: trees, stands, gantries, barriers, terrain beyond
+/// them. By names where the mesh has them; a piece of road under a misleading name (start strip) is
+/// kept when it fills a gap of the named road, an underside of a bridge named as road is dropped.
+/// By geometry alone otherwise: connected nearly horizontal surface that forms the longest strip.
+/// Throws Error when nothing drivable is left (says what was seen), or when two separate circuits
+/// of similar size are present (says where they lie and how to choose: `near_m`).
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options = {}, CleanReport* report = nullptr);
 
 }  // namespace road
