@@ -421,7 +421,7 @@ bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
       filled_m2 +=
           std::abs(area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2)).z());
     }
-    if (filled_m2 < 0.5 * corridor.area_m2()) continue;
+    if (filling.empty() || filled_m2 < 0.5 * corridor.area_m2()) continue;
     for (const std::uint32_t i : filling) class_of_triangle[i] = SurfaceClass::road;
     any = true;
     const Eigen::Vector3d place = mesh.origin_m + corridor.centre();
