@@ -1,0 +1,370 @@
+// Steady-state tyre forces: the Magic Formula 6.2 (5.2 and 6.1 are special cases of it).
+//
+// Source: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd edition (2012), section 4.3.2, equations
+// (4.E1) to (4.E78), without turn slip (all zeta = 1). Numbers in the comments below are those
+// equations. Signs, ISO-W axes (x forward, y left, z up) and coefficients are those of the file:
+// for a usual file a negative slip angle gives a positive Fy.
+#pragma once
+
+#include <cmath>
+
+#include "vehicle/tyre_file.h"
+
+namespace vehicle {
+
+/// Which angle enters the lateral formulas where the literature and the programs differ.
+enum class AlphaConvention {
+  kTangent,  ///< alpha* = tan(alpha) everywhere, as in the book (4.E3)
+  kAngle  ///< alpha itself in the pure side force and the moment, tan(alpha) in the combined part
+};
+
+/// What a tyre is asked. T is double or an automatic differentiation type.
+template <class T>
+struct TyreInput {
+  T fz_n = T(0);         ///< contact load; at or below zero every force is zero
+  T kappa = T(0);        ///< longitudinal slip, -1 = locked wheel
+  T tan_alpha = T(0);    ///< lateral slip: tangent of the slip angle
+  T gamma_rad = T(0);    ///< inclination against the road, positive to the right (ISO)
+  T vx_mps = T(0);       ///< forward speed of the contact point
+  T pressure_pa = T(0);  ///< 0 = the file's INFLPRES
+};
+
+/// Factors on the file's tyre, all 1 for the tyre as measured: temperature, road friction and
+/// identification act through the first four, switches through the last three.
+template <class T>
+struct TyreFactors {
+  T grip_x = T(1), grip_y = T(1);            ///< on the peak friction coefficients
+  T stiffness_x = T(1), stiffness_y = T(1);  ///< on slip and cornering stiffness
+  T combined_slip = T(1);     ///< 0 = longitudinal and lateral slip do not see each other
+  T load_sensitivity = T(1);  ///< 0 = all coefficients as at nominal load
+  T camber = T(1);            ///< 0 = upright tyre
+};
+
+/// Forces and moments on the wheel at the contact point, newton and newton metre, and the
+/// stiffnesses behind them.
+template <class T>
+struct TyreForces {
+  T fx_n = T(0), fy_n = T(0), mx_nm = T(0), my_nm = T(0), mz_nm = T(0);
+  T slip_stiffness_n = T(0);         ///< dFx/dkappa of pure slip at the origin
+  T cornering_stiffness_npr = T(0);  ///< dFy/dalpha of pure slip, signed as in the file
+  T mu_x = T(0), mu_y = T(0);        ///< peak friction coefficients
+};
+
+namespace tyre_detail {
+
+template <class T>
+T sign(const T& x) {
+  return x > T(0) ? T(1) : (x < T(0) ? T(-1) : T(0));
+}
+
+template <class T>
+T at_most_one(const T& x) {
+  return x > T(1) ? T(1) : x;
+}
+
+/// The argument of sin or cos in every Magic Formula: C atan(Bx - E(Bx - atan Bx)).
+template <class T>
+T curve(const T& b_times_x, const T& c, const T& e) {
+  using std::atan;
+  return c * atan(b_times_x - e * (b_times_x - atan(b_times_x)));
+}
+
+/// cos(atan(x)), cheaper.
+template <class T>
+T cos_atan(const T& x) {
+  using std::sqrt;
+  return T(1) / sqrt(T(1) + x * x);
+}
+
+/// What the pure side force at one inclination consists of; the moment needs the parts.
+template <class T>
+struct SideForce {
+  T fy, b, c, d, shift_h, shift_v, stiffness, mu;
+};
+
+/// (4.E19) to (4.E30). `alpha` is alpha* of the chosen convention.
+template <class T>
+SideForce<T> pure_side_force(const TyreCoefficients& t, const TyreFactors<T>& f, const T& fz,
+                             const T& dfz, const T& dpi, const T& alpha, const T& g) {
+  using std::abs;
+  using std::atan;
+  using std::sin;
+  const double fz0 = t.lfzo * t.nominal_load_n;
+  const T gamma = g * t.lgay;
+  const T gamma2 = gamma * gamma;
+  SideForce<T> out;
+  out.mu = (t.pdy1 + t.pdy2 * dfz) * (1.0 + dpi * (t.ppy3 + t.ppy4 * dpi)) *
+           (1.0 - t.pdy3 * gamma2) * t.lmuy * f.grip_y;
+  // (4.E8): below lambda = 0.1 the shifts fade with the grip.
+  const T lambda = t.lmuy * f.grip_y;
+  const T shift_lambda = 10.0 * lambda / (1.0 + 9.0 * lambda);
+
+  // (4.E25) saturates with load; without load sensitivity it is proportional to the load.
+  const T peak_load = (t.pky2 + t.pky5 * gamma2) * (1.0 + t.ppy2 * dpi);
+  const T at_nominal = sin(t.pky4 * atan(1.0 / peak_load));
+  T load_shape = sin(t.pky4 * atan(fz / fz0 / peak_load));
+  if (f.load_sensitivity != T(1)) {
+    const T proportional = at_nominal * fz / fz0;
+    load_shape = proportional + f.load_sensitivity * (load_shape - proportional);
+  }
+  out.stiffness = t.pky1 * fz0 * (1.0 + t.ppy1 * dpi) * (1.0 - t.pky3 * abs(gamma)) * load_shape *
+                  t.lky * f.stiffness_y;
+
+  const T shift_v_gamma = fz * (t.pvy3 + t.pvy4 * dfz) * gamma * t.lkyc * shift_lambda;  // (4.E28)
+  out.shift_v = fz * (t.pvy1 + t.pvy2 * dfz) * t.lvy * shift_lambda + shift_v_gamma;     // (4.E29)
+  out.shift_h = (t.phy1 + t.phy2 * dfz) * t.lhy;
+  if (t.version == 52) {
+    out.shift_h += t.phy3 * gamma * t.lkyc;
+  } else {  // (4.E27), (4.E30)
+    const T camber_stiffness = fz * (t.pky6 + t.pky7 * dfz) * (1.0 + t.ppy5 * dpi) * t.lkyc;
+    const T k = out.stiffness + (out.stiffness < T(0) ? T(-1e-6) : T(1e-6));
+    out.shift_h += (camber_stiffness * gamma - shift_v_gamma) / k;
+  }
+
+  const T alpha_y = alpha + out.shift_h;
+  out.c = T(t.pcy1 * t.lcy);
+  out.d = out.mu * fz;
+  const T e =
+      at_most_one((t.pey1 + t.pey2 * dfz) *
+                  (1.0 + t.pey5 * gamma2 - (t.pey3 + t.pey4 * gamma) * sign(alpha_y)) * t.ley);
+  const T cd = out.c * out.d;
+  out.b = out.stiffness / (cd + (cd < T(0) ? T(-1e-6) : T(1e-6)));
+  out.fy = out.d * sin(curve(T(out.b * alpha_y), out.c, e)) + out.shift_v;
+  return out;
+}
+
+}  // namespace tyre_detail
+
+/// Which outputs are wanted: the aligning moment costs as much as both forces together.
+struct TyreOptions {
+  AlphaConvention alpha = AlphaConvention::kTangent;
+  bool moments = true;    ///< false leaves mx, my and mz at zero
+  bool mirrored = false;  ///< true: the tyre on the other side of the car than the file's
+};
+
+/// The forces of a rolling tyre in steady state. Load, slips, inclination and pressure may have any
+/// finite value: the load coefficients stop changing at FZMAX of the file, and beyond it forces
+/// grow in proportion to the load. Zero load gives exactly zero everywhere. Checked against two
+/// independent programs to 1e-5 N in Fx (docs/crgdrive.md); Mx, My and Mz are checked by their
+/// symmetries and limits only.
+template <class T>
+TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
+                          const TyreFactors<T>& f = {}, const TyreOptions& options = {}) {
+  using namespace tyre_detail;
+  using std::abs;
+  using std::atan;
+  using std::cos;
+  using std::exp;
+  using std::pow;
+  using std::sin;
+  using std::sqrt;
+
+  TyreForces<T> out;
+  if (!(in.fz_n > T(0))) return out;
+  const double fz0 = t.lfzo * t.nominal_load_n;
+  const bool overloaded = in.fz_n > T(t.fz_max_n);
+  const T fz = overloaded ? T(t.fz_max_n) : in.fz_n;
+  const T beyond = overloaded ? T(in.fz_n / t.fz_max_n) : T(1);
+  const T dfz = f.load_sensitivity * ((fz - fz0) / fz0);  // (4.E2a)
+  const T pressure = in.pressure_pa == T(0) ? T(t.pressure_pa) : in.pressure_pa;
+  const T dpi = t.nominal_pressure_pa > 0
+                    ? T((pressure - t.nominal_pressure_pa) / t.nominal_pressure_pa)
+                    : T(0);  // (4.E2b)
+  const double side = options.mirrored ? -1.0 : 1.0;
+  const T tan_alpha = side * in.tan_alpha;
+  const T inclination = side * in.gamma_rad * f.camber;
+  const T gamma = sin(inclination);  // gamma*, (4.E4)
+  const T alpha_pure = options.alpha == AlphaConvention::kTangent ? tan_alpha : T(atan(tan_alpha));
+  const T& kappa = in.kappa;
+
+  TyreFactors<T> factors = f;
+  if (t.lmuv != 0.0) {  // (4.E7): grip that falls with sliding speed
+    const T slide = kappa * kappa + tan_alpha * tan_alpha;
+    const T v_s = slide > T(0) ? T(abs(in.vx_mps) * sqrt(slide)) : T(0);
+    const T fade = 1.0 / (1.0 + t.lmuv * v_s / t.nominal_speed_mps);
+    factors.grip_x *= fade;
+    factors.grip_y *= fade;
+  }
+
+  // Longitudinal force at pure slip, (4.E9) to (4.E18).
+  const T gamma_x = inclination * t.lgax;  // (4.E13) has gamma itself
+  const T lambda_x = t.lmux * factors.grip_x;
+  const T shift_hx = (t.phx1 + t.phx2 * dfz) * t.lhx;
+  const T shift_vx =
+      fz * (t.pvx1 + t.pvx2 * dfz) * t.lvx * (10.0 * lambda_x / (1.0 + 9.0 * lambda_x));
+  const T kappa_x = kappa + shift_hx;
+  out.mu_x = (t.pdx1 + t.pdx2 * dfz) * (1.0 + dpi * (t.ppx3 + t.ppx4 * dpi)) *
+             (1.0 - t.pdx3 * gamma_x * gamma_x) * lambda_x;
+  const T d_x = out.mu_x * fz;
+  const T c_x = T(t.pcx1 * t.lcx);
+  const T e_x = at_most_one((t.pex1 + dfz * (t.pex2 + t.pex3 * dfz)) *
+                            (1.0 - t.pex4 * sign(kappa_x)) * t.lex);
+  const T k_x = fz * (t.pkx1 + t.pkx2 * dfz) * exp(t.pkx3 * dfz) *
+                (1.0 + dpi * (t.ppx1 + t.ppx2 * dpi)) * t.lkx * factors.stiffness_x;
+  const T b_x = k_x / (c_x * d_x + 1e-6);
+  const T fx_pure = d_x * sin(curve(T(b_x * kappa_x), c_x, e_x)) + shift_vx;
+
+  const SideForce<T> lateral = pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, gamma);
+  out.mu_y = lateral.mu;
+  out.slip_stiffness_n = beyond * k_x;
+  out.cornering_stiffness_npr = beyond * lateral.stiffness;
+
+  // Combined slip: weights on the pure forces, (4.E50) to (4.E67).
+  T weight_x = T(1), weight_y = T(1), shift_vyk = T(0);
+  if (f.combined_slip != T(0)) {
+    const T gamma2 = gamma * gamma;
+    const T b_xa = (t.rbx1 + t.rbx3 * gamma2) * cos_atan(T(t.rbx2 * kappa)) * t.lxal;
+    const T e_xa = at_most_one(T(t.rex1 + t.rex2 * dfz));
+    const T c_xa = T(t.rcx1);
+    weight_x = cos(curve(T(b_xa * (tan_alpha + t.rhx1)), c_xa, e_xa)) /
+               cos(curve(T(b_xa * t.rhx1), c_xa, e_xa));
+
+    const T shift_hyk = t.rhy1 + t.rhy2 * dfz;
+    const T b_yk = (t.rby1 + t.rby4 * gamma2) * cos_atan(T(t.rby2 * (tan_alpha - t.rby3))) * t.lyka;
+    const T e_yk = at_most_one(T(t.rey1 + t.rey2 * dfz));
+    const T c_yk = T(t.rcy1);
+    weight_y = cos(curve(T(b_yk * (kappa + shift_hyk)), c_yk, e_yk)) /
+               cos(curve(T(b_yk * shift_hyk), c_yk, e_yk));
+    shift_vyk = lateral.mu * fz * (t.rvy1 + t.rvy2 * dfz + t.rvy3 * gamma) *
+                cos_atan(T(t.rvy4 * tan_alpha)) * sin(t.rvy5 * atan(t.rvy6 * kappa)) * t.lvyka;
+    if (f.combined_slip != T(1)) {
+      weight_x = 1.0 + f.combined_slip * (weight_x - 1.0);
+      weight_y = 1.0 + f.combined_slip * (weight_y - 1.0);
+      shift_vyk = f.combined_slip * shift_vyk;
+    }
+  }
+  const T fx = weight_x * fx_pure;
+  const T fy = weight_y * lateral.fy + shift_vyk;
+  out.fx_n = beyond * fx;
+  out.fy_n = side * beyond * fy;
+  if (!options.moments) return out;
+
+  const double r0 = t.unloaded_radius_m;
+  // Overturning couple, (4.E69).
+  const T fz_rel = fz / fz0;
+  const T fy_rel = fy / fz0;
+  const T load_arc = atan(t.qsx6 * fz_rel);
+  out.mx_nm = side * beyond * r0 * fz * t.lmx *
+              (t.qsx1 * t.lvmx - t.qsx2 * gamma * (1.0 + t.ppmx1 * dpi) + t.qsx3 * fy_rel +
+               t.qsx4 * cos(t.qsx5 * load_arc * load_arc) *
+                   sin(t.qsx7 * gamma + t.qsx8 * atan(t.qsx9 * fy_rel)) +
+               t.qsx10 * atan(t.qsx11 * fz_rel) * gamma);
+
+  // Rolling resistance, (4.E70): against the direction of travel, fading out below VXLOW.
+  const T v_rel = abs(in.vx_mps) / t.nominal_speed_mps;
+  const T roll = t.qsy1 + t.qsy2 * fx / fz0 + t.qsy3 * v_rel +
+                 t.qsy4 * v_rel * v_rel * v_rel * v_rel +
+                 (t.qsy5 + t.qsy6 * fz_rel) * gamma * gamma;
+  T load_power = t.qsy7 == 1.0 ? fz_rel : T(pow(fz_rel, t.qsy7));
+  if (t.qsy8 != 0.0 && t.nominal_pressure_pa > 0)
+    load_power *= pow(T(pressure / t.nominal_pressure_pa), t.qsy8);
+  T direction = in.vx_mps / t.low_speed_mps;
+  if (direction > T(1)) direction = T(1);
+  if (direction < T(-1)) direction = T(-1);
+  out.my_nm = -beyond * direction * r0 * fz0 * roll * load_power * t.lmy;
+
+  // Aligning moment: trail times the side force of the upright tyre, plus the residual moment,
+  // plus the arm of Fx; (4.E31) to (4.E49) and (4.E71) to (4.E78).
+  const T gamma_z = gamma * t.lgaz;
+  const T grip_y = t.lmuy * factors.grip_y;
+  const T stiffness = lateral.stiffness + (lateral.stiffness < T(0) ? T(-1e-6) : T(1e-6));
+  const T alpha_t = alpha_pure + t.qhz1 + t.qhz2 * dfz + (t.qhz3 + t.qhz4 * dfz) * gamma_z;
+  const T alpha_r = alpha_pure + lateral.shift_h + lateral.shift_v / stiffness;
+  T alpha_t_eq = alpha_t, alpha_r_eq = alpha_r;
+  if (kappa != T(0) && f.combined_slip != T(0)) {
+    const T ratio = f.combined_slip * kappa * out.slip_stiffness_n / (beyond * stiffness);
+    const T extra = ratio * ratio;
+    alpha_t_eq = sign(alpha_t) * sqrt(alpha_t * alpha_t + extra);
+    alpha_r_eq = sign(alpha_r) * sqrt(alpha_r * alpha_r + extra);
+  }
+  const T cos_alpha = cos_atan(tan_alpha);
+  const T b_t = (t.qbz1 + dfz * (t.qbz2 + t.qbz3 * dfz)) *
+                (1.0 + t.qbz4 * gamma_z + t.qbz5 * abs(gamma_z)) * t.lky * factors.stiffness_y /
+                (grip_y + 1e-9);
+  const T c_t = T(t.qcz1);
+  const T d_t = fz * (r0 / fz0) * (t.qdz1 + t.qdz2 * dfz) * (1.0 - t.ppz1 * dpi) *
+                (1.0 + gamma_z * (t.qdz3 + t.qdz4 * gamma_z)) * t.ltr;
+  const T e_t = at_most_one((t.qez1 + dfz * (t.qez2 + t.qez3 * dfz)) *
+                            (1.0 + (t.qez4 + t.qez5 * gamma_z) * (2.0 / 3.14159265358979323846) *
+                                       atan(b_t * c_t * alpha_t)));
+  const T trail = d_t * cos(curve(T(b_t * alpha_t_eq), c_t, e_t)) * cos_alpha;
+  const T b_r =
+      t.qbz9 * t.lky * factors.stiffness_y / (grip_y + 1e-9) + t.qbz10 * lateral.b * lateral.c;
+  const T d_r =
+      fz * r0 *
+      ((t.qdz6 + t.qdz7 * dfz) * t.lres +
+       ((t.qdz8 + t.qdz9 * dfz) * (1.0 + t.ppz2 * dpi) + (t.qdz10 + t.qdz11 * dfz) * abs(gamma_z)) *
+           gamma_z * t.lkzc) *
+      grip_y * cos_alpha;
+  const T residual = d_r * cos_atan(T(b_r * alpha_r_eq));  // C_r = 1, (4.E46)
+  const T fy_upright =
+      gamma == T(0) ? T(weight_y * lateral.fy)
+                    : T(weight_y * pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, T(0)).fy);
+  const T arm = r0 * (t.ssz1 + t.ssz2 * fy_rel + (t.ssz3 + t.ssz4 * dfz) * gamma_z) * t.ls;
+  out.mz_nm = side * beyond * (-trail * fy_upright + residual + arm * fx);
+  return out;
+}
+
+/// Load of a tyre pressed `deflection_m` (> 0) into a plane, without damping; (4.E68) without the
+/// influence of the horizontal forces. Falls back to the linear stiffness where Q_FZ2 is absent.
+template <class T>
+T tyre_load(const TyreCoefficients& t, const T& deflection_m, const T& wheel_radps,
+            const T& pressure_pa) {
+  using std::abs;
+  if (!(deflection_m > T(0))) return T(0);
+  const double r0 = t.unloaded_radius_m;
+  // The linear coefficient follows from the stiffness at nominal load, which is what files state.
+  const double stiffness = t.vertical_stiffness_npm * r0 / t.nominal_load_n;
+  const double square = stiffness * stiffness - 4.0 * t.qfz2;
+  const double linear = square > 0.0 ? std::sqrt(square) : stiffness;
+  const double quadratic = square > 0.0 ? t.qfz2 : 0.0;
+  const T x = deflection_m / r0;
+  const T speed = 1.0 + t.qv2 * abs(wheel_radps) * r0 / t.nominal_speed_mps;
+  const T pressure = t.nominal_pressure_pa > 0
+                         ? T(1.0 + t.pfz1 *
+                                       ((pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa) -
+                                        t.nominal_pressure_pa) /
+                                       t.nominal_pressure_pa)
+                         : T(1);
+  return speed * pressure * t.nominal_load_n * x * (linear + quadratic * x);
+}
+
+/// Relaxation lengths in metres, longitudinal and lateral: stiffness of the rolling contact over
+/// that of the carcass (6.x files), PTX/PTY polynomials (5.2). A load-free tyre keeps `shortest_m`,
+/// so that neither is ever zero.
+template <class T>
+struct Relaxation {
+  T longitudinal_m, lateral_m;
+};
+
+template <class T>
+Relaxation<T> relaxation_lengths(const TyreCoefficients& t, const T& fz_n,
+                                 const T& slip_stiffness_n, const T& cornering_stiffness_npr,
+                                 double shortest_m = 0.02) {
+  using std::abs;
+  using std::atan;
+  using std::exp;
+  using std::sin;
+  const double fz0 = t.lfzo * t.nominal_load_n;
+  const T dfz = (fz_n - fz0) / fz0;
+  Relaxation<T> out{T(shortest_m), T(shortest_m)};
+  if (!(fz_n > T(0))) return out;
+  if (t.longitudinal_stiffness_npm > 0) {
+    const T carcass = t.longitudinal_stiffness_npm * (1.0 + dfz * (t.pcfx1 + t.pcfx2 * dfz));
+    if (carcass > T(0)) out.longitudinal_m = slip_stiffness_n / carcass;
+  } else if (t.ptx1 != 0) {
+    out.longitudinal_m = fz_n * (t.ptx1 + t.ptx2 * dfz) * exp(t.ptx3 * dfz) *
+                         (t.unloaded_radius_m / t.nominal_load_n);
+  }
+  if (t.lateral_stiffness_npm > 0) {
+    const T carcass = t.lateral_stiffness_npm * (1.0 + dfz * (t.pcfy1 + t.pcfy2 * dfz));
+    if (carcass > T(0)) out.lateral_m = abs(cornering_stiffness_npr) / carcass;
+  } else if (t.pty1 != 0) {
+    out.lateral_m = t.pty1 * sin(2.0 * atan(fz_n / (t.pty2 * fz0))) * t.unloaded_radius_m * t.lfzo;
+  }
+  if (!(out.longitudinal_m > T(shortest_m))) out.longitudinal_m = T(shortest_m);
+  if (!(out.lateral_m > T(shortest_m))) out.lateral_m = T(shortest_m);
+  return out;
+}
+
+}  // namespace vehicle

@@ -1,0 +1,35 @@
+// Tyre property files (.tir) as data: the coefficients of the Magic Formula 5.2, 6.1 and 6.2.
+#pragma once
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace vehicle {
+
+/// Coefficients of one tyre, SI units, exactly as in the file. Members are documented by their
+/// keyword in tyre_coefficients.def; a keyword the file does not have keeps its default.
+struct TyreCoefficients {
+#define VEHICLE_TYRE_COEFFICIENT(member, keyword, fallback) double member = fallback;
+#include "vehicle/tyre_coefficients.def"
+#undef VEHICLE_TYRE_COEFFICIENT
+  int version = 62;        ///< 52, 61 or 62
+  bool left_side = false;  ///< TYRESIDE = 'LEFT': the side the coefficients were measured for
+};
+
+/// What read_tyre found beside the coefficients.
+struct TyreFile {
+  TyreCoefficients coefficients;
+  std::vector<std::string> defaulted;  ///< keywords of the formula that the file does not have
+  std::vector<std::string> unused;  ///< numeric keywords of the file that the formula does not use
+};
+
+/// Reads a .tir file. FITTYP 5, 6, 51, 52, 60, 61, 62; units metre, newton, radian, kilogram,
+/// second, pascal only. Throws Error with file:line on anything that is not such a file, on values
+/// that are not finite or physically impossible, and on two different values for one keyword.
+TyreFile read_tyre(const std::string& path);
+
+/// The same from text; `name` stands for the path in errors.
+TyreFile parse_tyre(const std::string& text, const std::string& name);
+
+}  // namespace vehicle

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace vehicle {
+
+/// Writes `bytes` to a temporary name beside `path`, flushes, renames: a kill at any moment leaves
+/// the old file or the new one. Throws Error with the path and the system's reason.
+void write_file(const std::string& path, std::string_view bytes);
+
+}  // namespace vehicle

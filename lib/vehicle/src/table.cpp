@@ -1,0 +1,114 @@
+#include "vehicle/table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "text_file.h"
+#include "vehicle/error.h"
+
+namespace vehicle {
+namespace {
+
+constexpr std::size_t kLargestFileBytes = std::size_t{1} << 30;
+
+std::string_view trim(std::string_view text) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+/// Calls f(cell, index) for every comma-separated cell and returns their number.
+template <class F>
+std::size_t for_each_cell(std::string_view line, F&& f) {
+  std::size_t index = 0;
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    f(trim(line.substr(0, comma)), index++);
+    if (comma == std::string_view::npos) return index;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+}  // namespace
+
+const std::vector<double>* Table::find(std::string_view name) const {
+  const auto found = std::find(names.begin(), names.end(), name);
+  return found == names.end() ? nullptr : &columns[static_cast<std::size_t>(found - names.begin())];
+}
+
+void Table::add(std::string name, std::vector<double> values) {
+  names.push_back(std::move(name));
+  columns.push_back(std::move(values));
+}
+
+Table parse_table(const std::string& text, const std::string& name) {
+  Table table;
+  std::size_t line_number = 0;
+  std::string_view rest = text;
+  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
+  while (!rest.empty()) {
+    const std::size_t end = rest.find('\n');
+    const std::string_view line = trim(rest.substr(0, end));
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    ++line_number;
+    if (line.empty() || line.front() == '#') continue;
+    const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
+    if (table.names.empty()) {
+      for_each_cell(line, [&](std::string_view cell, std::size_t) {
+        if (cell.empty()) throw Error(where() + ": a column without a name");
+        if (std::find(table.names.begin(), table.names.end(), cell) != table.names.end())
+          throw Error(fmt::format("{}: column '{}' twice", where(), cell.substr(0, 40)));
+        table.names.emplace_back(cell);
+      });
+      table.columns.resize(table.names.size());
+      continue;
+    }
+    const std::size_t cells = for_each_cell(line, [&](std::string_view cell, std::size_t index) {
+      if (index >= table.names.size()) return;
+      double value = std::numeric_limits<double>::quiet_NaN();
+      if (!cell.empty()) {
+        std::string_view digits = cell;
+        if (digits.front() == '+') digits.remove_prefix(1);
+        const auto [stop, error] =
+            std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        if (error != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(value))
+          throw Error(fmt::format("{}: '{}' in column {}, wanted a finite number or nothing",
+                                  where(), cell.substr(0, 40), table.names[index]));
+      }
+      table.columns[index].push_back(value);
+    });
+    if (cells != table.names.size())
+      throw Error(fmt::format("{}: {} cells, the header names {} columns", where(), cells,
+                              table.names.size()));
+  }
+  if (table.names.empty()) throw Error(name + ": no header line with column names");
+  return table;
+}
+
+Table read_table(const std::string& path) {
+  return parse_table(read_text(path, kLargestFileBytes), path);
+}
+
+std::string format_table(const Table& table, int digits) {
+  fmt::memory_buffer out;
+  for (std::size_t c = 0; c < table.names.size(); ++c)
+    fmt::format_to(std::back_inserter(out), "{}{}", c == 0 ? "" : ",", table.names[c]);
+  out.push_back('\n');
+  for (std::size_t r = 0; r < table.rows(); ++r) {
+    for (std::size_t c = 0; c < table.columns.size(); ++c) {
+      if (c > 0) out.push_back(',');
+      const double value = table.columns[c][r];
+      if (!std::isnan(value)) fmt::format_to(std::back_inserter(out), "{:.{}g}", value, digits);
+    }
+    out.push_back('\n');
+  }
+  return fmt::to_string(out);
+}
+
+}  // namespace vehicle

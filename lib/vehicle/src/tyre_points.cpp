@@ -1,0 +1,54 @@
+#include "vehicle/tyre_points.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "vehicle/error.h"
+
+namespace vehicle {
+
+Table evaluate_tyre(const TyreCoefficients& tyre, const Table& points, const std::string& name,
+                    const TyreOptions& options) {
+  const auto column = [&](const char* wanted) -> const std::vector<double>& {
+    if (const auto* found = points.find(wanted)) return *found;
+    throw Error(fmt::format("{}: no column '{}'", name, wanted));
+  };
+  const auto& fz_n = column("fz_n");
+  const auto& kappa = column("kappa");
+  const auto& alpha_rad = column("alpha_rad");
+  const auto& gamma_rad = column("gamma_rad");
+  const auto& vx_mps = column("vx_mps");
+  const auto* pressure_pa = points.find("pressure_pa");
+
+  Table out = points;
+  std::array<std::vector<double>, 5> results;
+  for (auto& result : results) result.reserve(points.rows());
+  for (std::size_t i = 0; i < points.rows(); ++i) {
+    const double values[] = {fz_n[i],      kappa[i],  alpha_rad[i],
+                             gamma_rad[i], vx_mps[i], pressure_pa ? (*pressure_pa)[i] : 0.0};
+    for (const double value : values)
+      if (std::isnan(value))
+        throw Error(fmt::format("{}: point {} has an empty cell", name, i + 1));
+    if (!(std::abs(alpha_rad[i]) < std::numbers::pi / 2))
+      throw Error(fmt::format("{}: point {} has alpha_rad = {}, wanted less than a right angle",
+                              name, i + 1, alpha_rad[i]));
+    const TyreInput<double> in{fz_n[i],      kappa[i],  std::tan(alpha_rad[i]),
+                               gamma_rad[i], vx_mps[i], values[5]};
+    const TyreForces<double> f = tyre_forces(tyre, in, {}, options);
+    const double row[] = {f.fx_n, f.fy_n, f.mz_nm, f.mx_nm, f.my_nm};
+    for (std::size_t k = 0; k < results.size(); ++k) results[k].push_back(row[k]);
+  }
+  constexpr const char* kNames[] = {"fx_n", "fy_n", "mz_nm", "mx_nm", "my_nm"};
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    if (points.find(kNames[k]))
+      throw Error(
+          fmt::format("{}: column '{}' would be written twice; remove it", name, kNames[k]));
+    out.add(kNames[k], std::move(results[k]));
+  }
+  return out;
+}
+
+}  // namespace vehicle

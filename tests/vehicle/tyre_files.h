@@ -1,0 +1,140 @@
+// Tyre files written for the tests: a made-up racing tyre whose numbers are round.
+#pragma once
+
+#include <string>
+
+/// A complete Magic Formula 6.1 file; every block of coefficients is used, so that every formula
+/// has something to get wrong. Not a measured tyre.
+inline std::string test_tyre_text() {
+  return R"([MDI_HEADER]
+FILE_TYPE = 'tir'
+[UNITS]
+LENGTH = 'meter'
+FORCE = 'newton'
+ANGLE = 'radians'
+MASS = 'kg'
+TIME = 'second'
+[MODEL]
+FITTYP = 61 $ version
+TYRESIDE = 'LEFT'
+LONGVL = 20
+VXLOW = 1
+[DIMENSION]
+UNLOADED_RADIUS = 0.3
+[OPERATING_CONDITIONS]
+INFLPRES = 150000
+NOMPRES = 150000
+[INERTIA]
+MASS = 10
+IYY = 0.5
+[VERTICAL]
+FNOMIN = 3000
+VERTICAL_STIFFNESS = 200000
+VERTICAL_DAMPING = 200
+Q_FZ2 = 20
+Q_V2 = 0.03
+PFZ1 = 0.7
+FZMAX = 9000
+FZMIN = 0
+[STRUCTURAL]
+LONGITUDINAL_STIFFNESS = 300000
+LATERAL_STIFFNESS = 150000
+[LONGITUDINAL_COEFFICIENTS]
+PCX1 = 1.6
+PDX1 = 1.7
+PDX2 = -0.1
+PDX3 = 2
+PEX1 = 0.1
+PEX2 = 0.05
+PEX3 = -0.02
+PEX4 = 0.1
+PKX1 = 45
+PKX2 = -3
+PKX3 = 0.2
+PHX1 = 0.0005
+PVX1 = 0.002
+PPX1 = -0.4
+PPX3 = -0.1
+RBX1 = 14
+RBX2 = 12
+RBX3 = 5
+RCX1 = 1
+REX1 = -0.4
+RHX1 = 0.001
+[OVERTURNING_COEFFICIENTS]
+QSX1 = 0.001
+QSX2 = 0.7
+QSX3 = 0.05
+QSX4 = 0.2
+QSX5 = 1
+QSX6 = 1.5
+QSX7 = 1
+QSX8 = 0.3
+QSX9 = 0.2
+QSX10 = 0.1
+QSX11 = 0.5
+[LATERAL_COEFFICIENTS]
+PCY1 = 1.5
+PDY1 = 1.7
+PDY2 = -0.15
+PDY3 = 3
+PEY1 = -0.5
+PEY2 = -0.2
+PEY3 = 0.02
+PEY4 = -1
+PEY5 = 2
+PKY1 = -45
+PKY2 = 1.8
+PKY3 = 0.4
+PKY4 = 1.8
+PKY5 = 4
+PKY6 = -1
+PKY7 = -0.2
+PHY1 = 0.0006
+PHY2 = 0.0001
+PVY1 = 0.005
+PVY2 = -0.002
+PVY3 = -0.2
+PVY4 = -0.1
+PPY1 = 0.3
+PPY2 = 0.8
+PPY3 = -0.1
+RBY1 = 15
+RBY2 = 10
+RBY3 = 0.002
+RBY4 = 3
+RCY1 = 1
+REY1 = -0.3
+RHY1 = 0.001
+RVY1 = 0.02
+RVY3 = 0.2
+RVY4 = 12
+RVY5 = 1.9
+RVY6 = 10
+[ROLLING_COEFFICIENTS]
+QSY1 = 0.012
+QSY3 = 0.001
+QSY7 = 0.9
+QSY8 = -0.3
+[ALIGNING_COEFFICIENTS]
+QBZ1 = 10
+QBZ2 = -1
+QBZ4 = 0.1
+QBZ5 = -0.2
+QBZ9 = 10
+QCZ1 = 1.1
+QDZ1 = 0.12
+QDZ2 = -0.01
+QDZ3 = -0.1
+QDZ4 = 0.5
+QDZ6 = 0.001
+QDZ8 = -0.1
+QDZ10 = 0.1
+QEZ1 = -2
+QEZ4 = 0.1
+QHZ1 = 0.001
+QHZ3 = 0.05
+SSZ1 = 0.01
+SSZ2 = 0.02
+)";
+}
