@@ -1,0 +1,39 @@
+// The cell between two nodes of the reference line: a straight segment between two mitre lines.
+#pragma once
+
+#include <cstddef>
+
+#include "crg/reference_line.h"
+
+namespace crg {
+
+/// One segment with the mitre lines at its ends. s runs along it from its first node, v is the
+/// perpendicular offset to the left. The mitre line at the beginning runs through
+/// (s, v) = (v * begin_lean, v), the one at the end through (length_m + v * end_lean, v).
+struct SegmentFrame {
+  double x_m = 0.0, y_m = 0.0;
+  double cos = 1.0, sin = 0.0;
+  double length_m = 0.0;
+  double begin_lean = 0.0, end_lean = 0.0;
+
+  /// s of the point a fraction of the way from one mitre line to the other.
+  double along(double fraction, double v_m) const {
+    return v_m * begin_lean + fraction * width(v_m);
+  }
+  /// Distance between the mitre lines at v; not positive beyond the centre of curvature.
+  double width(double v_m) const { return length_m + v_m * (end_lean - begin_lean); }
+  Point2 point(double s_m, double v_m) const {
+    return {x_m + s_m * cos - v_m * sin, y_m + s_m * sin + v_m * cos};
+  }
+};
+
+SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row);
+
+/// Unit vector that the mitre line at `row` is perpendicular to.
+Point2 mitre_direction(const ReferenceLine& line, std::size_t row);
+
+/// Whether the last node of a closed line lies on the first (nearer than half a step): then both
+/// share one mitre line.
+bool ends_joined(const ReferenceLine& line);
+
+}  // namespace crg

@@ -1,0 +1,69 @@
+#include "crg/reference_line.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "line_geometry.h"
+
+namespace crg {
+
+bool ends_joined(const ReferenceLine& line) {
+  if (!line.closed || line.size() < 4) return false;
+  const std::size_t last = line.size() - 1;
+  return std::hypot(line.x_m[0] - line.x_m[last], line.y_m[0] - line.y_m[last]) < 0.5 * line.u_step_m;
+}
+
+Point2 mitre_direction(const ReferenceLine& line, std::size_t row) {
+  const std::size_t last = line.size() - 1;
+  std::size_t before = row == 0 ? 0 : row - 1;
+  std::size_t after = row == last ? last : row + 1;
+  if ((row == 0 || row == last) && ends_joined(line)) {
+    before = last - 1;
+    after = 1;
+  }
+  const Point2 along{line.x_m[after] - line.x_m[before], line.y_m[after] - line.y_m[before]};
+  const double length = std::hypot(along.x_m, along.y_m);
+  if (!(length > 0.0)) return {0.0, 0.0};
+  return {along.x_m / length, along.y_m / length};
+}
+
+SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row) {
+  SegmentFrame frame;
+  frame.x_m = line.x_m[row];
+  frame.y_m = line.y_m[row];
+  const double dx = line.x_m[row + 1] - line.x_m[row];
+  const double dy = line.y_m[row + 1] - line.y_m[row];
+  frame.length_m = std::hypot(dx, dy);
+  if (frame.length_m > 0.0) {
+    frame.cos = dx / frame.length_m;
+    frame.sin = dy / frame.length_m;
+  }
+  // A mitre line is perpendicular to its direction T: in the frame of the segment it runs through
+  // (-T_across / T_along * v, v).
+  const auto lean = [&](std::size_t node) {
+    const Point2 T = mitre_direction(line, node);
+    const double along = T.x_m * frame.cos + T.y_m * frame.sin;
+    const double across = -T.x_m * frame.sin + T.y_m * frame.cos;
+    // A line that turns back on itself has no mitre; cut it square.
+    return along > 1e-3 ? -across / along : 0.0;
+  };
+  frame.begin_lean = lean(row);
+  frame.end_lean = lean(row + 1);
+  return frame;
+}
+
+Point2 node_position(const ReferenceLine& line, std::size_t row, double v_m) {
+  const bool last = row + 1 == line.size();
+  const SegmentFrame frame = segment_frame(line, last ? row - 1 : row);
+  const double s = last ? frame.length_m + v_m * frame.end_lean : v_m * frame.begin_lean;
+  return frame.point(s, v_m);
+}
+
+Point2 position(const ReferenceLine& line, double u_m, double v_m) {
+  const double rows = std::clamp((u_m - line.u_begin_m) / line.u_step_m, 0.0, static_cast<double>(line.size() - 1));
+  const std::size_t row = std::min(static_cast<std::size_t>(rows), line.size() - 2);
+  const SegmentFrame frame = segment_frame(line, row);
+  return frame.point(frame.along(rows - static_cast<double>(row), v_m), v_m);
+}
+
+}  // namespace crg
