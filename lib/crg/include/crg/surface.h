@@ -2,21 +2,28 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 
 #include "crg/file.h"
+#include "crg/options.h"
 
 namespace crg {
 
-/// Everything a query answers. Where there is no road, valid is false and the numbers are NaN.
+/// Everything a query answers. u, v, x, y are numbers for every finite query; where there is no
+/// road (a hole, or beyond a border of mode none), valid is false and z, gradient and normal are
+/// NaN.
 struct Sample {
+  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   bool valid = false;
-  double u_m, v_m;
-  double x_m, y_m, z_m;
-  double dzdx, dzdy;           ///< gradient in map axes
-  double heading_rad;          ///< of the reference line segment, CCW from +x
-  double curvature_1pm;        ///< of the line through the point, left turn positive
+  bool inside = false;         ///< u and v lie within the grid, border modes not needed
+  double u_m = kNaN, v_m = kNaN;
+  double x_m = kNaN, y_m = kNaN, z_m = kNaN;
+  double dzdx = kNaN, dzdy = kNaN;  ///< gradient in map axes
+  double heading_rad = kNaN;        ///< of the reference line segment, CCW from +x
+  double curvature_1pm = kNaN;      ///< of the line through the point, left turn positive
+  double normal_x = kNaN, normal_y = kNaN, normal_z = kNaN;  ///< upward unit normal
 };
 
 /// Where the last query was found; only speeds up the next one, never changes its answer.
@@ -24,25 +31,43 @@ struct Cursor {
   std::size_t segment = 0;
 };
 
-struct UV { double u_m, v_m; };
+struct UV {
+  double u_m = std::numeric_limits<double>::quiet_NaN();
+  double v_m = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// What to do with the modifiers of a file.
+enum class ModifierUse {
+  AsInFile,           ///< apply those in the file; none where it has no section
+  None,               ///< apply nothing
+  ReferenceDefaults,  ///< as in the file, and where it has no section what the reference API does
+};
+
+struct SurfaceOptions {
+  ModifierUse modifiers = ModifierUse::AsInFile;
+  /// Curvature of the reference line itself in place of the line at v through the point.
+  bool curvature_of_reference_line = false;
+};
 
 class Surface {
  public:
   /// Applies modifiers and options of the file. Throws Error when the file cannot be evaluated.
-  explicit Surface(Crg crg);
+  explicit Surface(Crg crg, const SurfaceOptions& options = {});
   ~Surface();
   Surface(Surface&&) noexcept;
   Surface& operator=(Surface&&) noexcept;
 
   /// z at (u, v); NaN outside the road or on a hole.
   double z_at_uv(double u_m, double v_m) const noexcept;
+  /// Beyond the ends the road goes straight on (or closes, where the file says so).
   Point2 xy_of_uv(double u_m, double v_m) const noexcept;
-  /// The (u, v) of a map point: the leg of the track nearest to it. NaN where there is none.
+  /// The (u, v) of a map point: where it lies on the grid of several legs, or on none, the leg
+  /// nearest to it. NaN only for points that are not finite.
   UV uv_of_xy(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample at_xy(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample at_uv(double u_m, double v_m) const noexcept;
 
-  const Crg& file() const noexcept;
+  const Crg& file() const noexcept;                      ///< after modifiers
   const ReferenceLine& reference_line() const noexcept;  ///< after modifiers
 
  private:

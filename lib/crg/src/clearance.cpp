@@ -1,0 +1,198 @@
+#include "clearance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace crg {
+namespace {
+
+constexpr double kWindowTurn_rad = 0.6;
+constexpr double kFoldShare = 0.8;  // < cos(kWindowTurn_rad): the fold seen from anywhere in the window
+constexpr double kDegenerateLean = 50.0;
+
+struct Station {
+  double x_m = 0.0, y_m = 0.0;     // middle of the run
+  double cos = 1.0, sin = 0.0;     // direction there
+  double span_m = 0.0;             // no point of the run is farther than this from the middle
+  double turn_rad = 0.0;           // sum of |turns| inside the run and to the next
+  double stretch = 1.0;            // |point - foot| / |v| at most
+  double fold_left_m = 0.0, fold_right_m = 0.0;
+};
+
+double turn_between(const SegmentFrame& a, const SegmentFrame& b) {
+  return std::abs(std::atan2(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin));
+}
+
+Station make_station(const std::vector<SegmentFrame>& frames, std::size_t begin, std::size_t end, bool joined) {
+  Station station;
+  const SegmentFrame& middle = frames[(begin + end) / 2];
+  station.x_m = middle.x_m;
+  station.y_m = middle.y_m;
+  station.cos = middle.cos;
+  station.sin = middle.sin;
+  station.fold_left_m = station.fold_right_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = begin; i < end; ++i) {
+    const SegmentFrame& frame = frames[i];
+    station.span_m = std::max(station.span_m,
+                              std::hypot(frame.x_m - station.x_m, frame.y_m - station.y_m) + frame.length_m);
+    if (i + 1 < frames.size()) {
+      station.turn_rad += turn_between(frame, frames[i + 1]);
+    } else if (joined) {
+      station.turn_rad += turn_between(frame, frames[0]);
+    }
+    const double lean = std::max(std::abs(frame.begin_lean), std::abs(frame.end_lean));
+    station.stretch = std::max(station.stretch, std::sqrt(1.0 + lean * lean));
+    // width(v) = length + v (end_lean - begin_lean) reaches zero at the fold.
+    const double rate = frame.end_lean - frame.begin_lean;
+    if (!(frame.length_m > 0.0) || lean > kDegenerateLean) {
+      station.fold_left_m = station.fold_right_m = 0.0;
+    } else if (rate < 0.0) {
+      station.fold_left_m = std::min(station.fold_left_m, frame.length_m / -rate);
+    } else if (rate > 0.0) {
+      station.fold_right_m = std::min(station.fold_right_m, frame.length_m / rate);
+    }
+  }
+  return station;
+}
+
+// Stations by square of a plane grid, the squares folded into a table by hashing.
+class Neighbourhood {
+ public:
+  Neighbourhood(const std::vector<Station>& stations, double side_m) : side_m_(side_m) {
+    std::size_t buckets = 1;
+    while (buckets < stations.size()) buckets *= 2;
+    mask_ = buckets - 1;
+    start_.assign(buckets + 1, 0);
+    for (const Station& station : stations) ++start_[bucket(cell(station.x_m), cell(station.y_m)) + 1];
+    for (std::size_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
+    items_.resize(stations.size());
+    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+    for (std::size_t k = 0; k < stations.size(); ++k) {
+      items_[next[bucket(cell(stations[k].x_m), cell(stations[k].y_m))]++] = static_cast<std::uint32_t>(k);
+    }
+  }
+
+  // Calls visit(first, last) for ranges of station numbers that together hold all within side_m.
+  template <typename Visit>
+  void around(const Station& station, Visit visit) const {
+    const std::int64_t cx = cell(station.x_m), cy = cell(station.y_m);
+    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+        const std::size_t b = bucket(x, y);
+        visit(items_.data() + start_[b], items_.data() + start_[b + 1]);
+      }
+    }
+  }
+
+ private:
+  std::int64_t cell(double value) const {
+    return static_cast<std::int64_t>(std::floor(std::clamp(value / side_m_, -4e18, 4e18)));
+  }
+  std::size_t bucket(std::int64_t x, std::int64_t y) const {
+    std::uint64_t hash = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL ^ static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FULL;
+    hash ^= hash >> 29;
+    return static_cast<std::size_t>(hash & mask_);
+  }
+
+  double side_m_;
+  std::uint64_t mask_ = 0;
+  std::vector<std::uint32_t> start_;
+  std::vector<std::uint32_t> items_;
+};
+
+struct Window {
+  std::size_t before = 0, after = 0;  // stations on either side that count as the same stretch
+};
+
+Window same_stretch(const std::vector<Station>& stations, std::size_t k, double reach_m, bool joined) {
+  const std::size_t count = stations.size();
+  const auto walk = [&](int direction) {
+    std::size_t steps = 0;
+    double turn = 0.0, arc = 0.0;
+    std::size_t at = k;
+    while (steps + 1 < count && arc < 2.5 * reach_m) {
+      if (direction > 0 ? at + 1 == count : at == 0) {
+        if (!joined) break;
+      }
+      const std::size_t next = direction > 0 ? (at + 1) % count : (at + count - 1) % count;
+      turn += stations[direction > 0 ? at : next].turn_rad + stations[next].turn_rad;
+      if (turn > kWindowTurn_rad) break;
+      arc += 2.0 * stations[next].span_m;
+      at = next;
+      ++steps;
+    }
+    return steps;
+  };
+  Window window{walk(-1), walk(1)};
+  if (window.before + window.after + 1 > count) window.after = count - 1 - window.before;
+  return window;
+}
+
+}  // namespace
+
+Clearance measure_clearance(const std::vector<SegmentFrame>& frames, double reach_m, double u_step_m, bool joined) {
+  Clearance clearance;
+  while (clearance.shift < 20 && u_step_m * static_cast<double>(2ULL << clearance.shift) <= reach_m / 16.0) {
+    ++clearance.shift;
+  }
+  const std::size_t run = std::size_t{1} << clearance.shift;
+  std::vector<Station> stations;
+  for (std::size_t begin = 0; begin < frames.size(); begin += run) {
+    stations.push_back(make_station(frames, begin, std::min(begin + run, frames.size()), joined));
+  }
+  const std::size_t count = stations.size();
+  clearance.bounds.resize(count);
+  double span = 0.0, stretch = 1.0;
+  for (const Station& station : stations) {
+    span = std::max(span, station.span_m);
+    stretch = std::max(stretch, station.stretch);
+  }
+  // Beyond this distance no other run can compete for a point within reach_m.
+  const double far = reach_m * (1.0 + std::min(stretch, 2.0)) + 2.0 * span;
+  const Neighbourhood neighbourhood(stations, far);
+  // Tangled input would cost count^2; what is not measured within the budget stays uncertain.
+  std::size_t budget = 4096 + 1024 * count;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Station& here = stations[k];
+    if (budget == 0 || here.stretch > 2.0) continue;
+    const Window window = same_stretch(stations, k, reach_m, joined);
+    double left = reach_m, right = reach_m;
+    for (std::size_t w = 0; w <= window.before + window.after; ++w) {
+      const Station& other = stations[(k + count - window.before + w) % count];
+      left = std::min(left, kFoldShare * other.fold_left_m);
+      right = std::min(right, kFoldShare * other.fold_right_m);
+    }
+    neighbourhood.around(here, [&](const std::uint32_t* first, const std::uint32_t* last) {
+      if (static_cast<std::size_t>(last - first) > budget) {
+        budget = 0;
+        left = right = 0.0;
+        return;
+      }
+      budget -= static_cast<std::size_t>(last - first);
+      for (; first != last; ++first) {
+        const std::size_t ahead = (*first + count - k) % count;
+        if (ahead <= window.after || count - ahead <= window.before) continue;
+        const Station& other = stations[*first];
+        const double dx = other.x_m - here.x_m, dy = other.y_m - here.y_m;
+        const double across = -dx * here.sin + dy * here.cos;
+        const double slack = here.span_m + other.span_m;
+        const double growth = std::max(here.stretch, other.stretch) + here.turn_rad;
+        const double squared = dx * dx + dy * dy - slack * slack;
+        // |other - point|^2 > (growth |v| + slack)^2 for all |v| up to the bound.
+        const auto bound = [&](double side) {
+          const double rate = 2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
+          if (squared <= 0.0) return 0.0;
+          return rate <= 0.0 ? reach_m : squared / rate;
+        };
+        left = std::min(left, bound(1.0));
+        right = std::min(right, bound(-1.0));
+      }
+    });
+    clearance.bounds[k] = {static_cast<float>(0.999 * std::max(left, 0.0)), static_cast<float>(0.999 * std::max(right, 0.0))};
+  }
+  return clearance;
+}
+
+}  // namespace crg

@@ -1,0 +1,196 @@
+#include "locator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace crg {
+namespace {
+
+constexpr std::size_t kLeafSegments = 16;
+constexpr int kMaxDepth = 48;
+
+struct Local {
+  double s_m, v_m;
+  double past_begin_m;  // > 0 behind the mitre line at the segment's first node
+
+  Local(const SegmentFrame& frame, double x_m, double y_m) {
+    const double dx = x_m - frame.x_m, dy = y_m - frame.y_m;
+    s_m = dx * frame.cos + dy * frame.sin;
+    v_m = dy * frame.cos - dx * frame.sin;
+    past_begin_m = s_m - v_m * frame.begin_lean;
+  }
+};
+
+}  // namespace
+
+struct Locator::Best {
+  Place place;
+  double outside_m = std::numeric_limits<double>::infinity();
+  double distance_m = std::numeric_limits<double>::infinity();
+
+  void offer(const Place& candidate, double candidate_outside_m, double candidate_distance_m) {
+    const bool better = candidate_outside_m < outside_m ||
+                        (candidate_outside_m == outside_m &&
+                         (candidate_distance_m < distance_m ||
+                          (candidate_distance_m == distance_m && candidate.segment < place.segment)));
+    if (!better) return;
+    place = candidate;
+    outside_m = candidate_outside_m;
+    distance_m = candidate_distance_m;
+  }
+};
+
+Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
+    : v_right_m_(v_right_m), v_left_m_(v_left_m), reach_m_(std::max(std::abs(v_right_m), std::abs(v_left_m))) {
+  const std::size_t segments = line.size() - 1;
+  joined_ = ends_joined(line);
+  if (line.closed) closing_ = find_closing(line).value_or(Closing{});
+  std::vector<SegmentFrame> frames(segments);
+  records_.resize(segments + 1);
+  for (std::size_t i = 0; i < segments; ++i) {
+    frames[i] = segment_frame(line, i);
+    records_[i].frame = frames[i];
+    records_[i].z_m = line.z_m.empty() ? 0.0 : line.z_m[i];
+  }
+  SegmentRecord& last = records_.back();
+  last.frame = frames.back();
+  last.frame.x_m = line.x_m.back();
+  last.frame.y_m = line.y_m.back();
+  last.frame.begin_lean = last.frame.end_lean;
+  last.z_m = line.z_m.empty() ? 0.0 : line.z_m.back();
+  clearance_ = measure_clearance(frames, reach_m_, line.u_step_m, joined_);
+
+  const std::size_t leaves = (segments + kLeafSegments - 1) / kLeafSegments;
+  std::size_t width = 1;
+  while (width < leaves) width *= 2;
+  first_leaf_ = width - 1;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  boxes_.assign(2 * width - 1, {kInfinity, -kInfinity, kInfinity, -kInfinity, 1.0});
+  for (std::size_t i = 0; i < segments; ++i) {
+    Box& box = boxes_[first_leaf_ + i / kLeafSegments];
+    for (const std::size_t node : {i, i + 1}) {
+      box.x_min_m = std::min(box.x_min_m, line.x_m[node]);
+      box.x_max_m = std::max(box.x_max_m, line.x_m[node]);
+      box.y_min_m = std::min(box.y_min_m, line.y_m[node]);
+      box.y_max_m = std::max(box.y_max_m, line.y_m[node]);
+    }
+    const double lean = std::max(std::abs(frames[i].begin_lean), std::abs(frames[i].end_lean));
+    box.stretch = std::max(box.stretch, std::sqrt(1.0 + lean * lean));
+  }
+  for (std::size_t k = first_leaf_; k-- > 0;) {
+    const Box& a = boxes_[2 * k + 1];
+    const Box& b = boxes_[2 * k + 2];
+    boxes_[k] = {std::min(a.x_min_m, b.x_min_m), std::max(a.x_max_m, b.x_max_m), std::min(a.y_min_m, b.y_min_m),
+                 std::max(a.y_max_m, b.y_max_m), std::max(a.stretch, b.stretch)};
+  }
+}
+
+double Locator::outside(double v_m) const noexcept {
+  return std::max({0.0, v_m - v_left_m_, v_right_m_ - v_m});
+}
+
+// Walks from the hint; true when it ends in a cell that is certain to be the answer.
+bool Locator::locate_near(double x_m, double y_m, std::size_t hint, Place& place) const noexcept {
+  const std::size_t segments = records_.size() - 1;
+  std::size_t i = std::min(hint, segments - 1);
+  for (int step = 0; step < 12; ++step) {
+    const SegmentFrame& frame = records_[i].frame;
+    const Local local(frame, x_m, y_m);
+    const double width = frame.width(local.v_m);
+    if (!(width > 0.0)) return false;
+    const double fraction = local.past_begin_m / width;
+    const bool behind = fraction > 1.0 - 1e-6 && Local(records_[i + 1].frame, x_m, y_m).past_begin_m >= 0.0;
+    if (fraction >= 0.0 && !behind) {
+      if (!(fraction < 1.0 + 1e-6)) return false;
+      if (!(local.v_m >= v_right_m_ && local.v_m <= v_left_m_) || !clearance_.covers(i, local.v_m)) return false;
+      place = {i, std::min(fraction, 1.0), local.v_m, 0.0};
+      return true;
+    }
+    const double jump = behind ? std::max(std::floor(fraction), 1.0) : std::floor(fraction);
+    if (!(std::abs(jump) < 1e9)) return false;
+    auto next = static_cast<std::ptrdiff_t>(i) + static_cast<std::ptrdiff_t>(jump);
+    const auto count = static_cast<std::ptrdiff_t>(segments);
+    if (next < 0 || next >= count) {
+      if (joined_) {
+        next = ((next % count) + count) % count;
+      } else {
+        if (i == 0 || i == segments - 1) return false;
+        next = std::clamp<std::ptrdiff_t>(next, 0, count - 1);
+      }
+    }
+    i = static_cast<std::size_t>(next);
+  }
+  return false;
+}
+
+void Locator::search_leaf(std::size_t leaf, double x_m, double y_m, Best& best) const noexcept {
+  const std::size_t segments = records_.size() - 1;
+  const std::size_t end = std::min((leaf + 1) * kLeafSegments, segments);
+  Local here(records_[leaf * kLeafSegments].frame, x_m, y_m);
+  for (std::size_t i = leaf * kLeafSegments; i < end; ++i) {
+    const Local next(records_[i + 1].frame, x_m, y_m);
+    if (here.past_begin_m >= 0.0 && next.past_begin_m < 0.0) {
+      const double width = records_[i].frame.width(here.v_m);
+      const double fraction = width > 0.0 ? std::clamp(here.past_begin_m / width, 0.0, 1.0) : 0.0;
+      best.offer({i, fraction, here.v_m, 0.0}, outside(here.v_m), std::abs(here.v_m));
+    }
+    here = next;
+  }
+}
+
+// Before the first and behind the last mitre line the road goes straight on.
+void Locator::search_ends(double x_m, double y_m, Best& best) const noexcept {
+  const auto offer = [&](std::size_t segment, double fraction, double beyond_m, double v_m, double allowed_m) {
+    const double excess = std::max(0.0, std::abs(beyond_m) - allowed_m);
+    best.offer({segment, fraction, v_m, beyond_m}, std::hypot(excess, outside(v_m)), std::hypot(excess, v_m));
+  };
+  const Local start(records_.front().frame, x_m, y_m);
+  if (start.past_begin_m < 0.0) offer(0, 0.0, start.past_begin_m, start.v_m, closing_.before_start_m);
+  const Local end(records_.back().frame, x_m, y_m);
+  if (end.past_begin_m >= 0.0) {
+    offer(records_.size() - 2, 1.0, end.past_begin_m, end.v_m, closing_.after_end_m);
+  }
+}
+
+Place Locator::search(double x_m, double y_m) const noexcept {
+  Best best;
+  search_ends(x_m, y_m, best);
+  const auto distance = [&](const Box& box) {
+    const double dx = std::max({0.0, box.x_min_m - x_m, x_m - box.x_max_m});
+    const double dy = std::max({0.0, box.y_min_m - y_m, y_m - box.y_max_m});
+    // |point - foot| <= stretch |v| for the foot of the point on its segment.
+    return std::sqrt(dx * dx + dy * dy) / box.stretch * (1.0 - 1e-12);
+  };
+  struct Entry {
+    std::size_t box;
+    double distance_m;
+  };
+  Entry stack[kMaxDepth];
+  int depth = 0;
+  stack[depth++] = {0, distance(boxes_[0])};
+  while (depth > 0) {
+    const Entry entry = stack[--depth];
+    const double least_outside = std::max(0.0, entry.distance_m - reach_m_);
+    if (least_outside > best.outside_m) continue;
+    if (best.outside_m == 0.0 && entry.distance_m > best.distance_m) continue;
+    if (entry.box >= first_leaf_) {
+      if (boxes_[entry.box].x_min_m <= boxes_[entry.box].x_max_m) search_leaf(entry.box - first_leaf_, x_m, y_m, best);
+      continue;
+    }
+    Entry a{2 * entry.box + 1, distance(boxes_[2 * entry.box + 1])};
+    Entry b{2 * entry.box + 2, distance(boxes_[2 * entry.box + 2])};
+    if (a.distance_m < b.distance_m) std::swap(a, b);
+    stack[depth++] = a;
+    stack[depth++] = b;
+  }
+  return best.place;
+}
+
+Place Locator::locate(double x_m, double y_m, std::size_t hint) const noexcept {
+  Place place;
+  if (locate_near(x_m, y_m, hint, place)) return place;
+  return search(x_m, y_m);
+}
+
+}  // namespace crg

@@ -1,0 +1,152 @@
+// Agreement with the answers of the reference C API 2.0.1 at pseudo-random points (see the README
+// beside them). Skipped where the files are absent.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "crg/surface.h"
+#include "roads.h"
+
+namespace crg {
+namespace {
+
+struct Case {
+  std::string sample;
+  ModifierUse modifiers = ModifierUse::ReferenceDefaults;
+  std::map<std::string, double> options, extra_modifiers;
+};
+
+Case case_of(std::string name) {
+  const std::map<std::string, Case> special = {
+      {"scale_z", {"handmade_curved_banked_sloped", {}, {}, {{"SCALE_Z_GRID", 2.5}}}},
+      {"scale_bank", {"handmade_curved_banked_sloped", {}, {}, {{"SCALE_BANKING", 3.0}}}},
+      {"scale_len", {"handmade_curved_banked_sloped", {}, {}, {{"SCALE_LENGTH", 1.7}}}},
+      {"curved_offsets",
+       {"handmade_curved_banked_sloped",
+        {},
+        {{"BORDER_MODE_U", 2.0}, {"BORDER_MODE_V", 2.0}, {"BORDER_OFFSET_U", 0.25}, {"BORDER_OFFSET_V", -0.5}},
+        {}}},
+      {"circle_close", {"handmade_circle", {}, {{"REFLINE_CONTINUATION", 1.0}}, {}}}};
+  Case result;
+  if (special.count(name) != 0) {
+    result = special.at(name);
+    result.modifiers = ModifierUse::ReferenceDefaults;
+    return result;
+  }
+  const auto drop = [&](const std::string& suffix) {
+    if (!name.ends_with(suffix)) return false;
+    name.resize(name.size() - suffix.size());
+    return true;
+  };
+  if (drop("_nomods")) result.modifiers = ModifierUse::None;
+  for (int mode = 0; mode <= 4; ++mode) {
+    if (drop("_bu" + std::to_string(mode))) result.options["BORDER_MODE_U"] = mode;
+    if (drop("_bv" + std::to_string(mode))) result.options["BORDER_MODE_V"] = mode;
+  }
+  result.sample = name;
+  return result;
+}
+
+std::vector<std::string> answer_files() {
+  std::vector<std::string> names;
+  const std::filesystem::path folder = std::filesystem::path(KERBSTONE_DATA) / "opencrg" / "reference";
+  if (std::filesystem::is_directory(folder)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() == ".csv") names.push_back(entry.path().stem().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST(Reference, AnswersAgree) {
+  const std::vector<std::string> names = answer_files();
+  if (names.empty()) GTEST_SKIP() << "no reference answers in " << KERBSTONE_DATA << "/opencrg/reference";
+  const std::filesystem::path data = std::filesystem::path(KERBSTONE_DATA) / "opencrg";
+  // The samples include each other as ../crg-txt/<name>.
+  const test::Folder folder;
+  for (const char* part : {"crg-txt", "here"}) {
+    std::filesystem::create_directories(folder.file(part));
+    for (const auto& entry : std::filesystem::directory_iterator(data / "samples")) {
+      std::filesystem::copy_file(entry.path(), folder.file(part) + "/" + entry.path().filename().string());
+    }
+  }
+  std::size_t compared = 0, corners = 0;
+  for (const std::string& name : names) {
+    SCOPED_TRACE(name);
+    const Case now = case_of(name);
+    Crg crg = read(folder.file("here") + "/" + now.sample + ".crg");
+    for (const auto& [key, value] : now.options) set_value(crg.options, key, value);
+    if (!now.extra_modifiers.empty()) {
+      crg.modifiers = reference_default_modifiers(crg);
+      crg.has_modifier_section = true;
+      for (const auto& [key, value] : now.extra_modifiers) set_value(crg.modifiers, key, value);
+    }
+    const Surface surface(std::move(crg), {.modifiers = now.modifiers});
+    const ReferenceLine& line = surface.reference_line();
+    const std::vector<double>& v_m = surface.file().grid.v_m;
+    const double u_end = line.u_begin_m + static_cast<double>(line.size() - 1) * line.u_step_m;
+
+    std::ifstream file(data / "reference" / (name + ".csv"));
+    std::string text;
+    while (std::getline(file, text)) {
+      if (text.empty() || text[0] == '#' || text[0] == 'k') continue;
+      std::replace(text.begin(), text.end(), ',', ' ');
+      std::istringstream words(text);
+      std::string kind, in1, in2, ret, out1, out2;
+      words >> kind >> in1 >> in2 >> ret >> out1 >> out2;
+      const double a = std::strtod(in1.c_str(), nullptr), b = std::strtod(in2.c_str(), nullptr);
+      const double want1 = std::strtod(out1.c_str(), nullptr), want2 = std::strtod(out2.c_str(), nullptr);
+      const bool no_road = ret == "0" || std::isnan(want1);
+      Cursor cursor;
+      const auto expect_z = [&](double z) {
+        if (no_road) {
+          EXPECT_TRUE(std::isnan(z)) << text;
+        } else {
+          EXPECT_NEAR(z, want1, 1e-6) << text;
+        }
+      };
+      // Decision 7: where both borders are left and v answers zero, zero it is (docs/formats.md).
+      const auto zero_corner = [&](double u, double v) {
+        const auto mode = now.options.find("BORDER_MODE_V");
+        return mode != now.options.end() && mode->second == 1.0 && (u < line.u_begin_m || u > u_end) &&
+               (v < v_m.front() || v > v_m.back());
+      };
+      ++compared;
+      if (kind == "uv2z") {
+        if (zero_corner(a, b)) {
+          ++corners;
+          EXPECT_EQ(surface.z_at_uv(a, b), 0.0);
+        } else {
+          expect_z(surface.z_at_uv(a, b));
+        }
+      } else if (kind == "uv2xy") {
+        const Point2 point = surface.xy_of_uv(a, b);
+        EXPECT_NEAR(point.x_m, want1, 1e-9) << text;
+        EXPECT_NEAR(point.y_m, want2, 1e-9) << text;
+      } else if (kind == "uv2pk") {
+        const Sample sample = surface.at_uv(a, b);
+        EXPECT_NEAR(sample.heading_rad, want1, 1e-9) << text;
+        EXPECT_NEAR(sample.curvature_1pm, want2, 1e-9) << text;
+      } else if (kind == "xy2uv") {
+        const UV uv = surface.uv_of_xy(a, b, cursor);
+        EXPECT_NEAR(uv.u_m, want1, 1e-9) << text;
+        EXPECT_NEAR(uv.v_m, want2, 1e-9) << text;
+      } else if (kind == "xy2z") {
+        const Sample sample = surface.at_xy(a, b, cursor);
+        if (!zero_corner(sample.u_m, sample.v_m)) expect_z(sample.z_m);
+      } else {
+        ADD_FAILURE() << "unknown kind: " << text;
+      }
+    }
+  }
+  EXPECT_GT(compared, 50000U);
+  EXPECT_EQ(corners, names.size() < 36 ? corners : 8U);
+}
+
+}  // namespace
+}  // namespace crg

@@ -1,0 +1,135 @@
+#include "crg/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "roads.h"
+
+namespace crg {
+namespace {
+
+Crg hilly_circuit() {
+  ReferenceLine line = test::circuit(3001, 60.0, 0.2, 3);
+  const double length = line.u_step_m * static_cast<double>(line.size() - 1);
+  const auto wave = [&](double u, int times) { return std::sin(2.0 * std::numbers::pi * times * u / length); };
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const double u = line.u_step_m * static_cast<double>(i);
+    line.z_m.push_back(250.0 + 6.0 * wave(u, 2));
+    line.banking.push_back(0.06 * wave(u, 3));
+  }
+  return make_crg(line, test::grid_of(line, -6.0, 5.0, 23, [&](double u, double v) { return 0.05 * wave(u, 80) * std::cos(2.0 * v) + 0.01 * v * v; }));
+}
+
+TEST(Surface, RoundTripInsideTheRoad) {
+  const Surface surface(hilly_circuit());
+  const ReferenceLine& line = surface.reference_line();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> u_of(0.0, line.u_step_m * static_cast<double>(line.size() - 1)), v_of(-6.0, 5.0);
+  Cursor cursor;
+  for (int k = 0; k < 20000; ++k) {
+    const double u = u_of(random), v = v_of(random);
+    const Point2 p = surface.xy_of_uv(u, v);
+    const UV uv = surface.uv_of_xy(p.x_m, p.y_m, cursor);
+    ASSERT_NEAR(uv.u_m, u, 1e-9);
+    ASSERT_NEAR(uv.v_m, v, 1e-9);
+  }
+}
+
+TEST(Surface, OneCallAgreesWithTheSingleQueries) {
+  const Surface surface(hilly_circuit());
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> place(-80.0, 80.0);
+  Cursor a, b;
+  for (int k = 0; k < 5000; ++k) {
+    const double x = place(random), y = place(random);
+    const Sample sample = surface.at_xy(x, y, a);
+    const UV uv = surface.uv_of_xy(x, y, b);
+    ASSERT_EQ(sample.u_m, uv.u_m);
+    ASSERT_EQ(sample.v_m, uv.v_m);
+    ASSERT_EQ(sample.z_m, surface.z_at_uv(uv.u_m, uv.v_m));
+    ASSERT_EQ(sample.x_m, x);
+    const Sample by_uv = surface.at_uv(uv.u_m, uv.v_m);
+    ASSERT_NEAR(by_uv.z_m, sample.z_m, 1e-9);
+    ASSERT_EQ(sample.inside, sample.v_m >= -6.0 && sample.v_m <= 5.0);
+  }
+}
+
+TEST(Surface, GradientIsTheSlopeOfTheHeights) {
+  const Surface surface(hilly_circuit());
+  const ReferenceLine& line = surface.reference_line();
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> row_of(0.0, static_cast<double>(line.size() - 2)), column_of(0.0, 21.9);
+  Cursor cursor;
+  for (int k = 0; k < 5000; ++k) {
+    // Keep the points of the difference quotient within one cell: at its edges there are kinks.
+    double row = row_of(random), column = column_of(random);
+    row = std::floor(row) + 0.2 + 0.6 * (row - std::floor(row));
+    column = std::floor(column) + 0.2 + 0.6 * (column - std::floor(column));
+    const Point2 p = surface.xy_of_uv(row * line.u_step_m, -6.0 + 0.5 * column);
+    const Sample sample = surface.at_xy(p.x_m, p.y_m, cursor);
+    const double h = 1e-4;
+    const auto z = [&](double x, double y) { return surface.at_xy(x, y, cursor).z_m; };
+    ASSERT_NEAR(sample.dzdx, (z(p.x_m + h, p.y_m) - z(p.x_m - h, p.y_m)) / (2.0 * h), 1e-6);
+    ASSERT_NEAR(sample.dzdy, (z(p.x_m, p.y_m + h) - z(p.x_m, p.y_m - h)) / (2.0 * h), 1e-6);
+    const double length = std::sqrt(sample.normal_x * sample.normal_x + sample.normal_y * sample.normal_y + sample.normal_z * sample.normal_z);
+    ASSERT_NEAR(length, 1.0, 1e-12);
+    ASSERT_NEAR(sample.normal_x + sample.dzdx * sample.normal_z, 0.0, 1e-12);
+    ASSERT_GT(sample.normal_z, 0.0);
+  }
+}
+
+TEST(Surface, ClosedTrackHasNoStepAtTheSeam) {
+  const Surface surface(hilly_circuit());
+  const ReferenceLine& line = surface.reference_line();
+  ASSERT_TRUE(line.closed);
+  const double end = line.u_step_m * static_cast<double>(line.size() - 1);
+  Cursor cursor;
+  for (const double v : {-5.9, -2.0, 0.0, 3.0, 4.9}) {
+    double last = surface.z_at_uv(end - 0.05, v);
+    for (double u = end - 0.05; u < end + 0.05; u += 0.001) {
+      const Point2 p = surface.xy_of_uv(u, v);
+      const Sample sample = surface.at_xy(p.x_m, p.y_m, cursor);
+      ASSERT_TRUE(sample.valid);
+      ASSERT_NEAR(sample.z_m, last, 1e-3) << "u " << u << " v " << v;
+      last = sample.z_m;
+    }
+    ASSERT_NEAR(surface.z_at_uv(end + 1.0, v), surface.z_at_uv(1.0, v), 1e-3);
+  }
+}
+
+TEST(Surface, ArcHasTheHeadingAndCurvatureOfItsCircle) {
+  const double radius = 40.0;
+  const ReferenceLine line = test::line_along(1001, 0.1, [&](double) { return 1.0 / radius; });
+  const Surface surface(make_crg(line, test::grid_of(line, -5.0, 5.0, 3, [](double, double) { return 0.0; })));
+  for (double u = 1.0; u < 99.0; u += 0.37) {
+    for (const double v : {-5.0, 0.0, 5.0}) {
+      const Sample sample = surface.at_uv(u, v);
+      // Chords of 0.5 m on a radius of 40 m: (0.5 / 40)^2 / 6 of relative error at most, by 2.
+      ASSERT_NEAR(sample.curvature_1pm, 1.0 / (radius - v), 1e-4 / radius);
+      ASSERT_NEAR(sample.heading_rad, u / radius, 0.1 / radius + 1e-6);  // of the segment that holds u
+    }
+  }
+}
+
+TEST(Surface, ExplicitEmptyModifierSectionAppliesNothingUnderAnyDefault) {
+  const ReferenceLine line = test::line_along(50, 0.5, [](double) { return 0.01; }, 100.0, 200.0, 1.0);
+  Crg crg = make_crg(line, test::grid_of(line, -2.0, 2.0, 5, [](double, double) { return 3.0; }));
+  for (const ModifierUse use : {ModifierUse::AsInFile, ModifierUse::None, ModifierUse::ReferenceDefaults}) {
+    const Surface surface(crg, {.modifiers = use});
+    EXPECT_EQ(surface.reference_line().x_m[0], 100.0);
+    EXPECT_EQ(surface.z_at_uv(3.0, 0.5), 3.0);
+  }
+  crg.has_modifier_section = false;
+  EXPECT_EQ(Surface(crg).reference_line().x_m[0], 100.0);
+  const Surface moved(crg, {.modifiers = ModifierUse::ReferenceDefaults});
+  const Point2 corner = moved.xy_of_uv(0.0, -2.0);
+  EXPECT_NEAR(corner.x_m, 0.0, 1e-12);
+  EXPECT_NEAR(corner.y_m, 0.0, 1e-12);
+  EXPECT_NEAR(moved.z_at_uv(0.0, -2.0), 0.0, 1e-12);
+  EXPECT_NEAR(moved.at_uv(0.0, 0.0).heading_rad, 0.0, 1e-7);
+}
+
+}  // namespace
+}  // namespace crg
