@@ -29,8 +29,8 @@ struct PlanSegment {
 };
 
 /// Values at ascending u. One knot = constant. Closed circuits: periodic. elevation is a natural
-/// (open) or periodic C2 cubic spline; everything else a monotone C1 cubic (Fritsch & Carlson
-/// 1980), which never overshoots its knots.
+/// (open) or periodic C2 cubic spline; everything else a monotone C1 cubic (Fritsch & Butland
+/// 1984), which never overshoots its knots.
 struct Knots {
   std::vector<double> u_m;
   std::vector<double> value;

@@ -30,9 +30,10 @@ class Roughness {
 
   double height_m(double u_m, double v_m) const noexcept;
 
-  /// out[j] += height at (u, v[j]); the same waves, about 10x faster per point than height_m.
-  /// Agrees with it to 1e-12 m.
-  void add_row(double u_m, std::span<const double> v_m, std::span<double> out_m) const;
+  /// out[i * v.size() + j] += height at (u[i], v[j]); about 10x faster per point than height_m and
+  /// within 1e-12 m of it. `out` has u.size() * v.size() values.
+  void add_grid(std::span<const double> u_m, std::span<const double> v_m,
+                std::span<double> out_m) const;
 
   std::size_t waves() const noexcept { return waves_.size(); }
 
