@@ -25,7 +25,8 @@ constexpr double kLayerHeight_m = 4.0;
 // Free strip on each side of the middle between two legs, and around the centre of a hairpin.
 constexpr double kMiddleMargin_m = 0.5;
 constexpr double kMiddleStep_m = 0.5;
-// The tool leaves this gap between the last row of a closed CRG and the first: every reader closes it.
+// The tool leaves this gap between the last row of a closed CRG and the first: every reader closes
+// it.
 constexpr double kSeamGap_m = 0.001;
 
 // ---- plan view ---------------------------------------------------------------------------------
@@ -107,14 +108,14 @@ void check_plan(const CircuitDesign& design) {
     const double jump = design.plan[(i + 1) % n].curvature_begin_1pm - segment.curvature_end_1pm;
     if (std::abs(jump) > 1e-9) {
       throw Error(fmt::format(
-          "{}: curvature jumps by {:.4g} 1/m after plan segment {}; put a clothoid between", design.name,
-          jump, i));
+          "{}: curvature jumps by {:.4g} 1/m after plan segment {}; put a clothoid between",
+          design.name, jump, i));
     }
   }
 }
 
-/// Heading must come round to a multiple of 360 degrees; two straights then close the position, which
-/// is linear in their lengths.
+/// Heading must come round to a multiple of 360 degrees; two straights then close the position,
+/// which is linear in their lengths.
 void close_plan(CircuitDesign& design) {
   std::vector<std::size_t> unknown;
   double turned = 0.0;
@@ -131,9 +132,10 @@ void close_plan(CircuitDesign& design) {
   const double full_turn = 2.0 * std::numbers::pi;
   const double excess = turned - full_turn * std::round(turned / full_turn);
   if (std::abs(excess) > 1e-9) {
-    throw Error(fmt::format("{}: the plan turns {:.6f} deg, {:.6f} deg off a multiple of 360; change "
-                            "the angle of a corner",
-                            design.name, turned / kDegree, excess / kDegree));
+    throw Error(
+        fmt::format("{}: the plan turns {:.6f} deg, {:.6f} deg off a multiple of 360; change "
+                    "the angle of a corner",
+                    design.name, turned / kDegree, excess / kDegree));
   }
   if (!unknown.empty()) {
     if (unknown.size() != 2) {
@@ -152,16 +154,19 @@ void close_plan(CircuitDesign& design) {
     direction << std::cos(heading[0]), std::cos(heading[1]), std::sin(heading[0]),
         std::sin(heading[1]);
     if (std::abs(direction.determinant()) < 0.02) {
-      throw Error(design.name + ": the two straights to be solved are nearly parallel; solve for two "
-                                "that are not");
+      throw Error(design.name +
+                  ": the two straights to be solved are nearly parallel; solve for two "
+                  "that are not");
     }
-    const Eigen::Vector2d length = direction.inverse() * Eigen::Vector2d(design.start_x_m - end.x_m,
-                                                                         design.start_y_m - end.y_m);
+    const Eigen::Vector2d length =
+        direction.inverse() *
+        Eigen::Vector2d(design.start_x_m - end.x_m, design.start_y_m - end.y_m);
     for (int k = 0; k < 2; ++k) {
       if (!(length[k] > 0.1)) {
-        throw Error(fmt::format("{}: closing needs plan segment {} to be {:.3f} m long; lengthen the "
-                                "straights that run against it",
-                                design.name, unknown[static_cast<std::size_t>(k)], length[k]));
+        throw Error(
+            fmt::format("{}: closing needs plan segment {} to be {:.3f} m long; lengthen the "
+                        "straights that run against it",
+                        design.name, unknown[static_cast<std::size_t>(k)], length[k]));
       }
       design.plan[unknown[static_cast<std::size_t>(k)]].length_m = length[k];
     }
@@ -169,9 +174,10 @@ void close_plan(CircuitDesign& design) {
   const Pose end = end_of_plan(design);
   const double gap = std::hypot(end.x_m - design.start_x_m, end.y_m - design.start_y_m);
   if (gap > 1e-3) {
-    throw Error(fmt::format("{}: the plan ends {:.3f} m from its start (at most 0.001 m); mark two "
-                            "straights `length_m: solve`",
-                            design.name, gap));
+    throw Error(
+        fmt::format("{}: the plan ends {:.3f} m from its start (at most 0.001 m); mark two "
+                    "straights `length_m: solve`",
+                    design.name, gap));
   }
 }
 
@@ -263,9 +269,7 @@ class Spline {
   double step(std::size_t i) const {
     return i + 1 < u_.size() ? u_[i + 1] - u_[i] : u_[0] + period_m_ - u_[i];
   }
-  double secant(std::size_t i) const {
-    return (value_[(i + 1) % u_.size()] - value_[i]) / step(i);
-  }
+  double secant(std::size_t i) const { return (value_[(i + 1) % u_.size()] - value_[i]) / step(i); }
 
   std::vector<double> u_, value_, slope_;
   double period_m_ = 0.0;  // 0: open
@@ -274,18 +278,19 @@ class Spline {
 void check_knots(const CircuitDesign& design, const char* what, const Knots& knots, double length_m,
                  double lowest, double highest) {
   if (knots.u_m.empty() || knots.u_m.size() != knots.value.size()) {
-    throw Error(fmt::format("{}: {} has {} positions and {} values; give at least one pair", design.name,
-                            what, knots.u_m.size(), knots.value.size()));
+    throw Error(fmt::format("{}: {} has {} positions and {} values; give at least one pair",
+                            design.name, what, knots.u_m.size(), knots.value.size()));
   }
   for (std::size_t i = 0; i < knots.u_m.size(); ++i) {
     const double u = knots.u_m[i];
     if (!(u >= 0.0) || !(u <= length_m) || (design.closed && u >= length_m)) {
-      throw Error(fmt::format("{}: {} has a knot at u = {} m; the circuit is {:.3f} m long", design.name,
-                              what, u, length_m));
+      throw Error(fmt::format("{}: {} has a knot at u = {} m; the circuit is {:.3f} m long",
+                              design.name, what, u, length_m));
     }
     if (i > 0 && !(u > knots.u_m[i - 1])) {
-      throw Error(fmt::format("{}: {} has knots at u = {} m and then {} m; give them in ascending order",
-                              design.name, what, knots.u_m[i - 1], u));
+      throw Error(
+          fmt::format("{}: {} has knots at u = {} m and then {} m; give them in ascending order",
+                      design.name, what, knots.u_m[i - 1], u));
     }
     if (!(knots.value[i] >= lowest) || !(knots.value[i] <= highest)) {
       throw Error(fmt::format("{}: {} is {} at u = {} m; give {} to {}", design.name, what,
@@ -297,9 +302,10 @@ void check_knots(const CircuitDesign& design, const char* what, const Knots& kno
 void check_range(const CircuitDesign& design, const char* what, double begin_m, double end_m,
                  double length_m) {
   if (!(begin_m >= 0.0) || !(end_m > begin_m) || !(end_m <= length_m)) {
-    throw Error(fmt::format("{}: {} from u = {} m to {} m; give 0 <= begin < end <= {:.3f} m (split it "
-                            "at the start line)",
-                            design.name, what, begin_m, end_m, length_m));
+    throw Error(
+        fmt::format("{}: {} from u = {} m to {} m; give 0 <= begin < end <= {:.3f} m (split it "
+                    "at the start line)",
+                    design.name, what, begin_m, end_m, length_m));
   }
 }
 
@@ -307,8 +313,8 @@ void check_range(const CircuitDesign& design, const char* what, double begin_m, 
 
 struct Circuit::Data {
   CircuitDesign design;
-  std::vector<double> segment_u_m;   // begin of each segment, then the length
-  std::vector<Pose> segment_pose;    // at each begin
+  std::vector<double> segment_u_m;  // begin of each segment, then the length
+  std::vector<Pose> segment_pose;   // at each begin
   double length_m = 0.0;
   double closing_error_m = 0.0;
   Spline width_left, width_right, elevation, banking;
@@ -319,7 +325,7 @@ struct Circuit::Data {
   std::vector<double> middle_left_m, middle_right_m;
   // Curve points at u = i * middle_step_m, for the inverse.
   std::vector<crg::Point2> curve;
-  double reach_m = 0.0;              // no surface further than this from the curve
+  double reach_m = 0.0;  // no surface further than this from the curve
 };
 
 namespace {
@@ -337,8 +343,7 @@ ReferencePoint reference(const Circuit::Data& data, double u_m) {
   const PlanSegment& segment = data.design.plan[i];
   const double s = u - data.segment_u_m[i];
   const Pose pose = advance(data.segment_pose[i], segment, s);
-  const double rate =
-      (segment.curvature_end_1pm - segment.curvature_begin_1pm) / segment.length_m;
+  const double rate = (segment.curvature_end_1pm - segment.curvature_begin_1pm) / segment.length_m;
   return {pose.x_m, pose.y_m, pose.heading_rad, segment.curvature_begin_1pm + rate * s};
 }
 
@@ -433,7 +438,8 @@ double outside(double edge_distance_m, double slope, const KerbDesign* kerb, dou
 double smooth_height(const Row& row, double v) {
   constexpr double kBorder_m = 1e-9;
   const CrossSection& cross = row.cross;
-  if (!(v >= cross.outer_right_m - kBorder_m) || !(v <= cross.outer_left_m + kBorder_m)) return kNaN;
+  if (!(v >= cross.outer_right_m - kBorder_m) || !(v <= cross.outer_left_m + kBorder_m))
+    return kNaN;
   double z = cross.z_m + cross.banking * v;
   if (v > cross.road_left_m) {
     z += outside(v - cross.road_left_m, row.slope_left, row.kerb_left, row.kerb_left_height_m);
@@ -448,9 +454,10 @@ double smooth_height(const Row& row, double v) {
   return z;
 }
 
-/// Radius of the circle that touches the curve at `at` on the given side and passes through `other`:
-/// its centre is the middle between the two.
-double middle_radius(const crg::Point2& at, double normal_x, double normal_y, const crg::Point2& other) {
+/// Radius of the circle that touches the curve at `at` on the given side and passes through
+/// `other`: its centre is the middle between the two.
+double middle_radius(const crg::Point2& at, double normal_x, double normal_y,
+                     const crg::Point2& other) {
   const double dx = other.x_m - at.x_m;
   const double dy = other.y_m - at.y_m;
   const double towards = dx * normal_x + dy * normal_y;
@@ -490,8 +497,8 @@ void find_middles(Circuit::Data& data) {
       const double dy = data.curve[j].y_m - data.curve[i].y_m;
       const double distance = std::hypot(dx, dy);
       if (distance > far) {  // the curve cannot come back within `far` sooner
-        j += std::max<std::size_t>(
-            1, static_cast<std::size_t>((distance - far) / data.middle_step_m));
+        j += std::max<std::size_t>(1,
+                                   static_cast<std::size_t>((distance - far) / data.middle_step_m));
         continue;
       }
       if (j != i && std::abs(z[j] - z[i]) < kLayerHeight_m) {
@@ -501,14 +508,14 @@ void find_middles(Circuit::Data& data) {
       ++j;
     }
     const double u = static_cast<double>(i) * data.middle_step_m;
-    for (const auto& [limit, edge, side] :
-         {std::tuple{left, data.width_left.at(u), "left"},
-          std::tuple{right, data.width_right.at(u), "right"}}) {
+    for (const auto& [limit, edge, side] : {std::tuple{left, data.width_left.at(u), "left"},
+                                            std::tuple{right, data.width_right.at(u), "right"}}) {
       if (edge + kMiddleMargin_m >= limit) {
-        throw Error(fmt::format("{}: at u = {:.1f} m the road is {:.2f} m wide on the {} but meets "
-                                "another part of itself after {:.2f} m; widen the bend or move the legs "
-                                "apart (a bridge needs {} m of height)",
-                                data.design.name, u, edge, side, limit, kLayerHeight_m));
+        throw Error(
+            fmt::format("{}: at u = {:.1f} m the road is {:.2f} m wide on the {} but meets "
+                        "another part of itself after {:.2f} m; widen the bend or move the legs "
+                        "apart (a bridge needs {} m of height)",
+                        data.design.name, u, edge, side, limit, kLayerHeight_m));
       }
     }
   }
@@ -525,32 +532,35 @@ void check_features(const CircuitDesign& design, double length_m) {
         profile.height.back() != 0.0 ||
         std::adjacent_find(profile.t.begin(), profile.t.end(), std::greater_equal<>()) !=
             profile.t.end()) {
-      throw Error(fmt::format("{}: {} needs a profile with t ascending from 0 to 1 and height 0 at both "
-                              "ends",
-                              design.name, what));
+      throw Error(
+          fmt::format("{}: {} needs a profile with t ascending from 0 to 1 and height 0 at both "
+                      "ends",
+                      design.name, what));
     }
     if (!(kerb.width_m > 0.0) || !(kerb.taper_m >= 0.0) ||
         2.0 * kerb.taper_m > kerb.u_end_m - kerb.u_begin_m) {
-      throw Error(fmt::format("{}: {} has width {} m and tapers of {} m on {} m; give a positive width and "
-                              "tapers that fit",
-                              design.name, what, kerb.width_m, kerb.taper_m,
-                              kerb.u_end_m - kerb.u_begin_m));
+      throw Error(fmt::format(
+          "{}: {} has width {} m and tapers of {} m on {} m; give a positive width and "
+          "tapers that fit",
+          design.name, what, kerb.width_m, kerb.taper_m, kerb.u_end_m - kerb.u_begin_m));
     }
     for (std::size_t j = 0; j < i; ++j) {
       const KerbDesign& other = design.kerbs[j];
       if (other.side == kerb.side && kerb.u_begin_m < other.u_end_m + 0.5 &&
           other.u_begin_m < kerb.u_end_m + 0.5) {
-        throw Error(fmt::format("{}: kerbs {} and {} on the same side overlap or are closer than 0.5 m",
-                                design.name, j, i));
+        throw Error(
+            fmt::format("{}: kerbs {} and {} on the same side overlap or are closer than 0.5 m",
+                        design.name, j, i));
       }
     }
   }
   for (const BumpDesign& bump : design.bumps) {
     if (!(bump.length_m > 0.0) || !(bump.width_m >= 0.0) || !(bump.u_m >= 0.0) ||
         !(bump.u_m <= length_m)) {
-      throw Error(fmt::format("{}: bump at u = {} m, {} m long and {} m wide; give 0 <= u <= {:.3f} and a "
-                              "positive length",
-                              design.name, bump.u_m, bump.length_m, bump.width_m, length_m));
+      throw Error(
+          fmt::format("{}: bump at u = {} m, {} m long and {} m wide; give 0 <= u <= {:.3f} and a "
+                      "positive length",
+                      design.name, bump.u_m, bump.length_m, bump.width_m, length_m));
     }
   }
   for (const BarrierDesign& item : design.barriers) {
@@ -559,7 +569,8 @@ void check_features(const CircuitDesign& design, double length_m) {
   for (const TreeRow& item : design.trees) {
     check_range(design, "tree row", item.u_begin_m, item.u_end_m, length_m);
     if (!(item.spacing_m > 0.5)) {
-      throw Error(fmt::format("{}: trees every {} m; give more than 0.5 m", design.name, item.spacing_m));
+      throw Error(
+          fmt::format("{}: trees every {} m; give more than 0.5 m", design.name, item.spacing_m));
     }
   }
   for (const Grandstand& item : design.grandstands) {
@@ -625,9 +636,10 @@ Circuit::Circuit(CircuitDesign design) {
       const double room = kerb.side == Side::left ? cross.outer_left_m - cross.road_left_m
                                                   : cross.road_right_m - cross.outer_right_m;
       if (kerb.width_m > room - 0.05) {
-        throw Error(fmt::format("{}: kerb {} is {} m wide but the run-off at u = {:.1f} m only {:.2f} m; "
-                                "leave 0.05 m",
-                                data->design.name, i, kerb.width_m, at, room));
+        throw Error(
+            fmt::format("{}: kerb {} is {} m wide but the run-off at u = {:.1f} m only {:.2f} m; "
+                        "leave 0.05 m",
+                        data->design.name, i, kerb.width_m, at, room));
       }
     }
   }
@@ -646,7 +658,8 @@ CrossSection section_at(const Circuit& circuit, double u_m) { return section(cir
 
 crg::Point2 position_at(const Circuit& circuit, double u_m, double v_m) {
   const ReferencePoint point = reference(circuit.data(), u_m);
-  return {point.x_m - v_m * std::sin(point.heading_rad), point.y_m + v_m * std::cos(point.heading_rad)};
+  return {point.x_m - v_m * std::sin(point.heading_rad),
+          point.y_m + v_m * std::cos(point.heading_rad)};
 }
 
 double true_height(const Circuit& circuit, double u_m, double v_m) {
@@ -682,7 +695,8 @@ std::vector<CircuitUV> uv_of_position(const Circuit& circuit, double x_m, double
   for (std::size_t i = 0; i < (closed ? count : count - 1);) {
     const double distance = std::hypot(x_m - data.curve[i].x_m, y_m - data.curve[i].y_m);
     if (distance > near) {
-      i += std::max<std::size_t>(1, static_cast<std::size_t>((distance - near) / data.middle_step_m));
+      i += std::max<std::size_t>(1,
+                                 static_cast<std::size_t>((distance - near) / data.middle_step_m));
       continue;
     }
     double low = static_cast<double>(i) * data.middle_step_m;
@@ -690,7 +704,8 @@ std::vector<CircuitUV> uv_of_position(const Circuit& circuit, double x_m, double
     ++i;
     double at_low = along(low);
     double at_high = along(high);
-    if (!(at_low >= 0.0) || !(at_high < 0.0 || (at_high == 0.0 && !closed && i + 1 == count))) continue;
+    if (!(at_low >= 0.0) || !(at_high < 0.0 || (at_high == 0.0 && !closed && i + 1 == count)))
+      continue;
     double u = low;
     for (int step = 0; step < 100 && high - low > 1e-12 * (1.0 + data.length_m); ++step) {
       // Regula falsi (Illinois) with bisection every third step.
@@ -715,7 +730,8 @@ std::vector<CircuitUV> uv_of_position(const Circuit& circuit, double x_m, double
 crg::Crg truth_crg(const Circuit& circuit, double step_m) {
   const Circuit::Data& data = circuit.data();
   if (!(step_m >= 0.01) || !(step_m <= data.length_m / 2)) {
-    throw Error(fmt::format("truth step is {} m; give 0.01 to {:.1f} m", step_m, data.length_m / 2));
+    throw Error(
+        fmt::format("truth step is {} m; give 0.01 to {:.1f} m", step_m, data.length_m / 2));
   }
   const double length = data.length_m - (data.design.closed ? kSeamGap_m : 0.0);
   const auto rows = static_cast<std::size_t>(std::ceil(length / step_m - 1e-9)) + 1;
@@ -739,7 +755,8 @@ crg::Crg truth_crg(const Circuit& circuit, double step_m) {
   }
   crg::Grid grid;
   grid.u_step_m = line.u_step_m;
-  for (double k = std::ceil(right / step_m); k * step_m <= left; k += 1.0) grid.v_m.push_back(k * step_m);
+  for (double k = std::ceil(right / step_m); k * step_m <= left; k += 1.0)
+    grid.v_m.push_back(k * step_m);
   const std::size_t columns = grid.v_m.size();
   grid.z_m.resize(rows * columns);
   constexpr std::size_t kBlock = 256;  // bounds the memory for roughness in double
@@ -759,8 +776,7 @@ crg::Crg truth_crg(const Circuit& circuit, double step_m) {
     }
   }
   if (data.design.closed) {
-    std::copy_n(grid.z_m.begin(), columns,
-                grid.z_m.end() - static_cast<std::ptrdiff_t>(columns));
+    std::copy_n(grid.z_m.begin(), columns, grid.z_m.end() - static_cast<std::ptrdiff_t>(columns));
   }
   return crg::make_crg(line, std::move(grid),
                        {"Exact heights of the circuit '" + data.design.name + "'"});

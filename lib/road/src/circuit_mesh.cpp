@@ -19,7 +19,7 @@ constexpr double kBumpError_m = 0.0003;
 constexpr double kRunoffStepFactor = 2.0;
 
 struct Names {
-  const char* object;   // {0} side, {1} number
+  const char* object;  // {0} side, {1} number
   const char* material;
   const char* texture;
 };
@@ -30,47 +30,78 @@ Names names_of(NameStyle style, Part part) {
   switch (style) {
     case NameStyle::torcs:
       switch (part) {
-        case Part::road: return {"TKMN{1}", "asphalt", "tr-asphalt-base.png"};
-        case Part::start_strip: return {"SLINE{1}", "line", "tr-start-base.png"};
-        case Part::kerb: return {"T{1}{0}B", "kerb", "tr-kerb-base.png"};
-        case Part::runoff: return {"TK{0}S{1}", "grass", "tr-grass-base.png"};
-        case Part::barrier: return {"B{1}{0}T", "barrier", "tr-barrier-base.png"};
-        case Part::terrain: return {"TERR{0}{1}", "land", "tr-land-base.png"};
-        case Part::trees: return {"TREE{1}", "tree", "tr-tree-base.png"};
-        case Part::grandstand: return {"TRIB{1}", "stand", "tr-stand-base.png"};
-        case Part::gantry: return {"OBJ-GANTRY{1}", "steel", "tr-steel-base.png"};
-        case Part::bridge: return {"OBJ-BRIDGE{1}", "concrete", "tr-concrete-base.png"};
+        case Part::road:
+          return {"TKMN{1}", "asphalt", "tr-asphalt-base.png"};
+        case Part::start_strip:
+          return {"SLINE{1}", "line", "tr-start-base.png"};
+        case Part::kerb:
+          return {"T{1}{0}B", "kerb", "tr-kerb-base.png"};
+        case Part::runoff:
+          return {"TK{0}S{1}", "grass", "tr-grass-base.png"};
+        case Part::barrier:
+          return {"B{1}{0}T", "barrier", "tr-barrier-base.png"};
+        case Part::terrain:
+          return {"TERR{0}{1}", "land", "tr-land-base.png"};
+        case Part::trees:
+          return {"TREE{1}", "tree", "tr-tree-base.png"};
+        case Part::grandstand:
+          return {"TRIB{1}", "stand", "tr-stand-base.png"};
+        case Part::gantry:
+          return {"OBJ-GANTRY{1}", "steel", "tr-steel-base.png"};
+        case Part::bridge:
+          return {"OBJ-BRIDGE{1}", "concrete", "tr-concrete-base.png"};
       }
       break;
     case NameStyle::ac:
       switch (part) {
-        case Part::road: return {"1ROAD_{1:02}", "asphalt", "asphalt.dds"};
-        case Part::start_strip: return {"STARTLINE_{1:02}", "paint", "paint.dds"};
-        case Part::kerb: return {"2KERB_{0}_{1:02}", "kerb", "kerb.dds"};
-        case Part::runoff: return {"3GRASS_{0}_{1:02}", "grass", "grass.dds"};
-        case Part::barrier: return {"4WALL_{0}_{1:02}", "armco", "armco.dds"};
-        case Part::terrain: return {"TERRAIN_{0}_{1:02}", "land", "land.dds"};
-        case Part::trees: return {"TREES_{1:02}", "tree", "tree.dds"};
-        case Part::grandstand: return {"GRANDSTAND_{1:02}", "stand", "stand.dds"};
-        case Part::gantry: return {"GANTRY_{1:02}", "steel", "steel.dds"};
-        case Part::bridge: return {"BRIDGE_{1:02}", "concrete", "concrete.dds"};
+        case Part::road:
+          return {"1ROAD_{1:02}", "asphalt", "asphalt.dds"};
+        case Part::start_strip:
+          return {"STARTLINE_{1:02}", "paint", "paint.dds"};
+        case Part::kerb:
+          return {"2KERB_{0}_{1:02}", "kerb", "kerb.dds"};
+        case Part::runoff:
+          return {"3GRASS_{0}_{1:02}", "grass", "grass.dds"};
+        case Part::barrier:
+          return {"4WALL_{0}_{1:02}", "armco", "armco.dds"};
+        case Part::terrain:
+          return {"TERRAIN_{0}_{1:02}", "land", "land.dds"};
+        case Part::trees:
+          return {"TREES_{1:02}", "tree", "tree.dds"};
+        case Part::grandstand:
+          return {"GRANDSTAND_{1:02}", "stand", "stand.dds"};
+        case Part::gantry:
+          return {"GANTRY_{1:02}", "steel", "steel.dds"};
+        case Part::bridge:
+          return {"BRIDGE_{1:02}", "concrete", "concrete.dds"};
       }
       break;
     case NameStyle::plain:
       switch (part) {
-        case Part::road: return {"road_{1:02}", "asphalt", "asphalt.png"};
-        case Part::start_strip: return {"start_grid_{1:02}", "white paint", "paint.png"};
-        case Part::kerb: return {"kerb_{0}_{1:02}", "red white", "kerb.png"};
-        case Part::runoff: return {"grass_{0}_{1:02}", "grass", "grass.png"};
-        case Part::barrier: return {"guardrail_{0}_{1:02}", "steel", "steel.png"};
-        case Part::terrain: return {"terrain_{0}_{1:02}", "land", "land.png"};
-        case Part::trees: return {"trees_{1:02}", "leaves", "tree.png"};
-        case Part::grandstand: return {"grandstand_{1:02}", "stand", "stand.png"};
-        case Part::gantry: return {"gantry_{1:02}", "steel", "steel.png"};
-        case Part::bridge: return {"bridge_{1:02}", "concrete", "concrete.png"};
+        case Part::road:
+          return {"road_{1:02}", "asphalt", "asphalt.png"};
+        case Part::start_strip:
+          return {"start_grid_{1:02}", "white paint", "paint.png"};
+        case Part::kerb:
+          return {"kerb_{0}_{1:02}", "red white", "kerb.png"};
+        case Part::runoff:
+          return {"grass_{0}_{1:02}", "grass", "grass.png"};
+        case Part::barrier:
+          return {"guardrail_{0}_{1:02}", "steel", "steel.png"};
+        case Part::terrain:
+          return {"terrain_{0}_{1:02}", "land", "land.png"};
+        case Part::trees:
+          return {"trees_{1:02}", "leaves", "tree.png"};
+        case Part::grandstand:
+          return {"grandstand_{1:02}", "stand", "stand.png"};
+        case Part::gantry:
+          return {"gantry_{1:02}", "steel", "steel.png"};
+        case Part::bridge:
+          return {"bridge_{1:02}", "concrete", "concrete.png"};
       }
       break;
-    case NameStyle::none: break;
+    case NameStyle::none:
+      break;
   }
   return {"", "", ""};
 }
@@ -82,7 +113,8 @@ std::string side_word(NameStyle style, Side side) {
 
 double bump_step(const BumpDesign& bump, double extent_m) {
   // Largest second derivative of h (1 + cos(2 pi x / l)) / 2 is h/2 (2 pi / l)^2; the flanks of a
-  // plateau are half as long, which makes it four times that. A chord of length d leaves by f'' d^2 / 8.
+  // plateau are half as long, which makes it four times that. A chord of length d leaves by f'' d^2
+  // / 8.
   const double flank = bump.shape == BumpDesign::Shape::plateau ? 0.5 : 1.0;
   const double wave = 2.0 * std::numbers::pi / (flank * extent_m);
   return std::sqrt(8.0 * kBumpError_m / (0.5 * std::abs(bump.height_m) * wave * wave));
@@ -99,7 +131,8 @@ bool on_bump(const Circuit& circuit, const BumpDesign& bump, double u_m) {
 }
 
 /// Where cross sections lie: at every begin and end of a feature, and between them close enough.
-std::vector<double> place_rings(const Circuit& circuit, const SynthOptions& options, double chunk_m) {
+std::vector<double> place_rings(const Circuit& circuit, const SynthOptions& options,
+                                double chunk_m) {
   const CircuitDesign& design = circuit.design();
   const double length = circuit.length_m();
   std::vector<double> fixed = {0.0, length};
@@ -112,8 +145,8 @@ std::vector<double> place_rings(const Circuit& circuit, const SynthOptions& opti
   };
   for (double u = chunk_m; u < length; u += chunk_m) fix(u);
   for (const KerbDesign& kerb : design.kerbs) {
-    for (const double u : {kerb.u_begin_m, kerb.u_begin_m + kerb.taper_m, kerb.u_end_m - kerb.taper_m,
-                           kerb.u_end_m}) {
+    for (const double u : {kerb.u_begin_m, kerb.u_begin_m + kerb.taper_m,
+                           kerb.u_end_m - kerb.taper_m, kerb.u_end_m}) {
       fix(u);
     }
   }
@@ -123,10 +156,11 @@ std::vector<double> place_rings(const Circuit& circuit, const SynthOptions& opti
   for (const BridgeDesign& bridge : design.bridges) fix(bridge.u_begin_m), fix(bridge.u_end_m);
   for (const StartStrip& strip : design.start_strips) fix(strip.u_begin_m), fix(strip.u_end_m);
   std::sort(fixed.begin(), fixed.end());
-  // Features that begin where others end give one ring; a ring a hair beside another would only make
-  // slivers. Rounding differences stay far below this.
-  fixed.erase(std::unique(fixed.begin(), fixed.end(), [](double a, double b) { return b - a < 1e-7; }),
-              fixed.end());
+  // Features that begin where others end give one ring; a ring a hair beside another would only
+  // make slivers. Rounding differences stay far below this.
+  fixed.erase(
+      std::unique(fixed.begin(), fixed.end(), [](double a, double b) { return b - a < 1e-7; }),
+      fixed.end());
 
   std::vector<double> rings;
   for (std::size_t i = 0; i + 1 < fixed.size(); ++i) {
@@ -160,7 +194,8 @@ struct Columns {
   std::size_t road, left, right;  // number of strips across
 };
 
-Columns count_columns(const Circuit& circuit, const std::vector<double>& rings, const SynthOptions& options) {
+Columns count_columns(const Circuit& circuit, const std::vector<double>& rings,
+                      const SynthOptions& options) {
   double road = 0.0;
   double left = 0.0;
   double right = 0.0;
@@ -174,12 +209,14 @@ Columns count_columns(const Circuit& circuit, const std::vector<double>& rings, 
     return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(width / step - 1e-9)));
   };
   const double runoff_step = kRunoffStepFactor * options.column_step_m;
-  return {strips(road, options.column_step_m), strips(left, runoff_step), strips(right, runoff_step)};
+  return {strips(road, options.column_step_m), strips(left, runoff_step),
+          strips(right, runoff_step)};
 }
 
 const KerbDesign* kerb_at(const Circuit& circuit, Side side, double u_m) {
   for (const KerbDesign& kerb : circuit.design().kerbs) {
-    if (kerb.side == side && u_m >= kerb.u_begin_m - 1e-7 && u_m <= kerb.u_end_m + 1e-7) return &kerb;
+    if (kerb.side == side && u_m >= kerb.u_begin_m - 1e-7 && u_m <= kerb.u_end_m + 1e-7)
+      return &kerb;
   }
   return nullptr;
 }
@@ -219,7 +256,8 @@ Ring make_ring(const Circuit& circuit, double u_m, const Columns& columns, MeshB
   const std::vector<double> right =
       side_offsets(kerb_at(circuit, Side::right, u_m), cross.road_right_m - cross.outer_right_m,
                    columns.right, kerb_right);
-  for (std::size_t i = right.size() - 1; i > 0; --i) ring.v_m.push_back(cross.road_right_m - right[i]);
+  for (std::size_t i = right.size() - 1; i > 0; --i)
+    ring.v_m.push_back(cross.road_right_m - right[i]);
   ring.road_right = ring.v_m.size();
   ring.kerb_right = ring.road_right - kerb_right;
 
@@ -227,8 +265,8 @@ Ring make_ring(const Circuit& circuit, double u_m, const Columns& columns, MeshB
   std::size_t strips = columns.road;
   for (const BumpDesign& bump : circuit.design().bumps) {
     if (bump.width_m > 0.0 && bump.height_m != 0.0 && on_bump(circuit, bump, u_m)) {
-      strips = std::max(
-          strips, static_cast<std::size_t>(std::ceil(width / bump_step(bump, bump.width_m))));
+      strips = std::max(strips,
+                        static_cast<std::size_t>(std::ceil(width / bump_step(bump, bump.width_m))));
     }
   }
   for (std::size_t i = 0; i <= strips; ++i) {
@@ -248,8 +286,9 @@ Ring make_ring(const Circuit& circuit, double u_m, const Columns& columns, MeshB
   return ring;
 }
 
-/// Triangles between a piece of ring `a` and a piece of the next ring `b`, both from right to left. The
-/// pieces may have different numbers of vertices; every vertex is used, so borders stay watertight.
+/// Triangles between a piece of ring `a` and a piece of the next ring `b`, both from right to left.
+/// The pieces may have different numbers of vertices; every vertex is used, so borders stay
+/// watertight.
 void zip(MeshBuilder& builder, std::uint32_t object, const Ring& a, std::size_t a_begin,
          std::size_t a_end, const Ring& b, std::size_t b_begin, std::size_t b_end) {
   const auto share = [](const Ring& ring, std::size_t begin, std::size_t end, std::size_t i) {
@@ -258,8 +297,8 @@ void zip(MeshBuilder& builder, std::uint32_t object, const Ring& a, std::size_t 
   std::size_t i = a_begin;
   std::size_t j = b_begin;
   while (i < a_end || j < b_end) {
-    const bool advance_a =
-        j == b_end || (i < a_end && share(a, a_begin, a_end, i + 1) <= share(b, b_begin, b_end, j + 1));
+    const bool advance_a = j == b_end || (i < a_end && share(a, a_begin, a_end, i + 1) <=
+                                                           share(b, b_begin, b_end, j + 1));
     if (advance_a) {
       builder.triangle(object, a.vertex[i], b.vertex[j], a.vertex[i + 1]);
       ++i;
@@ -270,7 +309,8 @@ void zip(MeshBuilder& builder, std::uint32_t object, const Ring& a, std::size_t 
   }
 }
 
-void add_band(const Circuit& circuit, const Ring& a, const Ring& b, double chunk_m, MeshBuilder& builder) {
+void add_band(const Circuit& circuit, const Ring& a, const Ring& b, double chunk_m,
+              MeshBuilder& builder) {
   const CircuitDesign& design = circuit.design();
   const double middle = a.u_m + 0.5 * along(circuit, a.u_m, b.u_m);
   const int chunk = static_cast<int>(middle / chunk_m);
@@ -292,13 +332,14 @@ void add_band(const Circuit& circuit, const Ring& a, const Ring& b, double chunk
   std::size_t from_a = a.road_left;
   std::size_t from_b = b.road_left;
   if (left) {
-    zip(builder, builder.object(Part::kerb, Side::left, kerb_number(left)), a, a.road_left, a.kerb_left, b,
-        b.road_left, b.kerb_left);
+    zip(builder, builder.object(Part::kerb, Side::left, kerb_number(left)), a, a.road_left,
+        a.kerb_left, b, b.road_left, b.kerb_left);
     from_a = a.kerb_left;
     from_b = b.kerb_left;
   }
   if (from_a < last_a || from_b < last_b) {
-    zip(builder, builder.object(Part::runoff, Side::left, chunk), a, from_a, last_a, b, from_b, last_b);
+    zip(builder, builder.object(Part::runoff, Side::left, chunk), a, from_a, last_a, b, from_b,
+        last_b);
   }
   const KerbDesign* right = kerb_at(circuit, Side::right, middle);
   std::size_t to_a = a.road_right;
@@ -314,10 +355,9 @@ void add_band(const Circuit& circuit, const Ring& a, const Ring& b, double chunk
   }
 }
 
-/// Inside a hairpin the run-off ends at the middle on both legs; the strip left between them is filled
-/// so that the surface goes on, as grass does. Not part of true_height.
-void fill_hairpins(const std::vector<Ring>& rings, double chunk_m,
-                   MeshBuilder& builder) {
+/// Inside a hairpin the run-off ends at the middle on both legs; the strip left between them is
+/// filled so that the surface goes on, as grass does. Not part of true_height.
+void fill_hairpins(const std::vector<Ring>& rings, double chunk_m, MeshBuilder& builder) {
   constexpr double kWidestMouth_m = 3.0;
   const std::size_t count = rings.size();
   for (const Side side : {Side::left, Side::right}) {
@@ -342,7 +382,8 @@ void fill_hairpins(const std::vector<Ring>& rings, double chunk_m,
         return (builder.position(border[i]) - builder.position(border[j])).head<2>().norm();
       };
       if (border.size() < 3 || distance(0, border.size() - 1) > kWidestMouth_m) continue;
-      const std::uint32_t object = builder.object(Part::runoff, side, static_cast<int>(u / chunk_m));
+      const std::uint32_t object =
+          builder.object(Part::runoff, side, static_cast<int>(u / chunk_m));
       const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
         if (side == Side::left) {
           builder.triangle(object, border[a], border[b], border[c]);
@@ -372,8 +413,9 @@ std::uint32_t MeshBuilder::object(Part part, Side side, int number) {
       objects_.try_emplace({part, side, number}, static_cast<std::uint32_t>(mesh_.objects.size()));
   if (added) {
     const Names names = names_of(names_, part);
-    mesh_.objects.push_back({fmt::format(fmt::runtime(names.object), side_word(names_, side), number),
-                             names.material, names.texture});
+    mesh_.objects.push_back(
+        {fmt::format(fmt::runtime(names.object), side_word(names_, side), number), names.material,
+         names.texture});
   }
   return entry->second;
 }
@@ -383,7 +425,8 @@ std::uint32_t MeshBuilder::vertex(const Eigen::Vector3d& position_m) {
   return static_cast<std::uint32_t>(mesh_.vertices_m.size() - 1);
 }
 
-void MeshBuilder::triangle(std::uint32_t object, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+void MeshBuilder::triangle(std::uint32_t object, std::uint32_t a, std::uint32_t b,
+                           std::uint32_t c) {
   mesh_.triangles.push_back({a, b, c});
   mesh_.object_of_triangle.push_back(object);
 }

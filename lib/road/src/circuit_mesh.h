@@ -16,7 +16,16 @@
 namespace road {
 
 enum class Part : std::uint8_t {
-  road, start_strip, kerb, runoff, barrier, terrain, trees, grandstand, gantry, bridge
+  road,
+  start_strip,
+  kerb,
+  runoff,
+  barrier,
+  terrain,
+  trees,
+  grandstand,
+  gantry,
+  bridge
 };
 
 /// Collects triangles under objects that come into being when first asked for.
@@ -30,7 +39,8 @@ class MeshBuilder {
 
   /// Corners counter-clockwise seen from where the face is seen from.
   void triangle(std::uint32_t object, std::uint32_t a, std::uint32_t b, std::uint32_t c);
-  void quad(std::uint32_t object, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d);
+  void quad(std::uint32_t object, std::uint32_t a, std::uint32_t b, std::uint32_t c,
+            std::uint32_t d);
   void quad(std::uint32_t object, const std::array<Eigen::Vector3d, 4>& corners);
   /// Corners 0-3 the bottom, counter-clockwise seen from above, 4-7 the top over them.
   void box(std::uint32_t object, const std::array<Eigen::Vector3d, 8>& corners);
@@ -49,10 +59,12 @@ struct Ring {
   CrossSection cross{};
   std::vector<double> v_m;
   std::vector<std::uint32_t> vertex;
-  std::size_t kerb_right = 0, road_right = 0, road_left = 0, kerb_left = 0;  ///< index of the vertex at each border
+  std::size_t kerb_right = 0, road_right = 0, road_left = 0,
+              kerb_left = 0;  ///< index of the vertex at each border
 };
 
-/// Heights of the land around: at least 0.8 m below every surface within reach, rising away from it.
+/// Heights of the land around: at least 0.8 m below every surface within reach, rising away from
+/// it.
 class Terrain {
  public:
   explicit Terrain(const Circuit& circuit);
@@ -67,8 +79,8 @@ class Terrain {
   double hill_m_ = 0.0;
 };
 
-/// Barriers, skirts, terrain, bridges, trees, stands, gantries around a finished surface. Objects along
-/// the track are cut every `chunk_m`.
+/// Barriers, skirts, terrain, bridges, trees, stands, gantries around a finished surface. Objects
+/// along the track are cut every `chunk_m`.
 void add_scenery(const Circuit& circuit, const std::vector<Ring>& rings, double chunk_m,
                  MeshBuilder& builder);
 

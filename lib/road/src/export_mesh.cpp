@@ -1,10 +1,10 @@
 #include "road/export_mesh.h"
 
+#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <assimp/Exporter.hpp>
-#include <assimp/scene.h>
 #include <cctype>
 #include <filesystem>
 #include <iterator>
@@ -23,11 +23,15 @@ constexpr std::uint32_t kUnseen = std::numeric_limits<std::uint32_t>::max();
 
 double units_per_metre(Unit unit) {
   switch (unit) {
-    case Unit::cm: return 100.0;
-    case Unit::mm: return 1000.0;
-    case Unit::ft: return 1.0 / 0.3048;
+    case Unit::cm:
+      return 100.0;
+    case Unit::mm:
+      return 1000.0;
+    case Unit::ft:
+      return 1.0 / 0.3048;
     case Unit::m:
-    case Unit::automatic: break;
+    case Unit::automatic:
+      break;
   }
   return 1.0;
 }
@@ -60,8 +64,8 @@ std::vector<std::vector<std::uint32_t>> triangles_by_object(const Mesh& mesh) {
   return result;
 }
 
-/// Calls add(vertex) for each vertex of the object when first met and returns its triangles over the
-/// numbers so given. `number` is scratch, all kUnseen before and after.
+/// Calls add(vertex) for each vertex of the object when first met and returns its triangles over
+/// the numbers so given. `number` is scratch, all kUnseen before and after.
 template <class Add>
 std::vector<std::array<std::uint32_t, 3>> renumber(const Mesh& mesh,
                                                    const std::vector<std::uint32_t>& triangles,
@@ -118,20 +122,21 @@ void export_obj(const Mesh& mesh, const std::filesystem::path& path, Unit unit) 
   std::uint32_t written = 0;
   for (std::size_t o = 0; o < mesh.objects.size(); ++o) {
     if (groups[o].empty()) continue;
-    if (!mesh.objects[o].name.empty()) text += fmt::format("o {}\n", one_word(mesh.objects[o].name));
+    if (!mesh.objects[o].name.empty())
+      text += fmt::format("o {}\n", one_word(mesh.objects[o].name));
     std::uint32_t count = 0;
     const auto triangles = renumber(mesh, groups[o], number, [&](std::uint32_t vertex) {
       const Eigen::Vector3d& p = mesh.vertices_m[vertex];
-      fmt::format_to(std::back_inserter(text), "v {:.{}f} {:.{}f} {:.{}f}\n", p.x(), decimals, p.y(),
-                     decimals, p.z(), decimals);
+      fmt::format_to(std::back_inserter(text), "v {:.{}f} {:.{}f} {:.{}f}\n", p.x(), decimals,
+                     p.y(), decimals, p.z(), decimals);
       ++count;
     });
     if (!mesh.objects[o].material.empty()) {
       text += fmt::format("usemtl {}\n", one_word(mesh.objects[o].material));
     }
     for (const auto& t : triangles) {
-      fmt::format_to(std::back_inserter(text), "f {} {} {}\n", written + t[0] + 1, written + t[1] + 1,
-                     written + t[2] + 1);
+      fmt::format_to(std::back_inserter(text), "f {} {} {}\n", written + t[0] + 1,
+                     written + t[1] + 1, written + t[2] + 1);
     }
     written += count;
   }
@@ -200,7 +205,8 @@ void export_glb(const Mesh& mesh, const std::string& path) {
   Assimp::Exporter exporter;
   const aiExportDataBlob* blob = exporter.ExportToBlob(&scene, "glb2");
   if (!blob) {
-    throw Error(fmt::format("{}: the mesh cannot be written as glb: {}", path, exporter.GetErrorString()));
+    throw Error(
+        fmt::format("{}: the mesh cannot be written as glb: {}", path, exporter.GetErrorString()));
   }
   write_file(path, {static_cast<const char*>(blob->data), blob->size});
 }

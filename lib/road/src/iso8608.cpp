@@ -35,9 +35,10 @@ Roughness::Roughness(const RoughnessOptions& options, double period_m) {
     throw Error(fmt::format("waves_per_octave is {}; give 1 to 1000", options.waves_per_octave));
   }
   if (!(period_m * options.n_min_cpm > 1.0)) {
-    throw Error(fmt::format("roughness below {} cycles/m does not fit a period of {} m; raise "
-                            "n_min_cpm above {:.4g}",
-                            options.n_min_cpm, period_m, 1.0 / period_m));
+    throw Error(
+        fmt::format("roughness below {} cycles/m does not fit a period of {} m; raise "
+                    "n_min_cpm above {:.4g}",
+                    options.n_min_cpm, period_m, 1.0 / period_m));
   }
 
   // Narrow bands of equal ratio; each gets one harmonic of the period, drawn among those inside it,
@@ -72,8 +73,8 @@ Roughness::Roughness(const RoughnessOptions& options, double period_m) {
 double Roughness::height_m(double u_m, double v_m) const noexcept {
   double height = 0.0;
   for (const Wave& wave : waves_) {
-    height += wave.amplitude_m *
-              std::cos(wave.k_u_radpm * u_m + wave.k_v_radpm * v_m + wave.phase_rad);
+    height +=
+        wave.amplitude_m * std::cos(wave.k_u_radpm * u_m + wave.k_v_radpm * v_m + wave.phase_rad);
   }
   return height;
 }

@@ -1,5 +1,5 @@
-// The one random generator of synthetic data: SplitMix64 (Steele, Lea, Flood 2014), the same numbers on
-// every machine (the distributions of <random> are not).
+// The one random generator of synthetic data: SplitMix64 (Steele, Lea, Flood 2014), the same
+// numbers on every machine (the distributions of <random> are not).
 #pragma once
 
 #include <cstdint>

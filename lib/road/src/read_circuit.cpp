@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-[[noreturn]] void fail(const std::string& file, const YAML::Mark& mark, const std::string& message) {
+[[noreturn]] void fail(const std::string& file, const YAML::Mark& mark,
+                       const std::string& message) {
   throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1, message));
 }
 
@@ -46,7 +47,8 @@ class Map {
 
   double number(const char* key, double low, double high) {
     const YAML::Node node = child(key);
-    if (!node) fail(file_, node_.Mark(), fmt::format("{} has no {}; give {} to {}", what_, key, low, high));
+    if (!node)
+      fail(file_, node_.Mark(), fmt::format("{} has no {}; give {} to {}", what_, key, low, high));
     return checked(key, node, low, high);
   }
   double number(const char* key, double low, double high, double otherwise) {
@@ -54,12 +56,14 @@ class Map {
     return node ? checked(key, node, low, high) : otherwise;
   }
 
-  std::string word(const char* key, const std::vector<std::string>& allowed, const char* otherwise) {
+  std::string word(const char* key, const std::vector<std::string>& allowed,
+                   const char* otherwise) {
     const YAML::Node node = child(key);
     if (!node) return otherwise;
     const std::string seen = node.IsScalar() ? node.Scalar() : "(not a word)";
     if (std::find(allowed.begin(), allowed.end(), seen) == allowed.end()) {
-      fail(file_, node.Mark(), fmt::format("{} is '{}'; give one of: {}", key, seen, joined(allowed)));
+      fail(file_, node.Mark(),
+           fmt::format("{} is '{}'; give one of: {}", key, seen, joined(allowed)));
     }
     return seen;
   }
@@ -78,8 +82,9 @@ class Map {
     const double begin = number("u_begin_m", 0.0, 1e6);
     const double end = number("u_end_m", 0.0, 1e6);
     if (!(end > begin)) {
-      fail(file_, node_.Mark(), fmt::format("{} runs from u = {} m to {} m; end must lie after begin", what_,
-                                            begin, end));
+      fail(file_, node_.Mark(),
+           fmt::format("{} runs from u = {} m to {} m; end must lie after begin", what_, begin,
+                       end));
     }
     return {begin, end};
   }
@@ -97,7 +102,8 @@ class Map {
       knots.u_m.push_back(checked("u_m", pair[0], 0.0, 1e6));
       knots.value.push_back(checked(key, pair[1], low, high));
     }
-    if (knots.u_m.empty()) fail(file_, node.Mark(), fmt::format("{} is empty; give [u_m, value]", key));
+    if (knots.u_m.empty())
+      fail(file_, node.Mark(), fmt::format("{} is empty; give [u_m, value]", key));
     return knots;
   }
 
@@ -121,8 +127,9 @@ class Map {
     double value = std::numeric_limits<double>::quiet_NaN();
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !(value >= low) ||
         !(value <= high)) {
-      fail(file_, node.Mark(), fmt::format("{} is '{}'; give a number from {} to {}", key,
-                                           node.IsScalar() ? node.Scalar() : "(not a number)", low, high));
+      fail(file_, node.Mark(),
+           fmt::format("{} is '{}'; give a number from {} to {}", key,
+                       node.IsScalar() ? node.Scalar() : "(not a number)", low, high));
     }
     return value;
   }
@@ -152,13 +159,15 @@ void add_corner(Map& map, std::vector<PlanSegment>& plan) {
   const double radius = map.number("radius_m", 1.0, 1e6);
   const double angle_deg = map.number("angle_deg", -720.0, 720.0);
   const double in = map.number("clothoid_in_m", 0.1, 1e5, map.number("clothoid_m", 0.1, 1e5, 30.0));
-  const double out = map.number("clothoid_out_m", 0.1, 1e5, map.number("clothoid_m", 0.1, 1e5, 30.0));
+  const double out =
+      map.number("clothoid_out_m", 0.1, 1e5, map.number("clothoid_m", 0.1, 1e5, 30.0));
   const double arc = radius * std::abs(angle_deg) * kDegree - 0.5 * (in + out);
   if (!(arc > 0.0)) {
     fail(map.file(), map.mark(),
-         fmt::format("a corner of {} deg with radius {} m is {:.2f} m of arc, the clothoids take {:.2f} m "
-                     "of it; shorten them",
-                     angle_deg, radius, radius * std::abs(angle_deg) * kDegree, 0.5 * (in + out)));
+         fmt::format(
+             "a corner of {} deg with radius {} m is {:.2f} m of arc, the clothoids take {:.2f} m "
+             "of it; shorten them",
+             angle_deg, radius, radius * std::abs(angle_deg) * kDegree, 0.5 * (in + out)));
   }
   const double curvature = std::copysign(1.0 / radius, angle_deg);
   plan.push_back({in, 0.0, curvature, false});
@@ -169,7 +178,9 @@ void add_corner(Map& map, std::vector<PlanSegment>& plan) {
 std::vector<PlanSegment> read_plan(Map& top) {
   std::vector<PlanSegment> plan;
   const YAML::Node list = top.child("plan");
-  if (!list) fail(top.file(), top.mark(), "there is no plan; give a list of straight, corner, arc, clothoid");
+  if (!list)
+    fail(top.file(), top.mark(),
+         "there is no plan; give a list of straight, corner, arc, clothoid");
   for (const YAML::Node& item : top.list("plan", list)) {
     if (!item.IsMap() || item.size() != 1) {
       fail(top.file(), item.Mark(), "a plan entry is one of: straight, corner, arc, clothoid");
@@ -192,8 +203,9 @@ std::vector<PlanSegment> read_plan(Map& top) {
       const double begin = map.number("curvature_begin_1pm", -1.0, 1.0);
       plan.push_back({length, begin, map.number("curvature_end_1pm", -1.0, 1.0), false});
     } else {
-      fail(top.file(), item.Mark(),
-           fmt::format("'{}' is no plan entry; give one of: straight, corner, arc, clothoid", kind));
+      fail(
+          top.file(), item.Mark(),
+          fmt::format("'{}' is no plan entry; give one of: straight, corner, arc, clothoid", kind));
     }
     map.finish();
   }
@@ -242,8 +254,9 @@ void read_features(Map& top, CircuitDesign& design) {
   }
   for (Map& map : top.maps("bumps")) {
     BumpDesign bump;
-    bump.shape = map.word("shape", {"cosine", "plateau"}, "cosine") == "cosine" ? BumpDesign::Shape::cosine
-                                                                               : BumpDesign::Shape::plateau;
+    bump.shape = map.word("shape", {"cosine", "plateau"}, "cosine") == "cosine"
+                     ? BumpDesign::Shape::cosine
+                     : BumpDesign::Shape::plateau;
     bump.u_m = map.number("u_m", 0.0, 1e6);
     bump.v_m = map.number("v_m", -100.0, 100.0, 0.0);
     bump.length_m = map.number("length_m", 0.1, 1000.0);
@@ -313,7 +326,8 @@ CircuitDesign read_design(const std::string& path, const YAML::Node& root) {
   const YAML::Node name = top.child("name");
   if (!name || !name.IsScalar() || name.Scalar().empty() ||
       name.Scalar().find_first_of("/\\ \t") != std::string::npos) {
-    fail(path, name ? name.Mark() : root.Mark(), "name is missing or no plain word; it becomes a file name");
+    fail(path, name ? name.Mark() : root.Mark(),
+         "name is missing or no plain word; it becomes a file name");
   }
   design.name = name.Scalar();
   design.seed = static_cast<std::uint64_t>(top.number("seed", 0.0, 9e15, 1.0));

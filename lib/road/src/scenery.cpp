@@ -12,13 +12,13 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kTerrainDepth_m = 0.8;
-constexpr double kTerrainRise = 0.25;       // steepest rise of the land away from the track
+constexpr double kTerrainRise = 0.25;  // steepest rise of the land away from the track
 constexpr double kTerrainSample_m = 8.0;
-constexpr double kWallGap_m = 0.05;         // between the end of the surface and the barrier
+constexpr double kWallGap_m = 0.05;  // between the end of the surface and the barrier
 constexpr double kWallThickness_m = 0.25;
 constexpr double kWallPiece_m = 2.0;
 constexpr double kSkirtWidth_m = 1.0;
-constexpr double kSkirtDrop_m = 1.3;        // steeper than 45 degrees: nobody's run-off
+constexpr double kSkirtDrop_m = 1.3;  // steeper than 45 degrees: nobody's run-off
 
 double outer(const CrossSection& cross, Side side) {
   return side == Side::left ? cross.outer_left_m : cross.outer_right_m;
@@ -37,22 +37,23 @@ Vector3d at(const Circuit& circuit, double u_m, double v_m, double z_m) {
 }
 
 /// Upright block over the (u, v) rectangle; straight between its corners.
-void add_block(const Circuit& circuit, MeshBuilder& builder, std::uint32_t object, double u0, double u1,
-               double v0, double v1, double z0, double z1) {
+void add_block(const Circuit& circuit, MeshBuilder& builder, std::uint32_t object, double u0,
+               double u1, double v0, double v1, double z0, double z1) {
   if (v0 > v1) std::swap(v0, v1);
   builder.box(object, {at(circuit, u0, v0, z0), at(circuit, u1, v0, z0), at(circuit, u1, v1, z0),
                        at(circuit, u0, v1, z0), at(circuit, u0, v0, z1), at(circuit, u1, v0, z1),
                        at(circuit, u1, v1, z1), at(circuit, u0, v1, z1)});
 }
 
-void add_barrier(const Circuit& circuit, const std::vector<Ring>& rings, const BarrierDesign& barrier,
-                 double chunk_m, MeshBuilder& builder) {
+void add_barrier(const Circuit& circuit, const std::vector<Ring>& rings,
+                 const BarrierDesign& barrier, double chunk_m, MeshBuilder& builder) {
   const double sign = outwards(barrier.side);
   std::optional<std::array<std::uint32_t, 4>> last;
   double last_u = 0.0;
   for (std::size_t i = 0; i < rings.size(); ++i) {
     const Ring& ring = rings[i];
-    if (ring.u_m < barrier.u_begin_m || ring.u_m > barrier.u_end_m || cut(ring.cross, barrier.side)) {
+    if (ring.u_m < barrier.u_begin_m || ring.u_m > barrier.u_end_m ||
+        cut(ring.cross, barrier.side)) {
       last.reset();
       continue;
     }
@@ -86,10 +87,9 @@ void add_barrier(const Circuit& circuit, const std::vector<Ring>& rings, const B
 }
 
 bool on_bridge(const Circuit& circuit, double u_m) {
-  return std::any_of(circuit.design().bridges.begin(), circuit.design().bridges.end(),
-                     [&](const BridgeDesign& bridge) {
-                       return u_m >= bridge.u_begin_m && u_m <= bridge.u_end_m;
-                     });
+  return std::any_of(
+      circuit.design().bridges.begin(), circuit.design().bridges.end(),
+      [&](const BridgeDesign& bridge) { return u_m >= bridge.u_begin_m && u_m <= bridge.u_end_m; });
 }
 
 /// Steep strip from the end of the surface down into the land.
@@ -103,8 +103,8 @@ void add_skirts(const Circuit& circuit, const std::vector<Ring>& rings, const Te
       const std::uint32_t top = side == Side::left ? ring.vertex.back() : ring.vertex.front();
       const crg::Point2 p =
           position_at(circuit, ring.u_m, outer(ring.cross, side) + outwards(side) * kSkirtWidth_m);
-      const double z = std::min(builder.position(top).z() - kSkirtDrop_m,
-                                terrain.height_m(p.x_m, p.y_m) - 0.3);
+      const double z =
+          std::min(builder.position(top).z() - kSkirtDrop_m, terrain.height_m(p.x_m, p.y_m) - 0.3);
       foot[i] = builder.vertex({p.x_m, p.y_m, z});
     }
     for (std::size_t i = 0; i < bands; ++i) {
@@ -113,7 +113,8 @@ void add_skirts(const Circuit& circuit, const std::vector<Ring>& rings, const Te
       const Ring& b = rings[next];
       if (cut(a.cross, side) || cut(b.cross, side)) continue;
       if (on_bridge(circuit, a.u_m) && on_bridge(circuit, b.u_m)) continue;
-      const std::uint32_t object = builder.object(Part::terrain, side, 1 + static_cast<int>(a.u_m / chunk_m));
+      const std::uint32_t object =
+          builder.object(Part::terrain, side, 1 + static_cast<int>(a.u_m / chunk_m));
       if (side == Side::left) {
         builder.quad(object, a.vertex.back(), b.vertex.back(), foot[next], foot[i]);
       } else {
@@ -155,8 +156,8 @@ void add_terrain(const Circuit& circuit, const std::vector<Ring>& rings, const T
   }
 }
 
-void add_bridge(const std::vector<Ring>& rings, const BridgeDesign& bridge,
-                double chunk_m, int number, MeshBuilder& builder) {
+void add_bridge(const std::vector<Ring>& rings, const BridgeDesign& bridge, double chunk_m,
+                int number, MeshBuilder& builder) {
   const std::uint32_t sides = builder.object(Part::bridge, Side::left, number);
   const std::uint32_t underside =
       bridge.underside_named_as_road
@@ -188,7 +189,8 @@ void add_bridge(const std::vector<Ring>& rings, const BridgeDesign& bridge,
   builder.quad(sides, last.top_left, last.top_right, last.bottom_right, last.bottom_left);
 }
 
-/// Two upright quads crossing at the trunk and a level one through the crown, the usual billboard tree.
+/// Two upright quads crossing at the trunk and a level one through the crown, the usual billboard
+/// tree.
 void add_trees(const Circuit& circuit, const TreeRow& row, int number, SplitMix64& random,
                MeshBuilder& builder) {
   const std::uint32_t object = builder.object(Part::trees, row.side, number);
@@ -217,7 +219,8 @@ void add_trees(const Circuit& circuit, const TreeRow& row, int number, SplitMix6
   }
 }
 
-void add_grandstand(const Circuit& circuit, const Grandstand& stand, int number, MeshBuilder& builder) {
+void add_grandstand(const Circuit& circuit, const Grandstand& stand, int number,
+                    MeshBuilder& builder) {
   constexpr int kSteps = 6;
   const std::uint32_t object = builder.object(Part::grandstand, stand.side, number);
   const double sign = outwards(stand.side);
@@ -230,10 +233,12 @@ void add_grandstand(const Circuit& circuit, const Grandstand& stand, int number,
   for (int step = 0; step < kSteps; ++step) {
     const double v = front + sign * stand.depth_m * step / kSteps;
     add_block(circuit, builder, object, stand.u_begin_m, stand.u_end_m, v,
-              front + sign * stand.depth_m * (step + 1) / kSteps, ground - 3.0, ground + 1.0 + rise * step);
+              front + sign * stand.depth_m * (step + 1) / kSteps, ground - 3.0,
+              ground + 1.0 + rise * step);
   }
-  add_block(circuit, builder, object, stand.u_begin_m, stand.u_end_m, front - sign * stand.roof_overhang_m,
-            back, ground + stand.height_m, ground + stand.height_m + 0.3);
+  add_block(circuit, builder, object, stand.u_begin_m, stand.u_end_m,
+            front - sign * stand.roof_overhang_m, back, ground + stand.height_m,
+            ground + stand.height_m + 0.3);
 }
 
 void add_gantry(const Circuit& circuit, const Gantry& gantry, int number, MeshBuilder& builder) {
@@ -258,21 +263,22 @@ void add_gantry(const Circuit& circuit, const Gantry& gantry, int number, MeshBu
   for (const Side side : {Side::left, Side::right}) {
     const double v = (side == Side::left ? left : right) + outwards(side) * 0.5;
     const double ground = true_height(circuit, u0, outer(section_at(circuit, u0), side));
-    add_block(circuit, builder, object, u0, u1, v, v + outwards(side) * 0.4, ground - 2.0, underside);
+    add_block(circuit, builder, object, u0, u1, v, v + outwards(side) * 0.4, ground - 2.0,
+              underside);
   }
 }
 
 }  // namespace
 
 Terrain::Terrain(const Circuit& circuit) : hill_m_(circuit.design().terrain.hill_m) {
-  const auto count =
-      static_cast<std::size_t>(std::ceil(circuit.length_m() / kTerrainSample_m)) + 1;
+  const auto count = static_cast<std::size_t>(std::ceil(circuit.length_m() / kTerrainSample_m)) + 1;
   for (std::size_t i = 0; i < count; ++i) {
     const double u = circuit.length_m() * static_cast<double>(i) / static_cast<double>(count);
     const ReferencePoint point = reference_at(circuit, u);
     const CrossSection cross = section_at(circuit, u);
-    const double z = std::min({true_height(circuit, u, cross.outer_left_m), true_height(circuit, u, 0.0),
-                               true_height(circuit, u, cross.outer_right_m)});
+    const double z =
+        std::min({true_height(circuit, u, cross.outer_left_m), true_height(circuit, u, 0.0),
+                  true_height(circuit, u, cross.outer_right_m)});
     samples_.push_back({point.x_m, point.y_m, z});
     reach_m_ = std::max({reach_m_, cross.outer_left_m, -cross.outer_right_m});
   }
@@ -306,7 +312,8 @@ void add_scenery(const Circuit& circuit, const std::vector<Ring>& rings, double 
   number = 0;
   for (const Gantry& gantry : design.gantries) add_gantry(circuit, gantry, number++, builder);
   number = 0;
-  for (const Grandstand& stand : design.grandstands) add_grandstand(circuit, stand, number++, builder);
+  for (const Grandstand& stand : design.grandstands)
+    add_grandstand(circuit, stand, number++, builder);
   SplitMix64 random(design.seed);
   number = 0;
   for (const TreeRow& row : design.trees) add_trees(circuit, row, number++, random, builder);

@@ -117,10 +117,14 @@ class Errors {
 
 const char* ending(MeshFormat format) {
   switch (format) {
-    case MeshFormat::obj: return "obj";
-    case MeshFormat::glb: return "glb";
-    case MeshFormat::ply: return "ply";
-    case MeshFormat::stl: return "stl";
+    case MeshFormat::obj:
+      return "obj";
+    case MeshFormat::glb:
+      return "glb";
+    case MeshFormat::ply:
+      return "ply";
+    case MeshFormat::stl:
+      return "stl";
   }
   return "";
 }
@@ -142,8 +146,9 @@ SynthError measure_mesh_error(const Circuit& circuit, const Mesh& mesh) {
   const auto compare = [&](double u, double v, Errors& errors) {
     const double z = true_height(circuit, u, v);
     const crg::Point2 point = position_at(circuit, u, v);
-    if (const auto seen = index.nearest(point.x_m - mesh.origin_m.x(), point.y_m - mesh.origin_m.y(),
-                                        z - mesh.origin_m.z(), kReach_m)) {
+    if (const auto seen =
+            index.nearest(point.x_m - mesh.origin_m.x(), point.y_m - mesh.origin_m.y(),
+                          z - mesh.origin_m.z(), kReach_m)) {
       errors.add(std::abs(*seen + mesh.origin_m.z() - z));
     } else {
       ++result.points_without_mesh;
@@ -163,7 +168,8 @@ SynthError measure_mesh_error(const Circuit& circuit, const Mesh& mesh) {
       const double at = random.uniform(chosen.u_begin_m, chosen.u_end_m);
       const CrossSection there = section_at(circuit, at);
       const double offset = random.uniform(0.0, chosen.width_m);
-      compare(at, chosen.side == Side::left ? there.road_left_m + offset : there.road_right_m - offset,
+      compare(at,
+              chosen.side == Side::left ? there.road_left_m + offset : there.road_right_m - offset,
               kerb);
     }
   }
@@ -179,8 +185,8 @@ SynthOutput write_synth(const Circuit& circuit, const std::string& output_dir,
   std::error_code error;
   fs::create_directories(output_dir, error);
   if (error) {
-    throw Error(fmt::format("{}: cannot be made ({}); give a folder that can be written", output_dir,
-                            error.message()));
+    throw Error(fmt::format("{}: cannot be made ({}); give a folder that can be written",
+                            output_dir, error.message()));
   }
   const fs::path dir(output_dir);
   const std::string& name = circuit.design().name;

@@ -42,7 +42,7 @@ std::string to_stl(const Mesh& mesh) {
 
 std::string to_ply(const Mesh& mesh) {
   std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment metres, z up\nelement vertex {}\nproperty "
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty "
       "double x\n"
       "property double y\nproperty double z\nelement face {}\nproperty list uchar uint "
       "vertex_indices\nend_header\n",
