@@ -47,11 +47,12 @@ TEST(Sample, ReadsAPlaneExactly) {
   });
   const auto [line, sampled, report] = sample(road);
   EXPECT_EQ(report.holes, 0u);
-  for (std::size_t i = 0; i < sampled.grid.rows(); ++i) {
+  // The last row repeats the first, 1 mm and half a step of turn away from it.
+  for (std::size_t i = 0; i + 1 < sampled.grid.rows(); ++i) {
     for (std::size_t j = 0; j < sampled.grid.columns(); ++j) {
       if (std::isnan(sampled.grid.at(i, j))) continue;
       const auto p = crg::node_position(line, i, sampled.grid.v_m[j]);
-      EXPECT_NEAR(sampled.grid.at(i, j), 0.03 * p.x_m - 0.02 * p.y_m + 7.0, 2e-5);
+      ASSERT_NEAR(sampled.grid.at(i, j), 0.03 * p.x_m - 0.02 * p.y_m + 7.0, 2e-5);
     }
   }
   EXPECT_GE(sampled.grid.v_m.back(), 5.8);

@@ -23,6 +23,8 @@ constexpr double kProbeStep_m = 0.5;      // across the road, refined to kEdgeRe
 constexpr double kEdgeResolution_m = 1e-3;
 constexpr double kGapAcross_m = 1.5;      // a crack or hole narrower than this does not end the road
 constexpr double kGapAlong_m = 12.0;      // nor does a missing piece of road shorter than this
+constexpr double kBelieveJump_m = 60.0;   // a change of width that lasts this long is one
+constexpr double kLost_m = 25.0;          // without either edge
 constexpr double kMaxHalfWidth_m = 40.0;
 constexpr double kMinWidth_m = 2.0;
 constexpr double kMaxWidth_m = 60.0;
@@ -84,7 +86,7 @@ Vector3d find_edge(const RaySurface& surface, const Vector3d& from, const Vector
 }
 
 /// The cross-section of the road through `p`, square to `heading`, moved to its middle.
-std::optional<Station> cross_section(const RaySurface& surface, const Vector3d& p,
+Station cross_section(const RaySurface& surface, const Vector3d& p,
                                      const Vector2d& heading, double max_left_m = kMaxHalfWidth_m,
                                      double max_right_m = kMaxHalfWidth_m) {
   const Vector2d normal = left_of(heading);
@@ -113,7 +115,7 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
   walk.stations.push_back(start);
   Vector2d segment = start.heading;
   double turn_rad = 0.0;
-  double half_m = 0.5 * start.width_m();
+  double half_m = 0.5 * start.width_m(), left_astray_m = 0.0, right_astray_m = 0.0;
   // Stations by cell of 4 m, to notice when the walk meets a place where it has been.
   std::unordered_map<std::int64_t, std::vector<std::size_t>> visited;
   const auto cell_of = [](double x, double y) {
@@ -150,29 +152,50 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
       }
       if (hit) break;
     }
-    if (!hit) break;
+    if (!hit) {
+      // The end of an open road: one last station where the surface ends.
+      const Vector3d end = find_edge(surface, here.centre, direction, kGapAlong_m);
+      if ((end - here.centre).head<2>().norm() > 0.1) {
+        Station last = here;  // a cross-section at the very end would run off it on one side
+        last.centre += end - here.centre;
+        last.left += end - here.centre;
+        last.right += end - here.centre;
+        walk.stations.push_back(last);
+      }
+      break;
+    }
     const Vector2d heading = rotated(direction, 0.5 * turn_rad);
-    auto station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading, 2.0 * half_m + 2.0, 2.0 * half_m + 2.0);
+    Station station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading, 2.0 * half_m + 2.0, 2.0 * half_m + 2.0);
     const Vector2d base = here.centre.head<2>() + gone_m * direction, normal = left_of(heading);
-    // An edge that jumps is a pit lane, a crossing or a hole: follow the other edge and let this one
-    // come in slowly, so that a road which really changes its width is still followed.
-    const auto track = [&](double measured_m) {
+    // An edge that jumps is a pit lane, a crossing or a hole: stay where the other edge says the road
+    // is. When the jump lasts, the road has changed its width, and the edge comes in slowly.
+    const auto track = [&](double measured_m, double& astray_m) {
       const double change_m = measured_m - half_m;
-      return std::abs(change_m) <= 0.4 * gone_m + 0.05 ? measured_m : half_m + std::copysign(0.1 * gone_m, change_m);
+      if (std::abs(change_m) <= 0.4 * gone_m + 0.05) {
+        astray_m = 0.0;
+        return measured_m;
+      }
+      astray_m += gone_m;
+      return astray_m < kBelieveJump_m ? half_m : half_m + std::copysign(0.1 * gone_m, change_m);
     };
-    const double left_m = track((station->left.head<2>() - base).dot(normal));
-    const double right_m = track(-(station->right.head<2>() - base).dot(normal));
+    double left_m = track((station.left.head<2>() - base).dot(normal), left_astray_m);
+    double right_m = track(-(station.right.head<2>() - base).dot(normal), right_astray_m);
+    if (std::min(left_astray_m, right_astray_m) > kLost_m) break;  // no edge in sight: this is no road
+    // One edge held at its old distance from a predicted middle would let the line drift: keep the width.
+    if (left_astray_m > 0.0 && right_astray_m == 0.0 && left_astray_m < kBelieveJump_m) left_m = 2.0 * half_m - right_m;
+    if (right_astray_m > 0.0 && left_astray_m == 0.0 && right_astray_m < kBelieveJump_m) right_m = 2.0 * half_m - left_m;
     half_m = 0.5 * (left_m + right_m);
     if (2.0 * half_m < kMinWidth_m) break;
-    station->left.head<2>() = base + left_m * normal;
-    station->right.head<2>() = base - right_m * normal;
-    station->centre.head<2>() = 0.5 * (station->left + station->right).head<2>();
+    station.left.head<2>() = base + left_m * normal;
+    station.right.head<2>() = base - right_m * normal;
+    station.centre.head<2>() = 0.5 * (station.left + station.right).head<2>();
 
-    const Vector2d chord = (station->centre - here.centre).head<2>();
+    const Vector2d chord = (station.centre - here.centre).head<2>();
     if (chord.norm() < 0.2 * step_m) break;
     const Vector2d new_segment = chord.normalized();
     const double sharpest_rad = chord.norm() / (1.1 * half_m);  // the inner edge still has a radius
-    turn_rad = std::clamp(angle_between(segment, new_segment), -sharpest_rad, sharpest_rad);
+    const double turned_rad = angle_between(segment, new_segment);
+    turn_rad = std::clamp(0.5 * (turn_rad + turned_rad), -sharpest_rad, sharpest_rad);  // damped: holes make it jump
     segment = new_segment;
 
     // Met an earlier station going the same way on the same layer: the loop is closed there.
@@ -180,14 +203,14 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
     std::optional<std::size_t> met;
     for (int dx = -1; dx <= 1 && !met; ++dx) {
       for (int dy = -1; dy <= 1 && !met; ++dy) {
-        const auto found = visited.find(cell_of(station->centre.x() + 4.0 * dx, station->centre.y() + 4.0 * dy));
+        const auto found = visited.find(cell_of(station.centre.x() + 4.0 * dx, station.centre.y() + 4.0 * dy));
         if (found == visited.end()) continue;
         for (const std::size_t other : found->second) {
           const Station& old = walk.stations[other];
-          const Vector2d d = (station->centre - old.centre).head<2>();
+          const Vector2d d = (station.centre - old.centre).head<2>();
           if (index - other > 15 && d.dot(old.heading) >= 0.0 && d.dot(old.heading) < 2.0 * step_m &&
               std::abs(d.dot(left_of(old.heading))) < 0.25 * old.width_m() &&
-              std::abs(station->centre.z() - old.centre.z()) < 1.5 && segment.dot(old.heading) > 0.5) {
+              std::abs(station.centre.z() - old.centre.z()) < 1.5 && segment.dot(old.heading) > 0.5) {
             met = other;
             break;
           }
@@ -205,9 +228,9 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
       walk.closed = true;
       break;
     }
-    station->heading = segment;
-    visited[cell_of(station->centre.x(), station->centre.y())].push_back(index);
-    walk.stations.push_back(*station);
+    station.heading = segment;
+    visited[cell_of(station.centre.x(), station.centre.y())].push_back(index);
+    walk.stations.push_back(station);
   }
   return walk;
 }
@@ -221,9 +244,9 @@ std::optional<Station> seed_station(const RaySurface& surface, const Vector3d& p
   for (int round = 0; round < 2; ++round) {
     for (int i = 0; i < kDirections; ++i) {
       const double angle = std::numbers::pi * i / kDirections;
-      const auto station = cross_section(surface, at, {std::cos(angle), std::sin(angle)});
-      if (station->width_m() < best_width_m) {
-        best_width_m = station->width_m();
+      const Station station = cross_section(surface, at, {std::cos(angle), std::sin(angle)});
+      if (station.width_m() < best_width_m) {
+        best_width_m = station.width_m();
         best = station;
       }
     }
@@ -245,8 +268,10 @@ void measure(Walk& walk) {
 Walk walk_from(const RaySurface& surface, const Station& seed) {
   Walk walk = walk_forward(surface, seed);
   if (!walk.closed) {
-    Station back = seed;
-    back.heading = -seed.heading;
+    // Not from the seed itself: near the end of a road its narrowest direction is no cross-section.
+    const std::size_t turn_at = std::min<std::size_t>(20, walk.stations.size() / 2);
+    Station back = walk.stations[turn_at];
+    back.heading = -back.heading;
     std::swap(back.left, back.right);
     Walk behind = walk_forward(surface, back);
     if (behind.closed) {
@@ -257,8 +282,9 @@ Walk walk_from(const RaySurface& surface, const Station& seed) {
         station.heading = -station.heading;
         std::swap(station.left, station.right);
       }
-      behind.stations.pop_back();  // the seed itself, first of `walk`
-      behind.stations.insert(behind.stations.end(), walk.stations.begin(), walk.stations.end());
+      behind.stations.pop_back();  // the station where both begin
+      behind.stations.insert(behind.stations.end(), walk.stations.begin() + static_cast<std::ptrdiff_t>(turn_at),
+                             walk.stations.end());
       walk.stations = std::move(behind.stations);
     }
   }
@@ -323,6 +349,8 @@ Walk find_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOpti
     covered_m2 += walk.area_m2;
     walks.push_back(std::move(walk));
   }
+  // What runs along the rim of a wide surface is no road on it.
+  std::erase_if(walks, [&](const Walk& walk) { return walk.area_m2 < 0.1 * area_m2; });
   if (walks.empty()) {
     throw Error(fmt::format(
         "no road found: none of the {:.0f} m2 of road surface forms a strip {:.0f} to {:.0f} m wide; check the "
@@ -356,16 +384,21 @@ void refine(const RaySurface& surface, Walk& walk) {
   const std::size_t n = walk.stations.size();
   const std::vector<Station> old = walk.stations;
   for (std::size_t i = 0; i < n; ++i) {
-    const bool end = !walk.closed && (i == 0 || i + 1 == n);
     const Station& before = old[i == 0 ? (walk.closed ? n - 1 : 0) : i - 1];
     const Station& after = old[i + 1 == n ? (walk.closed ? 0 : n - 1) : i + 1];
-    const Vector2d heading = (after.centre - before.centre).head<2>().normalized();
-    const double limit_m = 0.75 * old[i].width_m();
-    if (auto station = cross_section(surface, old[i].centre, heading, limit_m, limit_m)) {
-      const bool jumped = (station->centre - old[i].centre).head<2>().norm() > 0.2 * old[i].width_m();
-      if (!jumped || end) walk.stations[i] = *station;
-      walk.stations[i].heading = heading;
-    }
+    const Vector2d heading = (after.centre - before.centre).head<2>().normalized(), normal = left_of(heading);
+    const double half_m = 0.5 * old[i].width_m(), limit_m = 1.5 * half_m;
+    const Station measured = cross_section(surface, old[i].centre, heading, limit_m, limit_m);
+    // A side that differs much is a hole or a branch which the walk has passed: its word stands.
+    const auto settle = [&](double measured_m) { return std::abs(measured_m - half_m) < 0.3 + 0.05 * half_m ? measured_m : half_m; };
+    const Vector2d centre = old[i].centre.head<2>();
+    const double left_m = settle((measured.left.head<2>() - centre).dot(normal));
+    const double right_m = settle(-(measured.right.head<2>() - centre).dot(normal));
+    Station& refined = walk.stations[i];
+    refined.left << centre + left_m * normal, measured.left.z();
+    refined.right << centre - right_m * normal, measured.right.z();
+    refined.centre << 0.5 * (refined.left + refined.right).head<2>(), measured.centre.z();
+    refined.heading = heading;
   }
 }
 

@@ -90,7 +90,6 @@ Json json_of(const SampleReport& report) {
           {"nodes_with_z", report.nodes_with_z},
           {"filled", report.filled},
           {"holes", report.holes},
-          {"rays", report.rays},
           {"folds", json_of(report.folds)},
           {"neighbours", json_of(report.neighbours)}};
 }
