@@ -13,8 +13,10 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "classify_by_shape.h"
 #include "mesh_topology.h"
 #include "road/error.h"
+#include "strip_ends.h"
 
 namespace road {
 namespace {
@@ -28,6 +30,10 @@ constexpr double kLongestGap_m = 40.0;
 constexpr double kGapHeight_m = 0.15;
 // Surfaces that touch within this along their borders belong together (T-junctions).
 constexpr double kTouch_m = 0.05;
+// A steep face that rises this much from an edge is a wall, one that falls this much an edge of a
+// bridge; kerbs are lower.
+constexpr double kWallHeight_m = 0.25;
+constexpr double kDropHeight_m = 0.5;
 // A second component with this share of the largest one's road is another circuit, not a leftover.
 constexpr double kOtherCircuitShare = 0.3;
 
@@ -125,7 +131,7 @@ std::string convention_of(const Mesh& mesh, const std::vector<NameRule>& rules) 
 struct Soup {
   std::vector<Eigen::Vector3d> vertices_m;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> object;
+  std::vector<std::uint32_t> source;  ///< triangle of the input mesh it is, or stands beside
   std::vector<SurfaceClass> surface_class;
 
   Eigen::Vector3d area_vector_of(std::size_t i) const {
@@ -140,12 +146,12 @@ struct Soup {
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       if (!keep(i)) continue;
       triangles[out] = triangles[i];
-      object[out] = object[i];
+      source[out] = source[i];
       surface_class[out] = surface_class[i];
       ++out;
     }
     triangles.resize(out);
-    object.resize(out);
+    source.resize(out);
     surface_class.resize(out);
   }
 
@@ -215,7 +221,7 @@ Soup make_soup(const Mesh& mesh, const std::vector<std::uint32_t>& kept,
       t[c] = n;
     }
     soup.triangles.push_back(t);
-    soup.object.push_back(mesh.object_of_triangle[i]);
+    soup.source.push_back(i);
     soup.surface_class.push_back(class_of_triangle[i]);
     if (soup.area_vector_of(soup.triangles.size() - 1).z() < 0.0) {
       std::swap(soup.triangles.back()[1], soup.triangles.back()[2]);
@@ -231,7 +237,7 @@ Soup make_soup(const Mesh& mesh, const std::vector<std::uint32_t>& kept,
 }
 
 /// Border vertices that nearly coincide become one: cracks that the weld tolerance left open.
-void snap_borders(Soup& soup, const CleanOptions& options, CleanReport& facts) {
+void snap_borders(Soup& soup, double horizontal_m, double vertical_m, CleanReport& facts) {
   std::vector<std::uint32_t> border;
   std::vector<std::uint32_t> place(soup.vertices_m.size(), kNoIndex);
   for (const auto& loop : border_loops(soup.triangles, soup.vertices_m)) {
@@ -245,7 +251,7 @@ void snap_borders(Soup& soup, const CleanOptions& options, CleanReport& facts) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(border.size());
   for (const std::uint32_t vertex : border) points.push_back(soup.vertices_m[vertex]);
-  const std::vector<std::uint32_t> near = weld(points, options.snap_tolerance_m, kSnapHeight_m);
+  const std::vector<std::uint32_t> near = weld(points, horizontal_m, vertical_m);
   std::vector<std::uint32_t> target(soup.vertices_m.size());
   std::iota(target.begin(), target.end(), 0u);
   bool any = false;
@@ -256,85 +262,6 @@ void snap_borders(Soup& soup, const CleanOptions& options, CleanReport& facts) {
     ++facts.vertices_snapped;
   }
   if (any) soup.merge_vertices(target, facts.dropped);
-}
-
-/// An open end of a strip: the straight piece of a border across it, surface on its left.
-struct End {
-  std::vector<std::uint32_t> vertices;
-  Eigen::Vector3d first, last, middle;
-  Eigen::Vector2d outward;
-  double width_m = 0.0;
-};
-
-std::vector<End> open_ends(const std::vector<Triangle>& triangles,
-                           const std::vector<Eigen::Vector3d>& vertices_m, double widest_m) {
-  constexpr double kCorner = 45.0 * std::numbers::pi / 180.0;
-  std::vector<End> ends;
-  for (const auto& loop : border_loops(triangles, vertices_m)) {
-    const std::size_t n = loop.size();
-    std::vector<std::size_t> corners;  // where the border turns left: convex corners of the surface
-    for (std::size_t i = 0; i < n && n >= 4; ++i) {
-      const Eigen::Vector2d in =
-          (vertices_m[loop[i]] - vertices_m[loop[(i + n - 1) % n]]).head<2>();
-      const Eigen::Vector2d out = (vertices_m[loop[(i + 1) % n]] - vertices_m[loop[i]]).head<2>();
-      if (std::atan2(in.x() * out.y() - in.y() * out.x(), in.dot(out)) > kCorner)
-        corners.push_back(i);
-    }
-    for (std::size_t k = 0; k < corners.size() && corners.size() >= 2; ++k) {
-      const std::size_t begin = corners[k];
-      const std::size_t end = corners[(k + 1) % corners.size()];
-      End candidate;
-      double along_m = 0.0;
-      for (std::size_t i = begin;; i = (i + 1) % n) {
-        candidate.vertices.push_back(loop[i]);
-        if (i == end) break;
-        along_m += (vertices_m[loop[(i + 1) % n]] - vertices_m[loop[i]]).head<2>().norm();
-        if (along_m > widest_m) break;
-      }
-      candidate.first = vertices_m[loop[begin]];
-      candidate.last = vertices_m[loop[end]];
-      const Eigen::Vector2d chord = (candidate.last - candidate.first).head<2>();
-      candidate.width_m = chord.norm();
-      if (along_m > widest_m || candidate.width_m < 2.0 || candidate.width_m < 0.9 * along_m)
-        continue;
-      candidate.middle = (candidate.first + candidate.last) / 2.0;
-      candidate.outward = Eigen::Vector2d(chord.y(), -chord.x()) / candidate.width_m;
-      ends.push_back(std::move(candidate));
-    }
-  }
-  return ends;
-}
-
-struct Gap {
-  End a, b;
-  double length_m = 0.0;
-};
-
-/// Pairs of ends that face each other, nearest first; every end once.
-std::vector<Gap> facing_ends(const std::vector<End>& ends, double longest_m) {
-  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    for (std::size_t j = i + 1; j < ends.size(); ++j) {
-      const Eigen::Vector3d d = ends[j].middle - ends[i].middle;
-      const double distance_m = d.head<2>().norm();
-      if (distance_m > longest_m || std::abs(d.z()) > 0.01 + 0.1 * distance_m) continue;
-      if (ends[i].outward.dot(ends[j].outward) > -0.7) continue;
-      // In front of each other, or overlapping a little.
-      if (distance_m > 0.25 && d.head<2>().dot(ends[i].outward) < 0.7 * distance_m) continue;
-      const double ratio = ends[i].width_m / ends[j].width_m;
-      if (ratio < 0.7 || ratio > 1.4) continue;
-      pairs.emplace_back(distance_m, i, j);
-    }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  std::vector<bool> used(ends.size(), false);
-  std::vector<Gap> gaps;
-  for (const auto& [distance_m, i, j] : pairs) {
-    if (used[i] || used[j]) continue;
-    used[i] = used[j] = true;
-    gaps.push_back({ends[i], ends[j], distance_m});
-  }
-  return gaps;
 }
 
 /// The quadrilateral between two ends: is a point in it, and how high is the surface there?
@@ -453,6 +380,16 @@ void bridge_gaps(Soup& soup, Of of, const Eigen::Vector3d& origin_m, const Clean
   for (const Gap& gap : gaps) {
     // Ends at one place in plan are the foot and the top of a step, not a gap.
     if (gap.length_m < options.weld_tolerance_m) continue;
+    // Only a gap of the road itself: run-off may well end in front of other run-off.
+    bool of_road = false;
+    for (std::size_t k = 0; k + 1 < gap.a.vertices.size(); ++k) {
+      const std::uint64_t p = gap.a.vertices[k];
+      const std::uint64_t q = gap.a.vertices[k + 1];
+      const auto like = triangle_of_edge.find(std::min(p, q) << 32 | std::max(p, q));
+      of_road = of_road || (like != triangle_of_edge.end() &&
+                            soup.surface_class[like->second] == SurfaceClass::road);
+    }
+    if (!of_road) continue;
     // Walk both ends from the same side; step on the one whose next vertex lies less far across.
     const std::vector<std::uint32_t>& a = gap.a.vertices;
     const std::vector<std::uint32_t> b(gap.b.vertices.rbegin(), gap.b.vertices.rend());
@@ -475,7 +412,7 @@ void bridge_gaps(Soup& soup, Of of, const Eigen::Vector3d& origin_m, const Clean
           area_vector(soup.vertices_m[t[0]], soup.vertices_m[t[1]], soup.vertices_m[t[2]]);
       if (area.z() < 0.0) std::swap(t[1], t[2]);
       soup.triangles.push_back(t);
-      soup.object.push_back(soup.object[like->second]);
+      soup.source.push_back(soup.source[like->second]);
       soup.surface_class.push_back(soup.surface_class[like->second]);
       ++facts.bridging_triangles;
     }
@@ -616,6 +553,44 @@ void keep_one_circuit(Soup& soup, const Eigen::Vector3d& origin_m, const CleanOp
   });
 }
 
+/// Class of each triangle of the mesh from its geometry alone. Flat ones that are no road or
+/// run-off are scenery, steep ones too.
+std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
+                                           const std::vector<bool>& flat,
+                                           const CleanOptions& options) {
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (!empty[i]) all.push_back(i);
+  }
+  CleanReport ignored;
+  std::vector<SurfaceClass> classes(mesh.triangles.size(), SurfaceClass::scenery);
+  Soup soup = make_soup(mesh, all, classes, options, ignored);
+  Soup ground = soup;
+  ground.filter([&](std::size_t i) { return flat[ground.source[i]]; });
+  // Only to see what belongs together: surfaces may meet with a step as high as a kerb; the mesh itself stays.
+  snap_borders(ground, kTouch_m, kWallHeight_m, ignored);
+  FlatSurface surface;
+  surface.vertices_m = ground.vertices_m;
+  surface.triangles = ground.triangles;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    if (flat[soup.source[i]]) continue;
+    const Triangle& t = soup.triangles[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t a = t[c], b = t[(c + 1) % 3];
+      const double edge_m = std::max(soup.vertices_m[a].z(), soup.vertices_m[b].z());
+      const double apex_m = soup.vertices_m[t[(c + 2) % 3]].z();
+      if (apex_m - edge_m > kWallHeight_m || edge_m - apex_m > kDropHeight_m) {
+        surface.walls.push_back(static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b));
+      }
+    }
+  }
+  std::sort(surface.walls.begin(), surface.walls.end());
+  const ShapeClasses found = classify_by_shape(surface);
+  for (std::size_t i = 0; i < ground.triangles.size(); ++i)
+    classes[ground.source[i]] = found.class_of_triangle[i];
+  return classes;
+}
+
 }  // namespace
 
 const char* to_string(SurfaceClass surface_class) {
@@ -690,7 +665,6 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   facts.triangles_in = mesh.triangles.size();
   facts.weld_tolerance_m = options.weld_tolerance_m;
   facts.snap_tolerance_m = options.snap_tolerance_m;
-  facts.by_names = true;
 
   NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
   std::vector<SurfaceClass> class_of_object;
@@ -708,6 +682,11 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
     empty[i] = area.norm() < kZeroArea_m2;
     flat[i] = !empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
   }
+
+  const bool has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
+                                        SurfaceClass::road) != class_of_object.end();
+  facts.by_names = options.use_names && has_named_road;
+  if (!facts.by_names) class_of_triangle = classes_by_shape(mesh, empty, flat, options);
 
   const auto build_soup = [&](CleanReport& counted) {
     std::vector<std::uint32_t> kept;
@@ -732,7 +711,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
     soup = build_soup(first);
   }
   facts = std::move(first);
-  snap_borders(soup, options, facts);
+  snap_borders(soup, options.snap_tolerance_m, kSnapHeight_m, facts);
   bridge_gaps(
       soup, [](std::size_t) { return true; }, mesh.origin_m, options, facts);
   bridge_gaps(
@@ -754,7 +733,9 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   road.mesh.origin_m = mesh.origin_m;
   road.mesh.vertices_m = std::move(soup.vertices_m);
   road.mesh.triangles = std::move(soup.triangles);
-  road.mesh.object_of_triangle = std::move(soup.object);
+  road.mesh.object_of_triangle.reserve(soup.source.size());
+  for (const std::uint32_t i : soup.source)
+    road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
   road.mesh.objects = mesh.objects;
   road.class_of_triangle = std::move(soup.surface_class);
   for (const SurfaceClass surface_class : road.class_of_triangle)

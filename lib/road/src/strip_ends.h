@@ -1,0 +1,32 @@
+// Where strips of triangles end, and which ends belong together. Private to clean.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mesh_topology.h"
+
+namespace road {
+
+/// An open end of a strip: the straight piece of a border across it, surface on its left.
+struct End {
+  std::vector<std::uint32_t> vertices;
+  Eigen::Vector3d first, last, middle;
+  Eigen::Vector2d outward;
+  double width_m = 0.0;
+};
+
+/// Ends up to `widest_m` wide of the strips that the triangles form.
+std::vector<End> open_ends(const std::vector<Triangle>& triangles,
+                           const std::vector<Eigen::Vector3d>& vertices_m, double widest_m);
+
+/// Two ends that face each other.
+struct Gap {
+  End a, b;
+  double length_m = 0.0;
+};
+
+/// Pairs of ends that face each other, nearest first; every end once.
+std::vector<Gap> facing_ends(const std::vector<End>& ends, double longest_m);
+
+}  // namespace road
