@@ -57,16 +57,22 @@ Roughness::Roughness(const RoughnessOptions& options, double period_m) {
       first = std::ceil(low * period_m);
       last = std::ceil(high * period_m) - 1.0;
     } while (last < first && high < options.n_max_cpm);
+    const double variance = psd_n0 * kReferenceFrequencyCpm * kReferenceFrequencyCpm *
+                            (1.0 / low - 1.0 / high);
     if (last >= first) {
       const auto count = static_cast<std::uint64_t>(last - first) + 1;
       const double harmonic = first + static_cast<double>(random.below(count));
-      const double variance =
-          psd_n0 * kReferenceFrequencyCpm * kReferenceFrequencyCpm * (1.0 / low - 1.0 / high);
       const double k_u = kTwoPi * harmonic / period_m;
       const double k_v = k_u * random.uniform(-1.0, 1.0);
       waves_.push_back({std::sqrt(2.0 * variance), k_u, k_v, kTwoPi * random.uniform()});
+    } else if (!waves_.empty()) {  // the last band of a short road
+      waves_.back().amplitude_m = std::hypot(waves_.back().amplitude_m, std::sqrt(2.0 * variance));
     }
     low = high;
+  }
+  if (waves_.empty()) {
+    throw Error(fmt::format("no whole number of waves of {} to {} cycles/m fits {} m; widen the band",
+                            options.n_min_cpm, options.n_max_cpm, period_m));
   }
 }
 
