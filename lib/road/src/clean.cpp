@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kZeroArea_m2 = 1e-8;
 // Vertices snapped at a border must agree in height, or the lip of a kerb would be flattened.
-constexpr double kSnapHeight_m = 0.005;
+constexpr double kSnapHeight_m = 0.001;
 // A gap of the named road is looked for between two ends that face each other within this.
 constexpr double kLongestGap_m = 40.0;
 // A piece under another name fills a gap when it lies this near the surface between the two ends.
