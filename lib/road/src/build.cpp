@@ -135,7 +135,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   stage("align", [&] {
     summary.align = alignment_of(recipe);
     if (!summary.align) return;
-    apply_alignment(summary.align->T_global_mesh, line, sampled.grid);
+    apply_alignment(summary.align->T_global_mesh, line);
     validate_options.T_global_mesh = summary.align->T_global_mesh;
   });
   summary.grid = describe(sampled.grid);

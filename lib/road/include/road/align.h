@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "crg/reference_line.h"
-#include "crg/grid.h"
 
 namespace road {
 
@@ -31,10 +30,10 @@ struct AlignReport {
 /// Least squares over >= 2 control points (>= 3 m apart). Throws Error on a degenerate set.
 AlignReport fit_alignment(const std::vector<ControlPoint>& points);
 
-/// CSV with header name,mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m. Throws Error with file:line.
+/// CSV with header mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m. Throws Error with file:line.
 std::vector<ControlPoint> read_control_points(const std::string& path);
 
-/// Moves line and heights to the global frame.
-void apply_alignment(const RotoTranslation& T_global_mesh, crg::ReferenceLine& line, crg::Grid& grid);
+/// Moves the line, and with it the heights that it carries, to the global frame.
+void apply_alignment(const RotoTranslation& T_global_mesh, crg::ReferenceLine& line);
 
 }  // namespace road
