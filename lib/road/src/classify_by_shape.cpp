@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "strip_ends.h"
 
@@ -22,6 +23,9 @@ constexpr double kWidestRoad_m = 45.0;
 // "Keeps its distance": this share of the length within this much of the median width.
 constexpr double kSteadyShare = 0.8;
 constexpr double kSteadyWidth = 0.04;
+// Nothing of a band lies farther from its chain than this many widths (bends make it more than
+// one).
+constexpr double kBandReach = 1.4;
 // Columns of the same road: equal width, no fold between them.
 constexpr double kSameColumn = 0.06;
 constexpr double kFlatFold = 1.5 * kDegree;
@@ -34,6 +38,9 @@ constexpr double kAcross = 0.75;
 constexpr double kHill = 0.94;
 // Two chains bound the same band when this share of the triangles beside one lies beside the other.
 constexpr double kCommonShare = 0.8;
+// A strip that continues the road across a gap has its width.
+constexpr double kSameWidth = 0.1;
+constexpr double kLongestGap_m = 40.0;
 // Of strips this nearly as long as the longest the widest is the road; the others run beside it.
 constexpr double kAsLong = 0.85;
 
@@ -196,6 +203,8 @@ Band band_beside(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
   Band band{index, on_left, 0.0, 0.0, 0.0, {}};
   const Chain& chain = chains[index];
   std::vector<std::pair<double, double>> width_and_length;
+  std::vector<std::size_t> edge_of_triangle;
+  std::vector<double> width_at(chain.edges(), 0.0);  ///< 0: no triangle beside this edge
   for (std::size_t i = 0; i < chain.edges(); ++i) {
     const std::uint32_t a = chain.at(i);
     const std::uint32_t b = chain.at(i + 1);
@@ -207,8 +216,10 @@ Band band_beside(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
     if (length <= 0.0) continue;
     width_and_length.emplace_back(std::abs(along.x() * to.y() - along.y() * to.x()) / length,
                                   length);
+    width_at[i] = width_and_length.back().first;
     band.length_m += length;
     band.triangles.push_back(t);
+    edge_of_triangle.push_back(i);
     // The triangles that touch the chain at b only lie between this edge's and the next one's.
     if (!chain.closed && i + 1 >= chain.edges()) continue;
     const std::uint32_t c = chain.at(i + 2);
@@ -217,7 +228,10 @@ Band band_beside(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
       w = fans.apex(s, w, b);
       if (w == c) break;
       s = on_left ? fans.left(w, b) : fans.left(b, w);
-      if (s != kNoIndex) band.triangles.push_back(s);
+      if (s != kNoIndex) {
+        band.triangles.push_back(s);
+        edge_of_triangle.push_back(i);
+      }
       if (band.triangles.size() > 6 * (i + 2) + 64) break;
     }
   }
@@ -233,6 +247,22 @@ Band band_beside(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
     if (std::abs(width - band.width_m) < kSteadyWidth * band.width_m)
       band.steady += length / band.length_m;
   }
+  // Where the chain leaves the road's side at an irregular vertex, or the fan reaches beyond the
+  // band.
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < band.triangles.size(); ++k) {
+    const Eigen::Vector2d a = flat.vertices_m[chain.at(edge_of_triangle[k])].head<2>();
+    const Eigen::Vector2d along =
+        (flat.vertices_m[chain.at(edge_of_triangle[k] + 1)].head<2>() - a).normalized();
+    bool inside = width_at[edge_of_triangle[k]] > band.width_m / kBandReach;
+    for (const std::uint32_t v : flat.triangles[band.triangles[k]]) {
+      const Eigen::Vector2d to = flat.vertices_m[v].head<2>() - a;
+      inside =
+          inside && std::abs(along.x() * to.y() - along.y() * to.x()) < kBandReach * band.width_m;
+    }
+    if (inside) band.triangles[kept++] = band.triangles[k];
+  }
+  band.triangles.resize(kept);
   return band;
 }
 
@@ -265,6 +295,9 @@ void march(const FlatSurface& flat, const Fans& fans, std::uint32_t p, std::uint
   const double width = (at(q) - at(p)).norm();
   Eigen::Vector2d ahead((at(q) - at(p)).y(), -(at(q) - at(p)).x());
   ahead.normalize();
+  std::vector<std::uint32_t> passed;
+  std::uint32_t behind = fans.left(p, q);
+  if (behind == kNoIndex) return;
   while (true) {
     const std::uint32_t t = fans.left(q, p);
     if (t == kNoIndex || road[t]) return;
@@ -280,7 +313,13 @@ void march(const FlatSurface& flat, const Fans& fans, std::uint32_t p, std::uint
     // Width across the direction of travel: a diagonal front is longer than the road is wide.
     const Eigen::Vector2d chord = at(next_q) - at(next_p);
     const double across = std::abs(chord.x() * along.y() - chord.y() * along.x());
-    if (along.dot(ahead) < 0.5 || std::abs(across - width) > 0.1 * width) return;
+    const bool folded = normal_of(flat, t).dot(normal_of(flat, behind)) < kHill;
+    behind = t;
+    if (folded || along.dot(ahead) < 0.5 || std::abs(across - width) > 0.1 * width) {
+      for (const std::uint32_t s : passed) road[s] = 0;
+      return;
+    }
+    passed.push_back(t);
     road[t] = 1;
     ahead = (0.5 * ahead + 0.5 * along).normalized();
     p = next_p;
@@ -291,6 +330,7 @@ void march(const FlatSurface& flat, const Fans& fans, std::uint32_t p, std::uint
 /// Triangles of a road to be; area and border give length and width as of a long strip.
 struct Strip {
   std::vector<std::uint32_t> triangles;  ///< ascending
+  std::vector<std::size_t> chains;       ///< that its bands lie beside
   double area_m2 = 0.0, border_m = 0.0;
   double length_m() const { return border_m / 2.0; }
   double width_m() const { return border_m > 0.0 ? 2.0 * area_m2 / border_m : 0.0; }
@@ -409,6 +449,48 @@ void grow_runoff(const FlatSurface& flat, const Fans& fans, std::vector<char>& m
   }
 }
 
+std::vector<Triangle> triangles_of(const FlatSurface& flat,
+                                   const std::vector<std::uint32_t>& indices) {
+  std::vector<Triangle> out;
+  out.reserve(indices.size());
+  for (const std::uint32_t t : indices) out.push_back(flat.triangles[t]);
+  return out;
+}
+
+/// The open ends of the road that span its whole width.
+std::vector<End> road_ends(const FlatSurface& flat, const std::vector<char>& road, double width_m,
+                           const std::unordered_set<std::uint64_t>& sides) {
+  std::vector<Triangle> triangles;
+  for (std::uint32_t t = 0; t < flat.triangles.size(); ++t) {
+    if (road[t]) triangles.push_back(flat.triangles[t]);
+  }
+  std::vector<End> ends = open_ends(triangles, flat.vertices_m, 1.3 * width_m);
+  std::erase_if(ends, [&](const End& end) {
+    // Two kinks of one side of the road look like an end, too.
+    bool on_side = false;
+    for (std::size_t i = 0; i + 1 < end.vertices.size(); ++i) {
+      on_side = on_side || sides.contains(undirected(end.vertices[i], end.vertices[i + 1]));
+    }
+    return on_side || end.width_m < 0.9 * width_m;
+  });
+  return ends;
+}
+
+/// Share of a strip's length along which it lies beside the road.
+double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<char>& road,
+                   const Strip& strip) {
+  double beside_m = 0.0;
+  for (const std::uint32_t t : strip.triangles) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t p = flat.triangles[t][c], q = flat.triangles[t][(c + 1) % 3];
+      const std::uint32_t across = fans.left(q, p);
+      if (across == kNoIndex || !road[across] || road[t]) continue;
+      beside_m += (flat.vertices_m[q] - flat.vertices_m[p]).norm();
+    }
+  }
+  return beside_m / strip.length_m();
+}
+
 }  // namespace
 
 ShapeClasses classify_by_shape(const FlatSurface& flat) {
@@ -452,6 +534,7 @@ ShapeClasses classify_by_shape(const FlatSurface& flat) {
     while (!open.empty()) {
       const std::uint32_t b = open.back();
       open.pop_back();
+      strip.chains.push_back(bands[b].chain);
       strip.triangles.insert(strip.triangles.end(), bands[b].triangles.begin(),
                              bands[b].triangles.end());
       const auto alike = [&](std::uint32_t other) {
@@ -495,15 +578,51 @@ ShapeClasses classify_by_shape(const FlatSurface& flat) {
   std::vector<char> road(flat.triangles.size(), 0);
   for (const std::uint32_t t : chosen->triangles) road[t] = 1;
 
-  // Go on where the chains broke: at both ends of every open column.
-  std::vector<Triangle> strip;
-  for (std::uint32_t t = 0; t < flat.triangles.size(); ++t) {
-    if (road[t]) strip.push_back(flat.triangles[t]);
+  // Go on where the chains broke: along the open columns, then over to other strips of this width
+  // whose end faces one of the road's.
+  std::vector<std::vector<End>> ends_of_strip(strips.size());
+  for (std::size_t k = 0; k < strips.size(); ++k) {
+    if (&strips[k] == chosen ||
+        std::abs(strips[k].width_m() - out.road_width_m) > kSameWidth * out.road_width_m)
+      continue;
+    ends_of_strip[k] =
+        open_ends(triangles_of(flat, strips[k].triangles), flat.vertices_m, 1.3 * out.road_width_m);
   }
-  for (const End& end : open_ends(strip, flat.vertices_m, 1.3 * out.road_width_m)) {
-    if (end.width_m < 0.8 * out.road_width_m) continue;
-    for (std::size_t i = 0; i + 1 < end.vertices.size(); ++i)
-      march(flat, fans, end.vertices[i], end.vertices[i + 1], road);
+  std::unordered_set<std::uint64_t> sides;
+  const auto add_sides = [&](const Strip& strip) {
+    for (const std::size_t c : strip.chains) {
+      for (std::size_t i = 0; i < chains[c].edges(); ++i)
+        sides.insert(undirected(chains[c].at(i), chains[c].at(i + 1)));
+    }
+  };
+  add_sides(*chosen);
+  std::vector<char> joined(strips.size(), 0);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const End& end : road_ends(flat, road, out.road_width_m, sides)) {
+      for (std::size_t i = 0; i + 1 < end.vertices.size(); ++i)
+        march(flat, fans, end.vertices[i], end.vertices[i + 1], road);
+    }
+    const std::vector<End> ends = road_ends(flat, road, out.road_width_m, sides);
+    for (std::size_t k = 0; k < strips.size(); ++k) {
+      if (joined[k] || ends_of_strip[k].empty()) continue;
+      std::vector<End> both = ends;
+      both.insert(both.end(), ends_of_strip[k].begin(), ends_of_strip[k].end());
+      for (const Gap& gap : facing_ends(both, kLongestGap_m)) {
+        // One end of each; a strip that already is road faces itself.
+        const auto of_road = [&](const End& end) {
+          return std::any_of(ends.begin(), ends.end(),
+                             [&](const End& other) { return other.vertices == end.vertices; });
+        };
+        if (of_road(gap.a) == of_road(gap.b)) continue;
+        if (beside_road(flat, fans, road, strips[k]) > 0.3) continue;
+        add_sides(strips[k]);
+        for (const std::uint32_t t : strips[k].triangles) road[t] = 1;
+        joined[k] = 1;
+        changed = true;
+        break;
+      }
+    }
   }
 
   grow_runoff(flat, fans, road);

@@ -237,13 +237,15 @@ Soup make_soup(const Mesh& mesh, const std::vector<std::uint32_t>& kept,
 }
 
 /// Border vertices that nearly coincide become one: cracks that the weld tolerance left open.
-void snap_borders(Soup& soup, double horizontal_m, double vertical_m, CleanReport& facts) {
+/// Returns what became of each vertex.
+std::vector<std::uint32_t> snap_borders(Soup& soup, double horizontal_m, double vertical_m,
+                                        CleanReport& facts) {
   std::vector<std::uint32_t> border;
-  std::vector<std::uint32_t> place(soup.vertices_m.size(), kNoIndex);
+  std::vector<char> seen(soup.vertices_m.size(), 0);
   for (const auto& loop : border_loops(soup.triangles, soup.vertices_m)) {
     for (const std::uint32_t vertex : loop) {
-      if (place[vertex] != kNoIndex) continue;
-      place[vertex] = 0;
+      if (seen[vertex]) continue;
+      seen[vertex] = 1;
       border.push_back(vertex);
     }
   }
@@ -262,6 +264,7 @@ void snap_borders(Soup& soup, double horizontal_m, double vertical_m, CleanRepor
     ++facts.vertices_snapped;
   }
   if (any) soup.merge_vertices(target, facts.dropped);
+  return target;
 }
 
 /// The quadrilateral between two ends: is a point in it, and how high is the surface there?
@@ -553,25 +556,26 @@ void keep_one_circuit(Soup& soup, const Eigen::Vector3d& origin_m, const CleanOp
   });
 }
 
-/// Class of each triangle of the mesh from its geometry alone. Flat ones that are no road or
-/// run-off are scenery, steep ones too.
+/// Class of each triangle of the mesh from its geometry alone: road, runoff or scenery (all steep
+/// ones).
 std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
-                                           const std::vector<bool>& flat,
-                                           const CleanOptions& options) {
+                                           const std::vector<bool>& flat, CleanOptions options) {
   std::vector<std::uint32_t> all;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!empty[i]) all.push_back(i);
   }
+  // Only to see what belongs together: welded coarsely, and surfaces may meet with a step as high
+  // as a kerb. The mesh itself stays as it is.
+  options.weld_tolerance_m = std::max(options.weld_tolerance_m, 0.01);
   CleanReport ignored;
   std::vector<SurfaceClass> classes(mesh.triangles.size(), SurfaceClass::scenery);
-  Soup soup = make_soup(mesh, all, classes, options, ignored);
+  const Soup soup = make_soup(mesh, all, classes, options, ignored);
   Soup ground = soup;
   ground.filter([&](std::size_t i) { return flat[ground.source[i]]; });
-  // Only to see what belongs together: surfaces may meet with a step as high as a kerb; the mesh itself stays.
-  snap_borders(ground, kTouch_m, kWallHeight_m, ignored);
+  const std::vector<std::uint32_t> target = snap_borders(ground, kTouch_m, kWallHeight_m, ignored);
   FlatSurface surface;
-  surface.vertices_m = ground.vertices_m;
-  surface.triangles = ground.triangles;
+  surface.vertices_m = std::move(ground.vertices_m);
+  surface.triangles = std::move(ground.triangles);
   for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
     if (flat[soup.source[i]]) continue;
     const Triangle& t = soup.triangles[i];
@@ -579,16 +583,31 @@ std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<b
       const std::uint32_t a = t[c], b = t[(c + 1) % 3];
       const double edge_m = std::max(soup.vertices_m[a].z(), soup.vertices_m[b].z());
       const double apex_m = soup.vertices_m[t[(c + 2) % 3]].z();
-      if (apex_m - edge_m > kWallHeight_m || edge_m - apex_m > kDropHeight_m) {
-        surface.walls.push_back(static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b));
-      }
+      if (apex_m - edge_m < kWallHeight_m && edge_m - apex_m < kDropHeight_m) continue;
+      const auto [low, high] = std::minmax(target[a], target[b]);
+      surface.walls.push_back(static_cast<std::uint64_t>(low) << 32 | high);
     }
   }
   std::sort(surface.walls.begin(), surface.walls.end());
   const ShapeClasses found = classify_by_shape(surface);
-  for (std::size_t i = 0; i < ground.triangles.size(); ++i)
+  for (std::size_t i = 0; i < ground.source.size(); ++i)
     classes[ground.source[i]] = found.class_of_triangle[i];
   return classes;
+}
+
+/// Area that both call road over the area that either does; flat triangles only.
+double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
+                 const std::vector<SurfaceClass>& b, const std::vector<bool>& flat) {
+  double both_m2 = 0.0, either_m2 = 0.0;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const bool in_a = a[i] == SurfaceClass::road, in_b = b[i] == SurfaceClass::road;
+    if (!flat[i] || (!in_a && !in_b)) continue;
+    const double area_m2 =
+        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2)).norm();
+    either_m2 += area_m2;
+    if (in_a && in_b) both_m2 += area_m2;
+  }
+  return either_m2 > 0.0 ? both_m2 / either_m2 : 0.0;
 }
 
 }  // namespace
@@ -686,7 +705,12 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   const bool has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
                                         SurfaceClass::road) != class_of_object.end();
   facts.by_names = options.use_names && has_named_road;
-  if (!facts.by_names) class_of_triangle = classes_by_shape(mesh, empty, flat, options);
+  const std::vector<SurfaceClass> by_shape = classes_by_shape(mesh, empty, flat, options);
+  if (facts.by_names) {
+    facts.road_agreement = agreement(mesh, class_of_triangle, by_shape, flat);
+  } else {
+    class_of_triangle = by_shape;
+  }
 
   const auto build_soup = [&](CleanReport& counted) {
     std::vector<std::uint32_t> kept;

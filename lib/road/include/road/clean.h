@@ -60,6 +60,9 @@ struct CleanReport {
   std::size_t boundary_loops = 0;
   std::size_t components = 0;  ///< connected components of the drivable surface before filtering
   bool by_names = false;       ///< false: geometry alone
+  /// With names: area that names and geometry both call road over the area that either does, before
+  /// anything is dropped as not connected. Empty without names.
+  std::optional<double> road_agreement;
   std::vector<std::string> remarks;
 };
 
