@@ -76,6 +76,55 @@ T cos_atan(const T& x) {
   return T(1) / sqrt(T(1) + x * x);
 }
 
+/// (4.E15)
+template <class T>
+T slip_stiffness(const TyreCoefficients& t, const TyreFactors<T>& f, const T& fz, const T& dfz,
+                 const T& dpi) {
+  using std::exp;
+  return fz * (t.pkx1 + t.pkx2 * dfz) * exp(t.pkx3 * dfz) * (1.0 + dpi * (t.ppx1 + t.ppx2 * dpi)) *
+         t.lkx * f.stiffness_x;
+}
+
+/// (4.E25). It saturates with load; without load sensitivity it is proportional to the load.
+template <class T>
+T cornering_stiffness(const TyreCoefficients& t, const TyreFactors<T>& f, const T& fz, const T& dpi,
+                      const T& gamma) {
+  using std::abs;
+  using std::atan;
+  using std::sin;
+  const double fz0 = t.lfzo * t.nominal_load_n;
+  const T peak_load = (t.pky2 + t.pky5 * gamma * gamma) * (1.0 + t.ppy2 * dpi);
+  T shape = sin(t.pky4 * atan(fz / fz0 / peak_load));
+  if (f.load_sensitivity != T(1)) {
+    const T proportional = sin(t.pky4 * atan(1.0 / peak_load)) * fz / fz0;
+    shape = proportional + f.load_sensitivity * (shape - proportional);
+  }
+  return t.pky1 * fz0 * (1.0 + t.ppy1 * dpi) * (1.0 - t.pky3 * abs(gamma)) * shape * t.lky *
+         f.stiffness_y;
+}
+
+/// Load and pressure as the formulas see them.
+template <class T>
+struct Condition {
+  T fz, dfz, dpi;
+  T beyond;  ///< load over FZMAX where it is above, else 1
+};
+
+template <class T>
+Condition<T> condition(const TyreCoefficients& t, const TyreFactors<T>& f, const T& fz_n,
+                       const T& pressure_pa) {
+  const double fz0 = t.lfzo * t.nominal_load_n;
+  Condition<T> c;
+  const bool overloaded = fz_n > T(t.fz_max_n);
+  c.fz = overloaded ? T(t.fz_max_n) : fz_n;
+  c.beyond = overloaded ? T(fz_n / t.fz_max_n) : T(1);
+  c.dfz = f.load_sensitivity * ((c.fz - fz0) / fz0);  // (4.E2a)
+  const T pressure = pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa;
+  c.dpi = t.nominal_pressure_pa > 0 ? T((pressure - t.nominal_pressure_pa) / t.nominal_pressure_pa)
+                                    : T(0);  // (4.E2b)
+  return c;
+}
+
 /// What the pure side force at one inclination consists of; the moment needs the parts.
 template <class T>
 struct SideForce {
@@ -86,10 +135,7 @@ struct SideForce {
 template <class T>
 SideForce<T> pure_side_force(const TyreCoefficients& t, const TyreFactors<T>& f, const T& fz,
                              const T& dfz, const T& dpi, const T& alpha, const T& g) {
-  using std::abs;
-  using std::atan;
   using std::sin;
-  const double fz0 = t.lfzo * t.nominal_load_n;
   const T gamma = g * t.lgay;
   const T gamma2 = gamma * gamma;
   SideForce<T> out;
@@ -99,16 +145,7 @@ SideForce<T> pure_side_force(const TyreCoefficients& t, const TyreFactors<T>& f,
   const T lambda = t.lmuy * f.grip_y;
   const T shift_lambda = 10.0 * lambda / (1.0 + 9.0 * lambda);
 
-  // (4.E25) saturates with load; without load sensitivity it is proportional to the load.
-  const T peak_load = (t.pky2 + t.pky5 * gamma2) * (1.0 + t.ppy2 * dpi);
-  const T at_nominal = sin(t.pky4 * atan(1.0 / peak_load));
-  T load_shape = sin(t.pky4 * atan(fz / fz0 / peak_load));
-  if (f.load_sensitivity != T(1)) {
-    const T proportional = at_nominal * fz / fz0;
-    load_shape = proportional + f.load_sensitivity * (load_shape - proportional);
-  }
-  out.stiffness = t.pky1 * fz0 * (1.0 + t.ppy1 * dpi) * (1.0 - t.pky3 * abs(gamma)) * load_shape *
-                  t.lky * f.stiffness_y;
+  out.stiffness = cornering_stiffness(t, f, fz, dpi, gamma);
 
   const T shift_v_gamma = fz * (t.pvy3 + t.pvy4 * dfz) * gamma * t.lkyc * shift_lambda;  // (4.E28)
   out.shift_v = fz * (t.pvy1 + t.pvy2 * dfz) * t.lvy * shift_lambda + shift_v_gamma;     // (4.E29)
@@ -154,7 +191,6 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   using std::abs;
   using std::atan;
   using std::cos;
-  using std::exp;
   using std::pow;
   using std::sin;
   using std::sqrt;
@@ -162,14 +198,8 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   TyreForces<T> out;
   if (!(in.fz_n > T(0))) return out;
   const double fz0 = t.lfzo * t.nominal_load_n;
-  const bool overloaded = in.fz_n > T(t.fz_max_n);
-  const T fz = overloaded ? T(t.fz_max_n) : in.fz_n;
-  const T beyond = overloaded ? T(in.fz_n / t.fz_max_n) : T(1);
-  const T dfz = f.load_sensitivity * ((fz - fz0) / fz0);  // (4.E2a)
-  const T pressure = in.pressure_pa == T(0) ? T(t.pressure_pa) : in.pressure_pa;
-  const T dpi = t.nominal_pressure_pa > 0
-                    ? T((pressure - t.nominal_pressure_pa) / t.nominal_pressure_pa)
-                    : T(0);  // (4.E2b)
+  const Condition<T> at = condition(t, f, in.fz_n, in.pressure_pa);
+  const T &fz = at.fz, &dfz = at.dfz, &dpi = at.dpi, &beyond = at.beyond;
   const double side = options.mirrored ? -1.0 : 1.0;
   const T tan_alpha = side * in.tan_alpha;
   const T inclination = side * in.gamma_rad * f.camber;
@@ -199,8 +229,7 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   const T c_x = T(t.pcx1 * t.lcx);
   const T e_x = at_most_one((t.pex1 + dfz * (t.pex2 + t.pex3 * dfz)) *
                             (1.0 - t.pex4 * sign(kappa_x)) * t.lex);
-  const T k_x = fz * (t.pkx1 + t.pkx2 * dfz) * exp(t.pkx3 * dfz) *
-                (1.0 + dpi * (t.ppx1 + t.ppx2 * dpi)) * t.lkx * factors.stiffness_x;
+  const T k_x = slip_stiffness(t, factors, fz, dfz, dpi);
   const T b_x = k_x / (c_x * d_x + 1e-6);
   const T fx_pure = d_x * sin(curve(T(b_x * kappa_x), c_x, e_x)) + shift_vx;
 
@@ -256,8 +285,7 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
                  t.qsy4 * v_rel * v_rel * v_rel * v_rel +
                  (t.qsy5 + t.qsy6 * fz_rel) * gamma * gamma;
   T load_power = t.qsy7 == 1.0 ? fz_rel : T(pow(fz_rel, t.qsy7));
-  if (t.qsy8 != 0.0 && t.nominal_pressure_pa > 0)
-    load_power *= pow(T(pressure / t.nominal_pressure_pa), t.qsy8);
+  if (t.qsy8 != 0.0 && t.nominal_pressure_pa > 0) load_power *= pow(T(1.0 + dpi), t.qsy8);
   T direction = in.vx_mps / t.low_speed_mps;
   if (direction > T(1)) direction = T(1);
   if (direction < T(-1)) direction = T(-1);
@@ -303,6 +331,35 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   const T arm = r0 * (t.ssz1 + t.ssz2 * fy_rel + (t.ssz3 + t.ssz4 * dfz) * gamma_z) * t.ls;
   out.mz_nm = side * beyond * (-trail * fy_upright + residual + arm * fx);
   return out;
+}
+
+/// Stiffnesses of the upright tyre at zero slip: dFx/dkappa, and dFy/dalpha signed as in the file.
+template <class T>
+struct Stiffness {
+  T slip_n = T(0), cornering_npr = T(0);
+};
+
+template <class T>
+Stiffness<T> tyre_stiffness(const TyreCoefficients& t, const T& fz_n, const T& pressure_pa,
+                            const TyreFactors<T>& f = {}) {
+  if (!(fz_n > T(0))) return {};
+  const auto at = tyre_detail::condition(t, f, fz_n, pressure_pa);
+  return {at.beyond * tyre_detail::slip_stiffness(t, f, at.fz, at.dfz, at.dpi),
+          at.beyond * tyre_detail::cornering_stiffness(t, f, at.fz, at.dpi, T(0))};
+}
+
+/// Effective rolling radius of a tyre with free radius `free_radius_m` at its speed. Empirical in
+/// the load (BREFF, DREFF, FREFF); files without these get the rule of thumb that a third of the
+/// deflection shortens the rolling radius.
+template <class T>
+T rolling_radius(const TyreCoefficients& t, const T& fz_n, const T& free_radius_m,
+                 const T& deflection_m) {
+  using std::atan;
+  if (t.breff == 0.0 && t.dreff == 0.0 && t.freff == 0.0)
+    return deflection_m > T(0) ? T(free_radius_m - deflection_m / 3.0) : free_radius_m;
+  const T load = fz_n / t.nominal_load_n;
+  return free_radius_m - t.nominal_load_n / t.vertical_stiffness_npm *
+                             (t.freff * load + t.dreff * atan(t.breff * load));
 }
 
 /// Load of a tyre pressed `deflection_m` (> 0) into a plane, without damping; (4.E68) without the

@@ -1,0 +1,114 @@
+// What can be adjusted about a car: the one list of its parameters and the one list of its terms.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+namespace vehicle {
+
+/// Names every parameter; parameters.def says what each one means.
+enum class Parameter : std::size_t {
+#define VEHICLE_PARAMETER(group, key, unit, value, low, high, prior, text) group##_##key,
+#include "vehicle/parameters.def"
+#undef VEHICLE_PARAMETER
+  kCount
+};
+inline constexpr std::size_t kParameterCount = static_cast<std::size_t>(Parameter::kCount);
+
+struct ParameterInfo {
+  std::string_view name;  ///< group.key, the key with its unit
+  std::string_view unit;
+  double value;      ///< default
+  double low, high;  ///< bounds
+  double prior;      ///< one standard deviation: share of the value, or in the unit at value 0
+  std::string_view text;
+};
+
+/// In the order of the enum.
+std::span<const ParameterInfo, kParameterCount> parameter_list();
+std::optional<Parameter> find_parameter(std::string_view name);
+
+/// One value per parameter, SI units. T is double or an automatic differentiation type.
+template <class T>
+struct Parameters {
+  std::array<T, kParameterCount> value;
+
+  const T& operator[](Parameter p) const { return value[static_cast<std::size_t>(p)]; }
+  T& operator[](Parameter p) { return value[static_cast<std::size_t>(p)]; }
+  /// The parameter named for the front axle, of axle 0 (front) or 1 (rear).
+  const T& axle(std::size_t axle, Parameter front) const {
+    constexpr std::size_t kStep = static_cast<std::size_t>(Parameter::rear_track_m) -
+                                  static_cast<std::size_t>(Parameter::front_track_m);
+    return value[static_cast<std::size_t>(front) + axle * kStep];
+  }
+};
+
+/// The defaults of the list.
+Parameters<double> default_parameters();
+
+/// Names every term; terms.def says what its absence means.
+enum class Term : std::size_t {
+#define VEHICLE_TERM(name, text) name,
+#include "vehicle/terms.def"
+#undef VEHICLE_TERM
+  kCount
+};
+inline constexpr std::size_t kTermCount = static_cast<std::size_t>(Term::kCount);
+static_assert(kTermCount <= 64);
+
+/// A set of terms as bits, for builds of the equations that leave some out.
+using TermSet = std::uint64_t;
+inline constexpr TermSet kAllTerms = ~TermSet{0};
+constexpr TermSet without(Term term, TermSet set = kAllTerms) {
+  return set & ~(TermSet{1} << static_cast<std::size_t>(term));
+}
+
+struct TermInfo {
+  std::string_view name;
+  std::string_view absence;  ///< what the car is like without it
+};
+std::span<const TermInfo, kTermCount> term_list();
+std::optional<Term> find_term(std::string_view name);
+
+/// How much of each term acts, 0 to 1. At exactly 0 its equations are not evaluated at all, so that
+/// the result is bit for bit that of a build without the term.
+template <class T>
+struct Amplitudes {
+  std::array<T, kTermCount> value;
+
+  const T& operator[](Term t) const { return value[static_cast<std::size_t>(t)]; }
+  T& operator[](Term t) { return value[static_cast<std::size_t>(t)]; }
+};
+
+/// All terms at 1, except locked_differential: a car has one differential.
+Amplitudes<double> default_amplitudes();
+
+/// True for a number that is zero and whose derivatives, if it has any, are all zero.
+template <class T>
+bool is_exactly_zero(const T& x) {
+  if constexpr (std::is_arithmetic_v<T>) {
+    return x == T(0);
+  } else {
+    if (x.a != 0) return false;
+    for (int i = 0; i < x.v.size(); ++i)
+      if (x.v[i] != 0) return false;
+    return true;
+  }
+}
+
+/// The value of a number without its derivatives.
+template <class T>
+double value_of(const T& x) {
+  if constexpr (std::is_arithmetic_v<T>) {
+    return static_cast<double>(x);
+  } else {
+    return x.a;
+  }
+}
+
+}  // namespace vehicle

@@ -1,0 +1,76 @@
+#include "vehicle/car.h"
+
+#include <fmt/format.h>
+
+#include "vehicle/error.h"
+
+namespace vehicle {
+
+void check_car(const CarFiles& files, const Parameters<double>& p,
+               const Amplitudes<double>& terms) {
+  using P = Parameter;
+  const auto list = parameter_list();
+  for (std::size_t i = 0; i < kParameterCount; ++i)
+    if (!(p.value[i] >= list[i].low && p.value[i] <= list[i].high))
+      throw Error(fmt::format("{} = {} {}, wanted {} to {}", list[i].name, p.value[i], list[i].unit,
+                              list[i].low, list[i].high));
+  for (std::size_t i = 0; i < kTermCount; ++i)
+    if (!(terms.value[i] >= 0.0 && terms.value[i] <= 1.0))
+      throw Error(
+          fmt::format("amplitude of {} = {}, wanted 0 to 1", term_list()[i].name, terms.value[i]));
+
+  const double front = p[P::chassis_cog_behind_front_m];
+  const double rear = p[P::chassis_wheelbase_m] - front;
+  if (!(rear > 0.0))
+    throw Error(fmt::format("chassis.cog_behind_front_m = {} m lies behind the rear axle ({} m)",
+                            front, p[P::chassis_wheelbase_m]));
+  const double wheels = 2.0 * (p[P::front_unsprung_mass_kg] + p[P::rear_unsprung_mass_kg]);
+  if (!(p[P::chassis_mass_kg] > 1.2 * wheels))
+    throw Error(fmt::format("chassis.mass_kg = {} kg leaves too little beside the wheels' {} kg",
+                            p[P::chassis_mass_kg], wheels));
+  if (!(p[P::clutch_full_radps] > p[P::clutch_begin_radps]))
+    throw Error(fmt::format("clutch.full_radps = {} is not above clutch.begin_radps = {}",
+                            p[P::clutch_full_radps], p[P::clutch_begin_radps]));
+  if (!(p[P::tyre_window_end_k] >= p[P::tyre_window_begin_k]))
+    throw Error(fmt::format("tyre.window_end_k = {} lies below tyre.window_begin_k = {}",
+                            p[P::tyre_window_end_k], p[P::tyre_window_begin_k]));
+
+  // The wheels alone must not have more inertia than the whole car.
+  double ix = 0.0, iy = 0.0, iz = 0.0;
+  for (std::size_t a = 0; a < 2; ++a) {
+    const TyreCoefficients& tyre = files.tyre[a];
+    if (!(tyre.unloaded_radius_m > 0.0))
+      throw Error(fmt::format("the {} tyre has no coefficients; read a tyre file first",
+                              a == 0 ? "front" : "rear"));
+    const double m = 2.0 * p.axle(a, P::front_unsprung_mass_kg);
+    const double half = p.axle(a, P::front_track_m) / 2.0;
+    const double along = a == 0 ? front : rear;
+    const double up = tyre.unloaded_radius_m - p[P::chassis_cog_height_m];
+    ix += m * (half * half + up * up);
+    iy += m * (along * along + up * up);
+    iz += m * (along * along + half * half);
+  }
+  const auto inertia = [&](P which, double carried) {
+    if (!(p[which] > carried))
+      throw Error(fmt::format("{} = {} kg m2, but the wheels alone have {:.4g}; wanted more",
+                              list[static_cast<std::size_t>(which)].name, p[which], carried));
+  };
+  inertia(P::chassis_roll_inertia_kgm2, ix);
+  inertia(P::chassis_pitch_inertia_kgm2, iy);
+  inertia(P::chassis_yaw_inertia_kgm2, iz);
+
+  if (files.engine_torque_nm.empty()) throw Error("the car has no engine map");
+  check_map(files.engine_torque_nm, "engine map");
+  check_map(files.damper_n[0], "front damper map");
+  check_map(files.damper_n[1], "rear damper map");
+  check_map(files.drag_factor, "drag map");
+  check_map(files.front_lift_factor, "front lift map");
+  check_map(files.rear_lift_factor, "rear lift map");
+  check_map(files.yaw_drag_factor, "drag over yaw map");
+  check_map(files.yaw_lift_factor, "lift over yaw map");
+  check_map(files.wake_drag_factor, "slipstream drag map");
+  check_map(files.wake_lift_factor, "slipstream lift map");
+  check_map(files.pad_friction, "pad friction map");
+}
+
+}  // namespace vehicle

@@ -1,0 +1,50 @@
+#include "vehicle/parameters.h"
+
+namespace vehicle {
+namespace {
+
+constexpr std::array<ParameterInfo, kParameterCount> kParameters{{
+#define VEHICLE_PARAMETER(group, key, unit, value, low, high, prior, text) \
+  {#group "." #key, unit, value, low, high, prior, text},
+#include "vehicle/parameters.def"
+#undef VEHICLE_PARAMETER
+}};
+
+constexpr std::array<TermInfo, kTermCount> kTerms{{
+#define VEHICLE_TERM(name, text) {#name, text},
+#include "vehicle/terms.def"
+#undef VEHICLE_TERM
+}};
+
+}  // namespace
+
+std::span<const ParameterInfo, kParameterCount> parameter_list() { return kParameters; }
+
+std::optional<Parameter> find_parameter(std::string_view name) {
+  for (std::size_t i = 0; i < kParameterCount; ++i)
+    if (kParameters[i].name == name) return static_cast<Parameter>(i);
+  return std::nullopt;
+}
+
+Parameters<double> default_parameters() {
+  Parameters<double> out{};
+  for (std::size_t i = 0; i < kParameterCount; ++i) out.value[i] = kParameters[i].value;
+  return out;
+}
+
+std::span<const TermInfo, kTermCount> term_list() { return kTerms; }
+
+std::optional<Term> find_term(std::string_view name) {
+  for (std::size_t i = 0; i < kTermCount; ++i)
+    if (kTerms[i].name == name) return static_cast<Term>(i);
+  return std::nullopt;
+}
+
+Amplitudes<double> default_amplitudes() {
+  Amplitudes<double> out;
+  out.value.fill(1.0);
+  out[Term::locked_differential] = 0.0;
+  return out;
+}
+
+}  // namespace vehicle

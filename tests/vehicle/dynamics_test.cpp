@@ -1,0 +1,374 @@
+#include "vehicle/dynamics.h"
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "test_car.h"
+
+namespace {
+
+using namespace vehicle;  // NOLINT: a test of this library
+using P = Parameter;
+
+constexpr int kRandomStates = 20;
+
+template <class T>
+struct Answer {
+  State<T> rate;
+  Detail<T> detail;
+};
+
+template <class T, TermSet Built = kAllTerms>
+Answer<T> answer(const Car<T>& car, const State<T>& s, const Inputs<T>& in,
+                 const Road& road = Road(0.03, -0.02)) {
+  Answer<T> out;
+  RoadCursors cursors;
+  derivative<T, Built>(car, s, in, road, cursors, out.rate, out.detail);
+  return out;
+}
+
+template <class T, std::size_t N>
+std::array<T, N> lifted(const std::array<double, N>& values) {
+  std::array<T, N> out;
+  for (std::size_t i = 0; i < N; ++i) out[i] = T(values[i]);
+  return out;
+}
+
+template <class T>
+Inputs<T> lifted(const Inputs<double>& in) {
+  Inputs<T> out;
+  out.steer_rad = T(in.steer_rad);
+  out.throttle = T(in.throttle);
+  for (std::size_t i = 0; i < kWheels; ++i) out.brake_pa[i] = T(in.brake_pa[i]);
+  out.gear = in.gear;
+  out.opponent = in.opponent;
+  out.wake_x_m = T(in.wake_x_m);
+  out.wake_y_m = T(in.wake_y_m);
+  return out;
+}
+
+// The derivative of the energy along the motion is the sum of all powers, whatever the state: no
+// term may push without its power being counted, and constraint forces do no work.
+TEST(Dynamics, ChangesItsEnergyByItsPowersOnly) {
+  using Jet = ceres::Jet<double, 1>;
+  const CarFiles files = test_car_files();
+  std::mt19937 random(1);
+  for (int trial = 0; trial < kRandomStates; ++trial) {
+    Amplitudes<double> terms = default_amplitudes();
+    terms[Term::locked_differential] = trial % 2;
+    const Car<double> car = make_car(files, test_parameters(), terms);
+    const State<double> s = random_state(random);
+    const Inputs<double> in = random_inputs(random);
+    const Answer<double> a = answer(car, s, in);
+    const Car<Jet> moving =
+        make_car<Jet>(files, {lifted<Jet>(car.parameters.value)}, {lifted<Jet>(terms.value)});
+    State<Jet> along;
+    for (std::size_t i = 0; i < kStateSize; ++i) {
+      along[i] = Jet(s[i]);
+      along[i].v[0] = a.rate[i];
+    }
+    const Powers<double>& p = a.detail.power;
+    const double scale = std::abs(p.tyre_normal) + std::abs(p.engine) + std::abs(p.brake) +
+                         std::abs(p.driveline) + std::abs(p.tyre_x) + 1000.0;
+    EXPECT_NEAR(energy(moving, along).v[0], p.sum(), 1e-9 * scale) << "trial " << trial;
+  }
+}
+
+TEST(Dynamics, IsMirrorSymmetric) {
+  const CarFiles files = test_car_files();
+  Parameters<double> p = test_parameters();
+  p[P::environment_wind_heading_rad] = 0.0;
+  const Car<double> car = make_car(files, p, default_amplitudes());
+  std::mt19937 random(2);
+  for (int trial = 0; trial < kRandomStates; ++trial) {
+    const State<double> s = random_state(random);
+    const Inputs<double> in = random_inputs(random);
+    const auto mirror = [](State<double> m) {
+      for (const std::size_t i : {kY, kRoll, kYaw, kVy, kRollRate, kYawRate}) m[i] = -m[i];
+      for (const std::size_t group :
+           {kTravel, kTravelRate, kSpin, kSlipX, kSlipY, kTyre, kDiscSurface, kDiscCore})
+        for (std::size_t left = 0; left < kWheels; left += 2)
+          std::swap(m[group + left], m[group + left + 1]);
+      for (std::size_t i = 0; i < kWheels; ++i) m[kSlipY + i] = -m[kSlipY + i];
+      return m;
+    };
+    Inputs<double> other = in;
+    other.steer_rad = -in.steer_rad;
+    other.wake_y_m = -in.wake_y_m;
+    std::swap(other.brake_pa[0], other.brake_pa[1]);
+    std::swap(other.brake_pa[2], other.brake_pa[3]);
+    const State<double> expected = mirror(answer(car, s, in, Road(0.03, 0.02)).rate);
+    const State<double> got = answer(car, mirror(s), other, Road(0.03, -0.02)).rate;
+    for (std::size_t i = 0; i < kStateSize; ++i)
+      EXPECT_NEAR(got[i], expected[i], 1e-9 * (std::abs(expected[i]) + 10.0)) << state_name(i);
+  }
+}
+
+template <std::size_t T>
+void expect_absent_when_off(const CarFiles& files) {
+  std::mt19937 random(3);
+  bool matters = false;
+  for (int trial = 0; trial < 5; ++trial) {
+    Amplitudes<double> terms = default_amplitudes();
+    terms[Term::locked_differential] = 1.0;
+    State<double> s = random_state(random);
+    if (trial == 4) {  // low speed, where some terms only act
+      s[kVx] = 0.5;
+      for (std::size_t i = 0; i < kWheels; ++i) s[kSpin + i] = 2.0;
+      s[kTravel] = 0.08;
+      s[kEngine] = 160.0;
+    }
+    const Inputs<double> in = random_inputs(random);
+    const Car<double> on = make_car(files, test_parameters(), terms);
+    terms[static_cast<Term>(T)] = 0.0;
+    const Car<double> off = make_car(files, test_parameters(), terms);
+    const State<double> without_it = answer<double, without(static_cast<Term>(T))>(on, s, in).rate;
+    const State<double> at_zero = answer(off, s, in).rate;
+    EXPECT_EQ(std::memcmp(&without_it, &at_zero, sizeof at_zero), 0) << term_list()[T].name;
+    const State<double> with_it = answer(on, s, in).rate;
+    matters = matters || std::memcmp(&with_it, &at_zero, sizeof at_zero) != 0;
+  }
+  // The actuators act between the steps, not in the equations; step_test looks at them.
+  const Term term = static_cast<Term>(T);
+  const bool between_steps = term == Term::steering_actuator || term == Term::steering_friction ||
+                             term == Term::throttle_actuator || term == Term::brake_actuator;
+  const bool flat_friction = term == Term::road_friction;  // the plane has grip 1 everywhere
+  EXPECT_EQ(matters, !between_steps && !flat_friction) << term_list()[T].name;
+}
+
+template <std::size_t... T>
+void expect_all_absent_when_off(std::index_sequence<T...>) {
+  const CarFiles files = test_car_files();
+  (expect_absent_when_off<T>(files), ...);
+}
+
+TEST(Dynamics, IsBitForBitTheSameWithATermAtZeroAsWithoutIt) {
+  expect_all_absent_when_off(std::make_index_sequence<kTermCount>());
+}
+
+// Derivatives after every parameter and amplitude in turn against central differences. The bound
+// is relative to the largest rate of that kind: 1e-6, the noise of the differences.
+TEST(Dynamics, DifferentiatesLikeCentralDifferences) {
+  using Jet = ceres::Jet<double, 1>;
+  const CarFiles files = test_car_files();
+  Amplitudes<double> terms = default_amplitudes();
+  for (double& value : terms.value) value = 0.6;
+  std::mt19937 random(4);
+  const State<double> s = random_state(random);
+  const Inputs<double> in = random_inputs(random);
+  const Parameters<double> p = test_parameters();
+  const Car<double> car = make_car(files, p, terms);
+  const State<double> plain = answer(car, s, in).rate;
+  State<Jet> lifted_state{lifted<Jet>(s.value)};
+  const Inputs<Jet> lifted_in = lifted<Jet>(in);
+  for (std::size_t k = 0; k < kParameterCount + kTermCount; ++k) {
+    Parameters<Jet> pj{lifted<Jet>(p.value)};
+    Amplitudes<Jet> tj{lifted<Jet>(terms.value)};
+    const bool is_parameter = k < kParameterCount;
+    if (is_parameter)
+      pj.value[k].v[0] = 1.0;
+    else
+      tj.value[k - kParameterCount].v[0] = 1.0;
+    const std::string_view name =
+        is_parameter ? parameter_list()[k].name : term_list()[k - kParameterCount].name;
+    if (is_parameter && p.value[k] == 0.0 && name.ends_with("tyre_pressure_pa"))
+      continue;  // 0 selects the file's
+    const Car<Jet> cj = make_car(files, pj, tj);
+    const State<Jet> rate = answer(cj, lifted_state, lifted_in).rate;
+    const double x = is_parameter ? p.value[k] : terms.value[k - kParameterCount];
+    const auto at = [&](double value) {
+      Parameters<double> pd = p;
+      Amplitudes<double> td = terms;
+      (is_parameter ? pd.value[k] : td.value[k - kParameterCount]) = value;
+      return answer(make_car(files, pd, td), s, in).rate;
+    };
+    const double h = 1e-4 * (std::abs(x) + (is_parameter ? parameter_list()[k].prior : 0.0));
+    const bool one_sided = is_parameter && x - 2 * h < parameter_list()[k].low;
+    if (one_sided) continue;
+    const State<double> a = at(x + h), b = at(x - h), c = at(x + 2 * h), d = at(x - 2 * h);
+    for (std::size_t i = 0; i < kStateSize; ++i) {
+      EXPECT_NEAR(rate[i].a, plain[i], 1e-12 * (std::abs(plain[i]) + 1000.0)) << name;
+      const double expected = (8 * (a[i] - b[i]) - (c[i] - d[i])) / (12 * h);
+      const double noise = 1e-15 * 1e6 / h;  // of differences of rates around 1e3
+      EXPECT_NEAR(
+          rate[i].v[0], expected,
+          1e-6 * std::abs(expected) + 1e-6 * std::abs(plain[i]) / (std::abs(x) + 1.0) + noise)
+          << state_name(i) << " after " << name;
+    }
+  }
+}
+
+TEST(Dynamics, SpringsCarryTheCarAtDesignHeight) {
+  CarFiles files = test_car_files();
+  files.tyre[0] = files.tyre[1] = symmetric_tyre();  // others pull even without slip
+  Amplitudes<double> terms = default_amplitudes();
+  terms[Term::aero_downforce] = 0.0;
+  terms[Term::suspension_kinematics] = 0.0;
+  Parameters<double> p = test_parameters();
+  for (const P which : {P::front_camber_rad, P::rear_camber_rad, P::front_toe_rad, P::rear_toe_rad,
+                        P::environment_wind_mps})
+    p[which] = 0.0;
+  const Car<double> car = make_car(files, p, terms);
+  State<double> s{};
+  s[kZ] = p[P::chassis_cog_height_m];
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    s[kTyre + i] = 350;
+    s[kDiscSurface + i] = s[kDiscCore + i] = 300;
+  }
+  const Answer<double> a = answer(car, s, {}, Road());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    EXPECT_NEAR(a.detail.wheel[i].fz_n, car.static_load_n[axle_of(i)], 1e-6);
+    EXPECT_NEAR(a.rate[kTravelRate + i], 0.0, 1e-9);
+    sum += a.detail.wheel[i].fz_n;
+  }
+  EXPECT_NEAR(sum, p[P::chassis_mass_kg] * p[P::environment_gravity_mps2], 1e-6);
+  EXPECT_NEAR(a.rate[kVz], 0.0, 1e-9);
+  EXPECT_NEAR(a.rate[kPitchRate], 0.0, 1e-9);
+  EXPECT_NEAR(a.detail.specific_force_mps2.z, p[P::environment_gravity_mps2], 1e-9);
+}
+
+// Surface and core under constant heat, without losses: the mean rises with q / (c1 + c2), the
+// difference tends to its steady value with the rate G (1/c1 + 1/c2).
+TEST(Dynamics, HeatsTheTwoNodeDiscAsTheExactSolution) {
+  const CarFiles files = test_car_files();
+  Amplitudes<double> terms = default_amplitudes();
+  for (const Term off : {Term::brake_convection, Term::brake_radiation, Term::brake_heat_capacity,
+                         Term::brake_friction_temperature})
+    terms[off] = 0.0;
+  const Parameters<double> p = test_parameters();
+  const Car<double> car = make_car(files, p, terms);
+  std::mt19937 random(5);
+  State<double> s = random_state(random);
+  s[kDiscSurface] = s[kDiscCore] = 300.0;
+  Inputs<double> in;
+  in.brake_pa = {3e6, 0, 0, 0};
+  const double heat = [&] {
+    const Answer<double> a = answer(car, s, in);
+    return -p[P::brake_disc_share] * a.detail.wheel[0].brake_nm * (s[kSpin]);
+  }();
+  // Spin relative to the body enters; still the same number in every step, as only the disc moves.
+  const Answer<double> first = answer(car, s, in);
+  const double c1 = p[P::front_disc_surface_capacity_jpk], c2 = p[P::front_disc_core_capacity_jpk];
+  const double q = first.rate[kDiscSurface] * c1;
+  EXPECT_NEAR(q / heat, 1.0, 0.01);
+  const double g = p[P::front_disc_conductance_wpk];
+  const double h = 1e-4, duration = 6.0;
+  for (double t = 0; t < duration - h / 2; t += h) {
+    const Answer<double> a = answer(car, s, in);
+    s[kDiscSurface] += h * a.rate[kDiscSurface];
+    s[kDiscCore] += h * a.rate[kDiscCore];
+  }
+  const double rate = g * (1 / c1 + 1 / c2);
+  const double difference = q / (c1 * rate) * (1 - std::exp(-rate * duration));
+  const double mean = 300 + q * duration / (c1 + c2);
+  EXPECT_NEAR((s[kDiscSurface] - 300) / (mean - 300 + difference * c2 / (c1 + c2)), 1.0, 1e-3);
+  EXPECT_NEAR((s[kDiscCore] - 300) / (mean - 300 - difference * c1 / (c1 + c2)), 1.0, 1e-3);
+}
+
+TEST(Dynamics, CoolsTheDiscByAirAndRadiation) {
+  const CarFiles files = test_car_files();
+  Amplitudes<double> terms = default_amplitudes();
+  const Car<double> all = make_car(files, test_parameters(), terms);
+  terms[Term::brake_convection] = 0.0;
+  const Car<double> no_air = make_car(files, test_parameters(), terms);
+  terms[Term::brake_radiation] = 0.0;
+  const Car<double> neither = make_car(files, test_parameters(), terms);
+  std::mt19937 random(6);
+  State<double> s = random_state(random);
+  for (std::size_t i = 0; i < kWheels; ++i) s[kDiscSurface + i] = 900;
+  const double with_all = answer(all, s, {}).rate[kDiscSurface];
+  const double with_radiation = answer(no_air, s, {}).rate[kDiscSurface];
+  const double with_none = answer(neither, s, {}).rate[kDiscSurface];
+  EXPECT_LT(with_all, with_radiation);
+  EXPECT_LT(with_radiation, with_none);
+  s[kVx] *= 2;
+  EXPECT_LT(answer(all, s, {}).rate[kDiscSurface], with_all);
+}
+
+TEST(Dynamics, TyreGripRisesIsFlatAndFallsWithTemperature) {
+  const CarFiles files = test_car_files();
+  Amplitudes<double> terms = default_amplitudes();
+  terms[Term::tyre_relaxation] = 0.0;
+  const Car<double> car = make_car(files, test_parameters(), terms);
+  StartOptions begin;
+  begin.speed_mps = 40.0;
+  State<double> s = start(car, Road(), begin).state;
+  const auto side = [&](double kelvin) {
+    s[kTyre] = kelvin;
+    return std::abs(answer(car, s, {}, Road()).detail.wheel[0].fy_n);
+  };
+  s[kVy] = 0.25 * s[kVx];  // beyond the peak
+  EXPECT_LT(side(300), 0.9 * side(325));
+  EXPECT_LT(side(325), 0.95 * side(350));
+  EXPECT_NEAR(side(352) / side(375), 1.0, 0.02);
+  EXPECT_LT(side(420), 0.9 * side(376));
+  s[kVy] = 0.02 * s[kVx];
+  EXPECT_GT(side(300), 1.05 * side(340));
+  EXPECT_GT(side(340), 1.05 * side(400));
+}
+
+TEST(Dynamics, SplitsTorqueAsTheDifferentialDoes) {
+  const CarFiles files = test_car_files();
+  std::mt19937 random(8);
+  State<double> s = random_state(random);
+  s[kSpin + 2] = 100;
+  s[kSpin + 3] = 120;
+  s[kEngine] = 700;
+  Inputs<double> in;
+  in.throttle = 1.0;
+  in.gear = 2;
+  Amplitudes<double> terms = default_amplitudes();
+  terms[Term::limited_slip] = 0.0;
+  const auto open = answer(make_car(files, test_parameters(), terms), s, in).detail;
+  EXPECT_EQ(open.wheel[2].drive_nm, open.wheel[3].drive_nm);
+  terms[Term::limited_slip] = 1.0;
+  const auto limited = answer(make_car(files, test_parameters(), terms), s, in).detail;
+  EXPECT_GT(limited.wheel[2].drive_nm, limited.wheel[3].drive_nm);
+  const Parameters<double> p = test_parameters();
+  const double total = limited.wheel[2].drive_nm + limited.wheel[3].drive_nm;
+  EXPECT_NEAR(limited.wheel[2].drive_nm - limited.wheel[3].drive_nm,
+              p[P::differential_preload_nm] + p[P::differential_drive_ramp] * total, 1e-6);
+  terms[Term::limited_slip] = 0.0;
+  terms[Term::locked_differential] = 1.0;
+  const auto locked = answer(make_car(files, test_parameters(), terms), s, in).detail;
+  EXPECT_GT(locked.wheel[2].drive_nm - locked.wheel[3].drive_nm, 10000.0);
+}
+
+TEST(Dynamics, FollowsAnOpponentWithLessDrag) {
+  const CarFiles files = test_car_files();
+  const Car<double> car = make_car(files, test_parameters(), default_amplitudes());
+  std::mt19937 random(9);
+  const State<double> s = random_state(random);
+  Inputs<double> in;
+  const double alone = answer(car, s, in).detail.drag_n;
+  in.opponent = true;
+  in.wake_x_m = 5.0;
+  const double behind = answer(car, s, in).detail.drag_n;
+  EXPECT_NEAR(behind / alone, 0.6, 1e-12);
+  in.wake_y_m = 3.0;
+  EXPECT_NEAR(answer(car, s, in).detail.drag_n / alone, 1.0, 1e-12);
+}
+
+TEST(Dynamics, BuildsBoostFasterAtHighEngineSpeed) {
+  const CarFiles files = test_car_files();
+  const Car<double> car = make_car(files, test_parameters(), default_amplitudes());
+  std::mt19937 random(10);
+  State<double> s = random_state(random);
+  s[kBoost] = 0.2;
+  Inputs<double> in;
+  in.throttle = 1.0;
+  s[kEngine] = 300;
+  const auto slow = answer(car, s, in);
+  s[kEngine] = 600;
+  const auto fast = answer(car, s, in);
+  EXPECT_NEAR(fast.rate[kBoost] / slow.rate[kBoost], 2.0, 1e-9);
+  s[kBoost] = 1.0;
+  EXPECT_GT(answer(car, s, in).detail.engine_nm, fast.detail.engine_nm);
+}
+
+}  // namespace
