@@ -386,6 +386,7 @@ Header read_file(Input& input) {
   }
   Header header = parse_header(std::string_view(begun).substr(0, end), input.name());
   Crg& crg = header.crg;
+  crg.source = input.name();
   if (header.columns.empty()) return header;
 
   const auto increment = find_value(crg.road, "REFERENCE_LINE_INCREMENT");
@@ -395,6 +396,10 @@ Header read_file(Input& input) {
   }
   crg.grid.u_step_m = *increment;
   crg.grid.u_begin_m = find_value(crg.road, "REFERENCE_LINE_START_U").value_or(0.0);
+  if (*increment < 1e-10 * std::abs(crg.grid.u_begin_m)) {
+    throw Error(input.name() + ": REFERENCE_LINE_START_U = " + shortest(crg.grid.u_begin_m) + " leaves no digits for the increment " +
+                shortest(*increment) + "; start nearer to zero");
+  }
   const std::size_t announced = announced_rows(crg, input.name());
   std::string_view rest = std::string_view(begun).substr(header.end_offset);
   if (crg.format == Format::KRBI) {

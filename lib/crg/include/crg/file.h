@@ -61,6 +61,7 @@ struct Crg {
   std::vector<std::string> virtual_channels;  ///< text after "U:"
   std::vector<Section> other_sections;
   std::vector<std::string> notes;  ///< what read() accepted although it is not quite the standard
+  std::string source;         ///< the path read() was given; names the file in messages
   std::string included_path;       ///< the file that $ROAD_CRG_FILE led to; empty if none
 };
 
