@@ -102,6 +102,12 @@ class Neighbourhood {
   std::vector<std::uint32_t> items_;
 };
 
+// The float next to a value that is not farther from zero.
+float inward(double value) {
+  const float rounded = static_cast<float>(value);
+  return std::abs(static_cast<double>(rounded)) > std::abs(value) ? std::nextafter(rounded, 0.0F) : rounded;
+}
+
 struct Window {
   std::size_t before = 0, after = 0;  // stations on either side that count as the same stretch
 };
@@ -132,7 +138,8 @@ Window same_stretch(const std::vector<Station>& stations, std::size_t k, double 
 
 }  // namespace
 
-Clearance measure_clearance(const std::vector<SegmentFrame>& frames, double reach_m, double u_step_m, bool joined) {
+Clearance measure_clearance(const std::vector<SegmentFrame>& frames, double v_right_m, double v_left_m, double u_step_m, bool joined) {
+  const double reach_m = std::max(std::abs(v_right_m), std::abs(v_left_m));
   Clearance clearance;
   while (clearance.shift < 20 && u_step_m * static_cast<double>(2ULL << clearance.shift) <= reach_m / 16.0) {
     ++clearance.shift;
@@ -156,7 +163,7 @@ Clearance measure_clearance(const std::vector<SegmentFrame>& frames, double reac
   std::size_t budget = 4096 + 1024 * count;
   for (std::size_t k = 0; k < count; ++k) {
     const Station& here = stations[k];
-    if (budget == 0 || here.stretch > 2.0) continue;
+    if (budget == 0 || here.stretch > 2.0 || here.turn_rad > kWindowTurn_rad) continue;
     const Window window = same_stretch(stations, k, reach_m, joined);
     double left = reach_m, right = reach_m;
     for (std::size_t w = 0; w <= window.before + window.after; ++w) {
@@ -190,7 +197,9 @@ Clearance measure_clearance(const std::vector<SegmentFrame>& frames, double reac
         right = std::min(right, bound(-1.0));
       }
     });
-    clearance.bounds[k] = {static_cast<float>(0.999 * std::max(left, 0.0)), static_cast<float>(0.999 * std::max(right, 0.0))};
+    if (left <= 0.0 || right <= 0.0) continue;
+    clearance.bounds[k] = {inward(std::max(v_right_m, right < reach_m ? -0.999 * right : v_right_m)),
+                           inward(std::min(v_left_m, left < reach_m ? 0.999 * left : v_left_m))};
   }
   return clearance;
 }

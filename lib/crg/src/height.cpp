@@ -1,5 +1,7 @@
 #include "height.h"
 
+#include "line_geometry.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -30,23 +32,32 @@ Folded fold(double value, double begin, double length, BorderMode mode) {
 
 }  // namespace
 
-HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Options& options)
+HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Options& options, Interpolation interpolation)
     : z_m_(grid.z_m.data()),
       v_m_(grid.v_m),
       line_z_m_(line.z_m),
       banking_(line.banking),
       options_(options),
+      interpolation_(interpolation),
       rows_(grid.rows()),
       columns_(grid.columns()),
       u_begin_m_(grid.u_begin_m),
       u_end_m_(grid.u_of(grid.rows() - 1)),
-      u_step_m_(grid.u_step_m) {
-  const double step = (v_m_.back() - v_m_.front()) / static_cast<double>(columns_ - 1);
+      u_step_m_(grid.u_step_m),
+      v_right_m_(grid.v_m.front()),
+      v_left_m_(grid.v_m.back()),
+      joined_(ends_joined(line)),
+      plain_(options.smooth_begin_m == 0.0 && options.smooth_end_m == 0.0) {
+  const double step = (v_left_m_ - v_right_m_) / static_cast<double>(columns_ - 1);
   bool uniform = true;
   for (std::size_t j = 0; j < columns_; ++j) {
-    uniform &= std::abs(v_m_.front() + static_cast<double>(j) * step - v_m_[j]) < 1e-9 * step;
+    uniform &= std::abs(v_right_m_ + static_cast<double>(j) * step - v_m_[j]) < 1e-9 * step;
   }
-  if (uniform) uniform_v_step_m_ = step;
+  if (uniform) {
+    v_step_m_ = step;
+    per_v_step_ = 1.0 / step;
+  }
+  simple_ = plain_ && uniform && interpolation_ == Interpolation::Bilinear;
   if (line.closed) {
     const Closing closing = find_closing(line).value_or(Closing{});
     wrap_begin_m_ = u_begin_m_ - closing.before_start_m;
@@ -61,62 +72,72 @@ double HeightField::wrap_u(double u_m) const noexcept {
   return wrap_begin_m_ + (offset - period_m_ * std::floor(offset / period_m_));
 }
 
-std::size_t HeightField::column_of(double v_m) const noexcept {
-  if (uniform_v_step_m_ > 0.0) {
-    const double column = (v_m - v_m_.front()) / uniform_v_step_m_;
-    return static_cast<std::size_t>(std::clamp(column, 0.0, static_cast<double>(columns_ - 2)));
-  }
+GridPlace HeightField::place_uneven(std::size_t row, double fu, double v_m) const noexcept {
   const auto above = std::upper_bound(v_m_.begin() + 1, v_m_.end() - 1, v_m);
-  return static_cast<std::size_t>(above - v_m_.begin()) - 1;
+  const std::size_t column = static_cast<std::size_t>(above - v_m_.begin()) - 1;
+  return {row, column, fu, (v_m - v_m_[column]) / (v_m_[column + 1] - v_m_[column])};
+}
+
+// A cell with NaN nodes: those without weight do not count, so that a NaN beside the edge of the
+// road does not reach onto it.
+Height HeightField::edge_height(const GridPlace& p) const noexcept {
+  const float* nodes = node(p.row, p.column);
+  double z00 = nodes[0], z01 = nodes[1], z10 = nodes[columns_], z11 = nodes[columns_ + 1];
+  if (p.fu == 0.0) z10 = z00, z11 = z01;
+  if (p.fu == 1.0) z00 = z10, z01 = z11;
+  if (p.fv == 0.0) z01 = z00, z11 = z10;
+  if (p.fv == 1.0) z00 = z01, z10 = z11;
+  const double low = z00 + p.fv * (z01 - z00);
+  const double high = z10 + p.fv * (z11 - z10);
+  return {low + p.fu * (high - low), (high - low) / u_step_m_, ((1.0 - p.fu) * (z01 - z00) + p.fu * (z11 - z10)) / v_step_m(p.column)};
+}
+
+void HeightField::add_line(Height& height, std::size_t row, double fu, double v_m) const noexcept {
+  if (!line_z_m_.empty()) {
+    const double step = line_z_m_[row + 1] - line_z_m_[row];
+    height.z_m += line_z_m_[row] + fu * step;
+    height.dzdu += step / u_step_m_;
+  }
+  if (!banking_.empty()) {
+    const double step = banking_[row + 1] - banking_[row];
+    const double banking = banking_[row] + fu * step;
+    height.z_m += banking * v_m;
+    height.dzdu += step / u_step_m_ * v_m;
+    height.dzdv += banking;
+  }
 }
 
 Height HeightField::at(double u_m, double v_m) const noexcept {
   if (!std::isfinite(u_m) || !std::isfinite(v_m)) return {kNaN, kNaN, kNaN};
   const Folded u = fold(wrap_u(u_m), u_begin_m_, u_end_m_ - u_begin_m_, options_.border_mode_u);
-  const Folded v = fold(v_m, v_right_m(), v_left_m() - v_right_m(), options_.border_mode_v);
+  const Folded v = fold(v_m, v_right_m_, v_left_m_ - v_right_m_, options_.border_mode_v);
 
   const double rows = (u.value - u_begin_m_) / u_step_m_;
   const std::size_t row = static_cast<std::size_t>(std::clamp(rows, 0.0, static_cast<double>(rows_ - 2)));
   const double fu = std::clamp(rows - static_cast<double>(row), 0.0, 1.0);
-  const std::size_t column = column_of(v.value);
-  const double v_step = v_m_[column + 1] - v_m_[column];
-  const double fv = std::clamp((v.value - v_m_[column]) / v_step, 0.0, 1.0);
+  GridPlace p = place(row, fu, v.value);
+  const double beyond = kEdge * v_step_m(p.column);
   const bool beyond_u = rows < -kEdge || rows > static_cast<double>(rows_ - 1) + kEdge;
-  const bool beyond_v = v.value < v_right_m() - kEdge * v_step || v.value > v_left_m() + kEdge * v_step;
+  const bool beyond_v = v.value < v_right_m_ - beyond || v.value > v_left_m_ + beyond;
   if ((beyond_u && options_.border_mode_u == BorderMode::None) ||
       (beyond_v && options_.border_mode_v == BorderMode::None)) {
     return {kNaN, kNaN, kNaN};
   }
-
-  const float* nodes = z_m_ + row * columns_ + column;
-  double z00 = nodes[0], z01 = nodes[1], z10 = nodes[columns_], z11 = nodes[columns_ + 1];
-  if (std::isnan(z00 + z01 + z10 + z11)) {
-    // Nodes with no weight do not count: a NaN beside the edge does not reach onto it.
-    if (fu == 0.0) z10 = z00, z11 = z01;
-    if (fu == 1.0) z00 = z10, z01 = z11;
-    if (fv == 0.0) z01 = z00, z11 = z10;
-    if (fv == 1.0) z00 = z01, z10 = z11;
+  p.fv = std::clamp(p.fv, 0.0, 1.0);
+  Height height = grid_height(p);
+  // Banking ends at the sides of the grid, also where the grid repeats beyond them.
+  const double clipped = std::clamp(v_m, v_right_m_, v_left_m_);
+  const double dzdv_grid = height.dzdv;
+  if (interpolation_ == Interpolation::Bilinear) {
+    add_line(height, row, fu, clipped);
+  } else {
+    add_smooth_line(height, row, fu, clipped);
   }
-  const double low = (1.0 - fv) * z00 + fv * z01;
-  const double high = (1.0 - fv) * z10 + fv * z11;
-  double z = (1.0 - fu) * low + fu * high;
-  double dzdu = (high - low) / u_step_m_;
-  double dzdv = ((1.0 - fu) * (z01 - z00) + fu * (z11 - z10)) / v_step;
-
-  if (!line_z_m_.empty()) {
-    const double step = line_z_m_[row + 1] - line_z_m_[row];
-    z += line_z_m_[row] + fu * step;
-    dzdu += step / u_step_m_;
-  }
-  if (!banking_.empty()) {
-    const double step = banking_[row + 1] - banking_[row];
-    const double banking = banking_[row] + fu * step;
-    // Banking ends at the sides of the grid, also where the grid repeats beyond them.
-    const double clipped = std::clamp(v_m, v_right_m(), v_left_m());
-    z += banking * clipped;
-    dzdu += step / u_step_m_ * clipped;
-    if (clipped == v_m) dzdv += v.sign * banking;  // v.sign is undone below
-  }
+  double& z = height.z_m;
+  double& dzdu = height.dzdu;
+  double& dzdv = height.dzdv;
+  // The sign of mirrored copies is applied below to the sum, but banking is not mirrored.
+  dzdv = dzdv_grid + (clipped == v_m ? v.sign * (dzdv - dzdv_grid) : 0.0);
   if (beyond_u) {
     z = (options_.border_mode_u == BorderMode::Zero ? 0.0 : z) + options_.border_offset_u_m;
     dzdu = 0.0;

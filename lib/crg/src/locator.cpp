@@ -10,17 +10,14 @@ namespace {
 constexpr std::size_t kLeafSegments = 16;
 constexpr int kMaxDepth = 48;
 
-struct Local {
-  double s_m, v_m;
-  double past_begin_m;  // > 0 behind the mitre line at the segment's first node
-
-  Local(const SegmentFrame& frame, double x_m, double y_m) {
-    const double dx = x_m - frame.x_m, dy = y_m - frame.y_m;
-    s_m = dx * frame.cos + dy * frame.sin;
-    v_m = dy * frame.cos - dx * frame.sin;
-    past_begin_m = s_m - v_m * frame.begin_lean;
-  }
-};
+// Whether the end of one segment and the beginning of the next are cut by the same line.
+bool share_mitre(const SegmentFrame& a, const SegmentFrame& b) {
+  const Point2 end{a.end_lean * a.cos - a.sin, a.end_lean * a.sin + a.cos};
+  const Point2 begin{b.begin_lean * b.cos - b.sin, b.begin_lean * b.sin + b.cos};
+  const double cross = end.x_m * begin.y_m - end.y_m * begin.x_m;
+  const double dot = end.x_m * begin.x_m + end.y_m * begin.y_m;
+  return dot > 0.0 && std::abs(cross) < 1e-9 * dot;
+}
 
 }  // namespace
 
@@ -59,7 +56,8 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
   last.frame.y_m = line.y_m.back();
   last.frame.begin_lean = last.frame.end_lean;
   last.z_m = line.z_m.empty() ? 0.0 : line.z_m.back();
-  clearance_ = measure_clearance(frames, reach_m_, line.u_step_m, joined_);
+  clearance_ = measure_clearance(frames, v_right_m, v_left_m, line.u_step_m, joined_);
+  coarse_ = CoarseIndex(frames, reach_m_);
 
   const std::size_t leaves = (segments + kLeafSegments - 1) / kLeafSegments;
   std::size_t width = 1;
@@ -76,7 +74,9 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
       box.y_max_m = std::max(box.y_max_m, line.y_m[node]);
     }
     const double lean = std::max(std::abs(frames[i].begin_lean), std::abs(frames[i].end_lean));
-    box.stretch = std::max(box.stretch, std::sqrt(1.0 + lean * lean));
+    // At a reversal the two segments have different mitre lines, see search_leaf().
+    const double slack = i + 1 < segments && !share_mitre(frames[i], frames[i + 1]) ? 1.5 : 1.0;
+    box.stretch = std::max(box.stretch, slack * std::sqrt(1.0 + lean * lean));
   }
   for (std::size_t k = first_leaf_; k-- > 0;) {
     const Box& a = boxes_[2 * k + 1];
@@ -94,22 +94,23 @@ double Locator::outside(double v_m) const noexcept {
 bool Locator::locate_near(double x_m, double y_m, std::size_t hint, Place& place) const noexcept {
   const std::size_t segments = records_.size() - 1;
   std::size_t i = std::min(hint, segments - 1);
-  for (int step = 0; step < 12; ++step) {
+  for (int step = 0; step < 8; ++step) {
     const SegmentFrame& frame = records_[i].frame;
     const Local local(frame, x_m, y_m);
     const double width = frame.width(local.v_m);
     if (!(width > 0.0)) return false;
     const double fraction = local.past_begin_m / width;
-    const bool behind = fraction > 1.0 - 1e-6 && Local(records_[i + 1].frame, x_m, y_m).past_begin_m >= 0.0;
+    const bool behind = fraction > 1.0 - kNearMitre && Local(records_[i + 1].frame, x_m, y_m).past_begin_m >= 0.0;
     if (fraction >= 0.0 && !behind) {
-      if (!(fraction < 1.0 + 1e-6)) return false;
-      if (!(local.v_m >= v_right_m_ && local.v_m <= v_left_m_) || !clearance_.covers(i, local.v_m)) return false;
+      if (!(fraction < 1.0 + kNearMitre) || !clearance_.covers(i, local.v_m)) return false;
       place = {i, std::min(fraction, 1.0), local.v_m, 0.0};
       return true;
     }
-    const double jump = behind ? std::max(std::floor(fraction), 1.0) : std::floor(fraction);
-    if (!(std::abs(jump) < 1e9)) return false;
-    auto next = static_cast<std::ptrdiff_t>(i) + static_cast<std::ptrdiff_t>(jump);
+    // A straight line says little about places far along a curved one.
+    if (!(std::abs(fraction) < 4096.0)) return false;
+    const auto jump = behind ? std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(fraction), 1)
+                             : static_cast<std::ptrdiff_t>(fraction) - 1;
+    auto next = static_cast<std::ptrdiff_t>(i) + jump;
     const auto count = static_cast<std::ptrdiff_t>(segments);
     if (next < 0 || next >= count) {
       if (joined_) {
@@ -132,8 +133,15 @@ void Locator::search_leaf(std::size_t leaf, double x_m, double y_m, Best& best) 
     const Local next(records_[i + 1].frame, x_m, y_m);
     if (here.past_begin_m >= 0.0 && next.past_begin_m < 0.0) {
       const double width = records_[i].frame.width(here.v_m);
-      const double fraction = width > 0.0 ? std::clamp(here.past_begin_m / width, 0.0, 1.0) : 0.0;
-      best.offer({i, fraction, here.v_m, 0.0}, outside(here.v_m), std::abs(here.v_m));
+      const double fraction = width > 0.0 ? std::min(here.past_begin_m / width, 1.0) : 0.0;
+      // Where the line turns back on itself, the end of one cell is not the beginning of the next,
+      // and a point between the two belongs to neither: it counts as outside by its distance.
+      const double excess = here.past_begin_m - fraction * width;
+      if (width > 0.0 && excess <= 1e-6 * width) {
+        best.offer({i, fraction, here.v_m, 0.0}, outside(here.v_m), std::abs(here.v_m));
+      } else {
+        best.offer({i, fraction, here.v_m, 0.0}, std::hypot(excess, outside(here.v_m)), std::hypot(excess, here.v_m));
+      }
     }
     here = next;
   }
@@ -187,10 +195,23 @@ Place Locator::search(double x_m, double y_m) const noexcept {
   return best.place;
 }
 
-Place Locator::locate(double x_m, double y_m, std::size_t hint) const noexcept {
+Place Locator::locate_from(double x_m, double y_m, Cursor& cursor) const noexcept {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  if (!std::isfinite(x_m) || !std::isfinite(y_m)) return {0, 0.0, kNaN, kNaN};
+  double steps;
+  const std::size_t segment = predicted_segment(cursor, steps);
   Place place;
-  if (locate_near(x_m, y_m, hint, place)) return place;
-  return search(x_m, y_m);
+  bool found = locate_near(x_m, y_m, segment, place);
+  if (!found) {
+    const std::size_t guess = coarse_.guess(x_m, y_m);
+    found = guess != CoarseIndex::kNone && locate_near(x_m, y_m, guess, place);
+  }
+  if (!found) place = search(x_m, y_m);
+  const double moved = static_cast<double>(place.segment) - static_cast<double>(cursor.segment) + place.fraction - cursor.fraction;
+  cursor.advance = std::abs(moved) < 64.0 ? moved : 0.0;
+  cursor.segment = place.segment;
+  cursor.fraction = place.fraction;
+  return place;
 }
 
 }  // namespace crg

@@ -2,12 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
 
+#include "crg/error.h"
 #include "height.h"
 #include "locator.h"
+#include "strip_filler.h"
 
 namespace crg {
 namespace {
+
+// Errors about the contents name the file they came from.
+template <typename Work>
+auto naming(const std::string& source, Work work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    if (source.empty()) throw;
+    throw Error(source + ": " + error.what());
+  }
+}
 
 Crg with_modifiers(Crg crg, ModifierUse use) {
   if (use == ModifierUse::None) {
@@ -20,64 +36,120 @@ Crg with_modifiers(Crg crg, ModifierUse use) {
   return apply_modifiers(std::move(crg));
 }
 
-}  // namespace
-
-struct Surface::Data {
-  Data(Crg crg, const SurfaceOptions& options)
-      : file(with_modifiers(std::move(crg), options.modifiers)),
-        line(integrate_reference_line(file)),
-        heights(file.grid, line, options_of(file)),
-        locator(line, heights.v_right_m(), heights.v_left_m()),
-        curvature_of_reference_line(options.curvature_of_reference_line),
-        half_chord(static_cast<std::size_t>(std::clamp(std::round(0.5 / line.u_step_m), 1.0, 1e9))) {
-    // A track shorter than its chords has no curvature to speak of.
-    joined = ends_joined(line) && 2 * half_chord < line.size();
-  }
-
-  void set_direction(const Place& place, Sample& sample) const noexcept;
-  Sample sample(const Place& place) const noexcept;
-  Place place_of(double u_m, double v_m) const noexcept;
-  double u_of(const Place& place) const noexcept {
-    return line.u_begin_m + (static_cast<double>(place.segment) + place.fraction) * line.u_step_m + place.beyond_m;
-  }
-
-  Crg file;
-  ReferenceLine line;
-  HeightField heights;
-  Locator locator;
-  bool curvature_of_reference_line;
-  bool joined;             ///< a closed track whose last row repeats the first
-  std::size_t half_chord;  ///< rows
+// Heading and curvature of the reference line at a segment.
+struct Direction {
+  double heading_rad;
+  double curvature_1pm;
 };
 
 // Curvature from the cross product of the two chords that meet in the segment's first node, each
 // half a metre or one row long. Nearer than that to an open end the reference implementation answers
 // the heading of that end and no curvature, and so do we.
-void Surface::Data::set_direction(const Place& place, Sample& sample) const noexcept {
+std::vector<Direction> directions_of(const ReferenceLine& line) {
   const std::size_t last = line.size() - 1;
-  std::size_t i = place.segment, before, after;
-  if (joined) {
-    before = i >= half_chord ? i - half_chord : i + last - half_chord;
-    after = i + half_chord <= last ? i + half_chord : i + half_chord - last;
-    sample.heading_rad = line.heading_rad[i + 1];
-  } else if (place.beyond_m < 0.0 || i < half_chord) {
-    sample.heading_rad = line.heading_rad.front();
-    sample.curvature_1pm = 0.0;
-    return;
-  } else if (i + half_chord > last) {
-    sample.heading_rad = line.heading_rad.back();
-    sample.curvature_1pm = 0.0;
-    return;
-  } else {
-    before = i - half_chord;
-    after = i + half_chord;
-    sample.heading_rad = line.heading_rad[i + 1];
+  const std::size_t half = static_cast<std::size_t>(std::clamp(std::round(0.5 / line.u_step_m), 1.0, 1e9));
+  const bool around = ends_joined(line) && 2 * half < line.size();
+  const double chord = static_cast<double>(half) * line.u_step_m;
+  std::vector<Direction> directions(last);
+  for (std::size_t i = 0; i < last; ++i) {
+    if (!around && (i < half || i + half > last)) {
+      directions[i] = {i < half ? line.heading_rad.front() : line.heading_rad.back(), 0.0};
+      continue;
+    }
+    const std::size_t before = i >= half ? i - half : i + last - half;
+    const std::size_t after = i + half <= last ? i + half : i + half - last;
+    const double x1 = line.x_m[i] - line.x_m[before], y1 = line.y_m[i] - line.y_m[before];
+    const double x2 = line.x_m[after] - line.x_m[i], y2 = line.y_m[after] - line.y_m[i];
+    directions[i] = {line.heading_rad[i + 1], (x1 * y2 - y1 * x2) / (chord * chord * chord)};
   }
-  const double x1 = line.x_m[i] - line.x_m[before], y1 = line.y_m[i] - line.y_m[before];
-  const double x2 = line.x_m[after] - line.x_m[i], y2 = line.y_m[after] - line.y_m[i];
-  const double chord = static_cast<double>(half_chord) * line.u_step_m;
-  const double curvature = (x1 * y2 - y1 * x2) / (chord * chord * chord);
-  sample.curvature_1pm = curvature_of_reference_line ? curvature : curvature / (1.0 - curvature * place.v_m);
+  return directions;
+}
+
+void want_same_shape(const Grid& road, const Grid& map) {
+  bool same = map.rows() == road.rows() && map.columns() == road.columns() &&
+              std::abs(map.u_step_m - road.u_step_m) <= 1e-9 * road.u_step_m && std::abs(map.u_begin_m - road.u_begin_m) <= 1e-6;
+  for (std::size_t j = 0; same && j < road.columns(); ++j) same = std::abs(map.v_m[j] - road.v_m[j]) <= 1e-6;
+  if (!same) {
+    throw Error("friction map of " + std::to_string(map.rows()) + " x " + std::to_string(map.columns()) + " for a road of " +
+                std::to_string(road.rows()) + " x " + std::to_string(road.columns()) + ": want the same rows, columns, u and v");
+  }
+}
+
+}  // namespace
+
+struct Surface::Data {
+  Data(Crg crg, SurfaceOptions& options)
+      : friction_constant(options.friction),
+        friction(take_friction(crg.grid, options)),
+        file(with_modifiers(std::move(crg), options.modifiers)),
+        line(integrate_reference_line(file)),
+        heights(file.grid, line, options_of(file), options.interpolation),
+        locator(line, heights.v_right_m(), heights.v_left_m()),
+        directions(directions_of(line)),
+        curvature_of_reference_line(options.curvature_of_reference_line) {}
+
+  static std::vector<float> take_friction(const Grid& road, SurfaceOptions& options) {
+    if (!options.friction_map) return {};
+    want_same_shape(road, options.friction_map->grid);
+    return std::move(options.friction_map->grid.z_m);
+  }
+
+  // On the grid, with no smoothing zone near: the place found is all that height needs.
+  bool on_grid(const Place& place) const noexcept {
+    return place.beyond_m == 0.0 && place.v_m >= heights.v_right_m() && place.v_m <= heights.v_left_m();
+  }
+  Sample sample(const Place& place) const noexcept;
+  double z_of(const Place& place) const noexcept;
+  double friction_of(const Place& place) const noexcept;
+  std::ptrdiff_t column_near(double v_m) const noexcept {
+    const double columns = (v_m - heights.v_right_m()) * heights.per_v_step();
+    return columns > 0.0 && columns < static_cast<double>(heights.columns()) ? static_cast<std::ptrdiff_t>(columns) : 0;
+  }
+  void prefetch(const Cursor& cursor, const float* node) const noexcept;
+  Place place_of(double u_m, double v_m) const noexcept;
+  double u_of(const Place& place) const noexcept {
+    return line.u_begin_m + (static_cast<double>(place.segment) + place.fraction) * line.u_step_m + place.beyond_m;
+  }
+
+  double friction_constant;
+  std::vector<float> friction;  ///< empty: constant
+  Crg file;
+  ReferenceLine line;
+  HeightField heights;
+  Locator locator;
+  std::vector<Direction> directions;  ///< one per segment
+  bool curvature_of_reference_line;
+};
+
+// The rows that the next queries will need, if the cursor goes on as it went. The addresses may lie
+// outside the arrays, which prefetching does not mind; hence the integers.
+inline void Surface::Data::prefetch(const Cursor& cursor, const float* node) const noexcept {
+  constexpr std::ptrdiff_t kRowsAhead = 12;
+  const std::ptrdiff_t rows = cursor.advance < 0.0 ? -kRowsAhead : kRowsAhead;
+  const auto behind = [](const void* base, std::ptrdiff_t bytes) {
+    return reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(base) + static_cast<std::uintptr_t>(bytes));
+  };
+  __builtin_prefetch(behind(node, rows * static_cast<std::ptrdiff_t>(heights.columns() * sizeof(float))));
+  __builtin_prefetch(behind(locator.records() + cursor.segment, rows * static_cast<std::ptrdiff_t>(sizeof(SegmentRecord))));
+}
+
+inline double Surface::Data::z_of(const Place& place) const noexcept {
+  if (heights.plain() && on_grid(place)) [[likely]] {
+    const SegmentRecord* record = locator.records() + place.segment;
+    return heights.z_on_grid(place.segment, place.fraction, place.v_m, record[0].z_m, record[1].z_m);
+  }
+  return heights.at(u_of(place), place.v_m).z_m;
+}
+
+double Surface::Data::friction_of(const Place& place) const noexcept {
+  if (friction.empty()) return friction_constant;
+  const GridPlace p = heights.place(place.segment, place.fraction, std::clamp(place.v_m, heights.v_right_m(), heights.v_left_m()));
+  const float* low = friction.data() + p.row * heights.columns() + p.column;
+  const float* high = low + heights.columns();
+  const double a = low[0] + p.fv * (static_cast<double>(low[1]) - low[0]);
+  const double b = high[0] + p.fv * (static_cast<double>(high[1]) - high[0]);
+  const double value = a + p.fu * (b - a);
+  return std::isnan(value) ? friction_constant : value;
 }
 
 Place Surface::Data::place_of(double u_m, double v_m) const noexcept {
@@ -94,24 +166,31 @@ Place Surface::Data::place_of(double u_m, double v_m) const noexcept {
 }
 
 Sample Surface::Data::sample(const Place& place) const noexcept {
-  const SegmentFrame& frame = locator.records()[place.segment].frame;
+  const SegmentRecord* record = locator.records() + place.segment;
+  const SegmentFrame& frame = record->frame;
   const bool on_line = place.beyond_m == 0.0;
   Sample sample;
   sample.u_m = u_of(place);
   sample.v_m = place.v_m;
-  const Point2 point = frame.point(frame.along(place.fraction, place.v_m) + place.beyond_m, place.v_m);
-  sample.x_m = point.x_m;
-  sample.y_m = point.y_m;
-  set_direction(place, sample);
-  sample.inside = on_line && place.v_m >= heights.v_right_m() && place.v_m <= heights.v_left_m();
-  const Height height = heights.at(sample.u_m, sample.v_m);
-  if (std::isnan(height.z_m)) return sample;
+  sample.inside = on_grid(place);
+  const Direction& direction = directions[place.segment];
+  sample.heading_rad = place.beyond_m < 0.0 ? line.heading_rad.front() : direction.heading_rad;
+  const double curvature = place.beyond_m < 0.0 ? 0.0 : direction.curvature_1pm;
+  sample.curvature_1pm = curvature_of_reference_line ? curvature : curvature / (1.0 - curvature * place.v_m);
+  const Height height = heights.plain() && sample.inside
+                            ? heights.on_grid(place.segment, place.fraction, place.v_m, record[0].z_m, record[1].z_m)
+                            : heights.at(sample.u_m, sample.v_m);
+  if (height.z_m != height.z_m) return sample;
   sample.valid = true;
   sample.z_m = height.z_m;
+  sample.friction = friction.empty() ? friction_constant : friction_of(place);
   // Along the segment, u advances by a step over the width of the cell at v; along the mitre line
   // both v and the place along the segment change.
   const double lean = frame.begin_lean + place.fraction * (frame.end_lean - frame.begin_lean);
-  const double along = height.dzdu * (on_line ? line.u_step_m / frame.width(place.v_m) : 1.0);
+  const double width = frame.width(place.v_m);
+  // Where lateral cuts meet there is no gradient along the line.
+  const bool folded = std::abs(width) < 1e-9 * line.u_step_m;
+  const double along = height.dzdu * (!on_line ? 1.0 : folded ? 0.0 : line.u_step_m / width);
   const double across = height.dzdv - lean * along;
   sample.dzdx = along * frame.cos - across * frame.sin;
   sample.dzdy = along * frame.sin + across * frame.cos;
@@ -122,7 +201,10 @@ Sample Surface::Data::sample(const Place& place) const noexcept {
   return sample;
 }
 
-Surface::Surface(Crg crg, const SurfaceOptions& options) : data_(std::make_unique<const Data>(std::move(crg), options)) {}
+Surface::Surface(Crg crg, SurfaceOptions options) {
+  const std::string source = crg.source;
+  data_ = naming(source, [&] { return std::make_unique<const Data>(std::move(crg), options); });
+}
 Surface::~Surface() = default;
 Surface::Surface(Surface&&) noexcept = default;
 Surface& Surface::operator=(Surface&&) noexcept = default;
@@ -137,26 +219,66 @@ Point2 Surface::xy_of_uv(double u_m, double v_m) const noexcept {
 }
 
 UV Surface::uv_of_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
-  if (!std::isfinite(x_m) || !std::isfinite(y_m)) return {};
-  const Place place = data_->locator.locate(x_m, y_m, cursor.segment);
-  cursor.segment = place.segment;
+  const Place place = data_->locator.locate(x_m, y_m, cursor);
+  data_->prefetch(cursor, data_->heights.node(place.segment, 0));
   return {data_->u_of(place), place.v_m};
 }
 
+double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
+  const Data& data = *data_;
+  Place place;
+  if (!data.locator.locate_ahead(x_m, y_m, cursor, place) || !data.heights.simple()) [[unlikely]] {
+    return data.z_of(data.locator.locate_from(x_m, y_m, cursor));
+  }
+  const SegmentRecord* record = data.locator.records() + place.segment;
+  const float* node;
+  const double z = data.heights.z_simple(place.segment, place.fraction, place.v_m, record[0].z_m, record[1].z_m, node);
+  data.prefetch(cursor, node);
+  return z;
+}
+
 Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
-  if (!std::isfinite(x_m) || !std::isfinite(y_m)) return {};
-  const Place place = data_->locator.locate(x_m, y_m, cursor.segment);
-  cursor.segment = place.segment;
+  const Place place = data_->locator.locate(x_m, y_m, cursor);
+  data_->prefetch(cursor, data_->heights.node(place.segment, 0) + data_->column_near(place.v_m));
   Sample sample = data_->sample(place);
   sample.x_m = x_m;
   sample.y_m = y_m;
   return sample;
 }
 
+void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out, Cursor& cursor) const noexcept {
+  const std::size_t count = std::min(points.size(), out.size());
+  for (std::size_t k = 0; k < count; ++k) out[k] = at_xy(points[k].x_m, points[k].y_m, cursor);
+}
+
+void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m, Cursor& cursor) const noexcept {
+  const std::size_t count = std::min(points.size(), z_m.size());
+  for (std::size_t k = 0; k < count; ++k) z_m[k] = z_at_xy(points[k].x_m, points[k].y_m, cursor);
+}
+
+double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept {
+  if (!std::isfinite(strip.x_m) || !std::isfinite(strip.y_m) || !std::isfinite(strip.heading_rad) || !std::isfinite(strip.step_m)) {
+    std::fill(dz_m.begin(), dz_m.end(), std::numeric_limits<float>::quiet_NaN());
+    return Sample::kNaN;
+  }
+  const Place middle = data_->locator.locate(strip.x_m, strip.y_m, cursor);
+  data_->prefetch(cursor, data_->heights.node(middle.segment, 0) + data_->column_near(middle.v_m));
+  const SegmentRecord* record = data_->locator.records() + middle.segment;
+  const double base = record[0].z_m + middle.fraction * (record[1].z_m - record[0].z_m);
+  StripFiller filler(data_->locator, data_->heights, strip, base, dz_m);
+  filler.fill(cursor, [&](double x, double y, Cursor& near) { return data_->z_of(data_->locator.locate(x, y, near)); });
+  return base;
+}
+
 Sample Surface::at_uv(double u_m, double v_m) const noexcept {
   if (!std::isfinite(u_m) || !std::isfinite(v_m)) return {};
-  Sample sample = data_->sample(data_->place_of(u_m, v_m));
+  const Place place = data_->place_of(u_m, v_m);
+  Sample sample = data_->sample(place);
+  const SegmentFrame& frame = data_->locator.records()[place.segment].frame;
+  const Point2 point = frame.point(frame.along(place.fraction, v_m) + place.beyond_m, v_m);
   sample.u_m = u_m;
+  sample.x_m = point.x_m;
+  sample.y_m = point.y_m;
   return sample;
 }
 

@@ -5,9 +5,11 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "crg/file.h"
 #include "crg/options.h"
+#include "crg/strip.h"
 
 namespace crg {
 
@@ -24,11 +26,14 @@ struct Sample {
   double heading_rad = kNaN;        ///< of the reference line segment, CCW from +x
   double curvature_1pm = kNaN;      ///< of the line through the point, left turn positive
   double normal_x = kNaN, normal_y = kNaN, normal_z = kNaN;  ///< upward unit normal
+  double friction = kNaN;  ///< from the friction map, else the constant of the options
 };
 
 /// Where the last query was found; only speeds up the next one, never changes its answer.
 struct Cursor {
   std::size_t segment = 0;
+  double fraction = 0.0;  ///< within the segment
+  double advance = 0.0;   ///< segments that the last query moved; predicts the next
 };
 
 struct UV {
@@ -43,16 +48,27 @@ enum class ModifierUse {
   ReferenceDefaults,  ///< as in the file, and where it has no section what the reference API does
 };
 
+/// How heights between the nodes of the grid are found.
+enum class Interpolation {
+  Bilinear,  ///< the standard: continuous, with kinks at the rows and columns
+  Smooth     ///< continuous first derivatives along u and v; the same at the nodes
+};
+
 struct SurfaceOptions {
   ModifierUse modifiers = ModifierUse::AsInFile;
+  Interpolation interpolation = Interpolation::Bilinear;
   /// Curvature of the reference line itself in place of the line at v through the point.
   bool curvature_of_reference_line = false;
+  double friction = 1.0;  ///< grip where there is no friction map, or a hole in it
+  /// A second file of the same shape whose "heights" are friction coefficients. Its own header is
+  /// not used: the road says where the values lie.
+  std::optional<Crg> friction_map = {};
 };
 
 class Surface {
  public:
   /// Applies modifiers and options of the file. Throws Error when the file cannot be evaluated.
-  explicit Surface(Crg crg, const SurfaceOptions& options = {});
+  explicit Surface(Crg crg, SurfaceOptions options = {});
   ~Surface();
   Surface(Surface&&) noexcept;
   Surface& operator=(Surface&&) noexcept;
@@ -64,8 +80,21 @@ class Surface {
   /// The (u, v) of a map point: where it lies on the grid of several legs, or on none, the leg
   /// nearest to it. NaN only for points that are not finite.
   UV uv_of_xy(double x_m, double y_m, Cursor& cursor) const noexcept;
+  /// z alone; the fastest query.
+  double z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample at_xy(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample at_uv(double u_m, double v_m) const noexcept;
+
+  /// Many points with one cursor, in the order of a path: out[k] belongs to points[k]. Looks at as
+  /// many as the shorter of the two holds.
+  void at_xy(std::span<const Point2> points, std::span<Sample> out, Cursor& cursor) const noexcept;
+  void z_at_xy(std::span<const Point2> points, std::span<double> z_m, Cursor& cursor) const noexcept;
+
+  /// The heights of a strip, relative to the height that is returned: that of the reference line
+  /// beside the middle of the strip. dz_m[i * across + j] is sample j across of row i along; NaN
+  /// where there is no road. Fills as much as dz_m holds. Within 1e-5 m of at_xy() on roads whose
+  /// rows are 0.1 m apart or nearer (docs/accuracy.md).
+  double strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept;
 
   const Crg& file() const noexcept;                      ///< after modifiers
   const ReferenceLine& reference_line() const noexcept;  ///< after modifiers
