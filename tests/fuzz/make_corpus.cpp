@@ -1,0 +1,81 @@
+// Writes the seed corpus of the fuzz target: small files that together use every section, format,
+// channel and option. Usage: make_corpus DIRECTORY
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "crg/file.h"
+#include "crg/roads.h"
+
+using namespace crg;
+
+namespace {
+
+std::string folder;
+
+void save(const std::string& name, const std::string& bytes) { std::ofstream(folder + "/" + name + ".crg", std::ios::binary) << bytes; }
+
+Crg small(bool closed) {
+  ReferenceLine line = closed ? test::circuit(21, 12.0, 0.1, 2) : test::line_along(9, 1.0, [](double u) { return 0.05 * std::sin(u); }, 5.0, -3.0, 0.4);
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    line.z_m.push_back(10.0 + 0.1 * std::sin(0.6 * static_cast<double>(i)));
+    line.banking.push_back(0.02 * std::cos(0.3 * static_cast<double>(i)));
+  }
+  Crg crg = make_crg(line, test::grid_of(line, -1.0, 1.5, 5, [](double u, double v) { return 0.01 * std::sin(3.0 * u + v); }), {"seed"});
+  crg.grid.at(2, 0) = std::numeric_limits<float>::quiet_NaN();
+  return crg;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return std::fprintf(stderr, "usage: make_corpus DIRECTORY\n"), 2;
+  folder = argv[1];
+  const char* names[] = {"krbi", "kdbi", "lrfi", "ldfi"};
+  for (int format = 0; format < 4; ++format) {
+    save(std::string("open_") + names[format], to_bytes(small(false), static_cast<Format>(format)));
+    save(std::string("closed_") + names[format], to_bytes(small(true), static_cast<Format>(format)));
+  }
+  Crg options = small(false);
+  int mode = 0;
+  for (const char* key : {"BORDER_MODE_U", "BORDER_MODE_V", "BORDER_OFFSET_U", "BORDER_OFFSET_V", "BORDER_SMOOTH_UBEG",
+                          "BORDER_SMOOTH_UEND", "REFLINE_SEARCH_FAR", "WARN_CURV_LOCAL", "CHECK_EPS"}) {
+    set_value(options.options, key, key == std::string("CHECK_EPS") ? 1e-5 : mode++ % 5);
+  }
+  save("options", to_bytes(options, Format::LRFI));
+  set_value(options.options, "BORDER_MODE_U", 4.0);
+  set_value(options.options, "BORDER_MODE_V", 3.0);
+  save("reflect", to_bytes(options, Format::LRFI));
+  Crg modifiers = small(false);
+  for (const char* key : {"SCALE_Z_GRID", "SCALE_SLOPE", "SCALE_BANKING", "SCALE_LENGTH", "SCALE_WIDTH", "SCALE_CURVATURE", "GRID_NAN_MODE",
+                          "GRID_NAN_OFFSET", "REFPOINT_U_FRACTION", "REFPOINT_V", "REFPOINT_X", "REFPOINT_PHI"}) {
+    set_value(modifiers.modifiers, key, 1.0);
+  }
+  save("modifiers_refpoint", to_bytes(modifiers, Format::LRFI));
+  modifiers.modifiers = {{.key = "REFLINE_ROTCENTER_X", .value = 3.0}, {.key = "REFLINE_OFFSET_PHI", .value = 1.0}, {.key = "REFLINE_OFFSET_Z", .value = -2.0}, {.key = "GRID_NAN_MODE", .value = 2.0}};
+  save("modifiers_offset", to_bytes(modifiers, Format::KRBI));
+  Crg everything = small(false);
+  everything.projection = {{.key = "GELL_NM", .text = "WGS84"}, {.key = "GELL_A", .value = 6378137.0}, {.key = "PROJ_NM", .text = "UTM_32N"}, {.key = "PROJ_F0", .value = 0.9996}};
+  for (const char* key : {"REFERENCE_LINE_START_LON", "REFERENCE_LINE_START_LAT", "REFERENCE_LINE_END_LON", "REFERENCE_LINE_END_LAT", "REFERENCE_LINE_OFFSET_X"}) set_value(everything.road, key, 9.0);
+  everything.u_m.assign(9, 1.0);
+  everything.other_channels = {{.definition = "reference line wetness,mm", .values = std::vector<double>(9, 0.5)}};
+  everything.other_sections = {{.name = "$VENDOR", .lines = {"a = b"}}};
+  everything.virtual_channels = {"reference line u,m,0,1"};
+  everything.grid.v_m = {-1.0, -0.9, 0.1, 0.2, 1.5};
+  save("everything", to_bytes(everything, Format::KDBI));
+  Crg nodes = small(false);
+  const ReferenceLine line = integrate_reference_line(nodes);
+  nodes.x_m = line.x_m;
+  nodes.y_m = line.y_m;
+  save("xy_channels", to_bytes(nodes, Format::LDFI));
+  save("minimal",
+       "$ROAD_CRG\r\nREFERENCE_LINE_INCREMENT = 1.0\r\nLONG_SECTION_V_INCREMENT = +.5D0\r\n$\r\n$KD_Definition\r\n#:LRFI ! text\r\n"
+       "D:long section 2,m\r\nD:long section 1,m\r\n$\r\n$$$$\r\n 0.0000000 *missing*\r\n 1.0       -0.5E-1\r\n");
+  save("include", "$ROAD_CRG_FILE\n  ../crg-txt/\n  other.crg\n$\n$ROAD_CRG_MODS\n$\n");
+  save("spiral", [] {
+    const ReferenceLine tight = test::line_along(30, 0.5, [](double u) { return 0.2 + 0.2 * u; });
+    return to_bytes(make_crg(tight, test::grid_of(tight, -3.0, 3.0, 3, [](double, double) { return 1.0; })), Format::KRBI);
+  }());
+}
