@@ -21,13 +21,13 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 // Legs whose heights differ by more than this do not limit each other: one is a bridge.
-constexpr double kLayerHeight_m = 4.0;
+constexpr double kLayerHeightM = 4.0;
 // Free strip on each side of the middle between two legs, and around the centre of a hairpin.
-constexpr double kMiddleMargin_m = 0.5;
-constexpr double kMiddleStep_m = 0.5;
+constexpr double kMiddleMarginM = 0.5;
+constexpr double kMiddleStepM = 0.5;
 // The tool leaves this gap between the last row of a closed CRG and the first: every reader closes
 // it.
-constexpr double kSeamGap_m = 0.001;
+constexpr double kSeamGapM = 0.001;
 
 // ---- plan view ---------------------------------------------------------------------------------
 
@@ -365,8 +365,8 @@ CrossSection section(const Circuit::Data& data, double u_m) {
   cross.road_right_m = -data.width_right.at(u);
   cross.outer_left_m = cross.road_left_m + data.runoff_left.at(u);
   cross.outer_right_m = cross.road_right_m - data.runoff_right.at(u);
-  const double left = middle(data, data.middle_left_m, u) - kMiddleMargin_m;
-  const double right = -(middle(data, data.middle_right_m, u) - kMiddleMargin_m);
+  const double left = middle(data, data.middle_left_m, u) - kMiddleMarginM;
+  const double right = -(middle(data, data.middle_right_m, u) - kMiddleMarginM);
   cross.cut_left = left < cross.outer_left_m;
   cross.cut_right = right > cross.outer_right_m;
   if (cross.cut_left) cross.outer_left_m = left;
@@ -436,10 +436,9 @@ double outside(double edge_distance_m, double slope, const KerbDesign* kerb, dou
 
 /// All but the roughness. v on the border counts as inside.
 double smooth_height(const Row& row, double v) {
-  constexpr double kBorder_m = 1e-9;
+  constexpr double kBorderM = 1e-9;
   const CrossSection& cross = row.cross;
-  if (!(v >= cross.outer_right_m - kBorder_m) || !(v <= cross.outer_left_m + kBorder_m))
-    return kNaN;
+  if (!(v >= cross.outer_right_m - kBorderM) || !(v <= cross.outer_left_m + kBorderM)) return kNaN;
   double z = cross.z_m + cross.banking * v;
   if (v > cross.road_left_m) {
     z += outside(v - cross.road_left_m, row.slope_left, row.kerb_left, row.kerb_left_height_m);
@@ -466,7 +465,7 @@ double middle_radius(const crg::Point2& at, double normal_x, double normal_y,
 }
 
 void find_middles(Circuit::Data& data) {
-  const auto count = static_cast<std::size_t>(std::ceil(data.length_m / kMiddleStep_m)) +
+  const auto count = static_cast<std::size_t>(std::ceil(data.length_m / kMiddleStepM)) +
                      (data.design.closed ? 0 : 1);
   const std::size_t intervals = data.design.closed ? count : count - 1;
   data.middle_step_m = data.length_m / static_cast<double>(intervals);
@@ -481,7 +480,7 @@ void find_middles(Circuit::Data& data) {
     z[i] = data.elevation.at(u);
     data.curve[i] = {points[i].x_m, points[i].y_m};
   }
-  const double far = 2.0 * (data.reach_m + kMiddleMargin_m);
+  const double far = 2.0 * (data.reach_m + kMiddleMarginM);
   data.middle_left_m.assign(count, far);
   data.middle_right_m.assign(count, far);
   for (std::size_t i = 0; i < count; ++i) {
@@ -501,7 +500,7 @@ void find_middles(Circuit::Data& data) {
                                    static_cast<std::size_t>((distance - far) / data.middle_step_m));
         continue;
       }
-      if (j != i && std::abs(z[j] - z[i]) < kLayerHeight_m) {
+      if (j != i && std::abs(z[j] - z[i]) < kLayerHeightM) {
         left = std::min(left, middle_radius(data.curve[i], nx, ny, data.curve[j]));
         right = std::min(right, middle_radius(data.curve[i], -nx, -ny, data.curve[j]));
       }
@@ -510,12 +509,12 @@ void find_middles(Circuit::Data& data) {
     const double u = static_cast<double>(i) * data.middle_step_m;
     for (const auto& [limit, edge, side] : {std::tuple{left, data.width_left.at(u), "left"},
                                             std::tuple{right, data.width_right.at(u), "right"}}) {
-      if (edge + kMiddleMargin_m >= limit) {
+      if (edge + kMiddleMarginM >= limit) {
         throw Error(
             fmt::format("{}: at u = {:.1f} m the road is {:.2f} m wide on the {} but meets "
                         "another part of itself after {:.2f} m; widen the bend or move the legs "
                         "apart (a bridge needs {} m of height)",
-                        data.design.name, u, edge, side, limit, kLayerHeight_m));
+                        data.design.name, u, edge, side, limit, kLayerHeightM));
       }
     }
   }
@@ -631,7 +630,9 @@ Circuit::Circuit(CircuitDesign design) {
 
   for (std::size_t i = 0; i < data->design.kerbs.size(); ++i) {
     const KerbDesign& kerb = data->design.kerbs[i];
-    for (double at = kerb.u_begin_m; at <= kerb.u_end_m; at += kMiddleStep_m) {
+    const auto checks = static_cast<int>((kerb.u_end_m - kerb.u_begin_m) / kMiddleStepM);
+    for (int k = 0; k <= checks; ++k) {
+      const double at = kerb.u_begin_m + k * kMiddleStepM;
       const CrossSection cross = section(*data, at);
       const double room = kerb.side == Side::left ? cross.outer_left_m - cross.road_left_m
                                                   : cross.road_right_m - cross.outer_right_m;
@@ -733,7 +734,7 @@ crg::Crg truth_crg(const Circuit& circuit, double step_m) {
     throw Error(
         fmt::format("truth step is {} m; give 0.01 to {:.1f} m", step_m, data.length_m / 2));
   }
-  const double length = data.length_m - (data.design.closed ? kSeamGap_m : 0.0);
+  const double length = data.length_m - (data.design.closed ? kSeamGapM : 0.0);
   const auto rows = static_cast<std::size_t>(std::ceil(length / step_m - 1e-9)) + 1;
   crg::ReferenceLine line;
   line.u_step_m = length / static_cast<double>(rows - 1);
@@ -755,8 +756,9 @@ crg::Crg truth_crg(const Circuit& circuit, double step_m) {
   }
   crg::Grid grid;
   grid.u_step_m = line.u_step_m;
-  for (double k = std::ceil(right / step_m); k * step_m <= left; k += 1.0)
-    grid.v_m.push_back(k * step_m);
+  const auto first = static_cast<int>(std::ceil(right / step_m));
+  const auto last = static_cast<int>(std::floor(left / step_m));
+  for (int k = first; k <= last; ++k) grid.v_m.push_back(k * step_m);
   const std::size_t columns = grid.v_m.size();
   grid.z_m.resize(rows * columns);
   constexpr std::size_t kBlock = 256;  // bounds the memory for roughness in double

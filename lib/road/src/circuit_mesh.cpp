@@ -15,7 +15,7 @@ namespace road {
 namespace {
 
 // Rings and columns on bumps are close enough that the facets stay this near to the bump.
-constexpr double kBumpError_m = 0.0003;
+constexpr double kBumpErrorM = 0.0003;
 constexpr double kRunoffStepFactor = 2.0;
 
 struct Names {
@@ -117,7 +117,7 @@ double bump_step(const BumpDesign& bump, double extent_m) {
   // / 8.
   const double flank = bump.shape == BumpDesign::Shape::plateau ? 0.5 : 1.0;
   const double wave = 2.0 * std::numbers::pi / (flank * extent_m);
-  return std::sqrt(8.0 * kBumpError_m / (0.5 * std::abs(bump.height_m) * wave * wave));
+  return std::sqrt(8.0 * kBumpErrorM / (0.5 * std::abs(bump.height_m) * wave * wave));
 }
 
 /// Signed distance along u, the short way round when closed.
@@ -143,7 +143,7 @@ std::vector<double> place_rings(const Circuit& circuit, const SynthOptions& opti
     }
     if (u > 0.0 && u < length) fixed.push_back(u);
   };
-  for (double u = chunk_m; u < length; u += chunk_m) fix(u);
+  for (int k = 1; k * chunk_m < length; ++k) fix(k * chunk_m);
   for (const KerbDesign& kerb : design.kerbs) {
     for (const double u : {kerb.u_begin_m, kerb.u_begin_m + kerb.taper_m,
                            kerb.u_end_m - kerb.taper_m, kerb.u_end_m}) {
@@ -164,9 +164,9 @@ std::vector<double> place_rings(const Circuit& circuit, const SynthOptions& opti
 
   std::vector<double> rings;
   for (std::size_t i = 0; i + 1 < fixed.size(); ++i) {
-    constexpr double kPiece_m = 5.0;  // the step follows the bends
+    constexpr double kPieceM = 5.0;  // the step follows the bends
     const double span = fixed[i + 1] - fixed[i];
-    const auto pieces = static_cast<int>(std::ceil(span / std::max(kPiece_m, options.ring_step_m)));
+    const auto pieces = static_cast<int>(std::ceil(span / std::max(kPieceM, options.ring_step_m)));
     for (int piece = 0; piece < pieces; ++piece) {
       const double begin = fixed[i] + span * piece / pieces;
       const double end = fixed[i] + span * (piece + 1) / pieces;
@@ -358,7 +358,7 @@ void add_band(const Circuit& circuit, const Ring& a, const Ring& b, double chunk
 /// Inside a hairpin the run-off ends at the middle on both legs; the strip left between them is
 /// filled so that the surface goes on, as grass does. Not part of true_height.
 void fill_hairpins(const std::vector<Ring>& rings, double chunk_m, MeshBuilder& builder) {
-  constexpr double kWidestMouth_m = 3.0;
+  constexpr double kWidestMouthM = 3.0;
   const std::size_t count = rings.size();
   for (const Side side : {Side::left, Side::right}) {
     const auto is_cut = [&](std::size_t i) {
@@ -381,7 +381,7 @@ void fill_hairpins(const std::vector<Ring>& rings, double chunk_m, MeshBuilder& 
       const auto distance = [&](std::size_t i, std::size_t j) {
         return (builder.position(border[i]) - builder.position(border[j])).head<2>().norm();
       };
-      if (border.size() < 3 || distance(0, border.size() - 1) > kWidestMouth_m) continue;
+      if (border.size() < 3 || distance(0, border.size() - 1) > kWidestMouthM) continue;
       const std::uint32_t object =
           builder.object(Part::runoff, side, static_cast<int>(u / chunk_m));
       const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {

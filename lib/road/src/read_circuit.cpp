@@ -60,7 +60,7 @@ class Map {
                    const char* otherwise) {
     const YAML::Node node = child(key);
     if (!node) return otherwise;
-    const std::string seen = node.IsScalar() ? node.Scalar() : "(not a word)";
+    std::string seen = node.IsScalar() ? node.Scalar() : "(not a word)";
     if (std::find(allowed.begin(), allowed.end(), seen) == allowed.end()) {
       fail(file_, node.Mark(),
            fmt::format("{} is '{}'; give one of: {}", key, seen, joined(allowed)));

@@ -11,14 +11,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTerrainDepth_m = 0.8;
+constexpr double kTerrainDepthM = 0.8;
 constexpr double kTerrainRise = 0.25;  // steepest rise of the land away from the track
-constexpr double kTerrainSample_m = 8.0;
-constexpr double kWallGap_m = 0.05;  // between the end of the surface and the barrier
-constexpr double kWallThickness_m = 0.25;
-constexpr double kWallPiece_m = 2.0;
-constexpr double kSkirtWidth_m = 1.0;
-constexpr double kSkirtDrop_m = 1.3;  // steeper than 45 degrees: nobody's run-off
+constexpr double kTerrainSampleM = 8.0;
+constexpr double kWallGapM = 0.05;  // between the end of the surface and the barrier
+constexpr double kWallThicknessM = 0.25;
+constexpr double kWallPieceM = 2.0;
+constexpr double kSkirtWidthM = 1.0;
+constexpr double kSkirtDropM = 1.3;  // steeper than 45 degrees: nobody's run-off
 
 double outer(const CrossSection& cross, Side side) {
   return side == Side::left ? cross.outer_left_m : cross.outer_right_m;
@@ -59,11 +59,11 @@ void add_barrier(const Circuit& circuit, const std::vector<Ring>& rings,
     }
     const bool end = i + 1 == rings.size() || rings[i + 1].u_m > barrier.u_end_m ||
                      cut(rings[i + 1].cross, barrier.side);
-    if (last && !end && ring.u_m - last_u < kWallPiece_m) continue;
+    if (last && !end && ring.u_m - last_u < kWallPieceM) continue;
     const double v = outer(ring.cross, barrier.side);
     const double ground = true_height(circuit, ring.u_m, v);
-    const double front = v + sign * kWallGap_m;
-    const double back = front + sign * kWallThickness_m;
+    const double front = v + sign * kWallGapM;
+    const double back = front + sign * kWallThicknessM;
     const double top = ground + barrier.height_m;
     const std::array<std::uint32_t, 4> corners = {
         builder.vertex(at(circuit, ring.u_m, front, ground - 0.3)),
@@ -102,9 +102,9 @@ void add_skirts(const Circuit& circuit, const std::vector<Ring>& rings, const Te
       const Ring& ring = rings[i];
       const std::uint32_t top = side == Side::left ? ring.vertex.back() : ring.vertex.front();
       const crg::Point2 p =
-          position_at(circuit, ring.u_m, outer(ring.cross, side) + outwards(side) * kSkirtWidth_m);
+          position_at(circuit, ring.u_m, outer(ring.cross, side) + outwards(side) * kSkirtWidthM);
       const double z =
-          std::min(builder.position(top).z() - kSkirtDrop_m, terrain.height_m(p.x_m, p.y_m) - 0.3);
+          std::min(builder.position(top).z() - kSkirtDropM, terrain.height_m(p.x_m, p.y_m) - 0.3);
       foot[i] = builder.vertex({p.x_m, p.y_m, z});
     }
     for (std::size_t i = 0; i < bands; ++i) {
@@ -194,16 +194,19 @@ void add_bridge(const std::vector<Ring>& rings, const BridgeDesign& bridge, doub
 void add_trees(const Circuit& circuit, const TreeRow& row, int number, SplitMix64& random,
                MeshBuilder& builder) {
   const std::uint32_t object = builder.object(Part::trees, row.side, number);
-  for (double u = row.u_begin_m; u < row.u_end_m; u += row.spacing_m * random.uniform(0.7, 1.3)) {
+  double u = row.u_begin_m;
+  while (u < row.u_end_m) {
+    const double at_u = u;
+    u += row.spacing_m * random.uniform(0.7, 1.3);
     const double size = random.uniform(0.85, 1.15);
     const double yaw = random.uniform(0.0, 2.0 * std::numbers::pi);
-    const CrossSection cross = section_at(circuit, u);
+    const CrossSection cross = section_at(circuit, at_u);
     if (cut(cross, row.side)) continue;
     const double v = edge(cross, row.side) + outwards(row.side) * row.from_road_edge_m;
     const double inside = std::clamp(v, cross.outer_right_m, cross.outer_left_m);
-    const double drop = std::abs(v - inside) > 0.0 ? kTerrainDepth_m : 0.0;
-    const double ground = true_height(circuit, u, inside) - drop - 0.1;
-    const Vector3d foot = at(circuit, u, v, ground);
+    const double drop = std::abs(v - inside) > 0.0 ? kTerrainDepthM : 0.0;
+    const double ground = true_height(circuit, at_u, inside) - drop - 0.1;
+    const Vector3d foot = at(circuit, at_u, v, ground);
     const double height = size * row.height_m;
     const double radius = 0.5 * size * row.crown_width_m;
     const Vector3d up(0.0, 0.0, height);
@@ -252,8 +255,8 @@ void add_gantry(const Circuit& circuit, const Gantry& gantry, int number, MeshBu
     const CrossSection cross = section_at(circuit, u);
     right = std::min(right, cross.outer_right_m);
     left = std::max(left, cross.outer_left_m);
-    for (double share = 0.0; share <= 1.0; share += 0.125) {
-      const double v = cross.outer_right_m + share * (cross.outer_left_m - cross.outer_right_m);
+    for (int k = 0; k <= 8; ++k) {
+      const double v = cross.outer_right_m + k / 8.0 * (cross.outer_left_m - cross.outer_right_m);
       highest = std::max(highest, true_height(circuit, u, v));
     }
   }
@@ -271,7 +274,7 @@ void add_gantry(const Circuit& circuit, const Gantry& gantry, int number, MeshBu
 }  // namespace
 
 Terrain::Terrain(const Circuit& circuit) : hill_m_(circuit.design().terrain.hill_m) {
-  const auto count = static_cast<std::size_t>(std::ceil(circuit.length_m() / kTerrainSample_m)) + 1;
+  const auto count = static_cast<std::size_t>(std::ceil(circuit.length_m() / kTerrainSampleM)) + 1;
   for (std::size_t i = 0; i < count; ++i) {
     const double u = circuit.length_m() * static_cast<double>(i) / static_cast<double>(count);
     const ReferencePoint point = reference_at(circuit, u);
@@ -283,7 +286,7 @@ Terrain::Terrain(const Circuit& circuit) : hill_m_(circuit.design().terrain.hill
     reach_m_ = std::max({reach_m_, cross.outer_left_m, -cross.outer_right_m});
   }
   // A cell that touches the surface has all its nodes within this distance of a sample.
-  reach_m_ += std::numbers::sqrt2 * circuit.design().terrain.cell_m + kTerrainSample_m;
+  reach_m_ += std::numbers::sqrt2 * circuit.design().terrain.cell_m + kTerrainSampleM;
 }
 
 double Terrain::height_m(double x_m, double y_m) const {
@@ -294,7 +297,7 @@ double Terrain::height_m(double x_m, double y_m) const {
     if (distance > 0.0 && hill_m_ > 0.0) {
       rise = hill_m_ * (1.0 - std::exp(-kTerrainRise * distance / hill_m_));
     }
-    lowest = std::min(lowest, sample.z_m - kTerrainDepth_m + rise);
+    lowest = std::min(lowest, sample.z_m - kTerrainDepthM + rise);
   }
   return lowest;
 }

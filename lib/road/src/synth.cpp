@@ -89,8 +89,8 @@ class PlanIndex {
 
  private:
   static std::size_t cell(double distance_m) {
-    constexpr double kCell_m = 2.0;
-    return static_cast<std::size_t>(distance_m / kCell_m);
+    constexpr double kCellM = 2.0;
+    return static_cast<std::size_t>(distance_m / kCellM);
   }
 
   const Mesh& mesh_;
@@ -133,7 +133,7 @@ const char* ending(MeshFormat format) {
 
 SynthError measure_mesh_error(const Circuit& circuit, const Mesh& mesh) {
   constexpr std::size_t kPoints = 20000;
-  constexpr double kReach_m = 0.5;
+  constexpr double kReachM = 0.5;
   constexpr std::uint64_t kSeed = 1;
   SynthError result;
   if (mesh.triangles.empty()) return result;
@@ -148,7 +148,7 @@ SynthError measure_mesh_error(const Circuit& circuit, const Mesh& mesh) {
     const crg::Point2 point = position_at(circuit, u, v);
     if (const auto seen =
             index.nearest(point.x_m - mesh.origin_m.x(), point.y_m - mesh.origin_m.y(),
-                          z - mesh.origin_m.z(), kReach_m)) {
+                          z - mesh.origin_m.z(), kReachM)) {
       errors.add(std::abs(*seen + mesh.origin_m.z() - z));
     } else {
       ++result.points_without_mesh;

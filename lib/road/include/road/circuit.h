@@ -183,7 +183,7 @@ class Circuit {
   std::shared_ptr<const Data> data_;
 };
 
-/// Reads circuit.yaml (docs/formats.md). Throws Error with file:line on unknown keys, wrong types,
+/// Reads circuit.yaml (docs/circuit.md). Throws Error with file:line on unknown keys, wrong types,
 /// values out of range, and what the constructor refuses.
 Circuit read_circuit(const std::string& path);
 
