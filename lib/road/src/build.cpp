@@ -11,6 +11,7 @@
 #include "road/atomic_file.h"
 #include "road/error.h"
 #include "road/ray_surface.h"
+#include "road/road_mesh_file.h"
 #include "road/summary.h"
 
 namespace road {
@@ -107,7 +108,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   });
   const RoadMesh road = stage("clean", [&] {
     RoadMesh cleaned = clean(mesh, recipe.clean, &summary.clean);
-    write_mesh(cleaned.mesh, paths.stl_path);
+    write_road_mesh(cleaned, paths.stl_path);
     return cleaned;
   });
   const Centreline centreline = stage("centreline", [&] {

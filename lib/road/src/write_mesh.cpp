@@ -20,9 +20,10 @@ void append_raw(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-std::string to_stl(const Mesh& mesh) {
+std::string to_stl(const Mesh& mesh, const std::string& note) {
   std::string bytes(80, ' ');
-  bytes.replace(0, 9, "kerbstone");  // not "solid": readers take that for the text form
+  const std::string head = ("kerbstone " + note).substr(0, bytes.size());
+  bytes.replace(0, head.size(), head);  // not "solid": readers take that for the text form
   append_raw(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
   bytes.reserve(bytes.size() + 50 * mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -40,13 +41,13 @@ std::string to_stl(const Mesh& mesh) {
   return bytes;
 }
 
-std::string to_ply(const Mesh& mesh) {
+std::string to_ply(const Mesh& mesh, const std::string& note) {
   std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty "
+      "ply\nformat binary_little_endian 1.0\ncomment kerbstone {}\nelement vertex {}\nproperty "
       "double x\n"
       "property double y\nproperty double z\nelement face {}\nproperty list uchar uint "
       "vertex_indices\nend_header\n",
-      mesh.vertices_m.size(), mesh.triangles.size());
+      note, mesh.vertices_m.size(), mesh.triangles.size());
   bytes.reserve(bytes.size() + 24 * mesh.vertices_m.size() + 13 * mesh.triangles.size());
   for (const Eigen::Vector3d& vertex : mesh.vertices_m) {
     for (const double value : mesh.origin_m + vertex) append_raw(bytes, value);
@@ -67,8 +68,8 @@ std::string obj_name(const std::string& name, std::size_t number) {
   return clean.substr(begin, clean.find_last_not_of(' ') - begin + 1);
 }
 
-std::string to_obj(const Mesh& mesh) {
-  std::string text = "# metres, z up\n";
+std::string to_obj(const Mesh& mesh, const std::string& note) {
+  std::string text = "# kerbstone " + note + "\n";
   for (const Eigen::Vector3d& vertex : mesh.vertices_m) {
     const Eigen::Vector3d map = mesh.origin_m + vertex;
     fmt::format_to(std::back_inserter(text), "v {:.6f} {:.6f} {:.6f}\n", map.x(), map.y(), map.z());
@@ -93,14 +94,14 @@ std::string to_obj(const Mesh& mesh) {
 
 }  // namespace
 
-void write_mesh(const Mesh& mesh, const std::string& path) {
+void write_mesh(const Mesh& mesh, const std::string& path, const std::string& note) {
   const std::string extension = std::filesystem::path(path).extension().string();
   if (extension == ".stl") {
-    write_file(path, to_stl(mesh));
+    write_file(path, to_stl(mesh, note));
   } else if (extension == ".ply") {
-    write_file(path, to_ply(mesh));
+    write_file(path, to_ply(mesh, note));
   } else if (extension == ".obj") {
-    write_file(path, to_obj(mesh));
+    write_file(path, to_obj(mesh, note));
   } else {
     throw Error(fmt::format(
         "{}: '{}' is no format to write a mesh in; give a name that ends in .stl, .ply or .obj",
