@@ -1,0 +1,97 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "road/build.h"
+#include "road/error.h"
+
+namespace crgbuild {
+namespace {
+
+void apply(const RecipeFlags& flags, road::Recipe& recipe) {
+  // A flag for one way of alignment replaces the other way in the recipe.
+  const auto given = [&](const char* name) {
+    return std::any_of(flags.begin(), flags.end(), [&](const auto& f) { return f.first == name; });
+  };
+  const bool by_points = given("control_points");
+  const bool by_values = given("yaw_deg") || given("translation_m");
+  if (by_points && by_values)
+    throw UsageError("--control-points seen together with --yaw-deg or --translation-m; give one");
+  if (by_points) recipe.T_global_mesh.reset();
+  if (by_values) recipe.control_points_path.reset();
+  for (const auto& [name, text] : flags) {
+    const auto& keys = road::recipe_keys();
+    const auto key = std::find_if(keys.begin(), keys.end(),
+                                  [&, n = name](const auto& k) { return k.name == n; });
+    try {
+      key->set(recipe, text);
+    } catch (const road::Error& error) {
+      std::string flag = name;
+      std::replace(flag.begin(), flag.end(), '_', '-');
+      throw UsageError(fmt::format("--{}: {}", flag, error.what()));
+    }
+  }
+}
+
+}  // namespace
+
+road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags) {
+  const std::string ending = std::filesystem::path(input).extension().string();
+  road::Recipe recipe = ending == ".yaml" || ending == ".yml" ? road::read_recipe(input)
+                                                              : road::recipe_for_mesh(input);
+  apply(flags, recipe);
+  return recipe;
+}
+
+road::Recipe make_recipe(const RecipeFlags& flags) {
+  road::Recipe recipe;
+  apply(flags, recipe);
+  return recipe;
+}
+
+int run_build(const BuildCommand& command, Terminal& terminal) {
+  const road::Recipe recipe = make_recipe(command.input, command.flags);
+  const road::BuildResult result =
+      road::build_track(recipe, command.output_dir, terminal.progress());
+  terminal.progress_done();
+  if (terminal.json) {
+    terminal.print(result.summary_json);
+  } else {
+    const auto s = nlohmann::json::parse(result.summary_json);
+    const auto number = [](const nlohmann::json& j) {
+      return j.is_number() ? j.get<double>() : 0.0;
+    };
+    terminal.print(fmt::format(
+        "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide\n"
+        "  kept {} of {} triangles ({})\n"
+        "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
+        "  {} kerbs; smoothing moved the road by at most {:.2f} mm\n"
+        "  against the mesh at {} points: 99 % within {:.2f} mm, all within {:.2f} mm\n"
+        "  {:.2f} s, {:.0f} MB\n"
+        "road     {}\npicture  {}\nnumbers  {}\n",
+        recipe.name, s["reference_line"]["closed"].get<bool>() ? "closed" : "open",
+        number(s["reference_line"]["length_m"]), number(s["centreline"]["width_min_m"]),
+        number(s["centreline"]["width_max_m"]), s["clean"]["triangles_kept"].get<std::size_t>(),
+        s["clean"]["triangles_in"].get<std::size_t>(),
+        s["clean"]["by_names"].get<bool>() ? "by names" : "by shape",
+        s["grid"]["rows"].get<std::size_t>(), s["grid"]["columns"].get<std::size_t>(),
+        number(s["grid"]["u_step_m"]), recipe.sample.v_step_m,
+        s["grid"]["holes"].get<std::size_t>(), s["sample"]["filled"].get<std::size_t>(),
+        s["sample"]["folds"].size(), s["kerb"]["kerbs"].size(),
+        1e3 * number(s["smooth"]["largest_change_road_m"]),
+        s["validation"]["points"].get<std::size_t>(),
+        1e3 * number(s["validation"]["z_error_m"]["p99"]),
+        1e3 * number(s["validation"]["z_error_m"]["max"]), number(s["seconds"]["total"]),
+        number(s["peak_memory_mb"]), result.crg_path, result.picture_path, result.summary_path));
+    for (const char* stage : {"read", "clean", "validation"})
+      for (const auto& remark : s[stage]["remarks"])
+        terminal.print(fmt::format("remark   {}\n", one_line(remark.get<std::string>())));
+  }
+  if (result.validation_failures.empty()) return kOk;
+  throw_validation_failed(result.crg_path, result.validation_failures);
+}
+
+}  // namespace crgbuild

@@ -1,0 +1,277 @@
+// Options in, one command, exit code. The only file that knows CLI11.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <initializer_list>
+#include <new>
+
+#include "commands.h"
+#include "crg/error.h"
+#include "road/error.h"
+
+namespace crgbuild {
+namespace {
+
+std::string flag_of(std::string key) {
+  std::replace(key.begin(), key.end(), '_', '-');
+  return "--" + key;
+}
+
+/// One flag per recipe key of these stages: u_step_m becomes --u-step-m.
+void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
+                      std::initializer_list<const char*> stages) {
+  for (const road::RecipeKey& key : road::recipe_keys()) {
+    if (std::find(stages.begin(), stages.end(), key.stage) == stages.end()) continue;
+    const std::string shown = key.show(road::Recipe{});
+    std::string text = key.meaning;
+    if (!shown.empty()) text += " [" + shown + "]";
+    if (key.wanted == "true or false" && shown == "false") {
+      // "--reverse" alone is enough
+      command.add_flag_callback(
+          flag_of(key.name), [&flags, name = key.name] { flags.emplace_back(name, "true"); }, text);
+      continue;
+    }
+    command
+        .add_option_function<std::string>(
+            flag_of(key.name),
+            [&flags, name = key.name](const std::string& value) {
+              flags.emplace_back(name, value);
+            },
+            text)
+        ->type_name(key.wanted)
+        ->group(key.stage == "output" ? "Output" : "Stage: " + key.stage);
+  }
+}
+
+struct Commands {
+  BuildCommand build;
+  CleanCommand clean;
+  CentrelineCommand centreline;
+  SampleCommand sample;
+  KerbCommand kerb;
+  SmoothCommand smooth;
+  AlignCommand align;
+  ValidateCommand validate;
+  InfoCommand info;
+  QueryCommand query;
+  SynthCommand synth;
+};
+
+CLI::Option* add_path(CLI::App& command, const std::string& flag, std::string& path,
+                      const std::string& text) {
+  return command.add_option(flag, path, text)->type_name("PATH")->required();
+}
+
+constexpr const char* kMeshHelp =
+    "the track: a mesh (.obj .fbx .glb .dae .ply .stl .3ds .ac ...) or a track.yaml";
+
+void define_main_way(CLI::App& app, Commands& c) {
+  CLI::App* build =
+      app.add_subcommand("build", "a mesh becomes a checked OpenCRG road: all stages");
+  add_path(*build, "input", c.build.input, kMeshHelp);
+  add_path(*build, "-o,--output", c.build.output_dir, "folder for the results, made if missing");
+  add_recipe_flags(*build, c.build.flags,
+                   {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
+                    "smooth", "align", "validate"});
+  CLI::App* name = build;
+  name->add_option_function<std::string>(
+          "--name", [&c](const std::string& v) { c.build.flags.emplace_back("name", v); },
+          "files are called <name>.crg, <name>.png, ... [the mesh's name]")
+      ->type_name("NAME");
+  build->footer(
+      "Writes <name>.crg (the road), <name>.png (look at it first), summary.json (every number),\n"
+      "<name>.stl (the surface that was kept) and centreline.csv into the folder.\n\n"
+      "Examples:\n"
+      "  crgbuild build track.obj -o out\n"
+      "  crgbuild build track.fbx -o out --up y --unit cm --v-max-m 12\n"
+      "  crgbuild build tracks/g-track-1/track.yaml -o out --smooth-window-m 1\n\n"
+      "Exit code: 0 done, 1 cannot be done, 2 wrong command line, 3 done but validation failed.");
+
+  CLI::App* validate =
+      app.add_subcommand("validate", "compares a .crg with the mesh it was made from");
+  add_path(*validate, "crg", c.validate.crg, "the road");
+  add_path(*validate, "mesh", c.validate.mesh,
+           "the mesh as the simulator exported it, or the track.yaml");
+  add_recipe_flags(*validate, c.validate.flags, {"read", "align", "validate"});
+  validate->footer(
+      "Heights at random points between the nodes of the grid against vertical rays on the "
+      "mesh.\n\n"
+      "Example:\n  crgbuild validate out/track.crg track.obj\n\n"
+      "Exit code 3 when the road must not be used.");
+}
+
+void define_stages(CLI::App& app, Commands& c) {
+  CLI::App* clean = app.add_subcommand("clean", "stage 1: keeps the drivable surface of a mesh");
+  add_path(*clean, "input", c.clean.input, kMeshHelp);
+  add_path(*clean, "-o,--output", c.clean.output,
+           "surface: .obj (keeps road, kerb and run-off apart), .stl or .ply");
+  add_recipe_flags(*clean, c.clean.flags, {"read", "clean"});
+  clean->footer("Example:\n  crgbuild clean track.fbx -o surface.obj");
+
+  CLI::App* centreline = app.add_subcommand("centreline", "stage 2: traces the middle of the road");
+  add_path(*centreline, "input", c.centreline.input,
+           "surface from 'clean' (or a mesh or track.yaml, cleaned first)");
+  add_path(*centreline, "-o,--output", c.centreline.output, "CSV: x_m,y_m,z_m,half_width_m");
+  add_recipe_flags(*centreline, c.centreline.flags, {"read", "clean", "centreline"});
+  centreline->footer(
+      "Example:\n  crgbuild centreline surface.obj -o centreline.csv --start-near-m 120,-35.5");
+
+  CLI::App* sample = app.add_subcommand("sample", "stage 3: heights along and across the road");
+  add_path(*sample, "input", c.sample.input,
+           "surface from 'clean' (or a mesh or track.yaml, cleaned first)");
+  add_path(*sample, "--centreline", c.sample.centreline,
+           "CSV from 'centreline', or your own with x_m,y_m,z_m,half_width_m");
+  add_path(*sample, "-o,--output", c.sample.output, "the road, .crg");
+  add_recipe_flags(*sample, c.sample.flags,
+                   {"read", "clean", "reference_line", "sample", "output"});
+  sample->footer(
+      "Example:\n  crgbuild sample surface.obj --centreline centreline.csv -o sampled.crg "
+      "--u-step-m 0.05");
+
+  CLI::App* kerb = app.add_subcommand("kerb", "stage 4: finer columns where kerbs are");
+  add_path(*kerb, "crg", c.kerb.crg, "road from 'sample', in the frame of the mesh");
+  add_path(*kerb, "--mesh", c.kerb.mesh,
+           "surface from 'clean' as .obj (or a mesh or track.yaml, cleaned first)");
+  add_path(*kerb, "-o,--output", c.kerb.output, "the road, .crg");
+  add_recipe_flags(*kerb, c.kerb.flags, {"read", "clean", "kerb", "output"});
+  kerb->footer("Example:\n  crgbuild kerb sampled.crg --mesh surface.obj -o kerbs.crg");
+
+  CLI::App* smooth =
+      app.add_subcommand("smooth", "stage 5: moving average of the heights along the road");
+  add_path(*smooth, "crg", c.smooth.crg, "road from 'kerb' or 'sample', in the frame of the mesh");
+  smooth
+      ->add_option(
+          "--mesh", c.smooth.mesh,
+          "surface from 'clean' as .obj: tells where the kerbs are, which stay as they are")
+      ->type_name("PATH");
+  smooth->add_flag("--ignore-kerbs", c.smooth.ignore_kerbs,
+                   "without --mesh: treat everything as road");
+  add_path(*smooth, "-o,--output", c.smooth.output, "the road, .crg");
+  add_recipe_flags(*smooth, c.smooth.flags, {"read", "clean", "smooth", "output"});
+  smooth->footer(
+      "Example:\n  crgbuild smooth kerbs.crg --mesh surface.obj --smooth-window-m 1 -o smooth.crg");
+
+  CLI::App* align =
+      app.add_subcommand("align", "stage 6: from the mesh's frame to global coordinates");
+  add_path(*align, "crg", c.align.crg, "the road");
+  add_path(*align, "-o,--output", c.align.output, "the road, .crg");
+  add_recipe_flags(*align, c.align.flags, {"align", "output"});
+  align->footer(
+      "Control points: a CSV with the columns name,mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m.\n\n"
+      "Examples:\n"
+      "  crgbuild align smooth.crg --control-points points.csv -o global.crg\n"
+      "  crgbuild align smooth.crg --yaw-deg 12.5 --translation-m 500000,5400000,310 -o "
+      "global.crg");
+}
+
+void define_file_tools(CLI::App& app, Commands& c) {
+  CLI::App* info = app.add_subcommand("info", "what a .crg file holds");
+  add_path(*info, "crg", c.info.crg, "the road");
+  info->footer("Example:\n  crgbuild info out/track.crg --json");
+
+  CLI::App* query =
+      app.add_subcommand("query", "height, heading, curvature and gradient at points");
+  add_path(*query, "crg", c.query.crg, "the road");
+  add_path(*query, "--points", c.query.points, "CSV with the columns x_m and y_m, or u_m and v_m");
+  add_path(*query, "-o,--output", c.query.output,
+           "CSV: x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy; cells are empty where "
+           "there is no road");
+  query->add_option("--threads", c.query.threads, "0: all cores")
+      ->type_name("0 to 1024")
+      ->check(CLI::Range(0, 1024));
+  query->footer(
+      "Modifiers in the file are applied; where it has no such section, none are.\n\n"
+      "Example:\n  crgbuild query out/track.crg --points points.csv -o heights.csv");
+
+  CLI::App* synth =
+      app.add_subcommand("synth", "makes a mesh and its exact road from a drawn circuit");
+  add_path(*synth, "circuit", c.synth.circuit, "circuit.yaml");
+  add_path(*synth, "-o,--output", c.synth.output_dir, "folder for mesh and truth, made if missing");
+  synth->add_option("--format", c.synth.format, "of the mesh [obj]")
+      ->check(CLI::IsMember({"obj", "glb", "ply", "stl"}))
+      ->type_name("obj, glb, ply or stl");
+  synth->add_option("--up", c.synth.up, "axis of the mesh that points up [y]")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->type_name("y or z");
+  synth->add_option("--names", c.synth.names, "how objects are called [plain]")
+      ->check(CLI::IsMember({"plain", "torcs", "ac", "none"}))
+      ->type_name("plain, torcs, ac or none");
+  synth->footer("Example:\n  crgbuild synth tracks/demo/circuit.yaml -o out");
+}
+
+int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
+  const std::string name = app.get_subcommands().front()->get_name();
+  if (name == "build") return run_build(c.build, terminal);
+  if (name == "clean") return run_clean(c.clean, terminal);
+  if (name == "centreline") return run_centreline(c.centreline, terminal);
+  if (name == "sample") return run_sample(c.sample, terminal);
+  if (name == "kerb") return run_kerb(c.kerb, terminal);
+  if (name == "smooth") return run_smooth(c.smooth, terminal);
+  if (name == "align") return run_align(c.align, terminal);
+  if (name == "validate") return run_validate(c.validate, terminal);
+  if (name == "info") return run_info(c.info, terminal);
+  if (name == "query") return run_query(c.query, terminal);
+  return run_synth(c.synth, terminal);
+}
+
+int fail(Terminal& terminal, int code, const std::string& text) {
+  terminal.progress_done();
+  fmt::print(stderr, "crgbuild: {}\n", one_line(text));
+  return code;
+}
+
+int main_with(int argc, char** argv) {
+  CLI::App app("crgbuild: from a simulator's track mesh to a checked OpenCRG road.", "crgbuild");
+  Terminal terminal;
+  Commands commands;
+  app.set_version_flag("--version", "crgbuild " KERBSTONE_VERSION);
+  app.require_subcommand(1);
+  app.fallthrough();  // --quiet and --json may stand before or after the subcommand
+  app.get_formatter()->column_width(44);
+  app.add_flag("-q,--quiet", terminal.quiet, "print nothing but errors");
+  app.add_flag("--json", terminal.json, "print results as JSON");
+  app.footer(
+      "First steps:\n"
+      "  crgbuild build track.obj -o out     everything; then look at out/track.png\n"
+      "  crgbuild info out/track.crg         what the file holds\n"
+      "  crgbuild build --help               all options and more examples");
+  define_main_way(app, commands);
+  define_file_tools(app, commands);
+  define_stages(app, commands);
+
+  try {
+    app.parse(argc, argv);
+    catch_interrupts();
+    return run(app, commands, terminal);
+  } catch (const CLI::Success& wanted) {  // --help, --version
+    return app.exit(wanted);
+  } catch (const CLI::ParseError& error) {
+    std::string where = "crgbuild";
+    for (const CLI::App* sub : app.get_subcommands()) where += " " + sub->get_name();
+    return fail(terminal, kUsage, fmt::format("{}; see {} --help", one_line(error.what()), where));
+  } catch (const UsageError& error) {
+    return fail(terminal, kUsage,
+                fmt::format("{}; see crgbuild {} --help", error.what(),
+                            app.get_subcommands().front()->get_name()));
+  } catch (const NotValid& error) {
+    return fail(terminal, kNotValid, error.what());
+  } catch (const Interrupted&) {
+    return fail(terminal, kInterrupted, "interrupted; no file was left half-written");
+  } catch (const road::Error& error) {
+    return fail(terminal, kFailed, error.what());
+  } catch (const crg::Error& error) {
+    return fail(terminal, kFailed, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(
+        terminal, kFailed,
+        "not enough memory; take larger steps (--u-step-m, --v-step-m) or a smaller --v-max-m");
+  } catch (const std::exception& error) {
+    return fail(terminal, kFailed, fmt::format("unexpected: {}", error.what()));
+  }
+}
+
+}  // namespace
+}  // namespace crgbuild
+
+int main(int argc, char** argv) { return crgbuild::main_with(argc, argv); }

@@ -1,0 +1,212 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <string_view>
+
+#include "commands.h"
+#include "crg/surface.h"
+#include "road/atomic_file.h"
+#include "road/error.h"
+#include "road/parallel.h"
+
+namespace crgbuild {
+namespace {
+
+constexpr std::size_t kBlockBytes = 16 << 20;  // input in memory at a time
+constexpr std::size_t kChunkLines = 8192;      // one unit of parallel work
+constexpr std::string_view kHeader = "x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy\n";
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
+    text.remove_suffix(1);
+  return text;
+}
+
+/// Cell number `index` of a line; nothing when the line is too short.
+std::optional<std::string_view> cell(std::string_view line, std::size_t index) {
+  for (; index > 0; --index) {
+    const std::size_t comma = line.find(',');
+    if (comma == std::string_view::npos) return std::nullopt;
+    line.remove_prefix(comma + 1);
+  }
+  return trimmed(line.substr(0, line.find(',')));
+}
+
+/// Where the two coordinates stand and which they are.
+struct Columns {
+  std::size_t first = 0, second = 0;
+  bool map = true;  ///< x_m, y_m; otherwise u_m, v_m
+};
+
+Columns find_columns(std::string_view header, const std::string& place) {
+  if (header.starts_with("\xEF\xBB\xBF")) header.remove_prefix(3);
+  const auto index_of = [&](std::string_view name) -> std::optional<std::size_t> {
+    for (std::size_t i = 0;; ++i) {
+      const auto text = cell(header, i);
+      if (!text) return std::nullopt;
+      if (*text == name) return i;
+    }
+  };
+  const auto x = index_of("x_m"), y = index_of("y_m"), u = index_of("u_m"), v = index_of("v_m");
+  if (x && y) return {*x, *y, true};
+  if (u && v) return {*u, *v, false};
+  throw road::Error(fmt::format("{}: the columns '{}' seen, x_m and y_m (or u_m and v_m) wanted",
+                                place, one_line(std::string(header.substr(0, 80)))));
+}
+
+/// NaN for an empty cell, a NaN or a number too large for a double: no road there.
+double coordinate(std::string_view line, std::size_t column, const char* name,
+                  const std::string& path, std::size_t number) {
+  const auto text = cell(line, column);
+  if (!text)
+    throw road::Error(fmt::format("{}:{}: the row ends before the column {}", path, number, name));
+  if (text->empty()) return std::nan("");
+  std::string_view digits = *text;
+  if (digits.starts_with('+')) digits.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error == std::errc::result_out_of_range) return std::nan("");
+  if (error != std::errc{} || end != digits.data() + digits.size())
+    throw road::Error(fmt::format("{}:{}: '{}' seen, a number wanted in the column {}", path,
+                                  number, one_line(std::string(text->substr(0, 40))), name));
+  return value;
+}
+
+void append(std::string& out, double value, char after = ',') {
+  if (std::isfinite(value)) {
+    char digits[32];
+    const auto result = std::to_chars(digits, digits + sizeof digits, value);
+    out.append(digits, result.ptr);
+  }
+  out += after;
+}
+
+/// Answers the lines of one chunk; line numbers are for messages.
+class Asker {
+ public:
+  Asker(const crg::Surface& surface, const Columns& columns, const std::string& path)
+      : surface_(surface), columns_(columns), path_(path) {}
+
+  std::string operator()(const std::vector<std::string_view>& lines, std::size_t begin,
+                         std::size_t end, std::size_t first_number) const {
+    std::string out;
+    out.reserve((end - begin) * 140);
+    crg::Cursor cursor;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (trimmed(lines[i]).empty()) continue;
+      const std::size_t number = first_number + i;
+      const double a =
+          coordinate(lines[i], columns_.first, columns_.map ? "x_m" : "u_m", path_, number);
+      const double b =
+          coordinate(lines[i], columns_.second, columns_.map ? "y_m" : "v_m", path_, number);
+      answer(a, b, cursor, out);
+    }
+    return out;
+  }
+
+ private:
+  void answer(double a, double b, crg::Cursor& cursor, std::string& out) const {
+    crg::Sample s{};
+    if (std::isfinite(a) && std::isfinite(b))
+      s = columns_.map ? surface_.at_xy(a, b, cursor) : surface_.at_uv(a, b);
+    if (!s.valid) {
+      if (!columns_.map) out += ",,";
+      append(out, a);
+      append(out, b);
+      out += columns_.map ? ",,,,,,\n" : ",,,,\n";
+      return;
+    }
+    append(out, columns_.map ? a : s.x_m);
+    append(out, columns_.map ? b : s.y_m);
+    append(out, columns_.map ? s.u_m : a);
+    append(out, columns_.map ? s.v_m : b);
+    append(out, s.z_m);
+    append(out, s.heading_rad);
+    append(out, s.curvature_1pm);
+    append(out, s.dzdx);
+    append(out, s.dzdy, '\n');
+  }
+
+  const crg::Surface& surface_;
+  Columns columns_;
+  const std::string& path_;
+};
+
+}  // namespace
+
+int run_query(const QueryCommand& command, Terminal& terminal) {
+  std::ifstream points(command.points, std::ios::binary);
+  if (!points)
+    throw road::Error(
+        fmt::format("{}: cannot be opened: {}; give a CSV file with the columns x_m and "
+                    "y_m (or u_m and v_m)",
+                    command.points, std::strerror(errno)));
+  points.seekg(0, std::ios::end);
+  const double size = std::max(1.0, static_cast<double>(points.tellg()));
+  points.seekg(0);
+  std::string header;
+  std::getline(points, header);
+  const Columns columns = find_columns(header, command.points + ":1");
+
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  const crg::Surface surface(crg::read(command.crg));
+  const Asker ask(surface, columns, command.points);
+  road::FileWriter output(command.output);
+  output.append(kHeader);
+
+  std::string block, rest;
+  std::vector<std::string_view> lines;
+  std::vector<std::string> answers;
+  std::size_t first_number = 2, rows = 0;
+  double done = static_cast<double>(header.size());
+  while (points) {
+    block = std::move(rest);
+    const std::size_t kept = block.size();
+    block.resize(kept + kBlockBytes);
+    points.read(block.data() + kept, static_cast<std::streamsize>(kBlockBytes));
+    block.resize(kept + static_cast<std::size_t>(points.gcount()));
+    done += static_cast<double>(points.gcount());
+    // An unfinished last line waits for the next block.
+    const std::size_t last = points ? block.rfind('\n') + 1 : block.size();
+    rest = block.substr(last);
+    if (rest.size() > kBlockBytes)
+      throw road::Error(
+          fmt::format("{}:{}: no end of the line within {} bytes; is this a CSV file?",
+                      command.points, first_number, kBlockBytes));
+    lines.clear();
+    for (std::size_t at = 0; at < last;) {
+      const std::size_t end = std::min(block.find('\n', at), last);
+      lines.push_back(std::string_view(block).substr(at, end - at));
+      at = end + 1;
+    }
+    answers.assign((lines.size() + kChunkLines - 1) / kChunkLines, {});
+    road::parallel_for(lines.size(), kChunkLines, command.threads,
+                       [&](std::size_t begin, std::size_t end) {
+                         answers[begin / kChunkLines] = ask(lines, begin, end, first_number);
+                       });
+    for (const std::string& text : answers) {
+      output.append(text);
+      rows += static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+    }
+    first_number += lines.size();
+    progress("query", std::min(1.0, done / size));
+  }
+  output.commit();
+  terminal.progress_done();
+  if (terminal.json)
+    terminal.print(fmt::format("{{\"points\": {}}}\n", rows));
+  else
+    terminal.print(fmt::format("{} points\nanswers  {}\n", rows, command.output));
+  return kOk;
+}
+
+}  // namespace crgbuild

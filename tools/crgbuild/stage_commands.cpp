@@ -1,0 +1,304 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "crg/file.h"
+#include "road/parallel.h"
+#include "road/road_mesh_file.h"
+#include "road/summary.h"
+
+namespace crgbuild {
+namespace {
+
+/// A file as line and heights in the map frame: what the stages work on.
+struct Track {
+  crg::ReferenceLine line;
+  crg::Grid grid;
+};
+
+Track read_track(const std::string& path) {
+  crg::Crg file = crg::read(path);
+  Track track;
+  track.line = crg::integrate_reference_line(file);
+  track.grid = std::move(file.grid);
+  const std::size_t columns = track.grid.columns();
+  for (std::size_t i = 0; i < track.grid.rows(); ++i) {
+    const double z = track.line.z_m.empty() ? 0.0 : track.line.z_m[i];
+    const double banking = track.line.banking.empty() ? 0.0 : track.line.banking[i];
+    if (z == 0.0 && banking == 0.0) continue;
+    for (std::size_t j = 0; j < columns; ++j)
+      track.grid.at(i, j) += static_cast<float>(z + banking * track.grid.v_m[j]);
+  }
+  track.line.z_m.clear();
+  track.line.banking.clear();
+  return track;
+}
+
+void write_track(Track track, const std::string& path, crg::Format format) {
+  crg::write(crg::make_crg(track.line, std::move(track.grid)), path, format);
+}
+
+/// The class of each node is that of the mesh surface at its height.
+road::SampledGrid classified(Track& track, const road::RoadMesh& mesh,
+                             const road::RaySurface& surface, unsigned threads) {
+  constexpr double kReach = 0.1;
+  road::SampledGrid sampled;
+  sampled.grid = std::move(track.grid);
+  const std::size_t columns = sampled.grid.columns();
+  sampled.provenance.assign(sampled.grid.z_m.size(), road::Provenance::none);
+  sampled.surface_class.assign(sampled.grid.z_m.size(), road::SurfaceClass::road);
+  road::parallel_for(sampled.grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t j = 0; j < columns; ++j) {
+        const float z = sampled.grid.at(i, j);
+        if (std::isnan(z)) continue;
+        const crg::Point2 p = crg::node_position(track.line, i, sampled.grid.v_m[j]);
+        const auto hit = surface.nearest_hit(p.x_m, p.y_m, z, kReach);
+        sampled.provenance[i * columns + j] =
+            hit ? road::Provenance::mesh : road::Provenance::filled;
+        if (hit) sampled.surface_class[i * columns + j] = mesh.class_of_triangle[hit->triangle];
+      }
+  });
+  return sampled;
+}
+
+void report(Terminal& terminal, const nlohmann::ordered_json& numbers, const std::string& text) {
+  terminal.progress_done();
+  terminal.print(terminal.json
+                     ? numbers.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
+                     : text);
+}
+
+}  // namespace
+
+void throw_validation_failed(const std::string& path, const std::vector<std::string>& failures) {
+  std::string text = path + ": validation failed: ";
+  for (std::size_t i = 0; i < failures.size(); ++i) text += (i ? "; " : "") + failures[i];
+  throw NotValid(text);
+}
+
+int run_clean(const CleanCommand& command, Terminal& terminal) {
+  const road::Recipe recipe = make_recipe(command.input, command.flags);
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  road::CleanReport clean_report;
+  const road::Mesh mesh = road::read_mesh(recipe.mesh_path, recipe.read);
+  progress("clean", 0.5);
+  const road::RoadMesh road = road::clean(mesh, recipe.clean, &clean_report);
+  road::write_road_mesh(road, command.output);
+  std::string text =
+      fmt::format("kept {} of {} triangles ({})\n", clean_report.triangles_kept,
+                  clean_report.triangles_in, clean_report.by_names ? "by names" : "by shape");
+  for (const auto& [name, count] : clean_report.kept)
+    text += fmt::format("  {}: {}\n", name, count);
+  for (const auto& [reason, count] : clean_report.dropped)
+    text += fmt::format("  dropped, {}: {}\n", reason, count);
+  for (const std::string& remark : clean_report.remarks) text += "  " + one_line(remark) + "\n";
+  report(terminal,
+         {{"triangles_in", clean_report.triangles_in},
+          {"triangles_kept", clean_report.triangles_kept},
+          {"triangles_kept_by_class", clean_report.kept},
+          {"triangles_dropped_by_reason", clean_report.dropped},
+          {"by_names", clean_report.by_names},
+          {"vertices_welded", clean_report.vertices_welded},
+          {"remarks", clean_report.remarks}},
+         text + "surface  " + command.output + "\n");
+  return kOk;
+}
+
+int run_centreline(const CentrelineCommand& command, Terminal& terminal) {
+  const road::Recipe recipe = make_recipe(command.input, command.flags);
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  const road::RoadMesh mesh = road::read_road_mesh(recipe);
+  progress("centreline", 0.5);
+  const road::Centreline line = road::trace_centreline(mesh, recipe.centreline);
+  road::write_centreline_csv(line, command.output);
+  const road::CentrelineReport numbers = road::describe(line);
+  report(terminal,
+         {{"stations", numbers.stations},
+          {"length_m", numbers.length_m},
+          {"closed", numbers.closed},
+          {"width_min_m", numbers.width_min_m},
+          {"width_median_m", numbers.width_median_m},
+          {"width_max_m", numbers.width_max_m}},
+         fmt::format("{} road of {:.1f} m, {:.1f} to {:.1f} m wide\ncentreline  {}\n",
+                     numbers.closed ? "closed" : "open", numbers.length_m, numbers.width_min_m,
+                     numbers.width_max_m, command.output));
+  return kOk;
+}
+
+int run_sample(const SampleCommand& command, Terminal& terminal) {
+  const road::Recipe recipe = make_recipe(command.input, command.flags);
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  const road::Centreline centreline = road::read_centreline_csv(command.centreline);
+  const road::RoadMesh mesh = road::read_road_mesh(recipe);
+  progress("reference_line", 0.3);
+  road::ReferenceLineReport line_report;
+  const crg::ReferenceLine line =
+      road::fit_reference_line(centreline, recipe.reference_line, &line_report);
+  const road::RaySurface surface(mesh.mesh);
+  progress("sample", 0.4);
+  road::SampleReport numbers;
+  road::SampledGrid sampled =
+      road::sample_grid(mesh, surface, line, centreline, recipe.sample, &numbers);
+  progress("write", 0.9);
+  write_track({line, std::move(sampled.grid)}, command.output, recipe.format);
+  report(
+      terminal,
+      {{"length_m", line_report.length_m},
+       {"closed", line_report.closed},
+       {"nodes", numbers.nodes},
+       {"nodes_with_z", numbers.nodes_with_z},
+       {"filled", numbers.filled},
+       {"holes", numbers.holes},
+       {"folds", numbers.folds.size()},
+       {"neighbours", numbers.neighbours.size()}},
+      fmt::format("{} line of {:.3f} m; {} nodes, {} with height, {} filled, {} holes\nroad  {}\n",
+                  line_report.closed ? "closed" : "open", line_report.length_m, numbers.nodes,
+                  numbers.nodes_with_z, numbers.filled, numbers.holes, command.output));
+  return kOk;
+}
+
+int run_kerb(const KerbCommand& command, Terminal& terminal) {
+  const road::Recipe recipe = make_recipe(command.mesh, command.flags);
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  Track track = read_track(command.crg);
+  const road::RoadMesh mesh = road::read_road_mesh(recipe);
+  const road::RaySurface surface(mesh.mesh);
+  progress("classify", 0.3);
+  road::SampledGrid sampled = classified(track, mesh, surface, recipe.sample.threads);
+  progress("kerb", 0.6);
+  road::KerbReport numbers;
+  sampled =
+      road::refine_kerbs(std::move(sampled), surface, mesh, track.line, recipe.kerb, &numbers);
+  write_track({track.line, std::move(sampled.grid)}, command.output, recipe.format);
+  std::string text;
+  for (const road::Kerb& kerb : numbers.kerbs)
+    text += fmt::format("  u {:.1f} to {:.1f} m, v {:.2f} to {:.2f} m, {:.0f} mm high\n",
+                        kerb.u_begin_m, kerb.u_end_m, kerb.v_begin_m, kerb.v_end_m,
+                        1e3 * kerb.height_m);
+  report(terminal,
+         {{"kerbs", numbers.kerbs.size()},
+          {"cells", numbers.cells},
+          {"columns_added", numbers.columns_added}},
+         fmt::format("{} kerbs, {} columns added\n{}road  {}\n", numbers.kerbs.size(),
+                     numbers.columns_added, text, command.output));
+  return kOk;
+}
+
+int run_smooth(const SmoothCommand& command, Terminal& terminal) {
+  if (command.mesh.empty() && !command.ignore_kerbs)
+    throw UsageError(
+        "smoothing has to know where the kerbs are: give --mesh, or --ignore-kerbs for "
+        "a road without kerbs");
+  const road::Recipe recipe =
+      command.mesh.empty() ? make_recipe(command.flags) : make_recipe(command.mesh, command.flags);
+  if (!(recipe.smooth.window_m > 0.0))
+    throw UsageError("--smooth-window-m is 0, which changes nothing; give the window in metres");
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  Track track = read_track(command.crg);
+  road::SampledGrid sampled;
+  if (command.mesh.empty()) {
+    sampled.grid = std::move(track.grid);
+    sampled.surface_class.assign(sampled.grid.z_m.size(), road::SurfaceClass::road);
+    for (const float z : sampled.grid.z_m)
+      sampled.provenance.push_back(std::isnan(z) ? road::Provenance::none : road::Provenance::mesh);
+  } else {
+    const road::RoadMesh mesh = road::read_road_mesh(recipe);
+    progress("classify", 0.3);
+    sampled = classified(track, mesh, road::RaySurface(mesh.mesh), recipe.sample.threads);
+  }
+  progress("smooth", 0.6);
+  road::SmoothOptions options = recipe.smooth;
+  options.closed = track.line.closed;
+  road::SmoothReport numbers;
+  road::smooth(sampled, options, &numbers);
+  write_track({track.line, std::move(sampled.grid)}, command.output, recipe.format);
+  report(terminal,
+         {{"largest_change_road_m", numbers.largest_change_road_m},
+          {"largest_change_kerb_m", numbers.largest_change_kerb_m},
+          {"nodes_at_bound", numbers.nodes_at_bound}},
+         fmt::format("largest change {:.2f} mm on the road, {:.2f} mm on kerbs; {} nodes at the "
+                     "bound\nroad  {}\n",
+                     1e3 * numbers.largest_change_road_m, 1e3 * numbers.largest_change_kerb_m,
+                     numbers.nodes_at_bound, command.output));
+  return kOk;
+}
+
+namespace {
+
+road::AlignReport alignment_of(const road::Recipe& recipe) {
+  if (recipe.control_points_path)
+    return road::fit_alignment(road::read_control_points(*recipe.control_points_path));
+  road::AlignReport given;
+  if (recipe.T_global_mesh) given.T_global_mesh = *recipe.T_global_mesh;
+  return given;
+}
+
+}  // namespace
+
+int run_align(const AlignCommand& command, Terminal& terminal) {
+  const road::Recipe recipe = make_recipe(command.flags);
+  if (!recipe.control_points_path && !recipe.T_global_mesh)
+    throw UsageError(
+        "nothing to align with: give --control-points, or --yaw-deg and --translation-m");
+  const road::AlignReport numbers = alignment_of(recipe);
+  Track track = read_track(command.crg);
+  road::apply_alignment(numbers.T_global_mesh, track.line, track.grid);
+  write_track(std::move(track), command.output, recipe.format);
+  const Eigen::Vector3d& t = numbers.T_global_mesh.translation_m;
+  const double yaw_deg = numbers.T_global_mesh.yaw_rad * 180.0 / M_PI;
+  report(terminal,
+         {{"yaw_deg", yaw_deg},
+          {"translation_m", {t.x(), t.y(), t.z()}},
+          {"residual_m", numbers.residual_m},
+          {"rms_m", numbers.rms_m}},
+         fmt::format(
+             "turned by {:.6f} deg, moved by {:.4f}, {:.4f}, {:.4f} m; rms {:.4f} m\nroad  {}\n",
+             yaw_deg, t.x(), t.y(), t.z(), numbers.rms_m, command.output));
+  return kOk;
+}
+
+int run_validate(const ValidateCommand& command, Terminal& terminal) {
+  const road::Recipe recipe = make_recipe(command.mesh, command.flags);
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  const road::Mesh mesh = road::read_mesh(recipe.mesh_path, recipe.read);
+  progress("validate", 0.5);
+  road::ValidateOptions options = recipe.validate;
+  options.T_global_mesh = alignment_of(recipe).T_global_mesh;
+  const road::ValidateReport numbers = road::validate(command.crg, mesh, options);
+  const std::vector<std::string> failures = road::validation_failures(numbers, recipe.limits);
+  const road::ErrorQuantiles& z = numbers.z_error_m;
+  std::string text = fmt::format(
+      "{} points: half within {:.3f} mm, 95 % within {:.3f} mm, 99 % within {:.3f} mm, all within "
+      "{:.3f} mm (worst at u = {:.2f} m, v = {:.2f} m)\n{} points without mesh; seam: {:.3f} mm, "
+      "{:.3f} mrad\n",
+      numbers.points, 1e3 * z.p50, 1e3 * z.p95, 1e3 * z.p99, 1e3 * z.max, numbers.worst_u_m,
+      numbers.worst_v_m, numbers.points_without_mesh, 1e3 * numbers.seam_z_step_m,
+      1e3 * numbers.seam_heading_step_rad);
+  for (const std::string& remark : numbers.remarks) text += one_line(remark) + "\n";
+  report(terminal,
+         {{"passed", failures.empty()},
+          {"failures", failures},
+          {"points", numbers.points},
+          {"points_without_mesh", numbers.points_without_mesh},
+          {"z_error_m", {{"p50", z.p50}, {"p95", z.p95}, {"p99", z.p99}, {"max", z.max}}},
+          {"mean_error_m", numbers.mean_error_m},
+          {"worst_u_m", numbers.worst_u_m},
+          {"worst_v_m", numbers.worst_v_m},
+          {"seam_z_step_m", numbers.seam_z_step_m},
+          {"seam_heading_step_rad", numbers.seam_heading_step_rad},
+          {"remarks", numbers.remarks}},
+         text);
+  if (!failures.empty()) throw_validation_failed(command.crg, failures);
+  return kOk;
+}
+
+}  // namespace crgbuild

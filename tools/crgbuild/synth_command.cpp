@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "road/synth.h"
+
+namespace crgbuild {
+
+int run_synth(const SynthCommand& command, Terminal& terminal) {
+  road::SynthOptions options;
+  options.format = command.format == "glb"   ? road::MeshFormat::glb
+                   : command.format == "ply" ? road::MeshFormat::ply
+                   : command.format == "stl" ? road::MeshFormat::stl
+                                             : road::MeshFormat::obj;
+  options.up = command.up == "z" ? road::UpAxis::z : road::UpAxis::y;
+  options.names = command.names == "torcs"  ? road::NameStyle::torcs
+                  : command.names == "ac"   ? road::NameStyle::ac
+                  : command.names == "none" ? road::NameStyle::none
+                                            : road::NameStyle::plain;
+  const road::Progress progress = terminal.progress();
+  progress("read", 0.0);
+  const road::Circuit circuit = road::read_circuit(command.circuit);
+  progress("synth", 0.2);
+  const road::SynthOutput made = road::write_synth(circuit, command.output_dir, options);
+  terminal.progress_done();
+  if (terminal.json) {
+    const nlohmann::ordered_json numbers = {{"mesh", made.mesh_path},
+                                            {"truth", made.truth_path},
+                                            {"vertices", made.vertices},
+                                            {"triangles", made.triangles},
+                                            {"objects", made.objects},
+                                            {"length_m", made.length_m},
+                                            {"closing_error_m", made.closing_error_m},
+                                            {"mesh_error",
+                                             {{"road_p99_m", made.mesh_error.road_p99_m},
+                                              {"road_max_m", made.mesh_error.road_max_m},
+                                              {"kerb_p99_m", made.mesh_error.kerb_p99_m},
+                                              {"kerb_max_m", made.mesh_error.kerb_max_m},
+                                              {"runoff_p99_m", made.mesh_error.runoff_p99_m},
+                                              {"runoff_max_m", made.mesh_error.runoff_max_m}}}};
+    terminal.print(numbers.dump(2) + "\n");
+  } else {
+    terminal.print(
+        fmt::format("circuit of {:.1f} m: {} triangles in {} objects, road within {:.2f} mm of the "
+                    "exact surface\n"
+                    "mesh   {}\ntruth  {}\n",
+                    made.length_m, made.triangles, made.objects, 1e3 * made.mesh_error.road_p99_m,
+                    made.mesh_path, made.truth_path));
+  }
+  return kOk;
+}
+
+}  // namespace crgbuild
