@@ -112,6 +112,7 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
   Recipe from;
   from.mesh_path = "m.obj";
   from.name = "n";
+  from.clean.near_m = Eigen::Vector2d(-1, 2.5);
   from.centreline.start_near_m = Eigen::Vector2d(0.1, 1e7 / 3);
   from.centreline.start_object = "START";
   from.control_points_path = "points.csv";

@@ -148,6 +148,23 @@ RecipeKey choice(std::string stage, std::string name,
           }};
 }
 
+RecipeKey point(std::string stage, std::string name, std::string meaning,
+                std::function<std::optional<Eigen::Vector2d>&(Recipe&)> field) {
+  return {std::move(stage),
+          std::move(name),
+          "x,y",
+          std::move(meaning),
+          false,
+          [=](Recipe& recipe, const std::string& text) {
+            const auto xy = parse_numbers(text, 2, 1e8, "two coordinates x,y in metres");
+            field(recipe) = Eigen::Vector2d(xy[0], xy[1]);
+          },
+          [=](const Recipe& recipe) -> std::string {
+            const auto& at = field(const_cast<Recipe&>(recipe));
+            return at ? fmt::format("[{}, {}]", at->x(), at->y()) : "";
+          }};
+}
+
 void check_name(const std::string& text) {
   const bool bad = text.empty() || text.size() > kMaxNameLength || text.front() == '.' ||
                    text.front() == '-' || std::any_of(text.begin(), text.end(), [](char c) {
@@ -197,19 +214,21 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(number("clean", "max_slope_deg", 1.0, 89.0,
                         "steeper triangles are neither road nor run-off",
                         [](Recipe& r) -> double& { return r.clean.max_slope_deg; }));
+  keys.push_back(number("clean", "snap_tolerance_m", 0.0, 0.5,
+                        "border vertices this near each other become one",
+                        [](Recipe& r) -> double& { return r.clean.snap_tolerance_m; }));
+  keys.push_back(number("clean", "bridge_gap_m", 0.0, 5.0,
+                        "gaps across the whole road up to this long are closed by new triangles",
+                        [](Recipe& r) -> double& { return r.clean.max_gap_m; }));
+  keys.push_back(
+      point("clean", "near_m", "of several separate roads take the one nearest to this point",
+            [](Recipe& r) -> std::optional<Eigen::Vector2d>& { return r.clean.near_m; }));
   // centreline
   keys.push_back(yes_or_no("centreline", "reverse", "drive the other way round",
                            [](Recipe& r) -> bool& { return r.centreline.reverse; }));
-  keys.push_back({"centreline", "start_near_m", "x,y",
-                  "u = 0 where the line passes nearest to this point", false,
-                  [](Recipe& recipe, const std::string& text) {
-                    const auto xy = parse_numbers(text, 2, 1e8, "two coordinates x,y in metres");
-                    recipe.centreline.start_near_m = Eigen::Vector2d(xy[0], xy[1]);
-                  },
-                  [](const Recipe& recipe) -> std::string {
-                    const auto& start = recipe.centreline.start_near_m;
-                    return start ? fmt::format("[{}, {}]", start->x(), start->y()) : "";
-                  }});
+  keys.push_back(point(
+      "centreline", "start_near_m", "u = 0 where the line passes nearest to this point",
+      [](Recipe& r) -> std::optional<Eigen::Vector2d>& { return r.centreline.start_near_m; }));
   keys.push_back(
       {"centreline", "start_object", "an object's name",
        "u = 0 at the middle of this object of the mesh", true,
@@ -291,11 +310,11 @@ std::vector<RecipeKey> make_keys() {
                            {"LDFI", crg::Format::LDFI}},
                           "of the numbers: binary 4 or 8 bytes, text 10 or 20 characters",
                           [](Recipe& r) -> crg::Format& { return r.format; }));
-  keys.push_back(
-      whole_number<unsigned>("output", "threads", 0, 1024,
-                             "0: all cores; any number writes the same bytes", [](Recipe& r) {
-                               return std::vector<unsigned*>{&r.sample.threads, &r.smooth.threads};
-                             }));
+  keys.push_back(whole_number<unsigned>(
+      "output", "threads", 0, 1024, "0: all cores; any number writes the same bytes",
+      [](Recipe& r) {
+        return std::vector<unsigned*>{&r.sample.threads, &r.kerb.threads, &r.smooth.threads};
+      }));
   // validate
   keys.push_back(whole_number<std::size_t>(
       "validate", "validate_points", 1, 100'000'000, "random points compared with the mesh",
