@@ -105,7 +105,7 @@ void define_stages(CLI::App& app, Commands& c) {
   CLI::App* clean = app.add_subcommand("clean", "stage 1: keeps the drivable surface of a mesh");
   add_path(*clean, "input", c.clean.input, kMeshHelp);
   add_path(*clean, "-o,--output", c.clean.output,
-           "surface: .obj (keeps road, kerb and run-off apart), .stl or .ply");
+           "surface: .obj or .stl (both keep road, kerb and run-off apart), or .ply");
   add_recipe_flags(*clean, c.clean.flags, {"read", "clean"});
   clean->footer("Example:\n  crgbuild clean track.fbx -o surface.obj");
 
@@ -132,7 +132,7 @@ void define_stages(CLI::App& app, Commands& c) {
   CLI::App* kerb = app.add_subcommand("kerb", "stage 4: finer columns where kerbs are");
   add_path(*kerb, "crg", c.kerb.crg, "road from 'sample', in the frame of the mesh");
   add_path(*kerb, "--mesh", c.kerb.mesh,
-           "surface from 'clean' as .obj (or a mesh or track.yaml, cleaned first)");
+           "surface from 'clean' (or a mesh or track.yaml, cleaned first)");
   add_path(*kerb, "-o,--output", c.kerb.output, "the road, .crg");
   add_recipe_flags(*kerb, c.kerb.flags, {"read", "clean", "kerb", "output"});
   kerb->footer("Example:\n  crgbuild kerb sampled.crg --mesh surface.obj -o kerbs.crg");
@@ -143,7 +143,7 @@ void define_stages(CLI::App& app, Commands& c) {
   smooth
       ->add_option(
           "--mesh", c.smooth.mesh,
-          "surface from 'clean' as .obj: tells where the kerbs are, which stay as they are")
+          "surface from 'clean': tells where the kerbs are, which stay as they are")
       ->type_name("PATH");
   smooth->add_flag("--ignore-kerbs", c.smooth.ignore_kerbs,
                    "without --mesh: treat everything as road");

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <string_view>
 
@@ -49,30 +51,64 @@ void share_equal_vertices(Mesh& mesh) {
 
 }  // namespace
 
-void write_road_mesh(const RoadMesh& road, const std::string& path) {
+namespace {
+
+/// Objects are the classes themselves: 0 road, 1 kerb, 2 run-off.
+Mesh by_class(const RoadMesh& road) {
+  Mesh mesh = road.mesh;
+  mesh.objects = {{"road", "", ""}, {"kerb", "", ""}, {"runoff", "", ""}};
+  mesh.object_of_triangle.clear();
+  for (const SurfaceClass c : road.class_of_triangle)
+    mesh.object_of_triangle.push_back(static_cast<std::uint32_t>(c));
+  return mesh;
+}
+
+/// One object per class and source object, called "<class>:<name>".
+Mesh by_class_and_name(const RoadMesh& road) {
   Mesh mesh = road.mesh;
   mesh.objects.clear();
-  // One object per class and source object, in the order of the triangles.
-  std::vector<std::array<std::uint32_t, 5>> number(
-      road.mesh.objects.size() + 1, {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX});
-  mesh.object_of_triangle.resize(mesh.triangles.size());
+  std::map<std::pair<std::uint32_t, SurfaceClass>, std::uint32_t> known;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const std::size_t source = road.mesh.object_of_triangle.empty()
-                                   ? road.mesh.objects.size()
-                                   : road.mesh.object_of_triangle[i];
-    const auto c = static_cast<std::size_t>(road.class_of_triangle[i]);
-    std::uint32_t& object = number[source][c];
-    if (object == UINT32_MAX) {
-      object = static_cast<std::uint32_t>(mesh.objects.size());
-      MeshObject named =
-          source < road.mesh.objects.size() ? road.mesh.objects[source] : MeshObject{};
-      named.name = std::string(to_string(road.class_of_triangle[i])) + ":" + named.name;
-      named.material.clear();
-      mesh.objects.push_back(named);
-    }
-    mesh.object_of_triangle[i] = object;
+    const SurfaceClass c = road.class_of_triangle[i];
+    const std::uint32_t source = road.mesh.object_of_triangle[i];
+    const auto [at, is_new] =
+        known.try_emplace({source, c}, static_cast<std::uint32_t>(mesh.objects.size()));
+    if (is_new)
+      mesh.objects.push_back(
+          {std::string(to_string(c)) + ":" + road.mesh.objects[source].name, "", ""});
+    mesh.object_of_triangle[i] = at->second;
   }
-  write_mesh(mesh, path, kNote);
+  return mesh;
+}
+
+/// The attributes that write_mesh() put into a binary .stl; empty when the file does not fit
+/// `count`.
+std::vector<SurfaceClass> stl_classes(const std::string& path, std::size_t count) {
+  constexpr std::size_t kHead = 84, kTriangle = 50, kAttribute = 48;
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (bytes.size() != kHead + kTriangle * count) return {};
+  std::vector<SurfaceClass> classes;
+  for (std::size_t i = 0; i < count; ++i)
+    classes.push_back(static_cast<SurfaceClass>(std::min(bytes[kHead + i * kTriangle + kAttribute],
+                                                         static_cast<char>(SurfaceClass::runoff))));
+  return classes;
+}
+
+std::string ending_of(const std::string& path) {
+  return std::filesystem::path(path).extension().string();
+}
+
+}  // namespace
+
+void write_road_mesh(const RoadMesh& road, const std::string& path) {
+  const std::string ending = ending_of(path);
+  if (ending == ".obj" && !road.mesh.object_of_triangle.empty())
+    write_mesh(by_class_and_name(road), path, kNote);
+  else if (ending == ".stl")
+    write_mesh(by_class(road), path, kNote);
+  else
+    write_mesh(road.mesh, path);
 }
 
 RoadMesh read_road_mesh(const Recipe& recipe) {
@@ -81,12 +117,13 @@ RoadMesh read_road_mesh(const Recipe& recipe) {
   RoadMesh road;
   road.mesh = read_mesh(recipe.mesh_path, {UpAxis::z, Unit::m});
   share_equal_vertices(road.mesh);
+  if (ending_of(recipe.mesh_path) == ".stl")
+    road.class_of_triangle = stl_classes(recipe.mesh_path, road.mesh.triangles.size());
   std::vector<SurfaceClass> class_of_object;
   for (MeshObject& object : road.mesh.objects) class_of_object.push_back(take_class(object.name));
-  for (std::size_t i = 0; i < road.mesh.triangles.size(); ++i)
-    road.class_of_triangle.push_back(road.mesh.object_of_triangle.empty()
-                                         ? SurfaceClass::road
-                                         : class_of_object[road.mesh.object_of_triangle[i]]);
+  if (road.class_of_triangle.empty())
+    for (const std::uint32_t object : road.mesh.object_of_triangle)
+      road.class_of_triangle.push_back(class_of_object.at(object));
   return road;
 }
 

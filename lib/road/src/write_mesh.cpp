@@ -36,7 +36,8 @@ std::string to_stl(const Mesh& mesh, const std::string& note) {
       for (const double value : mesh.origin_m + mesh.vertex(i, corner))
         append_raw(bytes, static_cast<float>(value));
     }
-    append_raw(bytes, std::uint16_t{0});
+    append_raw(bytes, static_cast<std::uint16_t>(
+                          mesh.object_of_triangle.empty() ? 0 : mesh.object_of_triangle[i]));
   }
   return bytes;
 }

@@ -39,7 +39,8 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {}, Mes
 
 /// Writes triangles as binary .stl, .ply (binary, double coordinates) or .obj by the ending of
 /// `path`, in map coordinates (origin added; STL is float32 by its format), whole or not at all.
-/// `note` (one line) goes into the head of the file.
+/// `note` (one line) goes into the head of the file. The attribute of a triangle in .stl is its object's
+/// number.
 void write_mesh(const Mesh& mesh, const std::string& path, const std::string& note = {});
 
 }  // namespace road

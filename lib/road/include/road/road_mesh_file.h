@@ -7,11 +7,12 @@
 
 namespace road {
 
-/// Writes .obj with objects called "<class>:<name>", or .stl or .ply, which carry neither.
+/// Writes .obj with objects called "<class>:<name>", or .stl whose triangles carry the class as
+/// their attribute, or .ply, which carries neither.
 void write_road_mesh(const RoadMesh& road, const std::string& path);
 
-/// A file of write_road_mesh comes back as it is (from .stl and .ply all of it as road). Any other
-/// mesh is read and cleaned as the recipe says. Throws Error.
+/// An .obj or .stl of write_road_mesh comes back as it is. Any other mesh is read and cleaned as
+/// the recipe says. Throws Error.
 RoadMesh read_road_mesh(const Recipe& recipe);
 
 }  // namespace road
