@@ -141,9 +141,8 @@ void define_stages(CLI::App& app, Commands& c) {
       app.add_subcommand("smooth", "stage 5: moving average of the heights along the road");
   add_path(*smooth, "crg", c.smooth.crg, "road from 'kerb' or 'sample', in the frame of the mesh");
   smooth
-      ->add_option(
-          "--mesh", c.smooth.mesh,
-          "surface from 'clean': tells where the kerbs are, which stay as they are")
+      ->add_option("--mesh", c.smooth.mesh,
+                   "surface from 'clean': tells where the kerbs are, which stay as they are")
       ->type_name("PATH");
   smooth->add_flag("--ignore-kerbs", c.smooth.ignore_kerbs,
                    "without --mesh: treat everything as road");
@@ -200,16 +199,32 @@ void define_file_tools(CLI::App& app, Commands& c) {
   synth->footer("Example:\n  crgbuild synth tracks/demo/circuit.yaml -o out");
 }
 
+/// Stages know no files: their errors get the name of the input in front.
+template <class Run>
+int naming(const std::string& input, const Run& run) {
+  try {
+    return run();
+  } catch (const road::Error& error) {
+    const std::string text = error.what();
+    const std::string first_word = text.substr(0, text.find(' '));
+    const bool names_a_file = first_word.ends_with(':') || text.find(input) != std::string::npos;
+    throw road::Error(names_a_file ? text : input + ": " + text);
+  }
+}
+
 int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   const std::string name = app.get_subcommands().front()->get_name();
-  if (name == "build") return run_build(c.build, terminal);
-  if (name == "clean") return run_clean(c.clean, terminal);
-  if (name == "centreline") return run_centreline(c.centreline, terminal);
-  if (name == "sample") return run_sample(c.sample, terminal);
-  if (name == "kerb") return run_kerb(c.kerb, terminal);
-  if (name == "smooth") return run_smooth(c.smooth, terminal);
-  if (name == "align") return run_align(c.align, terminal);
-  if (name == "validate") return run_validate(c.validate, terminal);
+  if (name == "build") return naming(c.build.input, [&] { return run_build(c.build, terminal); });
+  if (name == "clean") return naming(c.clean.input, [&] { return run_clean(c.clean, terminal); });
+  if (name == "centreline")
+    return naming(c.centreline.input, [&] { return run_centreline(c.centreline, terminal); });
+  if (name == "sample")
+    return naming(c.sample.input, [&] { return run_sample(c.sample, terminal); });
+  if (name == "kerb") return naming(c.kerb.mesh, [&] { return run_kerb(c.kerb, terminal); });
+  if (name == "smooth") return naming(c.smooth.crg, [&] { return run_smooth(c.smooth, terminal); });
+  if (name == "align") return naming(c.align.crg, [&] { return run_align(c.align, terminal); });
+  if (name == "validate")
+    return naming(c.validate.mesh, [&] { return run_validate(c.validate, terminal); });
   if (name == "info") return run_info(c.info, terminal);
   if (name == "query") return run_query(c.query, terminal);
   return run_synth(c.synth, terminal);

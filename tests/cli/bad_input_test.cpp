@@ -1,0 +1,241 @@
+// Input that cannot be used: one clear line, an exit code, nothing half-written.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "support/run_crgbuild.h"
+
+namespace cli {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+/// Refused with exit code 1, in one line that has all of `wanted`; no road under its final name.
+void expect_refused(const Ran& ran, const std::string& out_dir,
+                    const std::vector<std::string>& wanted) {
+  EXPECT_EQ(ran.code, 1) << ran.err;
+  EXPECT_THAT(ran.err, StartsWith("crgbuild: "));
+  EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  for (const std::string& text : wanted) EXPECT_THAT(ran.err, HasSubstr(text));
+  EXPECT_EQ(ran.out, "");
+  if (!exists(out_dir)) return;
+  for (const auto& entry : std::filesystem::directory_iterator(out_dir)) {
+    EXPECT_NE(entry.path().extension(), ".crg");
+    EXPECT_NE(entry.path().filename(), "summary.json");
+  }
+}
+
+Ran build(const Folder& folder, const std::string& mesh, std::vector<std::string> flags = {}) {
+  std::vector<std::string> arguments = {"build", mesh, "-o", folder / "out"};
+  arguments.insert(arguments.end(), flags.begin(), flags.end());
+  return crgbuild(arguments);
+}
+
+/// Writes `bytes` as `name`, builds, expects a refusal.
+void expect_mesh_refused(const std::string& name, const std::string& bytes,
+                         std::vector<std::string> wanted, std::vector<std::string> flags = {}) {
+  SCOPED_TRACE(name);
+  const Folder folder;
+  write(folder / name, bytes);
+  expect_refused(build(folder, folder / name, std::move(flags)), folder / "out", wanted);
+}
+
+TEST(BadInput, MissingEmptyTruncatedNoMesh) {
+  const Folder folder;
+  expect_refused(build(folder, "/no/such/mesh.obj"), folder / "out", {"/no/such/mesh.obj"});
+  expect_refused(build(folder, folder.path()), folder / "out", {folder.path()});
+  expect_refused(build(folder, "/no/such/track.yaml"), folder / "out", {"/no/such/track.yaml"});
+  for (const char* name : {"a.obj", "a.stl", "a.ply", "a.glb", "a.fbx", "a.ac", "a.3ds", "a.dae"}) {
+    expect_mesh_refused(name, "", {name, "empty"});
+    expect_mesh_refused(name, "this is no mesh at all\n", {name});
+    expect_mesh_refused(name, std::string("\0\1\2\3\xff\xfe garbage", 20), {name});
+  }
+  expect_mesh_refused("a.xyz", "1 2 3\n", {"a.xyz"});
+  const std::string mesh = Stadium{}.obj();
+  write(folder / "s.obj", mesh);
+  ASSERT_EQ(crgbuild({"clean", folder / "s.obj", "-o", folder / "s.stl"}).code, 0);
+  const std::string stl = read(folder / "s.stl");
+  expect_mesh_refused("half.stl", stl.substr(0, stl.size() / 2), {"half.stl"});
+  expect_mesh_refused("half_a_number.obj", mesh.substr(0, mesh.find("f ") - 5),
+                      {"half_a_number.obj"});
+});
+}
+
+TEST(BadInput, OpenRoadWorksAndSaysSo) {
+  const Folder folder;
+  Stadium stadium;
+  stadium.closed = false;
+  write(folder / "open.obj", stadium.obj());
+  const Ran ran = build(folder, folder / "open.obj");
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("open road"));
+  const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+  EXPECT_EQ(s["reference_line"]["closed"], false);
+}
+
+TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
+  for (const auto& [unit, scale] :
+       {std::pair{"mm", 1000.0}, std::pair{"ft", 1 / 0.3048}, std::pair{"cm", 100.0}}) {
+    Stadium stadium;
+    stadium.scale = scale;
+    const Folder folder;
+    write(folder / "s.obj", stadium.obj());
+    if (std::string(unit) != "ft")  // 1,600 ft long and 32 ft wide could be metres
+      expect_refused(build(folder, folder / "s.obj"), folder / "out", {"--unit"});
+    const Ran ran = build(folder, folder / "s.obj", {"--unit", unit});
+    EXPECT_EQ(ran.code, 0) << unit << ran.err;
+    const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+    EXPECT_NEAR(s["reference_line"]["length_m"], Stadium::length_m(), 0.3) << unit;
+  }
+}
+
+TEST(BadInput, WrongUpAxisSaysWhichFlagToGive) {
+  Stadium stadium;
+  stadium.y_up = true;
+  expect_mesh_refused("s.obj", stadium.obj(), {"--up"}, {"--up", "z"});
+  const Folder folder;
+  write(folder / "s.obj", stadium.obj());
+  EXPECT_EQ(build(folder, folder / "s.obj", {"--up", "y"}).code, 0);
+  EXPECT_EQ(build(folder, folder / "s.obj").code, 0);  // found by itself
+}
+
+TEST(BadInput, VerticesThatAreNoPlace) {
+  for (const char* vertex : {"nan 0 0", "0 1e30 0", "0 0 -inf", "0 2e7 0"}) {
+    Stadium stadium;
+    stadium.first_vertex = vertex;
+    expect_mesh_refused("s.obj", stadium.obj(), {"s.obj"});
+  }
+}
+
+TEST(BadInput, UtmCoordinatesAreKept) {
+  Stadium stadium;
+  stadium.x_m = 500000.25;
+  stadium.y_m = 5400000.5;
+  const Folder folder;
+  write(folder / "s.obj", stadium.obj());
+  const Ran ran = build(folder, folder / "s.obj", {"--start-near-m", "500000.25,5400000.5"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+  EXPECT_LT(s["validation"]["z_error_m"]["max"].get<double>(), 0.005);
+  const auto info = nlohmann::json::parse(crgbuild({"info", folder / "out/s.crg", "--json"}).out);
+  EXPECT_NEAR(info["reference_line"]["x_max_m"].get<double>(), 500160.25, 0.1);
+  EXPECT_NEAR(info["reference_line"]["y_min_m"].get<double>(), 5400000.5, 0.1);
+}
+
+TEST(BadInput, OnlyTrees) {
+  Stadium stadium;
+  stadium.road = false;
+  expect_mesh_refused("s.obj", stadium.obj(), {"s.obj"});
+  stadium.names = false;
+  expect_mesh_refused("s.obj", stadium.obj(), {"s.obj"});
+}
+
+TEST(BadInput, TwoCircuits) {
+  Stadium stadium;
+  stadium.x2_m = 400;
+  expect_mesh_refused("s.obj", stadium.obj(), {"two", "-near-m"});
+  const Folder folder;
+  write(folder / "s.obj", stadium.obj());
+  const Ran ran = build(folder, folder / "s.obj", {"--near-m", "460,0"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto info = nlohmann::json::parse(crgbuild({"info", folder / "out/s.crg", "--json"}).out);
+  EXPECT_GT(info["reference_line"]["x_min_m"].get<double>(), 300);
+}
+
+TEST(BadInput, RecipesSayFileAndLine) {
+  const Folder folder;
+  write(folder / "s.obj", Stadium{}.obj());
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"mesh: s.obj\nu_stp_m: 1\n",
+       "track.yaml:2: unknown key 'u_stp_m'; the nearest known one is 'u_step_m'"},
+      {"mesh: s.obj\n\nu_step_m: 100\n",
+       "track.yaml:3: u_step_m: '100' seen, a number from 0.01 to 10 wanted"},
+      {"mesh: s.obj\nup: w\n", "track.yaml:2: up: 'w' seen"},
+      {"mesh: missing.obj\n", "missing.obj"},
+      {"mesh: s.obj\ncontrol_points: missing.csv\n", "missing.csv"},
+      {"mesh: [\n", "track.yaml:"},
+      {"", "track.yaml: empty"}};
+  for (const auto& [text, wanted] : bad) {
+    write(folder / "track.yaml", text);
+    expect_refused(build(folder, folder / "track.yaml"), folder / "out", {wanted});
+  }
+}
+
+TEST(BadInput, FilesThatAreNoRoad) {
+  const Folder folder;
+  write(folder / "s.obj", Stadium{}.obj());
+  write(folder / "x.crg", "no road\n");
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {"info", folder / "x.crg"},
+           {"info", folder / "missing.crg"},
+           {"info", folder.path()},
+           {"validate", folder / "x.crg", folder / "s.obj"},
+           {"query", folder / "x.crg", "--points", folder / "x.crg", "-o", folder / "o.csv"},
+           {"sample", folder / "s.obj", "--centreline", folder / "x.crg", "-o", folder / "o.crg"},
+           {"smooth", folder / "x.crg", "--ignore-kerbs", "--smooth-window-m", "1", "-o",
+            folder / "o.crg"},
+           {"synth", folder / "x.crg", "-o", folder / "synth"},
+           {"clean", folder / "s.obj", "-o", folder / "o.txt"}}) {
+    const Ran ran = crgbuild(arguments);
+    EXPECT_EQ(ran.code, 1) << arguments[0] << ran.err;
+    EXPECT_THAT(ran.err, StartsWith("crgbuild: ")) << arguments[0];
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    EXPECT_FALSE(exists(folder / "o.crg"));
+  }
+}
+
+TEST(BadInput, OutputFolderThatCannotBeWritten) {
+  const Folder folder;
+  write(folder / "s.obj", Stadium{}.obj());
+  write(folder / "out", "a file is in the way");
+  const Ran file = build(folder, folder / "s.obj");
+  EXPECT_EQ(file.code, 1);
+  EXPECT_THAT(file.err, HasSubstr(folder / "out"));
+  EXPECT_EQ(crgbuild({"build", folder / "s.obj", "-o", "/proc/nowhere"}).code, 1);
+  // Root may write anywhere but not here: a folder that takes no files.
+  const Ran proc = crgbuild({"build", folder / "s.obj", "-o", "/proc/self"});
+  EXPECT_EQ(proc.code, 1);
+  EXPECT_EQ(std::count(proc.err.begin(), proc.err.end(), '\n'), 1) << proc.err;
+  const Ran stage = crgbuild({"clean", folder / "s.obj", "-o", folder / "no/such/folder/s.stl"});
+  EXPECT_EQ(stage.code, 1);
+  EXPECT_THAT(stage.err, HasSubstr("no/such/folder/s.stl"));
+}
+
+TEST(BadInput, KilledAtAnyMomentLeavesNoDamagedFile) {
+  const Folder folder;
+  write(folder / "s.obj", Stadium{}.obj());
+  const std::vector<std::string> command = {
+      "build", folder / "s.obj", "-o", folder / "out", "--u-step-m", "0.05", "--v-step-m", "0.05"};
+  ASSERT_EQ(crgbuild(command).code, 0);
+  const std::string whole = read(folder / "out/s.crg"), picture = read(folder / "out/s.png");
+  int killed = 0;
+  for (int round = 0; round < 40; ++round) {
+    if (round % 2) std::filesystem::remove_all(folder / "out");
+    const bool ctrl_c = round % 4 == 3;
+    const Ran ran = crgbuild(command, 0.01 + 0.012 * round, ctrl_c ? SIGINT : SIGKILL);
+    killed += ran.code != 0;
+    if (ctrl_c && ran.code != 0 && ran.code != 128 + SIGINT) {
+      EXPECT_EQ(ran.code, 130) << ran.err;
+    }
+    // Old or new, both are the same whole file.
+    for (const auto& [name, bytes] : {std::pair{"s.crg", &whole}, std::pair{"s.png", &picture}}) {
+      if (!exists(folder / (std::string("out/") + name))) continue;
+      EXPECT_TRUE(read(folder / (std::string("out/") + name)) == *bytes)
+          << name << " in round " << round;
+    }
+    if (exists(folder / "out/summary.json")) {
+      EXPECT_TRUE(nlohmann::json::accept(read(folder / "out/summary.json"))) << round;
+    }
+  }
+  EXPECT_GT(killed, 3);
+  EXPECT_EQ(crgbuild(command).code, 0);
+  EXPECT_TRUE(read(folder / "out/s.crg") == whole);
+}
+
+}  // namespace
+}  // namespace cli
