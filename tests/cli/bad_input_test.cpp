@@ -63,7 +63,6 @@ TEST(BadInput, MissingEmptyTruncatedNoMesh) {
   expect_mesh_refused("half.stl", stl.substr(0, stl.size() / 2), {"half.stl"});
   expect_mesh_refused("half_a_number.obj", mesh.substr(0, mesh.find("f ") - 5),
                       {"half_a_number.obj"});
-});
 }
 
 TEST(BadInput, OpenRoadWorksAndSaysSo) {
@@ -138,7 +137,7 @@ TEST(BadInput, OnlyTrees) {
 TEST(BadInput, TwoCircuits) {
   Stadium stadium;
   stadium.x2_m = 400;
-  expect_mesh_refused("s.obj", stadium.obj(), {"two", "-near-m"});
+  expect_mesh_refused("s.obj", stadium.obj(), {"2 separate roads", "--near-m 460,40"});
   const Folder folder;
   write(folder / "s.obj", stadium.obj());
   const Ran ran = build(folder, folder / "s.obj", {"--near-m", "460,0"});

@@ -143,13 +143,14 @@ void add_tree(ObjText& obj, double x, double y) {
 }
 
 void add_stadium(ObjText& obj, const Stadium& stadium, double x_offset) {
+  const std::string number = x_offset == 0.0 ? "" : "_2";
   if (stadium.road) {
-    add_strip(obj, "road_main", -5, 5, stadium.closed, x_offset);
-    add_strip(obj, "grass_left", 5, 8, stadium.closed, x_offset);
-    add_strip(obj, "grass_right", -8, -5, stadium.closed, x_offset);
+    add_strip(obj, "road_main" + number, -5, 5, stadium.closed, x_offset);
+    add_strip(obj, "grass_left" + number, 5, 8, stadium.closed, x_offset);
+    add_strip(obj, "grass_right" + number, -8, -5, stadium.closed, x_offset);
   }
   if (!stadium.trees) return;
-  obj.object("tree_row");
+  obj.object("tree_row" + number);
   for (int i = 0; i < 12; ++i) add_tree(obj, 10.0 * i + x_offset, 14.0 + i % 3);
 }
 

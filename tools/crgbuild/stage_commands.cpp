@@ -250,7 +250,7 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
         "nothing to align with: give --control-points, or --yaw-deg and --translation-m");
   const road::AlignReport numbers = alignment_of(recipe);
   Track track = read_track(command.crg);
-  road::apply_alignment(numbers.T_global_mesh, track.line, track.grid);
+  road::apply_alignment(numbers.T_global_mesh, track.line);
   write_track(std::move(track), command.output, recipe.format);
   const Eigen::Vector3d& t = numbers.T_global_mesh.translation_m;
   const double yaw_deg = numbers.T_global_mesh.yaw_rad * 180.0 / M_PI;

@@ -483,8 +483,8 @@ class Annotations {
     std::snprintf(text, sizeof text,
                   "%.1f m long, %s, surface %.1f to %.1f m wide, height %.2f to %.2f m",
                   static_cast<double>(road_.x_m.size() - 1) * road_.u_step_m,
-                  road_.closed ? "closed" : "open", low, high, static_cast<double>(bounds_.z_low),
-                  static_cast<double>(bounds_.z_high));
+                  road_.closed ? "closed" : "open", low, high, bounds_.z_low + road_.z_offset_m,
+                  bounds_.z_high + road_.z_offset_m);
     words(text, kMargin, 98.0, 24.0, false);
   }
 
@@ -508,7 +508,7 @@ class Annotations {
     for (int i = 0; i <= 4; ++i) {
       char text[32];
       std::snprintf(text, sizeof text, span < 4.0 ? "%.2f" : "%.1f",
-                    bounds_.z_low + span * i / 4.0);
+                    road_.z_offset_m + bounds_.z_low + span * i / 4.0);
       if (std::strtod(text, nullptr) == 0.0 && text[0] == '-')  // no "-0.0"
         std::memmove(text, text + 1, std::strlen(text));
       const double x = kMargin + width * i / 4.0;

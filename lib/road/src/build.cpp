@@ -76,6 +76,7 @@ std::string picture_of(const Recipe& recipe, const crg::ReferenceLine& line, con
   input.z_m = sampled.grid.z_m;
   input.kind = {reinterpret_cast<const std::uint8_t*>(sampled.surface_class.data()), sampled.surface_class.size()};
   input.closed = line.closed;
+  if (!line.z_m.empty()) input.z_offset_m = line.z_m.front();
   report::ReliefOptions options;
   options.threads = recipe.sample.threads;
   return report::relief_png(input, options);

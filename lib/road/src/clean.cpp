@@ -537,9 +537,8 @@ void keep_one_circuit(Soup& soup, const Eigen::Vector3d& origin_m, const CleanOp
     }
     const Eigen::Vector3d corner = origin_m + circuits.back()->centre();
     throw Error(
-        fmt::format("{} separate roads of similar size: {}; wanted one; choose by a point on it "
-                    "(recipe: near_m, "
-                    "e.g. near_m: [{:.0f}, {:.0f}])",
+        fmt::format("{} separate roads of similar size: {}; wanted one; choose by a point on it: "
+                    "--near-m {:.0f},{:.0f} (near_m in a recipe)",
                     circuits.size(), places, corner.x(), corner.y()));
   }
   if (options.near_m) {

@@ -17,6 +17,7 @@ struct ReliefInput {
   std::span<const float>
       z_m;  ///< rows * columns heights in the map frame, row after row; NaN: no road
   std::span<const std::uint8_t> kind;  ///< empty, or per node: 0 road, 1 kerb, 2 run-off
+  double z_offset_m = 0.0;             ///< added to the heights in words and numbers
   bool closed = false;
 };
 
