@@ -1,0 +1,75 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "crg.h"
+#include "crg/surface.h"
+#include "roads.h"
+
+namespace crg {
+namespace {
+
+TEST(CApi, AnswersWhatTheCppInterfaceAnswers) {
+  const ReferenceLine line = test::circuit(2001, 40.0, 0.1, 3);
+  const Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 17, [](double u, double v) { return 0.1 * std::sin(u) + 0.02 * v; }));
+  const test::Folder folder;
+  write(crg, folder.file("road.crg"), Format::KRBI);
+  const Surface surface(crg);
+  char why[100] = "";
+  crg_open_options options = {};
+  options.struct_size = sizeof options;
+  options.friction = 0.8;
+  crg_surface* c = crg_open(folder.file("road.crg").c_str(), &options, why, sizeof why);
+  ASSERT_NE(c, nullptr) << why;
+  EXPECT_EQ(crg_is_closed(c), 1);
+  double u0, u1, v0, v1;
+  crg_range(c, &u0, &u1, &v0, &v1);
+  EXPECT_EQ(u0, 0.0);
+  EXPECT_EQ(v0, -4.0);
+  EXPECT_EQ(v1, 4.0);
+  crg_cursor cursor = {};
+  Cursor own;
+  for (double u = 0.5; u < u1; u += 3.1) {
+    double x, y, back_u, back_v;
+    crg_xy_of_uv(c, u, 1.5, &x, &y);
+    const Sample want = surface.at_xy(x, y, own);
+    crg_sample sample;
+    ASSERT_EQ(crg_at_xy(c, x, y, &cursor, &sample), 1);
+    EXPECT_EQ(sample.z_m, want.z_m);
+    EXPECT_EQ(sample.dzdy, want.dzdy);
+    EXPECT_EQ(sample.normal_z, want.normal_z);
+    EXPECT_EQ(sample.curvature_1pm, want.curvature_1pm);
+    EXPECT_EQ(sample.friction, 0.8);
+    EXPECT_EQ(crg_z_at_xy(c, x, y, nullptr), want.z_m) << "without a cursor";
+    EXPECT_EQ(crg_z_at_uv(c, u, 1.5), surface.z_at_uv(u, 1.5));
+    crg_uv_of_xy(c, x, y, &cursor, &back_u, &back_v);
+    EXPECT_NEAR(back_u, u, 1e-9);
+    float dz[12];
+    const double base = crg_strip(c, x, y, 0.3, 3, 4, 0.01, dz, &cursor);
+    EXPECT_NEAR(base + 0.25 * (dz[5] + dz[6] + dz[1] + dz[2]), want.z_m, 0.02);
+  }
+  crg_close(c);
+  crg_close(nullptr);
+}
+
+TEST(CApi, RefusalsSayWhyAndOldCallersMayKnowLess) {
+  char why[30];
+  std::memset(why, 'x', sizeof why);
+  EXPECT_EQ(crg_open("/nowhere/road.crg", nullptr, why, sizeof why), nullptr);
+  EXPECT_EQ(std::string(why), std::string("/nowhere/road.crg: cannot open: ").substr(0, 29));
+  EXPECT_EQ(crg_open("/nowhere/road.crg", nullptr, nullptr, 0), nullptr);
+  EXPECT_EQ(crg_api_version(), CRG_API_VERSION);
+  const ReferenceLine line = test::line_along(5, 1.0, [](double) { return 0.0; });
+  const test::Folder folder;
+  write(make_crg(line, test::grid_of(line, -1.0, 1.0, 2, [](double, double) { return 1.0; })), folder.file("r.crg"), Format::LRFI);
+  crg_open_options options = {};
+  options.struct_size = sizeof options.struct_size;  // knows of no other field
+  options.friction_path = "/nowhere/mu.crg";
+  crg_surface* surface = crg_open(folder.file("r.crg").c_str(), &options, why, sizeof why);
+  EXPECT_NE(surface, nullptr);
+  crg_close(surface);
+}
+
+}  // namespace
+}  // namespace crg
