@@ -261,11 +261,11 @@ void Checker::check_heights() {
     std::size_t first = 0, last = grid.columns();
     while (first < last && std::isnan(grid.at(i, first))) ++first;
     while (last > first && std::isnan(grid.at(i, last - 1))) --last;
-    missing += first + grid.columns() - last;
     if (first == last) {
       if (empty_rows++ == 0) first_empty = i;
       continue;
     }
+    missing += first + grid.columns() - last;
     for (std::size_t j = first; j < last; ++j) {
       if (std::isnan(grid.at(i, j)) && holes++ == 0) first_hole = i;
     }

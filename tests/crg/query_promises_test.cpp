@@ -1,0 +1,95 @@
+// What every query promises: no allocation, no exceptions, and one Surface for many threads.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <thread>
+#include <vector>
+
+#include "crg/surface.h"
+#include "roads.h"
+
+namespace {
+thread_local std::size_t allocations = 0;
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size != 0 ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace crg {
+namespace {
+
+Surface road(Interpolation interpolation = Interpolation::Bilinear) {
+  const ReferenceLine line = test::circuit(1501, 40.0, 0.2, 3);
+  Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 17, [](double u, double v) { return std::sin(u) * v; }));
+  crg.grid.at(40, 3) = NAN;
+  return Surface(std::move(crg), {.interpolation = interpolation});
+}
+
+double ask_everything(const Surface& surface, int from) {
+  Cursor cursor;
+  double sum = 0.0;
+  std::vector<float> dz(400);
+  std::vector<Point2> points(8);
+  std::vector<Sample> samples(8);
+  const std::size_t before = allocations;
+  for (int k = from; k < from + 300; ++k) {
+    const double x = 55.0 * std::cos(0.7 * k), y = 55.0 * std::sin(0.71 * k);
+    const Sample sample = surface.at_xy(x, y, cursor);
+    if (sample.valid) sum += sample.z_m + sample.dzdx;
+    const UV uv = surface.uv_of_xy(x + 1.0, y, cursor);
+    const double z = surface.z_at_uv(uv.u_m, uv.v_m);
+    if (!std::isnan(z)) sum += z;
+    sum += surface.at_uv(0.1 * k, 1.0).heading_rad + surface.xy_of_uv(-k, 20.0).x_m;
+    const double base = surface.strip({.x_m = x, .y_m = y}, dz, cursor);
+    if (!std::isnan(dz[0])) sum += base + static_cast<double>(dz[0]);
+    for (Point2& point : points) point = {x, y};
+    surface.at_xy(points, samples, cursor);
+  }
+  EXPECT_EQ(allocations, before);
+  return sum;
+}
+
+TEST(QueryPromises, NothingIsAllocated) {
+  ask_everything(road(), 0);
+  ask_everything(road(Interpolation::Smooth), 0);
+  const std::size_t before = allocations;
+  std::vector<int> seen(1);
+  EXPECT_GT(allocations, before) << "allocations are not counted";
+}
+
+TEST(QueryPromises, NothingThrows) {
+  using S = const Surface;
+  static_assert(noexcept(std::declval<S>().z_at_uv(0.0, 0.0)));
+  static_assert(noexcept(std::declval<S>().xy_of_uv(0.0, 0.0)));
+  static_assert(noexcept(std::declval<S>().uv_of_xy(0.0, 0.0, std::declval<Cursor&>())));
+  static_assert(noexcept(std::declval<S>().z_at_xy(0.0, 0.0, std::declval<Cursor&>())));
+  static_assert(noexcept(std::declval<S>().at_xy(0.0, 0.0, std::declval<Cursor&>())));
+  static_assert(noexcept(std::declval<S>().at_uv(0.0, 0.0)));
+  static_assert(noexcept(std::declval<S>().strip({}, {}, std::declval<Cursor&>())));
+}
+
+// Run under ThreadSanitizer (preset tsan), this is the proof that queries share nothing.
+TEST(QueryPromises, ThreadsShareASurface) {
+  const Surface surface = road();
+  const double alone[2] = {ask_everything(surface, 0), ask_everything(surface, 1000)};
+  std::atomic<int> agreed = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      if (ask_everything(surface, t % 2 == 0 ? 0 : 1000) == alone[t % 2]) ++agreed;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(agreed, 4);
+}
+
+}  // namespace
+}  // namespace crg
