@@ -1,0 +1,171 @@
+// The whole way from a mesh to a checked CRG, on the project's own demo circuit with its exact answers.
+#include "road/build.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "crg/surface.h"
+#include "road/circuit.h"
+#include "road/synth.h"
+
+namespace {
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+const road::Circuit& demo() {
+  static const road::Circuit circuit = road::read_circuit(std::string(KERBSTONE_SOURCE) + "/tracks/kerbstone-ring/circuit.yaml");
+  return circuit;
+}
+
+/// The demo circuit built once from the given kind of mesh.
+struct Built {
+  road::BuildResult result;
+  std::unique_ptr<crg::Surface> road;
+  nlohmann::json summary;
+};
+
+Built build_demo(const std::string& name, const road::SynthOptions& options) {
+  const std::string dir = testing::TempDir() + "build_test_" + name;
+  std::filesystem::remove_all(dir);
+  const auto synth = road::write_synth(demo(), dir, options);
+  road::Recipe recipe = road::recipe_for_mesh(synth.mesh_path);
+  recipe.read.up = options.up;
+  recipe.read.unit = options.unit;
+  Built built;
+  built.result = road::build_track(recipe, dir + "/out");
+  built.road = std::make_unique<crg::Surface>(crg::read(built.result.crg_path));
+  built.summary = nlohmann::json::parse(built.result.summary_json);
+  return built;
+}
+
+/// |file - truth| at random places of one class between the nodes; places without a height are counted.
+struct Compared {
+  std::vector<double> error_m;
+  std::size_t missing = 0;
+};
+
+Compared compare(const Built& built, road::SurfaceClass wanted, std::size_t points) {
+  const crg::ReferenceLine& line = built.road->reference_line();
+  const crg::Grid& grid = built.road->file().grid;
+  Compared result;
+  std::mt19937_64 random(11);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
+  const double length_m = line.u_step_m * static_cast<double>(line.size() - 1);
+  const double start_u_m = road::uv_of_position(demo(), line.x_m[0], line.y_m[0]).at(0).u_m;
+  for (std::size_t tries = 0; result.error_m.size() + result.missing < points && tries < 200 * points; ++tries) {
+    const double u = length_m * uniform(), v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
+    const crg::Point2 p = built.road->xy_of_uv(u, v);
+    const double z = built.road->z_at_uv(u, v);
+    // Where the track crosses itself two places have this x, y: the one on this leg is meant. (The
+    // middle of the road is up to some metres shorter or longer than the design's reference curve.)
+    std::optional<double> truth;
+    for (const auto& place : road::uv_of_position(demo(), p.x_m, p.y_m)) {
+      const bool this_leg = std::abs(std::remainder(place.u_m - start_u_m - u, demo().length_m())) < 100.0;
+      if (!this_leg || road::true_class(demo(), place.u_m, place.v_m) != wanted) continue;
+      truth = road::true_height(demo(), place.u_m, place.v_m);
+    }
+    if (!truth) continue;
+    if (std::isnan(z)) {
+      ++result.missing;
+      continue;
+    }
+    result.error_m.push_back(std::abs(z - *truth));
+  }
+  return result;
+}
+
+/// Pairs of neighbouring nodes along u that differ by more than any slope or kerb allows.
+std::size_t jumps(const crg::Grid& grid) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + 1 < grid.rows(); ++i) {
+    for (std::size_t j = 0; j < grid.columns(); ++j) count += std::abs(grid.at(i + 1, j) - grid.at(i, j)) > 0.5f ? 1 : 0;
+  }
+  return count;
+}
+
+void expect_true_road(const Built& built, const char* name) {
+  const Compared road = compare(built, road::SurfaceClass::road, 20000);
+  ASSERT_EQ(road.error_m.size() + road.missing, 20000u);
+  std::printf("%s: road z p50 %.5f p99 %.5f max %.5f m, missing %zu, jumps %zu\n", name, quantile(road.error_m, 0.5),
+              quantile(road.error_m, 0.99), quantile(road.error_m, 1.0), road.missing, jumps(built.road->file().grid));
+  EXPECT_LE(quantile(road.error_m, 0.99), 0.002);
+  EXPECT_EQ(jumps(built.road->file().grid), 0u);
+  EXPECT_LE(road.missing, 10u);
+  EXPECT_NEAR(built.summary["reference_line"]["length_m"].get<double>() / demo().length_m(), 1.0, 0.005)
+      << "the middle of the road is not the design's reference curve where the two widths differ";
+  EXPECT_TRUE(built.summary["reference_line"]["closed"].get<bool>());
+  EXPECT_TRUE(built.result.validation_failures.empty());
+}
+
+TEST(Build, TheDemoCircuitWithNames) { expect_true_road(build_demo("obj", {}), "obj, named"); }
+
+TEST(Build, TheDemoCircuitWithoutNames) {
+  expect_true_road(build_demo("stl", {.format = road::MeshFormat::stl, .up = road::UpAxis::z, .names = road::NameStyle::none}), "stl, nameless");
+}
+
+TEST(Build, TheDemoCircuitInFeetFromGlb) {
+  expect_true_road(build_demo("glb", {.format = road::MeshFormat::glb, .unit = road::Unit::ft, .names = road::NameStyle::ac}), "glb, feet");
+}
+
+TEST(Build, SaysWhatItDid) {
+  const auto built = build_demo("summary", {});
+  const auto& s = built.summary;
+  for (const char* path : {"/reference_line/length_m", "/reference_line/closed", "/grid/nodes", "/grid/holes", "/grid/u_step_m",
+                           "/validation/z_error_m/p50", "/validation/z_error_m/p95", "/validation/z_error_m/p99",
+                           "/validation/z_error_m/max", "/seconds/total", "/peak_memory_mb"}) {
+    EXPECT_TRUE(s.contains(nlohmann::json::json_pointer(path))) << path;
+  }
+  EXPECT_EQ(s["grid"]["nodes"].get<std::size_t>(), built.road->file().grid.z_m.size());
+  EXPECT_NEAR(s["grid"]["u_step_m"].get<double>(), 0.1, 1e-4);
+  EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 0.002);
+  EXPECT_GT(s["kerb"]["cells"].get<std::size_t>(), 0u);
+  for (const auto* file : {&built.result.crg_path, &built.result.stl_path, &built.result.centreline_path, &built.result.summary_path,
+                           &built.result.picture_path}) {
+    EXPECT_TRUE(std::filesystem::exists(*file)) << *file;
+  }
+  // Nothing else lies in the folder: no temporary files.
+  const std::filesystem::path dir = std::filesystem::path(built.result.crg_path).parent_path();
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir), std::filesystem::directory_iterator{}), 5);
+}
+
+TEST(Build, RepeatsItselfToTheByte) {
+  const auto a = build_demo("first", {}), b = build_demo("second", {});
+  EXPECT_TRUE(bytes_of(a.result.crg_path) == bytes_of(b.result.crg_path));
+  EXPECT_TRUE(bytes_of(a.result.stl_path) == bytes_of(b.result.stl_path));
+}
+
+TEST(Build, MovesTheTrackByItsAlignmentWithoutChangingItsShape) {
+  const std::string dir = testing::TempDir() + "build_test_aligned";
+  std::filesystem::remove_all(dir);
+  const auto synth = road::write_synth(demo(), dir);
+  road::Recipe recipe = road::recipe_for_mesh(synth.mesh_path);
+  recipe.read.up = road::UpAxis::y;
+  const auto plain = road::build_track(recipe, dir + "/plain");
+  recipe.T_global_mesh = road::RotoTranslation{0.7, {691'000.0, 5'334'000.0, 512.0}};
+  const auto moved = road::build_track(recipe, dir + "/moved");
+  const crg::Surface a(crg::read(plain.crg_path)), b(crg::read(moved.crg_path));
+  EXPECT_TRUE(moved.validation_failures.empty());
+  for (double u = 5.0; u < 2000.0; u += 97.3) {
+    const crg::Point2 p = a.xy_of_uv(u, 1.3), q = b.xy_of_uv(u, 1.3);
+    EXPECT_NEAR(q.x_m, std::cos(0.7) * p.x_m - std::sin(0.7) * p.y_m + 691'000.0, 1e-5);
+    EXPECT_NEAR(q.y_m, std::sin(0.7) * p.x_m + std::cos(0.7) * p.y_m + 5'334'000.0, 1e-5);
+    EXPECT_NEAR(b.z_at_uv(u, 1.3), a.z_at_uv(u, 1.3) + 512.0, 5e-5);
+  }
+}
+
+}  // namespace
