@@ -104,22 +104,6 @@ Adjacency adjacency(const std::vector<Triangle>& triangles) {
   return out;
 }
 
-std::vector<std::uint32_t> components(const std::vector<Triangle>& triangles) {
-  DisjointSets sets(triangles.size());
-  const std::vector<EdgeUse> uses = edge_uses(triangles);
-  for (std::size_t i = 1; i < uses.size(); ++i) {
-    if (uses[i].key == uses[i - 1].key) sets.join(uses[i].t, uses[i - 1].t);
-  }
-  std::vector<std::uint32_t> number(triangles.size(), kNoIndex);
-  std::uint32_t count = 0;
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    const std::uint32_t root = sets.find(t);
-    if (number[root] == kNoIndex) number[root] = count++;
-    number[t] = number[root];
-  }
-  return number;
-}
-
 std::size_t count_borders(const std::vector<Triangle>& triangles) {
   std::uint32_t vertices = 0;
   for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});

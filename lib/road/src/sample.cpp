@@ -238,6 +238,25 @@ void drop_empty_columns(SampledGrid& sampled) {
   sampled.surface_class.resize(rows * kept);
 }
 
+/// Columns of the outermost nodes with a height; none when first > last.
+struct Span {
+  std::size_t first, last;
+};
+
+Span span_of(const Provenance* row, std::size_t columns) {
+  Span span{0, columns};
+  while (span.first < columns && row[span.first] == Provenance::none) ++span.first;
+  while (span.last > span.first && row[span.last - 1] == Provenance::none) --span.last;
+  if (span.first == columns) return {1, 0};
+  return {span.first, span.last - 1};
+}
+
+std::size_t holes_in(const Provenance* row, const Span& span) {
+  return span.first > span.last
+             ? 0
+             : static_cast<std::size_t>(std::count(row + span.first, row + span.last + 1, Provenance::none));
+}
+
 /// Fills runs of missing nodes between two nodes of one class, first across, then along.
 std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
   const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
@@ -259,27 +278,34 @@ std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
       ++filled;
     }
   };
-  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  // Nearly every row is whole and like the one before it: both passes look closely at the others only.
   for (std::size_t i = 0; i < rows; ++i) {
-    std::size_t known = kNone;
-    for (std::size_t node = i * columns; node < (i + 1) * columns; ++node) {
-      if (sampled.provenance[node] == Provenance::none) continue;
-      if (known != kNone && node > known + 1) {
-        fill(known, node, 1, [&](std::size_t k) { return sampled.grid.v_m[k % columns]; });
+    const Provenance* row = sampled.provenance.data() + i * columns;
+    const Span span = span_of(row, columns);
+    if (holes_in(row, span) == 0) continue;
+    std::size_t known = span.first;
+    for (std::size_t j = span.first; j <= span.last; ++j) {
+      if (row[j] == Provenance::none) continue;
+      if (j > known + 1) {
+        fill(i * columns + known, i * columns + j, 1, [&](std::size_t k) { return sampled.grid.v_m[k % columns]; });
       }
-      known = node;
+      known = j;
     }
   }
-  std::vector<std::size_t> known(columns, kNone);
-  for (std::size_t i = 0; i < rows; ++i) {
+  const auto reach = static_cast<std::size_t>(std::floor(max_gap_m / sampled.grid.u_step_m + 1e-9));
+  for (std::size_t i = 1; i < rows; ++i) {
+    const Provenance *row = sampled.provenance.data() + i * columns, *before = row - columns;
+    if (std::equal(row, row + columns, before)) continue;
     for (std::size_t j = 0; j < columns; ++j) {
-      const std::size_t node = i * columns + j;
-      if (sampled.provenance[node] == Provenance::none) continue;
-      if (known[j] != kNone && node > known[j] + columns) {
-        fill(known[j], node, columns,
+      if (row[j] == Provenance::none || before[j] != Provenance::none) continue;
+      // A gap of this column ends here: where did it begin?
+      for (std::size_t back = 2; back <= std::min(reach, i); ++back) {
+        const std::size_t node = (i - back) * columns + j;
+        if (sampled.provenance[node] == Provenance::none) continue;
+        fill(node, i * columns + j, columns,
              [&](std::size_t k) { return static_cast<double>(k / columns) * sampled.grid.u_step_m; });
+        break;
       }
-      known[j] = node;
     }
   }
   return filled;
@@ -368,16 +394,10 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   SampleReport result;
   result.nodes = out.grid.z_m.size();
   result.filled = filled;
+  result.nodes_with_z = result.nodes - static_cast<std::size_t>(std::count(out.provenance.begin(), out.provenance.end(), Provenance::none));
   for (std::size_t i = 0; i < line.size(); ++i) {
-    std::size_t first = kept, last = 0, known = 0;
-    for (std::size_t j = 0; j < kept; ++j) {
-      if (out.provenance[i * kept + j] == Provenance::none) continue;
-      first = std::min(first, j);
-      last = j;
-      ++known;
-    }
-    result.nodes_with_z += known;
-    if (known > 0) result.holes += last - first + 1 - known;
+    const Provenance* row = out.provenance.data() + i * kept;
+    result.holes += holes_in(row, span_of(row, kept));
   }
   if (result.nodes_with_z == 0) {
     throw Error("no ray met the road: the centreline and the mesh do not lie in the same place (frame, unit or up axis differ)");
