@@ -114,10 +114,6 @@ void expect_true_road(const Built& built, const char* name) {
 
 TEST(Build, TheDemoCircuitWithNames) { expect_true_road(build_demo("obj", {}), "obj, named"); }
 
-TEST(Build, TheDemoCircuitWithoutNames) {
-  expect_true_road(build_demo("stl", {.format = road::MeshFormat::stl, .up = road::UpAxis::z, .names = road::NameStyle::none}), "stl, nameless");
-}
-
 TEST(Build, TheDemoCircuitInFeetFromGlb) {
   expect_true_road(build_demo("glb", {.format = road::MeshFormat::glb, .unit = road::Unit::ft, .names = road::NameStyle::ac}), "glb, feet");
 }
