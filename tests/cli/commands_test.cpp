@@ -357,6 +357,16 @@ TEST(Synth, DemoCircuitGivesAMeshThatBuilds) {
   const Json j = Json::parse(synth.out);
   ASSERT_TRUE(exists(j["mesh"]));
   EXPECT_EQ(crgbuild({"info", j["truth"]}).code, 0);
+
+  const Ran coarse = crgbuild({"synth", folder / "oval.yaml", "-o", folder / "coarse", "--unit",
+                               "cm", "--facet-m", "8", "--json"});
+  ASSERT_EQ(coarse.code, 0) << coarse.err;
+  const Json k = Json::parse(coarse.out);
+  EXPECT_LT(k["triangles"].get<int>(), j["triangles"].get<int>() / 3);
+  const Ran built = crgbuild({"build", k["mesh"], "-o", folder / "coarse", "--unit", "cm"});
+  ASSERT_EQ(built.code, 0) << built.err;
+  const Json summary = Json::parse(read(folder / "coarse/summary.json"));
+  EXPECT_NEAR(summary["reference_line"]["length_m"], k["length_m"].get<double>(), 1.0);
 }
 
 }  // namespace

@@ -98,7 +98,8 @@ struct QueryCommand {
 int run_query(const QueryCommand& command, Terminal& terminal);
 
 struct SynthCommand {
-  std::string circuit, output_dir, format = "obj", up = "y", names = "plain";
+  std::string circuit, output_dir, format = "obj", up = "y", unit = "m", names = "plain";
+  double facet_m = 0.5;
 };
 int run_synth(const SynthCommand& command, Terminal& terminal);
 

@@ -193,10 +193,16 @@ void define_file_tools(CLI::App& app, Commands& c) {
   synth->add_option("--up", c.synth.up, "axis of the mesh that points up [y]")
       ->check(CLI::IsMember({"y", "z"}))
       ->type_name("y or z");
+  synth->add_option("--unit", c.synth.unit, "of the mesh's coordinates [m]")
+      ->check(CLI::IsMember({"m", "cm", "mm", "ft"}))
+      ->type_name("m, cm, mm or ft");
+  synth->add_option("--facet-m", c.synth.facet_m, "length of facets on straights; 10 is coarse [0.5]")
+      ->check(CLI::Range(0.05, 50.0))
+      ->type_name("0.05 to 50");
   synth->add_option("--names", c.synth.names, "how objects are called [plain]")
       ->check(CLI::IsMember({"plain", "torcs", "ac", "none"}))
       ->type_name("plain, torcs, ac or none");
-  synth->footer("Example:\n  crgbuild synth tracks/demo/circuit.yaml -o out");
+  synth->footer("Example:\n  crgbuild synth tracks/kerbstone-ring/circuit.yaml -o out/demo");
 }
 
 /// Stages know no files: their errors get the name of the input in front.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
@@ -18,6 +19,15 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
                   : command.names == "ac"   ? road::NameStyle::ac
                   : command.names == "none" ? road::NameStyle::none
                                             : road::NameStyle::plain;
+  options.unit = command.unit == "cm"   ? road::Unit::cm
+                 : command.unit == "mm" ? road::Unit::mm
+                 : command.unit == "ft" ? road::Unit::ft
+                                        : road::Unit::m;
+  // The sagitta grows with the square of a chord: bends get coarser in step with straights.
+  const double coarser = command.facet_m / options.ring_step_m;
+  options.ring_step_m = command.facet_m;
+  options.column_step_m *= std::max(1.0, coarser / 4.0);
+  options.max_sagitta_m *= coarser * coarser;
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
   const road::Circuit circuit = road::read_circuit(command.circuit);
@@ -25,20 +35,22 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
   const road::SynthOutput made = road::write_synth(circuit, command.output_dir, options);
   terminal.progress_done();
   if (terminal.json) {
-    const nlohmann::ordered_json numbers = {{"mesh", made.mesh_path},
-                                            {"truth", made.truth_path},
-                                            {"vertices", made.vertices},
-                                            {"triangles", made.triangles},
-                                            {"objects", made.objects},
-                                            {"length_m", made.length_m},
-                                            {"closing_error_m", made.closing_error_m},
-                                            {"mesh_error",
-                                             {{"road_p99_m", made.mesh_error.road_p99_m},
-                                              {"road_max_m", made.mesh_error.road_max_m},
-                                              {"kerb_p99_m", made.mesh_error.kerb_p99_m},
-                                              {"kerb_max_m", made.mesh_error.kerb_max_m},
-                                              {"runoff_p99_m", made.mesh_error.runoff_p99_m},
-                                              {"runoff_max_m", made.mesh_error.runoff_max_m}}}};
+    const nlohmann::ordered_json numbers = {
+        {"mesh", made.mesh_path},
+        {"truth", made.truth_path},
+        {"vertices", made.vertices},
+        {"triangles", made.triangles},
+        {"objects", made.objects},
+        {"length_m", made.length_m},
+        {"closing_error_m", made.closing_error_m},
+        {"mesh_error",
+         {{"road_p99_m", made.mesh_error.road_p99_m},
+          {"road_max_m", made.mesh_error.road_max_m},
+          {"kerb_p99_m", made.mesh_error.kerb_p99_m},
+          {"kerb_max_m", made.mesh_error.kerb_max_m},
+          {"runoff_p99_m", made.mesh_error.runoff_p99_m},
+          {"runoff_max_m", made.mesh_error.runoff_max_m},
+          {"points_without_mesh", made.mesh_error.points_without_mesh}}}};
     terminal.print(numbers.dump(2) + "\n");
   } else {
     terminal.print(

@@ -17,12 +17,13 @@ enum class MeshFormat { obj, glb, ply, stl };
 /// at all.
 enum class NameStyle { torcs, ac, plain, none };
 
+/// Coarse facets as in old simulators: ring_step_m 10, column_step_m 5, max_sagitta_m 0.3.
 struct SynthOptions {
   MeshFormat format = MeshFormat::obj;
   UpAxis up = UpAxis::y;  ///< y: (x, y, z) is written as (x, z, -y); automatic counts as y
   Unit unit = Unit::m;    ///< automatic counts as m
   NameStyle names = NameStyle::plain;
-  double ring_step_m = 0.5;    ///< largest distance of cross sections; 5-15 m gives coarse facets
+  double ring_step_m = 0.5;    ///< largest distance of cross sections
   double column_step_m = 1.0;  ///< largest distance of vertices across the road; run-off: 2x
   double max_sagitta_m =
       0.001;  ///< closer cross sections in bends, so that chords leave the curve by no more
