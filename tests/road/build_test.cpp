@@ -139,6 +139,13 @@ TEST(Build, SaysWhatItDid) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir), std::filesystem::directory_iterator{}), 5);
 }
 
+TEST(Build, KnowsNoRoadBesideTheRoad) {
+  const auto built = build_demo("beside", {});
+  for (const double v : {-200.0, -40.0, 40.0, 200.0}) EXPECT_TRUE(std::isnan(built.road->z_at_uv(100.0, v))) << v;
+  crg::Cursor cursor;
+  EXPECT_FALSE(built.road->at_xy(5000.0, 5000.0, cursor).valid);
+}
+
 TEST(Build, RepeatsItselfToTheByte) {
   const auto a = build_demo("first", {}), b = build_demo("second", {});
   EXPECT_TRUE(bytes_of(a.result.crg_path) == bytes_of(b.result.crg_path));

@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "crg/file.h"
+#include "road/build.h"
 #include "road/parallel.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
@@ -37,7 +38,7 @@ Track read_track(const std::string& path) {
 }
 
 void write_track(Track track, const std::string& path, crg::Format format) {
-  crg::write(crg::make_crg(track.line, std::move(track.grid)), path, format);
+  crg::write(road::track_crg(track.line, std::move(track.grid)), path, format);
 }
 
 /// The class of each node is that of the mesh surface at its height.

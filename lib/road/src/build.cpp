@@ -84,6 +84,13 @@ std::string picture_of(const Recipe& recipe, const crg::ReferenceLine& line, con
 
 }  // namespace
 
+crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
+  crg::Crg file = crg::make_crg(line, std::move(grid));
+  crg::set_value(file.options, "BORDER_MODE_U", 0.0);
+  crg::set_value(file.options, "BORDER_MODE_V", 0.0);
+  return file;
+}
+
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress) {
   const Clock::time_point start = Clock::now();
   const std::filesystem::path dir(output_dir);
@@ -142,7 +149,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   });
   summary.grid = describe(sampled.grid);
   stage("picture", [&] { write_file(paths.picture_path, picture_of(recipe, line, sampled)); });
-  stage("write", [&] { crg::write(crg::make_crg(line, std::move(sampled.grid)), paths.crg_path, recipe.format); });
+  stage("write", [&] { crg::write(track_crg(line, std::move(sampled.grid)), paths.crg_path, recipe.format); });
   stage("validate", [&] { summary.validate = validate(paths.crg_path, mesh, validate_options); });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);
   summary.seconds_total = seconds_since(start);

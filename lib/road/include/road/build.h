@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "crg/file.h"
 #include "road/recipe.h"
 
 namespace road {
@@ -17,6 +18,10 @@ struct BuildResult {
   std::string summary_json;   ///< the text written to summary_path
   std::vector<std::string> validation_failures;  ///< why the road must not be used; empty = validation passed
 };
+
+/// The file of a track: what crg::make_crg makes of it, with BORDER_MODE_U and BORDER_MODE_V 0, because
+/// beside and beyond the grid is no road (the standard's default repeats the height of its border).
+crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid);
 
 /// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json and <name>.png into
 /// `output_dir` (made if missing). Each file appears whole or not at all.
