@@ -2,7 +2,7 @@
 //
 // (u, v): u is the arc length of the reference curve in metres, v the horizontal distance to its
 // left. The surface is the pure function true_height(u, v); nothing here is sampled or meshed.
-// yaml-cpp stays private to circuit.cpp.
+// yaml-cpp stays private to read_circuit.cpp.
 #pragma once
 
 #include <cstdint>
