@@ -16,6 +16,7 @@ constexpr double kEdgeBin_m = 0.01;          // kerb edges this close together s
 constexpr double kHalfFace_m = 0.005;        // a vertical face is carried by two columns this far from it
 constexpr double kSmallestColumn_m = 0.004;
 constexpr double kShortestEdge_m = 5.0;      // of kerb edge that is worth columns of its own
+constexpr std::size_t kRowsPerChunk = 64;
 constexpr double kJoinAlong_m = 1.0;         // kerbs closer than this along u are one
 
 bool is_kerb(const SampledGrid& s, std::size_t node) {
@@ -127,6 +128,41 @@ std::optional<Node> probe(const SampledGrid& s, const RaySurface& surface, const
   return Node{static_cast<float>(hit->z_m), road.class_of_triangle[hit->triangle]};
 }
 
+/// probe for up to 16 rows from `first` at once.
+std::array<std::optional<Node>, 16> probe_rows(const SampledGrid& s, const RaySurface& surface, const RoadMesh& road,
+                                               const crg::ReferenceLine& line, std::size_t first, std::size_t count, double v_m) {
+  constexpr double kReach_m = 0.3;
+  const auto& v = s.grid.v_m;
+  const auto right = static_cast<std::size_t>(std::upper_bound(v.begin(), v.end(), v_m) - v.begin());
+  RayPacket16 packet{};
+  packet.max_depth_m = static_cast<float>(2.0 * kReach_m);
+  std::array<double, 16> low_m{}, high_m{};
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto z0 = static_cast<double>(s.grid.at(first + k, right - 1)), z1 = static_cast<double>(s.grid.at(first + k, right));
+    if (std::isnan(z0) || std::isnan(z1)) continue;
+    low_m[k] = std::min(z0, z1);
+    high_m[k] = std::max(z0, z1);
+    const crg::Point2 p = crg::node_position(line, first + k, v_m);
+    packet.x_m[k] = static_cast<float>(p.x_m - surface.origin_m().x());
+    packet.y_m[k] = static_cast<float>(p.y_m - surface.origin_m().y());
+    packet.z_top_m[k] = static_cast<float>(0.5 * (z0 + z1) + kReach_m - surface.origin_m().z());
+    packet.active[k] = -1;
+  }
+  surface.cast_down(packet);
+  std::array<std::optional<Node>, 16> nodes;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (packet.active[k] == 0) continue;
+    const double z_m = static_cast<double>(packet.z_m[k]) + surface.origin_m().z();
+    // A hit between its neighbours is the surface; anything else is looked at more closely.
+    if (z_m >= low_m[k] - 0.02 && z_m <= high_m[k] + 0.02) {
+      nodes[k] = Node{static_cast<float>(z_m), road.class_of_triangle[packet.triangle[k]]};
+    } else {
+      nodes[k] = probe(s, surface, road, line, first + k, v_m);
+    }
+  }
+  return nodes;
+}
+
 /// v where the surface changes between kerb and not kerb inside (v[j], v[j + 1]), to 1 mm.
 std::optional<double> edge_between(const SampledGrid& s, const RaySurface& surface, const RoadMesh& road,
                                    const crg::ReferenceLine& line, std::size_t row, std::size_t j) {
@@ -209,24 +245,37 @@ SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const R
     refined.grid.z_m.assign(rows * columns, std::numeric_limits<float>::quiet_NaN());
     refined.provenance.assign(rows * columns, Provenance::none);
     refined.surface_class.assign(rows * columns, SurfaceClass::road);
-    const std::size_t cast_rows = line.closed ? rows - 1 : rows;
-    parallel_for(rows, 64, options.threads, [&](std::size_t begin, std::size_t end) {
+    parallel_for(rows, kRowsPerChunk, options.threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         for (std::size_t j = 0; j < columns; ++j) {
-          const std::size_t to = i * columns + j;
-          if (source[j] >= 0) {
-            const std::size_t from = i * old_columns + static_cast<std::size_t>(source[j]);
-            refined.grid.z_m[to] = sampled.grid.z_m[from];
-            refined.provenance[to] = sampled.provenance[from];
-            refined.surface_class[to] = sampled.surface_class[from];
-          } else if (const auto node = probe(sampled, surface, road, line, i < cast_rows ? i : 0, refined.grid.v_m[j])) {
-            refined.grid.z_m[to] = node->z_m;
+          if (source[j] < 0) continue;
+          const std::size_t to = i * columns + j, from = i * old_columns + static_cast<std::size_t>(source[j]);
+          refined.grid.z_m[to] = sampled.grid.z_m[from];
+          refined.provenance[to] = sampled.provenance[from];
+          refined.surface_class[to] = sampled.surface_class[from];
+        }
+      }
+      for (std::size_t j = 0; j < columns; ++j) {
+        if (source[j] >= 0) continue;
+        for (std::size_t first = begin; first < end; first += 16) {
+          const auto nodes = probe_rows(sampled, surface, road, line, first, std::min<std::size_t>(16, end - first), refined.grid.v_m[j]);
+          for (std::size_t k = 0; first + k < end && k < 16; ++k) {
+            if (!nodes[k]) continue;
+            const std::size_t to = (first + k) * columns + j;
+            refined.grid.z_m[to] = nodes[k]->z_m;
             refined.provenance[to] = Provenance::mesh;
-            refined.surface_class[to] = node->surface_class;
+            refined.surface_class[to] = nodes[k]->surface_class;
           }
         }
       }
     });
+    // The last row of a closed line stands for the first.
+    if (line.closed) {
+      const auto last = static_cast<std::ptrdiff_t>((rows - 1) * columns);
+      std::copy_n(refined.grid.z_m.begin(), columns, refined.grid.z_m.begin() + last);
+      std::copy_n(refined.provenance.begin(), columns, refined.provenance.begin() + last);
+      std::copy_n(refined.surface_class.begin(), columns, refined.surface_class.begin() + last);
+    }
     sampled = std::move(refined);
     result.columns_added = added.size();
   }
