@@ -1,0 +1,96 @@
+// What the documents say holds: commands run, every recipe key is described.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+
+#include "road/recipe.h"
+#include "support/run_crgbuild.h"
+
+namespace cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string source(const std::string& path) {
+  return read(std::string(KERBSTONE_SOURCE) + "/" + path);
+}
+
+int shell(const std::string& command) { return std::system(command.c_str()); }
+
+TEST(Docs, FormatsDescribesEveryRecipeKeyWithItsDefault) {
+  const std::string text = source("docs/formats.md");
+  for (const road::RecipeKey& key : road::recipe_keys())
+    EXPECT_THAT(text, HasSubstr(fmt::format("| `{}` | {} | {} | {} |", key.name, key.wanted,
+                                            key.show(road::Recipe{}), key.meaning)));
+}
+
+TEST(Docs, FormatsDescribesEveryKeyOfTheExampleRecipe) {
+  const std::string text = source("docs/formats.md");
+  const std::size_t begin = text.find("```yaml\n") + 8, end = text.find("```", begin);
+  const Folder folder;
+  write(folder / "track.yaml", text.substr(begin, end - begin));
+  EXPECT_NO_THROW(road::read_recipe(folder / "track.yaml"));
+}
+
+TEST(Docs, ReadmeFlagsExist) {
+  const std::string help = crgbuild({"build", "--help"}).out, text = source("README.md");
+  const std::regex flag("`(--[a-z][a-z-]*)");
+  int count = 0;
+  for (std::sregex_iterator i(text.begin(), text.end(), flag), end; i != end; ++i, ++count)
+    EXPECT_THAT(help, HasSubstr((*i)[1].str()));
+  EXPECT_GT(count, 5);
+}
+
+TEST(Docs, LinksLeadSomewhere) {
+  const std::regex link("\\]\\(([^)#:]+)(#[^)]*)?\\)");
+  const std::filesystem::path root(KERBSTONE_SOURCE);
+  std::vector<std::filesystem::path> pages{root / "README.md"};
+  for (const auto& entry : std::filesystem::directory_iterator(root / "docs"))
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  for (const auto& page : pages) {
+    const std::string text = read(page);
+    for (std::sregex_iterator i(text.begin(), text.end(), link), end; i != end; ++i)
+      EXPECT_TRUE(exists(page.parent_path() / (*i)[1].str())) << page << " links to " << (*i)[1];
+  }
+}
+
+TEST(Docs, EveryCommandOfTheHowToRuns) {
+  const std::string text = source("docs/crgbuild.md");
+  std::string script = "set -euo pipefail\n";
+  std::size_t blocks = 0;
+  for (std::size_t at = 0; (at = text.find("```sh\n", at)) != std::string::npos; ++blocks) {
+    const std::size_t end = text.find("\n```", at);
+    script += text.substr(at + 6, end - at - 5);
+    at = end;
+  }
+  ASSERT_GE(blocks, 4u);
+  const Folder folder;
+  std::filesystem::create_symlink(std::string(KERBSTONE_SOURCE) + "/tracks", folder / "tracks");
+  write(folder / "all.sh", script);
+  const std::string path = std::filesystem::path(CRGBUILD).parent_path().string();
+  EXPECT_EQ(shell(fmt::format("cd '{}' && PATH='{}':\"$PATH\" bash all.sh > log 2>&1",
+                              folder.path(), path)),
+            0)
+      << read(folder / "log");
+  EXPECT_THAT(read(folder / "heights.csv"), HasSubstr("\n0,5000,,,,,,,\n"));
+}
+
+TEST(Scripts, AreSoundShell) {
+  const std::string scripts = fmt::format(
+      "'{0}/scripts/setup' '{0}/scripts/demo' '{0}/scripts/test' '{0}/.ci/run'", KERBSTONE_SOURCE);
+  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", ".ci/run"})
+    EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", KERBSTONE_SOURCE, name)), 0) << name;
+  if (shell("command -v shellcheck >/dev/null") != 0) GTEST_SKIP() << "shellcheck is not installed";
+  EXPECT_EQ(shell("shellcheck " + scripts), 0);
+}
+
+TEST(Scripts, SetupRefusesWhatItDoesNotKnow) {
+  EXPECT_NE(shell(fmt::format("'{}/scripts/setup' nonsense 2>/dev/null", KERBSTONE_SOURCE)), 0);
+}
+
+}  // namespace
+}  // namespace cli

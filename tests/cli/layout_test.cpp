@@ -1,0 +1,78 @@
+// The borders between the libraries.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+#include <sstream>
+
+#include "support/run_crgbuild.h"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::pair<fs::path, std::string>> includes_below(const fs::path& folder) {
+  std::vector<std::pair<fs::path, std::string>> found;
+  const std::regex include("#\\s*include\\s*[<\"]([^>\"]+)[>\"]");
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string text = read(entry.path());
+    for (std::sregex_iterator i(text.begin(), text.end(), include), end; i != end; ++i)
+      found.emplace_back(entry.path(), (*i)[1].str());
+  }
+  return found;
+}
+
+TEST(Layout, CrgConfiguresAlone) {
+  const Folder folder;
+  EXPECT_EQ(std::system(fmt::format("cmake -S '{}/lib/crg' -B '{}' > '{}' 2>&1", KERBSTONE_SOURCE,
+                                    folder / "build", folder / "log")
+                            .c_str()),
+            0)
+      << read(folder / "log");
+}
+
+TEST(Layout, CrgIncludesItselfAndTheStandardLibraryOnly) {
+  // Headers of the system that memory mapping and CPU dispatch need.
+  const std::regex system(
+      "(sys/.*|std[a-z]+\\.h|unistd\\.h|fcntl\\.h|immintrin\\.h|windows\\.h|io\\.h|cpuid\\.h)");
+  for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / "lib/crg"))
+    EXPECT_TRUE(name.starts_with("crg/") || name.starts_with("crg.") ||
+                name.find_first_of("/.") == std::string::npos ||
+                fs::exists(file.parent_path() / name) || std::regex_match(name, system))
+        << file << " includes " << name;
+}
+
+TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
+  const std::regex heavy(
+      "(assimp|CGAL|embree|yaml-cpp|nlohmann|GeographicLib|pcl|ceres|cairo|openssl|CLI|fmt|boost)"
+      "([0-9]*)[/.].*|(cairo|png)\\.h");
+  for (const auto& library : fs::directory_iterator(fs::path(KERBSTONE_SOURCE) / "lib")) {
+    if (!fs::exists(library.path() / "include")) continue;
+    for (const auto& [file, name] : includes_below(library.path() / "include"))
+      EXPECT_FALSE(std::regex_match(name, heavy)) << file << " includes " << name;
+  }
+}
+
+TEST(Layout, ReportKnowsNeitherRoadNorCrg) {
+  for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / "lib/report"))
+    EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||
+                 name.starts_with("vehicle/"))
+        << file << " includes " << name;
+}
+
+TEST(Layout, CommandLineParserStaysInOneFilePerTool) {
+  for (const auto& tool : fs::directory_iterator(fs::path(KERBSTONE_SOURCE) / "tools")) {
+    if (!tool.is_directory()) continue;
+    int files = 0;
+    for (const auto& [file, name] : includes_below(tool.path())) files += name.starts_with("CLI/");
+    EXPECT_LE(files, 1) << tool.path();
+  }
+}
+
+}  // namespace
+}  // namespace cli
