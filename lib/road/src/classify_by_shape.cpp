@@ -23,6 +23,10 @@ constexpr double kWidestRoad_m = 45.0;
 // "Keeps its distance": this share of the length within this much of the median width.
 constexpr double kSteadyShare = 0.8;
 constexpr double kSteadyWidth = 0.04;
+// Roads that get wider and narrower do so over more edges than this.
+constexpr std::size_t kAround = 12;
+// A steady strip counts as the road unless a merely smooth one joins many more cross sections.
+constexpr double kAsManyRings = 0.7;
 // Nothing of a band lies farther from its chain than this many widths (bends make it more than
 // one).
 constexpr double kBandReach = 1.4;
@@ -193,14 +197,19 @@ struct Band {
   std::size_t chain = 0;
   bool on_left = true;
   double length_m = 0.0;
-  double width_m = 0.0;  ///< median
-  double steady = 0.0;   ///< share of the length near the median width
+  double width_m = 0.0;            ///< median
+  double steady = 0.0;             ///< share of the length near the median width
+  double smooth = 0.0;             ///< share of the length near the mean width around it
+  std::size_t rings = 0;           ///< cross sections that it joins
+  std::vector<double> width_at_m;  ///< per edge of the chain; 0: no triangle beside it
   std::vector<std::uint32_t> triangles;
 };
 
 Band band_beside(const FlatSurface& flat, const Fans& fans, const std::vector<Chain>& chains,
                  std::size_t index, bool on_left) {
-  Band band{index, on_left, 0.0, 0.0, 0.0, {}};
+  Band band;
+  band.chain = index;
+  band.on_left = on_left;
   const Chain& chain = chains[index];
   std::vector<std::pair<double, double>> width_and_length;
   std::vector<std::size_t> edge_of_triangle;
@@ -247,6 +256,25 @@ Band band_beside(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
     if (std::abs(width - band.width_m) < kSteadyWidth * band.width_m)
       band.steady += length / band.length_m;
   }
+  band.rings = width_and_length.size();
+  std::vector<double> width_around(chain.edges(), band.width_m);
+  for (std::size_t i = 0; i < chain.edges(); ++i) {
+    if (width_at[i] <= 0.0) continue;
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t k = i - std::min(i, kAround); k < std::min(chain.edges(), i + kAround + 1);
+         ++k) {
+      if (width_at[k] <= 0.0) continue;
+      sum += width_at[k];
+      ++count;
+    }
+    const double mean = sum / static_cast<double>(count);
+    width_around[i] = mean;
+    if (std::abs(width_at[i] - mean) >= kSteadyWidth * mean) continue;
+    band.smooth +=
+        (flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)]).head<2>().norm() /
+        band.length_m;
+  }
   // Where the chain leaves the road's side at an irregular vertex, or the fan reaches beyond the
   // band.
   std::size_t kept = 0;
@@ -254,16 +282,30 @@ Band band_beside(const FlatSurface& flat, const Fans& fans, const std::vector<Ch
     const Eigen::Vector2d a = flat.vertices_m[chain.at(edge_of_triangle[k])].head<2>();
     const Eigen::Vector2d along =
         (flat.vertices_m[chain.at(edge_of_triangle[k] + 1)].head<2>() - a).normalized();
-    bool inside = width_at[edge_of_triangle[k]] > band.width_m / kBandReach;
+    const double width =
+        band.steady >= kSteadyShare ? band.width_m : width_around[edge_of_triangle[k]];
+    bool inside = width_at[edge_of_triangle[k]] > width / kBandReach;
     for (const std::uint32_t v : flat.triangles[band.triangles[k]]) {
       const Eigen::Vector2d to = flat.vertices_m[v].head<2>() - a;
-      inside =
-          inside && std::abs(along.x() * to.y() - along.y() * to.x()) < kBandReach * band.width_m;
+      inside = inside && std::abs(along.x() * to.y() - along.y() * to.x()) < kBandReach * width;
     }
     if (inside) band.triangles[kept++] = band.triangles[k];
   }
   band.triangles.resize(kept);
+  band.width_at_m = std::move(width_at);
   return band;
+}
+
+/// Are the bands on the two sides of a chain of one width, edge by edge?
+bool as_wide(const Band& left, const Band& right) {
+  std::size_t same = 0, all = 0;
+  for (std::size_t i = 0; i < left.width_at_m.size(); ++i) {
+    const double l = left.width_at_m[i], r = right.width_at_m[i];
+    if (l <= 0.0 || r <= 0.0) continue;
+    ++all;
+    same += std::abs(l - r) < kSameColumn * std::max(l, r) ? 1 : 0;
+  }
+  return all > 0 && static_cast<double>(same) >= kSteadyShare * static_cast<double>(all);
 }
 
 Eigen::Vector3d normal_of(const FlatSurface& flat, std::uint32_t t) {
@@ -331,6 +373,7 @@ void march(const FlatSurface& flat, const Fans& fans, std::uint32_t p, std::uint
 struct Strip {
   std::vector<std::uint32_t> triangles;  ///< ascending
   std::vector<std::size_t> chains;       ///< that its bands lie beside
+  std::size_t rings = 0;
   double area_m2 = 0.0, border_m = 0.0;
   double length_m() const { return border_m / 2.0; }
   double width_m() const { return border_m > 0.0 ? 2.0 * area_m2 / border_m : 0.0; }
@@ -449,6 +492,102 @@ void grow_runoff(const FlatSurface& flat, const Fans& fans, std::vector<char>& m
   }
 }
 
+/// Adds triangles that have two sides in common with the strip: chains that break off leave such
+/// gaps between columns.
+void fill_notches(const FlatSurface& flat, const Fans& fans,
+                  std::vector<std::uint32_t>& triangles) {
+  std::vector<char> in(flat.triangles.size(), 0);
+  for (const std::uint32_t t : triangles) in[t] = 1;
+  std::vector<std::uint32_t> newest = triangles;
+  while (!newest.empty()) {
+    std::vector<std::uint32_t> added;
+    for (const std::uint32_t t : newest) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint32_t near = fans.left(flat.triangles[t][(c + 1) % 3], flat.triangles[t][c]);
+        if (near == kNoIndex || in[near]) continue;
+        int sides = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::uint32_t across =
+              fans.left(flat.triangles[near][(k + 1) % 3], flat.triangles[near][k]);
+          sides += across != kNoIndex && in[across] ? 1 : 0;
+        }
+        if (sides < 2) continue;
+        in[near] = 1;
+        added.push_back(near);
+      }
+    }
+    triangles.insert(triangles.end(), added.begin(), added.end());
+    newest = std::move(added);
+  }
+  std::sort(triangles.begin(), triangles.end());
+}
+
+/// A road is a band, what lies between the same two chains, and further columns of equal width. Of
+/// the bands that `admits` names, all strips that are as wide as a road.
+template <class Admits>
+std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
+                                   const std::vector<Chain>& chains, const std::vector<Band>& bands,
+                                   Admits admits) {
+  std::vector<std::vector<std::uint32_t>> bands_of_triangle(flat.triangles.size());
+  for (std::uint32_t b = 0; b < bands.size(); ++b) {
+    if (!admits(b)) continue;
+    for (const std::uint32_t t : bands[b].triangles) {
+      if (bands_of_triangle[t].empty() || bands_of_triangle[t].back() != b)
+        bands_of_triangle[t].push_back(b);
+    }
+  }
+  std::vector<int> fold_known(chains.size(), -1);
+  const auto flat_across = [&](std::size_t chain) {
+    if (fold_known[chain] < 0)
+      fold_known[chain] = fold_along(flat, fans, chains[chain]) < kFlatFold ? 1 : 0;
+    return fold_known[chain] == 1;
+  };
+
+  std::vector<char> grouped(bands.size(), 0);
+  std::vector<Strip> strips;
+  for (std::uint32_t first = 0; first < bands.size(); ++first) {
+    if (grouped[first] || !admits(first)) continue;
+    Strip strip;
+    std::vector<std::uint32_t> open{first};
+    grouped[first] = 1;
+    while (!open.empty()) {
+      const std::uint32_t b = open.back();
+      open.pop_back();
+      strip.chains.push_back(bands[b].chain);
+      strip.rings = std::max(strip.rings, bands[b].rings);
+      strip.triangles.insert(strip.triangles.end(), bands[b].triangles.begin(),
+                             bands[b].triangles.end());
+      const std::uint32_t across = b ^ 1u;
+      if (!grouped[across] && admits(across) && as_wide(bands[b], bands[across]) &&
+          flat_across(bands[b].chain)) {
+        grouped[across] = 1;
+        open.push_back(across);
+      }
+      std::map<std::uint32_t, std::size_t> common;
+      for (const std::uint32_t t : bands[b].triangles) {
+        for (const std::uint32_t other : bands_of_triangle[t]) ++common[other];
+      }
+      for (const auto& [other, count] : common) {
+        const std::size_t fewer =
+            std::min(bands[b].triangles.size(), bands[other].triangles.size());
+        if (grouped[other] ||
+            static_cast<double>(count) < kCommonShare * static_cast<double>(fewer))
+          continue;
+        grouped[other] = 1;
+        open.push_back(other);
+      }
+    }
+    std::sort(strip.triangles.begin(), strip.triangles.end());
+    strip.triangles.erase(std::unique(strip.triangles.begin(), strip.triangles.end()),
+                          strip.triangles.end());
+    fill_notches(flat, fans, strip.triangles);
+    measure(flat, fans, strip);
+    if (strip.width_m() >= kNarrowestRoad_m && strip.width_m() <= kWidestRoad_m)
+      strips.push_back(std::move(strip));
+  }
+  return strips;
+}
+
 std::vector<Triangle> triangles_of(const FlatSurface& flat,
                                    const std::vector<std::uint32_t>& indices) {
   std::vector<Triangle> out;
@@ -504,73 +643,34 @@ ShapeClasses classify_by_shape(const FlatSurface& flat) {
     bands.push_back(band_beside(flat, fans, chains, i, true));
     bands.push_back(band_beside(flat, fans, chains, i, false));
   }
-  const auto steady = [&](std::size_t b) {
-    return bands[b].steady >= kSteadyShare && bands[b].length_m >= kShortestChain_m &&
-           bands[b].width_m <= kWidestRoad_m;
+  const auto long_enough = [&](std::size_t b) {
+    return bands[b].length_m >= kShortestChain_m && bands[b].width_m <= kWidestRoad_m;
   };
-  std::vector<std::vector<std::uint32_t>> bands_of_triangle(flat.triangles.size());
-  for (std::uint32_t b = 0; b < bands.size(); ++b) {
-    if (!steady(b)) continue;
-    for (const std::uint32_t t : bands[b].triangles) {
-      if (bands_of_triangle[t].empty() || bands_of_triangle[t].back() != b)
-        bands_of_triangle[t].push_back(b);
-    }
-  }
-  std::vector<int> fold_known(chains.size(), -1);
-  const auto flat_across = [&](std::size_t chain) {
-    if (fold_known[chain] < 0)
-      fold_known[chain] = fold_along(flat, fans, chains[chain]) < kFlatFold ? 1 : 0;
-    return fold_known[chain] == 1;
+  std::vector<Strip> strips = strips_of_bands(flat, fans, chains, bands, [&](std::size_t b) {
+    return long_enough(b) && bands[b].steady >= kSteadyShare;
+  });
+  std::vector<Strip> smooth = strips_of_bands(flat, fans, chains, bands, [&](std::size_t b) {
+    return long_enough(b) && bands[b].smooth >= kSteadyShare;
+  });
+  const auto most_rings = [](const std::vector<Strip>& of) {
+    std::size_t most = 0;
+    for (const Strip& strip : of) most = std::max(most, strip.rings);
+    return static_cast<double>(most);
   };
-
-  // A road is a band, what lies between the same two chains, and further columns of equal width.
-  std::vector<char> grouped(bands.size(), 0);
-  std::vector<Strip> strips;
-  for (std::uint32_t first = 0; first < bands.size(); ++first) {
-    if (grouped[first] || !steady(first)) continue;
-    Strip strip;
-    std::vector<std::uint32_t> open{first};
-    grouped[first] = 1;
-    while (!open.empty()) {
-      const std::uint32_t b = open.back();
-      open.pop_back();
-      strip.chains.push_back(bands[b].chain);
-      strip.triangles.insert(strip.triangles.end(), bands[b].triangles.begin(),
-                             bands[b].triangles.end());
-      const auto alike = [&](std::uint32_t other) {
-        return std::abs(bands[b].width_m - bands[other].width_m) <=
-               kSameColumn * std::max(bands[b].width_m, bands[other].width_m);
-      };
-      const std::uint32_t across = b ^ 1u;
-      if (!grouped[across] && steady(across) && alike(across) && flat_across(bands[b].chain)) {
-        grouped[across] = 1;
-        open.push_back(across);
-      }
-      std::map<std::uint32_t, std::size_t> common;
-      for (const std::uint32_t t : bands[b].triangles) {
-        for (const std::uint32_t other : bands_of_triangle[t]) ++common[other];
-      }
-      for (const auto& [other, count] : common) {
-        if (grouped[other] || !alike(other) ||
-            count < kCommonShare * static_cast<double>(bands[other].triangles.size()))
-          continue;
-        grouped[other] = 1;
-        open.push_back(other);
-      }
-    }
-    std::sort(strip.triangles.begin(), strip.triangles.end());
-    strip.triangles.erase(std::unique(strip.triangles.begin(), strip.triangles.end()),
-                          strip.triangles.end());
-    measure(flat, fans, strip);
-    if (strip.width_m() >= kNarrowestRoad_m && strip.width_m() <= kWidestRoad_m)
-      strips.push_back(std::move(strip));
-  }
+  if (most_rings(strips) < kAsManyRings * most_rings(smooth)) strips = std::move(smooth);
   if (strips.empty()) return out;
+  // The road has the most cross sections, or nearly; of these strips the long ones, of these the
+  // widest.
+  const double fewest_rings = kAsManyRings * most_rings(strips);
   double longest_m = 0.0;
-  for (const Strip& strip : strips) longest_m = std::max(longest_m, strip.length_m());
+  for (const Strip& strip : strips) {
+    if (static_cast<double>(strip.rings) >= fewest_rings)
+      longest_m = std::max(longest_m, strip.length_m());
+  }
   const Strip* chosen = nullptr;
   for (const Strip& strip : strips) {
-    if (strip.length_m() < kAsLong * longest_m) continue;
+    if (static_cast<double>(strip.rings) < fewest_rings || strip.length_m() < kAsLong * longest_m)
+      continue;
     if (chosen == nullptr || strip.width_m() > chosen->width_m()) chosen = &strip;
   }
   out.road_length_m = chosen->length_m();
