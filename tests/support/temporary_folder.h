@@ -16,7 +16,8 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string("kerbstone_") + info->test_suite_name() + "_" + info->name() + "_" + std::to_string(::getpid());
+    std::string name = std::string("kerbstone_") + info->test_suite_name() + "_" + info->name() +
+                       "_" + std::to_string(::getpid());
     for (char& c : name) c = c == '/' ? '_' : c;
     folder_ = std::filesystem::temp_directory_path() / name;
     std::filesystem::create_directories(folder_);
@@ -30,7 +31,8 @@ class TemporaryFolder {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   /// Writes a file and returns its path.
   std::string file(const std::string& name, std::string_view bytes) const {
-    std::ofstream(path(name), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    std::ofstream(path(name), std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     return path(name);
   }
   std::string read(const std::string& name) const {

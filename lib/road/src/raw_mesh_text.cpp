@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 
 #include "raw_mesh.h"
@@ -17,17 +19,34 @@ constexpr double kFloat32Suspect = 1e5;
 struct Bounds {
   Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d highest = -lowest;
-  std::size_t large = 0;          ///< horizontal or vertical coordinates beyond kFloat32Suspect
-  std::size_t large_float32 = 0;  ///< of these, float32 numbers
+  std::array<std::size_t, 3> large{}, float32{}, odd{};  ///< per axis
 
   void add(const Eigen::Vector3d& vertex) {
     lowest = lowest.cwiseMin(vertex);
     highest = highest.cwiseMax(vertex);
-    for (const double value : vertex) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double value = vertex[static_cast<int>(axis)];
       if (std::abs(value) < kFloat32Suspect) continue;
-      ++large;
-      if (static_cast<double>(static_cast<float>(value)) == value) ++large_float32;
+      ++large[axis];
+      const auto single = static_cast<float>(value);
+      if (static_cast<double>(single) != value) continue;
+      ++float32[axis];
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &single, sizeof bits);
+      odd[axis] += bits & 1u;
     }
+  }
+
+  /// All large coordinates are float32 numbers and many need the last bit: two axes at least, since
+  /// a road drawn on whole metres is no sign of loss.
+  bool float32_quantised() const {
+    int axes = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (large[axis] < 100) continue;
+      if (float32[axis] != large[axis]) return false;
+      axes += 5 * odd[axis] >= large[axis] ? 1 : 0;
+    }
+    return axes >= 2;
   }
 };
 
@@ -186,7 +205,7 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
     local.remarks.push_back(
         fmt::format("a group announces {} objects more than the file holds", kids_left.back()));
   }
-  local.float32_quantised = bounds.large > 100 && bounds.large == bounds.large_float32;
+  local.float32_quantised = bounds.float32_quantised();
   if (!transformed) local.origin = local_origin(bounds.lowest, bounds.highest);
   if (local.origin.isZero()) {
     local.text = std::move(text);
@@ -238,7 +257,7 @@ LocalText localise_obj(std::string_view bytes, const std::string& path) {
                     path, lines.number()));
   }
   LocalText local;
-  local.float32_quantised = bounds.large > 100 && bounds.large == bounds.large_float32;
+  local.float32_quantised = bounds.float32_quantised();
   local.origin = local_origin(bounds.lowest, bounds.highest);
   if (local.origin.isZero()) {
     local.text.assign(bytes);

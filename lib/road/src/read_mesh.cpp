@@ -255,6 +255,7 @@ RawMesh read_raw(const std::string& path) {
         extension == ".obj" ? localise_obj(bytes, path) : localise_ac3d(bytes, path);
     RawMesh mesh = import_with_assimp(path, local.text, local.origin);
     mesh.stored_as_float32 = local.float32_quantised;
+    mesh.local_magnitude = 0.0;
     mesh.remarks = local.remarks;
     if (extension != ".obj") {
       mesh.up = 'y';
@@ -327,7 +328,7 @@ void check_vertices(const RawMesh& mesh, const std::string& path) {
       if (v.allFinite() && v.cwiseAbs().maxCoeff() < 1e12) continue;
       const std::string& name = mesh.objects[mesh.object_of_triangle[i]].name;
       throw Error(fmt::format(
-          "{}: object '{}', vertex {}: ({}, {}, {}); wanted finite coordinates of at most 1e7 m; "
+          "{}: object '{}', vertex {}: ({:.9g}, {:.9g}, {:.9g}); wanted finite coordinates of at most 1e7 m; "
           "repair the object in the program that made it, or delete it",
           path, name, index, v.x(), v.y(), v.z()));
     }

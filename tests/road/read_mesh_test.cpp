@@ -1,0 +1,568 @@
+#include "road/read_mesh.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <set>
+
+#include "road/error.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+using road::Mesh;
+using road::MeshReadOptions;
+using road::MeshReadReport;
+using ::testing::HasSubstr;
+
+/// A 200 m x 12 m road of 20 quads, rising 2 %, with a 3 m high wall along its left side.
+Mesh small_road() {
+  Mesh mesh;
+  mesh.objects = {{"road", "asphalt", "asphalt.png"}, {"wall", "concrete", "wall.png"}};
+  for (int i = 0; i <= 20; ++i) {
+    const double x = 10.0 * i;
+    mesh.vertices_m.emplace_back(x, -6.0, 0.02 * x);
+    mesh.vertices_m.emplace_back(x, 6.0, 0.02 * x);
+    mesh.vertices_m.emplace_back(x, 6.0, 0.02 * x + 3.0);
+  }
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    const std::uint32_t a = 3 * i;
+    for (const std::array<std::uint32_t, 3>& t :
+         {std::array<std::uint32_t, 3>{a, a + 3, a + 1}, {a + 1, a + 3, a + 4}}) {
+      mesh.triangles.push_back(t);
+      mesh.object_of_triangle.push_back(0);
+    }
+    for (const std::array<std::uint32_t, 3>& t :
+         {std::array<std::uint32_t, 3>{a + 1, a + 4, a + 2}, {a + 2, a + 4, a + 5}}) {
+      mesh.triangles.push_back(t);
+      mesh.object_of_triangle.push_back(1);
+    }
+  }
+  return mesh;
+}
+
+Eigen::Vector3d to_file(const Eigen::Vector3d& v, char up) {
+  return up == 'z' ? v : Eigen::Vector3d(v.x(), v.z(), -v.y());
+}
+
+std::string as_obj(const Mesh& mesh, char up = 'z',
+                   const Eigen::Vector3d& offset = Eigen::Vector3d::Zero(), double scale = 1.0) {
+  std::string text;
+  for (const auto& v : mesh.vertices_m) {
+    const Eigen::Vector3d p = to_file(scale * (v + offset), up);
+    text += fmt::format("v {:.6f} {:.6f} {:.6f}\n", p.x(), p.y(), p.z());
+  }
+  for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
+    text +=
+        fmt::format("o {}\nusemtl {}\n", mesh.objects[object].name, mesh.objects[object].material);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const auto& t = mesh.triangles[i];
+      if (mesh.object_of_triangle[i] == object)
+        text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    }
+  }
+  return text;
+}
+
+/// The layout that TORCS uses: groups around groups, several texture lines, strips of triangles.
+std::string as_acc(const Mesh& mesh, const Eigen::Vector3d& offset = Eigen::Vector3d::Zero()) {
+  std::string text =
+      "AC3Db\nMATERIAL \"\" rgb 0.4 0.4 0.4 amb 0.8 0.8 0.8 emis 0.4 0.4 0.4 spec 0.5 0.5 0.5 shi "
+      "50 trans 0\n"
+      "OBJECT world\nkids 1\nOBJECT group\nname \"TKMN1_g\"\nkids 2\n";
+  for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
+    text += fmt::format(
+        "OBJECT poly\nname \"{}\"\ntexture \"{}\" base\ntexture \"shadow.rgb\" tiled\n"
+        "texture empty_texture_no_mapping skids\ntexture empty_texture_no_mapping shad\nnumvert "
+        "{}\n",
+        mesh.objects[object].name, mesh.objects[object].texture, mesh.vertices_m.size());
+    for (const auto& v : mesh.vertices_m) {
+      const Eigen::Vector3d p = to_file(v + offset, 'y');
+      text += fmt::format("{:.6f} {:.6f} {:.6f} 0 1 0\n", p.x(), p.y(), p.z());
+    }
+    const auto count =
+        std::count(mesh.object_of_triangle.begin(), mesh.object_of_triangle.end(), object);
+    text += fmt::format("numsurf {}\n", count);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      if (mesh.object_of_triangle[i] != object) continue;
+      text += "SURF 0x10\nmat 0\nrefs 3\n";
+      for (const std::uint32_t v : mesh.triangles[i])
+        text += fmt::format("{} 0.5 0.5 0.1 0.1\n", v);
+    }
+    text += "kids 0\n";
+  }
+  return text;
+}
+
+template <class T>
+void append(std::string& bytes, T value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+std::string as_stl(const Mesh& mesh, const Eigen::Vector3d& offset = Eigen::Vector3d::Zero(),
+                   const char* header = "exported") {
+  std::string bytes(header);
+  bytes.resize(80, '\0');
+  append(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (int k = 0; k < 3; ++k) append(bytes, 0.0f);
+    for (int c = 0; c < 3; ++c) {
+      for (const double value : Eigen::Vector3d(mesh.vertex(i, c) + offset))
+        append(bytes, static_cast<float>(value));
+    }
+    append(bytes, std::uint16_t{0});
+  }
+  return bytes;
+}
+
+std::string as_text_stl(const Mesh& mesh) {
+  std::string text = "solid the road\n";
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    text += "  facet normal 0 0 1\n    outer loop\n";
+    for (int c = 0; c < 3; ++c) {
+      const auto& v = mesh.vertex(i, c);
+      text += fmt::format("      vertex {:e} {:e} {:e}\n", v.x(), v.y(), v.z());
+    }
+    text += "    endloop\n  endfacet\n";
+  }
+  return text + "endsolid the road\n";
+}
+
+std::string as_ply(const Mesh& mesh, const std::string& format, const std::string& type,
+                   const Eigen::Vector3d& offset = Eigen::Vector3d::Zero()) {
+  std::string bytes = fmt::format(
+      "ply\nformat {} 1.0\ncomment made by hand\nelement vertex {}\nproperty {} x\nproperty {} y\n"
+      "property {} z\nproperty uchar red\nelement face {}\nproperty list uchar int vertex_indices\n"
+      "end_header\n",
+      format, mesh.vertices_m.size(), type, type, type, mesh.triangles.size());
+  const bool big = format == "binary_big_endian";
+  const auto number = [&](auto value) {
+    std::string raw;
+    append(raw, value);
+    if (big) std::reverse(raw.begin(), raw.end());
+    bytes += raw;
+  };
+  for (const auto& v : mesh.vertices_m) {
+    for (const double value : Eigen::Vector3d(v + offset)) {
+      if (format == "ascii") {
+        bytes += fmt::format("{:.6f} ", value);
+      } else if (type == "double") {
+        number(value);
+      } else {
+        number(static_cast<float>(value));
+      }
+    }
+    if (format == "ascii") {
+      bytes += "255\n";
+    } else {
+      bytes += '\xff';
+    }
+  }
+  for (const auto& t : mesh.triangles) {
+    if (format == "ascii") {
+      bytes += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+    } else {
+      bytes += '\3';
+      for (const std::uint32_t index : t) number(static_cast<std::int32_t>(index));
+    }
+  }
+  return bytes;
+}
+
+/// Binary glTF with one node per object, moved by `offset` through the node's translation.
+std::string as_glb(const Mesh& mesh) {
+  std::string buffer, nodes, meshes, accessors, views, materials, children;
+  for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
+    std::string positions;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      if (mesh.object_of_triangle[i] != object) continue;
+      for (int c = 0; c < 3; ++c) {
+        for (const double value : to_file(mesh.vertex(i, c) - Eigen::Vector3d(0, 0, 5), 'y'))
+          append(positions, static_cast<float>(value));
+        ++count;
+      }
+    }
+    const char* comma = object == 0 ? "" : ",";
+    views += fmt::format("{}{{\"buffer\":0,\"byteOffset\":{},\"byteLength\":{}}}", comma,
+                         buffer.size(), positions.size());
+    accessors += fmt::format(
+        "{}{{\"bufferView\":{},\"componentType\":5126,\"count\":{},\"type\":\"VEC3\",\"min\":[-"
+        "1000,-1000,-1000],\"max\":[1000,1000,1000]}}",
+        comma, object, count);
+    meshes += fmt::format(
+        "{}{{\"name\":\"m{}\",\"primitives\":[{{\"attributes\":{{\"POSITION\":{}}},\"material\":{}}"
+        "}]}}",
+        comma, object, object, object);
+    materials += fmt::format("{}{{\"name\":\"{}\"}}", comma, mesh.objects[object].material);
+    nodes += fmt::format("{{\"name\":\"{}\",\"mesh\":{},\"translation\":[0,5,0]}},",
+                         mesh.objects[object].name, object);
+    children += fmt::format("{}{}", comma, object);
+    buffer += positions;
+  }
+  std::string json = fmt::format(
+      "{{\"asset\":{{\"version\":\"2.0\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[{}]}}],\"nodes\":[{"
+      "}{{\"name\":\"root\",\"children\":[{}]}}],"
+      "\"meshes\":[{}],\"materials\":[{}],\"accessors\":[{}],\"bufferViews\":[{}],\"buffers\":[{{"
+      "\"byteLength\":{}}}]}}",
+      mesh.objects.size(), nodes, children, meshes, materials, accessors, views, buffer.size());
+  while (json.size() % 4 != 0) json += ' ';
+  std::string bytes = "glTF";
+  append(bytes, std::uint32_t{2});
+  append(bytes, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + buffer.size()));
+  append(bytes, static_cast<std::uint32_t>(json.size()));
+  bytes += "JSON" + json;
+  append(bytes, static_cast<std::uint32_t>(buffer.size()));
+  bytes += std::string("BIN\0", 4) + buffer;
+  return bytes;
+}
+
+/// Largest distance of corresponding corners, in map coordinates; triangles may come in another
+/// order.
+double distance(const Mesh& expected, const Mesh& seen,
+                const Eigen::Vector3d& offset = Eigen::Vector3d::Zero()) {
+  if (expected.triangles.size() != seen.triangles.size())
+    return std::numeric_limits<double>::infinity();
+  double worst = 0.0;
+  std::vector<bool> used(seen.triangles.size(), false);
+  for (std::size_t i = 0; i < expected.triangles.size(); ++i) {
+    double best = std::numeric_limits<double>::infinity();
+    std::size_t best_index = 0;
+    for (std::size_t j = 0; j < seen.triangles.size(); ++j) {
+      if (used[j]) continue;
+      for (int turn = 0; turn < 3; ++turn) {
+        double most = 0.0;
+        for (int c = 0; c < 3; ++c) {
+          most = std::max(most, (expected.origin_m + expected.vertex(i, c) + offset -
+                                 (seen.origin_m + seen.vertex(j, (c + turn) % 3)))
+                                    .norm());
+        }
+        if (most < best) {
+          best = most;
+          best_index = j;
+        }
+      }
+    }
+    used[best_index] = true;
+    worst = std::max(worst, best);
+  }
+  return worst;
+}
+
+std::string message_of(const std::string& path, const MeshReadOptions& options = {}) {
+  try {
+    road::read_mesh(path, options);
+  } catch (const road::Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+class ReadMesh : public ::testing::Test {
+ protected:
+  support::TemporaryFolder folder_;
+  const Mesh road_ = small_road();
+};
+
+TEST_F(ReadMesh, GivesTheSameTrianglesFromEveryFormatAndAxis) {
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"a.obj", as_obj(road_, 'z')},
+      {"b.obj", as_obj(road_, 'y')},
+      {"c.acc", as_acc(road_)},
+      {"d.ac", as_acc(road_)},
+      {"e.stl", as_stl(road_)},
+      {"f.stl", as_stl(road_, Eigen::Vector3d::Zero(), "solid in name only")},
+      {"g.stl", as_text_stl(road_)},
+      {"h.ply", as_ply(road_, "ascii", "float")},
+      {"i.ply", as_ply(road_, "binary_little_endian", "float")},
+      {"j.ply", as_ply(road_, "binary_big_endian", "double")},
+      {"k.glb", as_glb(road_)},
+      {"L.OBJ", as_obj(road_, 'y')}};
+  for (const auto& [name, bytes] : files) {
+    MeshReadReport report;
+    const Mesh seen = road::read_mesh(folder_.file(name, bytes), {}, &report);
+    // 200 m in float32: 8 um.
+    EXPECT_LT(distance(road_, seen), 2e-5) << name;
+    EXPECT_EQ(report.triangles, road_.triangles.size()) << name;
+    EXPECT_EQ(report.unit, "m") << name;
+  }
+}
+
+TEST_F(ReadMesh, KeepsTheNamesThatFormatsHave) {
+  const auto seen = [&](const std::string& name, const std::string& bytes) {
+    const Mesh mesh = road::read_mesh(folder_.file(name, bytes));
+    std::set<std::string> names;
+    for (const std::uint32_t o : mesh.object_of_triangle) {
+      names.insert(mesh.objects[o].name + "|" + mesh.objects[o].material + "|" +
+                   mesh.objects[o].texture);
+    }
+    return names;
+  };
+  using Names = std::set<std::string>;
+  EXPECT_EQ(seen("a.obj", as_obj(road_)), (Names{"road|asphalt|", "wall|concrete|"}));
+  EXPECT_EQ(seen("a.glb", as_glb(road_)), (Names{"road|asphalt|", "wall|concrete|"}));
+  // The texture is that of the "base" line, although "skids" and "shad" lines follow.
+  EXPECT_EQ(seen("a.acc", as_acc(road_)), (Names{"road||asphalt.png", "wall||wall.png"}));
+  EXPECT_EQ(seen("a.stl", as_stl(road_)), (Names{"||"}));
+}
+
+TEST_F(ReadMesh, ReadsMaterialTexturesBesideAnObj) {
+  folder_.file("road.mtl", "newmtl asphalt\nmap_Kd textures/new_asphalt.png\nnewmtl concrete\n");
+  const Mesh mesh = road::read_mesh(folder_.file("a.obj", "mtllib road.mtl\n" + as_obj(road_)));
+  EXPECT_EQ(mesh.objects[mesh.object_of_triangle[0]].texture, "new_asphalt.png");
+}
+
+TEST_F(ReadMesh, RefusesAnAxisThatTheFacesContradict) {
+  MeshReadOptions options;
+  options.up = road::UpAxis::y;
+  EXPECT_THAT(message_of(folder_.file("z.obj", as_obj(road_, 'z')), options),
+              HasSubstr("give --up z"));
+  options.up = road::UpAxis::z;
+  EXPECT_THAT(message_of(folder_.file("y.obj", as_obj(road_, 'y')), options),
+              HasSubstr("give --up y"));
+  EXPECT_EQ(message_of(folder_.file("z.obj", as_obj(road_, 'z')), options), "no error");
+}
+
+TEST_F(ReadMesh, FollowsTheFacesAgainstTheFormatAndSaysSo) {
+  Mesh lying = road_;  // an .acc with z up inside
+  for (auto& v : lying.vertices_m) v = Eigen::Vector3d(v.x(), -v.z(), v.y());
+  MeshReadReport report;
+  const Mesh seen = road::read_mesh(folder_.file("a.acc", as_acc(lying)), {}, &report);
+  EXPECT_EQ(report.up, "z");
+  EXPECT_LT(distance(road_, seen), 2e-5);
+  EXPECT_THAT(report.remarks, ::testing::Contains(HasSubstr("the large flat faces say z")));
+}
+
+TEST_F(ReadMesh, AsksForTheAxisWhenItCannotTell) {
+  // A cube: as much face along every axis.
+  const std::string cube =
+      "v 0 0 0\nv 20 0 0\nv 20 20 0\nv 0 20 0\nv 0 0 20\nv 20 0 20\nv 20 20 20\nv 0 20 20\n"
+      "f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  EXPECT_THAT(message_of(folder_.file("cube.obj", cube)), HasSubstr("give --up y or --up z"));
+}
+
+TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
+  for (const auto& [unit, name, scale] : {std::tuple{road::Unit::mm, "mm", 1000.0},
+                                          {road::Unit::cm, "cm", 100.0},
+                                          {road::Unit::ft, "ft", 1.0 / 0.3048},
+                                          {road::Unit::m, "m", 1.0}}) {
+    MeshReadOptions options;
+    options.unit = unit;
+    MeshReadReport report;
+    const Mesh seen = road::read_mesh(
+        folder_.file("scaled.obj", as_obj(road_, 'z', Eigen::Vector3d::Zero(), scale)), options,
+        &report);
+    EXPECT_LT(distance(road_, seen), 5e-5) << name;  // float32 of 200,000 mm: 16 um
+    EXPECT_EQ(report.unit, name);
+  }
+  const std::string mm =
+      folder_.file("mm.obj", as_obj(road_, 'z', Eigen::Vector3d::Zero(), 1000.0));
+  EXPECT_THAT(message_of(mm), HasSubstr("200000 m across"));
+  EXPECT_THAT(message_of(mm), HasSubstr("--unit mm (200 m)"));
+  MeshReadOptions wrong;
+  wrong.unit = road::Unit::mm;
+  EXPECT_THAT(message_of(folder_.file("m.obj", as_obj(road_)), wrong),
+              HasSubstr("wanted 10 m to 40 km"));
+}
+
+TEST_F(ReadMesh, KeepsMillimetresAtUtmCoordinatesOfTextAndDoubles) {
+  const Eigen::Vector3d utm(455'123.25, 5'300'456.5, 312.0);
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"z.obj", as_obj(road_, 'z', utm)},
+           {"y.obj", as_obj(road_, 'y', utm)},
+           {"a.acc", as_acc(road_, utm)},
+           {"a.ply", as_ply(road_, "ascii", "double", utm)},
+           {"b.ply", as_ply(road_, "binary_little_endian", "double", utm)}}) {
+    MeshReadReport report;
+    const Mesh seen = road::read_mesh(folder_.file(name, bytes), {}, &report);
+    EXPECT_LT(distance(road_, seen, utm), 2e-5) << name;
+    EXPECT_LT(seen.vertices_m.front().norm(), 1000.0)
+        << name << ": vertices stay near the local origin";
+    EXPECT_LT(report.coordinate_resolution_m, 1e-6) << name;
+  }
+}
+
+TEST_F(ReadMesh, RefusesUtmCoordinatesThatFloat32Destroyed) {
+  const std::string far =
+      message_of(folder_.file("far.stl", as_stl(road_, {455'123.0, 5'300'456.0, 0.0})));
+  EXPECT_THAT(far, HasSubstr("snap to 0.5 m"));
+  EXPECT_THAT(far, HasSubstr("subtract ("));
+  EXPECT_THAT(message_of(folder_.file("far.ply", as_ply(road_, "binary_little_endian", "float",
+                                                        {455'123.0, 5'300'456.0, 0.0}))),
+              HasSubstr("snap to 0.5 m"));
+  // Text written from float32 numbers is no better.
+  Mesh snapped;
+  snapped.objects = road_.objects;
+  for (int copy = 0; copy < 3; ++copy) {
+    for (std::size_t i = 0; i < road_.triangles.size(); ++i) {
+      const auto base = static_cast<std::uint32_t>(snapped.vertices_m.size());
+      for (int c = 0; c < 3; ++c) {
+        Eigen::Vector3d v =
+            road_.vertex(i, c) +
+            Eigen::Vector3d(455'123.0 + 0.123 * static_cast<double>(i),
+                            5'300'456.0 + 30.7 * copy + 0.377 * static_cast<double>(i), 0.0);
+        // volatile: gcc 12 vectorises double -> float -> double away at -O2.
+        for (double& value : v) {
+          volatile float single = static_cast<float>(value);
+          value = static_cast<double>(single);
+        }
+        snapped.vertices_m.push_back(v);
+      }
+      snapped.triangles.push_back({base, base + 1, base + 2});
+      snapped.object_of_triangle.push_back(0);
+    }
+  }
+  EXPECT_THAT(message_of(folder_.file("far.obj", as_obj(snapped))), HasSubstr("snap to 0.5 m"));
+  // Kilometres away is fine but worth a remark.
+  MeshReadReport report;
+  road::read_mesh(folder_.file("near.stl", as_stl(road_, {40'000.0, 20'000.0, 0.0})), {}, &report);
+  EXPECT_NEAR(report.coordinate_resolution_m, 0.0039, 0.0001);
+  EXPECT_THAT(report.remarks, ::testing::Contains(HasSubstr("snap to 3.9 mm")));
+}
+
+TEST_F(ReadMesh, NamesThePlaceOfUnusableCoordinates) {
+  std::string obj = as_obj(road_);
+  obj.replace(obj.find("v 10.000000"), 11, "v nan");
+  EXPECT_THAT(message_of(folder_.file("nan.obj", obj)),
+              HasSubstr("nan.obj:4: a coordinate is nan"));
+  std::string acc = as_acc(road_);
+  acc.replace(acc.find("10.000000 "), 10, "1e30 ");
+  EXPECT_THAT(message_of(folder_.file("far.acc", acc)), HasSubstr("a coordinate is 1e+30"));
+  Mesh broken = road_;
+  broken.vertices_m[4].y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(message_of(folder_.file("nan.stl", as_stl(broken))),
+              HasSubstr("vertex 5: (10, nan, 0.2"));
+  broken.vertices_m[4].y() = 1e30;
+  EXPECT_THAT(message_of(folder_.file("far.ply", as_ply(broken, "binary_little_endian", "double"))),
+              HasSubstr("1e+30"));
+  EXPECT_THAT(message_of(folder_.file("far.glb", as_glb(broken))), HasSubstr("object 'road'"));
+}
+
+TEST_F(ReadMesh, RefusesMissingEmptyAndForeignFiles) {
+  EXPECT_THAT(message_of(folder_.path("missing.obj")), HasSubstr("No such file"));
+  EXPECT_THAT(message_of(folder_.path("")), HasSubstr("is a folder"));
+  for (const char* extension :
+       {"obj", "acc", "ac", "stl", "ply", "glb", "gltf", "fbx", "dae", "3ds", "txt"}) {
+    const std::string name = std::string("a.") + extension;
+    EXPECT_THAT(message_of(folder_.file(name, "")), HasSubstr("the file is empty")) << extension;
+    EXPECT_NE(message_of(folder_.file(name, "Dear editor,\nthis is a letter and no mesh.\n")),
+              "no error")
+        << extension;
+    EXPECT_NE(
+        message_of(folder_.file(name, std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\1\0", 24) +
+                                          std::string(200, '\7'))),
+        "no error")
+        << extension;
+  }
+  EXPECT_THAT(message_of(folder_.file("points.obj", "v 0 0 0\nv 100 0 0\nv 0 100 0\n")),
+              HasSubstr("no faces"));
+}
+
+TEST_F(ReadMesh, NoticesTruncationAnywhere) {
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"a.stl", as_stl(road_)},
+           {"b.stl", as_text_stl(road_)},
+           {"c.ply", as_ply(road_, "binary_little_endian", "double")},
+           {"d.ply", as_ply(road_, "ascii", "float")},
+           {"e.acc", as_acc(road_)},
+           {"f.glb", as_glb(road_)}}) {
+    // The last byte of a text is its line end, which may be missing; cuts inside the last number of
+    // a text and exactly between two objects of an .acc cannot be told from a shorter mesh.
+    for (int k = 1; k < 40; ++k) {
+      const std::size_t length = bytes.size() * static_cast<std::size_t>(k) / 41;
+      EXPECT_NE(message_of(folder_.file(name, bytes.substr(0, length))), "no error")
+          << name << " cut at " << length << " of " << bytes.size();
+    }
+  }
+  EXPECT_THAT(message_of(folder_.file("a.stl", as_stl(road_).substr(0, 1000))),
+              HasSubstr("the file is truncated: its header promises 80 triangles"));
+}
+
+TEST_F(ReadMesh, BoundsWhatForgedFilesAskFor) {
+  // Each would need terabytes, or a deep stack, if its numbers were believed.
+  std::string stl = as_stl(road_);
+  const std::uint32_t many = 4'000'000'000u;
+  std::memcpy(stl.data() + 80, &many, 4);
+  EXPECT_THAT(message_of(folder_.file("a.stl", stl)), HasSubstr("truncated"));
+  std::string ply = as_ply(road_, "binary_little_endian", "double");
+  ply.replace(ply.find("vertex 63"), 9, "vertex 63000000000000");
+  EXPECT_THAT(message_of(folder_.file("a.ply", ply)), HasSubstr("truncated or damaged"));
+  std::string list =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+      "z\nelement face 1\n"
+      "property list uint int vertex_indices\nend_header\n0 0 0\n100 0 0\n0 100 0\n4000000000 0 1 "
+      "2\n";
+  EXPECT_THAT(message_of(folder_.file("b.ply", list)), HasSubstr("truncated or damaged"));
+  std::string acc = as_acc(road_);
+  acc.replace(acc.find("numvert 63"), 10, "numvert 99999999999999");
+  EXPECT_NE(message_of(folder_.file("a.acc", acc)), "no error");
+  std::string nested = "AC3Db\n";
+  for (int i = 0; i < 200'000; ++i) nested += "OBJECT group\nkids 1\n";
+  EXPECT_THAT(message_of(folder_.file("b.acc", nested)), HasSubstr("nested less than 256 deep"));
+  std::string index = as_acc(road_);
+  index.replace(index.find("refs 3\n0 "), 9, "refs 3\n77777 ");
+  EXPECT_THAT(message_of(folder_.file("c.acc", index)),
+              HasSubstr("one of the object's 63 vertices"));
+  std::string face = as_obj(road_);
+  face.replace(face.find("f 1 "), 4, "f 100000 ");
+  EXPECT_NE(message_of(folder_.file("a.obj", face)), "no error");
+}
+
+TEST_F(ReadMesh, WritesWhatItReads) {
+  Mesh mesh = road_;
+  mesh.origin_m = {455'000.0, 5'300'000.0, 300.0};
+  for (const char* name : {"a.ply", "a.obj"}) {
+    road::write_mesh(mesh, folder_.path(name));
+    EXPECT_LT(distance(mesh, road::read_mesh(folder_.path(name))), 2e-5) << name;
+    const std::string first = folder_.read(name);
+    road::write_mesh(mesh, folder_.path(name));
+    EXPECT_EQ(folder_.read(name), first) << name;
+  }
+  mesh.origin_m = {1000.0, 2000.0, 0.0};
+  road::write_mesh(mesh, folder_.path("a.stl"));
+  EXPECT_LT(distance(mesh, road::read_mesh(folder_.path("a.stl"))),
+            2e-4);  // float32 of 2,000 m: 0.12 mm
+  EXPECT_EQ(folder_.read("a.stl").size(), 84 + 50 * mesh.triangles.size());
+  try {
+    road::write_mesh(mesh, folder_.path("a.xyz"));
+    FAIL();
+  } catch (const road::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr(".stl, .ply or .obj"));
+  }
+}
+
+TEST(ReadMeshTorcs, ReadsEveryTrack) {
+  const std::filesystem::path tracks = TORCS_TRACKS;
+  if (!std::filesystem::exists(tracks)) GTEST_SKIP() << tracks << " is not installed";
+  std::size_t read = 0;
+  for (const char* kind : {"road", "oval", "dirt"}) {
+    for (const auto& folder : std::filesystem::directory_iterator(tracks / kind)) {
+      for (const char* extension : {".acc", ".ac"}) {
+        const auto path = folder.path() / (folder.path().filename().string() + extension);
+        if (!std::filesystem::exists(path)) continue;
+        MeshReadReport report;
+        const Mesh mesh = road::read_mesh(path.string(), {}, &report);
+        ++read;
+        EXPECT_EQ(report.up, "y") << path;
+        EXPECT_GT(mesh.triangles.size(), 4000u) << path;
+        std::size_t named = 0, textured = 0;
+        for (const auto& object : mesh.objects) {
+          named += !object.name.empty();
+          textured += object.texture.find('.') != std::string::npos;
+          EXPECT_EQ(object.texture.find("empty_texture"), std::string::npos)
+              << path << " " << object.name;
+        }
+        EXPECT_EQ(named, mesh.objects.size()) << path;
+        // A few scenery objects have no texture at all.
+        EXPECT_GT(textured, mesh.objects.size() * 95 / 100) << path;
+      }
+    }
+  }
+  EXPECT_EQ(read, 38u);
+}
+
+}  // namespace
