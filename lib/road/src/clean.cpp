@@ -24,6 +24,10 @@ namespace {
 constexpr double kZeroArea_m2 = 1e-8;
 // Vertices snapped at a border must agree in height, or the lip of a kerb would be flattened.
 constexpr double kSnapHeight_m = 0.001;
+// Where hardly any triangle shares an edge (more components than this share of the triangles) the
+// export tore every vertex apart, and there is no step to keep.
+constexpr double kTornShare = 0.05;
+constexpr double kTornHeight_m = 0.005;
 // A gap of the named road is looked for between two ends that face each other within this.
 constexpr double kLongestGap_m = 40.0;
 // A piece under another name fills a gap when it lies this near the surface between the two ends.
@@ -265,6 +269,13 @@ std::vector<std::uint32_t> snap_borders(Soup& soup, double horizontal_m, double 
   }
   if (any) soup.merge_vertices(target, facts.dropped);
   return target;
+}
+
+bool is_torn(const std::vector<Triangle>& triangles) {
+  const std::vector<std::uint32_t> number = components(triangles);
+  const std::size_t count =
+      number.empty() ? 0 : 1 + *std::max_element(number.begin(), number.end());
+  return static_cast<double>(count) > 1.0 + kTornShare * static_cast<double>(triangles.size());
 }
 
 /// The quadrilateral between two ends: is a point in it, and how high is the surface there?
@@ -734,7 +745,16 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
     soup = build_soup(first);
   }
   facts = std::move(first);
-  snap_borders(soup, options.snap_tolerance_m, kSnapHeight_m, facts);
+  double snap_height_m = kSnapHeight_m;
+  if (options.snap_tolerance_m > 0.0 && is_torn(soup.triangles)) {
+    snap_height_m = kTornHeight_m;
+    facts.remarks.push_back(
+        fmt::format("the triangles hardly share corners at {} mm: border vertices up to {} mm "
+                    "apart in height were "
+                    "joined; heights are no better than that",
+                    1000.0 * options.weld_tolerance_m, 1000.0 * kTornHeight_m));
+  }
+  snap_borders(soup, options.snap_tolerance_m, snap_height_m, facts);
   bridge_gaps(
       soup, [](std::size_t) { return true; }, mesh.origin_m, options, facts);
   bridge_gaps(
