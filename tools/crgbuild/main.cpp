@@ -25,11 +25,15 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
     if (std::find(stages.begin(), stages.end(), key.stage) == stages.end()) continue;
     const std::string shown = key.show(road::Recipe{});
     std::string text = key.meaning;
-    if (!shown.empty()) text += " [" + shown + "]";
-    if (key.wanted == "true or false" && shown == "false") {
-      // "--reverse" alone is enough
-      command.add_flag_callback(
-          flag_of(key.name), [&flags, name = key.name] { flags.emplace_back(name, "true"); }, text);
+    const bool is_switch = key.wanted == "true or false" && shown == "false";
+    if (!shown.empty() && !is_switch) text += " [" + shown + "]";
+    const std::string group = key.stage == "output" ? "Output" : "Stage: " + key.stage;
+    if (is_switch) {  // "--reverse" alone is enough
+      command
+          .add_flag_callback(
+              flag_of(key.name), [&flags, name = key.name] { flags.emplace_back(name, "true"); },
+              text)
+          ->group(group);
       continue;
     }
     command
@@ -40,7 +44,7 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
             },
             text)
         ->type_name(key.wanted)
-        ->group(key.stage == "output" ? "Output" : "Stage: " + key.stage);
+        ->group(group);
   }
 }
 
@@ -178,7 +182,7 @@ void define_file_tools(CLI::App& app, Commands& c) {
            "there is no road");
   query->add_option("--threads", c.query.threads, "0: all cores")
       ->type_name("0 to 1024")
-      ->check(CLI::Range(0, 1024));
+      ->check(CLI::Range(0, 1024).description(""));
   query->footer(
       "Modifiers in the file are applied; where it has no such section, none are.\n\n"
       "Example:\n  crgbuild query out/track.crg --points points.csv -o heights.csv");
@@ -188,19 +192,21 @@ void define_file_tools(CLI::App& app, Commands& c) {
   add_path(*synth, "circuit", c.synth.circuit, "circuit.yaml");
   add_path(*synth, "-o,--output", c.synth.output_dir, "folder for mesh and truth, made if missing");
   synth->add_option("--format", c.synth.format, "of the mesh [obj]")
-      ->check(CLI::IsMember({"obj", "glb", "ply", "stl"}))
+      ->check(CLI::IsMember({"obj", "glb", "ply", "stl"}).description(""))
       ->type_name("obj, glb, ply or stl");
   synth->add_option("--up", c.synth.up, "axis of the mesh that points up [y]")
-      ->check(CLI::IsMember({"y", "z"}))
+      ->check(CLI::IsMember({"y", "z"}).description(""))
       ->type_name("y or z");
   synth->add_option("--unit", c.synth.unit, "of the mesh's coordinates [m]")
-      ->check(CLI::IsMember({"m", "cm", "mm", "ft"}))
+      ->check(CLI::IsMember({"m", "cm", "mm", "ft"}).description(""))
       ->type_name("m, cm, mm or ft");
-  synth->add_option("--facet-m", c.synth.facet_m, "length of facets on straights; 10 is coarse [0.5]")
-      ->check(CLI::Range(0.05, 50.0))
+  synth
+      ->add_option("--facet-m", c.synth.facet_m,
+                   "length of facets on straights; 10 is coarse [0.5]")
+      ->check(CLI::Range(0.05, 50.0).description(""))
       ->type_name("0.05 to 50");
   synth->add_option("--names", c.synth.names, "how objects are called [plain]")
-      ->check(CLI::IsMember({"plain", "torcs", "ac", "none"}))
+      ->check(CLI::IsMember({"plain", "torcs", "ac", "none"}).description(""))
       ->type_name("plain, torcs, ac or none");
   synth->footer("Example:\n  crgbuild synth tracks/kerbstone-ring/circuit.yaml -o out/demo");
 }
@@ -236,6 +242,20 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   return run_synth(c.synth, terminal);
 }
 
+/// What to say about a first word that is no subcommand.
+std::string about_word(const CLI::App& app, const std::string& word) {
+  std::string known;
+  for (const CLI::App* sub : app.get_subcommands({})) {
+    if (sub->get_name().starts_with(word.substr(0, 2)) && word.size() > 2)
+      return fmt::format("'{}' is no subcommand; did you mean '{}'?", word, sub->get_name());
+    known += (known.empty() ? "" : ", ") + sub->get_name();
+  }
+  if (word.find_first_of("./") != std::string::npos)
+    return fmt::format("'{0}' is no subcommand; to make a road of it: crgbuild build {0} -o out",
+                       word);
+  return fmt::format("'{}' is no subcommand; there are {}", word, known);
+}
+
 int fail(Terminal& terminal, int code, const std::string& text) {
   terminal.progress_done();
   fmt::print(stderr, "crgbuild: {}\n", one_line(text));
@@ -260,6 +280,9 @@ int main_with(int argc, char** argv) {
   define_main_way(app, commands);
   define_file_tools(app, commands);
   define_stages(app, commands);
+  for (CLI::App* sub : app.get_subcommands({}))
+    sub->footer(sub->get_footer() +
+                "\n\nAlso --quiet (nothing but errors) and --json (results as JSON).");
 
   try {
     app.parse(argc, argv);
@@ -268,6 +291,8 @@ int main_with(int argc, char** argv) {
   } catch (const CLI::Success& wanted) {  // --help, --version
     return app.exit(wanted);
   } catch (const CLI::ParseError& error) {
+    if (argc > 1 && app.get_subcommands().empty() && argv[1][0] != '-')
+      return fail(terminal, kUsage, about_word(app, argv[1]) + "; see crgbuild --help");
     std::string where = "crgbuild";
     for (const CLI::App* sub : app.get_subcommands()) where += " " + sub->get_name();
     return fail(terminal, kUsage, fmt::format("{}; see {} --help", one_line(error.what()), where));
