@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "road/error.h"
+#include "support/temporary_folder.h"
 
 namespace {
 
@@ -49,7 +50,8 @@ TEST(Align, RefusesPointsThatFixNoRotation) {
 }
 
 TEST(Align, ReadsControlPointsAndNamesTheRowThatIsIncomplete) {
-  const std::string path = testing::TempDir() + "points.csv";
+  const support::TemporaryFolder folder;
+  const std::string path = folder.path("points.csv");
   std::ofstream(path) << "mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n1,2,3,4,5,6\n1,2,3,4,5,\n";
   EXPECT_THROW(road::read_control_points(path), road::Error);
   std::ofstream(path) << "mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n1,2,3,4,5,6\n";

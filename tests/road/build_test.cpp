@@ -14,6 +14,7 @@
 #include "crg/surface.h"
 #include "road/circuit.h"
 #include "road/synth.h"
+#include "support/temporary_folder.h"
 
 namespace {
 
@@ -34,20 +35,20 @@ const road::Circuit& demo() {
 
 /// The demo circuit built once from the given kind of mesh.
 struct Built {
+  std::shared_ptr<support::TemporaryFolder> folder = std::make_shared<support::TemporaryFolder>();
   road::BuildResult result;
   std::unique_ptr<crg::Surface> road;
   nlohmann::json summary;
 };
 
-Built build_demo(const std::string& name, road::SynthOptions options) {
+Built build_demo(road::SynthOptions options) {
   options.truth_step_m = 5.0;  // the exact heights are asked of the circuit, not of the file
-  const std::string dir = testing::TempDir() + "build_test_" + name;
-  std::filesystem::remove_all(dir);
+  Built built;
+  const std::string dir = built.folder->path("demo");
   const auto synth = road::write_synth(demo(), dir, options);
   road::Recipe recipe = road::recipe_for_mesh(synth.mesh_path);
   recipe.read.up = options.up;
   recipe.read.unit = options.unit;
-  Built built;
   built.result = road::build_track(recipe, dir + "/out");
   built.road = std::make_unique<crg::Surface>(crg::read(built.result.crg_path));
   built.summary = nlohmann::json::parse(built.result.summary_json);
@@ -99,41 +100,46 @@ std::size_t jumps(const crg::Grid& grid) {
   return count;
 }
 
-void expect_true_road(const Built& built, const char* name) {
+void expect_true_road(const Built& built, const char* name, std::size_t most_missing = 0) {
   const Compared road = compare(built, road::SurfaceClass::road, 20000);
   ASSERT_EQ(road.error_m.size() + road.missing, 20000u);
   std::printf("%s: road z p50 %.5f p99 %.5f max %.5f m, missing %zu, jumps %zu\n", name, quantile(road.error_m, 0.5),
               quantile(road.error_m, 0.99), quantile(road.error_m, 1.0), road.missing, jumps(built.road->file().grid));
   EXPECT_LE(quantile(road.error_m, 0.99), 0.002);
   EXPECT_EQ(jumps(built.road->file().grid), 0u);
-  EXPECT_LE(road.missing, 10u);
+  EXPECT_LE(road.missing, most_missing);
   EXPECT_NEAR(built.summary["reference_line"]["length_m"].get<double>() / demo().length_m(), 1.0, 0.005)
       << "the middle of the road is not the design's reference curve where the two widths differ";
   EXPECT_TRUE(built.summary["reference_line"]["closed"].get<bool>());
   EXPECT_TRUE(built.result.validation_failures.empty());
 }
 
-TEST(Build, TheDemoCircuitWithNames) { expect_true_road(build_demo("obj", {}), "obj, named"); }
+TEST(Build, TheDemoCircuitWithNames) { expect_true_road(build_demo({}), "obj, named"); }
+
+TEST(Build, TheDemoCircuitWithoutNames) {
+  expect_true_road(build_demo({.format = road::MeshFormat::stl, .up = road::UpAxis::z, .names = road::NameStyle::none}), "stl, nameless",
+                   100);  // measured 45 of 20,000: shape alone tells the last decimetre of asphalt from grass less surely
+}
 
 TEST(Build, TheDemoCircuitInFeetFromGlb) {
-  expect_true_road(build_demo("glb", {.format = road::MeshFormat::glb, .unit = road::Unit::ft, .names = road::NameStyle::ac}), "glb, feet");
+  expect_true_road(build_demo({.format = road::MeshFormat::glb, .unit = road::Unit::ft, .names = road::NameStyle::ac}), "glb, feet");
 }
 
 TEST(Build, TheDemoCircuitWithTorcsNamesAndZUp) {
-  expect_true_road(build_demo("torcs", {.up = road::UpAxis::z, .names = road::NameStyle::torcs}), "obj, TORCS names");
+  expect_true_road(build_demo({.up = road::UpAxis::z, .names = road::NameStyle::torcs}), "obj, TORCS names");
 }
 
 TEST(Build, TheDemoCircuitInCoarseFacets) {
   // validate compares with the mesh; the truth is farther: 10 m over a crest of 500 m radius sag by
   // 25 mm, 0.3 m of sagitta on 16 % of banking by 48 mm.
-  const auto built = build_demo("coarse", {.ring_step_m = 10, .column_step_m = 5, .max_sagitta_m = 0.3});
+  const auto built = build_demo({.ring_step_m = 10, .column_step_m = 5, .max_sagitta_m = 0.3});
   EXPECT_TRUE(built.summary["reference_line"]["closed"].get<bool>());
   EXPECT_TRUE(built.result.validation_failures.empty());
   EXPECT_LE(quantile(compare(built, road::SurfaceClass::road, 5000).error_m, 0.99), 0.1);
 }
 
 TEST(Build, SaysWhatItDid) {
-  const auto built = build_demo("summary", {});
+  const auto built = build_demo({});
   const auto& s = built.summary;
   for (const char* path : {"/reference_line/length_m", "/reference_line/closed", "/grid/nodes", "/grid/holes", "/grid/u_step_m",
                            "/validation/z_error_m/p50", "/validation/z_error_m/p95", "/validation/z_error_m/p99",
@@ -154,21 +160,23 @@ TEST(Build, SaysWhatItDid) {
 }
 
 TEST(Build, KnowsNoRoadBesideTheRoad) {
-  const auto built = build_demo("beside", {});
+  const auto built = build_demo({});
   for (const double v : {-200.0, -40.0, 40.0, 200.0}) EXPECT_TRUE(std::isnan(built.road->z_at_uv(100.0, v))) << v;
   crg::Cursor cursor;
   EXPECT_FALSE(built.road->at_xy(5000.0, 5000.0, cursor).valid);
 }
 
 TEST(Build, RepeatsItselfToTheByte) {
-  const auto a = build_demo("first", {}), b = build_demo("second", {});
-  EXPECT_TRUE(bytes_of(a.result.crg_path) == bytes_of(b.result.crg_path));
-  EXPECT_TRUE(bytes_of(a.result.stl_path) == bytes_of(b.result.stl_path));
+  const auto a = build_demo({});
+  const std::string crg = bytes_of(a.result.crg_path), stl = bytes_of(a.result.stl_path);
+  const auto b = build_demo({});  // into the same folder
+  EXPECT_TRUE(crg == bytes_of(b.result.crg_path));
+  EXPECT_TRUE(stl == bytes_of(b.result.stl_path));
 }
 
 TEST(Build, MovesTheTrackByItsAlignmentWithoutChangingItsShape) {
-  const std::string dir = testing::TempDir() + "build_test_aligned";
-  std::filesystem::remove_all(dir);
+  const support::TemporaryFolder folder;
+  const std::string dir = folder.path("demo");
   const auto synth = road::write_synth(demo(), dir, {.truth_step_m = 5.0});
   road::Recipe recipe = road::recipe_for_mesh(synth.mesh_path);
   recipe.read.up = road::UpAxis::y;

@@ -8,6 +8,7 @@
 
 #include "road/error.h"
 #include "support/strip_road.h"
+#include "support/temporary_folder.h"
 
 namespace {
 
@@ -172,7 +173,8 @@ TEST(Centreline, RefusesASurfaceThatIsNoStrip) {
 
 TEST(Centreline, CsvKeepsStationsAndClosure) {
   const auto line = trace_centreline(ring(100.0));
-  const std::string path = testing::TempDir() + "centreline.csv";
+  const support::TemporaryFolder folder;
+  const std::string path = folder.path("centreline.csv");
   write_centreline_csv(line, path);
   const auto again = road::read_centreline_csv(path);
   EXPECT_TRUE(again.closed);

@@ -12,6 +12,7 @@
 
 #include "crg/surface.h"
 #include "road/error.h"
+#include "support/temporary_folder.h"
 
 namespace {
 
@@ -363,7 +364,8 @@ TEST(Circuit, SelfCrossingNeedsABridge) {
 class ReadCircuit : public testing::Test {
  protected:
   std::string write(const std::string& text) {
-    const std::string path = testing::TempDir() + "kerbstone_circuit.yaml";
+    const support::TemporaryFolder folder;
+    const std::string path = folder.path("kerbstone_circuit.yaml");
     std::ofstream(path) << text;
     return path;
   }

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <set>
 
 #include "road/error.h"
+#include "support/temporary_folder.h"
 
 namespace {
 
@@ -62,7 +65,8 @@ class ExportMesh : public testing::TestWithParam<Case> {};
 
 TEST_P(ExportMesh, ComesBackTheSame) {
   const Case& c = GetParam();
-  const std::string path = testing::TempDir() + "kerbstone_export" + c.ending;
+  const support::TemporaryFolder folder;
+  const std::string path = folder.path(std::string("mesh") + c.ending);
   const Mesh mesh = two_objects();
   export_mesh(mesh, path, {c.up, c.unit});
   const Mesh back = road::read_mesh(path, {c.up, c.unit});
@@ -75,6 +79,12 @@ TEST_P(ExportMesh, ComesBackTheSame) {
   EXPECT_GT(normal.z(), 0.0);
 }
 
+std::string case_name(const testing::TestParamInfo<Case>& info) {
+  static constexpr std::array<const char*, 5> kUnits{"automatic", "m", "cm", "mm", "ft"};
+  return std::string(info.param.ending).substr(1) + (info.param.up == UpAxis::y ? "_y_" : "_z_") +
+         kUnits[static_cast<std::size_t>(info.param.unit)];
+}
+
 INSTANTIATE_TEST_SUITE_P(Formats, ExportMesh,
                          testing::Values(Case{".obj", UpAxis::y, Unit::m, 1e-5},
                                          Case{".obj", UpAxis::z, Unit::mm, 1e-5},
@@ -84,11 +94,13 @@ INSTANTIATE_TEST_SUITE_P(Formats, ExportMesh,
                                          Case{".ply", UpAxis::y, Unit::cm, 1e-9},
                                          Case{".ply", UpAxis::z, Unit::m, 1e-9},
                                          Case{".stl", UpAxis::y, Unit::m, 2.5e-4},
-                                         Case{".stl", UpAxis::z, Unit::ft, 2.5e-4}));
+                                         Case{".stl", UpAxis::z, Unit::ft, 2.5e-4}),
+                         case_name);
 
 TEST(ExportMesh, KeepsNames) {
   for (const char* ending : {".obj", ".glb"}) {
-    const std::string path = testing::TempDir() + "kerbstone_names" + ending;
+    const support::TemporaryFolder folder;
+    const std::string path = folder.path(std::string("mesh") + ending);
     export_mesh(two_objects(), path, {});
     const Mesh back = road::read_mesh(path, {UpAxis::z, Unit::m});
     std::set<std::string> objects, materials;
@@ -106,13 +118,13 @@ TEST(ExportMesh, KeepsNames) {
 TEST(ExportMesh, NamelessIsOneObject) {
   Mesh mesh = two_objects();
   for (road::MeshObject& object : mesh.objects) object = {};
-  const std::string path = testing::TempDir() + "kerbstone_nameless.obj";
-  std::filesystem::remove(testing::TempDir() + "kerbstone_nameless.mtl");
+  const support::TemporaryFolder folder;
+  const std::string path = folder.path("nameless.obj");
   export_mesh(mesh, path, {});
   const Mesh back = road::read_mesh(path, {UpAxis::z, Unit::m});
   EXPECT_EQ(back.triangles.size(), mesh.triangles.size());
   EXPECT_EQ(back.objects.size(), 1U);
-  EXPECT_FALSE(std::filesystem::exists(testing::TempDir() + "kerbstone_nameless.mtl"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("nameless.mtl")));
 }
 
 TEST(ExportMesh, RefusesWhatItCannotWrite) {

@@ -14,6 +14,7 @@
 #include "road/build.h"
 #include "road/csv.h"
 #include "support/brute_force.h"
+#include "support/temporary_folder.h"
 
 namespace {
 
@@ -84,11 +85,12 @@ class RealTrack : public testing::TestWithParam<const char*> {
     for (const auto& path : {mesh_path_, edges_path_}) {
       if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data; data beside the checkout)";
     }
-    dir_ = testing::TempDir() + "real_track_" + GetParam();
+    dir_ = folder_.path(GetParam());
   }
 
   road::Recipe recipe() const { return road::recipe_for_mesh(mesh_path_); }
 
+  support::TemporaryFolder folder_;
   std::string mesh_path_, edges_path_, dir_;
 };
 

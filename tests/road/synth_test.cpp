@@ -14,6 +14,7 @@
 #include "crg/surface.h"
 #include "road/atomic_file.h"
 #include "road/error.h"
+#include "support/temporary_folder.h"
 #include "support/brute_force.h"
 
 namespace {
@@ -325,8 +326,8 @@ TEST(Synth, NamesFollowTheStyle) {
 }
 
 TEST(Synth, WritesMeshAndTruthTheSameEveryTime) {
-  const std::string first = testing::TempDir() + "kerbstone_synth_a";
-  const std::string second = testing::TempDir() + "kerbstone_synth_b/deep";
+  const support::TemporaryFolder folder;
+  const std::string first = folder.path("a"), second = folder.path("b/deep");
   for (const road::MeshFormat format : {road::MeshFormat::obj, road::MeshFormat::glb,
                                         road::MeshFormat::ply, road::MeshFormat::stl}) {
     SynthOptions options;
@@ -342,8 +343,6 @@ TEST(Synth, WritesMeshAndTruthTheSameEveryTime) {
   }
   const crg::Crg truth = crg::read(first + "/kerbstone-ring_truth.crg");
   EXPECT_NEAR(crg::Surface(truth).z_at_uv(300.0, 1.0), true_height(demo(), 300.0, 1.0), 0.002);
-  std::filesystem::remove_all(first);
-  std::filesystem::remove_all(testing::TempDir() + "kerbstone_synth_b");
 }
 
 TEST(Synth, OpenRoadsHaveTwoEnds) {

@@ -245,8 +245,8 @@ struct Span {
 
 Span span_of(const Provenance* row, std::size_t columns) {
   Span span{0, columns};
-  while (span.first < columns && row[span.first] == Provenance::none) ++span.first;
-  while (span.last > span.first && row[span.last - 1] == Provenance::none) --span.last;
+  while (span.first < columns && row[span.first] == Provenance::none) span.first += 1;
+  while (span.last > span.first && row[span.last - 1] == Provenance::none) span.last -= 1;
   if (span.first == columns) return {1, 0};
   return {span.first, span.last - 1};
 }
