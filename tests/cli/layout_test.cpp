@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <regex>
+#include <set>
 #include <sstream>
 
 #include "support/run_crgbuild.h"
@@ -55,6 +56,16 @@ TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
     if (!fs::exists(library.path() / "include")) continue;
     for (const auto& [file, name] : includes_below(library.path() / "include"))
       EXPECT_FALSE(std::regex_match(name, heavy)) << file << " includes " << name;
+  }
+}
+
+TEST(Layout, EachHeavyLibraryStaysInTwoSourceFiles) {
+  for (const char* library : {"assimp/", "CGAL/", "embree3/", "yaml-cpp/", "openssl/"}) {
+    std::set<fs::path> files;
+    for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / "lib/road/src"))
+      if (name.starts_with(library)) files.insert(file);
+    EXPECT_LE(files.size(), 2u) << library;
+    EXPECT_GE(files.size(), 1u) << library << " is required but not used";
   }
 }
 
