@@ -2,62 +2,514 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
+#include <GeographicLib/Constants.hpp>
+#include <GeographicLib/UTMUPS.hpp>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
+#include <numbers>
+#include <numeric>
+#include <sstream>
 
-#include "road/csv.h"
 #include "road/error.h"
+#include "text_lines.h"
 
 namespace road {
+namespace {
 
-AlignReport fit_alignment(const std::vector<ControlPoint>& points) {
-  constexpr double kSmallestSpread_m = 3.0;
-  if (points.size() < 2) throw Error(fmt::format("{} control points; an alignment needs at least 2", points.size()));
+constexpr double kSmallestSpread_m = 3.0;
+// An alignment that leaves more than this share of the extent is none; surveys leave a thousandth.
+constexpr double kWorstFit = 0.02;
+constexpr double kWorstFit_m = 1.0;
+
+using Indices = std::vector<std::size_t>;
+
+/// Rotation about z and translation by least squares: the angle that turns the summed dot and cross
+/// products of the centred points into one another (the plane case of Umeyama 1991).
+RotoTranslation fit(const std::vector<ControlPoint>& points, const Indices& used,
+                    double mirror = 1.0) {
   Eigen::Vector3d mesh_mean = Eigen::Vector3d::Zero(), global_mean = Eigen::Vector3d::Zero();
-  for (const ControlPoint& p : points) {
-    mesh_mean += p.mesh_m / static_cast<double>(points.size());
-    global_mean += p.global_m / static_cast<double>(points.size());
+  const auto mesh = [&](std::size_t i) {
+    return Eigen::Vector3d(points[i].mesh_m.x(), mirror * points[i].mesh_m.y(),
+                           points[i].mesh_m.z());
+  };
+  for (const std::size_t i : used) {
+    mesh_mean += mesh(i) / static_cast<double>(used.size());
+    global_mean += points[i].global_m / static_cast<double>(used.size());
   }
-  // Rotation about z by least squares (Umeyama 1991, planar case without scale): the angle that turns
-  // the summed cross and dot products of the centred points into one another.
-  double cross = 0.0, dot = 0.0, spread_m = 0.0;
-  for (const ControlPoint& p : points) {
-    const Eigen::Vector2d a = (p.mesh_m - mesh_mean).head<2>(), b = (p.global_m - global_mean).head<2>();
+  double cross = 0.0, dot = 0.0;
+  for (const std::size_t i : used) {
+    const Eigen::Vector2d a = (mesh(i) - mesh_mean).head<2>(),
+                          b = (points[i].global_m - global_mean).head<2>();
     cross += a.x() * b.y() - a.y() * b.x();
     dot += a.dot(b);
-    spread_m = std::max(spread_m, 2.0 * a.norm());
   }
-  if (!(spread_m >= kSmallestSpread_m)) {
-    throw Error(fmt::format("the control points lie within {:.2f} m of each other; wanted at least {} m so that they fix a rotation",
-                            spread_m, kSmallestSpread_m));
-  }
-  AlignReport report;
-  report.T_global_mesh.yaw_rad = std::atan2(cross, dot);
-  const Eigen::AngleAxisd rotation(report.T_global_mesh.yaw_rad, Eigen::Vector3d::UnitZ());
-  report.T_global_mesh.translation_m = global_mean - rotation * mesh_mean;
+  RotoTranslation T;
+  T.yaw_rad = std::atan2(cross, dot);
+  T.translation_m =
+      global_mean - Eigen::AngleAxisd(T.yaw_rad, Eigen::Vector3d::UnitZ()) * mesh_mean;
+  return T;
+}
+
+double residual(const RotoTranslation& T, const ControlPoint& point, double mirror = 1.0) {
+  const Eigen::Vector3d mesh(point.mesh_m.x(), mirror * point.mesh_m.y(), point.mesh_m.z());
+  return (Eigen::AngleAxisd(T.yaw_rad, Eigen::Vector3d::UnitZ()) * mesh + T.translation_m -
+          point.global_m)
+      .norm();
+}
+
+double rms(const RotoTranslation& T, const std::vector<ControlPoint>& points, const Indices& used,
+           double mirror = 1.0) {
   double sum = 0.0;
-  for (const ControlPoint& p : points) {
-    report.residual_m.push_back((rotation * p.mesh_m + report.T_global_mesh.translation_m - p.global_m).norm());
-    sum += report.residual_m.back() * report.residual_m.back();
+  for (const std::size_t i : used) sum += std::pow(residual(T, points[i], mirror), 2);
+  return std::sqrt(sum / static_cast<double>(used.size()));
+}
+
+double spread(const std::vector<ControlPoint>& points, const Indices& used) {
+  double widest = 0.0;
+  for (const std::size_t i : used) {
+    for (const std::size_t j : used)
+      widest = std::max(widest, (points[i].mesh_m - points[j].mesh_m).head<2>().norm());
   }
-  report.rms_m = std::sqrt(sum / static_cast<double>(points.size()));
+  return widest;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Least median of squares (Rousseeuw 1984) over all pairs, then least squares over what agrees
+/// with it.
+Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& options) {
+  Indices all(points.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  if (!options.reject_outliers || points.size() < 4) return all;
+  // Pairs far apart fix the rotation; more than 20,000 pairs tell nothing new.
+  const std::size_t step = std::max<std::size_t>(1, points.size() * points.size() / 40'000);
+  double best = std::numeric_limits<double>::infinity();
+  RotoTranslation best_T;
+  std::size_t pair = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = i + 1; j < points.size(); ++j) {
+      if (pair++ % step != 0 ||
+          (points[i].mesh_m - points[j].mesh_m).head<2>().norm() < kSmallestSpread_m)
+        continue;
+      const RotoTranslation T = fit(points, {i, j});
+      std::vector<double> distances;
+      for (const ControlPoint& point : points) distances.push_back(residual(T, point));
+      const double middle = median(std::move(distances));
+      if (middle < best) {
+        best = middle;
+        best_T = T;
+      }
+    }
+  }
+  Indices used;
+  for (int pass = 0; pass < 3; ++pass) {
+    // 1.48 medians are one standard deviation of normal noise; a pair fits a little worse than all.
+    const double limit_m = std::max(options.smallest_outlier_m, 4.0 * 1.48 * best);
+    used.clear();
+    std::vector<double> distances;
+    for (const std::size_t i : all) {
+      if (residual(best_T, points[i]) <= limit_m) used.push_back(i);
+    }
+    if (used.size() < 2) break;
+    best_T = fit(points, used);
+    for (const std::size_t i : used) distances.push_back(residual(best_T, points[i]));
+    best = median(std::move(distances));
+  }
+  return used.size() * 2 > points.size() ? used : all;
+}
+
+}  // namespace
+
+AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOptions& options) {
+  if (points.size() < 2)
+    throw Error(fmt::format("{} control points; an alignment needs at least 2", points.size()));
+  Indices all(points.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const auto refuse_narrow = [&](const Indices& used) {
+    const double spread_m = spread(points, used);
+    if (!(spread_m >= kSmallestSpread_m)) {
+      throw Error(
+          fmt::format("the control points lie within {:.2f} m of each other; wanted at least {} m "
+                      "so that they fix a "
+                      "rotation",
+                      spread_m, kSmallestSpread_m));
+    }
+    return spread_m;
+  };
+  refuse_narrow(all);
+  const Indices used = inliers(points, options);
+  const double spread_m = refuse_narrow(used);
+
+  AlignReport report;
+  report.T_global_mesh = fit(points, used);
+  report.rms_m = rms(report.T_global_mesh, points, used);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    report.residual_m.push_back(residual(report.T_global_mesh, points[i]));
+    if (!std::binary_search(used.begin(), used.end(), i)) report.outliers.push_back(points[i].name);
+  }
+  const double worst_m = std::max(kWorstFit_m, kWorstFit * spread_m);
+  if (report.rms_m > worst_m) {
+    // Is there a reason that has a name?
+    std::string reason = "check which point is which";
+    const double mirrored_m = rms(fit(points, used, -1.0), points, used, -1.0);
+    double mesh_m = 0.0, global_m = 0.0;
+    for (const std::size_t i : used) {
+      for (const std::size_t j : used) {
+        mesh_m += (points[i].mesh_m - points[j].mesh_m).head<2>().norm();
+        global_m += (points[i].global_m - points[j].global_m).head<2>().norm();
+      }
+    }
+    const double ratio = global_m / mesh_m;
+    if (mirrored_m < 0.2 * report.rms_m) {
+      reason =
+          "their mirror image fits; look for latitude and longitude swapped, a wrong hemisphere or "
+          "a wrong axis";
+    } else if (std::abs(ratio - 1.0) > kWorstFit) {
+      reason = fmt::format(
+          "their distances are {:.4g} times those in the mesh; look for a wrong unit", ratio);
+    }
+    throw Error(
+        fmt::format("no rotation and translation fits the {} control points: {:.2f} m rms left "
+                    "over {:.0f} m; wanted at most "
+                    "{:.2f} m; {}",
+                    used.size(), report.rms_m, spread_m, worst_m, reason));
+  }
+  if (used.size() >= 3) {
+    std::vector<ControlPoint> kept;
+    for (const std::size_t i : used) kept.push_back(points[i]);
+    try {
+      const Similarity free = fit_similarity(kept, true);
+      report.scale = free.scale;
+      report.tilt_rad = std::acos(std::clamp(free.rotation(2, 2), -1.0, 1.0));
+    } catch (const Error&) {
+      // On a line: the two stay NaN, as the header says.
+    }
+  }
   return report;
 }
 
-std::vector<ControlPoint> read_control_points(const std::string& path) {
-  const CsvTable table = read_csv(path, {"mesh_x_m", "mesh_y_m", "mesh_z_m", "x_m", "y_m", "z_m"});
-  std::vector<ControlPoint> points;
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    ControlPoint p;
-    p.name = fmt::format("point {}", i + 1);
-    p.mesh_m = {table.value(i, 0), table.value(i, 1), table.value(i, 2)};
-    p.global_m = {table.value(i, 3), table.value(i, 4), table.value(i, 5)};
-    if (!p.mesh_m.allFinite() || !p.global_m.allFinite()) {
-      throw Error(fmt::format("{}: row {} has an empty cell; a control point needs all six coordinates", path, i + 1));
-    }
-    points.push_back(std::move(p));
+Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_scale) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::Matrix3Xd mesh(3, count), global(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    mesh.col(i) = points[static_cast<std::size_t>(i)].mesh_m;
+    global.col(i) = points[static_cast<std::size_t>(i)].global_m;
   }
-  return points;
+  if (count >= 1) {
+    // Centred first: UTM coordinates would cost the products half of their digits.
+    const Eigen::Vector3d mesh_mean = mesh.rowwise().mean(), global_mean = global.rowwise().mean();
+    const Eigen::Matrix3Xd a = mesh.colwise() - mesh_mean, b = global.colwise() - global_mean;
+    const Eigen::Vector3d extent = Eigen::JacobiSVD<Eigen::Matrix3Xd>(a).singularValues();
+    if (count >= 3 && extent[1] >= kSmallestSpread_m) {
+      const Eigen::Matrix4d T = Eigen::umeyama(a, b, with_scale);
+      Similarity out;
+      const Eigen::Matrix3d linear = T.topLeftCorner<3, 3>();
+      out.scale = with_scale ? std::cbrt(linear.determinant()) : 1.0;
+      out.rotation = linear / out.scale;
+      out.translation_m = global_mean - linear * mesh_mean + T.topRightCorner<3, 1>();
+      double sum = 0.0;
+      for (Eigen::Index i = 0; i < count; ++i) {
+        out.residual_m.push_back((linear * a.col(i) + T.topRightCorner<3, 1>() - b.col(i)).norm());
+        sum += out.residual_m.back() * out.residual_m.back();
+      }
+      out.rms_m = std::sqrt(sum / static_cast<double>(count));
+      return out;
+    }
+  }
+  throw Error(
+      fmt::format("{} control points that span no plane; a free rotation needs at least 3, none of "
+                  "them on the line of the "
+                  "others",
+                  points.size()));
+}
+
+AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
+                              const std::vector<Eigen::Vector3d>& trajectory_m) {
+  if (middle_m.size() < 10 || trajectory_m.size() < 10) {
+    throw Error(
+        fmt::format("{} points of the road and {} of the trajectory; wanted at least 10 of each",
+                    middle_m.size(), trajectory_m.size()));
+  }
+  // Both resampled at equal steps of path length; all starts and both directions are tried.
+  const auto resample = [](std::vector<Eigen::Vector3d> points, bool ring, double step_m) {
+    if (ring) points.push_back(points.front());
+    std::vector<Eigen::Vector3d> out{points.front()};
+    double left_m = step_m;
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+      Eigen::Vector3d from = points[i];
+      double length_m = (points[i + 1] - from).head<2>().norm();
+      while (length_m >= left_m && length_m > 0.0) {
+        from += (points[i + 1] - from) * (left_m / length_m);
+        out.push_back(from);
+        length_m = (points[i + 1] - from).head<2>().norm();
+        left_m = step_m;
+      }
+      left_m -= length_m;
+    }
+    return out;
+  };
+  double length_m = 0.0;
+  for (std::size_t i = 0; i + 1 < middle_m.size(); ++i)
+    length_m += (middle_m[i + 1] - middle_m[i]).head<2>().norm();
+  if (closed) length_m += (middle_m.front() - middle_m.back()).head<2>().norm();
+  const double step_m = length_m / 300.0;
+  std::vector<Eigen::Vector3d> road = resample(middle_m, closed, step_m);
+  if (closed && (road.back() - road.front()).head<2>().norm() < 0.5 * step_m) road.pop_back();
+  const std::vector<Eigen::Vector3d> driven = resample(trajectory_m, false, step_m);
+  const std::size_t n = road.size();
+  // More than one lap adds nothing to the search.
+  const std::size_t count = std::min(driven.size(), n);
+  double best_m = std::numeric_limits<double>::infinity();
+  RotoTranslation T;
+  for (const int direction : {1, -1}) {
+    for (std::size_t start = 0; start < n; ++start) {
+      std::vector<ControlPoint> pairs;
+      for (std::size_t k = 0; k < count; k += 4) {
+        const std::ptrdiff_t raw =
+            static_cast<std::ptrdiff_t>(start) + direction * static_cast<std::ptrdiff_t>(k);
+        const auto size = static_cast<std::ptrdiff_t>(n);
+        if (!closed && (raw < 0 || raw >= size)) break;
+        pairs.push_back(
+            {"", road[static_cast<std::size_t>(((raw % size) + size) % size)], driven[k]});
+      }
+      if (pairs.size() * 4 + 4 < count || pairs.size() < 3) continue;
+      Indices used(pairs.size());
+      std::iota(used.begin(), used.end(), std::size_t{0});
+      const RotoTranslation candidate = fit(pairs, used);
+      const double error_m = rms(candidate, pairs, used);
+      if (error_m < best_m) {
+        best_m = error_m;
+        T = candidate;
+      }
+    }
+  }
+  // Then every point against the nearest place of the line (Besl and McKay 1992).
+  AlignReport report;
+  for (int pass = 0; pass < 30; ++pass) {
+    std::vector<ControlPoint> pairs;
+    report.residual_m.clear();
+    const Eigen::AngleAxisd back(-T.yaw_rad, Eigen::Vector3d::UnitZ());
+    for (const Eigen::Vector3d& point : trajectory_m) {
+      const Eigen::Vector3d local = back * (point - T.translation_m);
+      double nearest = std::numeric_limits<double>::infinity();
+      Eigen::Vector3d place = middle_m.front();
+      for (std::size_t i = 0; i + (closed ? 0 : 1) < middle_m.size(); ++i) {
+        const Eigen::Vector3d& a = middle_m[i];
+        const Eigen::Vector3d ab = middle_m[(i + 1) % middle_m.size()] - a;
+        const double square = ab.head<2>().squaredNorm();
+        const double s =
+            square > 0.0 ? std::clamp(ab.head<2>().dot((local - a).head<2>()) / square, 0.0, 1.0)
+                         : 0.0;
+        const double distance = (local - a - s * ab).head<2>().squaredNorm();
+        if (distance < nearest) {
+          nearest = distance;
+          place = a + s * ab;
+        }
+      }
+      pairs.push_back({"", place, point});
+      report.residual_m.push_back(std::sqrt(nearest));
+    }
+    Indices used(pairs.size());
+    std::iota(used.begin(), used.end(), std::size_t{0});
+    const RotoTranslation next = fit(pairs, used);
+    const double moved = std::abs(next.yaw_rad - T.yaw_rad) * length_m +
+                         (next.translation_m - T.translation_m).norm();
+    T = next;
+    if (moved < 1e-4) break;
+  }
+  report.T_global_mesh = T;
+  for (const double r : report.residual_m)
+    report.rms_m += r * r / static_cast<double>(report.residual_m.size());
+  report.rms_m = std::sqrt(report.rms_m);
+  const double worst_m = std::max(10.0, 0.01 * length_m);
+  if (!(report.rms_m <= worst_m)) {
+    throw Error(
+        fmt::format("the trajectory does not follow this road: {:.1f} m rms beside its middle; "
+                    "wanted at most {:.1f} m; check "
+                    "that both are the same track",
+                    report.rms_m, worst_m));
+  }
+  return report;
+}
+
+UtmZone utm_zone(double latitude_deg, double longitude_deg) {
+  if (!(std::abs(latitude_deg) <= 90.0) || !(std::abs(longitude_deg) <= 540.0)) {
+    throw Error(fmt::format(
+        "latitude {} and longitude {} degrees; wanted at most 90 and 180; are they swapped?",
+        latitude_deg, longitude_deg));
+  }
+  const int number = GeographicLib::UTMUPS::StandardZone(latitude_deg, longitude_deg);
+  if (number < GeographicLib::UTMUPS::MINUTMZONE) {
+    throw Error(
+        fmt::format("latitude {} degrees has no UTM zone; wanted 80 S to 84 N; give projected "
+                    "coordinates x_m,y_m,z_m",
+                    latitude_deg));
+  }
+  return {number, latitude_deg >= 0.0};
+}
+
+Eigen::Vector2d to_utm(const UtmZone& zone, double latitude_deg, double longitude_deg) {
+  try {
+    int number = 0;
+    bool north = false;
+    double x = 0.0, y = 0.0;
+    GeographicLib::UTMUPS::Forward(latitude_deg, longitude_deg, number, north, x, y, zone.number);
+    // Beyond the equator the zone's own false northing counts on.
+    if (north != zone.north) y += north ? 10e6 : -10e6;
+    return {x, y};
+  } catch (const GeographicLib::GeographicErr& error) {
+    throw Error(fmt::format(
+        "latitude {}, longitude {} degrees in UTM zone {}: {}; give points of one place",
+        latitude_deg, longitude_deg, zone.number, error.what()));
+  }
+}
+
+Eigen::Vector2d from_utm(const UtmZone& zone, const Eigen::Vector2d& easting_northing_m) {
+  try {
+    double latitude_deg = 0.0, longitude_deg = 0.0;
+    GeographicLib::UTMUPS::Reverse(zone.number, zone.north, easting_northing_m.x(),
+                                   easting_northing_m.y(), latitude_deg, longitude_deg);
+    return {latitude_deg, longitude_deg};
+  } catch (const GeographicLib::GeographicErr& error) {
+    throw Error(fmt::format("({:.1f}, {:.1f}) m in UTM zone {}{}: {}", easting_northing_m.x(),
+                            easting_northing_m.y(), zone.number, zone.north ? 'N' : 'S',
+                            error.what()));
+  }
+}
+
+std::vector<crg::HeaderEntry> projection_header(const UtmZone& zone) {
+  const double a = GeographicLib::Constants::WGS84_a();
+  const double b = a * (1.0 - GeographicLib::Constants::WGS84_f());
+  return {{"GELL_NM", 0.0, "WGS84"},
+          {"GELL_A", a, ""},
+          {"GELL_B", b, ""},
+          {"LELL_NM", 0.0, "WGS84"},
+          {"LELL_A", a, ""},
+          {"LELL_B", b, ""},
+          {"TRAN_NM", 0.0, "NOP"},
+          {"PROJ_NM", 0.0, fmt::format("UTM_{:02}{}", zone.number, zone.north ? 'N' : 'S')}};
+}
+
+std::vector<crg::HeaderEntry> geographic_header(const UtmZone& zone,
+                                                const crg::ReferenceLine& line) {
+  std::vector<crg::HeaderEntry> entries;
+  for (const auto& [which, i] :
+       {std::pair<const char*, std::size_t>{"START", 0}, {"END", line.size() - 1}}) {
+    const Eigen::Vector2d lat_lon = from_utm(zone, {line.x_m[i], line.y_m[i]});
+    entries.push_back({fmt::format("REFERENCE_LINE_{}_LON", which), lat_lon.y(), ""});
+    entries.push_back({fmt::format("REFERENCE_LINE_{}_LAT", which), lat_lon.x(), ""});
+    entries.push_back(
+        {fmt::format("REFERENCE_LINE_{}_ALT", which), line.z_m.empty() ? 0.0 : line.z_m[i], ""});
+  }
+  return entries;
+}
+
+ControlPoints read_control_point_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw Error(fmt::format("{}: cannot read; give a file of control points", path));
+  std::ostringstream content;
+  content << in.rdbuf();
+  const std::string text = content.str();
+  const auto cells_of = [](std::string_view line) {
+    std::vector<std::string_view> cells;
+    while (true) {
+      const std::size_t comma = line.find(',');
+      std::string_view cell = line.substr(0, comma);
+      while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\t')) cell.remove_prefix(1);
+      while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\t')) cell.remove_suffix(1);
+      cells.push_back(cell);
+      if (comma == std::string_view::npos) return cells;
+      line.remove_prefix(comma + 1);
+    }
+  };
+  constexpr std::array<const char*, 3> kMesh{"mesh_x_m", "mesh_y_m", "mesh_z_m"};
+  constexpr std::array<const char*, 3> kProjected{"x_m", "y_m", "z_m"};
+  constexpr std::array<const char*, 3> kGeographic{"lat_deg", "lon_deg", "h_m"};
+  Lines lines(text);
+  std::string_view line;
+  bool has_header = false, geographic = false;
+  std::size_t columns = 0, name_column = std::string_view::npos;
+  std::array<std::size_t, 6> column{};
+  ControlPoints out;
+  while (lines.next(line)) {
+    if (lines.number() == 1 && line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);
+    if (line.find_first_not_of(" \t") == std::string_view::npos || line.starts_with('#')) continue;
+    const std::vector<std::string_view> cells = cells_of(line);
+    if (!has_header) {
+      has_header = true;
+      columns = cells.size();
+      const auto find = [&](std::string_view name) {
+        return static_cast<std::size_t>(std::find(cells.begin(), cells.end(), name) -
+                                        cells.begin());
+      };
+      const auto take = [&](const std::array<const char*, 3>& names, std::size_t at) {
+        bool found = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+          column[at + k] = find(names[k]);
+          found = found && column[at + k] < columns;
+        }
+        return found;
+      };
+      const bool mesh = take(kMesh, 0);
+      const bool projected = take(kProjected, 3);
+      geographic = !projected && take(kGeographic, 3);
+      if (!mesh || (!projected && !geographic)) {
+        throw Error(
+            fmt::format("{}:{}: header '{}'; wanted [name,]mesh_x_m,mesh_y_m,mesh_z_m and "
+                        "x_m,y_m,z_m or lat_deg,lon_deg,h_m",
+                        path, lines.number(), line.substr(0, 120)));
+      }
+      if (find("name") < columns) name_column = find("name");
+      continue;
+    }
+    if (cells.size() < columns) {
+      throw Error(fmt::format("{}:{}: {} cells; wanted {} as in the header", path, lines.number(),
+                              cells.size(), columns));
+    }
+    std::array<double, 6> value{};
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto number = to_number<double>(cells[column[k]]);
+      if (!number || !std::isfinite(*number)) {
+        throw Error(
+            fmt::format("{}:{}: '{}'; wanted a number: a control point needs all six coordinates",
+                        path, lines.number(), cells[column[k]]));
+      }
+      value[k] = *number;
+    }
+    ControlPoint point;
+    point.name = name_column < cells.size() && !cells[name_column].empty()
+                     ? std::string(cells[name_column])
+                     : fmt::format("point {}", out.points.size() + 1);
+    point.mesh_m = {value[0], value[1], value[2]};
+    if (geographic) {
+      try {
+        if (out.points.empty()) out.zone = utm_zone(value[3], value[4]);
+        if (std::abs(value[3]) > 90.0) utm_zone(value[3], value[4]);
+        const Eigen::Vector2d plane = to_utm(out.zone, value[3], value[4]);
+        point.global_m = {plane.x(), plane.y(), value[5]};
+      } catch (const Error& error) {
+        throw Error(fmt::format("{}:{}: {}", path, lines.number(), error.what()));
+      }
+    } else {
+      point.global_m = {value[3], value[4], value[5]};
+    }
+    out.points.push_back(std::move(point));
+  }
+  if (!has_header)
+    throw Error(
+        fmt::format("{}: no header; wanted [name,]mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m", path));
+  return out;
+}
+
+std::vector<ControlPoint> read_control_points(const std::string& path) {
+  return read_control_point_file(path).points;
 }
 
 void apply_alignment(const RotoTranslation& T_global_mesh, crg::ReferenceLine& line) {

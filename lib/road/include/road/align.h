@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
+#include "crg/file.h"
 #include "crg/reference_line.h"
 
 namespace road {
@@ -21,16 +23,83 @@ struct ControlPoint {
   Eigen::Vector3d global_m;
 };
 
+struct AlignOptions {
+  /// Points that contradict the others are named and left out; needs at least 4 points, of which
+  /// more than half agree.
+  bool reject_outliers = true;
+  /// Nothing nearer than this is called an outlier, however well the others agree.
+  double smallest_outlier_m = 0.05;
+};
+
 struct AlignReport {
   RotoTranslation T_global_mesh;
-  std::vector<double> residual_m;   ///< per control point
+  std::vector<double> residual_m;     ///< per control point, outliers too
+  double rms_m = 0.0;                 ///< over the points that were used
+  std::vector<std::string> outliers;  ///< names of the points left out
+  /// What a free rotation and scale would add, as a check of units and plumb; NaN when fewer than 3
+  /// points were used or they lie on a line.
+  double tilt_rad = std::numeric_limits<double>::quiet_NaN();
+  double scale = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Least squares over >= 2 control points (>= 3 m apart): rotation about z and translation.
+/// Throws Error on a degenerate set, and when no such motion fits: says whether the points are a
+/// mirror image (latitude and longitude swapped, wrong hemisphere) or scaled (units).
+AlignReport fit_alignment(const std::vector<ControlPoint>& points,
+                          const AlignOptions& options = {});
+
+/// Rotation, translation and, if wanted, scale without constraint: global = scale * R * mesh + t.
+struct Similarity {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();
+  double scale = 1.0;
+  std::vector<double> residual_m;
   double rms_m = 0.0;
 };
 
-/// Least squares over >= 2 control points (>= 3 m apart). Throws Error on a degenerate set.
-AlignReport fit_alignment(const std::vector<ControlPoint>& points);
+/// Least squares (Umeyama 1991) over >= 3 points that span a plane. Throws Error on a degenerate
+/// set.
+Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_scale);
 
-/// CSV with header mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m. Throws Error with file:line.
+/// Aligns a road's middle line with a driven track (positions from GNSS, either direction, any
+/// start, closed or part of a lap) without known point pairs. The result is exact as far as the
+/// driver kept to the middle: what is asymmetric about the racing line remains. residual_m:
+/// distance of each trajectory point from the aligned line in plan. Throws Error when either has
+/// less than 10 points or the two differ in shape.
+AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
+                              const std::vector<Eigen::Vector3d>& trajectory_m);
+
+/// UTM on the WGS84 ellipsoid.
+struct UtmZone {
+  int number = 0;  ///< 1-60
+  bool north = true;
+};
+
+/// The zone of a position; poles (beyond 84 N, 80 S) have none. Throws Error naming the value.
+UtmZone utm_zone(double latitude_deg, double longitude_deg);
+/// Easting and northing in `zone`, metres (5 nm accurate within the zone and its neighbours).
+Eigen::Vector2d to_utm(const UtmZone& zone, double latitude_deg, double longitude_deg);
+/// Latitude and longitude in degrees.
+Eigen::Vector2d from_utm(const UtmZone& zone, const Eigen::Vector2d& easting_northing_m);
+
+/// $ROAD_CRG_MPRO for coordinates in `zone`: WGS84 ellipsoid, no datum change, UTM.
+std::vector<crg::HeaderEntry> projection_header(const UtmZone& zone);
+/// $ROAD_CRG entries REFERENCE_LINE_START_LON/LAT/ALT and END_..., degrees and metres, for a line
+/// in `zone`.
+std::vector<crg::HeaderEntry> geographic_header(const UtmZone& zone,
+                                                const crg::ReferenceLine& line);
+
+/// Control points of a file and the zone that geographic ones were projected to.
+struct ControlPoints {
+  std::vector<ControlPoint> points;
+  UtmZone zone;  ///< number 0: the file has projected coordinates
+};
+
+/// CSV with header [name,]mesh_x_m,mesh_y_m,mesh_z_m and either x_m,y_m,z_m or lat_deg,lon_deg,h_m
+/// (WGS84; projected to the UTM zone of the first row). Throws Error with file:line on a wrong
+/// header, a missing or bad number, a latitude beyond 90 degrees.
+ControlPoints read_control_point_file(const std::string& path);
+/// The points alone.
 std::vector<ControlPoint> read_control_points(const std::string& path);
 
 /// Moves the line, and with it the heights that it carries, to the global frame.
