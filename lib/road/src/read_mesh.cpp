@@ -4,7 +4,6 @@
 #include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
@@ -116,12 +115,54 @@ std::string object_name(const aiNode& node) {
   return name;
 }
 
+/// Cuts a polygon into triangles by ears; points and lines give none. assimp's own step for this
+/// ends the program on some damaged files.
+void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::uint32_t>& polygon,
+                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  // Polygons with many corners are terrain borders; beyond this the quadratic search is no use.
+  constexpr std::size_t kMostEars = 2000;
+  if (polygon.size() > 3 && polygon.size() <= kMostEars) {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // Newell's
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      normal += (vertices[polygon[i]] - vertices[polygon[0]])
+                    .cross(vertices[polygon[(i + 1) % polygon.size()]] - vertices[polygon[0]]);
+    }
+    const auto left = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+      return normal.dot((vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]));
+    };
+    for (std::size_t i = 0, refused = 0; polygon.size() > 3 && refused < polygon.size();) {
+      const std::size_t n = polygon.size();
+      const std::uint32_t a = polygon[(i + n - 1) % n], b = polygon[i % n],
+                          c = polygon[(i + 1) % n];
+      bool ear = left(a, b, c) > 0.0;
+      for (std::size_t k = 0; k < n && ear; ++k) {
+        const std::uint32_t p = polygon[k];
+        if (p == a || p == b || p == c) continue;
+        ear = !(left(a, b, p) >= 0.0 && left(b, c, p) >= 0.0 && left(c, a, p) >= 0.0);
+      }
+      if (ear) {
+        triangles.push_back({a, b, c});
+        polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(i % n));
+        refused = 0;
+      } else {
+        ++refused;
+        ++i;
+      }
+      i %= polygon.size();
+    }
+  }
+  // The last ear, or what no ear could be cut from (folded polygons): a fan.
+  for (std::size_t k = 2; k < polygon.size(); ++k)
+    triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
+}
+
 RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::string& path) {
   RawMesh mesh;
   mesh.stored_as_float32 = true;
   Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d highest = -lowest;
   std::vector<std::string> materials, textures;
+  std::vector<std::uint32_t> polygon;
   for (unsigned int i = 0; i < scene.mNumMaterials; ++i) {
     materials.push_back(material_name(*scene.mMaterials[i]));
     textures.push_back(texture_name(*scene.mMaterials[i]));
@@ -162,19 +203,19 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
       }
       for (unsigned int i = 0; i < part.mNumFaces; ++i) {
         const aiFace& face = part.mFaces[i];
-        if (face.mNumIndices != 3) continue;
-        std::array<std::uint32_t, 3> triangle{};
-        for (unsigned int c = 0; c < 3; ++c) {
+        polygon.clear();
+        for (unsigned int c = 0; c < face.mNumIndices; ++c) {
           if (face.mIndices[c] >= part.mNumVertices) {
             throw Error(fmt::format(
                 "{}: object '{}': face {} refers to vertex {}, but there are {}; export the mesh "
                 "again",
                 path, name, i, face.mIndices[c], part.mNumVertices));
           }
-          triangle[c] = static_cast<std::uint32_t>(base) + face.mIndices[c];
+          polygon.push_back(static_cast<std::uint32_t>(base) + face.mIndices[c]);
         }
-        mesh.triangles.push_back(triangle);
-        mesh.object_of_triangle.push_back(static_cast<std::uint32_t>(mesh.objects.size() - 1));
+        triangulate(mesh.vertices, polygon, mesh.triangles);
+        mesh.object_of_triangle.resize(mesh.triangles.size(),
+                                       static_cast<std::uint32_t>(mesh.objects.size() - 1));
       }
     }
   }
@@ -203,7 +244,7 @@ RawMesh import_with_assimp(const std::string& path, std::string_view bytes,
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
   const aiScene* scene = nullptr;
   try {
-    scene = importer.ReadFile(path, aiProcess_Triangulate);
+    scene = importer.ReadFile(path, 0);
   } catch (const std::exception& error) {
     throw Error(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
                             error.what()));
@@ -327,10 +368,11 @@ void check_vertices(const RawMesh& mesh, const std::string& path) {
       const Eigen::Vector3d& v = mesh.vertices[index];
       if (v.allFinite() && v.cwiseAbs().maxCoeff() < 1e12) continue;
       const std::string& name = mesh.objects[mesh.object_of_triangle[i]].name;
-      throw Error(fmt::format(
-          "{}: object '{}', vertex {}: ({:.9g}, {:.9g}, {:.9g}); wanted finite coordinates of at most 1e7 m; "
-          "repair the object in the program that made it, or delete it",
-          path, name, index, v.x(), v.y(), v.z()));
+      throw Error(
+          fmt::format("{}: object '{}', vertex {}: ({:.9g}, {:.9g}, {:.9g}); wanted finite "
+                      "coordinates of at most 1e7 m; "
+                      "repair the object in the program that made it, or delete it",
+                      path, name, index, v.x(), v.y(), v.z()));
     }
   }
 }
