@@ -1,5 +1,7 @@
 #include "vehicle/parameters.h"
 
+#include <fmt/format.h>
+
 namespace vehicle {
 namespace {
 
@@ -44,6 +46,20 @@ Amplitudes<double> default_amplitudes() {
   Amplitudes<double> out;
   out.value.fill(1.0);
   out[Term::locked_differential] = 0.0;
+  return out;
+}
+
+std::string describe_parameters() {
+  std::string out =
+      "# Parameters and terms of the simulated car\n"
+      "Written by `crgdrive parameters`; a test compares.\n\n"
+      "| parameter | unit | default | lowest | highest | prior | meaning |\n"
+      "|---|---|---|---|---|---|---|\n";
+  for (const ParameterInfo& p : kParameters)
+    out += fmt::format("| `{}` | {} | {:.7g} | {:g} | {:g} | {:g} | {} |\n", p.name, p.unit,
+                       p.value, p.low, p.high, p.prior, p.text);
+  out += "\n| term | without it |\n|---|---|\n";
+  for (const TermInfo& t : kTerms) out += fmt::format("| `{}` | {} |\n", t.name, t.absence);
   return out;
 }
 

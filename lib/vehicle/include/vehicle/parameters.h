@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <type_traits>
 
@@ -84,6 +85,9 @@ struct Amplitudes {
   const T& operator[](Term t) const { return value[static_cast<std::size_t>(t)]; }
   T& operator[](Term t) { return value[static_cast<std::size_t>(t)]; }
 };
+
+/// Both lists as two Markdown tables: docs/vehicle_parameters.md is this text.
+std::string describe_parameters();
 
 /// All terms at 1, except locked_differential: a car has one differential.
 Amplitudes<double> default_amplitudes();

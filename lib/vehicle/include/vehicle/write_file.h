@@ -9,4 +9,7 @@ namespace vehicle {
 /// the old file or the new one. Throws Error with the path and the system's reason.
 void write_file(const std::string& path, std::string_view bytes);
 
+/// SHA-256 of a file's bytes as 64 hex digits. Throws Error.
+std::string sha256_of_file(const std::string& path);
+
 }  // namespace vehicle

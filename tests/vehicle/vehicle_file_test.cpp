@@ -1,0 +1,195 @@
+#include "vehicle/vehicle_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <random>
+
+#include "tyre_files.h"
+#include "vehicle/error.h"
+#include "vehicle/write_file.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace vehicle;  // NOLINT: a test of this library
+using P = Parameter;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class VehicleFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() /
+              ("kerbstone_vehicle_file_" + std::to_string(::getpid()) + "_" +
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+    write_file(path("t.tir"), test_tyre_text());
+    write_file(path("engine.csv"),
+               "engine_radps:throttle,0,1\n0,0,100\n500,-30,300\n900,-50,200\n");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string text() {
+    return "name: small\n"
+           "tyres: {front: t.tir, rear: t.tir}\n"
+           "maps:\n"
+           "  engine_torque_nm: engine.csv\n";
+  }
+  /// What read_vehicle says about this vehicle.yaml, or "".
+  std::string refusal(const std::string& yaml) const {
+    write_file(path("vehicle.yaml"), yaml);
+    try {
+      read_vehicle(path("vehicle.yaml"));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+  fs::path folder_;
+};
+
+TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
+  write_file(path("setup.txt"),
+             "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
+  write_file(
+      path("vehicle.yaml"),
+      text() +
+          "contact: four_point\nsetup: setup.txt\n"
+          "parameters:\n  chassis.mass_kg: 650\n"
+          "  chassis.yaw_inertia_kgm2: {value: 900, prior: 0.2, assumed: true, source: a guess}\n"
+          "terms: {wind: 0, tyre_thermal: 0.5}\n");
+  const Vehicle v = read_vehicle(path("vehicle.yaml"));
+  EXPECT_EQ(v.name, "small");
+  EXPECT_EQ(v.contact, Contact::kFourPoint);
+  EXPECT_EQ(v.parameters[P::chassis_mass_kg], 650);
+  EXPECT_EQ(v.parameters[P::front_camber_rad], -0.03);
+  EXPECT_EQ(v.parameters[P::rear_toe_rad], 0.001);
+  EXPECT_EQ(v.parameters[P::front_spring_npm], default_parameters()[P::front_spring_npm]);
+  const auto yaw = static_cast<std::size_t>(P::chassis_yaw_inertia_kgm2);
+  EXPECT_EQ(v.prior[yaw], 0.2);
+  EXPECT_TRUE(v.assumed[yaw]);
+  EXPECT_TRUE(v.stated[yaw]);
+  EXPECT_FALSE(v.stated[static_cast<std::size_t>(P::front_spring_npm)]);
+  EXPECT_EQ(v.terms[Term::wind], 0.0);
+  EXPECT_EQ(v.terms[Term::tyre_thermal], 0.5);
+  EXPECT_EQ(evaluate(v.files.engine_torque_nm, 250.0, 1.0), 200.0);
+  EXPECT_EQ(v.read_files.size(), 5u);
+}
+
+TEST_F(VehicleFile, RefusesWithPlaceAndReason) {
+  EXPECT_THAT(refusal("name: x\n"), HasSubstr("lacks 'tyres'"));
+  EXPECT_THAT(refusal(text() + "colour: red\n"),
+              AllOf(HasSubstr("vehicle.yaml:5"), HasSubstr("'colour'")));
+  EXPECT_THAT(refusal(text() + "parameters: {chassis.mass: 700}\n"),
+              AllOf(HasSubstr("vehicle.yaml:5"), HasSubstr("no parameter 'chassis.mass'"),
+                    HasSubstr("chassis.mass_kg")));
+  EXPECT_THAT(refusal(text() + "parameters: {chassis.mass_kg: -700}\n"),
+              HasSubstr("chassis.mass_kg = -700 kg, wanted 10 to"));
+  EXPECT_THAT(refusal(text() + "parameters: {chassis.mass_kg: 700 kg}\n"),
+              HasSubstr("finite number"));
+  EXPECT_THAT(refusal(text() + "parameters: {chassis.mass_kg: .nan}\n"),
+              HasSubstr("finite number"));
+  EXPECT_THAT(refusal(text() + "parameters: {chassis.mass_kg: 700, chassis.mass_kg: 600}\n"),
+              HasSubstr("twice"));
+  EXPECT_THAT(refusal(text() + "parameters: [1, 2]\n"), HasSubstr("not a list of keys"));
+  EXPECT_THAT(refusal(text() + "parameters: {chassis.mass_kg: {value: 1, unit: t}}\n"),
+              HasSubstr("'unit'"));
+  EXPECT_THAT(refusal(text() + "terms: {wind: 2}\n"), HasSubstr("0 to 1"));
+  EXPECT_THAT(refusal(text() + "terms: {storm: 1}\n"), HasSubstr("no term 'storm'"));
+  EXPECT_THAT(refusal(text() + "contact: two\n"), HasSubstr("single_point"));
+  EXPECT_THAT(refusal("name: [\n"), HasSubstr("vehicle.yaml:"));
+  EXPECT_THAT(refusal("just words\n"), HasSubstr("not a list"));
+  EXPECT_THAT(refusal("name: x\ntyres: {front: t.tir, rear: none.tir}\nmaps: {}\n"),
+              HasSubstr("none.tir"));
+  EXPECT_THAT(refusal("name: x\ntyres: {front: t.tir, rear: t.tir}\nmaps: {}\n"),
+              HasSubstr("engine_torque_nm"));
+  EXPECT_THAT(refusal(text() + "  drag_factor: engine.csv\n"),
+              HasSubstr("wanted 'ride_front_m:ride_rear_m'"));
+  EXPECT_THAT(refusal(text() + "parameters: {chassis.cog_behind_front_m: 9}\n"),
+              HasSubstr("behind the rear axle"));
+}
+
+TEST_F(VehicleFile, RefusesBadMapsAndSetups) {
+  const auto with_engine = [&](const std::string& csv) {
+    write_file(path("engine.csv"), csv);
+    return refusal(text());
+  };
+  EXPECT_THAT(with_engine("engine_rpm:throttle,0,1\n0,0,1\n"), HasSubstr("engine_radps:throttle"));
+  EXPECT_THAT(with_engine("engine_radps:throttle,0,1\n500,0,1\n100,0,1\n"),
+              HasSubstr("must ascend"));
+  EXPECT_THAT(with_engine("engine_radps:throttle,1,0\n0,0,1\n100,0,1\n"), HasSubstr("must ascend"));
+  EXPECT_THAT(with_engine("engine_radps:throttle,0,x\n0,0,1\n"), HasSubstr("'x'"));
+  EXPECT_THAT(with_engine("engine_radps:throttle,0,1\n0,,1\n"), HasSubstr("empty"));
+  EXPECT_THAT(with_engine("engine_radps:throttle,0,1\n"), HasSubstr("no values"));
+  EXPECT_THAT(with_engine(""), HasSubstr("header"));
+  SetUp();
+  write_file(path("s.txt"), "front.camber_rad = -0.03\nfront.camber_rad = -0.02\n");
+  EXPECT_THAT(refusal(text() + "setup: s.txt\n"), AllOf(HasSubstr("s.txt:2"), HasSubstr("twice")));
+  write_file(path("s.txt"), "front.camber_rad -0.03\n");
+  EXPECT_THAT(refusal(text() + "setup: s.txt\n"), HasSubstr("name=value"));
+}
+
+/// The bytes of a MATLAB 4 file: per variable five little-endian integers, the name, the values by
+/// column.
+void append_mat4(std::string& bytes, const std::string& name, std::int32_t rows,
+                 std::int32_t columns, const std::vector<double>& by_column) {
+  const std::int32_t header[5] = {0, rows, columns, 0, static_cast<std::int32_t>(name.size() + 1)};
+  bytes.append(reinterpret_cast<const char*>(header), sizeof header);
+  bytes.append(name.c_str(), name.size() + 1);
+  bytes.append(reinterpret_cast<const char*>(by_column.data()), by_column.size() * sizeof(double));
+}
+
+TEST_F(VehicleFile, ReadsMapsFromMatlabFiles) {
+  std::string bytes;
+  append_mat4(bytes, "engine_radps", 3, 1, {0, 500, 900});
+  append_mat4(bytes, "throttle", 1, 2, {0, 1});
+  append_mat4(bytes, "torque_nm", 3, 2, {0, -30, -50, 100, 300, 200});
+  write_file(path("engine.mat"), bytes);
+  const std::string yaml =
+      "name: m\ntyres: {front: t.tir, rear: t.tir}\nmaps: {engine_torque_nm: engine.mat}\n";
+  write_file(path("vehicle.yaml"), yaml);
+  const Vehicle v = read_vehicle(path("vehicle.yaml"));
+  EXPECT_EQ(evaluate(v.files.engine_torque_nm, 250.0, 1.0), 200.0);
+  EXPECT_EQ(evaluate(v.files.engine_torque_nm, 900.0, 0.0), -50.0);
+
+  write_file(path("engine.mat"), "not a MATLAB file");
+  EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat"));
+  for (std::size_t length = 0; length < bytes.size(); length += 5) {
+    write_file(path("engine.mat"), bytes.substr(0, length));
+    EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat")) << length;
+  }
+}
+
+TEST_F(VehicleFile, EndsInAnErrorOrACarWhateverTheBytes) {
+  const std::string yaml =
+      text() + "parameters: {chassis.mass_kg: {value: 700, prior: 0.1}}\nterms: {wind: 1}\n";
+  for (std::size_t length = 0; length < yaml.size(); length += 3)
+    (void)refusal(yaml.substr(0, length));
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 100; ++trial) {
+    std::string mutated = yaml;
+    for (int i = 0; i < 3; ++i) mutated[random() % mutated.size()] = static_cast<char>(random());
+    (void)refusal(mutated);
+  }
+}
+
+TEST_F(VehicleFile, ReadsTheCarsOfThisProject) {
+  for (const char* name : {"open_wheel", "av21"}) {
+    const Vehicle v =
+        read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/" + name + "/vehicle.yaml");
+    EXPECT_EQ(v.name, name);
+    EXPECT_NO_THROW(make_car(v.files, v.parameters, v.terms, v.contact));
+  }
+  const Vehicle av21 = read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/av21/vehicle.yaml");
+  EXPECT_EQ(av21.parameters[P::chassis_wheelbase_m], 2.971);
+  EXPECT_FALSE(av21.assumed[static_cast<std::size_t>(P::aero_drag_area_m2)]);
+  EXPECT_TRUE(av21.assumed[static_cast<std::size_t>(P::chassis_yaw_inertia_kgm2)]);
+}
+
+}  // namespace
