@@ -26,7 +26,7 @@ namespace {
 using namespace vehicle;  // NOLINT: a test of this library
 
 /// A straight road of `height_m` with waves of `wave_m`; as a friction map the height is the grip.
-crg::Surface straight_road(double height_m, double wave_m) {
+crg::Crg straight_road(double height_m, double wave_m) {
   crg::ReferenceLine line;
   crg::Grid grid;
   line.u_step_m = grid.u_step_m = 0.25;
@@ -39,15 +39,17 @@ crg::Surface straight_road(double height_m, double wave_m) {
   for (int i = 0; i <= 2000; ++i)
     for (int j = -8; j <= 8; ++j)
       grid.z_m.push_back(static_cast<float>(height_m + wave_m * std::sin(0.5 * i)));
-  return crg::Surface(crg::make_crg(line, grid));
+  return crg::make_crg(line, grid);
 }
 
 TEST(Allocation, NoneWhileTheCarDrives) {
   const CarFiles files = test_car_files();
-  const crg::Surface surface = straight_road(0.0, 0.01), grip = straight_road(0.9, 0.05);
+  crg::SurfaceOptions options;
+  options.friction_map = straight_road(0.9, 0.05);
+  const crg::Surface surface(straight_road(0.0, 0.01), options);
   for (const Contact contact : {Contact::kSinglePoint, Contact::kFourPoint}) {
     const Car<double> car = make_car(files, test_parameters(), default_amplitudes(), contact);
-    const Road road(surface, &grip);
+    const Road road(surface);
     StartOptions begin;
     begin.x_m = 20.0;
     begin.speed_mps = 40.0;

@@ -1,8 +1,10 @@
 // The subcommands, one options struct and one function each. main.cpp turns arguments into the
-// structs; the functions load, call the library, save. They throw on failure.
+// structs; the functions load, call the library, save. They throw on failure; what they return is
+// the exit code.
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace crgdrive {
 
@@ -11,6 +13,45 @@ struct TyreCommand {
   std::string alpha = "tan";  ///< tan or angle
   bool mirrored = false;
 };
-void tyre(const TyreCommand& command);
+int tyre(const TyreCommand& command);
+
+int parameters();
+
+/// What every command that simulates a car takes.
+struct CarOptions {
+  std::string vehicle_path;
+  std::string setup_path;             ///< a setup sheet after the vehicle's own
+  std::vector<std::string> settings;  ///< name=value
+  std::string contact;                ///< empty: as in the vehicle file
+  std::string integrator = "semi-implicit";
+  double step_s = 0.001;
+};
+
+struct LapCommand {
+  CarOptions car;
+  std::string track_path, friction_path, out_path;
+  int laps = 1;
+  bool standing = false;
+  double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
+  double grip_usage = 0.80;
+  double margin_m = 1.6;
+  double rate_hz = 100.0;
+};
+int lap(const LapCommand& command);
+
+struct TimingCommand {
+  CarOptions car;
+  std::string track_path;
+  double seconds = 30.0;
+  bool json = false;
+};
+int timing(const TimingCommand& command);
+
+struct PolesCommand {
+  CarOptions car;
+  std::vector<double> speeds_mps{1, 2, 5, 10, 20, 40, 60, 80};
+  std::vector<double> steps_s{0.001, 0.0012};
+};
+int poles(const PolesCommand& command);
 
 }  // namespace crgdrive

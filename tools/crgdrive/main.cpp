@@ -2,12 +2,29 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <functional>
 
 #include "commands.h"
+
+namespace {
+
+void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
+  app.add_option("--vehicle", car.vehicle_path, "vehicle.yaml")->required();
+  app.add_option("--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
+  app.add_option("--set", car.settings, "group.key=value or term=amplitude; may be repeated");
+  app.add_option("--contact", car.contact, "single-point or four-point, in place of the vehicle's")
+      ->check(CLI::IsMember({"single-point", "four-point"}));
+  app.add_option("--integrator", car.integrator, "semi-implicit (default) or explicit (Euler)")
+      ->check(CLI::IsMember({"semi-implicit", "explicit"}));
+  app.add_option("--step-s", car.step_s, "Length of a step, s")->check(CLI::Range(1e-5, 0.01));
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Kerbstone's simulated car on an OpenCRG road", "crgdrive"};
   app.require_subcommand(1);
+  std::function<int()> run;
 
   crgdrive::TyreCommand tyre;
   CLI::App* const tyre_app =
@@ -27,6 +44,53 @@ int main(int argc, char** argv) {
                    "tan: tan(alpha) in all formulas (default); angle: alpha in the pure side force")
       ->check(CLI::IsMember({"tan", "angle"}));
   tyre_app->add_flag("--mirrored", tyre.mirrored, "The tyre on the other side of the car");
+  tyre_app->callback([&] { run = [&] { return crgdrive::tyre(tyre); }; });
+
+  CLI::App* const parameters_app = app.add_subcommand(
+      "parameters", "Prints every parameter and term of a car: unit, default, bounds, meaning");
+  parameters_app->callback([&] { run = [] { return crgdrive::parameters(); }; });
+
+  crgdrive::LapCommand lap;
+  CLI::App* const lap_app = app.add_subcommand("lap", "Laps of a road by the built-in driver");
+  add_car_options(*lap_app, lap.car);
+  lap_app->add_option("--track", lap.track_path, "CRG file of the road")->required();
+  lap_app->add_option("--friction", lap.friction_path,
+                      "CRG file of the same shape whose heights are grip factors");
+  lap_app->add_option("-o,--out", lap.out_path, "Telemetry to write, CSV");
+  lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
+  lap_app->add_flag("--standing", lap.standing, "Start from standstill");
+  lap_app->add_option("--tyre-k", lap.tyre_k, "Tyre temperature at the start, K (cold: 295)")
+      ->check(CLI::Range(200.0, 500.0));
+  lap_app->add_option("--disc-k", lap.disc_k, "Brake disc temperature at the start, K")
+      ->check(CLI::Range(200.0, 1500.0));
+  lap_app->add_option("--fuel-kg", lap.fuel_kg, "Fuel at the start, kg")
+      ->check(CLI::Range(0.0, 500.0));
+  lap_app->add_option("--grip-usage", lap.grip_usage, "Share of the tyres' grip the driver uses")
+      ->check(CLI::Range(0.05, 1.2));
+  lap_app->add_option("--margin-m", lap.margin_m, "Car's centre to the edge of the road, m")
+      ->check(CLI::Range(0.0, 50.0));
+  lap_app->add_option("--rate-hz", lap.rate_hz, "Rows of telemetry per second")
+      ->check(CLI::Range(0.1, 100000.0));
+  lap_app->callback([&] { run = [&] { return crgdrive::lap(lap); }; });
+
+  crgdrive::TimingCommand timing;
+  CLI::App* const timing_app = app.add_subcommand("timing", "How long a step takes");
+  add_car_options(*timing_app, timing.car);
+  timing_app->add_option("--track", timing.track_path, "CRG file to drive on; without: a plane");
+  timing_app->add_option("--seconds", timing.seconds, "Simulated time, s")
+      ->check(CLI::Range(0.01, 3600.0));
+  timing_app->add_flag("--json", timing.json, "One line of JSON");
+  timing_app->callback([&] { run = [&] { return crgdrive::timing(timing); }; });
+
+  crgdrive::PolesCommand poles;
+  CLI::App* const poles_app =
+      app.add_subcommand("poles", "Poles of the car rolling straight, and stable steps");
+  add_car_options(*poles_app, poles.car);
+  poles_app->add_option("--speed-mps", poles.speeds_mps, "Speeds to linearise at, m/s")
+      ->check(CLI::Range(0.0, 150.0));
+  poles_app->add_option("--steps-s", poles.steps_s, "Steps to judge, s")
+      ->check(CLI::Range(1e-5, 0.01));
+  poles_app->callback([&] { run = [&] { return crgdrive::poles(poles); }; });
 
   try {
     app.parse(argc, argv);
@@ -34,10 +98,9 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {
-    if (tyre_app->parsed()) crgdrive::tyre(tyre);
+    return run();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "crgdrive: %s\n", error.what());
     return 1;
   }
-  return 0;
 }

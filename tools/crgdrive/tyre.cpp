@@ -9,7 +9,7 @@
 
 namespace crgdrive {
 
-void tyre(const TyreCommand& command) {
+int tyre(const TyreCommand& command) {
   const vehicle::TyreFile file = vehicle::read_tyre(command.tyre_path);
   vehicle::TyreOptions options;
   options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle
@@ -22,6 +22,7 @@ void tyre(const TyreCommand& command) {
   fmt::print("{}: Magic Formula {:.1f}, {} coefficients at their default; {} points -> {}\n",
              command.tyre_path, file.coefficients.version / 10.0, file.defaulted.size(),
              forces.rows(), command.out_path);
+  return 0;
 }
 
 }  // namespace crgdrive

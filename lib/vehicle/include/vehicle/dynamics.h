@@ -56,6 +56,7 @@ struct Powers {
 /// By-products of one evaluation, for telemetry, integration and checks.
 template <class T>
 struct Detail {
+  Inputs<T> inputs;  ///< what the car was given
   std::array<WheelDetail<T>, kWheels> wheel;
   Powers<T> power;
   Vec3<T> specific_force_mps2;  ///< at the origin, body frame: what an accelerometer there measures
@@ -134,10 +135,11 @@ struct Ground {
 
 template <class T>
 Ground<T> ground_under(const Road& road, Contact mode, std::size_t wheel, const T& x_m,
-                       const T& y_m, double heading_x, double heading_y, double half_length_m,
-                       double half_width_m, RoadCursors& cursors, RoadPoint& point) {
+                       const T& y_m, double z_near_m, double heading_x, double heading_y,
+                       double half_length_m, double half_width_m, RoadCursors& cursors,
+                       RoadPoint& point) {
   const double x = value_of(x_m), y = value_of(y_m);
-  point = road.at(x, y, wheel, cursors);
+  point = road.at(x, y, z_near_m, wheel, cursors);
   if (mode == Contact::kFourPoint) {
     const double length = std::hypot(heading_x, heading_y);
     const double fx = heading_x / length, fy = heading_y / length;
@@ -145,8 +147,9 @@ Ground<T> ground_under(const Road& road, Contact mode, std::size_t wheel, const 
     for (std::size_t k = 0; k < 4; ++k) {
       const double along = k < 2 ? half_length_m : -half_length_m;
       const double across = k % 2 == 0 ? half_width_m : -half_width_m;
-      z[k] =
-          road.at(x + along * fx - across * fy, y + along * fy + across * fx, wheel, cursors).z_m;
+      z[k] = road.at(x + along * fx - across * fy, y + along * fy + across * fx, z_near_m, wheel,
+                     cursors)
+                 .z_m;
     }
     const double slope_along = (z[0] + z[1] - z[2] - z[3]) / (4.0 * half_length_m);
     const double slope_across = (z[0] - z[1] + z[2] - z[3]) / (4.0 * half_width_m);
@@ -182,6 +185,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   };
   const auto amplitude = [&](Term t) -> const T& { return car.terms[t]; };
   detail = Detail<T>{};
+  detail.inputs = in;
 
   // 1. Kinematics of the body.
   const Rotation<T> R = rotation(s[kRoll], s[kPitch], s[kYaw]);  // R_map_body
@@ -249,7 +253,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     const double r0 = tyre.unloaded_radius_m;
     const Vec3<T> below = position + R.apply(centre[i] - T(r0) * up);
     const Vec3<T> forward_map = R.apply({cs, ss, T(0)});
-    const Ground<T> ground = ground_under(road, car.contact, i, below.x, below.y,
+    const Ground<T> ground = ground_under(road, car.contact, i, below.x, below.y, value_of(below.z),
                                           value_of(forward_map.x), value_of(forward_map.y),
                                           car.patch[2 * a], car.patch[2 * a + 1], cursors, w.road);
     const double tilt =

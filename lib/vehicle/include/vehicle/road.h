@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 #include "crg/surface.h"
 
@@ -11,7 +10,7 @@ namespace vehicle {
 
 /// Where the last queries of a car were found; scratch, never changes an answer.
 struct RoadCursors {
-  std::array<crg::Cursor, 4> height, friction;
+  std::array<crg::Cursor, 4> wheel;
 };
 
 /// One answer about the ground, map frame.
@@ -23,27 +22,29 @@ struct RoadPoint {
   bool on_road = true;  ///< false: beside the grid or over a hole; z_m is the nearest valid height
 };
 
-/// The ground. Keeps references: the surfaces must outlive it. Without a surface it is the plane
+/// The ground. Refers to the surface, which must outlive it. Without a surface it is the plane
 /// z = slope_x * x + slope_y * y, u = x, v = y. Immutable, may be shared between threads.
 class Road {
  public:
   explicit Road(double slope_x = 0.0, double slope_y = 0.0)
       : slope_x_(slope_x), slope_y_(slope_y) {}
-  explicit Road(const crg::Surface& surface, const crg::Surface* friction = nullptr)
-      : surface_(&surface), friction_(friction) {}
+  explicit Road(const crg::Surface& surface) : surface_(&surface) {}
 
-  /// The ground at (x, y) under wheel `wheel`. Over a hole or beside the grid: the nearest valid
-  /// height along v, found in steps of a column (friction 1), level; where there is none within the
-  /// road's width, z_m is NaN.
-  RoadPoint at(double x_m, double y_m, std::size_t wheel, RoadCursors& cursors) const noexcept;
+  /// The ground at (x, y) under wheel `wheel`. Where legs of the road cross at different heights,
+  /// the leg nearest to z_near_m (NaN: the leg the surface answers with) counts. Over a hole or
+  /// beside the grid: the nearest valid height along v, found in steps of a column (friction 1),
+  /// level; where there is none within the road's width, z_m is NaN.
+  RoadPoint at(double x_m, double y_m, double z_near_m, std::size_t wheel,
+               RoadCursors& cursors) const noexcept;
 
   const crg::Surface* surface() const { return surface_; }
 
  private:
+  crg::Sample other_leg(double x_m, double y_m, double z_near_m,
+                        const crg::Sample& first) const noexcept;
   RoadPoint nearest_valid(const crg::Sample& hole) const noexcept;
 
   const crg::Surface* surface_ = nullptr;
-  const crg::Surface* friction_ = nullptr;
   double slope_x_ = 0.0, slope_y_ = 0.0;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 #include "vehicle/dynamics.h"
@@ -266,6 +267,7 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
 /// given. Not yet in exact balance: fuel and downforce still settle.
 struct StartOptions {
   double x_m = 0.0, y_m = 0.0, yaw_rad = 0.0;
+  double z_near_m = std::numeric_limits<double>::quiet_NaN();  ///< which level of a bridge
   double speed_mps = 0.0;
   int gear = 1;
   double fuel_kg = 30.0;
@@ -277,7 +279,7 @@ template <class T>
 Simulation<T> start(const Car<T>& car, const Road& road, const StartOptions& options) {
   using P = Parameter;
   Simulation<T> sim{};
-  const RoadPoint ground = road.at(options.x_m, options.y_m, 0, sim.cursors);
+  const RoadPoint ground = road.at(options.x_m, options.y_m, options.z_near_m, 0, sim.cursors);
   const double cy = std::cos(options.yaw_rad), sy = std::sin(options.yaw_rad);
   const double along = ground.dzdx * cy + ground.dzdy * sy;
   const double across = -ground.dzdx * sy + ground.dzdy * cy;

@@ -1,0 +1,39 @@
+// The built-in driver: follows a racing line at its speed profile.
+#pragma once
+
+#include <cstddef>
+
+#include "vehicle/racing_line.h"
+#include "vehicle/step.h"
+
+namespace vehicle {
+
+struct DriverOptions {
+  double preview_s = 0.35;      ///< time ahead of the point he steers at
+  double preview_m = 5.0;       ///< and the distance that adds to it
+  double speed_gain_1ps = 1.2;  ///< acceleration asked per speed error
+  double slip_drive = 0.09;     ///< wheel slip above which he lifts
+  double slip_brake = 0.09;     ///< wheel slip above which he releases a wheel's brake
+  double full_brake_pa = 8e6;
+};
+
+/// Closes path and speed; a plain value, so that copying it with the Simulation restarts both.
+struct Driver {
+  DriverOptions options;
+  double s_m = 0.0;  ///< his place along the line
+  std::size_t station = 0;
+  double throttle = 0.0;
+  int gear = 1;
+};
+
+/// What he does now. `detail` is that of the last step (all zero before the first). Steers with
+/// pure pursuit of a point ahead on the line plus the understeer the car has; asks the acceleration
+/// of the speed profile, with engine, drag and brakes known; lifts when wheels slip.
+Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>& car,
+                       const State<double>& state, const Detail<double>& detail);
+
+/// The gear for a speed: the highest wheel torque below the limiter, not shifting back for less
+/// than a tenth of the engine's range.
+int choose_gear(const Car<double>& car, double vx_mps, int gear_now);
+
+}  // namespace vehicle

@@ -1,0 +1,44 @@
+// Whole laps by the built-in driver.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vehicle/driver.h"
+#include "vehicle/telemetry.h"
+
+namespace vehicle {
+
+struct LapOptions {
+  int laps = 1;
+  bool standing = false;  ///< from standstill; otherwise at the profile's speed
+  double tyre_k = 360.0;  ///< of the tyres at the start
+  double disc_k = 500.0;  ///< of the brake discs at the start
+  double fuel_kg = 30.0;
+  double longest_s = 600.0;       ///< per lap, before it counts as not finished
+  std::size_t record_every = 10;  ///< steps per row of telemetry; 0: none
+  StepOptions step;
+  DriverOptions driver;
+  RacingLineOptions line;
+  SpeedOptions speed;  ///< temperatures and fuel are taken from the run
+};
+
+struct LapResult {
+  bool complete = false;             ///< every lap was finished
+  std::string problem;               ///< one sentence if not
+  std::vector<double> lap_s;         ///< one per finished lap, interpolated between steps
+  double furthest_off_line_m = 0.0;  ///< of the car's centre from the racing line
+  double least_edge_m = 0.0;         ///< smallest distance of a wheel to the edge of the v range
+  std::size_t steps_off_road = 0;    ///< steps with a wheel beside the grid or over a hole
+  double top_mps = 0.0;
+  std::size_t steps = 0;
+  Powers<double> energy_j;       ///< what each power added up to, over all laps
+  double energy_change_j = 0.0;  ///< change of the car's energy over the same steps
+  Table telemetry;
+};
+
+/// Drives laps of a road; an open road is driven once, from its begin to its end. The same
+/// arguments give the same result to the bit. Throws Error when no line can be planned.
+LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions& options = {});
+
+}  // namespace vehicle

@@ -1,0 +1,153 @@
+#include "vehicle/driver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace vehicle {
+namespace {
+
+double ratio_of(const Car<double>& car, int gear) {
+  const auto first = static_cast<std::size_t>(Parameter::gearbox_ratio_1);
+  return car.parameters.value[first + static_cast<std::size_t>(gear) - 1] *
+         car.parameters[Parameter::gearbox_final];
+}
+
+/// Value of `values` at arc length s between stations; `lap` is what one round adds to it.
+double at_length(const RacingLine& line, const std::vector<double>& values, double s_m,
+                 double lap) {
+  const std::size_t n = line.s_m.size();
+  double rounds = 0.0;
+  if (line.closed) {
+    rounds = std::floor(s_m / line.length_m);
+    s_m -= rounds * line.length_m;
+  }
+  const auto upper = std::upper_bound(line.s_m.begin(), line.s_m.end(), s_m);
+  const std::size_t i =
+      upper == line.s_m.begin() ? 0 : static_cast<std::size_t>(upper - line.s_m.begin()) - 1;
+  if (i + 1 >= n && !line.closed) return values[n - 1];
+  const double begin = line.s_m[i];
+  const double end = i + 1 < n ? line.s_m[i + 1] : line.length_m;
+  const double next = i + 1 < n ? values[i + 1] : values[0] + lap;
+  const double t = end > begin ? std::clamp((s_m - begin) / (end - begin), 0.0, 1.0) : 0.0;
+  return values[i] + t * (next - values[i]) + rounds * lap;
+}
+
+}  // namespace
+
+int choose_gear(const Car<double>& car, double vx_mps, int gear_now) {
+  const double limit = car.parameters[Parameter::engine_limit_radps];
+  const double wheel = std::max(0.0, vx_mps) / car.static_radius_m[1];
+  int gear = std::clamp(gear_now, 1, 6);
+  while (gear < 6 && ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit)
+    ++gear;
+  while (gear > 1 && wheel * ratio_of(car, gear - 1) < 0.80 * limit) --gear;
+  return gear;
+}
+
+Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>& car,
+                       const State<double>& state, const Detail<double>& detail) {
+  using P = Parameter;
+  const Parameters<double>& p = car.parameters;
+  const DriverOptions& o = driver.options;
+  const std::size_t n = line.s_m.size();
+  const double cy = std::cos(state[kYaw]), sy = std::sin(state[kYaw]);
+  const double vx = state[kVx];
+
+  // His place on the line: the nearest segment around the last one.
+  double best = 1e300;
+  std::size_t station = driver.station;
+  double s = driver.s_m;
+  for (std::ptrdiff_t k = -2; k <= 4; ++k) {
+    const auto size = static_cast<std::ptrdiff_t>(n);
+    std::ptrdiff_t index = static_cast<std::ptrdiff_t>(driver.station) + k;
+    if (line.closed) index = (index % size + size) % size;
+    if (index < 0 || index + 1 > size - (line.closed ? 0 : 1)) continue;
+    const auto i = static_cast<std::size_t>(index);
+    const std::size_t j = (i + 1) % n;
+    const double dx = line.x_m[j] - line.x_m[i], dy = line.y_m[j] - line.y_m[i];
+    const double length2 = std::max(1e-12, dx * dx + dy * dy);
+    const double t = std::clamp(
+        ((state[kX] - line.x_m[i]) * dx + (state[kY] - line.y_m[i]) * dy) / length2, 0.0, 1.0);
+    const double distance =
+        std::hypot(state[kX] - line.x_m[i] - t * dx, state[kY] - line.y_m[i] - t * dy);
+    if (distance < best) {
+      best = distance;
+      station = i;
+      s = line.s_m[i] + t * std::sqrt(length2);
+    }
+  }
+  driver.station = station;
+  driver.s_m = s;
+
+  Controls<double> out;
+  // Steering: the arc through a point ahead, seen from the rear axle, and what understeer costs.
+  const double rear = p[P::chassis_wheelbase_m] - p[P::chassis_cog_behind_front_m];
+  const double ahead = o.preview_m + o.preview_s * std::max(0.0, vx);
+  const double tx = at_length(line, line.x_m, s + ahead, 0.0);
+  const double ty = at_length(line, line.y_m, s + ahead, 0.0);
+  const double rx = tx - (state[kX] - rear * cy), ry = ty - (state[kY] - rear * sy);
+  const double along = rx * cy + ry * sy, across = -rx * sy + ry * cy;
+  const double arc = 2.0 * across / std::max(1.0, along * along + across * across);
+  double front_stiffness = 1.0, rear_stiffness = 1.0;
+  for (std::size_t a = 0; a < 2; ++a) {
+    double sum = 0.0;
+    for (std::size_t i = 2 * a; i < 2 * a + 2; ++i)
+      sum += std::abs(tyre_stiffness(car.files->tyre[a], std::max(detail.wheel[i].fz_n, 500.0), 0.0)
+                          .cornering_npr);
+    (a == 0 ? front_stiffness : rear_stiffness) = sum;
+  }
+  const double wheelbase = p[P::chassis_wheelbase_m];
+  const double understeer =
+      p[P::chassis_mass_kg] / wheelbase *
+      (rear / front_stiffness - p[P::chassis_cog_behind_front_m] / rear_stiffness);
+  out.steer_command_rad =
+      p[P::steering_ratio] * std::clamp(arc * (wheelbase + understeer * vx * vx), -0.45, 0.45);
+
+  // Speed: the profile a moment ahead, and its own slope.
+  const double look = 0.10 * std::max(vx, 1.0);
+  const double wanted = at_length(line, line.speed_mps, s + look, 0.0);
+  const double slope = (at_length(line, line.speed_mps, s + look + 4.0, 0.0) - wanted) / 4.0;
+  const double acceleration = o.speed_gain_1ps * (wanted - vx) + slope * vx;
+  const double mass = p[P::chassis_mass_kg] + state[kFuel];
+  const double grade = at_length(line, line.grade, s, 0.0);
+  const double force =
+      mass * (acceleration + p[P::environment_gravity_mps2] * grade) + detail.drag_n;
+
+  driver.gear = choose_gear(car, vx, driver.gear);
+  out.gear_command = driver.gear;
+  const double radius = car.static_radius_m[1];
+  const double gain = ratio_of(car, driver.gear) * p[P::gearbox_efficiency] / radius;
+  const double full =
+      p[P::engine_torque] * evaluate(car.files->engine_torque_nm, state[kEngine], 1.0);
+  const double closed =
+      p[P::engine_torque] * evaluate(car.files->engine_torque_nm, state[kEngine], 0.0);
+  double throttle = std::clamp((force / gain - closed) / std::max(1.0, full - closed), 0.0, 1.0);
+  if (force < gain * closed) throttle = 0.0;
+  const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);
+  if (spin > o.slip_drive)
+    throttle *= std::clamp(1.0 - (spin - o.slip_drive) / o.slip_drive, 0.0, 1.0);
+  // A foot moves in a tenth of a second.
+  driver.throttle += std::clamp(throttle - driver.throttle, -0.02, 0.01);
+  out.throttle_command = driver.throttle;
+
+  const double braking = std::max(0.0, gain * closed - force - 0.02 * mass);
+  if (braking > 0.0 && wanted < vx + 0.5) {
+    double total = 1.0;
+    for (const WheelDetail<double>& wheel : detail.wheel) total += wheel.fz_n;
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      const std::size_t a = axle_of(i);
+      const double torque = braking * detail.wheel[i].fz_n / total * car.static_radius_m[a];
+      double pressure =
+          torque / (2.0 * p.axle(a, P::front_brake_friction) * p.axle(a, P::front_brake_area_m2) *
+                    p.axle(a, P::front_brake_radius_m));
+      const double slip = -detail.wheel[i].kappa;
+      if (slip > o.slip_brake)
+        pressure *= std::clamp(1.0 - (slip - o.slip_brake) / o.slip_brake, 0.0, 1.0);
+      out.brake_command_pa[i] = std::min(pressure, o.full_brake_pa);
+    }
+  }
+  return out;
+}
+
+}  // namespace vehicle

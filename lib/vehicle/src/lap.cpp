@@ -1,0 +1,133 @@
+#include "vehicle/lap.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "vehicle/error.h"
+
+namespace vehicle {
+namespace {
+
+void add(Powers<double>& sum, const Powers<double>& power, double step_s) {
+  const auto take = [&](double Powers<double>::*member) { sum.*member += power.*member * step_s; };
+  for (const auto member :
+       {&Powers<double>::tyre_normal, &Powers<double>::tyre_x, &Powers<double>::tyre_y,
+        &Powers<double>::tyre_moment, &Powers<double>::drag, &Powers<double>::downforce,
+        &Powers<double>::side, &Powers<double>::damper, &Powers<double>::brake,
+        &Powers<double>::engine, &Powers<double>::driveline, &Powers<double>::clutch,
+        &Powers<double>::fuel})
+    take(member);
+}
+
+}  // namespace
+
+LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions& options) {
+  if (road.surface() == nullptr) throw Error("a lap needs a CRG road");
+  check_step(car.parameters, options.step);
+  const crg::Surface& surface = *road.surface();
+  RacingLine line = plan_line(surface, options.line);
+  SpeedOptions plan = options.speed;
+  plan.tyre_k = options.tyre_k;
+  plan.fuel_kg = options.fuel_kg;
+  plan.standing_start = options.standing;
+  plan_speed(line, car, plan);
+
+  StartOptions begin;
+  begin.x_m = line.x_m[0];
+  begin.y_m = line.y_m[0];
+  begin.z_near_m = surface.z_at_uv(line.u_begin_m, line.v_m[0]);
+  begin.yaw_rad = line.heading_rad[0];
+  begin.speed_mps = options.standing ? 0.0 : line.speed_mps[0];
+  begin.gear = choose_gear(car, begin.speed_mps, 6);
+  begin.fuel_kg = options.fuel_kg;
+  begin.tyre_k = options.tyre_k;
+  begin.disc_k = options.disc_k;
+  Simulation<double> sim = start(car, road, begin);
+  Driver driver;
+  driver.options = options.driver;
+  driver.gear = begin.gear;
+
+  LapResult out;
+  const auto& v_m = surface.file().grid.v_m;
+  out.least_edge_m = v_m.back() - v_m.front();
+  Recorder recorder(std::max<std::size_t>(1, options.record_every));
+  Detail<double> detail{};
+  crg::Cursor cursor;
+  const double energy_begin = energy(car, sim.state);
+  double lap_begin_s = 0.0, last_s_m = 0.0;
+  bool half_round = false;  // the start lies on the line: a lap counts once the far side was seen
+  const int laps = line.closed ? options.laps : 1;
+  while (static_cast<int>(out.lap_s.size()) < laps) {
+    const State<double> before = sim.state;
+    const double time_s = sim.time_s;
+    const Controls<double> controls = drive(driver, line, car, sim.state, detail);
+    const StepResult result = step(car, sim, controls, road, options.step, detail);
+    ++out.steps;
+    const RoadPoint& under = detail.wheel[0].road;
+    if (!result.ok()) {
+      out.problem = describe(result, time_s, under.u_m, under.v_m);
+      break;
+    }
+    // Trapezoids: half of each power before and after the step.
+    add(out.energy_j, detail.power, (out.steps == 1 ? 0.5 : 1.0) * options.step.step_s);
+    bool off = false;
+    for (const WheelDetail<double>& wheel : detail.wheel) {
+      off = off || !wheel.road.on_road;
+      out.least_edge_m =
+          std::min({out.least_edge_m, wheel.road.v_m - v_m.front(), v_m.back() - wheel.road.v_m});
+    }
+    if (off) ++out.steps_off_road;
+    out.top_mps = std::max(out.top_mps, before[kVx]);
+    const std::size_t i = driver.station, j = (i + 1) % line.x_m.size();
+    const double dx = line.x_m[j] - line.x_m[i], dy = line.y_m[j] - line.y_m[i];
+    const double away =
+        std::abs((before[kX] - line.x_m[i]) * dy - (before[kY] - line.y_m[i]) * dx) /
+        std::max(1e-9, std::hypot(dx, dy));
+    out.furthest_off_line_m = std::max(out.furthest_off_line_m, away);
+    if (options.record_every > 0) {
+      const crg::UV place = surface.uv_of_xy(before[kX], before[kY], cursor);
+      recorder.record(time_s, before, detail, controls, place.u_m, place.v_m);
+    }
+    if (away > 30.0) {
+      out.problem = fmt::format("the car left the line by 30 m at t = {:.2f} s, u = {:.1f} m",
+                                time_s, under.u_m);
+      break;
+    }
+    const double place_s = driver.s_m;
+    half_round = half_round || std::abs(place_s - 0.5 * line.length_m) < 0.1 * line.length_m;
+    // Over the line: his place jumped back by about a lap.
+    const bool over = line.closed ? half_round && place_s < last_s_m - 0.5 * line.length_m
+                                  : driver.station + 3 >= line.s_m.size();
+    if (over) {
+      const double gone = line.closed ? place_s + line.length_m - last_s_m : 1.0;
+      const double share = line.closed && gone > 0.0 ? (line.length_m - last_s_m) / gone : 0.0;
+      const double crossed_s = time_s - options.step.step_s * (1.0 - share);
+      out.lap_s.push_back(crossed_s - lap_begin_s);
+      lap_begin_s = crossed_s;
+      half_round = false;
+      // The next lap with what the tyres have become.
+      double coldest = sim.state[kTyre];
+      for (std::size_t k = 1; k < kWheels; ++k) coldest = std::min(coldest, sim.state[kTyre + k]);
+      plan.tyre_k = coldest;
+      plan.fuel_kg = sim.state[kFuel];
+      plan.standing_start = false;
+      if (static_cast<int>(out.lap_s.size()) < laps) plan_speed(line, car, plan);
+    }
+    last_s_m = place_s;
+    if (time_s - lap_begin_s > options.longest_s) {
+      out.problem =
+          fmt::format("no lap within {:.0f} s; the car is at u = {:.1f} m with {:.2f} m/s",
+                      options.longest_s, under.u_m, before[kVx]);
+      break;
+    }
+  }
+  add(out.energy_j, detail.power, -0.5 * options.step.step_s);
+  out.complete = static_cast<int>(out.lap_s.size()) == laps;
+  out.energy_change_j = energy(car, sim.state) - energy_begin;
+  out.telemetry = recorder.table();
+  return out;
+}
+
+}  // namespace vehicle

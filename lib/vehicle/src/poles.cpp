@@ -1,0 +1,105 @@
+#include "vehicle/poles.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "vehicle/driver.h"
+#include "vehicle/error.h"
+
+namespace vehicle {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+
+/// Size of a difference for each state: small against what it usually is.
+double difference(std::size_t i) {
+  if (i >= kTyre && i < kEngine) return 1e-2;  // K
+  if (i >= kSlipX && i < kTyre) return 1e-7;   // m
+  if (i >= kTravel && i < kTravelRate) return 1e-7;
+  if (i == kEngine || (i >= kSpin && i < kSlipX)) return 1e-5;
+  return 1e-6;
+}
+
+template <class F>
+Matrix jacobian(const State<double>& at, F&& f) {
+  Matrix out(kStateSize, kStateSize);
+  for (std::size_t j = 0; j < kStateSize; ++j) {
+    State<double> up = at, down = at;
+    up[j] += difference(j);
+    down[j] -= difference(j);
+    const State<double> a = f(up), b = f(down);
+    for (std::size_t i = 0; i < kStateSize; ++i)
+      out(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          (a[i] - b[i]) / (up[j] - down[j]);
+  }
+  return out;
+}
+
+}  // namespace
+
+Linearisation linearise(const Car<double>& car, double speed_mps,
+                        const std::vector<double>& steps_s) {
+  const Road road;
+  StartOptions begin;
+  begin.speed_mps = speed_mps;
+  begin.gear = speed_mps < 3.0 ? 0 : choose_gear(car, speed_mps, 6);
+  Simulation<double> sim = start(car, road, begin);
+  Detail<double> detail;
+  Controls<double> controls;
+  controls.gear_command = begin.gear;
+  for (int i = 0; i < 2000; ++i) {
+    controls.throttle_command =
+        begin.gear == 0 ? 0.0 : std::clamp(0.3 + 0.5 * (speed_mps - sim.state[kVx]), 0.0, 1.0);
+    const StepResult result = step(car, sim, controls, road, {}, detail);
+    if (!result.ok()) throw Error(describe(result, sim.time_s, sim.state[kX], sim.state[kY]));
+  }
+  const Inputs<double> in = detail.inputs;
+  RoadCursors cursors;
+  const auto rates = [&](const State<double>& s) {
+    State<double> out;
+    Detail<double> scratch;
+    derivative(car, s, in, road, cursors, out, scratch);
+    return out;
+  };
+  Linearisation out;
+  out.speed_mps = sim.state[kVx];
+  const Eigen::VectorXcd poles =
+      Eigen::EigenSolver<Matrix>(jacobian(sim.state, rates), false).eigenvalues();
+  out.euler_step_s = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 0; i < poles.size(); ++i) {
+    const double re = poles(i).real(), im = poles(i).imag(), size2 = std::norm(poles(i));
+    Pole pole{re, im, 0.0};
+    pole.euler_step_s =
+        size2 < 1e-12 ? std::numeric_limits<double>::infinity() : std::max(0.0, -2.0 * re / size2);
+    if (size2 > 1.0) out.euler_step_s = std::min(out.euler_step_s, pole.euler_step_s);
+    out.poles.push_back(pole);
+  }
+  std::sort(out.poles.begin(), out.poles.end(), [](const Pole& a, const Pole& b) {
+    return std::hypot(a.real_1ps, a.imaginary_radps) > std::hypot(b.real_1ps, b.imaginary_radps);
+  });
+  for (const double h : steps_s) {
+    Linearisation::Radius radius{h, 0.0, 0.0};
+    for (const Integrator integrator : {Integrator::kExplicitEuler, Integrator::kSemiImplicit}) {
+      const auto one_step = [&](const State<double>& s) {
+        State<double> next = s, rate;
+        Detail<double> scratch;
+        derivative(car, s, in, road, cursors, rate, scratch);
+        integrate(car, next, rate, scratch, {h, integrator});
+        return next;
+      };
+      const Eigen::VectorXcd values =
+          Eigen::EigenSolver<Matrix>(jacobian(sim.state, one_step), false).eigenvalues();
+      double largest = 0.0;
+      for (Eigen::Index i = 0; i < values.size(); ++i)
+        if (std::abs(values(i) - 1.0) > 1e-3) largest = std::max(largest, std::abs(values(i)));
+      (integrator == Integrator::kExplicitEuler ? radius.explicit_euler : radius.semi_implicit) =
+          largest;
+    }
+    out.radii.push_back(radius);
+  }
+  return out;
+}
+
+}  // namespace vehicle

@@ -1,0 +1,134 @@
+#include "vehicle/lap.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "test_roads.h"
+#include "vehicle/error.h"
+#include "vehicle/vehicle_file.h"
+
+namespace {
+
+using namespace vehicle;  // NOLINT: a test of this library
+
+Vehicle racer() {
+  return read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+}
+
+TEST(Lap, IsCompletedFlyingAndStandingHotAndCold) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(stadium());
+  LapOptions options;
+  options.laps = 2;
+  options.record_every = 0;
+  const LapResult flying = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(flying.complete) << flying.problem;
+  EXPECT_EQ(flying.steps_off_road, 0u);
+  EXPECT_GT(flying.least_edge_m, 0.3);
+  options.standing = true;
+  const LapResult standing = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(standing.complete) << standing.problem;
+  EXPECT_GT(standing.lap_s[0], flying.lap_s[0] + 1.0);
+  options.tyre_k = 295;
+  options.disc_k = 295;
+  const LapResult cold = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(cold.complete) << cold.problem;
+  EXPECT_EQ(cold.steps_off_road, 0u);
+  EXPECT_GT(cold.lap_s[0], standing.lap_s[0] + 0.5);
+}
+
+// What the powers add up to is what the energy changed by. 0.1 % of what went through the engine:
+// the residual is the first-order step's and halves with it.
+TEST(Lap, KeepsItsEnergyBalance) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(stadium());
+  LapOptions options;
+  options.record_every = 0;
+  const LapResult r = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(r.complete) << r.problem;
+  const double coarse = std::abs(r.energy_j.sum() - r.energy_change_j) / r.energy_j.engine;
+  RecordProperty("residual", std::to_string(coarse));
+  EXPECT_LT(coarse, 2e-3);
+  options.step.step_s = 0.0005;
+  const LapResult half = drive_laps(car, Road(surface), options);
+  const double fine = std::abs(half.energy_j.sum() - half.energy_change_j) / half.energy_j.engine;
+  EXPECT_LT(fine, 0.65 * coarse);
+}
+
+TEST(Lap, TakesTheSameTimeToTheBit) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(stadium());
+  const LapResult a = drive_laps(car, Road(surface)), b = drive_laps(car, Road(surface));
+  ASSERT_TRUE(a.complete) << a.problem;
+  EXPECT_EQ(a.lap_s, b.lap_s);
+  EXPECT_EQ(a.telemetry.columns, b.telemetry.columns);
+  EXPECT_NE(a.telemetry.find("yaw_rate_radps"), nullptr);
+  EXPECT_NEAR(a.telemetry.columns[0][1] - a.telemetry.columns[0][0], 0.01, 1e-12);
+}
+
+TEST(Lap, NamesThePlaceWithoutRoad) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  EXPECT_THROW(drive_laps(car, Road()), Error);
+  crg::Crg road = stadium();
+  const std::size_t columns = road.grid.columns();
+  for (std::size_t i = 300 * columns; i < 302 * columns; ++i) road.grid.z_m[i] = std::nanf("");
+  const crg::Surface surface(std::move(road));
+  try {
+    const LapResult r = drive_laps(car, Road(surface));
+    EXPECT_THAT(r.problem, ::testing::HasSubstr("no road under"));
+  } catch (const Error& error) {  // the line already cannot be planned there
+    EXPECT_THAT(std::string(error.what()), ::testing::HasSubstr("u = "));
+  }
+}
+
+TEST(Lap, RunsFromTheCommandLine) {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("kerbstone_lap_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  const auto path = [&](const char* name) { return (folder / name).string(); };
+  crg::write(stadium(), path("s.crg"), crg::Format::KRBI);
+  const auto run = [&](const std::string& arguments) {
+    const std::string line =
+        std::string(CRGDRIVE) + " " + arguments + " >" + path("out.txt") + " 2>" + path("err.txt");
+    const int status = std::system(line.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  const auto text = [&](const char* name) {
+    std::ifstream in(path(name));
+    std::ostringstream out;
+    out << in.rdbuf();
+    return out.str();
+  };
+  const std::string car =
+      " --vehicle " + std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml ";
+  ASSERT_EQ(run("lap" + car + "--track " + path("s.crg") + " -o " + path("lap.csv")), 0)
+      << text("err.txt");
+  EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lap 1:"));
+  EXPECT_THAT(text("lap.csv"), ::testing::HasSubstr("sha256"));
+  EXPECT_GT(read_table(path("lap.csv")).rows(), 1000u);
+  EXPECT_EQ(run("lap" + car + "--track " + path("none.crg")), 1);
+  EXPECT_EQ(run("lap" + car + "--track " + path("s.crg") + " --set chassis.mass=1"), 1);
+  EXPECT_THAT(text("err.txt"), ::testing::HasSubstr("chassis.mass_kg"));
+  EXPECT_EQ(run("lap" + car), 2);
+  ASSERT_EQ(run("timing" + car + "--seconds 0.5 --json --track " + path("s.crg")), 0)
+      << text("err.txt");
+  EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("\"median_us\""));
+  ASSERT_EQ(run("poles" + car + "--speed-mps 20"), 0) << text("err.txt");
+  EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("explicit Euler stable up to"));
+  ASSERT_EQ(run("parameters"), 0);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace

@@ -1,0 +1,85 @@
+#include "vehicle/lap.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "load_car.h"
+#include "vehicle/error.h"
+#include "vehicle/write_file.h"
+
+namespace crgdrive {
+namespace {
+
+/// The files and terms that made the run, as remarks before the table.
+std::string provenance(const vehicle::Vehicle& car, const LapCommand& command) {
+  std::string out = fmt::format("# crgdrive lap: vehicle {}, step {} s, {}\n", car.name,
+                                command.car.step_s, command.car.integrator);
+  const auto file = [&](const std::string& path) {
+    out += fmt::format("# file {} sha256 {}\n", path, vehicle::sha256_of_file(path));
+  };
+  for (const std::string& path : car.read_files) file(path);
+  if (!command.car.setup_path.empty()) file(command.car.setup_path);
+  file(command.track_path);
+  if (!command.friction_path.empty()) file(command.friction_path);
+  for (const std::string& setting : command.car.settings) out += fmt::format("# set {}\n", setting);
+  out += "# terms";
+  const auto terms = vehicle::term_list();
+  for (std::size_t i = 0; i < vehicle::kTermCount; ++i)
+    out += fmt::format(" {}={:g}", terms[i].name, car.terms.value[i]);
+  return out + "\n";
+}
+
+}  // namespace
+
+int lap(const LapCommand& command) {
+  const vehicle::Vehicle v = load_vehicle(command.car);
+  const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  crg::SurfaceOptions surface_options;
+  if (!command.friction_path.empty())
+    surface_options.friction_map = crg::read(command.friction_path);
+  const crg::Surface surface(crg::read(command.track_path), surface_options);
+  vehicle::LapOptions options;
+  options.laps = command.laps;
+  options.standing = command.standing;
+  options.tyre_k = command.tyre_k;
+  options.disc_k = command.disc_k;
+  options.fuel_kg = command.fuel_kg;
+  options.speed.grip_usage = command.grip_usage;
+  options.line.margin_m = command.margin_m;
+  options.step = step_options(command.car);
+  const double every = 1.0 / (command.rate_hz * options.step.step_s);
+  if (std::abs(every - std::round(every)) > 1e-6 || every < 1.0)
+    throw vehicle::Error(
+        fmt::format("--rate-hz {}: one row every {:.3f} steps of {} s; wanted a whole number",
+                    command.rate_hz, every, options.step.step_s));
+  options.record_every =
+      command.out_path.empty() ? 0 : static_cast<std::size_t>(std::lround(every));
+
+  const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
+  for (std::size_t i = 0; i < result.lap_s.size(); ++i)
+    fmt::print("lap {}: {:.3f} s\n", i + 1, result.lap_s[i]);
+  fmt::print(
+      "top speed {:.1f} m/s; at most {:.2f} m off the line; a wheel came within {:.2f} m of the "
+      "road's edge, "
+      "{} of {} steps with a wheel off the road\n",
+      result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
+      result.steps);
+  const double sum = result.energy_j.sum();
+  fmt::print(
+      "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
+      "dampers {:.1f}; "
+      "sum of all {:.1f} against a change of {:.1f}\n",
+      result.energy_j.engine / 1e3, result.energy_j.drag / 1e3, result.energy_j.brake / 1e3,
+      (result.energy_j.tyre_x + result.energy_j.tyre_y + result.energy_j.tyre_moment) / 1e3,
+      result.energy_j.driveline / 1e3, result.energy_j.damper / 1e3, sum / 1e3,
+      result.energy_change_j / 1e3);
+  if (!command.out_path.empty())
+    vehicle::write_file(command.out_path,
+                        provenance(v, command) + vehicle::format_table(result.telemetry));
+  if (!result.complete) throw vehicle::Error(result.problem);
+  return 0;
+}
+
+}  // namespace crgdrive
