@@ -303,7 +303,10 @@ std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
         const std::size_t node = (i - back) * columns + j;
         if (sampled.provenance[node] == Provenance::none) continue;
         fill(node, i * columns + j, columns,
-             [&](std::size_t k) { return static_cast<double>(k / columns) * sampled.grid.u_step_m; });
+             [&](std::size_t k) {
+               const std::size_t row = k / columns;
+               return static_cast<double>(row) * sampled.grid.u_step_m;
+             });
         break;
       }
     }
