@@ -364,11 +364,9 @@ TEST(Circuit, SelfCrossingNeedsABridge) {
 class ReadCircuit : public testing::Test {
  protected:
   std::string write(const std::string& text) {
-    const support::TemporaryFolder folder;
-    const std::string path = folder.path("kerbstone_circuit.yaml");
-    std::ofstream(path) << text;
-    return path;
+    return folder_.file("kerbstone_circuit.yaml", text);
   }
+  support::TemporaryFolder folder_;
   void refuses(const std::string& text, const char* message) {
     const std::string path = write(text);
     EXPECT_THAT(
