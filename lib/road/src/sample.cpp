@@ -304,8 +304,8 @@ std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
         if (sampled.provenance[node] == Provenance::none) continue;
         fill(node, i * columns + j, columns,
              [&](std::size_t k) {
-               const std::size_t row = k / columns;
-               return static_cast<double>(row) * sampled.grid.u_step_m;
+               const std::size_t row_of_node = k / columns;
+               return static_cast<double>(row_of_node) * sampled.grid.u_step_m;
              });
         break;
       }
