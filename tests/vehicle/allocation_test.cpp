@@ -47,7 +47,7 @@ TEST(Allocation, NoneWhileTheCarDrives) {
   crg::SurfaceOptions options;
   options.friction_map = straight_road(0.9, 0.05);
   const crg::Surface surface(straight_road(0.0, 0.01), options);
-  for (const Contact contact : {Contact::kSinglePoint, Contact::kFourPoint}) {
+  for (const Contact contact : {Contact::kSinglePoint, Contact::kFourPoint, Contact::kStrip}) {
     const Car<double> car = make_car(files, test_parameters(), default_amplitudes(), contact);
     const Road road(surface);
     StartOptions begin;

@@ -12,8 +12,9 @@ void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
   app.add_option("--vehicle", car.vehicle_path, "vehicle.yaml")->required();
   app.add_option("--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
   app.add_option("--set", car.settings, "group.key=value or term=amplitude; may be repeated");
-  app.add_option("--contact", car.contact, "single-point or four-point, in place of the vehicle's")
-      ->check(CLI::IsMember({"single-point", "four-point"}));
+  app.add_option("--contact", car.contact,
+                 "single-point, four-point or strip, in place of the vehicle's")
+      ->check(CLI::IsMember({"single-point", "four-point", "strip"}));
   app.add_option("--integrator", car.integrator, "semi-implicit (default) or explicit (Euler)")
       ->check(CLI::IsMember({"semi-implicit", "explicit"}));
   app.add_option("--step-s", car.step_s, "Length of a step, s")->check(CLI::Range(1e-5, 0.01));

@@ -2,9 +2,41 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "vehicle/error.h"
 
 namespace vehicle {
+
+Cams make_cams(const StripShape& strip, double unloaded_radius_m, double patch_length_m) {
+  if (strip.along < 3 || strip.across < 2 || strip.along > StripShape::kMostAlong ||
+      strip.along * strip.across > StripShape::kMostSamples || !(strip.step_m > 0.0) ||
+      !(strip.cam_order > 1.0) || !(strip.cam_shift > 0.0))
+    throw Error(
+        fmt::format("a strip of {} x {} samples, {} m apart, cam order {}, shift {}; wanted 3 x 2 "
+                    "to {} samples, a positive distance, an order above 1, a positive shift",
+                    strip.along, strip.across, strip.step_m, strip.cam_order, strip.cam_shift,
+                    StripShape::kMostSamples));
+  Cams out;
+  // Cams stand over rows of samples, so that both see a plane alike.
+  out.distance_m =
+      2.0 * strip.step_m *
+      std::max(1.0, std::round(strip.cam_shift * patch_length_m / (2.0 * strip.step_m)));
+  const double half = 0.5 * static_cast<double>(strip.along - 1) * strip.step_m;
+  const auto clearance = [&](double x) {
+    const double share = std::abs(x) / unloaded_radius_m;
+    if (share >= 1.0) return 1e9;
+    return unloaded_radius_m *
+           (1.0 - std::pow(1.0 - std::pow(share, strip.cam_order), 1.0 / strip.cam_order));
+  };
+  for (std::size_t i = 0; i < strip.along; ++i) {
+    const double x = static_cast<double>(i) * strip.step_m - half;
+    out.front[i] = static_cast<float>(clearance(x - 0.5 * out.distance_m));
+    out.rear[i] = static_cast<float>(clearance(x + 0.5 * out.distance_m));
+  }
+  return out;
+}
 
 void check_car(const CarFiles& files, const Parameters<double>& p,
                const Amplitudes<double>& terms) {

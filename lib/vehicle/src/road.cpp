@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace vehicle {
 namespace {
@@ -38,6 +39,68 @@ RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
                                   sample.v_m <= v_m.back());
   out.friction = sample.friction;
   return out;
+}
+
+RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double heading_rad,
+                            const StripShape& shape, const Cams& cams, std::size_t wheel,
+                            RoadCursors& cursors) const noexcept {
+  RoadPoint point = at(x_m, y_m, z_near_m, wheel, cursors);
+  if (surface_ == nullptr) return point;
+  std::array<float, StripShape::kMostSamples> dz;
+  const std::span<float> samples(dz.data(), shape.along * shape.across);
+  crg::Strip strip;
+  strip.x_m = x_m;
+  strip.y_m = y_m;
+  strip.heading_rad = heading_rad;
+  strip.along = shape.along;
+  strip.across = shape.across;
+  strip.step_m = shape.step_m;
+  const double base_m = surface_->strip(strip, samples, cursors.wheel[wheel]);
+  if (!(std::abs(base_m - z_near_m) < 4.0 * kOtherLevel_m)) return point;
+
+  // Lowest position of both cams over every line: they rest on the highest sample they reach.
+  constexpr float kNothing = -1e8f;
+  std::array<float, StripShape::kMostSamples> front, rear;  // one per line
+  std::fill_n(front.begin(), shape.across, kNothing);
+  std::fill_n(rear.begin(), shape.across, kNothing);
+  // Samples far from the road under the wheel belong to the other level of a bridge, whose edge the
+  // strip reaches; holes are not numbers. Neither lifts anything.
+  constexpr float kReach_m = 1.0f;
+  const auto centre = static_cast<float>(point.z_m - base_m);
+  for (std::size_t i = 0; i < shape.along; ++i) {
+    const float* const row = dz.data() + i * shape.across;
+    const float below_front = cams.front[i], below_rear = cams.rear[i];
+    for (std::size_t j = 0; j < shape.across; ++j) {
+      const float z = std::abs(row[j] - centre) < kReach_m ? row[j] : kNothing;
+      const float f = z - below_front, r = z - below_rear;
+      front[j] = f > front[j] ? f : front[j];
+      rear[j] = r > rear[j] ? r : rear[j];
+    }
+  }
+  double n = 0.0, height = 0.0, tilt = 0.0, sum_y = 0.0, sum_yy = 0.0, sum_yz = 0.0;
+  const double middle = 0.5 * static_cast<double>(shape.across - 1);
+  for (std::size_t j = 0; j < shape.across; ++j) {
+    if (!(front[j] > 0.5f * kNothing) || !(rear[j] > 0.5f * kNothing)) continue;
+    const double y = (static_cast<double>(j) - middle) * shape.step_m;
+    const double z = 0.5 * (static_cast<double>(front[j]) + static_cast<double>(rear[j]));
+    n += 1.0;
+    height += z;
+    tilt += static_cast<double>(front[j]) - static_cast<double>(rear[j]);
+    sum_y += y;
+    sum_yy += y * y;
+    sum_yz += y * z;
+  }
+  if (n < 2.0) return point;
+  const double along = tilt / (n * cams.distance_m);
+  const double spread = sum_yy - sum_y * sum_y / n;
+  const double across = spread > 0.0 ? (sum_yz - sum_y * height / n) / spread : 0.0;
+  const double z_m = base_m + height / n - across * sum_y / n;
+  if (std::abs(z_m - point.z_m) > kOtherLevel_m) return point;
+  const double c = std::cos(heading_rad), s = std::sin(heading_rad);
+  point.z_m = z_m;
+  point.dzdx = along * c - across * s;
+  point.dzdy = along * s + across * c;
+  return point;
 }
 
 crg::Sample Road::other_leg(double x_m, double y_m, double z_near_m,

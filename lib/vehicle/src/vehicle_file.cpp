@@ -251,10 +251,12 @@ Vehicle read_vehicle(const std::string& path) {
 
     if (top.has("contact")) {
       const std::string contact = top.text("contact");
-      if (contact != "single_point" && contact != "four_point")
-        throw Error(
-            fmt::format("{}: contact = '{}', wanted single_point or four_point", path, contact));
-      vehicle.contact = contact == "single_point" ? Contact::kSinglePoint : Contact::kFourPoint;
+      if (contact != "single_point" && contact != "four_point" && contact != "strip")
+        throw Error(fmt::format("{}: contact = '{}', wanted single_point, four_point or strip",
+                                path, contact));
+      vehicle.contact = contact == "strip"        ? Contact::kStrip
+                        : contact == "four_point" ? Contact::kFourPoint
+                                                  : Contact::kSinglePoint;
     }
     if (top.has("parameters")) read_parameters(vehicle, top.section("parameters"), path);
     if (top.has("terms"))

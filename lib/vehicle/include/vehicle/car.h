@@ -28,7 +28,25 @@ struct CarFiles {
 /// Which samples of the road make the contact of a wheel.
 enum class Contact {
   kSinglePoint,  ///< height and gradient under the wheel centre
-  kFourPoint     ///< mean plane through the corners of the contact patch
+  kFourPoint,    ///< mean plane through the corners of the contact patch
+  kStrip         ///< a strip of samples, enveloped by two tandem elliptical cams
+};
+
+/// The strip under a tyre and the cams that roll over it (A. J. C. Schmeitz, tandem model with
+/// elliptical cams, as in H. B. Pacejka, Tire and Vehicle Dynamics, 3rd edition, chapter 10).
+struct StripShape {
+  static constexpr std::size_t kMostSamples = 2048, kMostAlong = 1024;
+  std::size_t along = 27, across = 15;  ///< samples in the direction of travel and across it
+  double step_m = 0.02;                 ///< between samples
+  double cam_order = 1.8;               ///< exponent of the ellipse
+  double cam_shift = 0.8;               ///< distance of the cams over the length of the patch
+};
+
+/// What one axle's cams do to the samples of one line: how far each may stand above the cam's
+/// lowest point before it lifts it. Beyond the cam: a large number.
+struct Cams {
+  std::array<float, StripShape::kMostAlong> front{}, rear{};
+  double distance_m = 0.1;
 };
 
 /// Everything the equations need. Plain data; `files` must outlive it. Make with make_car, so that
@@ -39,6 +57,7 @@ struct Car {
   Parameters<T> parameters;
   Amplitudes<T> terms;
   Contact contact = Contact::kSinglePoint;
+  StripShape strip;
   TyreOptions tyre_options;
 
   // Derived; body frame with origin in the design centre of mass.
@@ -50,7 +69,8 @@ struct Car {
   std::array<Vec3<T>, kWheels> wheel_m;  ///< wheel centres at design travel
   std::array<T, 2> static_load_n;        ///< one wheel of the axle, standing level, without fuel
   std::array<T, 2> static_radius_m;      ///< loaded radius at that load
-  std::array<double, 6> patch;           ///< half length, half width of the contact patch by axle
+  std::array<double, 4> patch;           ///< half length, half width of the contact patch by axle
+  std::array<Cams, 2> cams;              ///< by axle; filled for strip contact
 };
 
 /// Works out the derived quantities. Throws Error naming the parameter when a value lies outside
@@ -58,7 +78,11 @@ struct Car {
 /// is missing or bad.
 template <class T>
 Car<T> make_car(const CarFiles& files, const Parameters<T>& parameters, const Amplitudes<T>& terms,
-                Contact contact = Contact::kSinglePoint);
+                Contact contact = Contact::kSinglePoint, const StripShape& strip = {});
+
+/// The cams of a tyre whose patch has this length, sampled at the strip's rows. Throws Error when
+/// the strip does not fit or its numbers cannot be.
+Cams make_cams(const StripShape& strip, double unloaded_radius_m, double patch_length_m);
 
 /// The part of make_car that does not depend on the scalar.
 void check_car(const CarFiles& files, const Parameters<double>& parameters,
@@ -80,7 +104,7 @@ T static_deflection(const TyreCoefficients& t, const T& load_n, const T& pressur
 
 template <class T>
 Car<T> make_car(const CarFiles& files, const Parameters<T>& p, const Amplitudes<T>& terms,
-                Contact contact) {
+                Contact contact, const StripShape& strip) {
   using std::sqrt;
   {
     Parameters<double> values;
@@ -95,6 +119,7 @@ Car<T> make_car(const CarFiles& files, const Parameters<T>& p, const Amplitudes<
   car.parameters = p;
   car.terms = terms;
   car.contact = contact;
+  car.strip = strip;
   car.tyre_options.alpha = files.alpha;
 
   const T front = p[P::chassis_cog_behind_front_m];
@@ -129,6 +154,8 @@ Car<T> make_car(const CarFiles& files, const Parameters<T>& p, const Amplitudes<
     const double length = std::sqrt(2.0 * tyre.unloaded_radius_m * value_of(deflection));
     car.patch[2 * a] = length;
     car.patch[2 * a + 1] = 0.35 * tyre.unloaded_radius_m;
+    if (contact == Contact::kStrip && is_left(i))
+      car.cams[a] = make_cams(strip, tyre.unloaded_radius_m, 2.0 * length);
   }
   car.sprung_mass_kg = p[P::chassis_mass_kg] - unsprung;
   car.sprung_cog_m = (T(-1) / car.sprung_mass_kg) * moment;

@@ -134,13 +134,19 @@ struct Ground {
 };
 
 template <class T>
-Ground<T> ground_under(const Road& road, Contact mode, std::size_t wheel, const T& x_m,
+Ground<T> ground_under(const Road& road, const Car<T>& car, std::size_t wheel, const T& x_m,
                        const T& y_m, double z_near_m, double heading_x, double heading_y,
-                       double half_length_m, double half_width_m, RoadCursors& cursors,
-                       RoadPoint& point) {
+                       RoadCursors& cursors, RoadPoint& point) {
   const double x = value_of(x_m), y = value_of(y_m);
-  point = road.at(x, y, z_near_m, wheel, cursors);
-  if (mode == Contact::kFourPoint) {
+  const std::size_t a = axle_of(wheel);
+  if (car.contact == Contact::kStrip) {
+    point = road.under_strip(x, y, z_near_m, std::atan2(heading_y, heading_x), car.strip,
+                             car.cams[a], wheel, cursors);
+  } else {
+    point = road.at(x, y, z_near_m, wheel, cursors);
+  }
+  if (car.contact == Contact::kFourPoint) {
+    const double half_length_m = car.patch[2 * a], half_width_m = car.patch[2 * a + 1];
     const double length = std::hypot(heading_x, heading_y);
     const double fx = heading_x / length, fy = heading_y / length;
     std::array<double, 4> z;
@@ -253,9 +259,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     const double r0 = tyre.unloaded_radius_m;
     const Vec3<T> below = position + R.apply(centre[i] - T(r0) * up);
     const Vec3<T> forward_map = R.apply({cs, ss, T(0)});
-    const Ground<T> ground = ground_under(road, car.contact, i, below.x, below.y, value_of(below.z),
-                                          value_of(forward_map.x), value_of(forward_map.y),
-                                          car.patch[2 * a], car.patch[2 * a + 1], cursors, w.road);
+    const Ground<T> ground =
+        ground_under(road, car, i, below.x, below.y, value_of(below.z), value_of(forward_map.x),
+                     value_of(forward_map.y), cursors, w.road);
     const double tilt =
         1.0 / std::sqrt(1.0 + ground.dzdx * ground.dzdx + ground.dzdy * ground.dzdy);
     const Vec3<T> n = R.undo({T(-ground.dzdx * tilt), T(-ground.dzdy * tilt), T(tilt)});

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "crg/surface.h"
+#include "vehicle/car.h"
 
 namespace vehicle {
 
@@ -36,6 +37,13 @@ class Road {
   /// level; where there is none within the road's width, z_m is NaN.
   RoadPoint at(double x_m, double y_m, double z_near_m, std::size_t wheel,
                RoadCursors& cursors) const noexcept;
+
+  /// The same for a wheel that looks at a strip of samples along `heading_rad`: the plane that its
+  /// two cams touch, averaged over the lines of the strip. Falls back to at() on the plane, where
+  /// the strip sees no road, and on the other level of a bridge.
+  RoadPoint under_strip(double x_m, double y_m, double z_near_m, double heading_rad,
+                        const StripShape& strip, const Cams& cams, std::size_t wheel,
+                        RoadCursors& cursors) const noexcept;
 
   const crg::Surface* surface() const { return surface_; }
 

@@ -1,0 +1,90 @@
+// The three contacts of a wheel with the road: what they agree on, and what a kerb shows.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "test_car.h"
+#include "test_roads.h"
+#include "vehicle/error.h"
+
+namespace {
+
+using namespace vehicle;  // NOLINT: a test of this library
+
+TEST(Contact, AllSeeTheSamePlane) {
+  const crg::Surface surface(
+      straight(60.0, 0.1, [](double u, double v) { return 0.03 * u - 0.02 * v; }));
+  const Road road(surface);
+  const CarFiles files = test_car_files();
+  StartOptions begin;
+  begin.x_m = 30.0;
+  begin.yaw_rad = 0.3;
+  begin.speed_mps = 20.0;
+  double expected = 0.0;
+  for (const Contact contact : {Contact::kSinglePoint, Contact::kFourPoint, Contact::kStrip}) {
+    const Car<double> car = make_car(files, default_parameters(), default_amplitudes(), contact);
+    Simulation<double> sim = start(car, road, begin);
+    Detail<double> detail;
+    ASSERT_TRUE(step(car, sim, {}, road, {}, detail).ok());
+    for (const auto& wheel : detail.wheel) {
+      EXPECT_NEAR(wheel.road.dzdx, 0.03, 2e-5);
+      EXPECT_NEAR(wheel.road.dzdy, -0.02, 2e-5);
+    }
+    if (contact == Contact::kSinglePoint) expected = detail.wheel[0].fz_n;
+    EXPECT_NEAR(detail.wheel[0].fz_n, expected, 0.002 * expected);
+  }
+}
+
+/// Largest load of the front left wheel while the car rolls at 20 m/s over a kerb with saw teeth.
+double peak_load(Contact contact, const StripShape& strip) {
+  const crg::Surface surface(straight(40.0, 0.05, [](double u, double) {
+    if (u < 20.0 || u > 22.0) return 0.0;
+    return 0.025 * (1.0 - std::cos(2.0 * std::numbers::pi * (u - 20.0) / 0.4)) / 2.0;
+  }));
+  const Road road(surface);
+  const CarFiles files = test_car_files();
+  const Car<double> car =
+      make_car(files, default_parameters(), default_amplitudes(), contact, strip);
+  StartOptions begin;
+  begin.x_m = 12.0;
+  begin.speed_mps = 20.0;
+  begin.gear = 0;
+  Simulation<double> sim = start(car, road, begin);
+  Detail<double> detail;
+  Controls<double> roll;
+  roll.gear_command = 0;
+  double peak = 0.0;
+  for (int i = 0; i < 600; ++i) {
+    EXPECT_TRUE(step(car, sim, roll, road, {}, detail).ok());
+    peak = std::max(peak, detail.wheel[0].fz_n);
+  }
+  return peak;
+}
+
+TEST(Contact, StripsEnvelopAKerbAsAFinerStripDoesAndAPointDoesNot) {
+  const double usual = peak_load(Contact::kStrip, {});
+  // The same lengths: 1 cm with four times the samples, and 1 mm along on a narrow strip (the kerb
+  // is the same everywhere across).
+  const double four_times = peak_load(Contact::kStrip, {.along = 53, .across = 30, .step_m = 0.01});
+  const double millimetre =
+      peak_load(Contact::kStrip, {.along = 521, .across = 3, .step_m = 0.001});
+  const double point = peak_load(Contact::kSinglePoint, {});
+  EXPECT_NEAR(usual / four_times, 1.0, 0.03);
+  EXPECT_NEAR(usual / millimetre, 1.0, 0.03);
+  EXPECT_GT(std::abs(point / usual - 1.0), 0.1);
+  RecordProperty("usual", std::to_string(usual));
+  RecordProperty("four_times", std::to_string(four_times));
+  RecordProperty("millimetre", std::to_string(millimetre));
+  RecordProperty("point", std::to_string(point));
+}
+
+TEST(Contact, RefusesStripsThatCannotBe) {
+  const CarFiles files = test_car_files();
+  for (const StripShape& bad : {StripShape{.along = 1}, StripShape{.along = 500, .across = 500},
+                                StripShape{.step_m = 0.0}, StripShape{.cam_order = 0.5}})
+    EXPECT_THROW(make_car(files, default_parameters(), default_amplitudes(), Contact::kStrip, bad),
+                 Error);
+}
+
+}  // namespace
