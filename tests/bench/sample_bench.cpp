@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
     start = now_s();
     for (auto& packet : packets) {
       surface.cast_down(packet);
-      check += static_cast<double>(packet.z_m[0]);
+      if (packet.active[0] != 0) check += static_cast<double>(packet.z_m[0]);
     }
     bare_s.push_back(now_s() - start);
   }
