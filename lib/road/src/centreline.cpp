@@ -549,7 +549,8 @@ void collect_edges(const Mesh& mesh, const Walk& walk, const std::vector<double>
 
 /// The other edge's point opposite to point i of `from`: the chord makes equal angles with both edges.
 std::optional<Vector3d> opposite(const EdgeCurve& from, std::size_t i, const EdgeCurve& to) {
-  const Vector2d p = from[i].point.head<2>(), tangent = from.tangent(i);
+  const Vector2d p = from[i].point.head<2>();
+  const Vector2d& tangent = from.tangent(i);
   const auto off = [&](const std::pair<Vector3d, Vector2d>& q) {
     return (q.first.head<2>() - p).dot(tangent + q.second);
   };
@@ -652,6 +653,7 @@ std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk, const
 /// Length along the cubic through the stations; 8 chords per segment keep the error below 1e-6 of it.
 double curve_length_m(const std::vector<Vector3d>& points, bool closed) {
   std::vector<EdgePoint> edge_points;
+  edge_points.reserve(points.size());
   for (const Vector3d& p : points) edge_points.push_back({0.0, p});
   const EdgeCurve curve(std::move(edge_points), closed, 0.0);
   double length = 0.0;
@@ -701,6 +703,7 @@ std::size_t middle_of_longest_straight(const std::vector<Vector3d>& points) {
 /// Makes the place nearest to `p` station 0; a new station is put in where none lies there.
 void start_at(Centreline& line, const Vector2d& p) {
   std::vector<EdgePoint> points;
+  points.reserve(line.points_m.size());
   for (const Vector3d& q : line.points_m) points.push_back({0.0, q});
   const EdgeCurve curve(std::move(points), line.closed, 0.0);
   double best_m = std::numeric_limits<double>::infinity();
