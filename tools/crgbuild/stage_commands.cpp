@@ -253,13 +253,18 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
   Track track = read_track(command.crg);
   road::apply_alignment(numbers.T_global_mesh, track.line);
   write_track(std::move(track), command.output, recipe.format);
+  for (const std::string& name : numbers.outliers)
+    terminal.remark("control point left out, it contradicts the others: " + name);
   const Eigen::Vector3d& t = numbers.T_global_mesh.translation_m;
   const double yaw_deg = numbers.T_global_mesh.yaw_rad * 180.0 / M_PI;
   report(terminal,
          {{"yaw_deg", yaw_deg},
           {"translation_m", {t.x(), t.y(), t.z()}},
           {"residual_m", numbers.residual_m},
-          {"rms_m", numbers.rms_m}},
+          {"rms_m", numbers.rms_m},
+          {"outliers", numbers.outliers},
+          {"tilt_rad", numbers.tilt_rad},
+          {"scale", numbers.scale}},
          fmt::format(
              "turned by {:.6f} deg, moved by {:.4f}, {:.4f}, {:.4f} m; rms {:.4f} m\nroad  {}\n",
              yaw_deg, t.x(), t.y(), t.z(), numbers.rms_m, command.output));

@@ -91,12 +91,9 @@ Json json_of(const std::vector<URange>& ranges) {
 }
 
 Json json_of(const SampleReport& report) {
-  return {{"nodes", report.nodes},
-          {"nodes_with_z", report.nodes_with_z},
-          {"filled", report.filled},
-          {"holes", report.holes},
-          {"folds", json_of(report.folds)},
-          {"neighbours", json_of(report.neighbours)}};
+  return {{"nodes", report.nodes},          {"nodes_with_z", report.nodes_with_z},
+          {"filled", report.filled},        {"holes", report.holes},
+          {"folds", json_of(report.folds)}, {"neighbours", json_of(report.neighbours)}};
 }
 
 Json json_of(const KerbReport& report) {
@@ -122,7 +119,10 @@ Json json_of(const AlignReport& report) {
   return {{"yaw_deg", report.T_global_mesh.yaw_rad * 180.0 / std::numbers::pi},
           {"translation_m", {t.x(), t.y(), t.z()}},
           {"residual_m", report.residual_m},
-          {"rms_m", report.rms_m}};
+          {"rms_m", report.rms_m},
+          {"outliers", report.outliers},
+          {"tilt_rad", report.tilt_rad},
+          {"scale", report.scale}};
 }
 
 Json json_of(const GridReport& report) {
