@@ -70,14 +70,11 @@ std::size_t CoarseIndex::guess(double x_m, double y_m) const noexcept {
     const Station& station = stations_[k];
     const float s = (px - station.dx_m) * station.cos + (py - station.dy_m) * station.sin;
     const float segments = s * station.per_metre;
-    const float run = k + 1 < stations_.size() ? static_cast<float>(stations_[k + 1].segment - station.segment) : 1e9F;
-    if (segments >= 0.0F && segments < run) return station.segment + static_cast<std::size_t>(std::min(segments, 1e6F));
-    if (segments < 0.0F) {
-      if (k == 0) return 0;
-      --k;
-    } else {
-      ++k;
-    }
+    const bool last = k + 1 == stations_.size();
+    const float run = last ? 1e6F : static_cast<float>(stations_[k + 1].segment - station.segment);
+    if (segments >= 0.0F && segments < run) return station.segment + static_cast<std::size_t>(segments);
+    if (segments < 0.0F ? k == 0 : last) break;
+    segments < 0.0F ? --k : ++k;
   }
   return stations_[k].segment;
 }
