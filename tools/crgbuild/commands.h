@@ -2,6 +2,7 @@
 // is: load, one library call, save. They return the exit code.
 #pragma once
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -94,8 +95,50 @@ int run_info(const InfoCommand& command, Terminal& terminal);
 struct QueryCommand {
   std::string crg, points, output;
   unsigned threads = 0;
+  bool no_modifiers = false, reference_defaults = false;
+  std::vector<std::string> settings;  ///< KEY=VALUE for options and modifiers
 };
 int run_query(const QueryCommand& command, Terminal& terminal);
+
+struct CheckCommand {
+  std::string crg;
+};
+int run_check(const CheckCommand& command, Terminal& terminal);
+
+/// Commands that write an edited road; format is that of the input unless given.
+struct ConvertCommand {
+  std::string crg, output, format;
+};
+int run_convert(const ConvertCommand& command, Terminal& terminal);
+
+struct CropCommand {
+  std::string crg, output, format;
+  std::optional<double> u_begin_m, u_end_m, v_right_m, v_left_m;
+};
+int run_crop(const CropCommand& command, Terminal& terminal);
+
+struct ResampleCommand {
+  std::string crg, output, format;
+  std::optional<double> u_step_m, v_step_m;
+};
+int run_resample(const ResampleCommand& command, Terminal& terminal);
+
+struct ReverseCommand {
+  std::string crg, output, format;
+};
+int run_reverse(const ReverseCommand& command, Terminal& terminal);
+
+struct AppendCommand {
+  std::string first, second, output, format;
+  bool move = false;
+};
+int run_append(const AppendCommand& command, Terminal& terminal);
+
+struct TransformCommand {
+  std::string crg, output, format;
+  std::vector<std::string> settings;  ///< KEY=VALUE for modifiers
+};
+int run_transform(const TransformCommand& command, Terminal& terminal);
 
 struct SynthCommand {
   std::string circuit, output_dir, format = "obj", up = "y", unit = "m", names = "plain";

@@ -29,15 +29,17 @@ const char* name_of(crg::Format format) {
 
 Json entries(const std::vector<crg::HeaderEntry>& section) {
   Json out = Json::object();
-  for (const crg::HeaderEntry& entry : section)
+  for (const crg::HeaderEntry& entry : section) {
+    if (entry.key == "*") continue;  // a comment line
     out[entry.key] = entry.text.empty() ? Json(entry.value) : Json(entry.text);
+  }
   return out;
 }
 
 std::string text_of(const std::vector<crg::HeaderEntry>& section) {
   std::string out;
   for (const crg::HeaderEntry& entry : section)
-    out += "  " + entry.key + " = " +
+    if (entry.key != "*") out += "  " + entry.key + " = " +
            (entry.text.empty() ? fmt::format("{}", entry.value) : one_line(entry.text)) + "\n";
   return out;
 }

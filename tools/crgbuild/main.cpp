@@ -59,6 +59,13 @@ struct Commands {
   ValidateCommand validate;
   InfoCommand info;
   QueryCommand query;
+  CheckCommand check;
+  ConvertCommand convert;
+  CropCommand crop;
+  ResampleCommand resample;
+  ReverseCommand reverse;
+  AppendCommand append;
+  TransformCommand transform;
   SynthCommand synth;
 };
 
@@ -168,6 +175,67 @@ void define_stages(CLI::App& app, Commands& c) {
       "global.crg");
 }
 
+constexpr const char* kSetHelp =
+    "an option or modifier of the standard, e.g. SCALE_Z_GRID=2 (repeatable)";
+
+/// Input, output and format of the commands that edit a road.
+template <class Command>
+CLI::App* add_edit(CLI::App& app, const std::string& name, const std::string& text,
+                   Command& command, const std::string& example) {
+  CLI::App* edit = app.add_subcommand(name, text);
+  if constexpr (requires { command.crg; }) {
+    add_path(*edit, "crg", command.crg, "the road");
+  } else {
+    add_path(*edit, "first", command.first, "the road to drive first");
+    add_path(*edit, "second", command.second, "the road that follows");
+  }
+  add_path(*edit, "-o,--output", command.output, "the edited road, .crg");
+  edit->add_option("--format", command.format, "of the payload [as the input]")
+      ->check(CLI::IsMember({"krbi", "kdbi", "lrfi", "ldfi"}))
+      ->type_name("krbi, kdbi, lrfi or ldfi");
+  edit->footer("Example:\n  crgbuild " + name + " " + example);
+  return edit;
+}
+
+CLI::Option* add_metres(CLI::App& command, const std::string& flag, std::optional<double>& value,
+                        const std::string& text) {
+  return command.add_option(flag, value, text)->type_name("m");
+}
+
+void define_edits(CLI::App& app, Commands& c) {
+  CLI::App* check =
+      app.add_subcommand("check", "does a .crg file keep the rules and agree with itself?");
+  add_path(*check, "crg", c.check.crg, "the road");
+  check->footer(
+      "Example:\n  crgbuild check out/track.crg\n\nExit code 3 when there are errors.");
+
+  add_edit(app, "convert", "writes a .crg in another payload format", c.convert,
+           "road.crg -o text.crg --format lrfi");
+  CLI::App* crop =
+      add_edit(app, "crop", "keeps a part of a road", c.crop, "road.crg -o part.crg --u-begin-m 100 --u-end-m 400");
+  add_metres(*crop, "--u-begin-m", c.crop.u_begin_m, "first u to keep [all]");
+  add_metres(*crop, "--u-end-m", c.crop.u_end_m, "last u to keep [all]");
+  add_metres(*crop, "--v-right-m", c.crop.v_right_m, "rightmost v to keep [all]");
+  add_metres(*crop, "--v-left-m", c.crop.v_left_m, "leftmost v to keep [all]");
+  CLI::App* resample = add_edit(app, "resample", "puts a road on another grid", c.resample,
+                                "road.crg -o fine.crg --u-step-m 0.05 --v-step-m 0.05");
+  add_metres(*resample, "--u-step-m", c.resample.u_step_m, "wanted row spacing [as it is]");
+  add_metres(*resample, "--v-step-m", c.resample.v_step_m, "wanted column spacing [as it is]");
+  add_edit(app, "reverse", "turns a road round: last row first, left and right exchanged",
+           c.reverse, "road.crg -o back.crg");
+  CLI::App* append = add_edit(app, "append", "joins two roads end to start", c.append,
+                              "first.crg second.crg -o both.crg");
+  append->add_flag("--move", c.append.move,
+                   "bring the second road to the end of the first, turned and raised to fit");
+  CLI::App* transform =
+      add_edit(app, "transform", "works modifiers into the data: scales, fills NaN, moves",
+               c.transform, "road.crg -o moved.crg --set REFLINE_OFFSET_X=100 --set SCALE_Z_GRID=2");
+  transform
+      ->add_option("--set", c.transform.settings,
+                   "a modifier of the standard on top of those in the file (repeatable)")
+      ->type_name("KEY=VALUE");
+}
+
 void define_file_tools(CLI::App& app, Commands& c) {
   CLI::App* info = app.add_subcommand("info", "what a .crg file holds");
   add_path(*info, "crg", c.info.crg, "the road");
@@ -183,9 +251,20 @@ void define_file_tools(CLI::App& app, Commands& c) {
   query->add_option("--threads", c.query.threads, "0: all cores")
       ->type_name("0 to 1024")
       ->check(CLI::Range(0, 1024).description(""));
+  CLI::Option* none =
+      query->add_flag("--no-modifiers", c.query.no_modifiers, "apply no modifiers of the file");
+  query
+      ->add_flag("--reference-defaults", c.query.reference_defaults,
+                 "where the file has no modifier section, do what the reference C API does: fill "
+                 "NaN and move the right edge at the start to the origin")
+      ->excludes(none);
+  query->add_option("--set", c.query.settings, kSetHelp)->type_name("KEY=VALUE");
   query->footer(
-      "Modifiers in the file are applied; where it has no such section, none are.\n\n"
-      "Example:\n  crgbuild query out/track.crg --points points.csv -o heights.csv");
+      "Modifiers in the file are applied; where it has no such section, none are. --set comes on\n"
+      "top of either; REFPOINT_* wins over REFLINE_*.\n\n"
+      "Examples:\n"
+      "  crgbuild query out/track.crg --points points.csv -o heights.csv\n"
+      "  crgbuild query road.crg --points p.csv -o z.csv --no-modifiers --set BORDER_MODE_V=0");
 
   CLI::App* synth =
       app.add_subcommand("synth", "makes a mesh and its exact road from a drawn circuit");
@@ -239,6 +318,13 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
     return naming(c.validate.mesh, [&] { return run_validate(c.validate, terminal); });
   if (name == "info") return run_info(c.info, terminal);
   if (name == "query") return run_query(c.query, terminal);
+  if (name == "check") return run_check(c.check, terminal);
+  if (name == "convert") return run_convert(c.convert, terminal);
+  if (name == "crop") return run_crop(c.crop, terminal);
+  if (name == "resample") return run_resample(c.resample, terminal);
+  if (name == "reverse") return run_reverse(c.reverse, terminal);
+  if (name == "append") return run_append(c.append, terminal);
+  if (name == "transform") return run_transform(c.transform, terminal);
   return run_synth(c.synth, terminal);
 }
 
@@ -279,6 +365,7 @@ int main_with(int argc, char** argv) {
       "  crgbuild build --help               all options and more examples");
   define_main_way(app, commands);
   define_file_tools(app, commands);
+  define_edits(app, commands);
   define_stages(app, commands);
   for (CLI::App* sub : app.get_subcommands({}))
     sub->footer(sub->get_footer() +

@@ -12,6 +12,7 @@
 
 #include "commands.h"
 #include "crg/surface.h"
+#include "settings.h"
 #include "road/atomic_file.h"
 #include "road/error.h"
 #include "road/parallel.h"
@@ -158,7 +159,10 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
 
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
-  const crg::Surface surface(crg::read(command.crg));
+  const crg::ModifierUse use = command.no_modifiers         ? crg::ModifierUse::None
+                               : command.reference_defaults ? crg::ModifierUse::ReferenceDefaults
+                                                            : crg::ModifierUse::AsInFile;
+  const crg::Surface surface(with_settings(crg::read(command.crg), use, command.settings));
   const Asker ask(surface, columns, command.points);
   road::FileWriter output(command.output);
   output.append(kHeader);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "crg/error.h"
+#include "crg/options.h"
 #include "text.h"
 
 namespace crg {

@@ -33,8 +33,4 @@ std::size_t find_header_end(std::string_view bytes);
 /// Parses the header at the front of `bytes`. Throws Error naming `name`:line.
 Header parse_header(std::string_view bytes, const std::string& name);
 
-/// Whether `key` is one of the standard's keys for $ROAD_CRG_OPTS, $ROAD_CRG_MODS.
-bool is_option_key(std::string_view key);
-bool is_modifier_key(std::string_view key);
-
 }  // namespace crg

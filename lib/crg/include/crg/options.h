@@ -31,6 +31,10 @@ struct Options {
 /// standard's ranges.
 Options options_of(const Crg& crg);
 
+/// Whether `key` (upper case) is one of the standard's keys for $ROAD_CRG_OPTS, $ROAD_CRG_MODS.
+bool is_option_key(std::string_view key);
+bool is_modifier_key(std::string_view key);
+
 /// $ROAD_CRG_MODS as the reference API applies it to a file without that section: NaN at the
 /// edges become the nearest height of their row, and the right edge at the start moves to
 /// (0, 0, 0) with heading 0.
