@@ -21,7 +21,9 @@ using Json = nlohmann::json;
 
 const std::vector<std::string> kSubcommands = {"build", "validate", "info",       "query",
                                                "synth", "clean",    "centreline", "sample",
-                                               "kerb",  "smooth",   "align"};
+                                               "kerb",  "smooth",   "align",      "check",
+                                               "convert", "crop",   "resample",   "reverse",
+                                               "append", "transform"};
 
 std::vector<std::vector<std::string>> csv(const std::string& path) {
   std::vector<std::vector<std::string>> rows;

@@ -168,6 +168,8 @@ class RowSink {
     std::vector<float>& z_m = crg_.grid.z_m;
     const float rounded = static_cast<float>(value);
     z_m[start + index] = rounded;
+    // LRFI is a format of floats, whatever its digits say.
+    if (crg_.format == Format::LRFI) return;
     if (crg_.z_double_m.empty() && (std::isnan(value) || static_cast<double>(rounded) == value)) return;
     if (crg_.z_double_m.empty()) {
       crg_.z_double_m.reserve(z_m.capacity());

@@ -1,0 +1,107 @@
+// The subcommands on .crg files, as a user meets them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "crg/file.h"
+#include "crg/surface.h"
+#include "support/run_crgbuild.h"
+
+namespace cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A straight road of 20 m with a rise of 1 %, written as `path`.
+void write_road(const std::string& path) {
+  crg::ReferenceLine line;
+  for (int i = 0; i <= 40; ++i) {
+    line.x_m.push_back(100.0 + 0.5 * i);
+    line.y_m.push_back(50.0);
+    line.heading_rad.push_back(0.0);
+  }
+  line.u_step_m = 0.5;
+  crg::Grid grid;
+  grid.u_step_m = 0.5;
+  grid.v_m = {-2.0, -1.0, 0.0, 1.0, 2.0};
+  for (int i = 0; i <= 40; ++i) {
+    for (int j = 0; j < 5; ++j) grid.z_m.push_back(static_cast<float>(0.005 * i));
+  }
+  crg::write(crg::make_crg(line, grid), path, crg::Format::KRBI);
+}
+
+TEST(FileCommands, CheckSaysWhatIsWrongAndSetsTheExitCode) {
+  const Folder folder;
+  write_road(folder / "road.crg");
+  const Ran good = crgbuild({"check", folder / "road.crg"});
+  EXPECT_EQ(good.code, 0) << good.err;
+  EXPECT_THAT(good.out, HasSubstr("0 errors, 0 warnings"));
+  crg::Crg bad = crg::read(folder / "road.crg");
+  set_value(bad.options, "REFLINE_CONTINUATION", 1.0);
+  crg::write(bad, folder / "bad.crg", crg::Format::KRBI);
+  const Ran refused = crgbuild({"check", folder / "bad.crg", "--json"});
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_THAT(refused.out, HasSubstr("\"rule\": \"closure\""));
+}
+
+TEST(FileCommands, ConvertThereAndBackKeepsTheHeights) {
+  const Folder folder;
+  write_road(folder / "road.crg");
+  ASSERT_EQ(crgbuild({"convert", folder / "road.crg", "-o", folder / "text.crg", "--format", "ldfi"}).code, 0);
+  ASSERT_EQ(crgbuild({"convert", folder / "text.crg", "-o", folder / "back.crg", "--format", "krbi"}).code, 0);
+  EXPECT_EQ(crg::read(folder / "text.crg").format, crg::Format::LDFI);
+  EXPECT_EQ(crg::read(folder / "back.crg").grid.z_m, crg::read(folder / "road.crg").grid.z_m);
+}
+
+TEST(FileCommands, EditsWriteTheEditedRoad) {
+  const Folder folder;
+  const std::string road = folder / "road.crg";
+  write_road(road);
+  ASSERT_EQ(crgbuild({"crop", road, "-o", folder / "a.crg", "--u-end-m", "10"}).code, 0);
+  ASSERT_EQ(crgbuild({"crop", road, "-o", folder / "b.crg", "--u-begin-m", "10"}).code, 0);
+  ASSERT_EQ(crgbuild({"append", folder / "a.crg", folder / "b.crg", "-o", folder / "ab.crg"}).code, 0);
+  EXPECT_EQ(crg::read(folder / "ab.crg").grid.z_m, crg::read(road).grid.z_m);
+  ASSERT_EQ(crgbuild({"reverse", road, "-o", folder / "back.crg"}).code, 0);
+  EXPECT_NEAR(crg::Surface(crg::read(folder / "back.crg")).z_at_uv(0.0, 0.0), 0.2, 1e-6);
+  ASSERT_EQ(crgbuild({"resample", road, "-o", folder / "fine.crg", "--u-step-m", "0.1", "--v-step-m", "0.5"}).code, 0);
+  EXPECT_EQ(crg::read(folder / "fine.crg").grid.columns(), 9U);
+  ASSERT_EQ(crgbuild({"transform", road, "-o", folder / "moved.crg", "--set", "REFLINE_OFFSET_X=-100", "--set", "scale_z_grid=3"}).code, 0);
+  const crg::Surface moved(crg::read(folder / "moved.crg"));
+  EXPECT_NEAR(moved.xy_of_uv(0.0, 0.0).x_m, 0.0, 1e-9);
+  EXPECT_NEAR(moved.z_at_uv(20.0, 0.0), 0.6, 1e-6);
+  EXPECT_EQ(crgbuild({"crop", road, "-o", folder / "none.crg", "--u-begin-m", "90"}).code, 1);
+  EXPECT_EQ(crgbuild({"resample", road, "-o", folder / "none.crg"}).code, 2);
+  EXPECT_EQ(crgbuild({"transform", road, "-o", folder / "none.crg", "--set", "BORDER_MODE_U=0"}).code, 2);
+  EXPECT_FALSE(exists(folder / "none.crg"));
+}
+
+TEST(FileCommands, QueryAppliesWhatItIsTold) {
+  const Folder folder;
+  write_road(folder / "road.crg");
+  crg::Crg road = crg::read(folder / "road.crg");
+  set_value(road.modifiers, "SCALE_Z_GRID", 10.0);
+  crg::write(road, folder / "scaled.crg", crg::Format::KRBI);
+  road.modifiers.clear();
+  road.has_modifier_section = false;
+  crg::write(road, folder / "plain.crg", crg::Format::KRBI);
+  write(folder / "points.csv", "u_m,v_m\n10,0\n30,0\n");
+  const auto z = [&](const std::string& file, std::vector<std::string> flags) {
+    std::vector<std::string> arguments = {"query", folder / file, "--points", folder / "points.csv", "-o", folder / "z.csv"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    const Ran ran = crgbuild(arguments);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return read(folder / "z.csv");
+  };
+  EXPECT_THAT(z("scaled.crg", {}), HasSubstr("110,50,10,0,1.0"));
+  EXPECT_THAT(z("scaled.crg", {"--no-modifiers"}), HasSubstr("110,50,10,0,0.10"));
+  EXPECT_THAT(z("scaled.crg", {"--no-modifiers", "--set", "SCALE_Z_GRID=5"}), HasSubstr("110,50,10,0,0.5"));
+  EXPECT_THAT(z("plain.crg", {"--reference-defaults"}), HasSubstr("10,2,10,0,0.10"));
+  EXPECT_THAT(z("plain.crg", {"--reference-defaults", "--set", "REFLINE_OFFSET_X=7"}), HasSubstr("10,2,10,0,0.10"));
+  EXPECT_THAT(z("plain.crg", {"--set", "BORDER_MODE_U=0"}), HasSubstr("\n,,30,0,,,,,\n"));
+  const Ran both = crgbuild({"query", folder / "plain.crg", "--points", folder / "points.csv", "-o", folder / "z.csv", "--no-modifiers", "--reference-defaults"});
+  EXPECT_EQ(both.code, 2);
+}
+
+}  // namespace
+}  // namespace cli
