@@ -93,7 +93,7 @@ TEST(FileCommands, QueryAppliesWhatItIsTold) {
     EXPECT_EQ(ran.code, 0) << ran.err;
     return read(folder / "z.csv");
   };
-  EXPECT_THAT(z("scaled.crg", {}), HasSubstr("110,50,10,0,1.0"));
+  EXPECT_THAT(z("scaled.crg", {}), HasSubstr("110,50,10,0,1,"));
   EXPECT_THAT(z("scaled.crg", {"--no-modifiers"}), HasSubstr("110,50,10,0,0.10"));
   EXPECT_THAT(z("scaled.crg", {"--no-modifiers", "--set", "SCALE_Z_GRID=5"}), HasSubstr("110,50,10,0,0.5"));
   EXPECT_THAT(z("plain.crg", {"--reference-defaults"}), HasSubstr("10,2,10,0,0.10"));
