@@ -70,7 +70,7 @@ std::vector<double> parse_numbers(const std::string& text, std::size_t count, do
 }
 
 RecipeKey number(std::string stage, std::string name, double low, double high, std::string meaning,
-                 std::function<double&(Recipe&)> field) {
+                 const std::function<double&(Recipe&)>& field) {
   std::string wanted = fmt::format("{} to {}", low, high);
   return {std::move(stage),
           std::move(name),
@@ -89,7 +89,8 @@ RecipeKey number(std::string stage, std::string name, double low, double high, s
 
 template <class Integer>
 RecipeKey whole_number(std::string stage, std::string name, std::uint64_t low, std::uint64_t high,
-                       std::string meaning, std::function<std::vector<Integer*>(Recipe&)> fields) {
+                       std::string meaning,
+                       const std::function<std::vector<Integer*>(Recipe&)>& fields) {
   std::string wanted = fmt::format("{} to {}", low, high);
   return {std::move(stage),
           std::move(name),
@@ -109,7 +110,7 @@ RecipeKey whole_number(std::string stage, std::string name, std::uint64_t low, s
 }
 
 RecipeKey yes_or_no(std::string stage, std::string name, std::string meaning,
-                    std::function<bool&(Recipe&)> field) {
+                    const std::function<bool&(Recipe&)>& field) {
   return {std::move(stage),
           std::move(name),
           "true or false",
@@ -127,7 +128,7 @@ RecipeKey yes_or_no(std::string stage, std::string name, std::string meaning,
 template <class Enum>
 RecipeKey choice(std::string stage, std::string name,
                  std::vector<std::pair<std::string, Enum>> choices, std::string meaning,
-                 std::function<Enum&(Recipe&)> field) {
+                 const std::function<Enum&(Recipe&)>& field) {
   std::string wanted = choices.front().first;
   for (std::size_t i = 1; i < choices.size(); ++i)
     wanted += (i + 1 == choices.size() ? " or " : ", ") + choices[i].first;
@@ -149,7 +150,7 @@ RecipeKey choice(std::string stage, std::string name,
 }
 
 RecipeKey point(std::string stage, std::string name, std::string meaning,
-                std::function<std::optional<Eigen::Vector2d>&(Recipe&)> field) {
+                const std::function<std::optional<Eigen::Vector2d>&(Recipe&)>& field) {
   return {std::move(stage),
           std::move(name),
           "x,y",
