@@ -28,7 +28,7 @@ class BruteForce {
 
  private:
   struct Edge { Eigen::Vector3d a, b; };
-  const road::Mesh& mesh_;
+  road::Mesh mesh_;
   std::unordered_map<long long, std::vector<std::size_t>> triangles_of_cell_;
   std::unordered_map<long long, std::vector<Edge>> folds_of_cell_;
 };
