@@ -1,0 +1,39 @@
+// Bundles src/ and the npm packages into one page without references to anything outside it.
+// usage: node bundle.mjs OUTPUT.html
+import { build } from 'esbuild';
+import { readFile, rename, writeFile } from 'node:fs/promises';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const output = process.argv[2];
+if (!output) {
+  console.error('bundle.mjs: no output given; usage: node bundle.mjs OUTPUT.html');
+  process.exit(2);
+}
+const here = dirname(fileURLToPath(import.meta.url));
+const result = await build({
+  entryPoints: [join(here, 'src/main.js')],
+  bundle: true,
+  minify: true,
+  format: 'iife',
+  target: ['chrome100', 'firefox100', 'safari15'],
+  charset: 'ascii',
+  legalComments: 'inline',
+  write: false,
+  logLevel: 'warning',
+});
+const style = await build({
+  entryPoints: [join(here, 'src/style.css')],
+  bundle: true,
+  minify: true,
+  write: false,
+  logLevel: 'warning',
+});
+const page = await readFile(join(here, 'src/page.html'), 'utf8');
+// Functions as replacements: '$&' and the like in a library must stay what they are.
+const script = result.outputFiles[0].text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
+const html = page
+  .replace('@STYLE@', () => style.outputFiles[0].text)
+  .replace('@SCRIPT@', () => script);
+await writeFile(output + '.new', html);
+await rename(output + '.new', output);

@@ -1,0 +1,65 @@
+// The report's data: JSON in the page, long rows of numbers packed as base64.
+
+function bytesOf(text) {
+  const binary = atob(text);
+  const bytes = new Uint8Array(binary.length);
+  for (let k = 0; k < binary.length; ++k) bytes[k] = binary.charCodeAt(k);
+  return bytes;
+}
+
+export function unpack(packed) {
+  const buffer = bytesOf(packed.data).buffer;
+  if (packed.type === 'f32') return new Float32Array(buffer);
+  if (packed.type === 'i16') return new Int16Array(buffer);
+  return new Uint8Array(buffer);
+}
+
+/// Float32Array of begin[row] + step * integer; the smallest integer stands for NaN.
+export function unpackRows(packed, columns) {
+  const integers = unpack(packed.values);
+  const begin = packed.begin ? unpack(packed.begin) : null;
+  const values = new Float32Array(integers.length);
+  for (let k = 0; k < integers.length; ++k) {
+    values[k] = integers[k] === -32768 ? NaN : (begin ? begin[Math.floor(k / columns)] : 0) + packed.step * integers[k];
+  }
+  return values;
+}
+
+export function unpackSheet(sheet) {
+  const columns = sheet.v_m.length;
+  const rows = sheet.rows;
+  const x = unpack(sheet.x), y = unpack(sheet.y), nx = unpack(sheet.normal_x), ny = unpack(sheet.normal_y);
+  const px = new Float32Array(rows * columns), py = new Float32Array(rows * columns);
+  for (let i = 0; i < rows; ++i) {
+    for (let j = 0; j < columns; ++j) {
+      px[i * columns + j] = x[i] + sheet.v_m[j] * nx[i];
+      py[i * columns + j] = y[i] + sheet.v_m[j] * ny[i];
+    }
+  }
+  const z = unpackRows(sheet.z, columns);
+  const fields = [];
+  if (sheet.fields.length > 0) {
+    const elevation = Float32Array.from(z, (value) => value + sheet.z_base_m);
+    fields.push({ key: 'elevation', name: 'Elevation', unit: 'm', show: 1, signed: false, categories: [], values: elevation });
+  }
+  for (const field of sheet.fields) {
+    fields.push({
+      key: field.key, name: field.name, unit: field.unit, show: field.show_factor, signed: field.signed_scale,
+      categories: field.categories, values: unpackRows(field.values, columns),
+    });
+  }
+  return {
+    title: sheet.title, rows, columns, x, y, px, py, z, fields, v: sheet.v_m, zBase: sheet.z_base_m,
+    uBegin: sheet.u_begin_m, uStep: sheet.u_step_m, uOf: (i) => sheet.u_begin_m + i * sheet.u_step_m,
+    rowOf: (u) => Math.min(rows - 1, Math.max(0, Math.round((u - sheet.u_begin_m) / sheet.u_step_m))),
+  };
+}
+
+/// null where uPlot shall leave a gap.
+export function withGaps(values, factor = 1) {
+  return Array.from(values, (value) => (value === null || Number.isNaN(value) ? null : value * factor));
+}
+
+export function readData() {
+  return JSON.parse(document.getElementById('report-data').textContent);
+}

@@ -1,0 +1,113 @@
+// The page of a validation report: reads the data, lays out the sections, links the views.
+import { el, metres, placeButton, table } from './dom.js';
+import { readData, unpackSheet } from './data.js';
+import { makeState } from './state.js';
+import { makePlan } from './plan.js';
+import { makeScene } from './scene.js';
+import { refreshCharts } from './charts.js';
+import { alongU, errors, extraSections, health, kerbs, roughness, seam } from './sections.js';
+
+const verdicts = {
+  usable: ['Usable', 'Nothing was found that a vehicle would notice.'],
+  usable_with_remarks: ['Usable with remarks', 'The road can be driven; look at the places below first.'],
+  not_usable: ['Not usable', 'At least one fault makes the road unfit to drive on as it is.'],
+};
+
+const kinds = {
+  tile_step: 'step across the road', hole: 'hole', nan_stripe: 'missing stripe', fold: 'fold', wrong_seam: 'seam', bump: 'bump', pothole: 'pothole',
+  kerb_loss: 'kerb lost', deviation: 'deviation', no_reference: 'nothing to compare with', file: 'file',
+};
+
+function number(value, unit) {
+  if (value === null) return '–';
+  if (unit === 'm' && Math.abs(value) < 1) return `${Number((1000 * value).toPrecision(3))} mm`;
+  return `${Number(value.toPrecision(4))}${unit === '1' ? '' : ` ${unit}`}`;
+}
+
+function findings(data, state) {
+  if (data.findings.length === 0) return el('div', { class: 'panel', 'data-view': 'findings' }, el('p', {}, 'No findings.'));
+  const rows = data.findings.map((finding) => el('tr', {},
+    el('td', {}, el('span', { class: `tag ${finding.severity === 'error' ? 'error' : 'remark'}` }, finding.severity)),
+    el('td', {}, kinds[finding.kind] ?? finding.kind),
+    el('td', {}, placeButton(state, finding.u_begin_m, finding.u_end_m)),
+    el('td', { class: 'number' }, number(finding.value, finding.unit)),
+    el('td', { class: 'text' }, finding.text)));
+  const body = el('tbody', {}, rows.slice(0, 25));
+  const panel = el('div', { class: 'panel', 'data-view': 'findings' }, el('div', { class: 'scroll' }, el('table', { class: 'findings' },
+    el('thead', {}, el('tr', {}, ['', 'what', 'where', '', ''].map((head) => el('th', {}, head)))), body)));
+  if (rows.length > 25) {
+    const more = el('button', { type: 'button', onclick: () => { more.remove(); body.append(...rows.slice(25)); } }, `Show the other ${rows.length - 25} findings`);
+    panel.append(more);
+  }
+  return panel;
+}
+
+function main() {
+  const data = readData();
+  document.title = `${data.title} – road report`;
+  const state = makeState(data.u_begin_m, data.u_end_m);
+  const sheet = unpackSheet(data.sheet);
+  const windows = data.windows.map(unpackSheet);
+
+  const range = el('span', { class: 'range' });
+  const showRange = () => { range.textContent = `u ${metres(state.range[0])} to ${metres(state.range[1])} m`; };
+  state.subscribe((what) => { if (what === 'range') showRange(); });
+  showRange();
+  const theme = el('button', { type: 'button', title: 'Light or dark' }, '◐');
+  theme.addEventListener('click', () => {
+    const root = document.documentElement;
+    const dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
+    root.dataset.theme = dark ? 'light' : 'dark';
+    state.emit('theme');
+    refreshCharts();
+  });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { state.emit('theme'); refreshCharts(); });
+
+  const fields = el('select', { 'aria-label': 'Colour', 'data-role': 'field' }, sheet.fields.map((field) => el('option', { value: field.key }, field.name)));
+  fields.addEventListener('change', () => state.setField(fields.value));
+  const [word, sentence] = verdicts[data.verdict] ?? [data.verdict, ''];
+  const errorsFound = data.findings.filter((finding) => finding.severity === 'error').length;
+  const counts = data.findings.length === 0 ? '' : `${errorsFound} error${errorsFound === 1 ? '' : 's'}, ${data.findings.length - errorsFound} remark${data.findings.length - errorsFound === 1 ? '' : 's'}`;
+
+  const section = (id, title, ...children) => el('section', { id }, el('h2', {}, title), ...children);
+  document.getElementById('report').append(
+    el('h1', {}, data.title),
+    el('div', { class: `panel verdict ${data.verdict in verdicts ? data.verdict : ''}`, id: 'verdict', 'data-view': 'verdict' },
+      el('strong', {}, word), el('span', {}, sentence), el('span', { class: 'muted' }, counts)),
+    el('div', { class: 'bar' },
+      el('nav', {}, [['verdict', 'Verdict'], ['track', 'Track'], ['along', 'Along u'], ['errors', 'Errors'], ['kerbs', 'Kerbs'], ['roughness', 'Roughness'], ['health', 'File']]
+        .map(([id, text]) => el('a', { href: `#${id}` }, text))),
+      range, el('button', { type: 'button', 'data-role': 'reset', onclick: () => state.reset() }, 'Whole road'), theme),
+    findings(data, state),
+    el('div', { class: 'panel' }, el('dl', { class: 'facts' }, data.facts.map((fact) => el('div', {}, el('dt', {}, fact.name), el('dd', {}, fact.value))))),
+    section('track', 'Track',
+      el('div', { class: 'panel' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), el('span', {}, 'drag: move · wheel or two fingers: zoom')), makePlan(sheet, windows, data, state)),
+      el('div', { class: 'panel' }, makeScene(sheet, windows, data, state))),
+    section('along', 'Along u', alongU(data, state), el('div', { class: 'panel', 'data-view': 'seam' }, seam(data, state))),
+    section('errors', 'Errors', ...errors(data, state)),
+    section('kerbs', 'Kerbs', kerbs(data, state)),
+    section('roughness', 'Roughness', roughness(data, state)),
+    ...extraSections(data),
+    section('health', 'File', health(data)),
+    el('footer', {}, 'Every number of this page is in report.json. Drawn with uPlot and three.js (MIT licence).'));
+
+  // Print light, at the paper's width, with every line of the tables.
+  let themeBefore;
+  addEventListener('beforeprint', () => {
+    themeBefore = document.documentElement.dataset.theme;
+    document.documentElement.dataset.theme = 'light';
+    document.querySelectorAll('details').forEach((node) => { node.open = true; });
+    state.emit('theme');
+    state.emit('print');
+    refreshCharts();
+  });
+  addEventListener('afterprint', () => {
+    if (themeBefore === undefined) delete document.documentElement.dataset.theme;
+    else document.documentElement.dataset.theme = themeBefore;
+    state.emit('theme');
+    refreshCharts();
+  });
+  document.documentElement.dataset.ready = 'yes';
+}
+
+main();

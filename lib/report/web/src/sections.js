@@ -1,0 +1,289 @@
+// The sections of the report below the track itself.
+import { css, el, metres, placeButton, table } from './dom.js';
+import { unpack, unpackRows, withGaps } from './data.js';
+import { line, makeChart, makeCrossPlot, makeLinkedChart, plainAxes, uPlot } from './charts.js';
+
+const mm = (value) => (value === null ? '–' : `${Number((1000 * value).toPrecision(3))} mm`);
+
+export function alongU(data, state) {
+  const root = el('div', { class: 'panel' });
+  const byKey = Object.fromEntries(data.curves.map((curve) => [curve.key, curve]));
+  const values = Object.fromEntries(data.curves.map((curve) => [curve.key, withGaps(unpack(curve.values), curve.show_factor)]));
+  const count = data.curves.length > 0 ? values[data.curves[0].key].length : 0;
+  const u = Array.from({ length: count }, (_, k) => data.u_begin_m + k * data.u_step_m);
+  const colours = ['--s1', '--s2', '--s3', '--s4'];
+  const add = (name, keys, unit, height = 150) => {
+    const known = keys.filter((key) => byKey[key]);
+    if (known.length === 0) return;
+    root.append(el('h3', {}, known.length === 1 ? `${byKey[known[0]].name} / ${unit}` : `${name} / ${unit}`),
+      makeLinkedChart(state, {
+        axes: plainAxes('', ''),
+        series: [line('u / m', '--muted'), ...known.map((key, k) => line(byKey[key].name, colours[k % colours.length]))],
+      }, [u, ...known.map((key) => values[key])], height, `curve-${known[0]}`));
+  };
+  add('Elevation', ['elevation_m'], 'm', 170);
+  add('Slope', ['slope'], '%');
+  add('Banking', ['banking'], '%');
+  add('Curvature', ['curvature_1pm'], '1/m');
+  add('Width and limits', ['width_m', 'v_left_m', 'v_right_m'], 'm', 170);
+  add('Largest error in each row', data.curves.map((curve) => curve.key).filter((key) => key.startsWith('largest_error')), 'mm');
+  root.append(el('p', { class: 'muted small no-print' }, 'Drag across a curve to zoom all views, double click for the whole road.'));
+  return root;
+}
+
+/// Where the road closes: both ends side by side.
+export function seam(data, state) {
+  if (!data.closed) return el('p', { class: 'muted' }, 'The road is open: there is no seam.');
+  const found = data.findings.filter((finding) => finding.kind === 'wrong_seam');
+  return el('p', {}, found.length === 0 ? 'Seam: the road closes without a step in height, heading or place beyond the limits. '
+    : `Seam: ${found.map((finding) => finding.text).join('. ')}. `,
+  placeButton(state, data.u_end_m - 2, data.u_end_m), ' ', placeButton(state, data.u_begin_m, data.u_begin_m + 2));
+}
+
+function heatMap(comparison, state) {
+  const map = comparison.map;
+  const columns = map.v_m.length;
+  const error = unpackRows(map.error, columns);
+  const without = unpack(map.without);
+  const limit = Math.max(1e-6, 1.5 * comparison.abs_error_m.p95, 0.2 * comparison.abs_error_m.p99);
+  // At most 8192 pixels along u; each shows the largest error of its rows.
+  const stride = Math.ceil(map.rows / 8192);
+  const width = Math.ceil(map.rows / stride);
+  const picture = el('canvas', { width, height: columns });
+  const paint = () => {
+    const context = picture.getContext('2d');
+    const image = context.createImageData(width, columns);
+    const mid = css('--mid');
+    const neutral = [parseInt(mid.slice(1, 3), 16), parseInt(mid.slice(3, 5), 16), parseInt(mid.slice(5, 7), 16)];
+    for (let x = 0; x < width; ++x) {
+      for (let j = 0; j < columns; ++j) {
+        let worst = NaN, bare = false;
+        for (let i = x * stride; i < Math.min(map.rows, (x + 1) * stride); ++i) {
+          const value = error[i * columns + j];
+          bare = bare || without[i * columns + j] === 1;
+          if (!(Math.abs(value) <= Math.abs(worst))) worst = Number.isNaN(value) ? worst : value;
+        }
+        const at = 4 * ((columns - 1 - j) * width + x);
+        if (Number.isNaN(worst)) {
+          if (bare) image.data.set([225, 190, 60, 255], at);
+          continue;
+        }
+        const t = Math.min(1, Math.abs(worst) / limit), to = worst > 0 ? [190, 30, 40] : [30, 80, 190];
+        image.data.set([0, 1, 2].map((c) => neutral[c] + t * (to[c] - neutral[c])).concat(255), at);
+      }
+    }
+    context.putImageData(image, 0, 0);
+  };
+  paint();
+  state.subscribe((what) => { if (what === 'theme') paint(); });
+  const v0 = map.v_m[0], v1 = map.v_m[columns - 1], half = columns > 1 ? 0.5 * (map.v_m[1] - v0) : 0.5;
+  const uEnd = map.u_begin_m + map.rows * map.u_cell_m;
+  const chart = makeLinkedChart(state, {
+    axes: plainAxes('u / m', 'v / m'),
+    legend: { show: false },
+    scales: { y: { range: () => [v0 - half, v1 + half] } },
+    series: [{ label: 'u / m' }, { label: 'v / m', points: { show: false }, width: 0 }],
+    hooks: {
+      draw: [(plot) => {
+        const x0 = plot.valToPos(map.u_begin_m, 'x', true), x1 = plot.valToPos(uEnd, 'x', true);
+        const y0 = plot.valToPos(v1 + half, 'y', true), y1 = plot.valToPos(v0 - half, 'y', true);
+        const context = plot.ctx;
+        context.save();
+        context.beginPath();
+        context.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
+        context.clip();
+        context.imageSmoothingEnabled = x1 - x0 < 2 * width;
+        context.drawImage(picture, x0, y0, x1 - x0, y1 - y0);
+        context.restore();
+      }],
+    },
+  }, [[map.u_begin_m, uEnd], [v0, v1]], 220, `heat-${comparison.key}`);
+  const swatch = (colour, text) => {
+    const box = el('i');
+    box.style.background = colour;
+    return [box, text];
+  };
+  const legend = el('div', { class: 'legend' },
+    swatch('rgb(30,80,190)', `${mm(limit)} below`), swatch('var(--mid)', 'equal'), swatch('rgb(190,30,40)', `${mm(limit)} above`),
+    swatch('rgb(225,190,60)', 'nothing within reach to compare with'));
+  return [chart, legend];
+}
+
+function histogram(comparison) {
+  const { begin_m: begin, step_m: step, counts } = comparison.histogram;
+  const total = counts.reduce((a, b) => a + b, 0) || 1;
+  return makeChart({
+    axes: plainAxes('error / mm (outer bars: all beyond)', 'share / %'),
+    legend: { show: false },
+    cursor: { drag: { x: false, y: false } },
+    scales: { x: { time: false } },
+    series: [{}, { stroke: () => css('--s1'), fill: () => css('--s1'), width: 0, paths: uPlot.paths.bars({ size: [0.9] }), points: { show: false } }],
+  }, [counts.map((_, k) => 1000 * (begin + (k + 0.5) * step)), counts.map((n) => (100 * n) / total)], 220, { 'data-view': `histogram-${comparison.key}` }).box;
+}
+
+export function errors(data, state) {
+  const titles = { mesh: 'Against the mesh', against: 'Against another road file', before: 'Before and after refinement' };
+  if (data.comparisons.length === 0) {
+    return [el('div', { class: 'panel', 'data-view': 'errors' }, el('p', { class: 'muted' },
+      'Nothing to compare with was given: neither the mesh, nor another road file, nor the road before refinement.'))];
+  }
+  return data.comparisons.map((comparison) => el('div', { class: 'panel', 'data-view': 'errors' },
+    el('h3', {}, (titles[comparison.key] ?? comparison.key) + (comparison.reference ? `: ${comparison.reference}` : '')),
+    table(['points', 'p50', 'p95', 'p99', 'max', 'mean', 'nothing to compare with'].map((number) => ({ number })), [[
+      comparison.points.toLocaleString('en'), mm(comparison.abs_error_m.p50), mm(comparison.abs_error_m.p95), mm(comparison.abs_error_m.p99),
+      mm(comparison.abs_error_m.max), mm(comparison.mean_m), `${(100 * comparison.share_without_reference).toFixed(3)} %`,
+    ].map((number) => ({ number }))]),
+    el('h3', {}, 'Error over u and v'), heatMap(comparison, state),
+    el('div', { class: 'two' },
+      el('div', {}, el('h3', {}, 'Distribution'), histogram(comparison)),
+      el('div', {}, el('h3', {}, 'Worst places'), table(['place', { number: 'error' }], comparison.worst.map((cut) => [
+        placeButton(state, cut.u_m, cut.u_m), { number: mm(cut.value_m) }])))),
+    el('h3', {}, 'Cuts through the worst places'),
+    el('div', { class: 'cards' }, comparison.worst.map((cut) => el('div', { class: 'card', 'data-view': 'worst' },
+      el('div', { class: 'head' }, el('span', {}, cut.title), placeButton(state, cut.u_m, cut.u_m)), makeCrossPlot(cut))))));
+}
+
+export function kerbs(data, state) {
+  const root = el('div', { class: 'panel', 'data-view': 'kerbs' });
+  if (data.kerbs.length === 0) {
+    root.append(el('p', { class: 'muted' }, 'No kerb of 15 mm or more was found.'));
+    return root;
+  }
+  root.append(table(['place', 'side', { number: 'length' }, { number: 'height' }, { number: 'width' }, { number: 'v' }],
+    data.kerbs.map((kerb) => [placeButton(state, kerb.u_begin_m, kerb.u_end_m), kerb.side,
+      { number: `${metres(kerb.u_end_m - kerb.u_begin_m)} m` }, { number: mm(kerb.height_m) }, { number: `${kerb.width_m.toFixed(2)} m` },
+      { number: `${kerb.v_begin_m.toFixed(1)} … ${kerb.v_end_m.toFixed(1)} m` }])));
+  const cards = el('div', { class: 'cards' });
+  const show = (list) => cards.append(...list.map((kerb) => el('div', { class: 'card' },
+    el('div', { class: 'head' }, el('span', {}, kerb.profile.title), placeButton(state, kerb.u_begin_m, kerb.u_end_m)), makeCrossPlot(kerb.profile))));
+  root.append(el('h3', {}, 'Profiles'), cards);
+  show(data.kerbs.slice(0, 9));
+  if (data.kerbs.length > 9) {
+    const more = el('button', { type: 'button', onclick: () => { more.remove(); show(data.kerbs.slice(9)); } }, `Show the other ${data.kerbs.length - 9} profiles`);
+    root.append(more);
+  }
+  return root;
+}
+
+function psdChart(tracks) {
+  // Bands of a 12th of an octave: the raw lines hide the slope.
+  const n0 = 0.1, per = 12;
+  const bands = new Map();
+  tracks.forEach((track, t) => track.psd.n_cpm.forEach((n, k) => {
+    const band = Math.round(per * Math.log2(n / n0));
+    if (!bands.has(band)) bands.set(band, tracks.map(() => [0, 0]));
+    const cell = bands.get(band)[t];
+    cell[0] += track.psd.psd_m3[k];
+    cell[1] += 1;
+  }));
+  const order = [...bands.keys()].filter((band) => n0 * 2 ** (band / per) >= 0.01).sort((a, b) => a - b);
+  const n = order.map((band) => n0 * 2 ** (band / per));
+  const curves = tracks.map((_, t) => order.map((band) => {
+    const [sum, count] = bands.get(band)[t];
+    return count > 0 && sum > 0 ? sum / count : null;
+  }));
+  const letters = ['A', 'B', 'C', 'D', 'E', 'F', 'G', 'H'];
+  const limits = letters.slice(0, 7).map((_, k) => n.map((f) => 32e-6 * 4 ** k * (f / n0) ** -2));
+  const colours = ['--s1', '--s2', '--s3', '--s4'];
+  // What lies more than four decades under class A is the end of the spectrum, not roughness.
+  const known = curves.flatMap((curve) => curve.filter((value, k) => value !== null && value > 32e-10 * (n[k] / n0) ** -2));
+  const low = Math.min(1e-7, known.reduce((a, b) => Math.min(a, b), 1)), high = known.reduce((a, b) => Math.max(a, b), 1e-5);
+  const axes = plainAxes('n / (cycle/m)', 'Gd / m³');
+  axes[1].values = (plot, splits) => splits.map((value) => (value && Number.isInteger(Math.round(1e6 * Math.log10(value)) / 1e6) ? `1e${Math.round(Math.log10(value))}` : null));
+  return makeChart({
+    axes,
+    scales: {
+      x: { time: false, distr: 3 },
+      y: { distr: 3, range: () => [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high))] },
+    },
+    legend: { live: false },
+    cursor: { drag: { x: false, y: false } },
+    series: [{ label: 'n' },
+      ...tracks.map((track, k) => line(track.name, colours[k % 4], { width: 1.8 })),
+      ...limits.map((_, k) => ({ label: `${letters[k]}|${letters[k + 1]}`, stroke: () => css('--line'), width: 1, dash: [6, 4], points: { show: false } }))],
+    hooks: {
+      init: [(plot) => plot.root.querySelectorAll('.u-series').forEach((row, k) => { if (k >= tracks.length) row.style.display = 'none'; })],
+      draw: [(plot) => {
+        const context = plot.ctx, ratio = window.devicePixelRatio || 1;
+        context.save();
+        context.beginPath();
+        context.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
+        context.clip();
+        context.font = `${11 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
+        context.fillStyle = css('--muted');
+        const at = n[Math.floor(0.06 * n.length)];
+        letters.forEach((letter, k) => {
+          const y = plot.valToPos(16e-6 * 4 ** k * (at / n0) ** -2, 'y', true);
+          context.fillText(letter, plot.valToPos(at, 'x', true), y + 4 * ratio);
+        });
+        for (const track of tracks) {
+          if (!track.facets || track.before) continue;
+          const x0 = plot.valToPos(1 / track.facets.p90_m, 'x', true), x1 = plot.valToPos(1 / track.facets.p10_m, 'x', true);
+          context.fillStyle = css('--mark');
+          context.fillRect(x0, plot.bbox.top, Math.max(2 * ratio, x1 - x0), plot.bbox.height);
+          context.fillStyle = css('--fg');
+          context.fillText('mesh facets', x0 + 4 * ratio, plot.bbox.top + 14 * ratio);
+          break;
+        }
+        context.restore();
+      }],
+    },
+  }, [n, ...curves, ...limits], 360, { 'data-view': 'psd' }).box;
+}
+
+export function roughness(data, state) {
+  const root = el('div', { class: 'panel', 'data-view': 'roughness' });
+  const tracks = data.roughness.filter((track) => track.psd.n_cpm.length > 0);
+  root.append(table(['path', { number: 'v' }, 'ISO 8608 class', { number: 'Gd(0.1)' }, { number: 'exponent' }, 'fitted band', 'mesh facets'],
+    data.roughness.map((track) => {
+      const fit = track.iso8608;
+      return [track.name, { number: `${track.v_m.toFixed(2)} m` }, fit ? fit.class : 'no fit', { number: fit ? `${(1e6 * fit.psd_at_n0_m3).toPrecision(3)}·10⁻⁶ m³` : '–' },
+        { number: fit ? fit.exponent.toFixed(2) : '–' },
+        fit ? `${fit.n_min_cpm.toPrecision(2)} to ${fit.n_max_cpm.toPrecision(2)} cycle/m${fit.band_cut ? ', the spectrum ends there' : ''}` : '–',
+        track.facets ? `every ${track.facets.median_m.toFixed(1)} m (${track.facets.p10_m.toFixed(1)} to ${track.facets.p90_m.toFixed(1)} m)` : 'none seen'];
+    })));
+  if (tracks.some((track) => track.facets)) {
+    root.append(el('p', { class: 'muted' }, 'The flat facets of the mesh leave kinks at these distances. What the spectrum shows there and above is triangulation, not roughness of the road.'));
+  }
+  if (tracks.length > 0) root.append(el('h3', {}, 'Displacement spectrum of the wheel paths and the classes of ISO 8608'), psdChart(tracks));
+  else root.append(el('p', { class: 'muted' }, 'The road has no piece of 50 m without gaps: no spectrum.'));
+  const withIri = data.roughness.filter((track) => track.iri.length > 0);
+  if (withIri.length > 0) {
+    const colours = ['--s1', '--s2', '--s3', '--s4'];
+    // Steps: each value holds over its piece of road.
+    const first = withIri[0].iri;
+    const u = first.flatMap((piece) => [piece.u_begin_m, piece.u_end_m - 0.01]);
+    const rows = withIri.map((track) => track.iri.flatMap((piece) => [piece.iri_m_per_km, piece.iri_m_per_km]).slice(0, u.length));
+    root.append(el('h3', {}, 'International Roughness Index per 100 m / (m/km)'), makeLinkedChart(state, {
+      axes: plainAxes('u / m', ''),
+      series: [line('u / m', '--muted'), ...withIri.map((track, k) => line(track.name, colours[k % 4], { width: 1.8 }))],
+      scales: { y: { range: (plot, low, high) => [0, Math.max(0.5, 1.1 * (high ?? 1))] } },
+    }, [u, ...rows], 170, 'iri'));
+  }
+  return root;
+}
+
+export function health(data) {
+  const facts = (list) => table(null, list.map((fact) => [fact.name, fact.value]));
+  const root = el('div', { class: 'panel', 'data-view': 'health' },
+    el('h3', {}, 'File'), facts(data.file),
+    el('h3', {}, 'Inputs'), table(['role', 'path', 'SHA-256'], data.inputs.map((input) => [input.role, input.path, el('code', {}, input.sha256)])));
+  if (data.control_points.length > 0) {
+    root.append(el('h3', {}, 'Control points'), table(['name', { number: 'x' }, { number: 'y' }, { number: 'residual' }],
+      data.control_points.map((point) => [point.name, { number: point.x_m.toFixed(3) }, { number: point.y_m.toFixed(3) }, { number: mm(point.residual_m) }])));
+  }
+  root.append(el('h3', {}, 'What reading the file accepted'), data.notes.length > 0
+    ? el('ul', {}, data.notes.map((note) => el('li', {}, note))) : el('p', { class: 'muted' }, 'Nothing: the file keeps to the standard.'));
+  root.append(el('details', {}, el('summary', {}, 'Header'), facts(data.header)));
+  if (data.comment.length > 0) root.append(el('details', {}, el('summary', {}, 'Comment'), el('pre', { class: 'mono' }, data.comment.join('\n'))));
+  root.append(el('h3', {}, 'Made with'), facts(data.versions));
+  if (data.command_line) root.append(el('h3', {}, 'Command'), el('pre', { class: 'mono' }, data.command_line));
+  return root;
+}
+
+export function extraSections(data) {
+  return data.extra.map((section) => el('section', { 'data-view': 'extra' }, el('h2', {}, section.title), el('div', { class: 'panel' },
+    section.sentences.map((sentence) => el('p', {}, sentence)),
+    section.facts.length > 0 ? table(null, section.facts.map((fact) => [fact.name, fact.value])) : null,
+    el('div', { class: 'cards' }, section.plots.map((plot) => el('div', { class: 'card' }, el('div', { class: 'head' }, plot.title), makeCrossPlot(plot)))))));
+}
