@@ -1,0 +1,57 @@
+// The validation report of a road file: every number computed once, then report.json and report.html.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "crg/file.h"
+#include "road/align.h"
+#include "road/findings.h"
+#include "road/mesh.h"
+#include "road/read_mesh.h"
+#include "road/sample.h"
+
+namespace report {
+struct TrackReport;
+}
+
+namespace road {
+
+/// A file that went into the road, besides those that the report reads itself.
+struct ReportSource {
+  std::string role, path, sha256;
+};
+
+/// What to report on. Pointers are looked at, not kept; everything but crg_path may stay empty.
+struct ReportRequest {
+  std::string crg_path;
+  std::string title;                       ///< empty: the file's name
+  std::string mesh_path;                   ///< the mesh that the road should follow
+  const Mesh* mesh = nullptr;              ///< the same, already read; mesh_path then only names it
+  MeshReadOptions read;                    ///< how to read mesh_path
+  std::vector<ControlPoint> control_points;  ///< fitted: residuals on the plan, and where the mesh lies
+  RotoTranslation T_global_mesh;           ///< where the mesh lies, when there are no control points
+  std::string against_path;                ///< another road file
+  std::string before_path;                 ///< the same road before smoothing and kerb refinement
+  const crg::Crg* before = nullptr;        ///< the same, in memory
+  std::string grip_path;                   ///< a road file that holds friction in place of heights
+  const std::vector<Provenance>* provenance = nullptr;  ///< per node of the file
+  std::vector<ReportSource> sources;
+  std::string command_line;                ///< that makes the road, or this report, again
+  unsigned threads = 0;                    ///< 0 = all cores; any number gives the same bytes
+};
+
+/// Reads the files and computes everything. Throws Error, crg::Error.
+report::TrackReport make_report(const ReportRequest& request);
+
+struct ReportFiles {
+  std::string json_path;  ///< DIR/report.json
+  std::string page_path;  ///< DIR/report.html; empty when this build has no page (scripts/setup)
+  Verdict verdict = Verdict::usable;
+  std::size_t remarks = 0, errors = 0;     ///< findings
+};
+
+/// Writes both files into `output_dir` (made if missing), each whole or not at all.
+ReportFiles write_report(const ReportRequest& request, const std::string& output_dir);
+
+}  // namespace road

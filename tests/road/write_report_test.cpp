@@ -1,0 +1,231 @@
+#include "road/write_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "crg/error.h"
+#include "crg/file.h"
+#include "report/track_report.h"
+#include "road/error.h"
+#include "support/oval_road.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test_support::Oval;
+
+const Oval& clean_oval() {
+  static const Oval oval = test_support::oval_road();
+  return oval;
+}
+
+class WriteReport : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    dir_ = fs::temp_directory_path() / ("write_report_" + std::to_string(::getpid()));
+    fs::remove_all(dir_);
+    fs::create_directories(dir_);
+  }
+  void TearDown() override { fs::remove_all(dir_); }
+
+  std::string write(const Oval& oval, const std::string& name) const {
+    const std::string path = (dir_ / name).string();
+    crg::write(crg::make_crg(oval.line, oval.grid), path, crg::Format::KRBI);
+    return path;
+  }
+  static std::string text_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::stringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  json report_of(const road::ReportRequest& request) const {
+    return json::parse(text_of(road::write_report(request, (dir_ / "out").string()).json_path));
+  }
+  fs::path dir_;
+};
+
+TEST_F(WriteReport, CleanRoadIsUsableAndItsNumbersAreThere) {
+  road::ReportRequest request;
+  request.crg_path = write(clean_oval(), "clean.crg");
+  const json report = report_of(request);
+  EXPECT_EQ(report["schema"], "kerbstone.report");
+  EXPECT_EQ(report["schema_version"], 1);
+  EXPECT_EQ(report["verdict"], "usable");
+  EXPECT_TRUE(report["findings"].empty());
+  EXPECT_EQ(report["title"], "clean.crg");
+  EXPECT_EQ(report["kerbs"].size(), 4u);
+  EXPECT_EQ(report["inputs"][0]["sha256"].get<std::string>().size(), 64u);
+  const std::size_t rows = clean_oval().grid.rows();
+  for (const char* key : {"elevation_m", "slope", "banking", "curvature_1pm", "width_m", "v_left_m", "v_right_m"}) {
+    ASSERT_EQ(report["along_u"][key].size(), rows) << key;
+  }
+  // Middle of the first straight and of the first bend, where the oval's own numbers are plain.
+  EXPECT_NEAR(report["along_u"]["width_m"][1500], 18.0, 1e-5);
+  EXPECT_NEAR(report["along_u"]["curvature_1pm"][1500], 0.0, 1e-5);
+  EXPECT_NEAR(report["along_u"]["curvature_1pm"][4000], 1.0 / 60.0, 1e-4);
+  // Curve values are written to 1e-6; roughness of class B tilts a lateral cut by a few 1e-3.
+  EXPECT_NEAR(report["along_u"]["banking"][4000], -0.04, 0.005);
+  ASSERT_EQ(report["roughness"].size(), 2u);
+  for (const json& track : report["roughness"]) {
+    EXPECT_EQ(track["iso8608"]["class"], "B");
+    EXPECT_NEAR(track["iso8608"]["exponent"], 2.0, 0.2);
+    EXPECT_EQ(track["iri"].size(), 10u);
+  }
+}
+
+TEST_F(WriteReport, CurvesInTheTextAreTheNumbersOfTheReport) {
+  report::TrackReport report;
+  report.curves.push_back({"x", "x", "m", {0.0f, -0.0f, 1.0f, -1.5f, 1e-6f, -1e-6f, 1e-9f, 123456.789f, 0.1f, 100.0f, std::nanf(""), 3e9f, -0.25f}, 1.0});
+  const json parsed = json::parse(report::report_json(report));
+  const auto& x = parsed["along_u"]["x"];
+  ASSERT_EQ(x.size(), 13u);
+  const double wanted[] = {0, 0, 1, -1.5, 1e-6, -1e-6, 0, 123456.789, 0.1, 100, 0, 3e9, -0.25};
+  for (std::size_t k = 0; k < 13; ++k) {
+    if (k == 10) EXPECT_TRUE(x[k].is_null());
+    else EXPECT_NEAR(x[k].get<double>(), wanted[k], 1e-6 + 1e-7 * std::abs(wanted[k])) << k;
+  }
+}
+
+TEST_F(WriteReport, EachPlantedDefectIsAmongTheFindingsWithinFiveMetres) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double end = clean_oval().grid.u_of(clean_oval().grid.rows() - 1);
+  struct Case {
+    const char* kind;
+    double u_begin_m, u_end_m;
+    bool against;
+    std::function<double(double, double)> height;
+  };
+  const std::vector<Case> cases{
+      {"tile_step", 200, 200, false, [](double u, double) { return u < 200.03 || u > 800.0 ? 0.0 : 0.02 * (1.0 - (u - 200.03) / 599.97); }},
+      {"hole", 431.2, 431.2, false, [=](double u, double v) { return std::abs(u - 431.2) < 0.05 && std::abs(v + 2.3) < 0.03 ? nan : 0.0; }},
+      {"kerb_loss", 330, 345, true, [](double u, double v) { return u < 330.0 || u > 345.0 || v < 6.0 || v > 7.0 ? 0.0 : -0.03 * (v < 6.6 ? (v - 6.0) / 0.6 : (7.0 - v) / 0.4); }},
+      {"nan_stripe", 600, 600.3, false, [=](double u, double) { return u > 600.0 && u < 600.3 ? nan : 0.0; }},
+      {"wrong_seam", end, end, false, [=](double u, double) { return 0.03 * std::max(0.0, (u - end + 200.0) / 200.0); }},
+      {"bump", 150, 150, false, [](double u, double) { return std::abs(u - 150.0) > 1.0 ? 0.0 : 0.05 * (1.0 + std::cos(M_PI * (u - 150.0))); }},
+  };
+  const std::string clean_path = write(clean_oval(), "clean.crg");
+  for (const Case& c : cases) {
+    Oval oval = clean_oval();
+    test_support::plant(oval, c.height);
+    road::ReportRequest request;
+    request.crg_path = write(oval, "defect.crg");
+    if (c.against) request.against_path = clean_path;
+    const json report = report_of(request);
+    bool found = false;
+    for (const json& f : report["findings"]) {
+      found = found || (f["kind"] == c.kind && std::abs(f["u_begin_m"].get<double>() - c.u_begin_m) <= 5.0 && std::abs(f["u_end_m"].get<double>() - c.u_end_m) <= 5.0 &&
+                        f["value"].is_number() && !f["unit"].get<std::string>().empty() && !f["text"].get<std::string>().empty());
+    }
+    EXPECT_TRUE(found) << c.kind << "\n" << report["findings"].dump(1);
+    EXPECT_NE(report["verdict"], "usable") << c.kind;
+  }
+}
+
+TEST_F(WriteReport, AFoldMakesTheRoadNotUsable) {
+  test_support::OvalOptions options;
+  options.radius_m = 8.0;  // the grid reaches 9 m to the inside
+  options.kerb_height_m = 0.0;
+  road::ReportRequest request;
+  request.crg_path = write(test_support::oval_road(options), "fold.crg");
+  const json report = report_of(request);
+  EXPECT_EQ(report["verdict"], "not_usable");
+  ASSERT_FALSE(report["findings"].empty());
+  EXPECT_EQ(report["findings"][0]["kind"], "fold");
+  EXPECT_NEAR(report["findings"][0]["u_begin_m"].get<double>(), 300.0, 5.0);
+}
+
+TEST_F(WriteReport, MeshComparisonAndControlPointsAreThere) {
+  const road::Mesh mesh = test_support::mesh_of(clean_oval(), 2);
+  road::ReportRequest request;
+  request.crg_path = write(clean_oval(), "clean.crg");
+  request.mesh = &mesh;
+  request.control_points = {{"A", {0, 0, 0}, {0, 0, 0}}, {"B", {100, 0, 0}, {100, 0, 0}}, {"C", {0, 100, 1}, {0, 100, 1}}};
+  const json report = report_of(request);
+  EXPECT_EQ(report["verdict"], "usable") << report["findings"].dump(1);
+  ASSERT_EQ(report["comparisons"].size(), 1u);
+  EXPECT_EQ(report["comparisons"][0]["key"], "mesh");
+  EXPECT_LT(report["comparisons"][0]["abs_error_m"]["p99"], 0.002);
+  EXPECT_EQ(report["comparisons"][0]["worst"].size(), 10u);
+  EXPECT_EQ(report["control_points"].size(), 3u);
+  EXPECT_EQ(report["along_u"]["largest_error_mesh_m"].size(), clean_oval().grid.rows());
+  EXPECT_EQ(report["kerbs"][0]["profile"]["lines"].size(), 2u);
+}
+
+TEST_F(WriteReport, OneAndManyThreadsGiveTheSameBytes) {
+  const road::Mesh mesh = test_support::mesh_of(clean_oval(), 4);
+  road::ReportRequest request;
+  request.crg_path = write(clean_oval(), "clean.crg");
+  request.mesh = &mesh;
+  std::string bytes[2];
+  for (const unsigned threads : {1u, 5u}) {
+    request.threads = threads;
+    const auto files = road::write_report(request, (dir_ / "out").string());
+    bytes[threads > 1] = text_of(files.json_path) + (files.page_path.empty() ? "" : text_of(files.page_path));
+  }
+  EXPECT_TRUE(bytes[0] == bytes[1]);
+}
+
+TEST_F(WriteReport, WhatCannotBeReportedEndsInOneClearLineAndLeavesNothing) {
+  road::ReportRequest request;
+  request.crg_path = (dir_ / "none.crg").string();
+  EXPECT_THROW(road::write_report(request, (dir_ / "out").string()), std::runtime_error);
+  std::ofstream(dir_ / "broken.crg") << "$ROAD_CRG\nREFERENCE_LINE_INCREMENT = 0.1\n";
+  request.crg_path = (dir_ / "broken.crg").string();
+  EXPECT_THROW(road::write_report(request, (dir_ / "out").string()), std::runtime_error);
+  EXPECT_FALSE(fs::exists(dir_ / "out"));
+  request.crg_path = write(clean_oval(), "clean.crg");
+  std::ofstream(dir_ / "file") << "in the way";
+  try {
+    road::write_report(request, (dir_ / "file").string());
+    FAIL();
+  } catch (const road::Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("file"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("-o"));
+  }
+}
+
+TEST_F(WriteReport, SampleFilesOfTheStandardAllGetAReport) {
+  const fs::path samples = fs::path(KERBSTONE_DATA) / "opencrg" / "samples";
+  if (!fs::is_directory(samples)) GTEST_SKIP() << "no sample files beside the checkout";
+  std::size_t count = 0;
+  for (const auto& entry : fs::directory_iterator(samples)) {
+    // Four of them only include files that are not there.
+    const std::string stem = entry.path().stem().string();
+    if (entry.path().extension() != ".crg" || stem.starts_with("fileref") || stem == "testOptionBorderMode") continue;
+    road::ReportRequest request;
+    request.crg_path = entry.path().string();
+    try {
+      const json report = report_of(request);
+      EXPECT_TRUE(report["verdict"].is_string());
+      ++count;
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << entry.path() << ": " << error.what();
+    }
+  }
+  EXPECT_GT(count, 10u);
+}
+
+TEST(ReportPage, TextCannotEndTheDataOrBecomeMarkup) {
+  if (!report::page_available()) GTEST_SKIP() << "this build has no page (scripts/setup)";
+  report::TrackReport data;
+  data.title = "</script><script>alert(1)</script><!-- \xff \xe2\x80\xa8 &amp;";
+  data.sheet.v_m = {0.0, 1.0};
+  const std::string page = report::report_page(data);
+  EXPECT_EQ(page.find("<script>alert"), std::string::npos);
+  const std::size_t begin = page.find("id=\"report-data\">") + 17, end = page.find("</script>", begin);
+  const json parsed = json::parse(page.substr(begin, end - begin));
+  EXPECT_EQ(parsed["title"].get<std::string>().substr(0, 9), "</script>");
+  // Nothing outside the file is referred to.
+  for (const char* outside : {"src=\"http", "href=\"http", "url(http", "@import"}) EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+}
+
+}  // namespace
