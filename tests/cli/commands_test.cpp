@@ -23,7 +23,7 @@ const std::vector<std::string> kSubcommands = {"build", "validate", "info",     
                                                "synth", "clean",    "centreline", "sample",
                                                "kerb",  "smooth",   "align",      "check",
                                                "convert", "crop",   "resample",   "reverse",
-                                               "append", "transform"};
+                                               "append", "transform", "report"};
 
 std::vector<std::vector<std::string>> csv(const std::string& path) {
   std::vector<std::vector<std::string>> rows;

@@ -19,11 +19,13 @@ namespace fs = std::filesystem;
 std::vector<std::pair<fs::path, std::string>> includes_below(const fs::path& folder) {
   std::vector<std::pair<fs::path, std::string>> found;
   const std::regex include("#\\s*include\\s*[<\"]([^>\"]+)[>\"]");
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    const std::string text = read(entry.path());
+  for (auto entry = fs::recursive_directory_iterator(folder); entry != fs::end(entry); ++entry) {
+    // Packages fetched for the report page are not ours.
+    if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
+    if (!entry->is_regular_file()) continue;
+    const std::string text = read(entry->path());
     for (std::sregex_iterator i(text.begin(), text.end(), include), end; i != end; ++i)
-      found.emplace_back(entry.path(), (*i)[1].str());
+      found.emplace_back(entry->path(), (*i)[1].str());
   }
   return found;
 }

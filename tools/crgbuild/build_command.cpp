@@ -90,6 +90,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
       for (const auto& remark : s[stage]["remarks"])
         terminal.print(fmt::format("remark   {}\n", one_line(remark.get<std::string>())));
   }
+  if (command.report) report_build(command, recipe, result, terminal);
   if (result.validation_failures.empty()) return kOk;
   throw_validation_failed(result.crg_path, result.validation_failures);
 }

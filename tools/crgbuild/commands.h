@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "road/build.h"
 #include "road/recipe.h"
 #include "terminal.h"
 
@@ -40,6 +41,7 @@ road::Recipe make_recipe(const RecipeFlags& flags);
 
 struct BuildCommand {
   std::string input, output_dir;
+  bool report = false;
   RecipeFlags flags;
 };
 int run_build(const BuildCommand& command, Terminal& terminal);
@@ -86,6 +88,17 @@ struct ValidateCommand {
   RecipeFlags flags;
 };
 int run_validate(const ValidateCommand& command, Terminal& terminal);
+
+struct ReportCommand {
+  std::string crg, output_dir, mesh, against, before, grip;
+  RecipeFlags flags;
+};
+/// Exit code 3 when the road is not usable; the report is written all the same.
+int run_report(const ReportCommand& command, Terminal& terminal);
+
+/// The report of a road that was just built, into the same folder.
+void report_build(const BuildCommand& command, const road::Recipe& recipe,
+                  const road::BuildResult& result, Terminal& terminal);
 
 struct InfoCommand {
   std::string crg;

@@ -57,6 +57,7 @@ struct Commands {
   SmoothCommand smooth;
   AlignCommand align;
   ValidateCommand validate;
+  ReportCommand report;
   InfoCommand info;
   QueryCommand query;
   CheckCommand check;
@@ -90,6 +91,8 @@ void define_main_way(CLI::App& app, Commands& c) {
           "--name", [&c](const std::string& v) { c.build.flags.emplace_back("name", v); },
           "files are called <name>.crg, <name>.png, ... [the mesh's name]")
       ->type_name("NAME");
+  build->add_flag("--report", c.build.report,
+                  "also write report.html and report.json: what is wrong with the road, and where");
   build->footer(
       "Writes <name>.crg (the road), <name>.png (look at it first), summary.json (every number),\n"
       "<name>.stl (the surface that was kept) and centreline.csv into the folder.\n\n"
@@ -110,6 +113,29 @@ void define_main_way(CLI::App& app, Commands& c) {
       "mesh.\n\n"
       "Example:\n  crgbuild validate out/track.crg track.obj\n\n"
       "Exit code 3 when the road must not be used.");
+}
+
+void define_report(CLI::App& app, Commands& c) {
+  CLI::App* report =
+      app.add_subcommand("report", "what is wrong with a road file, and where: one page to look at");
+  add_path(*report, "crg", c.report.crg, "the road");
+  add_path(*report, "-o,--output", c.report.output_dir,
+           "folder for report.html and report.json, made if missing");
+  const auto optional_path = [&](const char* flag, std::string& path, const char* text) {
+    report->add_option(flag, path, text)->type_name("PATH");
+  };
+  optional_path("--mesh", c.report.mesh, "the mesh that the road should follow, or the track.yaml");
+  optional_path("--against", c.report.against, "another road file: what differs");
+  optional_path("--before", c.report.before,
+                "the same road before smoothing and kerb refinement");
+  optional_path("--grip", c.report.grip, "a road file with friction in place of heights, a colour");
+  add_recipe_flags(*report, c.report.flags, {"read", "align"});
+  report->footer(
+      "Examples:\n"
+      "  crgbuild report track.crg -o out\n"
+      "  crgbuild report out/track.crg --mesh track.obj -o out\n"
+      "  crgbuild report new.crg --against old.crg -o out\n\n"
+      "Exit code 3 when the road is not usable; the report is written all the same.");
 }
 
 void define_stages(CLI::App& app, Commands& c) {
@@ -316,6 +342,8 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   if (name == "align") return naming(c.align.crg, [&] { return run_align(c.align, terminal); });
   if (name == "validate")
     return naming(c.validate.mesh, [&] { return run_validate(c.validate, terminal); });
+  if (name == "report")
+    return naming(c.report.crg, [&] { return run_report(c.report, terminal); });
   if (name == "info") return run_info(c.info, terminal);
   if (name == "query") return run_query(c.query, terminal);
   if (name == "check") return run_check(c.check, terminal);
@@ -364,6 +392,7 @@ int main_with(int argc, char** argv) {
       "  crgbuild info out/track.crg         what the file holds\n"
       "  crgbuild build --help               all options and more examples");
   define_main_way(app, commands);
+  define_report(app, commands);
   define_file_tools(app, commands);
   define_edits(app, commands);
   define_stages(app, commands);

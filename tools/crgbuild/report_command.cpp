@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "road/build.h"
+#include "road/write_report.h"
+
+namespace crgbuild {
+namespace {
+
+std::string quoted(const std::string& word) {
+  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                              "_-./=:,+@%") == std::string::npos) {
+    return word;
+  }
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string command_line(const std::string& subcommand, const std::vector<std::pair<std::string, std::string>>& words,
+                         const RecipeFlags& flags) {
+  std::string text = "crgbuild " + subcommand;
+  for (const auto& [flag, value] : words) {
+    if (value.empty()) continue;
+    text += (flag.empty() ? " " : " " + flag + " ") + quoted(value);
+  }
+  for (const auto& [name, value] : flags) {
+    std::string flag = name;
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    text += " --" + flag + " " + quoted(value);
+  }
+  return text;
+}
+
+void place_mesh(const road::Recipe& recipe, road::ReportRequest& request) {
+  request.mesh_path = recipe.mesh_path;
+  request.read = recipe.read;
+  request.threads = recipe.sample.threads;
+  if (recipe.control_points_path) request.control_points = road::read_control_points(*recipe.control_points_path);
+  if (recipe.T_global_mesh) request.T_global_mesh = *recipe.T_global_mesh;
+}
+
+std::string sentence(const road::ReportFiles& files) {
+  switch (files.verdict) {
+    case road::Verdict::usable: return "usable";
+    case road::Verdict::usable_with_remarks: return fmt::format("usable with {} remarks", files.remarks);
+    case road::Verdict::not_usable: return fmt::format("not usable: {} errors, {} remarks", files.errors, files.remarks);
+  }
+  return "";
+}
+
+constexpr const char* kNoPage =
+    "this build has no report page, only report.json was written; run scripts/setup and build again for report.html";
+
+}  // namespace
+
+int run_report(const ReportCommand& command, Terminal& terminal) {
+  const road::Progress progress = terminal.progress();
+  progress("report", 0.0);
+  road::ReportRequest request;
+  if (!command.mesh.empty()) {
+    place_mesh(make_recipe(command.mesh, command.flags), request);
+  } else if (!command.flags.empty()) {
+    place_mesh(make_recipe(command.flags), request);
+    request.mesh_path.clear();
+  }
+  request.crg_path = command.crg;
+  request.against_path = command.against;
+  request.before_path = command.before;
+  request.grip_path = command.grip;
+  request.command_line = command_line("report", {{"", command.crg}, {"--mesh", command.mesh}, {"--against", command.against},
+                                                 {"--before", command.before}, {"--grip", command.grip}, {"-o", command.output_dir}},
+                                      command.flags);
+  const road::ReportFiles files = road::write_report(request, command.output_dir);
+  terminal.progress_done();
+  if (terminal.json) {
+    terminal.print(nlohmann::ordered_json{{"verdict", road::to_string(files.verdict)}, {"errors", files.errors}, {"remarks", files.remarks},
+                                          {"report_json", files.json_path}, {"report_html", files.page_path}}
+                       .dump(2) + "\n");
+  } else {
+    terminal.print(fmt::format("{}: {}\n", command.crg, sentence(files)));
+    if (!files.page_path.empty()) terminal.print(fmt::format("report   {}\n", files.page_path));
+    terminal.print(fmt::format("numbers  {}\n", files.json_path));
+  }
+  if (files.page_path.empty()) terminal.remark(kNoPage);
+  if (files.verdict == road::Verdict::not_usable) {
+    throw NotValid(fmt::format("{}: not usable, {} errors; see {}", command.crg, files.errors,
+                               files.page_path.empty() ? files.json_path : files.page_path));
+  }
+  return kOk;
+}
+
+void report_build(const BuildCommand& command, const road::Recipe& recipe, const road::BuildResult& result, Terminal& terminal) {
+  road::ReportRequest request;
+  place_mesh(recipe, request);
+  request.crg_path = result.crg_path;
+  request.title = recipe.name;
+  request.command_line = command_line("build", {{"", command.input}, {"-o", command.output_dir}}, command.flags);
+  const auto summary = nlohmann::json::parse(result.summary_json);
+  for (const auto& input : summary["inputs"]) {
+    if (input["role"] == "mesh") continue;  // the report reads and hashes it itself
+    request.sources.push_back({input["role"].get<std::string>(), input["path"].get<std::string>(), input["sha256"].get<std::string>()});
+  }
+  const road::ReportFiles files = road::write_report(request, command.output_dir);
+  if (!terminal.json) {
+    terminal.print(fmt::format("report   {} ({})\n", files.page_path.empty() ? files.json_path : files.page_path, sentence(files)));
+  }
+  if (files.page_path.empty()) terminal.remark(kNoPage);
+}
+
+}  // namespace crgbuild
