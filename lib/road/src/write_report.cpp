@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 
+#include "crg/check.h"
 #include "crg/surface.h"
 #include "report/track_report.h"
 #include "road/atomic_file.h"
@@ -401,7 +402,6 @@ void add_header(const crg::Crg& file, report::TrackReport& report) {
   section("ROAD_CRG_MODS", file.modifiers, file.has_modifier_section);
   section("ROAD_CRG_MPRO", file.projection, !file.projection.empty());
   report.comment = file.comment;
-  report.notes = file.notes;
 }
 
 void add_facts(const HeightMap& map, const std::vector<RowExtent>& extents, const AlongU& along, const crg::Crg& file,
@@ -471,7 +471,9 @@ report::TrackReport make_report(const ReportRequest& request) {
   report.inputs.push_back({"road", request.crg_path, sha256_of_file(request.crg_path)});
   const auto also = [&](const char* role, const std::string& path) { report.inputs.push_back({role, path, sha256_of_file(path)}); };
 
-  const crg::Surface surface(crg::read(request.crg_path));
+  crg::Crg stored = crg::read(request.crg_path);
+  const crg::CheckReport checked = crg::check(stored);
+  const crg::Surface surface(std::move(stored));
   const crg::Crg& file = surface.file();
   const HeightMap map = height_map(surface);
   const std::vector<RowExtent> extents = row_extents(map);
@@ -530,16 +532,21 @@ report::TrackReport make_report(const ReportRequest& request) {
     findings.insert(findings.end(), comparison.findings.begin(), comparison.findings.end());
     views.emplace_back(key, &comparison);
   }
-  for (const std::string& note : file.notes) {
+  for (const crg::Finding& c : checked.findings) {
+    if (c.severity == crg::Severity::Note) {
+      report.notes.push_back(fmt::format("{}: {}", c.rule, c.message));
+      continue;
+    }
     Finding f;
     f.kind = "file";
-    f.u_begin_m = map.line.u_begin_m;
-    f.u_end_m = map.u_end_m();
+    f.u_begin_m = c.row ? map.u_of(std::min(*c.row, map.rows() - 1)) : map.line.u_begin_m;
+    f.u_end_m = c.row ? f.u_begin_m : map.u_end_m();
     f.v_begin_m = map.v_m.front();
     f.v_end_m = map.v_m.back();
-    f.value = 1.0;
+    f.value = static_cast<double>(c.count);
     f.unit = "1";
-    f.text = note;
+    f.severity = c.severity == crg::Severity::Error ? Severity::error : Severity::remark;
+    f.text = fmt::format("{}: {}", c.rule, c.message);
     findings.push_back(std::move(f));
   }
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) { return a.severity > b.severity; });

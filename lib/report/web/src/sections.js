@@ -272,8 +272,8 @@ export function health(data) {
     root.append(el('h3', {}, 'Control points'), table(['name', { number: 'x' }, { number: 'y' }, { number: 'residual' }],
       data.control_points.map((point) => [point.name, { number: point.x_m.toFixed(3) }, { number: point.y_m.toFixed(3) }, { number: mm(point.residual_m) }])));
   }
-  root.append(el('h3', {}, 'What reading the file accepted'), data.notes.length > 0
-    ? el('ul', {}, data.notes.map((note) => el('li', {}, note))) : el('p', { class: 'muted' }, 'Nothing: the file keeps to the standard.'));
+  root.append(el('h3', {}, 'Notes of the check'), data.notes.length > 0
+    ? el('ul', {}, data.notes.map((note) => el('li', {}, note))) : el('p', { class: 'muted' }, 'None.'));
   root.append(el('details', {}, el('summary', {}, 'Header'), facts(data.header)));
   if (data.comment.length > 0) root.append(el('details', {}, el('summary', {}, 'Comment'), el('pre', { class: 'mono' }, data.comment.join('\n'))));
   root.append(el('h3', {}, 'Made with'), facts(data.versions));
