@@ -39,6 +39,15 @@ struct LapCommand {
 };
 int lap(const LapCommand& command);
 
+struct ManoeuvreCommand {
+  CarOptions car;
+  std::string kind, out_path;
+  double speed_mps = 30.0, duration_s = 6.0, steer_rad = 0.03, frequency_hz = 0.5;
+  double pressure_pa = 3e6, height_m = 0.03, low_grip = 0.4, fuel_kg = 30.0;
+  double rate_hz = 1000.0;
+};
+int manoeuvre(const ManoeuvreCommand& command);
+
 struct TimingCommand {
   CarOptions car;
   std::string track_path;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <cstdio>
 
 #include "load_car.h"
@@ -10,29 +9,6 @@
 #include "vehicle/write_file.h"
 
 namespace crgdrive {
-namespace {
-
-/// The files and terms that made the run, as remarks before the table.
-std::string provenance(const vehicle::Vehicle& car, const LapCommand& command) {
-  std::string out = fmt::format("# crgdrive lap: vehicle {}, step {} s, {}\n", car.name,
-                                command.car.step_s, command.car.integrator);
-  const auto file = [&](const std::string& path) {
-    out += fmt::format("# file {} sha256 {}\n", path, vehicle::sha256_of_file(path));
-  };
-  for (const std::string& path : car.read_files) file(path);
-  if (!command.car.setup_path.empty()) file(command.car.setup_path);
-  file(command.track_path);
-  if (!command.friction_path.empty()) file(command.friction_path);
-  for (const std::string& setting : command.car.settings) out += fmt::format("# set {}\n", setting);
-  out += "# terms";
-  const auto terms = vehicle::term_list();
-  for (std::size_t i = 0; i < vehicle::kTermCount; ++i)
-    out += fmt::format(" {}={:g}", terms[i].name, car.terms.value[i]);
-  return out + "\n";
-}
-
-}  // namespace
-
 int lap(const LapCommand& command) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
@@ -49,13 +25,8 @@ int lap(const LapCommand& command) {
   options.speed.grip_usage = command.grip_usage;
   options.line.margin_m = command.margin_m;
   options.step = step_options(command.car);
-  const double every = 1.0 / (command.rate_hz * options.step.step_s);
-  if (std::abs(every - std::round(every)) > 1e-6 || every < 1.0)
-    throw vehicle::Error(
-        fmt::format("--rate-hz {}: one row every {:.3f} steps of {} s; wanted a whole number",
-                    command.rate_hz, every, options.step.step_s));
   options.record_every =
-      command.out_path.empty() ? 0 : static_cast<std::size_t>(std::lround(every));
+      command.out_path.empty() ? 0 : steps_per_row(command.rate_hz, options.step.step_s);
 
   const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
   for (std::size_t i = 0; i < result.lap_s.size(); ++i)
@@ -75,9 +46,12 @@ int lap(const LapCommand& command) {
       (result.energy_j.tyre_x + result.energy_j.tyre_y + result.energy_j.tyre_moment) / 1e3,
       result.energy_j.driveline / 1e3, result.energy_j.damper / 1e3, sum / 1e3,
       result.energy_change_j / 1e3);
-  if (!command.out_path.empty())
-    vehicle::write_file(command.out_path,
-                        provenance(v, command) + vehicle::format_table(result.telemetry));
+  if (!command.out_path.empty()) {
+    std::vector<std::string> roads{command.track_path};
+    if (!command.friction_path.empty()) roads.push_back(command.friction_path);
+    vehicle::write_file(command.out_path, provenance("lap", v, command.car, roads) +
+                                              vehicle::format_table(result.telemetry));
+  }
   if (!result.complete) throw vehicle::Error(result.problem);
   return 0;
 }

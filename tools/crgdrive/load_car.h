@@ -12,4 +12,12 @@ vehicle::Vehicle load_vehicle(const CarOptions& options);
 
 vehicle::StepOptions step_options(const CarOptions& options);
 
+/// Whole steps between two rows of telemetry; throws vehicle::Error when the rate asks for a part.
+std::size_t steps_per_row(double rate_hz, double step_s);
+
+/// What made a run, as remarks before its table: the files with their SHA-256 (those of the car and
+/// `more`), settings, terms.
+std::string provenance(const std::string& run, const vehicle::Vehicle& car,
+                       const CarOptions& options, const std::vector<std::string>& more);
+
 }  // namespace crgdrive

@@ -74,6 +74,36 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.1, 100000.0));
   lap_app->callback([&] { run = [&] { return crgdrive::lap(lap); }; });
 
+  crgdrive::ManoeuvreCommand manoeuvre;
+  CLI::App* const manoeuvre_app = app.add_subcommand("manoeuvre", "A standard manoeuvre");
+  manoeuvre_app
+      ->add_option("kind", manoeuvre.kind,
+                   "step-steer, sine, chirp, ramp, braking, coast-down, kerb, bump, split-friction")
+      ->required();
+  add_car_options(*manoeuvre_app, manoeuvre.car);
+  manoeuvre_app->add_option("-o,--out", manoeuvre.out_path, "Telemetry to write, CSV");
+  manoeuvre_app->add_option("--speed-mps", manoeuvre.speed_mps, "Speed at the start, m/s")
+      ->check(CLI::Range(0.0, 120.0));
+  manoeuvre_app->add_option("--seconds", manoeuvre.duration_s, "Duration, s")
+      ->check(CLI::Range(1.1, 600.0));
+  manoeuvre_app->add_option("--steer-rad", manoeuvre.steer_rad, "Amplitude at the road wheels, rad")
+      ->check(CLI::Range(-0.6, 0.6));
+  manoeuvre_app->add_option("--frequency-hz", manoeuvre.frequency_hz, "Of the sine, Hz")
+      ->check(CLI::Range(0.01, 20.0));
+  manoeuvre_app
+      ->add_option("--pressure-pa", manoeuvre.pressure_pa, "Front brakes, Pa; rear 0.6 of it")
+      ->check(CLI::Range(0.0, 2e7));
+  manoeuvre_app->add_option("--height-m", manoeuvre.height_m, "Of kerb or bump, m")
+      ->check(CLI::Range(0.0, 0.5));
+  manoeuvre_app
+      ->add_option("--low-grip", manoeuvre.low_grip, "Grip under the left wheels, split friction")
+      ->check(CLI::Range(0.01, 2.0));
+  manoeuvre_app->add_option("--fuel-kg", manoeuvre.fuel_kg, "Fuel at the start, kg")
+      ->check(CLI::Range(0.0, 500.0));
+  manoeuvre_app->add_option("--rate-hz", manoeuvre.rate_hz, "Rows of telemetry per second")
+      ->check(CLI::Range(0.1, 100000.0));
+  manoeuvre_app->callback([&] { run = [&] { return crgdrive::manoeuvre(manoeuvre); }; });
+
   crgdrive::TimingCommand timing;
   CLI::App* const timing_app = app.add_subcommand("timing", "How long a step takes");
   add_car_options(*timing_app, timing.car);

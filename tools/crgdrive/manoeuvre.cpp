@@ -1,0 +1,44 @@
+#include "vehicle/manoeuvre.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "load_car.h"
+#include "vehicle/error.h"
+#include "vehicle/write_file.h"
+
+namespace crgdrive {
+
+int manoeuvre(const ManoeuvreCommand& command) {
+  const vehicle::Vehicle v = load_vehicle(command.car);
+  const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  vehicle::Manoeuvre m;
+  m.kind = vehicle::manoeuvre_named(command.kind);
+  m.speed_mps = command.speed_mps;
+  m.duration_s = command.duration_s;
+  m.steer_rad = command.steer_rad;
+  m.frequency_hz = command.frequency_hz;
+  m.pressure_pa = command.pressure_pa;
+  m.height_m = command.height_m;
+  m.low_grip = command.low_grip;
+  m.fuel_kg = command.fuel_kg;
+  m.step = step_options(command.car);
+  m.record_every = steps_per_row(command.rate_hz, m.step.step_s);
+
+  const vehicle::ManoeuvreResult r = vehicle::run_manoeuvre(car, m);
+  fmt::print(
+      "{}: largest wheel load {:.0f} N, lateral acceleration {:.2f} m/s2, yaw rate {:.3f} rad/s; "
+      "{:.2f} m/s at the end{}\n",
+      command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
+      r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string());
+  if (!command.out_path.empty())
+    vehicle::write_file(command.out_path,
+                        provenance("manoeuvre " + command.kind, v, command.car, {}) +
+                            vehicle::format_table(r.telemetry));
+  if (!r.complete) throw vehicle::Error(r.problem);
+  return 0;
+}
+
+}  // namespace crgdrive
