@@ -238,7 +238,7 @@ TEST(MagicFormula, RelaxesOverStiffnessOfContactAndCarcass) {
       vehicle::relaxation_lengths(tyre, 3000.0, f.slip_stiffness_n, f.cornering_stiffness_npr);
   EXPECT_DOUBLE_EQ(length.longitudinal_m, f.slip_stiffness_n / 300000);
   EXPECT_DOUBLE_EQ(length.lateral_m, -f.cornering_stiffness_npr / 150000);
-  EXPECT_EQ(vehicle::relaxation_lengths(tyre, 0.0, 0.0, 0.0).longitudinal_m, 0.02);
+  EXPECT_EQ(vehicle::relaxation_lengths(tyre, 0.0, 0.0, 0.0).longitudinal_m, 0.06);
 }
 
 }  // namespace

@@ -387,8 +387,8 @@ T tyre_load(const TyreCoefficients& t, const T& deflection_m, const T& wheel_rad
 }
 
 /// Relaxation lengths in metres, longitudinal and lateral: stiffness of the rolling contact over
-/// that of the carcass (6.x files), PTX/PTY polynomials (5.2). A load-free tyre keeps `shortest_m`,
-/// so that neither is ever zero.
+/// that of the carcass (6.x files), PTX/PTY polynomials (5.2). A lightly loaded tyre keeps
+/// `shortest_m`: explicit Euler at 1 ms is stable up to 2 * shortest_m / 1 ms = 120 m/s.
 template <class T>
 struct Relaxation {
   T longitudinal_m, lateral_m;
@@ -397,7 +397,7 @@ struct Relaxation {
 template <class T>
 Relaxation<T> relaxation_lengths(const TyreCoefficients& t, const T& fz_n,
                                  const T& slip_stiffness_n, const T& cornering_stiffness_npr,
-                                 double shortest_m = 0.02) {
+                                 double shortest_m = 0.06) {
   using std::abs;
   using std::atan;
   using std::exp;
