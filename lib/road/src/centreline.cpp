@@ -411,8 +411,7 @@ struct EdgePoint {
 /// Piecewise cubic through points, tangents from the circle through three neighbours.
 class EdgeCurve {
  public:
-  EdgeCurve(std::vector<EdgePoint> points, bool closed, double period_m)
-      : points_(std::move(points)), closed_(closed), period_m_(period_m) {
+  EdgeCurve(std::vector<EdgePoint> points, bool closed) : points_(std::move(points)), closed_(closed) {
     const std::size_t n = points_.size();
     tangents_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -459,7 +458,6 @@ class EdgeCurve {
   std::vector<EdgePoint> points_;
   std::vector<Vector2d> tangents_;
   bool closed_;
-  double period_m_;
 };
 
 /// Vertices on the border of the road surface, as left and right edge along the walk.
@@ -655,7 +653,7 @@ double curve_length_m(const std::vector<Vector3d>& points, bool closed) {
   std::vector<EdgePoint> edge_points;
   edge_points.reserve(points.size());
   for (const Vector3d& p : points) edge_points.push_back({0.0, p});
-  const EdgeCurve curve(std::move(edge_points), closed, 0.0);
+  const EdgeCurve curve(std::move(edge_points), closed);
   double length = 0.0;
   for (std::size_t i = 0; i < curve.segments(); ++i) {
     Vector2d last = curve.at(i, 0.0).first.head<2>();
@@ -705,7 +703,7 @@ void start_at(Centreline& line, const Vector2d& p) {
   std::vector<EdgePoint> points;
   points.reserve(line.points_m.size());
   for (const Vector3d& q : line.points_m) points.push_back({0.0, q});
-  const EdgeCurve curve(std::move(points), line.closed, 0.0);
+  const EdgeCurve curve(std::move(points), line.closed);
   double best_m = std::numeric_limits<double>::infinity();
   std::size_t segment = 0;
   double share = 0.0;
@@ -788,8 +786,8 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
   collect_edges(mesh, walk, station_s_m, left, right);
   std::vector<Middle> middles;
   if (left.size() >= 4 && right.size() >= 4) {
-    const EdgeCurve left_curve(std::move(left), walk.closed, station_s_m.back());
-    const EdgeCurve right_curve(std::move(right), walk.closed, station_s_m.back());
+    const EdgeCurve left_curve(std::move(left), walk.closed);
+    const EdgeCurve right_curve(std::move(right), walk.closed);
     middles = ordered(middles_of(surface, walk, left_curve, right_curve), walk, station_s_m);
   }
   // Where the mesh's border told too little, the walk itself fills in.
