@@ -20,7 +20,7 @@ using ::testing::StartsWith;
 using Json = nlohmann::json;
 
 const std::vector<std::string> kSubcommands = {"build", "validate", "info",       "query",
-                                               "synth", "clean",    "centreline", "sample",
+                                               "synth", "from-edges", "clean",    "centreline", "sample",
                                                "kerb",  "smooth",   "align",      "check",
                                                "convert", "crop",   "resample",   "reverse",
                                                "append", "transform", "report"};
@@ -373,6 +373,40 @@ TEST(Synth, DemoCircuitGivesAMeshThatBuilds) {
   ASSERT_EQ(built.code, 0) << built.err;
   const Json summary = Json::parse(read(folder / "coarse/summary.json"));
   EXPECT_NEAR(summary["reference_line"]["length_m"], k["length_m"].get<double>(), 1.0);
+}
+
+TEST(FromEdges, WritesOneRoadNamedAfterItsFiles) {
+  const Folder folder;
+  const auto edge = [](double y, const char* rest) {
+    std::string text = "x_m,y_m,z_m\n";
+    for (int i = 0; i <= 40; ++i) text += fmt::format("{},{},{}\n", 5 * i, y, 1.0 + 0.02 * y);
+    return text + rest;
+  };
+  write(folder / "hill_left.csv", edge(4.0, ""));
+  write(folder / "hill_right.csv", edge(-4.0, ""));
+  const Ran ran = crgbuild({"from-edges", folder / "hill_left.csv", folder / "hill_right.csv", "-o", folder / "out", "--u-step-m", "0.5",
+                            "--v-step-m", "0.5", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Json s = Json::parse(ran.out);
+  EXPECT_EQ(s, Json::parse(read(folder / "out/summary.json")));
+  EXPECT_FALSE(s["reference_line"]["closed"].get<bool>());
+  EXPECT_NEAR(s["edges"]["width_median_m"].get<double>(), 8.0, 1e-6);
+  EXPECT_EQ(s["inputs"].size(), 2u);
+  EXPECT_TRUE(exists(folder / "out/hill.png"));
+  EXPECT_TRUE(exists(folder / "out/centreline.csv"));
+  write(folder / "points.csv", "x_m,y_m\n100,3\n100,4.1\n");
+  ASSERT_EQ(crgbuild({"query", folder / "out/hill.crg", "--points", folder / "points.csv", "-o", folder / "z.csv"}).code, 0);
+  EXPECT_THAT(read(folder / "z.csv"), HasSubstr("\n100,3,100"));
+  EXPECT_THAT(read(folder / "z.csv"), HasSubstr("\n100,4.1,,"));
+
+  const Ran swapped = crgbuild({"from-edges", folder / "hill_right.csv", folder / "hill_left.csv", "-o", folder / "swapped"});
+  EXPECT_EQ(swapped.code, 1);
+  EXPECT_THAT(swapped.err, HasSubstr("exchange the two files"));
+  EXPECT_FALSE(exists(folder / "swapped"));
+  write(folder / "bad.csv", edge(-4.0, "x,0,0\n"));
+  const Ran bad = crgbuild({"from-edges", folder / "hill_left.csv", folder / "bad.csv", "-o", folder / "bad"});
+  EXPECT_EQ(bad.code, 1);
+  EXPECT_THAT(bad.err, HasSubstr("bad.csv:43"));
 }
 
 }  // namespace

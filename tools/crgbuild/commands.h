@@ -46,6 +46,12 @@ struct BuildCommand {
 };
 int run_build(const BuildCommand& command, Terminal& terminal);
 
+struct FromEdgesCommand {
+  std::string left, right, output_dir, name;
+  RecipeFlags flags;
+};
+int run_from_edges(const FromEdgesCommand& command, Terminal& terminal);
+
 struct CleanCommand {
   std::string input, output;
   RecipeFlags flags;

@@ -18,11 +18,14 @@ std::string flag_of(std::string key) {
   return "--" + key;
 }
 
-/// One flag per recipe key of these stages: u_step_m becomes --u-step-m.
+/// One flag per recipe key of these stages, or of these names: u_step_m becomes --u-step-m.
 void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
                       std::initializer_list<const char*> stages) {
+  const auto listed = [&](const std::string& word) {
+    return std::find(stages.begin(), stages.end(), word) != stages.end();
+  };
   for (const road::RecipeKey& key : road::recipe_keys()) {
-    if (std::find(stages.begin(), stages.end(), key.stage) == stages.end()) continue;
+    if (!listed(key.stage) && !listed(key.name)) continue;
     const std::string shown = key.show(road::Recipe{});
     std::string text = key.meaning;
     const bool is_switch = key.wanted == "true or false" && shown == "false";
@@ -50,6 +53,7 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
 
 struct Commands {
   BuildCommand build;
+  FromEdgesCommand from_edges;
   CleanCommand clean;
   CentrelineCommand centreline;
   SampleCommand sample;
@@ -113,6 +117,23 @@ void define_main_way(CLI::App& app, Commands& c) {
       "mesh.\n\n"
       "Example:\n  crgbuild validate out/track.crg track.obj\n\n"
       "Exit code 3 when the road must not be used.");
+}
+
+void define_from_edges(CLI::App& app, Commands& c) {
+  CLI::App* edges =
+      app.add_subcommand("from-edges", "a road between two surveyed edges, without a mesh");
+  add_path(*edges, "left", c.from_edges.left,
+           "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge");
+  add_path(*edges, "right", c.from_edges.right, "the same for the right edge; points need not correspond");
+  add_path(*edges, "-o,--output", c.from_edges.output_dir, "folder for the results, made if missing");
+  add_recipe_flags(*edges, c.from_edges.flags, {"output", "u_step_m", "v_step_m"});
+  edges->add_option("--name", c.from_edges.name,
+                    "files are called <name>.crg, <name>.png, ... [what the names of both files share]")
+      ->type_name("NAME");
+  edges->footer(
+      "u = 0 beside the first row of LEFT, u in the direction of its rows. Closed when both edges\n"
+      "come round to their start. Writes <name>.crg, <name>.png, centreline.csv and summary.json.\n\n"
+      "Example:\n  crgbuild from-edges track_left.csv track_right.csv -o out");
 }
 
 void define_report(CLI::App& app, Commands& c) {
@@ -332,6 +353,8 @@ int naming(const std::string& input, const Run& run) {
 int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   const std::string name = app.get_subcommands().front()->get_name();
   if (name == "build") return naming(c.build.input, [&] { return run_build(c.build, terminal); });
+  if (name == "from-edges")
+    return naming(c.from_edges.left, [&] { return run_from_edges(c.from_edges, terminal); });
   if (name == "clean") return naming(c.clean.input, [&] { return run_clean(c.clean, terminal); });
   if (name == "centreline")
     return naming(c.centreline.input, [&] { return run_centreline(c.centreline, terminal); });
@@ -392,6 +415,7 @@ int main_with(int argc, char** argv) {
       "  crgbuild info out/track.crg         what the file holds\n"
       "  crgbuild build --help               all options and more examples");
   define_main_way(app, commands);
+  define_from_edges(app, commands);
   define_report(app, commands);
   define_file_tools(app, commands);
   define_edits(app, commands);

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-#include <cstring>
 #include <filesystem>
 
+#include "build_steps.h"
 #include "crg/file.h"
-#include "report/relief.h"
 #include "road/atomic_file.h"
 #include "road/error.h"
 #include "road/ray_surface.h"
@@ -18,68 +16,12 @@ namespace road {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// Runs one stage, keeps its seconds.
-class Stages {
- public:
-  Stages(const Progress& progress, std::vector<StageSeconds>& seconds) : progress_(progress), seconds_(seconds) {}
-
-  template <typename Body>
-  auto operator()(const std::string& name, const Body& body) {
-    if (progress_) progress_(name, static_cast<double>(seconds_.size()) / kStages);
-    const Stopwatch stopwatch{name, seconds_};
-    return body();
-  }
-
- private:
-  static constexpr double kStages = 11.0;
-  struct Stopwatch {
-    const std::string& name;
-    std::vector<StageSeconds>& seconds;
-    Clock::time_point start = Clock::now();
-    ~Stopwatch() { seconds.push_back({name, seconds_since(start)}); }
-  };
-  const Progress& progress_;
-  std::vector<StageSeconds>& seconds_;
-};
-
-void make_folder(const std::string& path) {
-  std::error_code problem;
-  std::filesystem::create_directories(path, problem);
-  if (problem || !std::filesystem::is_directory(path)) {
-    throw Error(fmt::format("{}: cannot make this folder: {}; give a folder that can be written with -o", path,
-                            problem ? problem.message() : "a file of that name is in the way"));
-  }
-}
-
 std::optional<AlignReport> alignment_of(const Recipe& recipe) {
   if (recipe.control_points_path) return fit_alignment(read_control_points(*recipe.control_points_path));
   if (!recipe.T_global_mesh) return std::nullopt;
   AlignReport given;
   given.T_global_mesh = *recipe.T_global_mesh;
   return given;
-}
-
-std::string picture_of(const Recipe& recipe, const crg::ReferenceLine& line, const SampledGrid& sampled) {
-  static_assert(static_cast<int>(SurfaceClass::road) == 0 && static_cast<int>(SurfaceClass::kerb) == 1 &&
-                static_cast<int>(SurfaceClass::runoff) == 2 && sizeof(SurfaceClass) == 1);
-  report::ReliefInput input;
-  input.title = recipe.name;
-  input.u_begin_m = line.u_begin_m;
-  input.u_step_m = line.u_step_m;
-  input.x_m = line.x_m;
-  input.y_m = line.y_m;
-  input.v_m = sampled.grid.v_m;
-  input.z_m = sampled.grid.z_m;
-  input.kind = {reinterpret_cast<const std::uint8_t*>(sampled.surface_class.data()), sampled.surface_class.size()};
-  input.closed = line.closed;
-  if (!line.z_m.empty()) input.z_offset_m = line.z_m.front();
-  report::ReliefOptions options;
-  options.threads = recipe.sample.threads;
-  return report::relief_png(input, options);
 }
 
 }  // namespace
@@ -104,7 +46,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
 
   BuildSummary summary;
   summary.recipe = recipe;
-  Stages stage(progress, summary.seconds);
+  Stages stage(progress, summary.seconds, 11);
 
   const Mesh mesh = stage("read", [&] {
     if (!recipe.recipe_path.empty()) summary.inputs.push_back({"recipe", recipe.recipe_path, sha256_of_file(recipe.recipe_path)});
@@ -148,7 +90,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     validate_options.T_global_mesh = summary.align->T_global_mesh;
   });
   summary.grid = describe(sampled.grid);
-  stage("picture", [&] { write_file(paths.picture_path, picture_of(recipe, line, sampled)); });
+  stage("picture", [&] { write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads)); });
   stage("write", [&] { crg::write(track_crg(line, std::move(sampled.grid)), paths.crg_path, recipe.format); });
   stage("validate", [&] { summary.validate = validate(paths.crg_path, mesh, validate_options); });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);

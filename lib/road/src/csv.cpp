@@ -75,6 +75,7 @@ CsvTable read_csv(const std::string& path, const std::vector<std::string>& requi
       throw Error(fmt::format("{}:{}: {} cells, wanted at least {} as in the header line", path, line_number,
                               cells.size(), needed));
     }
+    table.line.push_back(line_number);
     for (std::size_t j = 0; j < wanted.size(); ++j) {
       double value = std::numeric_limits<double>::quiet_NaN();
       if (source[j] != CsvTable::kAbsent && !cells[source[j]].empty()) {

@@ -158,6 +158,32 @@ Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
           {"remarks", report.remarks}};
 }
 
+/// What every summary begins and ends with.
+template <class Summary>
+Json head_of(const Summary& summary) {
+  Json out;
+  out["schema"] = 1;
+  out["program"] = fmt::format("crgbuild {}", KERBSTONE_VERSION);
+  out["versions"] = {{"compiler", KERBSTONE_COMPILER},
+                     {"assimp", KERBSTONE_ASSIMP},
+                     {"cgal", KERBSTONE_CGAL},
+                     {"embree", KERBSTONE_EMBREE}};
+  out["name"] = summary.recipe.name;
+  out["inputs"] = json_of(summary.inputs);
+  return out;
+}
+
+template <class Summary>
+std::string finished(Json& out, const Summary& summary) {
+  Json seconds = Json::object();
+  for (const StageSeconds& stage : summary.seconds) seconds[stage.stage] = stage.seconds;
+  seconds["total"] = summary.seconds_total;
+  out["seconds"] = seconds;
+  out["peak_memory_mb"] = peak_memory_mb();
+  // Object names of a mesh need not be UTF-8.
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace
 
 CentrelineReport describe(const Centreline& centreline) {
@@ -219,19 +245,7 @@ GridReport describe(const crg::Grid& grid) {
 }
 
 std::string summary_json(const BuildSummary& summary) {
-  Json seconds = Json::object();
-  for (const StageSeconds& stage : summary.seconds) seconds[stage.stage] = stage.seconds;
-  seconds["total"] = summary.seconds_total;
-
-  Json out;
-  out["schema"] = 1;
-  out["program"] = fmt::format("crgbuild {}", KERBSTONE_VERSION);
-  out["versions"] = {{"compiler", KERBSTONE_COMPILER},
-                     {"assimp", KERBSTONE_ASSIMP},
-                     {"cgal", KERBSTONE_CGAL},
-                     {"embree", KERBSTONE_EMBREE}};
-  out["name"] = summary.recipe.name;
-  out["inputs"] = json_of(summary.inputs);
+  Json out = head_of(summary);
   out["recipe"] = json_of(summary.recipe);
   out["read"] = json_of(summary.read);
   out["clean"] = json_of(summary.clean);
@@ -243,10 +257,33 @@ std::string summary_json(const BuildSummary& summary) {
   out["align"] = summary.align ? json_of(*summary.align) : Json(nullptr);
   out["grid"] = json_of(summary.grid);
   out["validation"] = json_of(summary.validate, summary.recipe.limits);
-  out["seconds"] = seconds;
-  out["peak_memory_mb"] = peak_memory_mb();
-  // Object names of a mesh need not be UTF-8.
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return finished(out, summary);
+}
+
+std::string edges_summary_json(const EdgesSummary& summary) {
+  const EdgesReport& edges = summary.edges;
+  Json out = head_of(summary);
+  out["u_step_m"] = summary.recipe.options.u_step_m;
+  out["v_step_m"] = summary.recipe.options.v_step_m;
+  out["edges"] = {{"left_points", edges.left_points},
+                  {"right_points", edges.right_points},
+                  {"dropped_points", edges.dropped_points},
+                  {"has_z", edges.has_z},
+                  {"right_reversed", edges.right_reversed},
+                  {"width_min_m", edges.width_min_m},
+                  {"width_median_m", edges.width_median_m},
+                  {"width_max_m", edges.width_max_m},
+                  {"point_error_p99_m", edges.point_error_p99_m},
+                  {"point_error_max_m", edges.point_error_max_m},
+                  {"edge_gap_median_m", edges.edge_gap_median_m},
+                  {"edge_gap_max_m", edges.edge_gap_max_m},
+                  {"folds", json_of(edges.folds)},
+                  {"remarks", edges.remarks}};
+  out["reference_line"] = {{"length_m", summary.line_length_m},
+                           {"closed", edges.closed},
+                           {"start_offset_m", edges.start_offset_m}};
+  out["grid"] = json_of(summary.grid);
+  return finished(out, summary);
 }
 
 std::vector<std::string> validation_failures(const ValidateReport& report,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "crg/file.h"
+#include "road/edges.h"
 #include "road/recipe.h"
 
 namespace road {
@@ -26,5 +27,22 @@ crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid);
 /// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json and <name>.png into
 /// `output_dir` (made if missing). Each file appears whole or not at all.
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress = {});
+
+/// Two surveyed edges in place of a mesh.
+struct EdgeRecipe {
+  std::string left_path, right_path;
+  std::string name;  ///< DIR/<name>.crg
+  EdgeOptions options;
+  crg::Format format = crg::Format::KRBI;
+  unsigned threads = 0;
+};
+
+/// What the names of both files share at their beginning: circuit_a_left.csv and circuit_a_right.csv
+/// give circuit_a; "road" when they share nothing.
+std::string name_of_edges(const std::string& left_path, const std::string& right_path);
+
+/// road_between_edges() from file to file: writes <name>.crg, centreline.csv, summary.json and
+/// <name>.png; stl_path and validation_failures stay empty.
+BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir, const Progress& progress = {});
 
 }  // namespace road

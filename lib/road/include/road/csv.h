@@ -14,6 +14,7 @@ struct CsvTable {
   std::size_t columns = 0;      ///< number of wanted columns, required first
   std::vector<bool> present;    ///< whether the file has wanted column j; required ones always
   std::vector<double> values;   ///< rows * columns; NaN where absent or empty
+  std::vector<std::size_t> line;  ///< of the file, per row
 
   std::size_t rows() const { return columns == 0 ? 0 : values.size() / columns; }
   double value(std::size_t row, std::size_t column) const { return values[row * columns + column]; }

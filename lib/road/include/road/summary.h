@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "road/align.h"
+#include "road/build.h"
 #include "road/clean.h"
 #include "road/kerb.h"
 #include "road/read_mesh.h"
@@ -73,6 +74,18 @@ struct BuildSummary {
 /// JSON text, two spaces of indentation, keys in a fixed order (docs/formats.md). NaN becomes null.
 /// Peak memory and the versions of the libraries are added here.
 std::string summary_json(const BuildSummary& summary);
+
+/// The same for a road from two edges.
+struct EdgesSummary {
+  EdgeRecipe recipe;
+  std::vector<InputFile> inputs;
+  EdgesReport edges;
+  double line_length_m = 0.0;
+  GridReport grid;
+  std::vector<StageSeconds> seconds;
+  double seconds_total = 0.0;
+};
+std::string edges_summary_json(const EdgesSummary& summary);
 
 /// Why the road must not be used, one sentence each; empty when validation passed.
 std::vector<std::string> validation_failures(const ValidateReport& report,

@@ -1,0 +1,53 @@
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "build_steps.h"
+#include "road/atomic_file.h"
+
+namespace road {
+
+std::string name_of_edges(const std::string& left_path, const std::string& right_path) {
+  const std::string left = std::filesystem::path(left_path).stem().string(), right = std::filesystem::path(right_path).stem().string();
+  std::string name(left.begin(), std::mismatch(left.begin(), left.end(), right.begin(), right.end()).first);
+  if (left == right) name = left;
+  // "track_inner" and "track_inlet" share "track_in": a name ends between words.
+  const std::size_t cut = left == right ? name.size() : name.find_last_of("_- .");
+  name.resize(cut == std::string::npos ? 0 : cut);
+  while (!name.empty() && std::string_view("_- .").find(name.back()) != std::string_view::npos) name.pop_back();
+  return name.empty() || name.front() == '.' || name.front() == '-' ? "road" : name;
+}
+
+BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir, const Progress& progress) {
+  const Clock::time_point start = Clock::now();
+  const std::filesystem::path dir(output_dir);
+  BuildResult paths;
+  paths.crg_path = (dir / (recipe.name + ".crg")).string();
+  paths.centreline_path = (dir / "centreline.csv").string();
+  paths.summary_path = (dir / "summary.json").string();
+  paths.picture_path = (dir / (recipe.name + ".png")).string();
+
+  EdgesSummary summary;
+  summary.recipe = recipe;
+  Stages stage(progress, summary.seconds, 4);
+  const auto [left, right] = stage("read", [&] {
+    summary.inputs = {{"left", recipe.left_path, sha256_of_file(recipe.left_path)},
+                      {"right", recipe.right_path, sha256_of_file(recipe.right_path)}};
+    return std::pair(read_edge(recipe.left_path), read_edge(recipe.right_path));
+  });
+  EdgeRoad road = stage("edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
+  summary.grid = describe(road.sampled.grid);
+  make_folder(output_dir);
+  stage("picture", [&] { write_file(paths.picture_path, plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
+  stage("write", [&] {
+    write_centreline_csv(road.centreline, paths.centreline_path);
+    crg::write(track_crg(road.line, std::move(road.sampled.grid)), paths.crg_path, recipe.format);
+  });
+  summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
+  summary.seconds_total = seconds_since(start);
+  paths.summary_json = edges_summary_json(summary);
+  write_file(paths.summary_path, paths.summary_json);
+  return paths;
+}
+
+}  // namespace road

@@ -1,0 +1,40 @@
+#include "build_steps.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "report/relief.h"
+#include "road/error.h"
+
+namespace road {
+
+void make_folder(const std::string& path) {
+  std::error_code problem;
+  std::filesystem::create_directories(path, problem);
+  if (problem || !std::filesystem::is_directory(path)) {
+    throw Error(fmt::format("{}: cannot make this folder: {}; give a folder that can be written with -o", path,
+                            problem ? problem.message() : "a file of that name is in the way"));
+  }
+}
+
+std::string plan_picture(const std::string& title, const crg::ReferenceLine& line, const SampledGrid& sampled, unsigned threads) {
+  static_assert(static_cast<int>(SurfaceClass::road) == 0 && static_cast<int>(SurfaceClass::kerb) == 1 &&
+                static_cast<int>(SurfaceClass::runoff) == 2 && sizeof(SurfaceClass) == 1);
+  report::ReliefInput input;
+  input.title = title;
+  input.u_begin_m = line.u_begin_m;
+  input.u_step_m = line.u_step_m;
+  input.x_m = line.x_m;
+  input.y_m = line.y_m;
+  input.v_m = sampled.grid.v_m;
+  input.z_m = sampled.grid.z_m;
+  input.kind = {reinterpret_cast<const std::uint8_t*>(sampled.surface_class.data()), sampled.surface_class.size()};
+  input.closed = line.closed;
+  if (!line.z_m.empty()) input.z_offset_m = line.z_m.front();
+  report::ReliefOptions options;
+  options.threads = threads;
+  return report::relief_png(input, options);
+}
+
+}  // namespace road

@@ -1,0 +1,50 @@
+// What builds from a mesh and from edges share. Private.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "crg/reference_line.h"
+#include "road/build.h"
+#include "road/sample.h"
+#include "road/summary.h"
+
+namespace road {
+
+using Clock = std::chrono::steady_clock;
+
+inline double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Runs one stage, keeps its seconds.
+class Stages {
+ public:
+  Stages(const Progress& progress, std::vector<StageSeconds>& seconds, double stages)
+      : progress_(progress), seconds_(seconds), stages_(stages) {}
+
+  template <typename Body>
+  auto operator()(const std::string& name, const Body& body) {
+    if (progress_) progress_(name, static_cast<double>(seconds_.size()) / stages_);
+    const Stopwatch stopwatch{name, seconds_};
+    return body();
+  }
+
+ private:
+  struct Stopwatch {
+    const std::string& name;
+    std::vector<StageSeconds>& seconds;
+    Clock::time_point start = Clock::now();
+    ~Stopwatch() { seconds.push_back({name, seconds_since(start)}); }
+  };
+  const Progress& progress_;
+  std::vector<StageSeconds>& seconds_;
+  double stages_;
+};
+
+/// Makes the folder if it is missing. Throws Error.
+void make_folder(const std::string& path);
+
+/// The plan view of a road as PNG.
+std::string plan_picture(const std::string& title, const crg::ReferenceLine& line, const SampledGrid& sampled, unsigned threads);
+
+}  // namespace road
