@@ -1,17 +1,14 @@
 #include "vehicle/vehicle_file.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <functional>
-#include <initializer_list>
 #include <set>
 
 #include "map_file.h"
+#include "settings.h"
 #include "text_file.h"
 #include "vehicle/error.h"
 
@@ -19,24 +16,6 @@ namespace vehicle {
 namespace {
 
 constexpr std::size_t kLargestFileBytes = 1u << 20;
-
-std::string_view trim(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-double to_number(std::string_view text, const std::string& where, std::string_view what) {
-  double value = 0.0;
-  std::string_view digits = text;
-  if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
-    throw Error(
-        fmt::format("{}: {} = '{}', wanted a finite number", where, what, text.substr(0, 40)));
-  return value;
-}
 
 /// The parameter whose name is nearest to a mistyped one, for the error message.
 std::string_view nearest_parameter(std::string_view name) {
@@ -78,65 +57,10 @@ void set_term(Vehicle& vehicle, std::string_view name, double value, const std::
   vehicle.terms[*term] = value;
 }
 
-/// A YAML map whose keys are known, each once; errors with file and line.
-class Section {
- public:
-  Section(const YAML::Node& node, std::string path, std::string name)
-      : node_(node), path_(std::move(path)), name_(std::move(name)) {
-    if (!node.IsMap())
-      throw Error(fmt::format("{}: {} is not a list of keys and values", where(node), name_));
-    std::set<std::string> seen;
-    for (const auto& entry : node) {
-      if (!entry.first.IsScalar()) throw Error(where(entry.first) + ": a key that is no word");
-      if (!seen.insert(entry.first.Scalar()).second)
-        throw Error(fmt::format("{}: '{}' twice", where(entry.first), entry.first.Scalar()));
-    }
-  }
-
-  std::string where(const YAML::Node& node) const {
-    return fmt::format("{}:{}", path_, node.Mark().line + 1);
-  }
-
-  void allow(std::initializer_list<std::string_view> keys) const {
-    for (const auto& entry : node_) {
-      const std::string& key = entry.first.Scalar();
-      if (std::find(keys.begin(), keys.end(), key) == keys.end())
-        throw Error(fmt::format("{}: '{}' is not a key of {}; wanted one of: {}",
-                                where(entry.first), key.substr(0, 60), name_,
-                                fmt::join(keys.begin(), keys.end(), ", ")));
-    }
-  }
-
-  bool has(const char* key) const { return static_cast<bool>(node_[key]); }
-
-  std::string text(const char* key) const {
-    const YAML::Node value = node_[key];
-    if (!value) throw Error(fmt::format("{}: {} lacks '{}'", where(node_), name_, key));
-    if (!value.IsScalar()) throw Error(fmt::format("{}: '{}' is not one word", where(value), key));
-    return value.Scalar();
-  }
-
-  Section section(const char* key) const {
-    const YAML::Node value = node_[key];
-    if (!value) throw Error(fmt::format("{}: {} lacks '{}'", where(node_), name_, key));
-    return Section(value, path_, key);
-  }
-
-  /// Calls f(key, value, "file:line") for every entry.
-  void for_each(const std::function<void(const std::string&, const YAML::Node&,
-                                         const std::string&)>& f) const {
-    for (const auto& entry : node_) f(entry.first.Scalar(), entry.second, where(entry.first));
-  }
-
- private:
-  YAML::Node node_;
-  std::string path_, name_;
-};
-
 void read_parameters(Vehicle& vehicle, const Section& section, const std::string& path) {
-  section.for_each([&](const std::string& key, const YAML::Node& value, const std::string& where) {
-    if (value.IsScalar()) {
-      set_parameter(vehicle, key, to_number(value.Scalar(), where, key), where);
+  section.for_each([&](const std::string& key, const Setting& value, const std::string& where) {
+    if (value.kind == Setting::Kind::kWord) {
+      set_parameter(vehicle, key, to_number(value.word, where, key), where);
       return;
     }
     const Section entry(value, path, key);
@@ -149,12 +73,7 @@ void read_parameters(Vehicle& vehicle, const Section& section, const std::string
         throw Error(fmt::format("{}: prior of {} = {}, wanted above 0", where, key, prior));
       vehicle.prior[index] = prior;
     }
-    if (entry.has("assumed")) {
-      const std::string word = entry.text("assumed");
-      if (word != "true" && word != "false")
-        throw Error(fmt::format("{}: assumed = '{}', wanted true or false", where, word));
-      vehicle.assumed[index] = word == "true";
-    }
+    vehicle.assumed[index] = entry.flag("assumed", vehicle.assumed[index]);
   });
 }
 
@@ -195,85 +114,75 @@ void read_setup(Vehicle& vehicle, const std::string& path) {
 Vehicle read_vehicle(const std::string& path) {
   Vehicle vehicle;
   for (std::size_t i = 0; i < kParameterCount; ++i) vehicle.prior[i] = parameter_list()[i].prior;
-  const std::string text = read_text(path, kLargestFileBytes);
   vehicle.read_files.push_back(path);
-  YAML::Node root;
-  try {
-    root = YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    throw Error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+  const Setting root = read_settings(path);
+  const Section top(root, path, "a vehicle file");
+  top.allow({"name", "tyres", "maps", "setup", "contact", "parameters", "terms"});
+  vehicle.name = top.text("name");
+  const auto file = [&](const std::string& name) {
+    const std::string full = (std::filesystem::path(path).parent_path() / name).string();
+    vehicle.read_files.push_back(full);
+    return full;
+  };
+
+  const Section tyres = top.section("tyres");
+  tyres.allow({"front", "rear", "alpha"});
+  vehicle.files.tyre[0] = read_tyre(file(tyres.text("front"))).coefficients;
+  vehicle.files.tyre[1] = read_tyre(file(tyres.text("rear"))).coefficients;
+  if (tyres.has("alpha")) {
+    const std::string alpha = tyres.text("alpha");
+    if (alpha != "tan" && alpha != "angle")
+      throw Error(fmt::format("{}: alpha = '{}', wanted tan or angle", path, alpha));
+    vehicle.files.alpha = alpha == "tan" ? AlphaConvention::kTangent : AlphaConvention::kAngle;
   }
+
+  const Section maps = top.section("maps");
+  maps.allow({"engine_torque_nm", "front_damper_n", "rear_damper_n", "drag_factor",
+              "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
+              "wake_drag_factor", "wake_lift_factor", "pad_friction"});
+  CarFiles& f = vehicle.files;
+  const auto map1 = [&](Map1& map, const char* key, const char* x, const char* value) {
+    if (maps.has(key)) map = read_map1(file(maps.text(key)), x, value);
+  };
+  const auto map2 = [&](Map2& map, const char* key, const char* x, const char* y,
+                        const char* value) {
+    if (maps.has(key)) map = read_map2(file(maps.text(key)), x, y, value);
+  };
+  (void)maps.text("engine_torque_nm");  // the one map no car is without
+  map2(f.engine_torque_nm, "engine_torque_nm", "engine_radps", "throttle", "torque_nm");
+  map1(f.damper_n[0], "front_damper_n", "rate_mps", "force_n");
+  map1(f.damper_n[1], "rear_damper_n", "rate_mps", "force_n");
+  map2(f.drag_factor, "drag_factor", "ride_front_m", "ride_rear_m", "factor");
+  map2(f.front_lift_factor, "front_lift_factor", "ride_front_m", "ride_rear_m", "factor");
+  map2(f.rear_lift_factor, "rear_lift_factor", "ride_front_m", "ride_rear_m", "factor");
+  map1(f.yaw_drag_factor, "yaw_drag_factor", "yaw_rad", "factor");
+  map1(f.yaw_lift_factor, "yaw_lift_factor", "yaw_rad", "factor");
+  map2(f.wake_drag_factor, "wake_drag_factor", "wake_x_m", "wake_y_m", "factor");
+  map2(f.wake_lift_factor, "wake_lift_factor", "wake_x_m", "wake_y_m", "factor");
+  map2(f.pad_friction, "pad_friction", "pressure_pa", "surface_k", "friction");
+
+  if (top.has("contact")) {
+    const std::string contact = top.text("contact");
+    if (contact != "single_point" && contact != "four_point" && contact != "strip")
+      throw Error(fmt::format("{}: contact = '{}', wanted single_point, four_point or strip", path,
+                              contact));
+    vehicle.contact = contact == "strip"        ? Contact::kStrip
+                      : contact == "four_point" ? Contact::kFourPoint
+                                                : Contact::kSinglePoint;
+  }
+  if (top.has("parameters")) read_parameters(vehicle, top.section("parameters"), path);
+  if (top.has("terms"))
+    top.section("terms").for_each(
+        [&](const std::string& key, const Setting& value, const std::string& where) {
+          if (value.kind != Setting::Kind::kWord)
+            throw Error(fmt::format("{}: amplitude of {} is no number", where, key));
+          set_term(vehicle, key, to_number(value.word, where, key), where);
+        });
+  if (top.has("setup")) read_setup(vehicle, file(top.text("setup")));
   try {
-    const Section top(root, path, "a vehicle file");
-    top.allow({"name", "tyres", "maps", "setup", "contact", "parameters", "terms"});
-    vehicle.name = top.text("name");
-    const auto file = [&](const std::string& name) {
-      const std::string full = (std::filesystem::path(path).parent_path() / name).string();
-      vehicle.read_files.push_back(full);
-      return full;
-    };
-
-    const Section tyres = top.section("tyres");
-    tyres.allow({"front", "rear", "alpha"});
-    vehicle.files.tyre[0] = read_tyre(file(tyres.text("front"))).coefficients;
-    vehicle.files.tyre[1] = read_tyre(file(tyres.text("rear"))).coefficients;
-    if (tyres.has("alpha")) {
-      const std::string alpha = tyres.text("alpha");
-      if (alpha != "tan" && alpha != "angle")
-        throw Error(fmt::format("{}: alpha = '{}', wanted tan or angle", path, alpha));
-      vehicle.files.alpha = alpha == "tan" ? AlphaConvention::kTangent : AlphaConvention::kAngle;
-    }
-
-    const Section maps = top.section("maps");
-    maps.allow({"engine_torque_nm", "front_damper_n", "rear_damper_n", "drag_factor",
-                "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
-                "wake_drag_factor", "wake_lift_factor", "pad_friction"});
-    CarFiles& f = vehicle.files;
-    const auto map1 = [&](Map1& map, const char* key, const char* x, const char* value) {
-      if (maps.has(key)) map = read_map1(file(maps.text(key)), x, value);
-    };
-    const auto map2 = [&](Map2& map, const char* key, const char* x, const char* y,
-                          const char* value) {
-      if (maps.has(key)) map = read_map2(file(maps.text(key)), x, y, value);
-    };
-    (void)maps.text("engine_torque_nm");  // the one map no car is without
-    map2(f.engine_torque_nm, "engine_torque_nm", "engine_radps", "throttle", "torque_nm");
-    map1(f.damper_n[0], "front_damper_n", "rate_mps", "force_n");
-    map1(f.damper_n[1], "rear_damper_n", "rate_mps", "force_n");
-    map2(f.drag_factor, "drag_factor", "ride_front_m", "ride_rear_m", "factor");
-    map2(f.front_lift_factor, "front_lift_factor", "ride_front_m", "ride_rear_m", "factor");
-    map2(f.rear_lift_factor, "rear_lift_factor", "ride_front_m", "ride_rear_m", "factor");
-    map1(f.yaw_drag_factor, "yaw_drag_factor", "yaw_rad", "factor");
-    map1(f.yaw_lift_factor, "yaw_lift_factor", "yaw_rad", "factor");
-    map2(f.wake_drag_factor, "wake_drag_factor", "wake_x_m", "wake_y_m", "factor");
-    map2(f.wake_lift_factor, "wake_lift_factor", "wake_x_m", "wake_y_m", "factor");
-    map2(f.pad_friction, "pad_friction", "pressure_pa", "surface_k", "friction");
-
-    if (top.has("contact")) {
-      const std::string contact = top.text("contact");
-      if (contact != "single_point" && contact != "four_point" && contact != "strip")
-        throw Error(fmt::format("{}: contact = '{}', wanted single_point, four_point or strip",
-                                path, contact));
-      vehicle.contact = contact == "strip"        ? Contact::kStrip
-                        : contact == "four_point" ? Contact::kFourPoint
-                                                  : Contact::kSinglePoint;
-    }
-    if (top.has("parameters")) read_parameters(vehicle, top.section("parameters"), path);
-    if (top.has("terms"))
-      top.section("terms").for_each(
-          [&](const std::string& key, const YAML::Node& value, const std::string& where) {
-            if (!value.IsScalar())
-              throw Error(fmt::format("{}: amplitude of {} is no number", where, key));
-            set_term(vehicle, key, to_number(value.Scalar(), where, key), where);
-          });
-    if (top.has("setup")) read_setup(vehicle, file(top.text("setup")));
-    try {
-      check_car(vehicle.files, vehicle.parameters, vehicle.terms);
-    } catch (const Error& error) {  // concerns the car as a whole: no single line
-      throw Error(path + ": " + error.what());
-    }
-  } catch (const YAML::Exception& error) {
-    throw Error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+    check_car(vehicle.files, vehicle.parameters, vehicle.terms);
+  } catch (const Error& error) {  // concerns the car as a whole: no single line
+    throw Error(path + ": " + error.what());
   }
   return vehicle;
 }
