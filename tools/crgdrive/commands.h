@@ -39,6 +39,15 @@ struct LapCommand {
 };
 int lap(const LapCommand& command);
 
+struct ReplayCommand {
+  CarOptions car;
+  std::string track_path, recording_path, mapping_path, out_path;
+  double window_s = 2.0;
+  bool closed_path = false;
+  double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
+};
+int replay(const ReplayCommand& command);
+
 struct ManoeuvreCommand {
   CarOptions car;
   std::string kind, out_path;

@@ -74,6 +74,29 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.1, 100000.0));
   lap_app->callback([&] { run = [&] { return crgdrive::lap(lap); }; });
 
+  crgdrive::ReplayCommand replay;
+  CLI::App* const replay_app =
+      app.add_subcommand("replay", "Drives a recording's commands and compares");
+  add_car_options(*replay_app, replay.car);
+  replay_app->add_option("--track", replay.track_path, "CRG file of the road")->required();
+  replay_app->add_option("--recording", replay.recording_path, "The log, CSV")->required();
+  replay_app->add_option("--mapping", replay.mapping_path,
+                         "mapping.yaml: which column is which channel; without: by their names");
+  replay_app->add_option("-o,--out", replay.out_path, "Folder for errors.csv and replay.csv");
+  replay_app
+      ->add_option("--window-s", replay.window_s,
+                   "The car is put back on the recording this often; 0: only at its begin")
+      ->check(CLI::Range(0.0, 100000.0));
+  replay_app->add_flag("--closed-path", replay.closed_path,
+                       "The driver steers along the recorded path; without: open loop");
+  replay_app->add_option("--tyre-k", replay.tyre_k, "Tyre temperature at the begin, K")
+      ->check(CLI::Range(200.0, 500.0));
+  replay_app->add_option("--disc-k", replay.disc_k, "Brake disc temperature at the begin, K")
+      ->check(CLI::Range(200.0, 1500.0));
+  replay_app->add_option("--fuel-kg", replay.fuel_kg, "Fuel at the begin, kg")
+      ->check(CLI::Range(0.0, 500.0));
+  replay_app->callback([&] { run = [&] { return crgdrive::replay(replay); }; });
+
   crgdrive::ManoeuvreCommand manoeuvre;
   CLI::App* const manoeuvre_app = app.add_subcommand("manoeuvre", "A standard manoeuvre");
   manoeuvre_app

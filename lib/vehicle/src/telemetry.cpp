@@ -10,52 +10,55 @@ constexpr const char* kWheelNames[] = {"fl", "fr", "rl", "rr"};
 
 }  // namespace
 
-Recorder::Recorder(std::size_t every, std::size_t rows) : every_(every == 0 ? 1 : every) {
-  const auto add = [&](std::string name) { table_.add(std::move(name), {}); };
-  const auto add4 = [&](const std::string& before, const std::string& after) {
-    for (const char* wheel : kWheelNames) add(before + wheel + after);
-  };
-  for (const char* name : {"time_s",
-                           "u_m",
-                           "v_m",
-                           "x_m",
-                           "y_m",
-                           "z_m",
-                           "roll_rad",
-                           "pitch_rad",
-                           "yaw_rad",
-                           "vx_mps",
-                           "vy_mps",
-                           "roll_rate_radps",
-                           "pitch_rate_radps",
-                           "yaw_rate_radps",
-                           "ax_mps2",
-                           "ay_mps2",
-                           "az_mps2",
-                           "steer_command_rad",
-                           "steer_rad",
-                           "throttle_command",
-                           "throttle"})
-    add(name);
-  add4("brake_", "_command_pa");
-  add4("brake_", "_pa");
-  add("gear");
-  add("engine_radps");
-  add("boost");
-  add("fuel_kg");
-  add4("wheel_", "_radps");
-  add4("fz_", "_n");
-  add4("suspension_", "_m");
-  add4("brake_disc_", "_k");
-  add4("tyre_", "_k");
-  for (auto& column : table_.columns) column.reserve(rows);
+const std::vector<std::string>& telemetry_channels() {
+  static const std::vector<std::string> channels = [] {
+    std::vector<std::string> names;
+    const auto add = [&](std::string name) { names.push_back(std::move(name)); };
+    const auto add4 = [&](const std::string& before, const std::string& after) {
+      for (const char* wheel : kWheelNames) add(before + wheel + after);
+    };
+    for (const char* name : {"time_s",
+                             "u_m",
+                             "v_m",
+                             "x_m",
+                             "y_m",
+                             "z_m",
+                             "roll_rad",
+                             "pitch_rad",
+                             "yaw_rad",
+                             "vx_mps",
+                             "vy_mps",
+                             "roll_rate_radps",
+                             "pitch_rate_radps",
+                             "yaw_rate_radps",
+                             "ax_mps2",
+                             "ay_mps2",
+                             "az_mps2",
+                             "steer_command_rad",
+                             "steer_rad",
+                             "throttle_command",
+                             "throttle"})
+      add(name);
+    add4("brake_", "_command_pa");
+    add4("brake_", "_pa");
+    add("gear");
+    add("engine_radps");
+    add("boost");
+    add("fuel_kg");
+    add4("wheel_", "_radps");
+    add4("fz_", "_n");
+    add4("suspension_", "_m");
+    add4("brake_disc_", "_k");
+    add4("tyre_", "_k");
+    return names;
+  }();
+  return channels;
 }
 
-void Recorder::record(double time_s, const State<double>& s, const Detail<double>& d,
-                      const Controls<double>& c, double u_m, double v_m) {
-  if (steps_++ % every_ != 0) return;
+void fill_telemetry(double time_s, const State<double>& s, const Detail<double>& d,
+                    const Controls<double>& c, double u_m, double v_m, std::span<double> values) {
   std::size_t column = 0;
-  const auto put = [&](double value) { table_.columns[column++].push_back(value); };
+  const auto put = [&](double value) { values[column++] = value; };
   const auto put4 = [&](std::size_t group) {
     for (std::size_t i = 0; i < kWheels; ++i) put(s[group + i]);
   };
@@ -83,6 +86,19 @@ void Recorder::record(double time_s, const State<double>& s, const Detail<double
   put4(kTravel);
   put4(kDiscSurface);
   put4(kTyre);
+}
+
+Recorder::Recorder(std::size_t every, std::size_t rows)
+    : every_(every == 0 ? 1 : every), row_(telemetry_channels().size()) {
+  for (const std::string& name : telemetry_channels()) table_.add(name, {});
+  for (auto& column : table_.columns) column.reserve(rows);
+}
+
+void Recorder::record(double time_s, const State<double>& state, const Detail<double>& detail,
+                      const Controls<double>& controls, double u_m, double v_m) {
+  if (steps_++ % every_ != 0) return;
+  fill_telemetry(time_s, state, detail, controls, u_m, v_m, row_);
+  for (std::size_t i = 0; i < row_.size(); ++i) table_.columns[i].push_back(row_[i]);
 }
 
 }  // namespace vehicle

@@ -1,4 +1,4 @@
-// Tables of numbers with named columns: comma-separated text with one header line.
+// Tables of numbers with named columns: text with one header line.
 #pragma once
 
 #include <cstddef>
@@ -24,6 +24,14 @@ struct Table {
 /// that is no finite number, a line with too few or too many cells.
 Table read_table(const std::string& path);
 Table parse_table(const std::string& text, const std::string& name);
+
+/// Reads a log written by anybody: separated by commas, semicolons or tabs (whichever the header
+/// has most of), words and numbers that are not finite become NaN, names in quotes lose them, a
+/// last line that was cut off is left out. Throws Error with file:line on a name twice and on lines
+/// with too few or too many cells. `words` counts the cells that were no numbers.
+Table read_log(const std::string& path, std::vector<std::size_t>* words = nullptr);
+Table parse_log(const std::string& text, const std::string& name,
+                std::vector<std::size_t>* words = nullptr);
 
 /// The table as text, numbers with `digits` significant digits (17 read back exactly), NaN empty.
 std::string format_table(const Table& table, int digits = 9);

@@ -2,12 +2,23 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "vehicle/step.h"
 #include "vehicle/table.h"
 
 namespace vehicle {
+
+/// Names of the channels of a row of telemetry, units included, in order.
+const std::vector<std::string>& telemetry_channels();
+
+/// One row of telemetry: `state` at the beginning of a step, `detail` of that step, `values` as
+/// long as telemetry_channels(). Allocates nothing.
+void fill_telemetry(double time_s, const State<double>& state, const Detail<double>& detail,
+                    const Controls<double>& controls, double u_m, double v_m,
+                    std::span<double> values);
 
 /// Collects one row every `every` steps. Channels, units and signs: docs/crgdrive.md. Values belong
 /// to the beginning of the step that is recorded; positions and accelerations to the design centre
@@ -25,6 +36,7 @@ class Recorder {
 
  private:
   std::size_t every_, steps_ = 0;
+  std::vector<double> row_;
   Table table_;
 };
 

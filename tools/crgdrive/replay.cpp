@@ -1,0 +1,81 @@
+#include "vehicle/replay.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "load_car.h"
+#include "vehicle/error.h"
+#include "vehicle/write_file.h"
+
+namespace crgdrive {
+namespace {
+
+/// What was wrong with the recording, in sentences.
+void print_notes(const vehicle::Recording& r) {
+  const double length_s = r.table.find("time_s")->back() - r.table.find("time_s")->front();
+  fmt::print("recording: {} rows over {:.2f} s, one every {:.4f} s, {} stretches without a gap\n",
+             r.table.rows(), length_s, r.step_s, r.stretches.size());
+  const std::size_t trouble =
+      r.rows_repeated + r.rows_backwards + r.rows_without_time + r.clock_resets;
+  if (trouble > 0)
+    fmt::print(
+        "  clock: {} rows repeat a time, {} come late, {} without time (all left out), {} resets; "
+        "first at t = {:.3f} s\n",
+        r.rows_repeated, r.rows_backwards, r.rows_without_time, r.clock_resets, r.first_trouble_s);
+  if (r.stretches.size() > 1)
+    fmt::print("  longest gap {:.3f} s: no window goes over a gap\n", r.longest_gap_s);
+  if (r.cells_not_numbers > 0)
+    fmt::print("  {} cells are no numbers: taken as empty\n", r.cells_not_numbers);
+  for (const auto& [channel, share] : r.held)
+    fmt::print("  {}: {:.0f} % of the samples repeat the one before\n", channel, 100.0 * share);
+  for (const std::string& channel : r.constant) fmt::print("  {}: constant\n", channel);
+}
+
+}  // namespace
+
+int replay(const ReplayCommand& command) {
+  const vehicle::Vehicle v = load_vehicle(command.car);
+  const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  const crg::Surface surface(crg::read(command.track_path));
+  vehicle::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
+  const vehicle::Recording recording = vehicle::read_recording(command.recording_path, mapping);
+  print_notes(recording);
+  vehicle::ReplayOptions options;
+  options.window_s = command.window_s;
+  options.closed_path = command.closed_path;
+  options.fuel_kg = command.fuel_kg;
+  options.tyre_k = command.tyre_k;
+  options.disc_k = command.disc_k;
+  options.step = step_options(command.car);
+  const vehicle::ReplayResult result =
+      vehicle::replay(car, vehicle::Road(surface), recording, options);
+  for (const std::string& sentence : result.driven_by) fmt::print("{}\n", sentence);
+  fmt::print("{} windows; {} left out standing, {} stretches too short, {} ended early\n",
+             result.windows, result.standing, result.too_short, result.problems.size());
+  for (std::size_t i = 0; i < std::min<std::size_t>(5, result.problems.size()); ++i)
+    fmt::print("  {}\n", result.problems[i]);
+  fmt::print("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples", "max", "RMSE",
+             "hold RMSE", "trend RMSE");
+  for (const vehicle::ChannelError& e : result.errors)
+    fmt::print("{:<20} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", e.channel, e.samples,
+               e.max, e.rmse, e.hold_rmse, e.trend_rmse);
+  if (!command.out_path.empty()) {
+    std::vector<std::string> files{command.track_path, command.recording_path};
+    if (!command.mapping_path.empty()) files.push_back(command.mapping_path);
+    std::filesystem::create_directories(command.out_path);
+    const std::filesystem::path folder(command.out_path);
+    const std::string from = provenance("replay", v, command.car, files);
+    vehicle::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
+    vehicle::write_file((folder / "replay.csv").string(),
+                        from + vehicle::format_table(result.telemetry, 17));
+  }
+  if (result.problems.size() == result.windows)
+    throw vehicle::Error("no window came to its end; the first: " + result.problems.front());
+  return 0;
+}
+
+}  // namespace crgdrive
