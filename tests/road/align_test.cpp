@@ -196,7 +196,7 @@ TEST(Align, ReadsGeographicPointsAndNamesAndFailsWithTheLine) {
                   "# surveyed\nname, lat_deg, lon_deg, h_m, mesh_x_m, mesh_y_m, mesh_z_m\r\nA, "
                   "48.1, 11.5, 520, 0, 0, 1\r\n, 48.101, 11.502, 521, 149, 111, 2\r\n"));
   ASSERT_EQ(file.points.size(), 2u);
-  EXPECT_EQ(file.zone.number, 32);
+  EXPECT_EQ(file.projection.zone.number, 32);
   EXPECT_EQ(file.points[0].name, "A");
   EXPECT_EQ(file.points[1].name, "point 2");
   EXPECT_EQ(file.points[1].mesh_m, Eigen::Vector3d(149, 111, 2));

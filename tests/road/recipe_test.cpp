@@ -116,6 +116,8 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
   from.centreline.start_near_m = Eigen::Vector2d(0.1, 1e7 / 3);
   from.centreline.start_object = "START";
   from.control_points_path = "points.csv";
+  from.trajectory_path = "lap.csv";
+  from.utm_zone = UtmZone{55, false};
   from.T_global_mesh.emplace();
   from.T_global_mesh->translation_m = {1.0 / 3, 2, 3};
   Recipe to;
@@ -145,7 +147,7 @@ TEST(Recipe, ErrorsNameFileLineSeenAndWanted) {
   EXPECT_THAT(error_of("mesh: a.obj\nname_rules:\n  - {object: x, class: asphalt}\n"),
               HasSubstr("road, kerb, runoff, barrier or scenery wanted"));
   EXPECT_THAT(error_of("mesh: a.obj\ncontrol_points: p.csv\nyaw_deg: 3\n"),
-              HasSubstr("one of the two"));
+              HasSubstr("give one"));
 }
 
 TEST(Recipe, HostileValuesAreRefusedNotTaken) {

@@ -42,7 +42,7 @@ TEST(Summary, NaNAndWildNamesAreStillJson) {
   BuildSummary summary;
   summary.recipe = recipe_for_mesh("\xff\xfe.obj");
   summary.clean.remarks = {"object \xc3\x28\" </script>"};
-  summary.align = AlignReport{};
+  summary.placement = Placement{};
   const auto json = nlohmann::json::parse(summary_json(summary));
   EXPECT_FALSE(json["validation"]["passed"]);
   EXPECT_TRUE(json["align"].is_object());

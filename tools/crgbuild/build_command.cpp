@@ -16,12 +16,14 @@ void apply(const RecipeFlags& flags, road::Recipe& recipe) {
   const auto given = [&](const char* name) {
     return std::any_of(flags.begin(), flags.end(), [&](const auto& f) { return f.first == name; });
   };
-  const bool by_points = given("control_points");
-  const bool by_values = given("yaw_deg") || given("translation_m");
-  if (by_points && by_values)
-    throw UsageError("--control-points seen together with --yaw-deg or --translation-m; give one");
-  if (by_points) recipe.T_global_mesh.reset();
-  if (by_values) recipe.control_points_path.reset();
+  const bool by_points = given("control_points"), by_trajectory = given("trajectory"),
+             by_values = given("yaw_deg") || given("translation_m");
+  if ((by_points ? 1 : 0) + (by_trajectory ? 1 : 0) + (by_values ? 1 : 0) > 1)
+    throw UsageError(
+        "more than one of --control-points, --trajectory, and --yaw-deg with --translation-m seen; give one");
+  if (by_points || by_trajectory) recipe.T_global_mesh.reset();
+  if (by_values || by_trajectory) recipe.control_points_path.reset();
+  if (by_values || by_points) recipe.trajectory_path.reset();
   for (const auto& [name, text] : flags) {
     const auto& keys = road::recipe_keys();
     const auto key = std::find_if(keys.begin(), keys.end(),

@@ -215,7 +215,8 @@ void define_stages(CLI::App& app, Commands& c) {
   add_path(*align, "-o,--output", c.align.output, "the road, .crg");
   add_recipe_flags(*align, c.align.flags, {"align", "output"});
   align->footer(
-      "Control points: a CSV with the columns name,mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m.\n\n"
+      "Control points: a CSV with the columns name,mesh_x_m,mesh_y_m,mesh_z_m and x_m,y_m,z_m or\n"
+      "lat_deg,lon_deg,h_m. A trajectory: a CSV with the columns of either kind, driven on the road.\n\n"
       "Examples:\n"
       "  crgbuild align smooth.crg --control-points points.csv -o global.crg\n"
       "  crgbuild align smooth.crg --yaw-deg 12.5 --translation-m 500000,5400000,310 -o "

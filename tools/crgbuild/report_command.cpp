@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
@@ -100,6 +101,11 @@ void report_build(const BuildCommand& command, const road::Recipe& recipe, const
   request.title = recipe.name;
   request.command_line = command_line("build", {{"", command.input}, {"-o", command.output_dir}}, command.flags);
   const auto summary = nlohmann::json::parse(result.summary_json);
+  if (recipe.trajectory_path) {  // the build has fitted it already
+    const auto& align = summary["align"];
+    request.T_global_mesh.yaw_rad = align["yaw_deg"].get<double>() * M_PI / 180.0;
+    for (int k = 0; k < 3; ++k) request.T_global_mesh.translation_m[k] = align["translation_m"][static_cast<std::size_t>(k)].get<double>();
+  }
   for (const auto& input : summary["inputs"]) {
     if (input["role"] == "mesh") continue;  // the report reads and hashes it itself
     request.sources.push_back({input["role"].get<std::string>(), input["path"].get<std::string>(), input["sha256"].get<std::string>()});

@@ -7,6 +7,7 @@
 #include "crg/file.h"
 #include "road/build.h"
 #include "road/parallel.h"
+#include "road/place.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
 
@@ -232,34 +233,27 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
   return kOk;
 }
 
-namespace {
-
-road::AlignReport alignment_of(const road::Recipe& recipe) {
-  if (recipe.control_points_path)
-    return road::fit_alignment(road::read_control_points(*recipe.control_points_path));
-  road::AlignReport given;
-  if (recipe.T_global_mesh) given.T_global_mesh = *recipe.T_global_mesh;
-  return given;
-}
-
-}  // namespace
-
 int run_align(const AlignCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.flags);
-  if (!recipe.control_points_path && !recipe.T_global_mesh)
+  if (!recipe.control_points_path && !recipe.trajectory_path && !recipe.T_global_mesh)
     throw UsageError(
-        "nothing to align with: give --control-points, or --yaw-deg and --translation-m");
-  const road::AlignReport numbers = alignment_of(recipe);
+        "nothing to align with: give --control-points, --trajectory, or --yaw-deg and --translation-m");
   Track track = read_track(command.crg);
+  const auto placement = road::place_road(recipe, track.line);
+  const road::AlignReport& numbers = placement->align;
   road::apply_alignment(numbers.T_global_mesh, track.line);
-  write_track(std::move(track), command.output, recipe.format);
+  crg::Crg file = road::track_crg(track.line, std::move(track.grid));
+  road::write_projection(placement->projection, track.line, file);
+  crg::write(file, command.output, recipe.format);
   for (const std::string& name : numbers.outliers)
     terminal.remark("control point left out, it contradicts the others: " + name);
   const Eigen::Vector3d& t = numbers.T_global_mesh.translation_m;
   const double yaw_deg = numbers.T_global_mesh.yaw_rad * 180.0 / M_PI;
   report(terminal,
-         {{"yaw_deg", yaw_deg},
+         {{"by", placement->by},
+          {"yaw_deg", yaw_deg},
           {"translation_m", {t.x(), t.y(), t.z()}},
+          {"points", placement->point_names},
           {"residual_m", numbers.residual_m},
           {"rms_m", numbers.rms_m},
           {"outliers", numbers.outliers},
@@ -278,7 +272,12 @@ int run_validate(const ValidateCommand& command, Terminal& terminal) {
   const road::Mesh mesh = road::read_mesh(recipe.mesh_path, recipe.read);
   progress("validate", 0.5);
   road::ValidateOptions options = recipe.validate;
-  options.T_global_mesh = alignment_of(recipe).T_global_mesh;
+  if (recipe.trajectory_path)
+    throw UsageError(
+        "a trajectory does not tell where the mesh of a finished road lies; give --yaw-deg and --translation-m "
+        "as summary.json of the build has them under align");
+  if (const auto placement = road::place_road(recipe, {}))
+    options.T_global_mesh = placement->align.T_global_mesh;
   const road::ValidateReport numbers = road::validate(command.crg, mesh, options);
   const std::vector<std::string> failures = road::validation_failures(numbers, recipe.limits);
   const road::ErrorQuantiles& z = numbers.z_error_m;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <GeographicLib/Constants.hpp>
+#include <GeographicLib/TransverseMercator.hpp>
 #include <GeographicLib/UTMUPS.hpp>
 #include <algorithm>
 #include <array>
@@ -13,6 +14,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "road/csv.h"
 #include "road/error.h"
 #include "text_lines.h"
 
@@ -411,7 +413,90 @@ std::vector<crg::HeaderEntry> geographic_header(const UtmZone& zone,
   return entries;
 }
 
-ControlPoints read_control_point_file(const std::string& path) {
+namespace {
+
+const GeographicLib::TransverseMercator& unit_scale_mercator() {
+  static const GeographicLib::TransverseMercator mercator(GeographicLib::Constants::WGS84_a(), GeographicLib::Constants::WGS84_f(), 1.0);
+  return mercator;
+}
+
+}  // namespace
+
+Projection projection_at(Projection::Kind kind, double latitude_deg, double longitude_deg) {
+  Projection projection;
+  projection.kind = kind;
+  projection.zone = utm_zone(latitude_deg, longitude_deg);
+  projection.latitude_deg = latitude_deg;
+  projection.longitude_deg = longitude_deg;
+  return projection;
+}
+
+Eigen::Vector2d project(const Projection& projection, double latitude_deg, double longitude_deg) {
+  if (projection.kind == Projection::Kind::utm) return to_utm(projection.zone, latitude_deg, longitude_deg);
+  if (!(std::abs(latitude_deg) <= 90.0) || !(std::abs(std::remainder(longitude_deg - projection.longitude_deg, 360.0)) < 30.0)) {
+    throw Error(fmt::format("latitude {}, longitude {} degrees; wanted positions around {}, {}: give points of one place",
+                            latitude_deg, longitude_deg, projection.latitude_deg, projection.longitude_deg));
+  }
+  double x = 0.0, y = 0.0, x0 = 0.0, y0 = 0.0;
+  unit_scale_mercator().Forward(projection.longitude_deg, latitude_deg, longitude_deg, x, y);
+  unit_scale_mercator().Forward(projection.longitude_deg, projection.latitude_deg, projection.longitude_deg, x0, y0);
+  return {x, y - y0};
+}
+
+void write_projection(const Projection& projection, const crg::ReferenceLine& line, crg::Crg& file) {
+  if (projection.kind == Projection::Kind::none) return;
+  file.projection = projection_header(projection.zone);
+  if (projection.kind == Projection::Kind::utm) {
+    const std::vector<crg::HeaderEntry> ends = geographic_header(projection.zone, line);
+    file.road.insert(file.road.end(), ends.begin(), ends.end());
+    return;
+  }
+  file.projection.back().text = "TM";
+  file.projection.push_back({"PROJ_F0", 1.0, ""});
+  file.projection.push_back({"PROJ_P0", projection.latitude_deg, ""});
+  file.projection.push_back({"PROJ_L0", projection.longitude_deg, ""});
+  file.projection.push_back({"PROJ_E0", 0.0, ""});
+  file.projection.push_back({"PROJ_N0", 0.0, ""});
+  double x0 = 0.0, y0 = 0.0;
+  unit_scale_mercator().Forward(projection.longitude_deg, projection.latitude_deg, projection.longitude_deg, x0, y0);
+  for (const auto& [which, i] : {std::pair<const char*, std::size_t>{"START", 0}, {"END", line.size() - 1}}) {
+    double latitude_deg = 0.0, longitude_deg = 0.0;
+    unit_scale_mercator().Reverse(projection.longitude_deg, line.x_m[i], line.y_m[i] + y0, latitude_deg, longitude_deg);
+    file.road.push_back({fmt::format("REFERENCE_LINE_{}_LON", which), longitude_deg, ""});
+    file.road.push_back({fmt::format("REFERENCE_LINE_{}_LAT", which), latitude_deg, ""});
+    file.road.push_back({fmt::format("REFERENCE_LINE_{}_ALT", which), line.z_m.empty() ? 0.0 : line.z_m[i], ""});
+  }
+}
+
+Trajectory read_trajectory(const std::string& path, Projection::Kind kind) {
+  const CsvTable table = read_csv(path, {}, {"x_m", "y_m", "z_m", "lat_deg", "lon_deg", "h_m"});
+  const bool projected = table.present[0] && table.present[1] && table.present[2];
+  const bool geographic = !projected && table.present[3] && table.present[4] && table.present[5];
+  if (!projected && !geographic)
+    throw Error(fmt::format("{}: no columns lat_deg,lon_deg,h_m or x_m,y_m,z_m; a trajectory needs all three of either", path));
+  Trajectory out;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const std::size_t first = projected ? 0 : 3;
+    const Eigen::Vector3d p(table.value(i, first), table.value(i, first + 1), table.value(i, first + 2));
+    if (!p.allFinite()) continue;
+    if (projected) {
+      out.points_m.push_back(p);
+      continue;
+    }
+    try {
+      if (out.points_m.empty()) out.projection = projection_at(kind, p.x(), p.y());
+      utm_zone(p.x(), p.y());
+      const Eigen::Vector2d plane = project(out.projection, p.x(), p.y());
+      out.points_m.emplace_back(plane.x(), plane.y(), p.z());
+    } catch (const Error& error) {
+      throw Error(fmt::format("{}:{}: {}", path, table.line[i], error.what()));
+    }
+  }
+  if (out.points_m.size() < 10) throw Error(fmt::format("{}: {} positions; wanted at least 10 along the road", path, out.points_m.size()));
+  return out;
+}
+
+ControlPoints read_control_point_file(const std::string& path, Projection::Kind kind) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(fmt::format("{}: cannot read; give a file of control points", path));
   std::ostringstream content;
@@ -490,10 +575,11 @@ ControlPoints read_control_point_file(const std::string& path) {
     point.mesh_m = {value[0], value[1], value[2]};
     if (geographic) {
       try {
-        if (out.points.empty()) out.zone = utm_zone(value[3], value[4]);
+        if (out.points.empty()) out.projection = projection_at(kind, value[3], value[4]);
         if (std::abs(value[3]) > 90.0) utm_zone(value[3], value[4]);
-        const Eigen::Vector2d plane = to_utm(out.zone, value[3], value[4]);
+        const Eigen::Vector2d plane = project(out.projection, value[3], value[4]);
         point.global_m = {plane.x(), plane.y(), value[5]};
+        out.latitude_longitude_deg.emplace_back(value[3], value[4]);
       } catch (const Error& error) {
         throw Error(fmt::format("{}:{}: {}", path, lines.number(), error.what()));
       }

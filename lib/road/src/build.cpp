@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "build_steps.h"
 #include "crg/file.h"
 #include "road/atomic_file.h"
-#include "road/error.h"
+#include "road/place.h"
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
@@ -16,12 +18,16 @@ namespace road {
 
 namespace {
 
-std::optional<AlignReport> alignment_of(const Recipe& recipe) {
-  if (recipe.control_points_path) return fit_alignment(read_control_points(*recipe.control_points_path));
-  if (!recipe.T_global_mesh) return std::nullopt;
-  AlignReport given;
-  given.T_global_mesh = *recipe.T_global_mesh;
-  return given;
+/// The line with the heights of the grid on it: what a trajectory is compared with.
+crg::ReferenceLine line_with_heights(crg::ReferenceLine line, const SampledGrid& sampled) {
+  const auto& v = sampled.grid.v_m;
+  const auto at = std::min(static_cast<std::size_t>(std::lower_bound(v.begin(), v.end(), 0.0) - v.begin()), v.size() - 1);
+  line.z_m.assign(line.size(), 0.0);
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const float z = sampled.grid.at(i, at);
+    line.z_m[i] = std::isnan(z) ? (i > 0 ? line.z_m[i - 1] : 0.0) : static_cast<double>(z);
+  }
+  return line;
 }
 
 }  // namespace
@@ -51,9 +57,11 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   const Mesh mesh = stage("read", [&] {
     if (!recipe.recipe_path.empty()) summary.inputs.push_back({"recipe", recipe.recipe_path, sha256_of_file(recipe.recipe_path)});
     summary.inputs.push_back({"mesh", recipe.mesh_path, sha256_of_file(recipe.mesh_path)});
-    if (recipe.control_points_path) {
-      summary.inputs.push_back({"control_points", *recipe.control_points_path, sha256_of_file(*recipe.control_points_path)});
-    }
+    const auto add = [&](const char* role, const std::optional<std::string>& path) {
+      if (path) summary.inputs.push_back({role, *path, sha256_of_file(*path)});
+    };
+    add("control_points", recipe.control_points_path);
+    add("trajectory", recipe.trajectory_path);
     return read_mesh(recipe.mesh_path, recipe.read, &summary.read);
   });
   const RoadMesh road = stage("clean", [&] {
@@ -84,14 +92,18 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   });
   ValidateOptions validate_options = recipe.validate;
   stage("align", [&] {
-    summary.align = alignment_of(recipe);
-    if (!summary.align) return;
-    apply_alignment(summary.align->T_global_mesh, line);
-    validate_options.T_global_mesh = summary.align->T_global_mesh;
+    summary.placement = place_road(recipe, line_with_heights(line, sampled));
+    if (!summary.placement) return;
+    validate_options.T_global_mesh = summary.placement->align.T_global_mesh;
+    apply_alignment(validate_options.T_global_mesh, line);
   });
   summary.grid = describe(sampled.grid);
   stage("picture", [&] { write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads)); });
-  stage("write", [&] { crg::write(track_crg(line, std::move(sampled.grid)), paths.crg_path, recipe.format); });
+  stage("write", [&] {
+    crg::Crg file = track_crg(line, std::move(sampled.grid));
+    if (summary.placement) write_projection(summary.placement->projection, line, file);
+    crg::write(file, paths.crg_path, recipe.format);
+  });
   stage("validate", [&] { summary.validate = validate(paths.crg_path, mesh, validate_options); });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);
   summary.seconds_total = seconds_since(start);

@@ -277,6 +277,29 @@ std::vector<RecipeKey> make_keys() {
                     recipe.control_points_path = text;
                   },
                   [](const Recipe& recipe) { return recipe.control_points_path.value_or(""); }});
+  keys.push_back({"align", "trajectory", "a path",
+                  "CSV of positions driven on the road, when there are no control points; relative to the recipe's folder", true,
+                  [](Recipe& recipe, const std::string& text) {
+                    if (text.empty()) refuse(text, "the path of a CSV file");
+                    recipe.trajectory_path = text;
+                  },
+                  [](const Recipe& recipe) { return recipe.trajectory_path.value_or(""); }});
+  keys.push_back(choice<Projection::Kind>("align", "projection", {{"utm", Projection::Kind::utm}, {"tm", Projection::Kind::tm}},
+                                          "of latitudes and longitudes: UTM, or transverse Mercator of scale 1 about the first",
+                                          [](Recipe& r) -> Projection::Kind& { return r.projection; }));
+  keys.push_back({"align", "utm_zone", "1N to 60S", "UTM zone of projected coordinates, for the header of the file", true,
+                  [](Recipe& recipe, const std::string& text) {
+                    const std::string wanted = "a UTM zone from 1N to 60N or 1S to 60S";
+                    if (text.size() < 2) refuse(text, wanted);
+                    const char side = text.back();
+                    const auto number = parse_number(std::string_view(text).substr(0, text.size() - 1));
+                    if (!number || *number < 1.0 || *number > 60.0 || *number != std::floor(*number) || (side != 'N' && side != 'S'))
+                      refuse(text, wanted);
+                    recipe.utm_zone = UtmZone{static_cast<int>(*number), side == 'N'};
+                  },
+                  [](const Recipe& recipe) {
+                    return recipe.utm_zone ? fmt::format("{}{}", recipe.utm_zone->number, recipe.utm_zone->north ? 'N' : 'S') : "";
+                  }});
   keys.push_back({"align", "yaw_deg", "-360 to 360",
                   "turns the road about z by this angle, counter-clockwise", false,
                   [](Recipe& recipe, const std::string& text) {
@@ -517,9 +540,9 @@ Recipe parse_recipe(const std::string& text, const Place& place) {
   }
   if (recipe.mesh_path.empty())
     place.fail(YAML::Mark::null_mark(), "the key mesh is missing; add the line mesh: PATH");
-  if (recipe.control_points_path && recipe.T_global_mesh)
+  if ((recipe.control_points_path ? 1 : 0) + (recipe.trajectory_path ? 1 : 0) + (recipe.T_global_mesh ? 1 : 0) > 1)
     place.fail(YAML::Mark::null_mark(),
-               "control_points seen together with yaw_deg or translation_m; give one of the two");
+               "more than one of control_points, trajectory, and yaw_deg with translation_m seen; give one");
   return recipe;
 }
 
@@ -542,6 +565,7 @@ Recipe read_recipe(const std::string& path) {
   recipe.mesh_path = beside(path, recipe.mesh_path);
   if (recipe.control_points_path)
     recipe.control_points_path = beside(path, *recipe.control_points_path);
+  if (recipe.trajectory_path) recipe.trajectory_path = beside(path, *recipe.trajectory_path);
   if (recipe.name.empty()) recipe.name = std::filesystem::path(recipe.mesh_path).stem().string();
   return recipe;
 }

@@ -114,15 +114,24 @@ Json json_of(const SmoothReport& report, const SmoothOptions& options) {
           {"nodes_at_bound", report.nodes_at_bound}};
 }
 
-Json json_of(const AlignReport& report) {
+Json json_of(const Placement& placement) {
+  const AlignReport& report = placement.align;
   const Eigen::Vector3d& t = report.T_global_mesh.translation_m;
-  return {{"yaw_deg", report.T_global_mesh.yaw_rad * 180.0 / std::numbers::pi},
+  Json projection = nullptr;
+  if (placement.projection.kind == Projection::Kind::utm)
+    projection = fmt::format("UTM_{:02}{}", placement.projection.zone.number, placement.projection.zone.north ? 'N' : 'S');
+  if (placement.projection.kind == Projection::Kind::tm)
+    projection = fmt::format("TM about {}, {} deg", placement.projection.latitude_deg, placement.projection.longitude_deg);
+  return {{"by", placement.by},
+          {"yaw_deg", report.T_global_mesh.yaw_rad * 180.0 / std::numbers::pi},
           {"translation_m", {t.x(), t.y(), t.z()}},
+          {"points", placement.point_names},
           {"residual_m", report.residual_m},
           {"rms_m", report.rms_m},
           {"outliers", report.outliers},
           {"tilt_rad", report.tilt_rad},
-          {"scale", report.scale}};
+          {"scale", report.scale},
+          {"projection", projection}};
 }
 
 Json json_of(const GridReport& report) {
@@ -254,7 +263,7 @@ std::string summary_json(const BuildSummary& summary) {
   out["sample"] = json_of(summary.sample);
   out["kerb"] = json_of(summary.kerb);
   out["smooth"] = json_of(summary.smooth, summary.recipe.smooth);
-  out["align"] = summary.align ? json_of(*summary.align) : Json(nullptr);
+  out["align"] = summary.placement ? json_of(*summary.placement) : Json(nullptr);
   out["grid"] = json_of(summary.grid);
   out["validation"] = json_of(summary.validate, summary.recipe.limits);
   return finished(out, summary);

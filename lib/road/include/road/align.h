@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
@@ -89,16 +90,44 @@ std::vector<crg::HeaderEntry> projection_header(const UtmZone& zone);
 std::vector<crg::HeaderEntry> geographic_header(const UtmZone& zone,
                                                 const crg::ReferenceLine& line);
 
-/// Control points of a file and the zone that geographic ones were projected to.
+/// How map coordinates belong to the Earth (WGS84).
+struct Projection {
+  enum class Kind : std::uint8_t {
+    none,  ///< unknown
+    utm,   ///< scale 0.9996 at the middle of the zone: 0.4 m per km against a tape
+    tm     ///< transverse Mercator about (latitude_deg, longitude_deg) = (0, 0) m, scale 1 there: true to a
+           ///< tape within 0.2 mm per km up to 100 km around
+  } kind = Kind::none;
+  UtmZone zone;
+  double latitude_deg = 0.0, longitude_deg = 0.0;
+};
+
+/// The projection of this kind for positions around one place. Throws Error as utm_zone().
+Projection projection_at(Projection::Kind kind, double latitude_deg, double longitude_deg);
+Eigen::Vector2d project(const Projection& projection, double latitude_deg, double longitude_deg);
+/// $ROAD_CRG_MPRO, and REFERENCE_LINE_START_LON ... in $ROAD_CRG, of a file whose `line` lies in
+/// `projection`; nothing when that is unknown.
+void write_projection(const Projection& projection, const crg::ReferenceLine& line, crg::Crg& file);
+
+/// Control points of a file and what geographic ones were projected with.
 struct ControlPoints {
   std::vector<ControlPoint> points;
-  UtmZone zone;  ///< number 0: the file has projected coordinates
+  Projection projection;  ///< none: the file has projected coordinates
+  std::vector<Eigen::Vector2d> latitude_longitude_deg;  ///< as in the file; empty for projected ones
 };
 
 /// CSV with header [name,]mesh_x_m,mesh_y_m,mesh_z_m and either x_m,y_m,z_m or lat_deg,lon_deg,h_m
-/// (WGS84; projected to the UTM zone of the first row). Throws Error with file:line on a wrong
+/// (WGS84; projected about the first row). Throws Error with file:line on a wrong
 /// header, a missing or bad number, a latitude beyond 90 degrees.
-ControlPoints read_control_point_file(const std::string& path);
+ControlPoints read_control_point_file(const std::string& path, Projection::Kind kind = Projection::Kind::utm);
+
+/// Positions along a driven track: CSV with lat_deg,lon_deg,h_m or x_m,y_m,z_m. Rows without a number are
+/// left out (receivers lose their fix). Throws Error on a wrong header or fewer than 10 positions.
+struct Trajectory {
+  std::vector<Eigen::Vector3d> points_m;
+  Projection projection;  ///< none: the file has projected coordinates
+};
+Trajectory read_trajectory(const std::string& path, Projection::Kind kind = Projection::Kind::utm);
 /// The points alone.
 std::vector<ControlPoint> read_control_points(const std::string& path);
 

@@ -33,7 +33,10 @@ struct Recipe {
   KerbOptions kerb;
   SmoothOptions smooth;
   std::optional<std::string> control_points_path;
+  std::optional<std::string> trajectory_path;
   std::optional<RotoTranslation> T_global_mesh;
+  Projection::Kind projection = Projection::Kind::utm;  ///< of geographic control points and trajectories
+  std::optional<UtmZone> utm_zone;                      ///< of projected ones
   crg::Format format = crg::Format::KRBI;
   ValidateOptions validate;
   ValidateLimits limits;

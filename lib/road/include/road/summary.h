@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "road/align.h"
 #include "road/build.h"
 #include "road/clean.h"
 #include "road/kerb.h"
+#include "road/place.h"
 #include "road/read_mesh.h"
 #include "road/recipe.h"
 #include "road/reference_line.h"
@@ -64,7 +64,7 @@ struct BuildSummary {
   SampleReport sample;
   KerbReport kerb;
   SmoothReport smooth;
-  std::optional<AlignReport> align;  ///< empty: the file is in the mesh's own frame
+  std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
   GridReport grid;                   ///< of the written file
   ValidateReport validate;
   std::vector<StageSeconds> seconds;  ///< in the order in which the stages ran

@@ -1,0 +1,25 @@
+// Where a recipe puts the road on the Earth.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "crg/reference_line.h"
+#include "road/align.h"
+#include "road/recipe.h"
+
+namespace road {
+
+struct Placement {
+  std::string by;  ///< "control_points", "trajectory" or "values"
+  AlignReport align;
+  std::vector<std::string> point_names;  ///< of align.residual_m; empty for a trajectory, whose rms counts
+  Projection projection;
+};
+
+/// From the recipe's control points, trajectory or values; empty when it has none. `line` is the road's
+/// in the frame of the mesh, its z_m may be empty (a trajectory then fits in plan, and its mean height
+/// is not used). Throws Error as fit_alignment() and fit_to_trajectory(), naming the file.
+std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line);
+
+}  // namespace road

@@ -1,0 +1,100 @@
+#include "road/place.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "road/error.h"
+
+namespace road {
+
+namespace {
+
+// More points than this tell a fit of three numbers nothing new.
+constexpr std::size_t kMostPoints = 2000;
+
+template <class Body>
+auto naming(const std::string& path, const Body& body) {
+  try {
+    return body();
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    throw Error(text.find(path) == std::string::npos ? path + ": " + text : text);
+  }
+}
+
+/// Whether the points fit when their latitudes and longitudes are changed like this.
+template <class Change>
+bool fits_when(ControlPoints file, const Change& change) {
+  try {
+    for (std::size_t i = 0; i < file.points.size(); ++i) {
+      const Eigen::Vector2d at = change(file.latitude_longitude_deg[i]);
+      if (i == 0) file.projection = projection_at(file.projection.kind, at.x(), at.y());
+      file.points[i].global_m.head<2>() = project(file.projection, at.x(), at.y());
+    }
+    fit_alignment(file.points);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+AlignReport fit_naming_the_reason(const ControlPoints& file) {
+  try {
+    return fit_alignment(file.points);
+  } catch (const Error& error) {
+    if (file.latitude_longitude_deg.empty()) throw;
+    using Degrees = Eigen::Vector2d;
+    if (fits_when(file, [](const Degrees& at) { return Degrees(at.y(), at.x()); }))
+      throw Error("no rotation and translation fits, but it does with latitude and longitude swapped; exchange the two columns");
+    // North for south and east for west are the same mirror, half a turn apart.
+    if (fits_when(file, [](const Degrees& at) { return Degrees(-at.x(), at.y()); }))
+      throw Error("no rotation and translation fits, but it does in another hemisphere; check the signs of lat_deg and lon_deg");
+    throw;
+  }
+}
+
+Placement by_control_points(const Recipe& recipe, const std::string& path) {
+  Placement placement;
+  placement.by = "control_points";
+  const ControlPoints file = read_control_point_file(path, recipe.projection);
+  placement.align = naming(path, [&] { return fit_naming_the_reason(file); });
+  placement.projection = file.projection;
+  for (const ControlPoint& point : file.points) placement.point_names.push_back(point.name);
+  return placement;
+}
+
+Placement by_trajectory(const Recipe& recipe, const std::string& path, const crg::ReferenceLine& line) {
+  Placement placement;
+  placement.by = "trajectory";
+  const Trajectory file = read_trajectory(path, recipe.projection);
+  const auto thin = [](std::size_t count) { return std::max<std::size_t>(1, count / kMostPoints); };
+  std::vector<Eigen::Vector3d> middle, driven;
+  for (std::size_t i = 0; i < line.size(); i += thin(line.size()))
+    middle.emplace_back(line.x_m[i], line.y_m[i], line.z_m.empty() ? 0.0 : line.z_m[i]);
+  for (std::size_t i = 0; i < file.points_m.size(); i += thin(file.points_m.size())) driven.push_back(file.points_m[i]);
+  placement.align = naming(path, [&] { return fit_to_trajectory(middle, line.closed, driven); });
+  placement.align.residual_m.clear();
+  placement.projection = file.projection;
+  return placement;
+}
+
+}  // namespace
+
+std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line) {
+  std::optional<Placement> placement;
+  if (recipe.control_points_path) placement = by_control_points(recipe, *recipe.control_points_path);
+  if (recipe.trajectory_path) placement = by_trajectory(recipe, *recipe.trajectory_path, line);
+  if (recipe.T_global_mesh) {
+    placement.emplace();
+    placement->by = "values";
+    placement->align.T_global_mesh = *recipe.T_global_mesh;
+  }
+  if (placement && placement->projection.kind == Projection::Kind::none && recipe.utm_zone) {
+    placement->projection.kind = Projection::Kind::utm;
+    placement->projection.zone = *recipe.utm_zone;
+  }
+  return placement;
+}
+
+}  // namespace road

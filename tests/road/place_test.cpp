@@ -1,0 +1,188 @@
+// A road that was moved, turned, scaled and exported again comes back to where it was.
+#include "road/place.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "crg/surface.h"
+#include "road/build.h"
+#include "road/error.h"
+#include "road/export_mesh.h"
+#include "support/run_crgbuild.h"
+#include "support/temporary_folder.h"
+
+namespace road {
+namespace {
+
+using ::testing::HasSubstr;
+using Eigen::Vector3d;
+
+constexpr double kYaw = 0.65;
+const Vector3d kShift(691'234.5, 5'334'567.8, 512.3);
+
+Vector3d moved(const Vector3d& p) { return Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p + kShift; }
+
+std::string control_points(const std::vector<Vector3d>& mesh, const std::vector<Vector3d>& global) {
+  std::string text = "mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n";
+  for (std::size_t i = 0; i < mesh.size(); ++i) {
+    char line[300];
+    std::snprintf(line, sizeof line, "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", mesh[i].x(), mesh[i].y(), mesh[i].z(), global[i].x(),
+                  global[i].y(), global[i].z());
+    text += line;
+  }
+  return text;
+}
+
+TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
+  const std::string path = TORCS_TRACKS "/road/g-track-1/g-track-1.acc";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data)";
+  const support::TemporaryFolder folder;
+  const Mesh mesh = read_mesh(path);
+  Recipe first = recipe_for_mesh(path);
+  first.centreline.start_near_m = Eigen::Vector2d(mesh.origin_m.x() + mesh.vertices_m[0].x(), mesh.origin_m.y() + mesh.vertices_m[0].y());
+  const BuildResult built = build_track(first, folder.path("first"));
+
+  Mesh other = mesh;
+  other.origin_m = moved(mesh.origin_m);
+  for (Vector3d& p : other.vertices_m) p = Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p;
+  export_mesh(other, folder.path("utm.obj"), {UpAxis::y, Unit::mm});
+  std::vector<Vector3d> global, local;
+  for (int k = 0; k < 12; ++k) {
+    const std::size_t i = mesh.vertices_m.size() * static_cast<std::size_t>(k) / 12;
+    global.push_back(mesh.origin_m + mesh.vertices_m[i]);
+    local.push_back(moved(global.back()));
+  }
+  Recipe second = recipe_for_mesh(folder.path("utm.obj"));
+  second.read.up = UpAxis::y;
+  second.read.unit = Unit::mm;
+  const Vector3d start = moved({first.centreline.start_near_m->x(), first.centreline.start_near_m->y(), 0.0});
+  second.centreline.start_near_m = Eigen::Vector2d(start.x(), start.y());
+  second.control_points_path = folder.file("points.csv", control_points(local, global));
+  const BuildResult again = build_track(second, folder.path("second"));
+
+  const crg::Surface a(crg::read(built.crg_path)), b(crg::read(again.crg_path));
+  const auto& line = a.reference_line();
+  EXPECT_NEAR(line.u_step_m * static_cast<double>(line.size()), b.reference_line().u_step_m * static_cast<double>(b.reference_line().size()), 0.02);
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> u(0.0, line.u_step_m * static_cast<double>(line.size() - 2)), v(-7.0, 7.0);
+  crg::Cursor cursor;
+  std::vector<double> difference;
+  double offset = 0.0;
+  for (int k = 0; k < 20'000; ++k) {
+    const double at_u = u(random), at_v = v(random);
+    const crg::Point2 p = a.xy_of_uv(at_u, at_v);
+    const crg::Sample there = b.at_xy(p.x_m, p.y_m, cursor);
+    ASSERT_TRUE(there.valid) << "u = " << at_u << ", v = " << at_v;
+    difference.push_back(std::abs(there.z_m - a.z_at_uv(at_u, at_v)));
+    offset = std::max(offset, std::abs(there.v_m - at_v));
+  }
+  std::sort(difference.begin(), difference.end());
+  std::printf("moved and back: z p50 %.4f mm, p99 %.4f mm, max %.4f mm; line within %.3f mm\n", 1e3 * difference[difference.size() / 2],
+              1e3 * difference[difference.size() * 99 / 100], 1e3 * difference.back(), 1e3 * offset);
+  EXPECT_LE(difference.back(), 2e-4);
+}
+
+/// The stadium of tests/cli with control points in latitude and longitude.
+class Geographic : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    cli::write(mesh_, cli::Stadium{}.obj());
+    std::string points = "name,mesh_x_m,mesh_y_m,mesh_z_m,lat_deg,lon_deg,h_m\n";
+    int k = 0;
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {120.0, 0.0}, {160.0, 40.0}, {120.0, 80.0}, {0.0, 80.0}, {-40.0, 40.0}}) {
+      const Vector3d p = moved({x, y, 1.0});
+      const Eigen::Vector2d lat_lon = from_utm({32, true}, p.head<2>());
+      char line[200];
+      k += 1;
+      std::snprintf(line, sizeof line, "P%d,%.3f,%.3f,1.0,%.10f,%.10f,%.4f\n", k, x, y, lat_lon.x(), lat_lon.y(), p.z() + (k == 3 ? 4.0 : 0.0));
+      points += line;
+    }
+    points_ = folder_.file("points.csv", points);
+  }
+  support::TemporaryFolder folder_;
+  std::string mesh_ = folder_.path("s.obj"), points_;
+};
+
+TEST_F(Geographic, HeaderSaysWhereOnEarth) {
+  Recipe recipe = recipe_for_mesh(mesh_);
+  recipe.control_points_path = points_;
+  recipe.centreline.start_near_m = Eigen::Vector2d(0.0, 0.0);
+  const BuildResult built = build_track(recipe, folder_.path("utm"));
+  const crg::Crg file = crg::read(built.crg_path);
+  const auto projection = std::find_if(file.projection.begin(), file.projection.end(), [](const auto& e) { return e.key == "PROJ_NM"; });
+  ASSERT_NE(projection, file.projection.end());
+  EXPECT_EQ(projection->text, "UTM_32N");
+  const double lat = crg::find_value(file.road, "REFERENCE_LINE_START_LAT").value(), lon = crg::find_value(file.road, "REFERENCE_LINE_START_LON").value();
+  // The line starts at the mesh's (0, 0) within 5 cm; a thousandth of an arc second is 3 cm.
+  EXPECT_LT((to_utm({32, true}, lat, lon) - moved({0, 0, 0}).head<2>()).norm(), 0.06);
+  const auto align = nlohmann::json::parse(built.summary_json)["align"];
+  EXPECT_EQ(align["by"], "control_points");
+  EXPECT_EQ(align["projection"], "UTM_32N");
+  EXPECT_EQ(align["points"][2], "P3");
+  EXPECT_EQ(align["outliers"], nlohmann::json::array({"P3"}));
+  EXPECT_NEAR(align["residual_m"][2].get<double>(), 4.0, 1e-2);
+  EXPECT_NEAR(align["yaw_deg"].get<double>(), kYaw * 180.0 / M_PI, 1e-4);
+
+  // The same with a local projection: no scale of 0.9996, the origin at the first point.
+  recipe.projection = Projection::Kind::tm;
+  const crg::Crg local = crg::read(build_track(recipe, folder_.path("tm")).crg_path);
+  EXPECT_LT(std::hypot(crg::find_value(local.road, "REFERENCE_LINE_START_X").value(), crg::find_value(local.road, "REFERENCE_LINE_START_Y").value()), 0.06);
+  EXPECT_NEAR(crg::find_value(local.road, "REFERENCE_LINE_START_LAT").value(), lat, 1e-6);
+  EXPECT_NEAR(crg::find_value(local.projection, "PROJ_L0").value(), from_utm({32, true}, moved({0, 0, 0}).head<2>()).y(), 1e-9);
+}
+
+TEST_F(Geographic, TrajectoryTakesThePlaceOfControlPoints) {
+  // One lap on the middle of the stadium from its far side, seen by a receiver.
+  Recipe recipe = recipe_for_mesh(mesh_);
+  const BuildResult plain = build_track(recipe, folder_.path("plain"));
+  const crg::ReferenceLine line = crg::integrate_reference_line(crg::read(plain.crg_path));
+  std::string driven = "lat_deg,lon_deg,h_m\n";
+  for (std::size_t k = 0; k + 1 < line.size(); k += 20) {
+    const std::size_t i = (k + line.size() / 3) % (line.size() - 1);
+    const Vector3d p = moved({line.x_m[i], line.y_m[i], 0.0});
+    const Eigen::Vector2d lat_lon = from_utm({32, true}, p.head<2>());
+    char row[200];
+    std::snprintf(row, sizeof row, "%.10f,%.10f,%.4f\n", lat_lon.x(), lat_lon.y(), p.z() + cli::Stadium::z_m(static_cast<double>(i) * line.u_step_m));
+    driven += row;
+    if (k == 400) driven += ",,\n";  // the receiver lost its fix
+  }
+  recipe.trajectory_path = folder_.file("lap.csv", driven);
+  const auto align = nlohmann::json::parse(build_track(recipe, folder_.path("driven")).summary_json)["align"];
+  EXPECT_EQ(align["by"], "trajectory");
+  EXPECT_EQ(align["projection"], "UTM_32N");
+  // A stadium looks the same after half a turn.
+  EXPECT_NEAR(std::remainder(align["yaw_deg"].get<double>() - kYaw * 180.0 / M_PI, 180.0), 0.0, 0.1);
+  EXPECT_LT(align["rms_m"].get<double>(), 0.05);
+  recipe.trajectory_path = folder_.file("short.csv", "lat_deg,lon_deg,h_m\n48,11,500\n");
+  EXPECT_THROW(build_track(recipe, folder_.path("short")), Error);
+}
+
+TEST_F(Geographic, WrongPlacesAreRefusedWithAReason) {
+  const std::string good = cli::read(points_);
+  const auto refusal = [&](const std::string& points) {
+    return cli::crgbuild({"build", mesh_, "-o", folder_.path("refused"), "--u-step-m", "0.5", "--v-step-m", "0.5", "--control-points",
+                          folder_.file("bad.csv", points)});
+  };
+  std::string swapped = "name,mesh_x_m,mesh_y_m,mesh_z_m,lon_deg,lat_deg,h_m" + good.substr(good.find('\n'));
+  const cli::Ran ran = refusal(swapped);
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("bad.csv: no rotation and translation fits, but it does with latitude and longitude swapped"));
+  std::string south = good;
+  for (std::size_t at = 0; (at = south.find(",48.", at)) != std::string::npos; ++at) south.replace(at, 4, ",-48.");
+  const cli::Ran below = refusal(south);
+  EXPECT_EQ(below.code, 1);
+  EXPECT_THAT(below.err, HasSubstr("in another hemisphere"));
+  std::string west = good;
+  for (std::size_t at = 0; (at = west.find(",11.", at)) != std::string::npos; ++at) west.replace(at, 4, ",-11.");
+  EXPECT_THAT(refusal(west).err, HasSubstr("in another hemisphere"));
+  EXPECT_EQ(cli::crgbuild({"build", mesh_, "-o", folder_.path("both"), "--control-points", points_, "--trajectory", points_}).code, 2);
+}
+
+}  // namespace
+}  // namespace road
