@@ -31,9 +31,11 @@ const Surface& track(int length_km) {
       line.z_m.push_back(200.0 + 10.0 * std::sin(2.0 * t));
       line.banking.push_back(0.04 * std::sin(5.0 * t));
     }
-    surface = std::make_unique<Surface>(make_crg(line, test::grid_of(line, -kHalfWidth_m, kHalfWidth_m, kColumns, [](double u, double v) {
+    const Crg crg = make_crg(line, test::grid_of(line, -kHalfWidth_m, kHalfWidth_m, kColumns, [](double u, double v) {
       return 0.01 * std::sin(7.0 * u) + 0.02 * std::cos(0.9 * v);
-    })));
+    }));
+    // As from a file.
+    surface = std::make_unique<Surface>(read_bytes(to_bytes(crg, Format::KRBI), "track.crg"));
   }
   return *surface;
 }
@@ -111,6 +113,23 @@ void driving(benchmark::State& state, Query query) {
 
 void z_driving(benchmark::State& state) {
   driving(state, [](const Surface& surface, Point2 p, Cursor& cursor) { return surface.z_at_xy(p.x_m, p.y_m, cursor); });
+}
+// One call for the four wheels.
+void z_of_car_driving(benchmark::State& state) {
+  const int km = static_cast<int>(state.range(0));
+  const Surface& surface = track(km);
+  const std::vector<Point2>& points = wheels(km);
+  double sum = 0.0;
+  for (auto _ : state) {
+    Cursor cursors[4];
+    double z_m[4];
+    for (std::size_t k = 0; k < points.size(); k += 4) {
+      surface.z_at_xy(std::span(points).subspan(k, 4), cursors, z_m);
+      sum += z_m[0] + z_m[1] + z_m[2] + z_m[3];
+    }
+  }
+  benchmark::DoNotOptimize(sum);
+  count(state, points.size());
 }
 void uv_driving(benchmark::State& state) {
   driving(state, [](const Surface& surface, Point2 p, Cursor& cursor) { return surface.uv_of_xy(p.x_m, p.y_m, cursor).u_m; });
@@ -212,11 +231,13 @@ void strips(benchmark::State& state, StripKernel kernel) {
 
 BENCHMARK(bare_bilinear)->Arg(3);
 BENCHMARK(z_driving)->Arg(3);
+BENCHMARK(z_of_car_driving)->Arg(3);
 BENCHMARK(uv_driving)->Arg(3);
 BENCHMARK(everything_driving)->Arg(3);
 BENCHMARK(z_of_uv_driving)->Arg(3);
 BENCHMARK(bare_bilinear)->Arg(22);
 BENCHMARK(z_driving)->Arg(22);
+BENCHMARK(z_of_car_driving)->Arg(22);
 BENCHMARK(z_random)->Arg(3)->Arg(22);
 BENCHMARK(z_random_latency)->Arg(3)->Arg(22);
 BENCHMARK_CAPTURE(strips, scalar, StripKernel::Scalar);

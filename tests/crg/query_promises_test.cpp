@@ -26,6 +26,14 @@ void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  const std::size_t step = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace crg {
 namespace {
@@ -43,6 +51,8 @@ double ask_everything(const Surface& surface, int from) {
   std::vector<float> dz(400);
   std::vector<Point2> points(8);
   std::vector<Sample> samples(8);
+  std::vector<Cursor> cursors(8);
+  std::vector<double> heights(8);
   const std::size_t before = allocations;
   for (int k = from; k < from + 300; ++k) {
     const double x = 55.0 * std::cos(0.7 * k), y = 55.0 * std::sin(0.71 * k);
@@ -56,6 +66,8 @@ double ask_everything(const Surface& surface, int from) {
     if (!std::isnan(dz[0])) sum += base + static_cast<double>(dz[0]);
     for (Point2& point : points) point = {x, y};
     surface.at_xy(points, samples, cursor);
+    surface.z_at_xy(points, cursors, heights);
+    if (!std::isnan(heights[k % 8])) sum += heights[k % 8];
   }
   EXPECT_EQ(allocations, before);
   return sum;
@@ -76,6 +88,7 @@ TEST(QueryPromises, NothingThrows) {
   static_assert(noexcept(std::declval<S>().uv_of_xy(0.0, 0.0, std::declval<Cursor&>())));
   static_assert(noexcept(std::declval<S>().z_at_xy(0.0, 0.0, std::declval<Cursor&>())));
   static_assert(noexcept(std::declval<S>().at_xy(0.0, 0.0, std::declval<Cursor&>())));
+  static_assert(noexcept(std::declval<S>().z_at_xy(std::span<const Point2>(), std::span<Cursor>(), std::span<double>())));
   static_assert(noexcept(std::declval<S>().at_uv(0.0, 0.0)));
   static_assert(noexcept(std::declval<S>().strip({}, {}, std::declval<Cursor&>())));
 }

@@ -30,12 +30,18 @@ void require_finite(const Sample& sample) {
   }
 }
 
+bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
 void query(const Surface& surface) {
   const ReferenceLine& line = surface.reference_line();
   const std::vector<double>& v_m = surface.file().grid.v_m;
   const double length = line.u_step_m * static_cast<double>(line.size() - 1);
   const double width = v_m.back() - v_m.front();
-  Cursor follows;
+  Cursor follows, height_follows;
+  Point2 four[4] = {};
+  Cursor car[4];
+  double heights_m[4];
+  float strip_m[40];
   for (int k = 0; k < 24; ++k) {
     const double u = line.u_begin_m + length * (-0.2 + 1.4 * std::fmod(0.618034 * k, 1.0));
     const double v = v_m.front() + width * (-0.2 + 1.4 * std::fmod(0.754878 * k, 1.0));
@@ -48,6 +54,11 @@ void query(const Surface& surface) {
     Cursor fresh;
     const UV uv = surface.uv_of_xy(point.x_m, point.y_m, fresh);
     REQUIRE(uv.u_m == sample.u_m && uv.v_m == sample.v_m);
+    REQUIRE(same(surface.z_at_xy(point.x_m, point.y_m, height_follows), sample.z_m));
+    for (int w = 0; w < 4; ++w) four[w] = w == k % 4 ? point : surface.xy_of_uv(u + 0.02 * w * line.u_step_m, v);
+    for (int again = 0; again < 2; ++again) surface.z_at_xy(four, car, heights_m);
+    REQUIRE(same(heights_m[k % 4], sample.z_m));
+    surface.strip({.x_m = point.x_m, .y_m = point.y_m, .heading_rad = 0.3 * k, .along = 5, .across = 8, .step_m = 0.05}, strip_m, follows);
   }
   for (const double far : {0.0, 1e3, -1e9, 1e15}) {
     require_finite(surface.at_xy(far, -far, follows));

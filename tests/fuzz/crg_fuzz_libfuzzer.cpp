@@ -25,6 +25,17 @@ void operator delete(void* memory) noexcept {
 }
 void operator delete(void* memory, std::size_t) noexcept { operator delete(memory); }
 
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  const std::size_t step = static_cast<std::size_t>(alignment);
+  void* memory = std::aligned_alloc(step, (size + step - 1) / step * step);
+  if (memory == nullptr) throw std::bad_alloc();
+  live_bytes += malloc_usable_size(memory);
+  if (live_bytes > peak_bytes) peak_bytes = live_bytes;
+  return memory;
+}
+void operator delete(void* memory, std::align_val_t) noexcept { operator delete(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { operator delete(memory); }
+
 // The fuzzer's own allocations pass through nothrow new, which stays as it was.
 extern "C" const char* __asan_default_options() { return "alloc_dealloc_mismatch=0"; }
 

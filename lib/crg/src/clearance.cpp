@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 namespace crg {
 namespace {
@@ -25,22 +26,22 @@ double turn_between(const SegmentFrame& a, const SegmentFrame& b) {
   return std::abs(std::atan2(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin));
 }
 
-Station make_station(const std::vector<SegmentFrame>& frames, std::size_t begin, std::size_t end, bool joined) {
+Station make_station(std::span<const SegmentRecord> segments, std::size_t begin, std::size_t end, bool joined) {
   Station station;
-  const SegmentFrame& middle = frames[(begin + end) / 2];
+  const SegmentFrame& middle = segments[(begin + end) / 2].frame;
   station.x_m = middle.x_m;
   station.y_m = middle.y_m;
   station.cos = middle.cos;
   station.sin = middle.sin;
   station.fold_left_m = station.fold_right_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = begin; i < end; ++i) {
-    const SegmentFrame& frame = frames[i];
+    const SegmentFrame& frame = segments[i].frame;
     station.span_m = std::max(station.span_m,
                               std::hypot(frame.x_m - station.x_m, frame.y_m - station.y_m) + frame.length_m);
-    if (i + 1 < frames.size()) {
-      station.turn_rad += turn_between(frame, frames[i + 1]);
+    if (i + 1 < segments.size()) {
+      station.turn_rad += turn_between(frame, segments[i + 1].frame);
     } else if (joined) {
-      station.turn_rad += turn_between(frame, frames[0]);
+      station.turn_rad += turn_between(frame, segments[0].frame);
     }
     const double lean = std::max(std::abs(frame.begin_lean), std::abs(frame.end_lean));
     station.stretch = std::max(station.stretch, std::sqrt(1.0 + lean * lean));
@@ -138,19 +139,15 @@ Window same_stretch(const std::vector<Station>& stations, std::size_t k, double 
 
 }  // namespace
 
-Clearance measure_clearance(const std::vector<SegmentFrame>& frames, double v_right_m, double v_left_m, double u_step_m, bool joined) {
+void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m, double u_step_m, bool joined) {
   const double reach_m = std::max(std::abs(v_right_m), std::abs(v_left_m));
-  Clearance clearance;
-  while (clearance.shift < 20 && u_step_m * static_cast<double>(2ULL << clearance.shift) <= reach_m / 16.0) {
-    ++clearance.shift;
-  }
-  const std::size_t run = std::size_t{1} << clearance.shift;
+  std::size_t run = 1;
+  while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
   std::vector<Station> stations;
-  for (std::size_t begin = 0; begin < frames.size(); begin += run) {
-    stations.push_back(make_station(frames, begin, std::min(begin + run, frames.size()), joined));
+  for (std::size_t begin = 0; begin < segments.size(); begin += run) {
+    stations.push_back(make_station(segments, begin, std::min(begin + run, segments.size()), joined));
   }
   const std::size_t count = stations.size();
-  clearance.bounds.resize(count);
   double span = 0.0, stretch = 1.0;
   for (const Station& station : stations) {
     span = std::max(span, station.span_m);
@@ -198,10 +195,13 @@ Clearance measure_clearance(const std::vector<SegmentFrame>& frames, double v_ri
       }
     });
     if (left <= 0.0 || right <= 0.0) continue;
-    clearance.bounds[k] = {inward(std::max(v_right_m, right < reach_m ? -0.999 * right : v_right_m)),
-                           inward(std::min(v_left_m, left < reach_m ? 0.999 * left : v_left_m))};
+    const float certain_right = inward(std::max(v_right_m, right < reach_m ? -0.999 * right : v_right_m));
+    const float certain_left = inward(std::min(v_left_m, left < reach_m ? 0.999 * left : v_left_m));
+    for (SegmentRecord& segment : segments.subspan(k * run, std::min(run, segments.size() - k * run))) {
+      segment.certain_right_m = certain_right;
+      segment.certain_left_m = certain_left;
+    }
   }
-  return clearance;
 }
 
 }  // namespace crg

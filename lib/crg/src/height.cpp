@@ -1,5 +1,6 @@
 #include "height.h"
 
+#include "huge_pages.h"
 #include "line_geometry.h"
 
 #include <algorithm>
@@ -35,19 +36,24 @@ Folded fold(double value, double begin, double length, BorderMode mode) {
 HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Options& options, Interpolation interpolation)
     : z_m_(grid.z_m.data()),
       v_m_(grid.v_m),
-      line_z_m_(line.z_m),
-      banking_(line.banking),
       options_(options),
       interpolation_(interpolation),
       rows_(grid.rows()),
       columns_(grid.columns()),
+      last_column_(static_cast<std::ptrdiff_t>(grid.columns()) - 2),
+      ahead_bytes_(static_cast<std::ptrdiff_t>(12 * grid.columns() * sizeof(float))),
       u_begin_m_(grid.u_begin_m),
       u_end_m_(grid.u_of(grid.rows() - 1)),
       u_step_m_(grid.u_step_m),
+      per_u_step_(1.0 / grid.u_step_m),
       v_right_m_(grid.v_m.front()),
       v_left_m_(grid.v_m.back()),
       joined_(ends_joined(line)),
       plain_(options.smooth_begin_m == 0.0 && options.smooth_end_m == 0.0) {
+  reserve_huge(line_, rows_);
+  for (std::size_t i = 0; i < rows_; ++i) {
+    line_.push_back({line.z_m.empty() ? 0.0 : line.z_m[i], line.banking.empty() ? 0.0 : line.banking[i]});
+  }
   const double step = (v_left_m_ - v_right_m_) / static_cast<double>(columns_ - 1);
   bool uniform = true;
   for (std::size_t j = 0; j < columns_; ++j) {
@@ -89,22 +95,37 @@ Height HeightField::edge_height(const GridPlace& p) const noexcept {
   if (p.fv == 1.0) z00 = z01, z10 = z11;
   const double low = z00 + p.fv * (z01 - z00);
   const double high = z10 + p.fv * (z11 - z10);
-  return {low + p.fu * (high - low), (high - low) / u_step_m_, ((1.0 - p.fu) * (z01 - z00) + p.fu * (z11 - z10)) / v_step_m(p.column)};
+  return {low + p.fu * (high - low), (high - low) * per_u_step_, ((1.0 - p.fu) * (z01 - z00) + p.fu * (z11 - z10)) / v_step_m(p.column)};
+}
+
+Height HeightField::grid_height(const GridPlace& p) const noexcept {
+  if (interpolation_ != Interpolation::Bilinear) return smooth_grid_height(p);
+  const float* low = node(p.row, p.column);
+  const float* high = low + columns_;
+  const double step0 = static_cast<double>(low[1]) - low[0];
+  const double step1 = static_cast<double>(high[1]) - high[0];
+  const double z0 = low[0] + p.fv * step0;
+  const double z1 = high[0] + p.fv * step1;
+  const double z = z0 + p.fu * (z1 - z0);
+  if (std::isnan(z)) return edge_height(p);
+  return {z, (z1 - z0) * per_u_step_, (step0 + p.fu * (step1 - step0)) / v_step_m(p.column)};
 }
 
 void HeightField::add_line(Height& height, std::size_t row, double fu, double v_m) const noexcept {
-  if (!line_z_m_.empty()) {
-    const double step = line_z_m_[row + 1] - line_z_m_[row];
-    height.z_m += line_z_m_[row] + fu * step;
-    height.dzdu += step / u_step_m_;
-  }
-  if (!banking_.empty()) {
-    const double step = banking_[row + 1] - banking_[row];
-    const double banking = banking_[row] + fu * step;
-    height.z_m += banking * v_m;
-    height.dzdu += step / u_step_m_ * v_m;
-    height.dzdv += banking;
-  }
+  if (interpolation_ != Interpolation::Bilinear) return add_smooth_line(height, row, fu, v_m);
+  const LineNode low = line_[row], high = line_[row + 1];
+  const double rise = high.z_m - low.z_m, change = high.banking - low.banking;
+  const double banking = low.banking + fu * change;
+  height.z_m += low.z_m + fu * rise;
+  height.z_m += banking * v_m;
+  height.dzdu += (rise + change * v_m) * per_u_step_;
+  height.dzdv += banking;
+}
+
+Height HeightField::on_grid(std::size_t row, double fu, double v_m) const noexcept {
+  Height height = grid_height(place(row, fu, v_m));
+  add_line(height, row, fu, v_m);
+  return height;
 }
 
 Height HeightField::at(double u_m, double v_m) const noexcept {
@@ -128,11 +149,7 @@ Height HeightField::at(double u_m, double v_m) const noexcept {
   // Banking ends at the sides of the grid, also where the grid repeats beyond them.
   const double clipped = std::clamp(v_m, v_right_m_, v_left_m_);
   const double dzdv_grid = height.dzdv;
-  if (interpolation_ == Interpolation::Bilinear) {
-    add_line(height, row, fu, clipped);
-  } else {
-    add_smooth_line(height, row, fu, clipped);
-  }
+  add_line(height, row, fu, clipped);
   double& z = height.z_m;
   double& dzdu = height.dzdu;
   double& dzdv = height.dzdv;
@@ -155,8 +172,8 @@ Height HeightField::at(double u_m, double v_m) const noexcept {
     dzdv *= share;
     z = level_m + share * (z - level_m);
   };
-  smooth(u.value - u_begin_m_, options_.smooth_begin_m, line_z_m_.empty() ? 0.0 : line_z_m_.front(), 1.0);
-  smooth(u_end_m_ - u.value, options_.smooth_end_m, line_z_m_.empty() ? 0.0 : line_z_m_.back(), -1.0);
+  smooth(u.value - u_begin_m_, options_.smooth_begin_m, line_.front().z_m, 1.0);
+  smooth(u_end_m_ - u.value, options_.smooth_end_m, line_.back().z_m, -1.0);
   return {z, u.sign * dzdu, v.sign * dzdv};
 }
 

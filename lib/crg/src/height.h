@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "closing.h"
@@ -25,8 +26,19 @@ struct GridPlace {
   double fu, fv;
 };
 
-/// Everything that height needs. Refers to the vectors of a Crg and a ReferenceLine that must
-/// outlive it.
+/// The reference line's part of the height at a row.
+struct LineNode {
+  double z_m;
+  double banking;
+};
+
+/// Prefetches what lies `bytes` from a node. That may be outside the grid, which prefetching does
+/// not mind; hence the integers.
+inline void prefetch_row(const float* node, std::ptrdiff_t bytes) {
+  __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(node) + static_cast<std::uintptr_t>(bytes)));
+}
+
+/// Everything that height needs. Refers to the grid, which must outlive it.
 class HeightField {
  public:
   HeightField(const Grid& grid, const ReferenceLine& line, const Options& options,
@@ -35,12 +47,17 @@ class HeightField {
   Height at(double u_m, double v_m) const noexcept;
 
   /// The same for places known to lie on the grid, where no border matters: row and fu of a u in
-  /// range, v within the sections. z0, z1: height of the line at the row and the next.
-  Height on_grid(std::size_t row, double fu, double v_m, double z0_m, double z1_m) const noexcept;
-  double z_on_grid(std::size_t row, double fu, double v_m, double z0_m, double z1_m) const noexcept;
-  /// The same where simple(): bilinear, even columns, no smoothing zones. `node` receives the
-  /// address of the cell's first node.
-  double z_simple(std::size_t row, double fu, double v_m, double z0_m, double z1_m, const float*& node) const noexcept;
+  /// range, v within the sections.
+  Height on_grid(std::size_t row, double fu, double v_m) const noexcept;
+  /// The same where simple(): bilinear, even columns, no smoothing zones. NaN also where a node of
+  /// the cell is NaN but has no weight: then ask the others.
+  Height at_simple(const GridPlace& place, double v_m) const noexcept;
+  double z_simple(const GridPlace& place, double v_m) const noexcept;
+  GridPlace place_simple(std::size_t row, double fu, double v_m) const noexcept {
+    const double columns = (v_m - v_right_m_) * per_v_step_;
+    const auto column = std::min(static_cast<std::ptrdiff_t>(columns), last_column_);
+    return {row, static_cast<std::size_t>(column), fu, columns - static_cast<double>(column)};
+  }
   bool simple() const { return simple_; }
   /// False where on_grid() must not be used: smoothing zones.
   bool plain() const { return plain_; }
@@ -60,13 +77,14 @@ class HeightField {
   const float* node(std::size_t row, std::size_t column) const { return z_m_ + row * columns_ + column; }
   std::size_t columns() const { return columns_; }
   std::size_t rows() const { return rows_; }
+  std::ptrdiff_t ahead_bytes() const { return ahead_bytes_; }  ///< how far ahead to prefetch: 12 rows
   double u_end_m() const { return u_end_m_; }
   double v_right_m() const { return v_right_m_; }
   double v_left_m() const { return v_left_m_; }
   double v_step_m(std::size_t column) const { return per_v_step_ > 0.0 ? v_step_m_ : v_m_[column + 1] - v_m_[column]; }
   double per_v_step() const { return per_v_step_; }  ///< 0 where v spacing varies
   bool bilinear() const { return interpolation_ == Interpolation::Bilinear; }
-  double banking(std::size_t row) const { return banking_.empty() ? 0.0 : banking_[row]; }
+  const LineNode* line() const { return line_.data(); }  ///< one per row
 
  private:
   GridPlace place_uneven(std::size_t row, double fu, double v_m) const noexcept;
@@ -79,12 +97,12 @@ class HeightField {
 
   const float* z_m_;
   const std::vector<double>& v_m_;
-  const std::vector<double>& line_z_m_;
-  const std::vector<double>& banking_;
   Options options_;
   Interpolation interpolation_;
   std::size_t rows_, columns_;
-  double u_begin_m_, u_end_m_, u_step_m_;
+  std::ptrdiff_t last_column_;  ///< of the cells
+  std::ptrdiff_t ahead_bytes_;
+  double u_begin_m_, u_end_m_, u_step_m_, per_u_step_;
   double v_right_m_, v_left_m_;
   double v_step_m_ = 0.0, per_v_step_ = 0.0;
   double period_m_ = 0.0;      ///< 0 where the track is not closed
@@ -92,6 +110,7 @@ class HeightField {
   bool joined_ = false;        ///< the last row repeats the first
   bool plain_ = true;
   bool simple_ = true;
+  std::vector<LineNode> line_;
 };
 
 inline double HeightField::grid_z(const GridPlace& p) const noexcept {
@@ -102,65 +121,24 @@ inline double HeightField::grid_z(const GridPlace& p) const noexcept {
   return z0 + p.fu * (z1 - z0);
 }
 
-inline double HeightField::z_on_grid(std::size_t row, double fu, double v_m, double z0_m, double z1_m) const noexcept {
-  const GridPlace p = place(row, fu, v_m);
-  double z;
-  if (interpolation_ == Interpolation::Bilinear) [[likely]] {
-    z = grid_z(p);
-    if (z != z) [[unlikely]] z = edge_height(p).z_m;
-  } else {
-    Height height = smooth_grid_height(p);
-    add_smooth_line(height, row, fu, v_m);
-    return height.z_m;
-  }
-  z += z0_m + fu * (z1_m - z0_m);
-  if (!banking_.empty()) z += (banking_[row] + fu * (banking_[row + 1] - banking_[row])) * v_m;
-  return z;
+inline double HeightField::z_simple(const GridPlace& p, double v_m) const noexcept {
+  const double z = grid_z(p);
+  const LineNode low = line_[p.row], high = line_[p.row + 1];
+  return z + (low.z_m + p.fu * (high.z_m - low.z_m)) + (low.banking + p.fu * (high.banking - low.banking)) * v_m;
 }
 
-inline double HeightField::z_simple(std::size_t row, double fu, double v_m, double z0_m, double z1_m, const float*& node_at) const noexcept {
-  const double columns = (v_m - v_right_m_) * per_v_step_;
-  const auto whole = std::min(static_cast<std::ptrdiff_t>(columns), static_cast<std::ptrdiff_t>(columns_) - 2);
-  const GridPlace p{row, static_cast<std::size_t>(whole), fu, columns - static_cast<double>(whole)};
-  node_at = node(p.row, p.column);
-  double z = grid_z(p);
-  if (z != z) [[unlikely]] z = edge_height(p).z_m;
-  z += z0_m + fu * (z1_m - z0_m);
-  if (!banking_.empty()) z += (banking_[row] + fu * (banking_[row + 1] - banking_[row])) * v_m;
-  return z;
-}
-
-inline Height HeightField::grid_height(const GridPlace& p) const noexcept {
-  if (interpolation_ != Interpolation::Bilinear) [[unlikely]] return smooth_grid_height(p);
+inline Height HeightField::at_simple(const GridPlace& p, double v_m) const noexcept {
   const float* low = node(p.row, p.column);
   const float* high = low + columns_;
   const double step0 = static_cast<double>(low[1]) - low[0];
   const double step1 = static_cast<double>(high[1]) - high[0];
   const double z0 = low[0] + p.fv * step0;
   const double z1 = high[0] + p.fv * step1;
-  const double z = z0 + p.fu * (z1 - z0);
-  if (z != z) [[unlikely]] return edge_height(p);
-  const double per_step = per_v_step_ > 0.0 ? per_v_step_ : 1.0 / v_step_m(p.column);
-  return {z, (z1 - z0) / u_step_m_, (step0 + p.fu * (step1 - step0)) * per_step};
-}
-
-inline Height HeightField::on_grid(std::size_t row, double fu, double v_m, double z0_m, double z1_m) const noexcept {
-  Height height = grid_height(place(row, fu, v_m));
-  if (interpolation_ != Interpolation::Bilinear) [[unlikely]] {
-    add_smooth_line(height, row, fu, v_m);
-    return height;
-  }
-  const double step = z1_m - z0_m;
-  height.z_m += z0_m + fu * step;
-  height.dzdu += step / u_step_m_;
-  if (!banking_.empty()) {
-    const double change = banking_[row + 1] - banking_[row];
-    const double banking = banking_[row] + fu * change;
-    height.z_m += banking * v_m;
-    height.dzdu += change / u_step_m_ * v_m;
-    height.dzdv += banking;
-  }
-  return height;
+  const LineNode here = line_[p.row], next = line_[p.row + 1];
+  const double rise = next.z_m - here.z_m, change = next.banking - here.banking;
+  const double banking = here.banking + p.fu * change;
+  return {z0 + p.fu * (z1 - z0) + (here.z_m + p.fu * rise) + banking * v_m, ((z1 - z0) + rise + change * v_m) * per_u_step_,
+          (step0 + p.fu * (step1 - step0)) * per_v_step_ + banking};
 }
 
 }  // namespace crg

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "clearance.h"
+#include "huge_pages.h"
+
 namespace crg {
 namespace {
 
@@ -43,21 +46,18 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
   const std::size_t segments = line.size() - 1;
   joined_ = ends_joined(line);
   if (line.closed) closing_ = find_closing(line).value_or(Closing{});
-  std::vector<SegmentFrame> frames(segments);
+  segments_ = segments;
+  reserve_huge(records_, segments + 1);
   records_.resize(segments + 1);
-  for (std::size_t i = 0; i < segments; ++i) {
-    frames[i] = segment_frame(line, i);
-    records_[i].frame = frames[i];
-    records_[i].z_m = line.z_m.empty() ? 0.0 : line.z_m[i];
-  }
-  SegmentRecord& last = records_.back();
-  last.frame = frames.back();
-  last.frame.x_m = line.x_m.back();
-  last.frame.y_m = line.y_m.back();
-  last.frame.begin_lean = last.frame.end_lean;
-  last.z_m = line.z_m.empty() ? 0.0 : line.z_m.back();
-  clearance_ = measure_clearance(frames, v_right_m, v_left_m, line.u_step_m, joined_);
-  coarse_ = CoarseIndex(frames, reach_m_);
+  for (std::size_t i = 0; i < segments; ++i) records_[i].frame = segment_frame(line, i);
+  SegmentFrame& last = records_.back().frame;
+  last = records_[segments - 1].frame;
+  last.x_m = line.x_m.back();
+  last.y_m = line.y_m.back();
+  last.begin_lean = last.end_lean;
+  const std::span<SegmentRecord> of_segments(records_.data(), segments);
+  measure_clearance(of_segments, v_right_m, v_left_m, line.u_step_m, joined_);
+  coarse_ = CoarseIndex(of_segments, reach_m_);
 
   const std::size_t leaves = (segments + kLeafSegments - 1) / kLeafSegments;
   std::size_t width = 1;
@@ -73,9 +73,9 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
       box.y_min_m = std::min(box.y_min_m, line.y_m[node]);
       box.y_max_m = std::max(box.y_max_m, line.y_m[node]);
     }
-    const double lean = std::max(std::abs(frames[i].begin_lean), std::abs(frames[i].end_lean));
+    const double lean = std::max(std::abs(records_[i].frame.begin_lean), std::abs(records_[i].frame.end_lean));
     // At a reversal the two segments have different mitre lines, see search_leaf().
-    const double slack = i + 1 < segments && !share_mitre(frames[i], frames[i + 1]) ? 1.5 : 1.0;
+    const double slack = i + 1 < segments && !share_mitre(records_[i].frame, records_[i + 1].frame) ? 1.5 : 1.0;
     box.stretch = std::max(box.stretch, slack * std::sqrt(1.0 + lean * lean));
   }
   for (std::size_t k = first_leaf_; k-- > 0;) {
@@ -91,8 +91,8 @@ double Locator::outside(double v_m) const noexcept {
 }
 
 // Walks from the hint; true when it ends in a cell that is certain to be the answer.
-bool Locator::locate_near(double x_m, double y_m, std::size_t hint, Place& place) const noexcept {
-  const std::size_t segments = records_.size() - 1;
+bool Locator::locate_near(double x_m, double y_m, std::size_t hint, double farthest, Place& place) const noexcept {
+  const std::size_t segments = segments_;
   std::size_t i = std::min(hint, segments - 1);
   for (int step = 0; step < 8; ++step) {
     const SegmentFrame& frame = records_[i].frame;
@@ -102,12 +102,12 @@ bool Locator::locate_near(double x_m, double y_m, std::size_t hint, Place& place
     const double fraction = local.past_begin_m / width;
     const bool behind = fraction > 1.0 - kNearMitre && Local(records_[i + 1].frame, x_m, y_m).past_begin_m >= 0.0;
     if (fraction >= 0.0 && !behind) {
-      if (!(fraction < 1.0 + kNearMitre) || !clearance_.covers(i, local.v_m)) return false;
+      if (!(fraction < 1.0 + kNearMitre) || !records_[i].certain(local.v_m)) return false;
       place = {i, std::min(fraction, 1.0), local.v_m, 0.0};
       return true;
     }
     // A straight line says little about places far along a curved one.
-    if (!(std::abs(fraction) < 4096.0)) return false;
+    if (!(std::abs(fraction) < farthest)) return false;
     const auto jump = behind ? std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(fraction), 1)
                              : static_cast<std::ptrdiff_t>(fraction) - 1;
     auto next = static_cast<std::ptrdiff_t>(i) + jump;
@@ -126,8 +126,7 @@ bool Locator::locate_near(double x_m, double y_m, std::size_t hint, Place& place
 }
 
 void Locator::search_leaf(std::size_t leaf, double x_m, double y_m, Best& best) const noexcept {
-  const std::size_t segments = records_.size() - 1;
-  const std::size_t end = std::min((leaf + 1) * kLeafSegments, segments);
+  const std::size_t end = std::min((leaf + 1) * kLeafSegments, segments_);
   Local here(records_[leaf * kLeafSegments].frame, x_m, y_m);
   for (std::size_t i = leaf * kLeafSegments; i < end; ++i) {
     const Local next(records_[i + 1].frame, x_m, y_m);
@@ -196,22 +195,7 @@ Place Locator::search(double x_m, double y_m) const noexcept {
 }
 
 Place Locator::locate_from(double x_m, double y_m, Cursor& cursor) const noexcept {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  if (!std::isfinite(x_m) || !std::isfinite(y_m)) return {0, 0.0, kNaN, kNaN};
-  double steps;
-  const std::size_t segment = predicted_segment(cursor, steps);
-  Place place;
-  bool found = locate_near(x_m, y_m, segment, place);
-  if (!found) {
-    const std::size_t guess = coarse_.guess(x_m, y_m);
-    found = guess != CoarseIndex::kNone && locate_near(x_m, y_m, guess, place);
-  }
-  if (!found) place = search(x_m, y_m);
-  const double moved = static_cast<double>(place.segment) - static_cast<double>(cursor.segment) + place.fraction - cursor.fraction;
-  cursor.advance = std::abs(moved) < 64.0 ? moved : 0.0;
-  cursor.segment = place.segment;
-  cursor.fraction = place.fraction;
-  return place;
+  return locate_from(x_m, y_m, cursor, [](std::size_t, float) {});
 }
 
 }  // namespace crg

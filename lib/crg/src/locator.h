@@ -2,22 +2,19 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
-#include "clearance.h"
 #include "closing.h"
 #include "coarse_index.h"
 #include "crg/surface.h"
 #include "line_geometry.h"
 
 namespace crg {
-
-/// A segment and what height needs of it, in one cache line.
-struct alignas(64) SegmentRecord {
-  SegmentFrame frame;
-  double z_m = 0.0;  ///< height of the reference line at the first node
-};
 
 /// Place of a point. fraction is 0 at the first node of the segment, 1 at the second; below 0 or
 /// above 1 only before the first and behind the last segment, where beyond_m tells how far (< 0,
@@ -47,10 +44,14 @@ class Locator {
   /// The common case: the cell predicted from the last step of the cursor certainly holds the
   /// point, which then lies within the v range. Otherwise false, and nothing is changed.
   bool locate_ahead(double x_m, double y_m, Cursor& cursor, Place& place) const noexcept;
+  /// Anywhere. `on_guess(segment, v_m)` is told where the search will go on after a jump, so that
+  /// the caller can fetch what it will need there.
   Place locate_from(double x_m, double y_m, Cursor& cursor) const noexcept;
+  template <typename OnGuess>
+  Place locate_from(double x_m, double y_m, Cursor& cursor, const OnGuess& on_guess) const noexcept;
 
   const SegmentRecord* records() const { return records_.data(); }
-  std::size_t segments() const { return records_.size() - 1; }
+  std::size_t segments() const { return segments_; }
 
  private:
   struct Box {
@@ -59,14 +60,14 @@ class Locator {
   };
   struct Best;
 
-  bool locate_near(double x_m, double y_m, std::size_t hint, Place& place) const noexcept;
+  bool locate_near(double x_m, double y_m, std::size_t hint, double farthest, Place& place) const noexcept;
   Place search(double x_m, double y_m) const noexcept;
   void search_leaf(std::size_t leaf, double x_m, double y_m, Best& best) const noexcept;
   void search_ends(double x_m, double y_m, Best& best) const noexcept;
   double outside(double v_m) const noexcept;
 
   std::vector<SegmentRecord> records_;  ///< one per segment, and one for the last node
-  Clearance clearance_;
+  std::size_t segments_ = 0;
   CoarseIndex coarse_;
   std::vector<Box> boxes_;  ///< binary tree, children of k at 2k + 1 and 2k + 2
   std::size_t first_leaf_ = 0;
@@ -90,25 +91,28 @@ struct Local {
 
 inline constexpr double kNearMitre = 1e-6;  // fraction of a cell: nearer than that both sides are asked
 
+inline constexpr double kLarge = 6755399441055744.0;  // 1.5 * 2^52
+inline constexpr double kHalf = 0.499999999;          // less, so that whole numbers are not rounded down
+
 inline std::size_t predicted_segment(const Cursor& cursor, double& steps) noexcept {
-  // Floor by integer conversion: without SSE4.1 std::floor is a library call.
-  constexpr double kBias = 1048576.0;
-  const double ahead = std::min(std::max(cursor.fraction + cursor.advance, -1e6), 1e6);
-  const auto whole = static_cast<std::ptrdiff_t>(ahead + kBias) - static_cast<std::ptrdiff_t>(kBias);
-  steps = static_cast<double>(whole);
-  return cursor.segment + static_cast<std::size_t>(whole);
+  // Floor by adding a number so large that its last bit is 1: std::floor is a library call without
+  // SSE4.1, and conversion to an integer is undefined for the numbers in a damaged cursor.
+  const double sum = ((cursor.fraction - kHalf) + cursor.advance) + kLarge;
+  steps = sum - kLarge;
+  return cursor.segment + (std::bit_cast<std::uint64_t>(sum) - std::bit_cast<std::uint64_t>(kLarge));
 }
 
 inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor, Place& place) const noexcept {
   double steps;
   const std::size_t i = predicted_segment(cursor, steps);
-  if (i >= records_.size() - 1) [[unlikely]] return false;
-  const SegmentFrame& frame = records_[i].frame;
+  if (i >= segments_) [[unlikely]] return false;
+  const SegmentRecord& record = records_[i];
+  const SegmentFrame& frame = record.frame;
   const Local local(frame, x_m, y_m);
   const double fraction = local.past_begin_m / frame.width(local.v_m);
   // What is certain lies where the cell is not folded, so the width is positive. NaN fails too.
-  if (!(fraction >= 0.0 && fraction < 1.0 - kNearMitre && clearance_.covers(i, local.v_m))) [[unlikely]] return false;
-  cursor.advance = steps + (fraction - cursor.fraction);
+  if (!(fraction >= 0.0 && fraction < 1.0 - kNearMitre && record.certain(local.v_m))) [[unlikely]] return false;
+  cursor.advance = (steps - cursor.fraction) + fraction;  // in the order that is known soonest
   cursor.segment = i;
   cursor.fraction = fraction;
   place.segment = i;
@@ -116,6 +120,36 @@ inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor, Place&
   place.v_m = local.v_m;
   place.beyond_m = 0.0;
   return true;
+}
+
+template <typename OnGuess>
+Place Locator::locate_from(double x_m, double y_m, Cursor& cursor, const OnGuess& on_guess) const noexcept {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kMax = std::numeric_limits<double>::max();
+  // Farther than this from the cursor, the tables are faster than walking.
+  constexpr double kWalk = 32.0;
+  if (!(std::abs(x_m) <= kMax && std::abs(y_m) <= kMax)) return {0, 0.0, kNaN, kNaN};
+  Place place;
+  bool found = false;
+  if (cursor.fraction != 0.0 || cursor.advance != 0.0) {  // not new
+    double steps;
+    const std::size_t segment = predicted_segment(cursor, steps);
+    found = locate_near(x_m, y_m, segment, kWalk, place);
+  }
+  if (!found) {
+    const CoarseIndex::Guess guess = coarse_.guess(x_m, y_m);
+    if (guess.segment != CoarseIndex::kNone) {
+      on_guess(guess.segment, guess.v_m);
+      Cursor there{guess.segment, 0.5, 0.0};
+      found = locate_ahead(x_m, y_m, there, place) || locate_near(x_m, y_m, guess.segment, 4096.0, place);
+    }
+  }
+  if (!found) place = search(x_m, y_m);
+  const double moved = static_cast<double>(place.segment) - static_cast<double>(cursor.segment) + place.fraction - cursor.fraction;
+  cursor.advance = std::abs(moved) < 64.0 ? moved : 0.0;
+  cursor.segment = place.segment;
+  cursor.fraction = place.fraction;
+  return place;
 }
 
 }  // namespace crg

@@ -18,6 +18,7 @@
 #include "crg/error.h"
 #include "crg/file.h"
 #include "header.h"
+#include "huge_pages.h"
 #include "text.h"
 
 namespace crg {
@@ -103,7 +104,7 @@ class RowSink {
       const std::size_t c = first_height_ + j;
       in_order_ = c < columns_.size() && columns_[c].kind == Column::Kind::Height && columns_[c].index == j;
     }
-    crg_.grid.z_m.reserve(expected_rows * heights);
+    reserve_huge(crg_.grid.z_m, expected_rows * heights);
     for (const Column& column : columns_) {
       if (std::vector<double>* channel = channel_of(column)) channel->reserve(expected_rows);
     }

@@ -61,25 +61,18 @@ Height HeightField::smooth_grid_height(const GridPlace& p) const noexcept {
 }
 
 void HeightField::add_smooth_line(Height& height, std::size_t row, double fu, double v_m) const noexcept {
-  const auto along_u = [&](const std::vector<double>& channel) -> Curve {
+  const auto along_u = [&](double LineNode::* part) -> Curve {
     double first = Sample::kNaN, last = Sample::kNaN;
-    if (row > 0) first = channel[row - 1];
-    if (row + 2 < rows_) last = channel[row + 2];
-    if (joined_ && row == 0) first = channel[rows_ - 2];
-    if (joined_ && row + 2 == rows_) last = channel[1];
-    return hermite(first, channel[row], channel[row + 1], last, u_step_m_, u_step_m_, u_step_m_, fu);
+    if (row > 0) first = line_[row - 1].*part;
+    if (row + 2 < rows_) last = line_[row + 2].*part;
+    if (joined_ && row == 0) first = line_[rows_ - 2].*part;
+    if (joined_ && row + 2 == rows_) last = line_[1].*part;
+    return hermite(first, line_[row].*part, line_[row + 1].*part, last, u_step_m_, u_step_m_, u_step_m_, fu);
   };
-  if (!line_z_m_.empty()) {
-    const Curve z = along_u(line_z_m_);
-    height.z_m += z.value;
-    height.dzdu += z.derivative;
-  }
-  if (!banking_.empty()) {
-    const Curve banking = along_u(banking_);
-    height.z_m += banking.value * v_m;
-    height.dzdu += banking.derivative * v_m;
-    height.dzdv += banking.value;
-  }
+  const Curve z = along_u(&LineNode::z_m), banking = along_u(&LineNode::banking);
+  height.z_m += z.value + banking.value * v_m;
+  height.dzdu += z.derivative + banking.derivative * v_m;
+  height.dzdv += banking.value;
 }
 
 }  // namespace crg

@@ -4,14 +4,13 @@ namespace crg {
 
 // The nodes from (row, column) on; those beyond the grid are not used and stay zero.
 void StripFiller::fill_tile(std::size_t row, std::size_t column, Tile& tile) const noexcept {
-  const SegmentRecord* records = locator_.records();
   const std::size_t rows = std::min(kTileSide, heights_.rows() - row);
   const std::size_t columns = std::min(kTileSide, heights_.columns() - column);
   tile.dz_m.fill(0.0F);
   for (std::size_t i = 0; i < rows; ++i) {
     const float* z = heights_.node(row + i, column);
-    const double line = records[row + i].z_m - base_m_;
-    const double banking = heights_.banking(row + i);
+    const double line = heights_.line()[row + i].z_m - base_m_;
+    const double banking = heights_.line()[row + i].banking;
     for (std::size_t j = 0; j < columns; ++j) {
       const double v = heights_.v_right_m() + static_cast<double>(column + j) * heights_.v_step_m(0);
       tile.dz_m[i * kTileSide + j] = static_cast<float>(line + banking * v + static_cast<double>(z[j]));

@@ -10,6 +10,7 @@
 #include "height.h"
 #include "locator.h"
 #include "strip_filler.h"
+#include "wheels_kernel.h"
 
 namespace crg {
 namespace {
@@ -98,8 +99,10 @@ struct Surface::Data {
   bool on_grid(const Place& place) const noexcept {
     return place.beyond_m == 0.0 && place.v_m >= heights.v_right_m() && place.v_m <= heights.v_left_m();
   }
-  Sample sample(const Place& place) const noexcept;
+  Sample sample(const Place& place, double x_m, double y_m) const noexcept;
   double z_of(const Place& place) const noexcept;
+  double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
+  Place locate_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   double friction_of(const Place& place) const noexcept;
   std::ptrdiff_t column_near(double v_m) const noexcept {
     const double columns = (v_m - heights.v_right_m()) * heights.per_v_step();
@@ -121,24 +124,34 @@ struct Surface::Data {
   bool curvature_of_reference_line;
 };
 
-// The rows that the next queries will need, if the cursor goes on as it went. The addresses may lie
-// outside the arrays, which prefetching does not mind; hence the integers.
+// The row that later queries will need, if the cursor goes on as it went.
 inline void Surface::Data::prefetch(const Cursor& cursor, const float* node) const noexcept {
-  constexpr std::ptrdiff_t kRowsAhead = 12;
-  const std::ptrdiff_t rows = cursor.advance < 0.0 ? -kRowsAhead : kRowsAhead;
-  const auto behind = [](const void* base, std::ptrdiff_t bytes) {
-    return reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(base) + static_cast<std::uintptr_t>(bytes));
-  };
-  __builtin_prefetch(behind(node, rows * static_cast<std::ptrdiff_t>(heights.columns() * sizeof(float))));
-  __builtin_prefetch(behind(locator.records() + cursor.segment, rows * static_cast<std::ptrdiff_t>(sizeof(SegmentRecord))));
+  prefetch_row(node, cursor.advance < 0.0 ? -heights.ahead_bytes() : heights.ahead_bytes());
 }
 
 inline double Surface::Data::z_of(const Place& place) const noexcept {
-  if (heights.plain() && on_grid(place)) [[likely]] {
-    const SegmentRecord* record = locator.records() + place.segment;
-    return heights.z_on_grid(place.segment, place.fraction, place.v_m, record[0].z_m, record[1].z_m);
+  if (heights.plain() && on_grid(place)) {
+    if (heights.simple()) {
+      const double z = heights.z_simple(heights.place_simple(place.segment, place.fraction, place.v_m), place.v_m);
+      if (!std::isnan(z)) return z;
+    }
+    return heights.on_grid(place.segment, place.fraction, place.v_m).z_m;
   }
   return heights.at(u_of(place), place.v_m).z_m;
+}
+
+// After a jump the rows of the grid are fetched while the place is still being refined.
+inline Place Surface::Data::locate_far(double x_m, double y_m, Cursor& cursor) const noexcept {
+  return locator.locate_from(x_m, y_m, cursor, [&](std::size_t segment, float v_m) {
+    const float* node = heights.node(segment, 0) + column_near(static_cast<double>(v_m));
+    __builtin_prefetch(node);
+    __builtin_prefetch(node + heights.columns());
+    __builtin_prefetch(heights.line() + segment);
+  });
+}
+
+[[gnu::noinline]] double Surface::Data::z_far(double x_m, double y_m, Cursor& cursor) const noexcept {
+  return z_of(locate_far(x_m, y_m, cursor));
 }
 
 double Surface::Data::friction_of(const Place& place) const noexcept {
@@ -165,40 +178,55 @@ Place Surface::Data::place_of(double u_m, double v_m) const noexcept {
   return place;
 }
 
-Sample Surface::Data::sample(const Place& place) const noexcept {
-  const SegmentRecord* record = locator.records() + place.segment;
-  const SegmentFrame& frame = record->frame;
-  const bool on_line = place.beyond_m == 0.0;
-  Sample sample;
-  sample.u_m = u_of(place);
-  sample.v_m = place.v_m;
-  sample.inside = on_grid(place);
+Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const noexcept {
+  const SegmentFrame& frame = locator.records()[place.segment].frame;
+  const bool inside = on_grid(place);
+  const double u_m = u_of(place);
   const Direction& direction = directions[place.segment];
-  sample.heading_rad = place.beyond_m < 0.0 ? line.heading_rad.front() : direction.heading_rad;
-  const double curvature = place.beyond_m < 0.0 ? 0.0 : direction.curvature_1pm;
-  sample.curvature_1pm = curvature_of_reference_line ? curvature : curvature / (1.0 - curvature * place.v_m);
-  const Height height = heights.plain() && sample.inside
-                            ? heights.on_grid(place.segment, place.fraction, place.v_m, record[0].z_m, record[1].z_m)
-                            : heights.at(sample.u_m, sample.v_m);
-  if (height.z_m != height.z_m) return sample;
-  sample.valid = true;
-  sample.z_m = height.z_m;
-  sample.friction = friction.empty() ? friction_constant : friction_of(place);
+  double heading_rad = direction.heading_rad, curvature_1pm = direction.curvature_1pm;
+  if (place.beyond_m < 0.0) [[unlikely]] {
+    heading_rad = line.heading_rad.front();
+    curvature_1pm = 0.0;
+  }
+  if (!curvature_of_reference_line) curvature_1pm /= 1.0 - curvature_1pm * place.v_m;
+  Height height{Sample::kNaN, Sample::kNaN, Sample::kNaN};
+  if (inside && heights.simple()) [[likely]] {
+    height = heights.at_simple(heights.place_simple(place.segment, place.fraction, place.v_m), place.v_m);
+  }
+  if (std::isnan(height.z_m)) [[unlikely]] {
+    height = inside && heights.plain() ? heights.on_grid(place.segment, place.fraction, place.v_m) : heights.at(u_m, place.v_m);
+    if (std::isnan(height.z_m)) {
+      return {.inside = inside, .u_m = u_m, .v_m = place.v_m, .x_m = x_m, .y_m = y_m, .heading_rad = heading_rad, .curvature_1pm = curvature_1pm};
+    }
+  }
   // Along the segment, u advances by a step over the width of the cell at v; along the mitre line
   // both v and the place along the segment change.
   const double lean = frame.begin_lean + place.fraction * (frame.end_lean - frame.begin_lean);
   const double width = frame.width(place.v_m);
+  double u_per_metre = line.u_step_m / width;
+  if (place.beyond_m != 0.0) [[unlikely]] u_per_metre = 1.0;
   // Where lateral cuts meet there is no gradient along the line.
-  const bool folded = std::abs(width) < 1e-9 * line.u_step_m;
-  const double along = height.dzdu * (!on_line ? 1.0 : folded ? 0.0 : line.u_step_m / width);
+  else if (std::abs(width) < 1e-9 * line.u_step_m) [[unlikely]] u_per_metre = 0.0;
+  const double along = height.dzdu * u_per_metre;
   const double across = height.dzdv - lean * along;
-  sample.dzdx = along * frame.cos - across * frame.sin;
-  sample.dzdy = along * frame.sin + across * frame.cos;
-  const double scale = 1.0 / std::sqrt(1.0 + sample.dzdx * sample.dzdx + sample.dzdy * sample.dzdy);
-  sample.normal_x = -sample.dzdx * scale;
-  sample.normal_y = -sample.dzdy * scale;
-  sample.normal_z = scale;
-  return sample;
+  const double dzdx = along * frame.cos - across * frame.sin;
+  const double dzdy = along * frame.sin + across * frame.cos;
+  const double normal_z = 1.0 / std::sqrt(1.0 + dzdx * dzdx + dzdy * dzdy);
+  return {.valid = true,
+          .inside = inside,
+          .u_m = u_m,
+          .v_m = place.v_m,
+          .x_m = x_m,
+          .y_m = y_m,
+          .z_m = height.z_m,
+          .dzdx = dzdx,
+          .dzdy = dzdy,
+          .heading_rad = heading_rad,
+          .curvature_1pm = curvature_1pm,
+          .normal_x = -dzdx * normal_z,
+          .normal_y = -dzdy * normal_z,
+          .normal_z = normal_z,
+          .friction = friction.empty() ? friction_constant : friction_of(place)};
 }
 
 Surface::Surface(Crg crg, SurfaceOptions options) {
@@ -227,23 +255,21 @@ UV Surface::uv_of_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
 double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   const Data& data = *data_;
   Place place;
-  if (!data.locator.locate_ahead(x_m, y_m, cursor, place) || !data.heights.simple()) [[unlikely]] {
-    return data.z_of(data.locator.locate_from(x_m, y_m, cursor));
+  if (data.heights.simple() && data.locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]] {
+    const GridPlace p = data.heights.place_simple(place.segment, place.fraction, place.v_m);
+    data.prefetch(cursor, data.heights.node(p.row, p.column));
+    const double z = data.heights.z_simple(p, place.v_m);
+    if (!std::isnan(z)) [[likely]] return z;
   }
-  const SegmentRecord* record = data.locator.records() + place.segment;
-  const float* node;
-  const double z = data.heights.z_simple(place.segment, place.fraction, place.v_m, record[0].z_m, record[1].z_m, node);
-  data.prefetch(cursor, node);
-  return z;
+  return data.z_far(x_m, y_m, cursor);
 }
 
 Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
-  const Place place = data_->locator.locate(x_m, y_m, cursor);
-  data_->prefetch(cursor, data_->heights.node(place.segment, 0) + data_->column_near(place.v_m));
-  Sample sample = data_->sample(place);
-  sample.x_m = x_m;
-  sample.y_m = y_m;
-  return sample;
+  const Data& data = *data_;
+  Place place;
+  if (!data.locator.locate_ahead(x_m, y_m, cursor, place)) [[unlikely]] place = data.locate_far(x_m, y_m, cursor);
+  data.prefetch(cursor, data.heights.node(place.segment, 0) + data.column_near(place.v_m));
+  return data.sample(place, x_m, y_m);
 }
 
 void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out, Cursor& cursor) const noexcept {
@@ -256,6 +282,19 @@ void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m, Cur
   for (std::size_t k = 0; k < count; ++k) z_m[k] = z_at_xy(points[k].x_m, points[k].y_m, cursor);
 }
 
+void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors, std::span<double> z_m) const noexcept {
+  const std::size_t count = std::min({points.size(), cursors.size(), z_m.size()});
+  const bool fours = data_->heights.simple() && four_wheels_available();
+  std::size_t k = 0;
+  while (k < count) {
+    if (fours && k + 4 <= count && z_of_four_wheels(data_->locator, data_->heights, &points[k], &cursors[k], &z_m[k])) {
+      k += 4;
+      continue;
+    }
+    for (const std::size_t end = std::min(k + 4, count); k < end; ++k) z_m[k] = z_at_xy(points[k].x_m, points[k].y_m, cursors[k]);
+  }
+}
+
 double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept {
   if (!std::isfinite(strip.x_m) || !std::isfinite(strip.y_m) || !std::isfinite(strip.heading_rad) || !std::isfinite(strip.step_m)) {
     std::fill(dz_m.begin(), dz_m.end(), std::numeric_limits<float>::quiet_NaN());
@@ -263,8 +302,8 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
   }
   const Place middle = data_->locator.locate(strip.x_m, strip.y_m, cursor);
   data_->prefetch(cursor, data_->heights.node(middle.segment, 0) + data_->column_near(middle.v_m));
-  const SegmentRecord* record = data_->locator.records() + middle.segment;
-  const double base = record[0].z_m + middle.fraction * (record[1].z_m - record[0].z_m);
+  const LineNode* line = data_->heights.line() + middle.segment;
+  const double base = line[0].z_m + middle.fraction * (line[1].z_m - line[0].z_m);
   StripFiller filler(data_->locator, data_->heights, strip, base, dz_m);
   filler.fill(cursor, [&](double x, double y, Cursor& near) { return data_->z_of(data_->locator.locate(x, y, near)); });
   return base;
@@ -273,12 +312,10 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
 Sample Surface::at_uv(double u_m, double v_m) const noexcept {
   if (!std::isfinite(u_m) || !std::isfinite(v_m)) return {};
   const Place place = data_->place_of(u_m, v_m);
-  Sample sample = data_->sample(place);
   const SegmentFrame& frame = data_->locator.records()[place.segment].frame;
   const Point2 point = frame.point(frame.along(place.fraction, v_m) + place.beyond_m, v_m);
+  Sample sample = data_->sample(place, point.x_m, point.y_m);
   sample.u_m = u_m;
-  sample.x_m = point.x_m;
-  sample.y_m = point.y_m;
   return sample;
 }
 

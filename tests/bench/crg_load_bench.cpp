@@ -1,0 +1,100 @@
+// Loading a KRBI file of 18.5 MB (3 km, 0.1 x 0.1 m, 15 m wide) from the page cache: seconds, and how
+// far the memory of a fresh process grows. Figures: docs/performance.md.
+#include <benchmark/benchmark.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "crg/roads.h"
+#include "crg/surface.h"
+
+namespace {
+
+using namespace crg;
+
+std::string road_path;
+
+void write_road() {
+  ReferenceLine line = test::circuit(30001, 450.0, 0.12, 5);
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const double t = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(line.size() - 1);
+    line.z_m.push_back(200.0 + 10.0 * std::sin(2.0 * t));
+    line.banking.push_back(0.04 * std::sin(5.0 * t));
+  }
+  const auto height = [](double u, double v) { return 0.01 * std::sin(7.0 * u) + 0.02 * std::cos(0.9 * v); };
+  write(make_crg(line, test::grid_of(line, -7.5, 7.5, 151, height)), road_path, Format::KRBI);
+}
+
+// Bytes that this process has had resident at once, mapped files included.
+double peak_bytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    if (word == "VmHWM:" && status >> word) return 1024.0 * std::stod(word);
+  }
+  return NAN;
+}
+
+// Runs the work in a child of its own and hands back the number it answers: the memory of one does
+// not hide in that of another.
+template <typename Work>
+double in_child(Work work) {
+  int ends[2];
+  if (pipe(ends) != 0) return NAN;
+  const pid_t child = fork();
+  if (child == 0) {
+    const double answer = work();
+    _exit(::write(ends[1], &answer, sizeof answer) == sizeof answer ? 0 : 1);
+  }
+  double answer = NAN;
+  if (::read(ends[0], &answer, sizeof answer) != sizeof answer) answer = NAN;
+  close(ends[0]);
+  close(ends[1]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return answer;
+}
+
+// The payload: the grid and the three channels beside it.
+double payload_bytes(const Crg& crg) { return 4.0 * static_cast<double>(crg.grid.z_m.size() + 3 * crg.grid.rows()); }
+
+double growth_of(bool with_surface) {
+  return in_child([&] {
+    const double before = peak_bytes();
+    Crg crg = read(road_path);
+    const double payload = payload_bytes(crg);
+    if (!with_surface) return (peak_bytes() - before) / payload;
+    const Surface surface(std::move(crg));
+    return (peak_bytes() - before) / payload;
+  });
+}
+double growth_read = NAN, growth_surface = NAN;
+
+void load(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(read(road_path));
+  state.counters["peak_ratio"] = growth_read;
+}
+void load_and_make_surface(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(Surface(read(road_path)));
+  state.counters["peak_ratio"] = growth_surface;
+}
+BENCHMARK(load)->Unit(benchmark::kMillisecond);
+BENCHMARK(load_and_make_surface)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string folder = (std::filesystem::temp_directory_path() / "crg_load_XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) return 1;
+  road_path = folder + "/road.crg";
+  in_child([] { return write_road(), 0.0; });
+  growth_read = growth_of(false);
+  growth_surface = growth_of(true);
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+  std::filesystem::remove_all(folder);
+}
