@@ -15,6 +15,7 @@ extern "C" {
 /* The interface grows at the end of structs only; struct_size tells how much the caller knows. */
 #define CRG_API_VERSION 1
 
+/* NOLINTBEGIN(modernize-use-using,readability-identifier-naming) */
 typedef struct crg_surface crg_surface;
 
 typedef struct crg_cursor {
@@ -46,6 +47,7 @@ typedef struct crg_sample {
   double heading_rad, curvature_1pm;
   double friction;
 } crg_sample;
+/* NOLINTEND(modernize-use-using,readability-identifier-naming) */
 
 /* CRG_API_VERSION of the library. */
 int crg_api_version(void);

@@ -88,7 +88,11 @@ void Checker::check_modifiers() {
   for (const char* axis : {"U", "V"}) {
     const std::string absolute = std::string("REFPOINT_") + axis;
     if (given(absolute.c_str()) && given((absolute + "_FRACTION").c_str())) {
-      add(Severity::Warning, "modifiers.placement", "both " + absolute + " and " + absolute + "_FRACTION are given; " + absolute + " wins");
+      std::string message = "both " + absolute;
+      message += " and " + absolute;
+      message += "_FRACTION are given; " + absolute;
+      message += " wins";
+      add(Severity::Warning, "modifiers.placement", message);
     }
   }
   try {

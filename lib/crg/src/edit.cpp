@@ -154,7 +154,9 @@ Crg resample(Crg crg, const ResampleOptions& options) {
     const double steps = std::max(1.0, std::round(width / *options.v_step_m));
     if (steps > 1e6) throw Error(crg.source + ": resample to " + shortest(steps) + " columns: want at most 1e6");
     grid.v_m.clear();
-    for (double j = 0.0; j <= steps; j += 1.0) grid.v_m.push_back(right + width * j / steps);
+    for (std::size_t j = 0; j <= static_cast<std::size_t>(steps); ++j) {
+      grid.v_m.push_back(right + width * static_cast<double>(j) / steps);
+    }
   }
   if (static_cast<double>(line.size()) * static_cast<double>(grid.v_m.size()) > 4e9) {
     throw Error(crg.source + ": resample to " + std::to_string(line.size()) + " x " + std::to_string(grid.v_m.size()) + " nodes: want at most 4e9");

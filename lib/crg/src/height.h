@@ -35,6 +35,7 @@ struct LineNode {
 /// Prefetches what lies `bytes` from a node. That may be outside the grid, which prefetching does
 /// not mind; hence the integers.
 inline void prefetch_row(const float* node, std::ptrdiff_t bytes) {
+  // NOLINTNEXTLINE(performance-no-int-to-ptr)
   __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(node) + static_cast<std::uintptr_t>(bytes)));
 }
 

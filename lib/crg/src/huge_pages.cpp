@@ -13,7 +13,7 @@ void prefer_huge_pages(void* memory, std::size_t bytes) noexcept {
   constexpr std::uintptr_t kPage = std::uintptr_t{2} << 20U;
   const auto begin = reinterpret_cast<std::uintptr_t>(memory);
   const std::uintptr_t first = (begin + kPage - 1) / kPage * kPage, end = (begin + bytes) / kPage * kPage;
-  if (first < end) static_cast<void>(::madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE));
+  if (first < end) static_cast<void>(::madvise(static_cast<char*>(memory) + (first - begin), end - first, MADV_HUGEPAGE));
 #else
   static_cast<void>(memory);
   static_cast<void>(bytes);

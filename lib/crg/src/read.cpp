@@ -324,7 +324,7 @@ void read_text(Header& header, const std::string& name, std::string_view payload
     while (c < columns && next_line(line)) {
       if (c == 0 && trim(line).empty()) continue;
       const std::string place = name + ":" + std::to_string(line_number);
-      if (trim(line.size() > 80 ? line.substr(80) : std::string_view()).size() > 0) {
+      if (line.size() > 80 && !trim(line.substr(80)).empty()) {
         throw Error(place + ": a record of " + std::to_string(line.size()) + " characters: want at most 80");
       }
       for (std::size_t k = 0; k < per_record && c < columns; ++k, ++c) {
@@ -435,7 +435,7 @@ std::filesystem::path include_target(const std::string& text, const std::string&
     }
     path = value + path.substr(std::min(path.size(), end + (braces ? 1 : 0)));
   }
-  const std::filesystem::path given(path);
+  std::filesystem::path given(path);
   if (given.is_absolute()) return given;
   const std::filesystem::path beside = std::filesystem::path(from).parent_path() / given;
   std::error_code ignored;

@@ -24,7 +24,7 @@ struct RowQuadratic {
 inline float sample(const Tile& tile, float row, float column) {
   const int i = static_cast<int>(row), j = static_cast<int>(column);
   const float fu = row - static_cast<float>(i), fv = column - static_cast<float>(j);
-  const float* z = tile.dz_m.data() + i * static_cast<int>(kTileSide) + j;
+  const float* z = tile.dz_m.data() + static_cast<std::ptrdiff_t>(i) * static_cast<std::ptrdiff_t>(kTileSide) + j;
   const float low = z[0] + fv * (z[1] - z[0]);
   const float high = z[kTileSide] + fv * (z[kTileSide + 1] - z[kTileSide]);
   return low + fu * (high - low);
