@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "crg/file.h"
@@ -168,6 +169,23 @@ TEST(Findings, ABumpOnAClassDRoadIsStillFound) {
   Oval oval = oval_road(options);
   plant(oval, [&](double u, double) { return std::abs(u - 150.0) > 1.0 ? 0.0 : 0.1 * 0.5 * (1.0 + std::cos(M_PI * (u - 150.0))); });
   expect_only(defects(oval), "bump", 150.0, 150.0, 0.1, 0.04);
+}
+
+TEST(Findings, WavesAreOneFinding) {
+  Oval oval = clean_oval();
+  // A zigzag of 10 m, as coarse meshes have it, over eight waves.
+  plant(oval, [](double u, double) {
+    if (u < 100.0 || u > 180.0) return 0.0;
+    const double phase = std::fmod(u - 100.0, 10.0) / 10.0;
+    return phase < 0.25 ? 0.4 * phase : phase < 0.75 ? 0.2 - 0.4 * phase : 0.4 * phase - 0.4;
+  });
+  const auto found = defects(oval);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0].u_begin_m, 100.0, 5.0);
+  EXPECT_NEAR(found[0].u_end_m, 180.0, 5.0);
+  double height_mm = 0.0, wave_m = 0.0;
+  ASSERT_EQ(std::sscanf(found[0].text.c_str(), "Waves of up to %lf mm, %lf m from crest to crest", &height_mm, &wave_m), 2) << found[0].text;
+  EXPECT_NEAR(wave_m, 10.0, 0.2);
 }
 
 TEST(Findings, VerdictFollowsTheWorst) {

@@ -317,11 +317,13 @@ void find_deviations(const KerbStrips& reference_kerbs, const HeightMap& referen
     result.findings.push_back(std::move(f));
   };
   constexpr std::size_t kMost = 100;  // per kind; the map shows them all
+  // Three quarters of the bound keep together what scatter around the bound would cut into many pieces.
   std::vector<Piece> off = join_cells(result, [&](std::size_t k) {
-    return !on_kerb[k] && std::abs(static_cast<double>(result.error_m[k])) > options.min_deviation_m;
+    return !on_kerb[k] && std::abs(static_cast<double>(result.error_m[k])) > 0.75 * options.min_deviation_m;
   });
   std::erase_if(off, [&](const Piece& p) {
-    return static_cast<double>(p.cells) * cell_m2 < options.min_deviation_area_m2 || p.column_low == p.column_high || p.row_low == p.row_high;
+    return static_cast<double>(std::abs(p.worst)) <= options.min_deviation_m ||
+           static_cast<double>(p.cells) * cell_m2 < options.min_deviation_area_m2 || p.column_low == p.column_high || p.row_low == p.row_high;
   });
   std::stable_sort(off.begin(), off.end(), [](const Piece& a, const Piece& b) { return std::abs(a.worst) > std::abs(b.worst); });
   // A narrow long piece that lies lower where the reference has a ridge has lost a kerb that was not

@@ -472,6 +472,48 @@ std::vector<Swelling> find_swellings(const HeightMap& map, const Residuals& r, c
   return found;
 }
 
+/// Crests and troughs that follow each other at one distance become one finding: four lines say no more than one.
+std::vector<Finding> join_waves(std::vector<Finding> found) {
+  constexpr double kLongestWave_m = 24.0;
+  constexpr std::size_t kFewestSwellings = 4;
+  std::stable_sort(found.begin(), found.end(), [](const Finding& a, const Finding& b) { return a.u_begin_m < b.u_begin_m; });
+  const auto middle_m = [](const Finding& f) { return 0.5 * (f.u_begin_m + f.u_end_m); };
+  std::vector<Finding> joined;
+  std::vector<std::uint8_t> taken(found.size(), 0);
+  for (std::size_t first = 0; first < found.size(); ++first) {
+    if (taken[first]) continue;
+    std::vector<std::size_t> run = {first};
+    for (std::size_t k = first + 1; k < found.size(); ++k) {
+      const Finding &last = found[run.back()], &next = found[k];
+      const double distance_m = middle_m(next) - middle_m(last);
+      if (distance_m > 0.5 * kLongestWave_m) break;
+      if (taken[k] || next.kind == last.kind || next.v_begin_m > last.v_end_m + 1.0 || next.v_end_m < last.v_begin_m - 1.0) continue;
+      if (run.size() > 1) {
+        const double before_m = middle_m(last) - middle_m(found[run[run.size() - 2]]);
+        if (distance_m < 0.6 * before_m || distance_m > 1.6 * before_m) continue;
+      }
+      run.push_back(k);
+    }
+    if (run.size() < kFewestSwellings) {
+      joined.push_back(found[first]);
+      continue;
+    }
+    Finding f = found[first];
+    for (const std::size_t k : run) {
+      taken[k] = 1;
+      if (found[k].value > f.value) f.value = found[k].value, f.kind = found[k].kind;
+      if (found[k].severity == Severity::error) f.severity = Severity::error;
+      f.u_end_m = std::max(f.u_end_m, found[k].u_end_m);
+      f.v_begin_m = std::min(f.v_begin_m, found[k].v_begin_m), f.v_end_m = std::max(f.v_end_m, found[k].v_end_m);
+    }
+    const double wave_m = 2.0 * (middle_m(found[run.back()]) - middle_m(found[first])) / static_cast<double>(run.size() - 1);
+    f.text = fmt::format("Waves of up to {:.0f} mm, {:.1f} m from crest to crest, {} crests and troughs from u = {:.1f} m to {:.1f} m",
+                         1000.0 * f.value, wave_m, run.size(), f.u_begin_m, f.u_end_m);
+    joined.push_back(std::move(f));
+  }
+  return joined;
+}
+
 std::vector<Finding> find_bumps(const HeightMap& map, const KerbStrips& kerbs, const FindingOptions& options,
                                 const std::vector<Finding>& steps) {
   std::vector<Finding> found;
@@ -508,7 +550,7 @@ std::vector<Finding> find_bumps(const HeightMap& map, const KerbStrips& kerbs, c
       found.push_back(std::move(f));
     }
   }
-  return found;
+  return join_waves(std::move(found));
 }
 
 }  // namespace

@@ -91,17 +91,20 @@ function main() {
     section('health', 'File', health(data)),
     el('footer', {}, 'Every number of this page is in report.json. Drawn with uPlot and three.js (MIT licence).'));
 
-  // Print light, at the paper's width, with every line of the tables.
+  // Print light, at the paper's width, with every line of the tables. Browsers lay out for paper only after
+  // this event: the attribute gives the page its paper width while the charts are drawn anew.
   let themeBefore;
   addEventListener('beforeprint', () => {
     themeBefore = document.documentElement.dataset.theme;
     document.documentElement.dataset.theme = 'light';
+    document.documentElement.dataset.printing = 'yes';
     document.querySelectorAll('details').forEach((node) => { node.open = true; });
     state.emit('theme');
     state.emit('print');
     refreshCharts();
   });
   addEventListener('afterprint', () => {
+    delete document.documentElement.dataset.printing;
     if (themeBefore === undefined) delete document.documentElement.dataset.theme;
     else document.documentElement.dataset.theme = themeBefore;
     state.emit('theme');

@@ -9,7 +9,9 @@ import { scaleOf } from './colour.js';
 
 export function makeScene(sheet, windows, data, state) {
   const canvas = el('canvas', { tabindex: 0, 'aria-label': '3-D view' });
-  const box = el('div', { class: 'canvas scene' }, canvas);
+  // On paper a picture stands for the canvas: browsers print WebGL at its size on the screen.
+  const paper = el('img', { alt: '3-D view', decoding: 'sync' });
+  const box = el('div', { class: 'canvas scene' }, canvas, paper);
   const exaggeration = el('input', { type: 'range', min: 1, max: 30, step: 1, value: 5, 'aria-label': 'Vertical exaggeration' });
   const exaggerationText = el('span', {}, '5×');
   const detail = el('select', { 'aria-label': 'Full detail' },
@@ -261,7 +263,7 @@ export function makeScene(sheet, windows, data, state) {
       frame();
     }
     if (what === 'field' || what === 'theme') paint();
-    if (what === 'print') { resize(); paint(); render(); return; }
+    if (what === 'print') { resize(); frame(); paint(); render(); paper.src = canvas.toDataURL(); return; }
     later();
   });
   new ResizeObserver(() => { resize(); frame(); render(); }).observe(box);
