@@ -1,4 +1,4 @@
-// crgbuild report and build --report, run as the program it is.
+// crgbuild report and build, run as the program it is.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ class Reported : public ::testing::Test {
   static void SetUpTestSuite() {
     folder = new Folder;
     write(*folder / "stadium.obj", Stadium{}.obj());
-    ran = crgbuild({"build", *folder / "stadium.obj", "-o", *folder / "out", "--report"});
+    ran = crgbuild({"build", *folder / "stadium.obj", "-o", *folder / "out"});
   }
   static void TearDownTestSuite() {
     delete folder;
@@ -39,6 +39,7 @@ TEST_F(Reported, BuildWritesItBesideTheRoad) {
   EXPECT_EQ(report["verdict"], "usable") << report["findings"].dump(1);
   EXPECT_EQ(report["title"], "stadium");
   EXPECT_EQ(report["comparisons"][0]["key"], "mesh");
+  EXPECT_EQ(report["comparisons"][1]["key"], "before");
   EXPECT_THAT(report["command_line"].get<std::string>(), HasSubstr("crgbuild build"));
 }
 

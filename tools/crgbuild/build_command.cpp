@@ -56,8 +56,9 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 
 int run_build(const BuildCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.input, command.flags);
-  const road::BuildResult result =
-      road::build_track(recipe, command.output_dir, terminal.progress());
+  road::BuildEvidence evidence;
+  const road::BuildResult result = road::build_track(
+      recipe, command.output_dir, terminal.progress(), command.no_report ? nullptr : &evidence);
   terminal.progress_done();
   if (terminal.json) {
     terminal.print(result.summary_json);
@@ -92,7 +93,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
       for (const auto& remark : s[stage]["remarks"])
         terminal.print(fmt::format("remark   {}\n", one_line(remark.get<std::string>())));
   }
-  if (command.report) report_build(command, recipe, result, terminal);
+  if (!command.no_report) report_build(command, recipe, result, evidence, terminal);
   if (result.validation_failures.empty()) return kOk;
   throw_validation_failed(result.crg_path, result.validation_failures);
 }

@@ -41,7 +41,7 @@ road::Recipe make_recipe(const RecipeFlags& flags);
 
 struct BuildCommand {
   std::string input, output_dir;
-  bool report = false;
+  bool no_report = false;
   RecipeFlags flags;
 };
 int run_build(const BuildCommand& command, Terminal& terminal);
@@ -104,7 +104,8 @@ int run_report(const ReportCommand& command, Terminal& terminal);
 
 /// The report of a road that was just built, into the same folder.
 void report_build(const BuildCommand& command, const road::Recipe& recipe,
-                  const road::BuildResult& result, Terminal& terminal);
+                  const road::BuildResult& result, const road::BuildEvidence& evidence,
+                  Terminal& terminal);
 
 struct InfoCommand {
   std::string crg;

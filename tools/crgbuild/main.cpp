@@ -95,11 +95,12 @@ void define_main_way(CLI::App& app, Commands& c) {
           "--name", [&c](const std::string& v) { c.build.flags.emplace_back("name", v); },
           "files are called <name>.crg, <name>.png, ... [the mesh's name]")
       ->type_name("NAME");
-  build->add_flag("--report", c.build.report,
-                  "also write report.html and report.json: what is wrong with the road, and where");
+  build->add_flag("--no-report", c.build.no_report,
+                  "leave out report.html and report.json, and the time they take");
   build->footer(
-      "Writes <name>.crg (the road), <name>.png (look at it first), summary.json (every number),\n"
-      "<name>.stl (the surface that was kept) and centreline.csv into the folder.\n\n"
+      "Writes <name>.crg (the road), <name>.png (look at it first), report.html (what is wrong with\n"
+      "the road, and where), report.json and summary.json (every number), <name>.stl (the surface that\n"
+      "was kept) and centreline.csv into the folder.\n\n"
       "Examples:\n"
       "  crgbuild build track.obj -o out\n"
       "  crgbuild build track.fbx -o out --up y --unit cm --v-max-m 12\n"

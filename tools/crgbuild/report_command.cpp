@@ -94,11 +94,15 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   return kOk;
 }
 
-void report_build(const BuildCommand& command, const road::Recipe& recipe, const road::BuildResult& result, Terminal& terminal) {
+void report_build(const BuildCommand& command, const road::Recipe& recipe, const road::BuildResult& result,
+                  const road::BuildEvidence& evidence, Terminal& terminal) {
   road::ReportRequest request;
   place_mesh(recipe, request);
   request.crg_path = result.crg_path;
   request.title = recipe.name;
+  request.mesh = &evidence.mesh;
+  request.provenance = &evidence.provenance;
+  if (evidence.before) request.before = &*evidence.before;
   request.command_line = command_line("build", {{"", command.input}, {"-o", command.output_dir}}, command.flags);
   const auto summary = nlohmann::json::parse(result.summary_json);
   if (recipe.trajectory_path) {  // the build has fitted it already

@@ -39,7 +39,8 @@ crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
   return file;
 }
 
-BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress) {
+BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress,
+                        BuildEvidence* evidence) {
   const Clock::time_point start = Clock::now();
   const std::filesystem::path dir(output_dir);
   BuildResult paths;
@@ -54,7 +55,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   summary.recipe = recipe;
   Stages stage(progress, summary.seconds, 11);
 
-  const Mesh mesh = stage("read", [&] {
+  Mesh mesh = stage("read", [&] {
     if (!recipe.recipe_path.empty()) summary.inputs.push_back({"recipe", recipe.recipe_path, sha256_of_file(recipe.recipe_path)});
     summary.inputs.push_back({"mesh", recipe.mesh_path, sha256_of_file(recipe.mesh_path)});
     const auto add = [&](const char* role, const std::optional<std::string>& path) {
@@ -82,6 +83,8 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   SampledGrid sampled = stage("sample", [&] {
     return sample_grid(road, surface, line, centreline, recipe.sample, &summary.sample);
   });
+  std::optional<crg::Grid> before;
+  if (evidence && sampled.grid.z_m.size() <= kMaxBeforeNodes) before = sampled.grid;
   sampled = stage("kerb", [&] {
     return refine_kerbs(std::move(sampled), surface, road, line, recipe.kerb, &summary.kerb);
   });
@@ -106,6 +109,11 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   });
   stage("validate", [&] { summary.validate = validate(paths.crg_path, mesh, validate_options); });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);
+  if (evidence) {
+    evidence->mesh = std::move(mesh);
+    evidence->provenance = std::move(sampled.provenance);
+    if (before) evidence->before = track_crg(line, std::move(*before));
+  }
   summary.seconds_total = seconds_since(start);
   paths.summary_json = summary_json(summary);
   write_file(paths.summary_path, paths.summary_json);

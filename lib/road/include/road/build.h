@@ -2,12 +2,15 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "crg/file.h"
 #include "road/edges.h"
+#include "road/mesh.h"
 #include "road/recipe.h"
+#include "road/sample.h"
 
 namespace road {
 
@@ -20,13 +23,22 @@ struct BuildResult {
   std::vector<std::string> validation_failures;  ///< why the road must not be used; empty = validation passed
 };
 
+/// What a report shows beyond the written file (ReportRequest takes each as it is).
+struct BuildEvidence {
+  Mesh mesh;                           ///< as read, in metres
+  std::vector<Provenance> provenance;  ///< per node of the file
+  std::optional<crg::Crg> before;      ///< before kerb refinement and smoothing; none above kMaxBeforeNodes
+};
+constexpr std::size_t kMaxBeforeNodes = 40'000'000;  ///< 160 MB
+
 /// The file of a track: what crg::make_crg makes of it, with BORDER_MODE_U and BORDER_MODE_V 0, because
 /// beside and beyond the grid is no road (the standard's default repeats the height of its border).
 crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid);
 
 /// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json and <name>.png into
-/// `output_dir` (made if missing). Each file appears whole or not at all.
-BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress = {});
+/// `output_dir` (made if missing). Each file appears whole or not at all. Fills `evidence` where given.
+BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress = {},
+                        BuildEvidence* evidence = nullptr);
 
 /// Two surveyed edges in place of a mesh.
 struct EdgeRecipe {
