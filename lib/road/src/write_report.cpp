@@ -343,6 +343,14 @@ double middle_of_road(const HeightMap& map, const std::vector<RowExtent>& extent
   return middles[middles.size() / 2];
 }
 
+/// Whether a wheel path rides the same before and after: IRI to its last digit in the report.
+bool rides_the_same(const report::RoughnessTrack& a, const report::RoughnessTrack& b) {
+  return std::ranges::equal(a.iri, b.iri, [](const auto& s, const auto& t) {
+    return (std::isnan(s.iri_m_per_km) && std::isnan(t.iri_m_per_km)) || std::abs(s.iri_m_per_km - t.iri_m_per_km) < 0.005;
+  });
+}
+
+/// The tracks of the road before refinement are left out where they ride as those after it.
 void add_roughness(const HeightMap& map, double middle_m, bool before, report::TrackReport& report) {
   const double step_m = map.line.u_step_m;
   for (const bool left : {true, false}) {
@@ -372,6 +380,7 @@ void add_roughness(const HeightMap& map, double middle_m, bool before, report::T
         track.iri.push_back({map.line.u_begin_m + segment.begin_m, map.line.u_begin_m + segment.end_m, segment.iri_m_per_km});
       }
     }
+    if (before && !track.iri.empty() && rides_the_same(report.roughness[left ? 0 : 1], track)) continue;
     report.roughness.push_back(std::move(track));
   }
 }
