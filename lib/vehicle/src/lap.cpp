@@ -6,19 +6,19 @@
 #include <cmath>
 
 #include "vehicle/error.h"
+#include "vehicle/work.h"
 
 namespace vehicle {
 namespace {
 
-void add(Powers<double>& sum, const Powers<double>& power, double step_s) {
-  const auto take = [&](double Powers<double>::*member) { sum.*member += power.*member * step_s; };
+void add(Powers<double>& sum, const Powers<double>& work) {
   for (const auto member :
        {&Powers<double>::tyre_normal, &Powers<double>::tyre_x, &Powers<double>::tyre_y,
         &Powers<double>::tyre_moment, &Powers<double>::drag, &Powers<double>::downforce,
         &Powers<double>::side, &Powers<double>::damper, &Powers<double>::brake,
         &Powers<double>::engine, &Powers<double>::driveline, &Powers<double>::clutch,
         &Powers<double>::fuel})
-    take(member);
+    sum.*member += work.*member;
 }
 
 }  // namespace
@@ -70,8 +70,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
       out.problem = describe(result, time_s, under.u_m, under.v_m);
       break;
     }
-    // Trapezoids: half of each power before and after the step.
-    add(out.energy_j, detail.power, (out.steps == 1 ? 0.5 : 1.0) * options.step.step_s);
+    add(out.energy_j, work_of_step(car, before, sim.state, detail, options.step));
     bool off = false;
     for (const WheelDetail<double>& wheel : detail.wheel) {
       off = off || !wheel.road.on_road;
@@ -123,7 +122,6 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
       break;
     }
   }
-  add(out.energy_j, detail.power, -0.5 * options.step.step_s);
   out.complete = static_cast<int>(out.lap_s.size()) == laps;
   out.energy_change_j = energy(car, sim.state) - energy_begin;
   out.telemetry = recorder.table();

@@ -30,6 +30,9 @@ struct WheelDetail {
   T rolling_radius_m = T(0);
   T decay_x_1ps = T(0), decay_y_1ps = T(0);  ///< of the contact patch's deflections
   T brake_stiffness_nms = T(0);              ///< fall of the brake torque per wheel speed
+  Vec3<T> axis, arm, swing;  ///< spin axis; wheel centre to contact; contact per travel
+  Vec3<T> couple;            ///< moment of the tyre on the wheel
+  T couple_on_travel = T(0), damper_n = T(0);
   RoadPoint road;
 };
 
@@ -66,6 +69,7 @@ struct Detail {
   T clutch_stiffness_nms = T(0);  ///< fall of the clutch torque per slip speed
   T differential_nm = T(0), differential_stiffness_nms = T(0);
   T drag_n = T(0), front_downforce_n = T(0), rear_downforce_n = T(0);
+  T drag_x_n = T(0), drag_y_n = T(0), side_n = T(0);  ///< along the body's axes
 };
 
 namespace dynamics_detail {
@@ -395,6 +399,11 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     travel_force[i] += dot(contact_force, swing) + dot(couple, turn[i]);
     const T wheel_moment = dot(cross(arm, contact_force) + couple, axis[i]);
     spin_torque[i] += wheel_moment;
+    w.axis = axis[i];
+    w.arm = arm;
+    w.swing = swing;
+    w.couple = couple;
+    w.couple_on_travel = dot(couple, turn[i]);
     const Vec3<T> tread = v + spin[i] * cross(axis[i], arm);
     power.tyre_normal += w.fz_n * dot(n, tread);
     power.tyre_x += w.fx_n * dot(w.heading, tread);
@@ -440,6 +449,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
                                           : p.axle(a, P::front_rebound_damping_nspm)) *
                              rate)
                          : evaluate(files.damper_n[a], rate);
+    detail.wheel[i].damper_n = damper;
     power.damper -= damper * rate;
     travel_force[i] +=
         spring - damper + p.axle(a, P::front_unsprung_mass_kg) * dot(gravity, slide[i]);
@@ -501,9 +511,11 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       const T& k = amplitude(Term::aero_drag);
       const T height = p[P::aero_drag_height_m] - p[P::chassis_cog_height_m];
       detail.drag_n = k * drag * air_speed;
-      push({-k * drag * air.x, -k * drag * air.y, T(0)}, {T(0), T(0), height}, power.drag);
-      const T side = -k * half_density * p[P::aero_side_area_m2] * air_speed * air.y;
-      push({T(0), side, T(0)}, {-p[P::aero_side_behind_cog_m], T(0), height}, power.side);
+      detail.drag_x_n = -k * drag * air.x;
+      detail.drag_y_n = -k * drag * air.y;
+      push({detail.drag_x_n, detail.drag_y_n, T(0)}, {T(0), T(0), height}, power.drag);
+      detail.side_n = -k * half_density * p[P::aero_side_area_m2] * air_speed * air.y;
+      push({T(0), detail.side_n, T(0)}, {-p[P::aero_side_behind_cog_m], T(0), height}, power.side);
     }
     if (active(Term::aero_downforce)) {
       const T& k = amplitude(Term::aero_downforce);

@@ -1,0 +1,60 @@
+#include "vehicle/work.h"
+
+namespace vehicle {
+
+Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
+                            const State<double>& after, const Detail<double>& detail,
+                            const StepOptions& options) {
+  using P = Parameter;
+  const Parameters<double>& p = car.parameters;
+  const double h = options.step_s;
+  const bool implicit = options.integrator == Integrator::kSemiImplicit;
+  const auto mean = [&](std::size_t i) { return 0.5 * (before[i] + after[i]); };
+  const auto change = [&](std::size_t i) { return implicit ? after[i] - before[i] : 0.0; };
+  const Vec3<double> V{mean(kVx), mean(kVy), mean(kVz)};
+  const Vec3<double> omega{mean(kRollRate), mean(kPitchRate), mean(kYawRate)};
+  Powers<double> work;
+
+  std::array<double, kWheels> spin;  // against the body
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const WheelDetail<double>& w = detail.wheel[i];
+    const double rate = mean(kTravelRate + i);
+    spin[i] = mean(kSpin + i) - dot(omega, w.axis);
+    const Vec3<double> tread =
+        V + cross(omega, w.contact_m) + rate * w.swing + spin[i] * cross(w.axis, w.arm);
+    work.tyre_normal += h * w.fz_n * dot(w.normal, tread);
+    work.tyre_x += h * w.fx_n * dot(w.heading, tread);
+    work.tyre_y += h * w.fy_n * dot(w.left, tread);
+    work.tyre_moment +=
+        h * (dot(w.couple, omega) + w.couple_on_travel * rate + dot(w.couple, w.axis) * spin[i]);
+    work.damper -= h * w.damper_n * rate;
+    work.brake += h * (w.brake_nm - w.brake_stiffness_nms * change(kSpin + i)) * spin[i];
+  }
+
+  const auto push = [&](const Vec3<double>& force, const Vec3<double>& at) {
+    return h * (dot(force, V) + dot(cross(at, force), omega));
+  };
+  const double drag_height_m = p[P::aero_drag_height_m] - p[P::chassis_cog_height_m];
+  work.drag = push({detail.drag_x_n, detail.drag_y_n, 0.0}, {0.0, 0.0, drag_height_m});
+  work.side = push({0.0, detail.side_n, 0.0}, {-p[P::aero_side_behind_cog_m], 0.0, 0.0});
+  work.downforce = push({0.0, 0.0, -detail.front_downforce_n}, {car.wheel_m[0].x, 0.0, 0.0}) +
+                   push({0.0, 0.0, -detail.rear_downforce_n}, {car.wheel_m[2].x, 0.0, 0.0});
+
+  const double engine = mean(kEngine);
+  const double axle = 0.5 * (spin[2] + spin[3]), difference = spin[2] - spin[3];
+  const double clutch_nm =
+      detail.clutch_nm +
+      detail.clutch_stiffness_nms *
+          (change(kEngine) - detail.gear_ratio * 0.5 * (change(kSpin + 2) + change(kSpin + 3)));
+  const double differential_nm =
+      detail.differential_nm +
+      detail.differential_stiffness_nms * (change(kSpin + 2) - change(kSpin + 3));
+  const double driven_nm = clutch_nm * detail.gear_ratio * detail.drive_efficiency;
+  work.engine = h * detail.engine_nm * engine;
+  work.clutch = -h * clutch_nm * (engine - detail.gear_ratio * axle);
+  work.driveline = h * (driven_nm * axle - clutch_nm * engine - differential_nm * difference);
+  work.fuel = h * detail.power.fuel;
+  return work;
+}
+
+}  // namespace vehicle
