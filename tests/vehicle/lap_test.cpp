@@ -51,8 +51,8 @@ double residual(const LapResult& r) {
 }
 
 // What all forces did is what the car's energy changed by, as a share of what went through the
-// engine; with every term, and without each (measured: 0.0006 %; 0.02 % on g-track-1). What is left is the
-// first-order step's and halves with it.
+// engine; with every term, and without each (measured: 0.0006 %; 0.02 % on g-track-1). What is left
+// is the first-order step's and halves with it.
 TEST(Lap, KeepsItsEnergyBalance) {
   const Vehicle v = racer();
   const crg::Surface surface(stadium());

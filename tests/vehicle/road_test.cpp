@@ -5,13 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "test_car.h"
 #include "test_roads.h"
 
 namespace {
 
-using vehicle::Road;
-using vehicle::RoadCursors;
-using vehicle::RoadPoint;
+using namespace vehicle;  // NOLINT: a test of this library
 
 TEST(Road, IsThePlaneItWasTold) {
   RoadCursors cursors;
@@ -63,6 +62,53 @@ TEST(Road, TakesGripFromTheFrictionMap) {
   RoadCursors cursors;
   EXPECT_NEAR(Road(surface).at(20.0, 2.0, 0.0, 0, cursors).friction, 0.4, 1e-6);
   EXPECT_NEAR(Road(surface).at(20.0, -2.0, 0.0, 0, cursors).friction, 0.9, 1e-6);
+}
+
+// The first row and the last of a closed road may be a millimetre apart.
+TEST(Road, GoesOnOverTheSeamOfAClosedRoad) {
+  const crg::Surface surface(stadium());
+  const crg::ReferenceLine& line = surface.reference_line();
+  const double x0 = line.x_m.back(), y0 = line.y_m.back();
+  const Road road(surface);
+  RoadCursors cursors;
+  for (int i = 0; i <= 100; ++i)
+    for (const double v : {-5.0, 0.0, 4.0}) {
+      const double x = x0 + 0.01 * i * (line.x_m.front() - x0) * 1.2;
+      const double y = y0 + 0.01 * i * (line.y_m.front() - y0) * 1.2 + v;
+      const RoadPoint point = road.at(x, y, 0.0, 0, cursors);
+      EXPECT_TRUE(point.on_road) << i;
+      EXPECT_EQ(point.z_m, 0.0) << i;
+    }
+}
+
+TEST(Road, StopsAtAHoleOrGoesOnAsAsked) {
+  crg::Crg file = straight(60, 0.5, [](double, double) { return 0.0; });
+  const std::size_t columns = file.grid.columns();
+  for (std::size_t i = 80; i < 84; ++i)  // u = 40 to 42 m, right half
+    for (std::size_t j = 0; j < columns / 2; ++j) file.grid.z_m[i * columns + j] = std::nanf("");
+  const crg::Surface surface(std::move(file));
+  const CarFiles files = test_car_files();
+  const Car<double> car = make_car(files, test_parameters(), default_amplitudes());
+  for (const bool stop : {false, true}) {
+    StartOptions begin;
+    begin.x_m = 20;
+    begin.speed_mps = 15;
+    begin.gear = 0;
+    Simulation<double> sim = start(car, Road(surface), begin);
+    Detail<double> detail{};
+    StepOptions options;
+    options.stop_off_road = stop;
+    StepResult result;
+    Controls<double> neutral;
+    neutral.gear_command = 0;
+    while (result.ok() && sim.state[kX] < 50)
+      result = step(car, sim, neutral, Road(surface), options, detail);
+    EXPECT_EQ(result.ok(), !stop);
+    if (!stop) continue;
+    EXPECT_EQ(result.problem, StepResult::Problem::kNoRoad);
+    EXPECT_EQ(result.index, 1u);  // front right
+    EXPECT_NEAR(detail.wheel[1].road.u_m, 39.5, 0.6);
+  }
 }
 
 }  // namespace

@@ -25,16 +25,17 @@ struct CarOptions {
   std::string contact;                ///< empty: as in the vehicle file
   std::string integrator = "semi-implicit";
   double step_s = 0.001;
+  bool stop_off_road = false;
 };
 
 struct LapCommand {
   CarOptions car;
-  std::string track_path, friction_path, out_path;
+  std::string track_path, friction_path, out_path, devices_path;
   int laps = 1;
   bool standing = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
-  double grip_usage = 0.80;
-  double margin_m = 1.6;
+  double grip_usage = 0.75;
+  double margin_m = 2.0;
   double rate_hz = 100.0;
 };
 int lap(const LapCommand& command);
@@ -50,7 +51,7 @@ int replay(const ReplayCommand& command);
 
 struct ManoeuvreCommand {
   CarOptions car;
-  std::string kind, out_path;
+  std::string kind, out_path, devices_path;
   double speed_mps = 30.0, duration_s = 6.0, steer_rad = 0.03, frequency_hz = 0.5;
   double pressure_pa = 3e6, height_m = 0.03, low_grip = 0.4, fuel_kg = 30.0;
   double rate_hz = 1000.0;

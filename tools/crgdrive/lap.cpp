@@ -28,15 +28,21 @@ int lap(const LapCommand& command) {
   options.record_every =
       command.out_path.empty() ? 0 : steps_per_row(command.rate_hz, options.step.step_s);
 
+  vehicle::DeviceFile devices;
+  if (!command.devices_path.empty()) {
+    devices = vehicle::read_devices(command.devices_path);
+    options.devices = &devices;
+  }
+
   const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
   for (std::size_t i = 0; i < result.lap_s.size(); ++i)
     fmt::print("lap {}: {:.3f} s\n", i + 1, result.lap_s[i]);
   fmt::print(
       "top speed {:.1f} m/s; at most {:.2f} m off the line; a wheel came within {:.2f} m of the "
       "road's edge, "
-      "{} of {} steps with a wheel off the road\n",
+      "{} of {} steps with a wheel off the road; swings at the step: {:.4f} % of the static load\n",
       result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
-      result.steps);
+      result.steps, 100.0 * result.step_swing);
   const double sum = result.energy_j.sum();
   fmt::print(
       "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
@@ -47,9 +53,10 @@ int lap(const LapCommand& command) {
       result.energy_j.driveline / 1e3, result.energy_j.damper / 1e3, sum / 1e3,
       result.energy_change_j / 1e3);
   if (!command.out_path.empty()) {
-    std::vector<std::string> roads{command.track_path};
-    if (!command.friction_path.empty()) roads.push_back(command.friction_path);
-    vehicle::write_file(command.out_path, provenance("lap", v, command.car, roads) +
+    std::vector<std::string> files{command.track_path};
+    if (!command.friction_path.empty()) files.push_back(command.friction_path);
+    if (!command.devices_path.empty()) files.push_back(command.devices_path);
+    vehicle::write_file(command.out_path, provenance("lap", v, command.car, files) +
                                               vehicle::format_table(result.telemetry));
   }
   if (!result.complete) throw vehicle::Error(result.problem);

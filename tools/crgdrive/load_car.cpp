@@ -20,8 +20,10 @@ vehicle::Vehicle load_vehicle(const CarOptions& options) {
 }
 
 vehicle::StepOptions step_options(const CarOptions& options) {
-  return {options.step_s, options.integrator == "explicit" ? vehicle::Integrator::kExplicitEuler
-                                                           : vehicle::Integrator::kSemiImplicit};
+  return {options.step_s,
+          options.integrator == "explicit" ? vehicle::Integrator::kExplicitEuler
+                                           : vehicle::Integrator::kSemiImplicit,
+          options.stop_off_road};
 }
 
 std::size_t steps_per_row(double rate_hz, double step_s) {

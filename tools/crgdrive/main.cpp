@@ -18,6 +18,9 @@ void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
   app.add_option("--integrator", car.integrator, "semi-implicit (default) or explicit (Euler)")
       ->check(CLI::IsMember({"semi-implicit", "explicit"}));
   app.add_option("--step-s", car.step_s, "Length of a step, s")->check(CLI::Range(1e-5, 0.01));
+  app.add_flag("--stop-off-road", car.stop_off_road,
+               "A wheel over a hole or beside the road ends the run; without: it goes on over the "
+               "nearest valid height");
 }
 
 }  // namespace
@@ -58,6 +61,8 @@ int main(int argc, char** argv) {
   lap_app->add_option("--friction", lap.friction_path,
                       "CRG file of the same shape whose heights are grip factors");
   lap_app->add_option("-o,--out", lap.out_path, "Telemetry to write, CSV");
+  lap_app->add_option("--devices", lap.devices_path,
+                      "Device configuration: telemetry as sensors measure it; without: ideal");
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
   lap_app->add_option("--tyre-k", lap.tyre_k, "Tyre temperature at the start, K (cold: 295)")
@@ -105,6 +110,9 @@ int main(int argc, char** argv) {
       ->required();
   add_car_options(*manoeuvre_app, manoeuvre.car);
   manoeuvre_app->add_option("-o,--out", manoeuvre.out_path, "Telemetry to write, CSV");
+  manoeuvre_app->add_option(
+      "--devices", manoeuvre.devices_path,
+      "Device configuration: telemetry as sensors measure it; without: ideal");
   manoeuvre_app->add_option("--speed-mps", manoeuvre.speed_mps, "Speed at the start, m/s")
       ->check(CLI::Range(0.0, 120.0));
   manoeuvre_app->add_option("--seconds", manoeuvre.duration_s, "Duration, s")

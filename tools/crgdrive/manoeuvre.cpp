@@ -27,6 +27,14 @@ int manoeuvre(const ManoeuvreCommand& command) {
   m.step = step_options(command.car);
   m.record_every = steps_per_row(command.rate_hz, m.step.step_s);
 
+  vehicle::DeviceFile devices;
+  std::vector<std::string> files;
+  if (!command.devices_path.empty()) {
+    devices = vehicle::read_devices(command.devices_path);
+    m.devices = &devices;
+    files.push_back(command.devices_path);
+  }
+
   const vehicle::ManoeuvreResult r = vehicle::run_manoeuvre(car, m);
   fmt::print(
       "{}: largest wheel load {:.0f} N, lateral acceleration {:.2f} m/s2, yaw rate {:.3f} rad/s; "
@@ -35,7 +43,7 @@ int manoeuvre(const ManoeuvreCommand& command) {
       r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string());
   if (!command.out_path.empty())
     vehicle::write_file(command.out_path,
-                        provenance("manoeuvre " + command.kind, v, command.car, {}) +
+                        provenance("manoeuvre " + command.kind, v, command.car, files) +
                             vehicle::format_table(r.telemetry));
   if (!r.complete) throw vehicle::Error(r.problem);
   return 0;

@@ -101,8 +101,11 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   const double understeer =
       p[P::chassis_mass_kg] / wheelbase *
       (rear / front_stiffness - p[P::chassis_cog_behind_front_m] / rear_stiffness);
+  // A tail that comes round turns the car faster than the arc asks: he steers against it.
+  const double against = o.yaw_damping * wheelbase * (arc - state[kYawRate] / std::max(vx, 5.0));
   out.steer_command_rad =
-      p[P::steering_ratio] * std::clamp(arc * (wheelbase + understeer * vx * vx), -0.45, 0.45);
+      p[P::steering_ratio] *
+      std::clamp(arc * (wheelbase + understeer * vx * vx) + against, -0.45, 0.45);
 
   // Speed: the profile a moment ahead, and its own slope.
   const double look = 0.10 * std::max(vx, 1.0);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "vehicle/error.h"
@@ -20,6 +21,36 @@ void add(Powers<double>& sum, const Powers<double>& work) {
         &Powers<double>::fuel})
     sum.*member += work.*member;
 }
+
+/// Looks for loads that go up in one step and down in the next, on and on.
+class StepSwing {
+ public:
+  void look(const Car<double>& car, const Detail<double>& detail) {
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      Wheel& w = wheel_[i];
+      const double change = detail.wheel[i].fz_n - w.load_n;
+      w.load_n = detail.wheel[i].fz_n;
+      w.run = change * w.changes[w.next] < 0.0 ? w.run + 1 : 0;
+      w.next = (w.next + 1) % kRun;
+      w.changes[w.next] = change;
+      if (w.run < kRun) continue;
+      double least = std::abs(change);
+      for (const double one : w.changes) least = std::min(least, std::abs(one));
+      largest_ = std::max(largest_, least / car.static_load_n[axle_of(i)]);
+    }
+  }
+  double largest() const { return largest_; }
+
+ private:
+  static constexpr std::size_t kRun = 12;
+  struct Wheel {
+    double load_n = 0.0;
+    std::array<double, kRun> changes{};
+    std::size_t next = 0, run = 0;
+  };
+  std::array<Wheel, kWheels> wheel_;
+  double largest_ = 0.0;
+};
 
 }  // namespace
 
@@ -52,8 +83,9 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   LapResult out;
   const auto& v_m = surface.file().grid.v_m;
   out.least_edge_m = v_m.back() - v_m.front();
-  Recorder recorder(std::max<std::size_t>(1, options.record_every));
+  RunRecorder recorder(options.devices, options.record_every, options.step.step_s);
   Detail<double> detail{};
+  StepSwing swing;
   crg::Cursor cursor;
   const double energy_begin = energy(car, sim.state);
   double lap_begin_s = 0.0, last_s_m = 0.0;
@@ -71,6 +103,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
       break;
     }
     add(out.energy_j, work_of_step(car, before, sim.state, detail, options.step));
+    swing.look(car, detail);
     bool off = false;
     for (const WheelDetail<double>& wheel : detail.wheel) {
       off = off || !wheel.road.on_road;
@@ -85,7 +118,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
         std::abs((before[kX] - line.x_m[i]) * dy - (before[kY] - line.y_m[i]) * dx) /
         std::max(1e-9, std::hypot(dx, dy));
     out.furthest_off_line_m = std::max(out.furthest_off_line_m, away);
-    if (options.record_every > 0) {
+    if (recorder.wants_step()) {
       const crg::UV place = surface.uv_of_xy(before[kX], before[kY], cursor);
       recorder.record(time_s, before, detail, controls, place.u_m, place.v_m);
     }
@@ -122,6 +155,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
       break;
     }
   }
+  out.step_swing = swing.largest();
   out.complete = static_cast<int>(out.lap_s.size()) == laps;
   out.energy_change_j = energy(car, sim.state) - energy_begin;
   out.telemetry = recorder.table();

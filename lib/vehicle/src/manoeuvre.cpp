@@ -94,7 +94,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   begin.gear = neutral ? 0 : choose_gear(car, m.speed_mps, 6);
   Simulation<double> sim = start(car, road, begin);
   Detail<double> detail{};
-  Recorder recorder(std::max<std::size_t>(1, m.record_every));
+  RunRecorder recorder(m.devices, m.record_every, m.step.step_s);
   ManoeuvreResult out;
   constexpr double kBegin_s = 1.0;
   double brake_x_m = 0.0;
@@ -135,7 +135,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
       out.problem = describe(result, t, under.u_m, under.v_m);
       break;
     }
-    recorder.record(t, before, detail, c, before[kX], before[kY]);
+    if (recorder.wants_step()) recorder.record(t, before, detail, c, before[kX], before[kY]);
     for (const auto& wheel : detail.wheel) out.peak_fz_n = std::max(out.peak_fz_n, wheel.fz_n);
     out.peak_ay_mps2 = std::max(out.peak_ay_mps2, std::abs(detail.specific_force_mps2.y));
     out.peak_yaw_rate_radps = std::max(out.peak_yaw_rate_radps, std::abs(before[kYawRate]));

@@ -27,6 +27,7 @@ RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
   crg::Sample sample = surface_->at_xy(x_m, y_m, cursors.wheel[wheel]);
   if (std::abs(sample.z_m - z_near_m) > kOtherLevel_m || (!sample.valid && std::isfinite(z_near_m)))
     sample = other_leg(x_m, y_m, z_near_m, sample);
+  if (!sample.valid) sample = over_seam(sample);
   if (!sample.valid) return nearest_valid(sample);
   out.z_m = sample.z_m;
   out.dzdx = sample.dzdx;
@@ -142,6 +143,17 @@ crg::Sample Road::other_leg(double x_m, double y_m, double z_near_m,
     }
   }
   return best;
+}
+
+/// A closed road has no end: what lies between its last row and its first has the height of the
+/// nearer one.
+crg::Sample Road::over_seam(const crg::Sample& gap) const noexcept {
+  const crg::ReferenceLine& line = surface_->reference_line();
+  if (!line.closed) return gap;
+  const double end = line.u_begin_m + line.u_step_m * static_cast<double>(line.size() - 1);
+  const double u_m = std::clamp(gap.u_m, line.u_begin_m, end);
+  if (u_m == gap.u_m || std::abs(u_m - gap.u_m) > line.u_step_m) return gap;
+  return surface_->at_uv(u_m, gap.v_m);
 }
 
 RoadPoint Road::nearest_valid(const crg::Sample& hole) const noexcept {

@@ -88,17 +88,4 @@ void fill_telemetry(double time_s, const State<double>& s, const Detail<double>&
   put4(kTyre);
 }
 
-Recorder::Recorder(std::size_t every, std::size_t rows)
-    : every_(every == 0 ? 1 : every), row_(telemetry_channels().size()) {
-  for (const std::string& name : telemetry_channels()) table_.add(name, {});
-  for (auto& column : table_.columns) column.reserve(rows);
-}
-
-void Recorder::record(double time_s, const State<double>& state, const Detail<double>& detail,
-                      const Controls<double>& controls, double u_m, double v_m) {
-  if (steps_++ % every_ != 0) return;
-  fill_telemetry(time_s, state, detail, controls, u_m, v_m, row_);
-  for (std::size_t i = 0; i < row_.size(); ++i) table_.columns[i].push_back(row_[i]);
-}
-
 }  // namespace vehicle

@@ -11,6 +11,7 @@ namespace vehicle {
 struct DriverOptions {
   double preview_s = 0.35;      ///< time ahead of the point he steers at
   double preview_m = 5.0;       ///< and the distance that adds to it
+  double yaw_damping = 1.0;     ///< steering against a yaw rate that the path does not ask for
   double speed_gain_1ps = 1.2;  ///< acceleration asked per speed error
   double slip_drive = 0.09;     ///< wheel slip above which he lifts
   double slip_brake = 0.09;     ///< wheel slip above which he releases a wheel's brake

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "vehicle/driver.h"
-#include "vehicle/telemetry.h"
+#include "vehicle/sensors.h"
 
 namespace vehicle {
 
@@ -18,6 +18,7 @@ struct LapOptions {
   double longest_s = 600.0;       ///< per lap, before it counts as not finished
   std::size_t record_every = 10;  ///< steps per row of telemetry; 0: none
   StepOptions step;
+  const DeviceFile* devices = nullptr;  ///< telemetry as these measure it; nullptr: ideal
   DriverOptions driver;
   RacingLineOptions line;
   SpeedOptions speed;  ///< temperatures and fuel are taken from the run
@@ -31,6 +32,9 @@ struct LapResult {
   double least_edge_m = 0.0;         ///< smallest distance of a wheel to the edge of the v range
   std::size_t steps_off_road = 0;    ///< steps with a wheel beside the grid or over a hole
   double top_mps = 0.0;
+  /// Largest change of a wheel load from step to step that went back and forth over 12 steps, as a
+  /// share of the static load: an integration that is about to become unstable swings at its step.
+  double step_swing = 0.0;
   std::size_t steps = 0;
   Powers<double> energy_j;       ///< what each power added up to, over all laps
   double energy_change_j = 0.0;  ///< change of the car's energy over the same steps

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "vehicle/telemetry.h"
+#include "vehicle/sensors.h"
 
 namespace vehicle {
 
@@ -36,6 +36,7 @@ struct Manoeuvre {
   double fuel_kg = 30.0;
   std::size_t record_every = 1;  ///< steps per row of telemetry
   StepOptions step;
+  const DeviceFile* devices = nullptr;  ///< telemetry as these measure it; nullptr: ideal
 };
 
 struct ManoeuvreResult {

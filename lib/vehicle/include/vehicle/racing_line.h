@@ -27,7 +27,7 @@ struct RacingLine {
 
 struct RacingLineOptions {
   double station_m = 4.0;  ///< spacing; short against the shortest corner
-  double margin_m = 1.6;   ///< centre of the car to the edge of valid road: half a car and reserve
+  double margin_m = 2.0;   ///< centre of the car to the edge of valid road: half a car and reserve
   int sweeps = 4000;       ///< of the relaxation at each of its levels
 };
 
@@ -39,7 +39,7 @@ struct RacingLineOptions {
 RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options = {});
 
 struct SpeedOptions {
-  double grip_usage = 0.80;  ///< share of the tyres' peak friction the driver uses
+  double grip_usage = 0.75;  ///< share of the tyres' peak friction the driver uses
   double tyre_k = 360.0;     ///< temperature of the tyres he reckons with
   double fuel_kg = 30.0;
   double top_mps = 110.0;

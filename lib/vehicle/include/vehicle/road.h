@@ -50,6 +50,7 @@ class Road {
  private:
   crg::Sample other_leg(double x_m, double y_m, double z_near_m,
                         const crg::Sample& first) const noexcept;
+  crg::Sample over_seam(const crg::Sample& gap) const noexcept;
   RoadPoint nearest_valid(const crg::Sample& hole) const noexcept;
 
   const crg::Surface* surface_ = nullptr;

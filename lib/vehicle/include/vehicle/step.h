@@ -52,6 +52,8 @@ enum class Integrator {
 struct StepOptions {
   double step_s = 0.001;
   Integrator integrator = Integrator::kSemiImplicit;
+  bool stop_off_road = false;  ///< a wheel over a hole or beside the grid ends the run; otherwise the
+                               ///< car goes on over the nearest valid height
 };
 
 /// The whole of a running car; trivially copyable when T is: a copy is a restart point.
@@ -251,7 +253,9 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
   State<T> rate;
   derivative(car, sim.state, in, road, sim.cursors, rate, detail);
   for (std::size_t i = 0; i < kWheels; ++i)
-    if (!std::isfinite(detail.wheel[i].road.z_m)) return {StepResult::Problem::kNoRoad, i};
+    if (!std::isfinite(detail.wheel[i].road.z_m) ||
+        (options.stop_off_road && !detail.wheel[i].road.on_road))
+      return {StepResult::Problem::kNoRoad, i};
   integrate(car, sim.state, rate, detail, options);
   sim.time_s = static_cast<double>(sim.discrete.step) * options.step_s;
   for (std::size_t i = 0; i < kStateSize; ++i)

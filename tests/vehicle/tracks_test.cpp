@@ -1,0 +1,86 @@
+// Whole laps of real tracks and of the demo circuit with its kerbs: built here, then driven.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "support/run_crgbuild.h"
+#include "vehicle/lap.h"
+#include "vehicle/vehicle_file.h"
+
+namespace {
+
+using namespace vehicle;  // NOLINT: a test of this library
+
+class Tracks : public ::testing::TestWithParam<const char*> {
+ protected:
+  /// The road, built by crgbuild; empty where its mesh is not installed.
+  static std::optional<crg::Surface> build(const std::string& name, const cli::Folder& folder) {
+    std::vector<std::string> arguments;
+    if (name == "kerbstone-ring") {
+      const std::string circuit = fmt::format("{}/tracks/{}/circuit.yaml", KERBSTONE_SOURCE, name);
+      EXPECT_EQ(cli::crgbuild({"synth", circuit, "-o", folder.path()}).code, 0);
+      arguments = {"build", folder / "kerbstone-ring.obj", "--start-near-m", "0,0"};
+    } else {
+      if (!cli::exists(fmt::format("{0}/road/{1}/{1}.acc", TORCS_TRACKS, name))) return {};
+      arguments = {"build", fmt::format("{}/tracks/{}/track.yaml", KERBSTONE_SOURCE, name)};
+    }
+    arguments.insert(arguments.end(), {"-o", folder.path()});
+    const cli::Ran ran = cli::crgbuild(arguments);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return crg::Surface(crg::read(folder / (name + ".crg")));
+  }
+};
+
+TEST_P(Tracks, AreDrivenHotColdAndByExplicitEuler) {
+  const cli::Folder folder;
+  const std::optional<crg::Surface> surface = build(GetParam(), folder);
+  if (!surface) GTEST_SKIP() << "the package torcs-data is not installed";
+  Vehicle v = read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+  const auto drive = [&](const char* what, const LapOptions& options) {
+    const Car<double> car = make_car(v.files, v.parameters, v.terms);
+    const LapResult r = drive_laps(car, Road(*surface), options);
+    EXPECT_TRUE(r.complete) << what << ": " << r.problem;
+    // All four wheels on the road's v range, at all times.
+    EXPECT_GT(r.least_edge_m, 0.0) << what;
+    EXPECT_EQ(r.steps_off_road, 0u) << what;
+    EXPECT_LT(r.step_swing, 0.01) << what;
+    EXPECT_LT(std::abs(r.energy_j.sum() - r.energy_change_j), 1e-3 * r.energy_j.engine) << what;
+    fmt::print("{} {}: {:.3f} s, top {:.1f} m/s, edge {:.2f} m, swing {:.4f} %\n", GetParam(), what,
+               r.lap_s.empty() ? 0.0 : r.lap_s[0], r.top_mps, r.least_edge_m, 100 * r.step_swing);
+    return r;
+  };
+  LapOptions options;
+  options.record_every = 0;
+  const LapResult hot = drive("hot", options);
+  if (std::string(GetParam()) == "g-track-1") {
+    EXPECT_EQ(drive("hot again", options).lap_s, hot.lap_s);
+  }
+  options.standing = true;
+  options.tyre_k = options.disc_k = 295;
+  const LapResult cold = drive("cold, standing", options);
+  EXPECT_GT(cold.lap_s.at(0), hot.lap_s.at(0) + 1.0);
+  // Explicit Euler from standstill to top speed. Frictions that stick within less than these speeds
+  // are too stiff for a step of 1 ms: they chatter (docs/vehicle.md).
+  v.parameters[Parameter::differential_stick_radps] = 5;
+  v.parameters[Parameter::clutch_stick_radps] = 20;
+  v.parameters[Parameter::brake_stop_radps] = 1;
+  options.tyre_k = 360;
+  options.disc_k = 500;
+  options.step.integrator = Integrator::kExplicitEuler;
+  const LapResult euler = drive("explicit Euler, standing", options);
+  EXPECT_GT(euler.top_mps, 50);
+}
+
+INSTANTIATE_TEST_SUITE_P(, Tracks,
+                         ::testing::Values("g-track-1", "e-track-3", "aalborg", "kerbstone-ring"),
+                         [](const auto& track) {
+                           std::string name = track.param;
+                           for (char& c : name)
+                             if (c == '-') c = '_';
+                           return name;
+                         });
+
+}  // namespace
