@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "crg/file.h"
 #include "support/oval_road.h"
@@ -113,6 +114,45 @@ TEST(Compare, OneAndManyThreadsGiveTheSame) {
   const auto b = road::compare(file.map, file.kerbs, road::reference_of(rays), "mesh", many);
   ASSERT_EQ(a.error_m.size(), b.error_m.size());
   EXPECT_EQ(0, std::memcmp(a.error_m.data(), b.error_m.data(), a.error_m.size() * sizeof(float)));
+}
+
+/// Points on the road of the oval with the bump, 5 mm of noise, one in fifty half a metre above.
+TEST(Compare, ACloudShowsWhatTheFileLacks) {
+  Oval bumpy = clean_oval();
+  plant(bumpy, [](double u, double) { return std::abs(u - 150.0) > 2.0 ? 0.0 : 0.03 * (1.0 + std::cos(M_PI * (u - 150.0) / 2.0)); });
+  const crg::Surface truth(crg::make_crg(bumpy.line, bumpy.grid));
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 0.005);
+  std::vector<Eigen::Vector3d> points;
+  for (double u = 100.0; u < 200.0; u += 0.05) {
+    for (double v = -4.0; v < 4.0; v += 0.05) {
+      const crg::Point2 xy = truth.xy_of_uv(u, v);
+      const bool stray = points.size() % 50 == 0;
+      points.emplace_back(xy.x_m, xy.y_m, truth.z_at_uv(u, v) + noise(random) + (stray ? 0.5 : 0.0));
+    }
+  }
+  const Road file(clean_oval());
+  const road::ReferenceHeights cloud = road::reference_of(std::span<const Eigen::Vector3d>(points));
+  // Where nothing is planted: the mean of some 70 points of 5 mm each.
+  std::vector<crg::Point2> at;
+  std::vector<double> known, got(200);
+  for (int k = 0; k < 200; ++k) {
+    const crg::Point2 xy = truth.xy_of_uv(110.0 + 0.1 * k, -3.0 + 0.03 * k);
+    at.push_back({xy.x_m, xy.y_m});
+    known.push_back(truth.z_at_uv(110.0 + 0.1 * k, -3.0 + 0.03 * k));
+  }
+  cloud(at, known, got);
+  for (std::size_t k = 0; k < got.size(); ++k) EXPECT_NEAR(got[k], known[k], 0.003) << k;
+  road::CompareOptions options;
+  options.reference_is_truth = false;
+  const road::Comparison c = road::compare(file.map, file.kerbs, cloud, "cloud", options);
+  ASSERT_EQ(c.findings.size(), 1u);
+  EXPECT_EQ(c.findings[0].kind, "deviation");
+  EXPECT_NEAR(c.findings[0].value, -0.06, 0.006);
+  EXPECT_GT(c.findings[0].u_begin_m, 147.0);
+  EXPECT_LT(c.findings[0].u_end_m, 153.0);
+  EXPECT_EQ(c.findings[0].severity, road::Severity::remark);
+  EXPECT_GT(c.share_without_reference, 0.8);
 }
 
 }  // namespace

@@ -526,6 +526,10 @@ report::TrackReport make_report(const ReportRequest& request) {
     also("against", request.against_path);
     compare_with("against", file_name(request.against_path), reference_of(*loaded.against), false);
   }
+  if (!request.cloud_path.empty()) {
+    also("cloud", request.cloud_path);
+    compare_with("cloud", "cloud", reference_of(request.cloud_points_m), false);
+  }
   if (request.before != nullptr || !request.before_path.empty()) {
     loaded.before.emplace(request.before != nullptr ? crg::Surface(*request.before) : read_surface(request.before_path));
     if (request.before == nullptr) also("before", request.before_path);
@@ -583,7 +587,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   add_roughness(map, middle_m, false, report);
   if (loaded.before) add_roughness(height_map(*loaded.before), middle_m, true, report);
   for (const auto& [key, comparison] : comparisons) {
-    const std::string reference = key == "mesh" ? file_name(request.mesh_path) : key == "against" ? file_name(request.against_path) : "before refinement";
+    const std::string reference = key == "mesh" ? file_name(request.mesh_path) : key == "against" ? file_name(request.against_path) : key == "cloud" ? file_name(request.cloud_path) : "before refinement";
     report.comparisons.push_back(view_of(comparison, key, reference));
   }
   for (const ReportSource& source : request.sources) report.inputs.push_back({source.role, source.path, source.sha256});

@@ -114,7 +114,7 @@ export function makeLinkedChart(state, options, rows, height, name) {
 
 /// Lines over v: a cut across the road.
 export function makeCrossPlot(cross, height = 170) {
-  const colours = { file: '--s1', mesh: '--s2', against: '--s3', before: '--s4' };
+  const colours = { file: '--s1', mesh: '--s2', against: '--s3', cloud: '--s2', before: '--s4' };
   const rows = [cross.at_v_m, ...cross.lines.map((l) => l.z_m)];
   // Over the lowest height in the cut: absolute heights have too many digits to read.
   const known = cross.lines.flatMap((l) => l.z_m).filter((z) => z !== null);

@@ -122,7 +122,7 @@ function histogram(comparison) {
 }
 
 export function errors(data, state) {
-  const titles = { mesh: 'Against the mesh', against: 'Against another road file', before: 'Before and after refinement' };
+  const titles = { mesh: 'Against the mesh', against: 'Against another road file', cloud: 'Against the cloud', before: 'Before and after refinement' };
   if (data.comparisons.length === 0) {
     return [el('div', { class: 'panel', 'data-view': 'errors' }, el('p', { class: 'muted' },
       'Nothing to compare with was given: neither the mesh, nor another road file, nor the road before refinement.'))];

@@ -26,6 +26,11 @@ ReferenceHeights reference_of(const RaySurface& mesh, const RotoTranslation& T_g
 /// The heights of another road where its grid has some. `surface` must outlive the result.
 ReferenceHeights reference_of(const crg::Surface& surface, double reach_m = 1.0);
 
+/// The surface that measured points lie on (map frame, any order): at each place the plane through the points
+/// within 0.25 m and reach_m above or below, those beyond three scatters left out. NaN where fewer than
+/// 6 remain or they lie on one side. Keeps an index of 8 bytes a point; `points_m` must outlive the result.
+ReferenceHeights reference_of(std::span<const Eigen::Vector3d> points_m, double reach_m = 1.0);
+
 struct CompareOptions {
   double u_cell_m = 0.5;          ///< cells of the error map; doubled until they are fewer than max_cells
   double v_cell_m = 0.25;

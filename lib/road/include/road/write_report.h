@@ -1,6 +1,7 @@
 // The validation report of a road file: every number computed once, then report.json and report.html.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct ReportRequest {
   std::vector<ControlPoint> control_points;  ///< fitted: residuals on the plan, and where the mesh lies
   RotoTranslation T_global_mesh;           ///< where the mesh lies, when there are no control points
   std::string against_path;                ///< another road file
+  std::string cloud_path;                  ///< measured points: names those in cloud_points_m
+  std::span<const Eigen::Vector3d> cloud_points_m;  ///< in the map frame; those far from the road do no harm
   std::string before_path;                 ///< the same road before smoothing and kerb refinement
   const crg::Crg* before = nullptr;        ///< the same, in memory
   std::string grip_path;                   ///< a road file that holds friction in place of heights
