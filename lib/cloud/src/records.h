@@ -1,0 +1,50 @@
+// A cloud file as records: where the fields of point i lie in its bytes. One decoder serves all
+// binary formats; each header reader only fills this in.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cloud/read_cloud.h"
+
+namespace cloud {
+
+enum class FieldType : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
+std::size_t size_of(FieldType type);
+
+/// Which value of a point a field holds.
+enum class Role : std::uint8_t { x, y, z, time, intensity, classification, none };
+/// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification" ...
+Role role_of(std::string name);
+
+struct Field {
+  Role role = Role::none;
+  FieldType type = FieldType::f32;
+  std::size_t offset = 0;  ///< of point 0's value from the begin of the bytes
+  std::size_t stride = 0;  ///< from one point to the next
+  double scale = 1.0, add = 0.0;
+  std::uint8_t mask = 0xff;  ///< for classification
+};
+
+struct Records {
+  std::string_view bytes;    ///< of the file, or of `owned`
+  std::string owned;         ///< what had to be unpacked first
+  std::size_t count = 0;
+  bool big_endian = false;
+  std::vector<Field> fields;
+  bool text = false;         ///< numbers in lines instead; columns[k] is the role of column k
+  std::vector<Role> columns;
+  std::size_t text_begin = 0;
+  std::size_t first_line = 1;
+  bool counted = false;      ///< text: `count` points are promised
+};
+
+/// Each throws road::Error naming `name`. They fill in the report's format, unit and remarks.
+Records las_records(std::string_view bytes, const std::string& name, CloudReadReport& report);
+Records ply_records(std::string_view bytes, const std::string& name, CloudReadReport& report);
+Records pcd_records(std::string_view bytes, const std::string& name, CloudReadReport& report);
+
+}  // namespace cloud

@@ -1,0 +1,205 @@
+#include "cloud/read_cloud.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "road/error.h"
+#include "support/cloud_files.h"
+#include "support/temporary_folder.h"
+
+namespace cloud {
+namespace {
+
+using ::testing::HasSubstr;
+using support::CloudSeed;
+
+Cloud read_bytes(const std::string& bytes, const std::string& name, CloudReadReport* report = nullptr, CloudReadOptions options = {}) {
+  const support::TemporaryFolder folder;
+  return read_cloud(folder.file(name, bytes), options, report);
+}
+
+std::string refusal(const std::string& bytes, const std::string& name) {
+  try {
+    read_bytes(bytes, name);
+  } catch (const road::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr(name));
+    return error.what();
+  }
+  return "accepted";
+}
+
+void expect_seed(const Cloud& cloud, const CloudSeed& seed, double tolerance_m) {
+  ASSERT_EQ(cloud.size(), seed.count);
+  for (std::size_t i = 0; i < seed.count; ++i) {
+    EXPECT_NEAR(cloud.origin_m.x() + cloud.x_m[i], seed.x(i), tolerance_m);
+    EXPECT_NEAR(cloud.origin_m.y() + cloud.y_m[i], seed.y(i), tolerance_m);
+    EXPECT_NEAR(cloud.origin_m.z() + cloud.z_m[i], seed.z(i), tolerance_m);
+  }
+}
+
+TEST(ReadCloud, LasOfEveryVersionAndFormat) {
+  const CloudSeed seed;
+  for (int minor = 0; minor <= 4; ++minor)
+    for (int format = 0; format <= (minor == 4 ? 10 : 5); ++format) {
+      SCOPED_TRACE(fmt::format("1.{} format {}", minor, format));
+      const Cloud cloud = read_bytes(support::as_las(seed, minor, format), "a.las");
+      expect_seed(cloud, seed, 1e-6);
+      EXPECT_LT(std::abs(cloud.x_m[0]), 1000.0) << "no local origin";
+      ASSERT_EQ(cloud.classification.size(), seed.count);
+      EXPECT_EQ(cloud.classification[5], 2);
+      EXPECT_EQ(cloud.intensity[7], 7.0f);
+      const bool timed = format == 1 || format >= 3;
+      ASSERT_EQ(cloud.time_s.size(), timed ? seed.count : 0u);
+      if (timed) {
+        EXPECT_DOUBLE_EQ(cloud.time_s[3], seed.time(3));
+      }
+    }
+}
+
+TEST(ReadCloud, LasInFeetComesInMetres) {
+  const CloudSeed seed;
+  CloudReadReport report;
+  const Cloud cloud = read_bytes(support::as_las(seed, 2, 0, true), "a.las", &report);
+  EXPECT_EQ(report.unit, "ft");
+  EXPECT_TRUE(report.unit_from_file);
+  EXPECT_NEAR(cloud.origin_m.y() + cloud.y_m[4], 0.3048 * seed.y(4), 1e-6);
+}
+
+TEST(ReadCloud, PlyPcdKittiAndText) {
+  CloudSeed seed;
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    const Cloud cloud = read_bytes(support::as_cloud_ply(seed, format, true), "a.ply");
+    expect_seed(cloud, seed, 1e-6);
+    EXPECT_NEAR(cloud.time_s.at(9), seed.time(9), 1e-9);
+  }
+  for (const char* data : {"ascii", "binary", "binary_compressed"}) expect_seed(read_bytes(support::as_pcd(seed, data, true), "a.pcd"), seed, 1e-6);
+  expect_seed(read_bytes(support::as_xyz(seed, true), "a.csv"), seed, 1e-6);
+  expect_seed(read_bytes(support::as_xyz(seed, false), "a.xyz"), seed, 1e-6);
+  seed.x0 = 12.0, seed.y0 = -7.0;  // float32 carries these to 8 um
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) expect_seed(read_bytes(support::as_cloud_ply(seed, format, false), "a.ply"), seed, 1e-5);
+  for (const char* data : {"binary", "binary_compressed"}) expect_seed(read_bytes(support::as_pcd(seed, data, false), "a.pcd"), seed, 1e-5);
+  const Cloud kitti = read_bytes(support::as_kitti(seed), "a.bin");
+  expect_seed(kitti, seed, 1e-5);
+  EXPECT_EQ(kitti.intensity.at(3), 3.0f);
+}
+
+TEST(ReadCloud, ChunksTogetherAreTheCloud) {
+  CloudSeed seed;
+  seed.count = 1000;
+  CloudReadOptions options;
+  options.chunk_points = 7;
+  for (const std::string ending : {".las", ".xyz"})
+    expect_seed(read_bytes(ending == ".las" ? support::as_las(seed, 2, 1) : support::as_xyz(seed, false), "a" + ending, nullptr, options), seed, 1e-6);
+}
+
+TEST(ReadCloud, TruncatedAnywhereIsRefusedNotRead) {
+  const CloudSeed seed;
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"a.las", support::as_las(seed, 2, 3)},
+           {"a.ply", support::as_cloud_ply(seed, "binary_little_endian", true)},
+           {"b.ply", support::as_cloud_ply(seed, "ascii", true)},
+           {"a.pcd", support::as_pcd(seed, "binary", false)},
+           {"b.pcd", support::as_pcd(seed, "binary_compressed", false)},
+           {"c.pcd", support::as_pcd(seed, "ascii", true)}})
+    for (std::size_t length = 0; length + 30 < bytes.size(); length += 13) {
+      const std::string said = refusal(bytes.substr(0, length), name);
+      EXPECT_NE(said, "accepted") << name << " of " << length << " bytes";
+    }
+  EXPECT_THAT(refusal(support::as_las(seed, 2, 3).substr(0, 400), "a.las"), HasSubstr("truncated: the header promises 20 points, 5 fit"));
+}
+
+TEST(ReadCloud, SaysWhatToDoAboutLaz) {
+  EXPECT_THAT(refusal("anything", "a.laz"), HasSubstr("laszip -i in.laz -o out.las"));
+  std::string las = support::as_las({}, 2, 3);
+  las[104] = static_cast<char>(las[104] | 0x80);  // what LASzip sets
+  EXPECT_THAT(refusal(las, "a.las"), HasSubstr("laszip"));
+}
+
+TEST(ReadCloud, LeavesOutPointsThatAreNoNumbersAndRefusesNothingElse) {
+  CloudReadReport report;
+  const Cloud cloud = read_bytes("1 2 3\nnan 2 3\n4 inf 6\n4 5 1e99\n7 8 9\n", "a.xyz", &report);
+  EXPECT_EQ(cloud.size(), 2u);
+  EXPECT_EQ(report.not_finite, 3u);
+  EXPECT_THAT(refusal("nan nan nan\n", "a.xyz"), HasSubstr("none of the 1 points"));
+  EXPECT_THAT(refusal("1 2 3\n4 five 6\n", "a.xyz"), HasSubstr("a.xyz:2:"));
+  EXPECT_THAT(refusal("", "a.xyz"), HasSubstr("empty file"));
+  EXPECT_THAT(refusal("x,y\n1,2\n", "a.csv"), HasSubstr("0 fields z"));
+  EXPECT_THAT(refusal("# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n", "a.pcd"), HasSubstr("no points"));
+  EXPECT_THAT(refusal("123", "a.bin"), HasSubstr("multiple of 16"));
+  EXPECT_THAT(refusal("123", "a.dat"), HasSubstr("ending"));
+}
+
+TEST(ReadCloud, HugePromisesCostNothing) {
+  std::string pcd = support::as_pcd({}, "binary", false);
+  pcd.replace(pcd.find("POINTS 20"), 9, "POINTS 18446744073709551615");
+  EXPECT_THAT(refusal(pcd, "a.pcd"), HasSubstr("truncated"));
+  std::string ply = support::as_cloud_ply({}, "binary_little_endian", true);
+  ply.replace(ply.find("vertex 20"), 9, "vertex 9999999999999");
+  EXPECT_THAT(refusal(ply, "a.ply"), HasSubstr("truncated"));
+}
+
+TEST(WriteCloud, PlyKeepsEveryBit) {
+  const support::TemporaryFolder folder;
+  const Cloud cloud = read_cloud(folder.file("a.las", support::as_las({}, 4, 6)));
+  write_ply(cloud, folder.path("b.ply"));
+  const Cloud again = read_cloud(folder.path("b.ply"));
+  EXPECT_EQ(again.x_m, cloud.x_m);
+  EXPECT_EQ(again.z_m, cloud.z_m);
+  EXPECT_EQ(again.time_s, cloud.time_s);
+  EXPECT_EQ(again.classification, cloud.classification);
+}
+
+TEST(Describe, FindsQuantisation) {
+  const support::TemporaryFolder folder;
+  CloudSeed seed;
+  seed.count = 200;
+  const CloudFacts facts = describe(folder.file("a.pcd", support::as_pcd(seed, "binary", false)));
+  EXPECT_DOUBLE_EQ(facts.resolution_m[1], 0.5);  // float32 beyond 2^22
+  EXPECT_THAT(fmt::format("{}", fmt::join(facts.read.remarks, "\n")), HasSubstr("y is quantised to 0.5 m"));
+}
+
+std::string lidar(const char* name) { return std::string(KERBSTONE_DATA) + "/lidar/" + name; }
+
+TEST(RealClouds, Autzen) {
+  if (!std::ifstream(lidar("autzen_trim.las"))) GTEST_SKIP() << "no ../shared/data";
+  const CloudFacts facts = describe(lidar("autzen_trim.las"));
+  EXPECT_EQ(facts.read.points, 110000u);
+  EXPECT_EQ(facts.read.unit, "ft");
+  // The bounds that the header states, in feet.
+  std::ifstream file(lidar("autzen_trim.las"), std::ios::binary);
+  file.seekg(179);
+  double bounds[6];
+  file.read(reinterpret_cast<char*>(bounds), sizeof bounds);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(facts.max_m[k] / 0.3048, bounds[2 * k], 1e-6);
+    EXPECT_NEAR(facts.min_m[k] / 0.3048, bounds[2 * k + 1], 1e-6);
+  }
+  EXPECT_EQ(facts.points_of_class, (std::map<int, std::size_t>{{1, 83893}, {2, 26107}}));
+  // Plan in metres, heights in US feet: the same place, so the same height above the sea within 30 m.
+  const CloudFacts mixed = describe(lidar("autzen-bmx-2010.las"));
+  EXPECT_EQ(mixed.read.points, 829u);
+  EXPECT_NEAR(mixed.min_m.z(), facts.min_m.z(), 30.0);
+  const support::TemporaryFolder folder;
+  const Cloud cloud = read_cloud(lidar("autzen_trim.las"));
+  write_ply(cloud, folder.path("a.ply"));
+  const Cloud again = read_cloud(folder.path("a.ply"));
+  ASSERT_EQ(again.size(), cloud.size());
+  double worst = 0.0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) worst = std::max(worst, (again.origin_m + again.point(i) - cloud.origin_m - cloud.point(i)).norm());
+  EXPECT_LT(worst, 1e-3);
+}
+
+TEST(RealClouds, Samp11IsQuantisedToHalfAMetre) {
+  if (!std::ifstream(lidar("samp11-utm.pcd"))) GTEST_SKIP() << "no ../shared/data";
+  const CloudFacts facts = describe(lidar("samp11-utm.pcd"));
+  EXPECT_EQ(facts.read.points, 38010u);
+  EXPECT_DOUBLE_EQ(facts.resolution_m[1], 0.5);
+}
+
+}  // namespace
+}  // namespace cloud

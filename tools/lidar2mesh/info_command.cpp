@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cloud/read_cloud.h"
+#include "commands.h"
+
+namespace lidar2mesh {
+
+std::optional<double> metres_per_unit(const std::string& unit) {
+  if (unit == "m") return 1.0;
+  if (unit == "cm") return 0.01;
+  if (unit == "mm") return 0.001;
+  if (unit == "ft") return 0.3048;
+  if (unit == "us-ft") return 1200.0 / 3937.0;
+  return std::nullopt;
+}
+
+int run_info(const InfoCommand& command) {
+  cloud::CloudReadOptions options;
+  options.metres_per_unit = metres_per_unit(command.unit);
+  for (const std::string& path : cloud::cloud_files(command.cloud)) {
+    const cloud::CloudFacts facts = cloud::describe(path, options);
+    const cloud::CloudReadReport& read = facts.read;
+    if (command.json) {
+      nlohmann::ordered_json classes = nlohmann::ordered_json::object();
+      for (const auto& [number, points] : facts.points_of_class) classes[std::to_string(number)] = points;
+      const nlohmann::ordered_json numbers = {
+          {"path", path},
+          {"format", read.format},
+          {"points", read.points},
+          {"not_finite", read.not_finite},
+          {"min_m", {facts.min_m.x(), facts.min_m.y(), facts.min_m.z()}},
+          {"max_m", {facts.max_m.x(), facts.max_m.y(), facts.max_m.z()}},
+          {"unit", read.unit},
+          {"metres_per_unit", read.metres_per_unit},
+          {"metres_per_height_unit", read.metres_per_height_unit},
+          {"unit_from_file", read.unit_from_file},
+          {"coordinate_system", read.coordinate_system},
+          {"resolution_m", facts.resolution_m},
+          {"has_time", facts.has_time},
+          {"has_intensity", facts.has_intensity},
+          {"classes", classes},
+          {"remarks", read.remarks}};
+      fmt::print("{}\n", numbers.dump(2));
+      continue;
+    }
+    fmt::print("{}: {}, {} points\n", path, read.format, read.points);
+    for (int k = 0; k < 3; ++k)
+      fmt::print("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k], facts.min_m[k], facts.max_m[k], facts.resolution_m[static_cast<std::size_t>(k)]);
+    fmt::print("  unit of the file: {}{}\n", read.unit, read.unit_from_file ? " (from its coordinate system)" : "");
+    if (!read.coordinate_system.empty()) fmt::print("  coordinate system: {}\n", read.coordinate_system);
+    if (facts.has_time) fmt::print("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s);
+    for (const auto& [number, points] : facts.points_of_class) fmt::print("  class {}: {} points\n", number, points);
+    for (const std::string& remark : read.remarks) fmt::print("  note: {}\n", remark);
+  }
+  return 0;
+}
+
+}  // namespace lidar2mesh
