@@ -54,6 +54,26 @@ TEST_F(Reported, ReportOfAFileAgainstMeshAndItselfIsTheSameVerdict) {
   EXPECT_EQ(json["inputs"].size(), 3u);
 }
 
+TEST_F(Reported, AgainstPointsMeasuredOnIt) {
+  std::string wanted = "u_m,v_m\n";
+  for (int k = 0; k < 3000; ++k) wanted += std::to_string(20.0 + 0.01 * k) + "," + std::to_string(0.07 * (k % 29) - 1.0) + "\n";
+  write(*folder / "wanted.csv", wanted);
+  ASSERT_EQ(crgbuild({"query", out("stadium.crg"), "--points", *folder / "wanted.csv", "-o", *folder / "measured.csv"}).code, 0);
+  const Ran report = crgbuild({"report", out("stadium.crg"), "--cloud", *folder / "measured.csv", "-o", *folder / "cloud"});
+  ASSERT_EQ(report.code, 0) << report.err;
+  const Json json = Json::parse(read(*folder / "cloud/report.json"));
+  ASSERT_EQ(json["comparisons"].size(), 1u);
+  EXPECT_EQ(json["comparisons"][0]["key"], "cloud");
+  EXPECT_GT(json["comparisons"][0]["points"].get<int>(), 200);
+  EXPECT_LT(json["comparisons"][0]["abs_error_m"]["p95"].get<double>(), 0.002);
+  EXPECT_EQ(json["inputs"].size(), 2u);
+  // Somewhere else.
+  write(*folder / "elsewhere.xyz", "1000 1000 0\n1001 1000 0\n");
+  const Ran wrong = crgbuild({"report", out("stadium.crg"), "--cloud", *folder / "elsewhere.xyz", "-o", *folder / "nothing"});
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_THAT(wrong.err, HasSubstr("none of its 2 points"));
+}
+
 TEST_F(Reported, WrongInputEndsInOneLineAndWritesNothing) {
   const Ran missing = crgbuild({"report", *folder / "none.crg", "-o", *folder / "nothing"});
   EXPECT_EQ(missing.code, 1);

@@ -96,7 +96,7 @@ struct ValidateCommand {
 int run_validate(const ValidateCommand& command, Terminal& terminal);
 
 struct ReportCommand {
-  std::string crg, output_dir, mesh, against, before, grip;
+  std::string crg, output_dir, mesh, against, cloud, before, grip;
   RecipeFlags flags;
 };
 /// Exit code 3 when the road is not usable; the report is written all the same.

@@ -148,6 +148,7 @@ void define_report(CLI::App& app, Commands& c) {
   };
   optional_path("--mesh", c.report.mesh, "the mesh that the road should follow, or the track.yaml");
   optional_path("--against", c.report.against, "another road file: what differs");
+  optional_path("--cloud", c.report.cloud, "measured points in the frame of the road, or a folder of them");
   optional_path("--before", c.report.before,
                 "the same road before smoothing and kerb refinement");
   optional_path("--grip", c.report.grip, "a road file with friction in place of heights, a colour");

@@ -4,8 +4,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cloud/read_cloud.h"
 #include "commands.h"
+#include "crg/surface.h"
+#include "road/atomic_file.h"
 #include "road/build.h"
+#include "road/error.h"
 #include "road/write_report.h"
 
 namespace crgbuild {
@@ -44,6 +48,29 @@ void place_mesh(const road::Recipe& recipe, road::ReportRequest& request) {
   if (recipe.T_global_mesh) request.T_global_mesh = *recipe.T_global_mesh;
 }
 
+/// The points of a cloud that a comparison looks at: over or under the road by 1 m or less.
+std::vector<Eigen::Vector3d> points_near(const std::string& crg_path, const std::string& cloud_path) {
+  const crg::Surface surface(crg::read(crg_path));
+  std::vector<Eigen::Vector3d> near;
+  std::size_t seen = 0;
+  crg::Cursor cursor;
+  for (const std::string& path : cloud::cloud_files(cloud_path)) {
+    cloud::read_chunks(path, {}, [&](cloud::Cloud&& chunk) {
+      seen += chunk.size();
+      for (std::size_t i = 0; i < chunk.size(); ++i) {
+        const Eigen::Vector3d point = chunk.origin_m + chunk.point(i);
+        const double z_m = surface.z_at_xy(point.x(), point.y(), cursor);
+        if (std::abs(point.z() - z_m) <= 1.0) near.push_back(point);
+      }
+    });
+  }
+  if (near.empty()) {
+    throw road::Error(fmt::format("{}: none of its {} points lies within 1 m of the road {}; give a cloud in the frame and unit of the road",
+                                  cloud_path, seen, crg_path));
+  }
+  return near;
+}
+
 std::string sentence(const road::ReportFiles& files) {
   switch (files.verdict) {
     case road::Verdict::usable: return "usable";
@@ -72,9 +99,15 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   request.against_path = command.against;
   request.before_path = command.before;
   request.grip_path = command.grip;
-  request.command_line = command_line("report", {{"", command.crg}, {"--mesh", command.mesh}, {"--against", command.against},
+  request.command_line = command_line("report", {{"", command.crg}, {"--mesh", command.mesh}, {"--against", command.against}, {"--cloud", command.cloud},
                                                  {"--before", command.before}, {"--grip", command.grip}, {"-o", command.output_dir}},
                                       command.flags);
+  const std::vector<Eigen::Vector3d> points = command.cloud.empty() ? std::vector<Eigen::Vector3d>{} : points_near(command.crg, command.cloud);
+  request.cloud_path = command.cloud;
+  request.cloud_points_m = points;
+  if (!command.cloud.empty()) {
+    for (const std::string& path : cloud::cloud_files(command.cloud)) request.sources.push_back({"cloud", path, road::sha256_of_file(path)});
+  }
   const road::ReportFiles files = road::write_report(request, command.output_dir);
   terminal.progress_done();
   if (terminal.json) {

@@ -527,7 +527,6 @@ report::TrackReport make_report(const ReportRequest& request) {
     compare_with("against", file_name(request.against_path), reference_of(*loaded.against), false);
   }
   if (!request.cloud_path.empty()) {
-    also("cloud", request.cloud_path);
     compare_with("cloud", "cloud", reference_of(request.cloud_points_m), false);
   }
   if (request.before != nullptr || !request.before_path.empty()) {

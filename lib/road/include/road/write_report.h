@@ -33,7 +33,7 @@ struct ReportRequest {
   std::vector<ControlPoint> control_points;  ///< fitted: residuals on the plan, and where the mesh lies
   RotoTranslation T_global_mesh;           ///< where the mesh lies, when there are no control points
   std::string against_path;                ///< another road file
-  std::string cloud_path;                  ///< measured points: names those in cloud_points_m
+  std::string cloud_path;                  ///< measured points: names those in cloud_points_m; its files belong in sources
   std::span<const Eigen::Vector3d> cloud_points_m;  ///< in the map frame; those far from the road do no harm
   std::string before_path;                 ///< the same road before smoothing and kerb refinement
   const crg::Crg* before = nullptr;        ///< the same, in memory
