@@ -1,0 +1,62 @@
+// A road's grid as the frame in which points are compared with it: fast (u, v) near a known place,
+// height and gradient between the nodes.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "crg/surface.h"
+
+namespace cloud {
+
+/// Place on the grid: u counts in rows, row 0 = 0.0; on a closed road 0 <= row < rows - 1.
+struct GridPlace {
+  double row = 0.0;
+  double v_m = 0.0;
+};
+
+/// Immutable after construction; shared by threads.
+class RoadFrame {
+ public:
+  /// Heights in the map frame, modifiers applied. Throws crg::Error.
+  explicit RoadFrame(const crg::Crg& road);
+
+  std::size_t rows() const { return x_m_.size(); }
+  std::size_t columns() const { return v_m_.size(); }
+  bool closed() const { return closed_; }
+  double u_begin_m() const { return u_begin_m_; }
+  double u_step_m() const { return u_step_m_; }
+  double length_m() const { return u_step_m_ * static_cast<double>(rows() - 1); }
+  const std::vector<double>& v_m() const { return v_m_; }
+  double z_origin_m() const { return z_origin_m_; }
+  /// Height of a node above z_origin_m(); NaN for a hole.
+  float node(std::size_t row, std::size_t column) const { return z_m_[row * v_m_.size() + column]; }
+  Eigen::Vector2d node_position(std::size_t row, double v_m) const;
+  double heading_rad(double row) const;
+
+  /// (u, v) of a map point whose row is within some 100 m of `hint` along the road; empty where the walk
+  /// does not settle, or beyond the ends of an open road. Legs of a track that cross do not mix.
+  std::optional<GridPlace> project(double x_m, double y_m, double hint) const;
+  /// Slow search over the whole road: the row nearest to a map point.
+  double nearest_row(double x_m, double y_m) const;
+
+  /// The column left of v and the share on the way to the next; false beyond the sides.
+  bool column_of(double v_m, std::size_t& column, double& share) const;
+  /// Bilinear height above z_origin_m(); NaN on holes and beyond the sides.
+  double height(const GridPlace& place) const;
+  /// Gradient in map axes over +-reach_m; NaN where a neighbour is missing.
+  Eigen::Vector2d gradient(const GridPlace& place, double reach_m) const;
+  double wrapped(double row) const;
+
+ private:
+  std::vector<double> x_m_, y_m_, tx_, ty_, v_m_;
+  std::vector<float> z_m_;
+  std::vector<std::uint32_t> column_table_;
+  double u_begin_m_ = 0.0, u_step_m_ = 1.0, z_origin_m_ = 0.0, table_step_m_ = 0.01;
+  bool closed_ = false;
+};
+
+}  // namespace cloud

@@ -1,0 +1,131 @@
+#include "cloud/road_frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cloud {
+
+RoadFrame::RoadFrame(const crg::Crg& road) {
+  const crg::Surface surface(road);
+  const crg::ReferenceLine& line = surface.reference_line();
+  const crg::Grid& grid = surface.file().grid;
+  u_begin_m_ = grid.u_begin_m;
+  u_step_m_ = grid.u_step_m;
+  closed_ = line.closed;
+  v_m_ = grid.v_m;
+  x_m_ = line.x_m;
+  y_m_ = line.y_m;
+  const std::size_t n = x_m_.size();
+  tx_.resize(n), ty_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    // The mitre tangent of the standard; on a closed road the seam is no end.
+    const std::size_t before = i > 0 ? i - 1 : closed_ ? n - 2 : 0, after = i + 1 < n ? i + 1 : closed_ ? 1 : n - 1;
+    const Eigen::Vector2d t = Eigen::Vector2d(x_m_[after] - x_m_[before], y_m_[after] - y_m_[before]).normalized();
+    tx_[i] = t.x(), ty_[i] = t.y();
+  }
+  z_origin_m_ = line.z_m.empty() ? 0.0 : line.z_m.front();
+  z_m_.resize(n * v_m_.size());
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < v_m_.size(); ++j)
+      z_m_[i * v_m_.size() + j] = static_cast<float>(static_cast<double>(grid.at(i, j)) + (line.z_m.empty() ? 0.0 : line.z_m[i]) +
+                                                     (line.banking.empty() ? 0.0 : line.banking[i] * v_m_[j]) - z_origin_m_);
+  const auto cells = static_cast<std::size_t>((v_m_.back() - v_m_.front()) / table_step_m_) + 1;
+  column_table_.resize(cells);
+  std::size_t column = 0;
+  for (std::size_t k = 0; k < cells; ++k) {
+    while (column + 2 < v_m_.size() && v_m_[column + 1] <= v_m_.front() + static_cast<double>(k) * table_step_m_) ++column;
+    column_table_[k] = static_cast<std::uint32_t>(column);
+  }
+}
+
+Eigen::Vector2d RoadFrame::node_position(std::size_t row, double v_m) const {
+  return {x_m_[row] - v_m * ty_[row], y_m_[row] + v_m * tx_[row]};
+}
+
+double RoadFrame::heading_rad(double row) const {
+  const auto i = static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(rows() - 1)));
+  return std::atan2(ty_[i], tx_[i]);
+}
+
+double RoadFrame::wrapped(double row) const {
+  const auto period = static_cast<double>(rows() - 1);
+  if (!closed_) return row;
+  row = std::fmod(row, period);
+  return row < 0.0 ? row + period : row;
+}
+
+std::optional<GridPlace> RoadFrame::project(double x_m, double y_m, double hint) const {
+  const auto last = static_cast<std::ptrdiff_t>(rows()) - 2;  // of the segments
+  auto i = static_cast<std::ptrdiff_t>(wrapped(hint));
+  i = std::clamp<std::ptrdiff_t>(i, 0, last);
+  for (int step = 0; step < 60; ++step) {
+    const auto k = static_cast<std::size_t>(i);
+    const double dx = x_m - x_m_[k], dy = y_m - y_m_[k];
+    const double a = dx * tx_[k] + dy * ty_[k];
+    const double b = (x_m - x_m_[k + 1]) * tx_[k + 1] + (y_m - y_m_[k + 1]) * ty_[k + 1];
+    if (a >= 0.0 && b < 0.0) {
+      const double f = a / (a - b);
+      const double px = dx - f * (x_m_[k + 1] - x_m_[k]), py = dy - f * (y_m_[k + 1] - y_m_[k]);
+      const double nx = -(ty_[k] + f * (ty_[k + 1] - ty_[k])), ny = tx_[k] + f * (tx_[k + 1] - tx_[k]);
+      return GridPlace{static_cast<double>(i) + f, (px * nx + py * ny) / (nx * nx + ny * ny)};
+    }
+    // Far away the tangent tells how many segments to go; near, one at a time.
+    std::ptrdiff_t jump = static_cast<std::ptrdiff_t>(0.9 * (a < 0.0 ? a : b) / u_step_m_);
+    if (jump == 0) jump = a < 0.0 ? -1 : 1;
+    i += jump;
+    if (closed_) {
+      i %= last + 1;
+      if (i < 0) i += last + 1;
+    } else if (i < 0 || i > last) {
+      if ((i < 0 && k == 0) || (i > last && static_cast<std::ptrdiff_t>(k) == last)) return std::nullopt;
+      i = std::clamp<std::ptrdiff_t>(i, 0, last);
+    }
+  }
+  return std::nullopt;
+}
+
+double RoadFrame::nearest_row(double x_m, double y_m) const {
+  double best = std::numeric_limits<double>::infinity();
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < rows(); ++i) {
+    const double d = (x_m_[i] - x_m) * (x_m_[i] - x_m) + (y_m_[i] - y_m) * (y_m_[i] - y_m);
+    if (d < best) best = d, row = i;
+  }
+  return static_cast<double>(row);
+}
+
+bool RoadFrame::column_of(double v_m, std::size_t& column, double& share) const {
+  if (!(v_m >= v_m_.front() && v_m <= v_m_.back())) return false;
+  column = column_table_[std::min(column_table_.size() - 1, static_cast<std::size_t>((v_m - v_m_.front()) / table_step_m_))];
+  while (column + 2 < v_m_.size() && v_m_[column + 1] < v_m) ++column;
+  share = (v_m - v_m_[column]) / (v_m_[column + 1] - v_m_[column]);
+  return true;
+}
+
+double RoadFrame::height(const GridPlace& place) const {
+  std::size_t j = 0;
+  double g = 0.0;
+  if (!(place.row >= 0.0) || place.row > static_cast<double>(rows() - 1) || !column_of(place.v_m, j, g)) return std::numeric_limits<double>::quiet_NaN();
+  const std::size_t i = std::min(static_cast<std::size_t>(place.row), rows() - 2);
+  const double f = place.row - static_cast<double>(i);
+  const float* const z = z_m_.data() + i * v_m_.size() + j;
+  const float* const next = z + v_m_.size();
+  return (1.0 - f) * ((1.0 - g) * static_cast<double>(z[0]) + g * static_cast<double>(z[1])) +
+         f * ((1.0 - g) * static_cast<double>(next[0]) + g * static_cast<double>(next[1]));
+}
+
+Eigen::Vector2d RoadFrame::gradient(const GridPlace& place, double reach_m) const {
+  const double reach_rows = reach_m / u_step_m_;
+  const GridPlace back{wrapped(place.row - reach_rows), place.v_m}, forth{wrapped(place.row + reach_rows), place.v_m};
+  const auto k = static_cast<std::size_t>(place.row);
+  // Rows are nearer to each other on the inside of a bend.
+  const std::size_t k1 = std::min(k + 1, rows() - 1);
+  const Eigen::Vector2d step = node_position(k1, place.v_m) - node_position(k1 - 1, place.v_m);
+  const double shrink = std::max(0.05, step.norm() / u_step_m_);
+  const double along = (height(forth) - height(back)) / (2.0 * reach_m * shrink);
+  const double across = (height({place.row, place.v_m + reach_m}) - height({place.row, place.v_m - reach_m})) / (2.0 * reach_m);
+  return {along * tx_[k] - across * ty_[k], along * ty_[k] + across * tx_[k]};
+}
+
+}  // namespace cloud
