@@ -1,0 +1,130 @@
+#include "height_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "drift.h"
+#include "road/parallel.h"
+
+namespace cloud {
+
+bool HeightCells::cell_of(const GridPlace& place, std::size_t& i, std::size_t& j) const {
+  const double a = place.row / cell_rows, b = (place.v_m - v_begin_m) / cell_m;
+  if (!(a >= 0.0 && b >= 0.0 && b < static_cast<double>(across))) return false;
+  i = std::min(static_cast<std::size_t>(a), along - 1), j = static_cast<std::size_t>(b);
+  return true;
+}
+
+double HeightCells::at(const GridPlace& place) const {
+  const double a = place.row / cell_rows - 0.5, b = (place.v_m - v_begin_m) / cell_m - 0.5;
+  if (!(b >= 0.0 && b < static_cast<double>(across) - 1.0)) return std::numeric_limits<double>::quiet_NaN();
+  auto i = static_cast<std::ptrdiff_t>(std::floor(a));
+  const double f = a - static_cast<double>(i);
+  const auto j = static_cast<std::size_t>(b);
+  const double g = b - static_cast<double>(j);
+  const auto n = static_cast<std::ptrdiff_t>(along);
+  std::ptrdiff_t next = i + 1;
+  if (closed) i = (i + n) % n, next = (next + n) % n;
+  else i = std::clamp<std::ptrdiff_t>(i, 0, n - 1), next = std::clamp<std::ptrdiff_t>(next, 0, n - 1);
+  const float* const p = height_m.data() + static_cast<std::size_t>(i) * across + j;
+  const float* const q = height_m.data() + static_cast<std::size_t>(next) * across + j;
+  return (1.0 - f) * ((1.0 - g) * static_cast<double>(p[0]) + g * static_cast<double>(p[1])) + f * ((1.0 - g) * static_cast<double>(q[0]) + g * static_cast<double>(q[1]));
+}
+
+HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections, const RoadFrame& frame, int pass, unsigned threads) {
+  HeightCells cells;
+  cells.along = std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kSectionCell_m));
+  cells.cell_rows = static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);
+  cells.across = static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
+  cells.v_begin_m = frame.v_m().front();
+  cells.closed = frame.closed();
+  struct Entry {
+    std::uint32_t cell;
+    float height, points;
+  };
+  const std::size_t n = sections.list.size();
+  std::vector<std::vector<Entry>> found(n);
+  road::parallel_for(n, 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Section& section = sections.list[k];
+      if (pass >= 0 && section.pass != pass) continue;
+      const Mover move(sections, corrections, k);
+      for (const SectionCell& cell : section.cells) {
+        const Eigen::Vector3d p = move(cell);
+        const std::optional<GridPlace> place = frame.project(p.x(), p.y(), section.row);
+        std::size_t i = 0, j = 0;
+        if (!place || !cells.cell_of(*place, i, j)) continue;
+        const double height = p.z() - frame.z_origin_m() - frame.height(*place);
+        if (std::isfinite(height)) found[k].push_back({static_cast<std::uint32_t>(i * cells.across + j), static_cast<float>(height), cell.points});
+      }
+    }
+  });
+  // Counting sort by cell, then the weighted median of each.
+  const std::size_t count = cells.along * cells.across;
+  std::vector<std::uint32_t> begin(count + 1, 0);
+  for (const auto& list : found)
+    for (const Entry& entry : list) ++begin[entry.cell + 1];
+  for (std::size_t i = 0; i < count; ++i) begin[i + 1] += begin[i];
+  std::vector<Entry> sorted(begin[count]);
+  std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
+  for (const auto& list : found)
+    for (const Entry& entry : list) sorted[at[entry.cell]++] = entry;
+  cells.height_m.assign(count, std::numeric_limits<float>::quiet_NaN());
+  road::parallel_for(count, 4096, threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      Entry* const from = sorted.data() + begin[i];
+      Entry* const to = sorted.data() + begin[i + 1];
+      if (from == to) continue;
+      std::sort(from, to, [](const Entry& a, const Entry& b) { return a.height < b.height; });
+      float total = 0.0f, so_far = 0.0f;
+      for (const Entry* e = from; e != to; ++e) total += e->points;
+      const Entry* e = from;
+      while (e + 1 != to && so_far + e->points < 0.5f * total) so_far += e->points, ++e;
+      cells.height_m[i] = e->height;
+    }
+  });
+  return cells;
+}
+
+WrongPlaces wrong_places(HeightCells cells, unsigned threads) {
+  constexpr double kLimit_m = 0.005;
+  const auto along = static_cast<std::ptrdiff_t>(cells.along), across = static_cast<std::ptrdiff_t>(cells.across);
+  std::vector<std::uint8_t> off(cells.height_m.size(), 0);
+  const auto row_of = [&](std::ptrdiff_t i) { return cells.closed ? (i + along) % along : i; };
+  road::parallel_for(cells.along, 16, threads, [&](std::size_t begin, std::size_t end) {
+    std::vector<float> window;
+    for (auto i = static_cast<std::ptrdiff_t>(begin); i < static_cast<std::ptrdiff_t>(end); ++i)
+      for (std::ptrdiff_t j = 0; j < across; ++j) {
+        const float here = cells.height_m[static_cast<std::size_t>(i * across + j)];
+        if (!std::isfinite(here)) continue;
+        window.clear();
+        for (std::ptrdiff_t a = -10; a <= 10; a += 2)
+          for (std::ptrdiff_t b = -4; b <= 4; b += 2) {
+            const std::ptrdiff_t k = row_of(i + a), l = j + b;
+            if (k < 0 || k >= along || l < 0 || l >= across) continue;
+            const float h = cells.height_m[static_cast<std::size_t>(k * across + l)];
+            if (std::isfinite(h)) window.push_back(h);
+          }
+        const auto middle = window.begin() + static_cast<std::ptrdiff_t>(window.size() / 2);
+        std::nth_element(window.begin(), middle, window.end());
+        off[static_cast<std::size_t>(i * across + j)] = std::abs(static_cast<double>(here - *middle)) > kLimit_m ? 1 : 0;
+      }
+  });
+  WrongPlaces places;
+  places.wrong.assign(off.size(), 0);
+  for (std::ptrdiff_t i = 0; i < along; ++i)
+    for (std::ptrdiff_t j = 0; j < across; ++j) {
+      if (off[static_cast<std::size_t>(i * across + j)] == 0) continue;
+      for (std::ptrdiff_t a = -1; a <= 1; ++a)
+        for (std::ptrdiff_t b = -1; b <= 1; ++b) {
+          const std::ptrdiff_t k = row_of(i + a), l = j + b;
+          if (k >= 0 && k < along && l >= 0 && l < across) places.wrong[static_cast<std::size_t>(k * across + l)] = 1;
+        }
+    }
+  cells.height_m.clear();
+  places.cells = std::move(cells);
+  return places;
+}
+
+}  // namespace cloud
