@@ -79,6 +79,18 @@ TEST(Docs, EveryCommandOfTheHowToRuns) {
   EXPECT_THAT(read(folder / "heights.csv"), HasSubstr("\n0,5000,,,,,,,\n"));
 }
 
+TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
+  const std::string text = source("docs/lidar2mesh.md");
+  const std::size_t begin = text.find("```sh\n") + 6;
+  const Folder folder;
+  std::filesystem::create_symlink(std::string(KERBSTONE_SOURCE) + "/tracks", folder / "tracks");
+  write(folder / "all.sh", "set -euo pipefail\n" + text.substr(begin, text.find("\n```", begin) - begin) + "\n");
+  const std::string path = std::filesystem::path(CRGBUILD).parent_path().parent_path().string() + "/lidar2mesh";
+  EXPECT_EQ(shell(fmt::format("cd '{}' && PATH='{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(), path)), 0) << read(folder / "log");
+  for (const char* file : {"refined.crg", "refined.ply", "refined.stddev.crg", "refined.provenance.crg", "summary.json", "trajectory.csv"})
+    EXPECT_TRUE(exists(folder / ("refined/" + std::string(file)))) << file;
+}
+
 TEST(Scripts, AreSoundShell) {
   const std::string scripts = fmt::format(
       "'{0}/scripts/setup' '{0}/scripts/demo' '{0}/scripts/test' '{0}/.ci/run'", KERBSTONE_SOURCE);

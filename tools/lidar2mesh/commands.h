@@ -3,6 +3,7 @@
 // return is the exit code.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,5 +18,39 @@ struct InfoCommand {
   bool json = false;
 };
 int run_info(const InfoCommand& command);
+
+struct GroundCommand {
+  std::string cloud, output, unit;
+  double cell_m = 1.0, window_m = 18.0, slope = 0.15, height_m = 0.5;
+};
+int run_ground(const GroundCommand& command);
+
+struct RegisterCommand {
+  std::string target, source, output, unit;
+  double voxel_m = 0.25, reach_m = 2.0;
+  bool json = false;
+  unsigned threads = 0;
+};
+int run_register(const RegisterCommand& command);
+
+struct SynthCommand {
+  std::string road, output_dir;
+  int laps = 2, beams = 64, azimuths = 1024, cars = 2;
+  double u_begin_m = 0.0, u_end_m = 0.0, speed_mps = 20.0, noise_m = 0.005, drift_m = 0.05, drift_rad = 0.002, grass_m = 0.0;
+  std::vector<double> v_m;
+  std::uint64_t seed = 1;
+  unsigned threads = 0;
+};
+int run_synth(const SynthCommand& command);
+
+struct MapCommand {
+  std::vector<std::string> scans;
+  std::string trajectory, base, output_dir, frame, unit, base_unit, base_up;
+  std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
+  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5;
+  bool correct_drift = true, report = true, json = false;
+  unsigned threads = 0;
+};
+int run_map(const MapCommand& command);
 
 }  // namespace lidar2mesh

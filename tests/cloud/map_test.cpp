@@ -1,0 +1,191 @@
+#include "cloud/map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "cloud/synth.h"
+#include "road/error.h"
+#include "support/lidar_trial.h"
+#include "support/temporary_folder.h"
+
+namespace cloud {
+namespace {
+
+using ::testing::HasSubstr;
+
+CloudSource source_of(const std::string& folder) {
+  return [folder](const ChunkSink& sink) {
+    for (const std::string& path : cloud_files(folder)) read_chunks(path, {}, sink);
+  };
+}
+
+std::string refusal(const CloudSource& source, const crg::Crg& base, const Trajectory* trajectory) {
+  try {
+    map_clouds(source, base, trajectory);
+  } catch (const road::Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+/// A plain road of 300 m, 12 m wide, gently rolling: where nothing is at stake but the rules of the input.
+crg::Crg plain_road(double scale = 1.0) {
+  crg::ReferenceLine line;
+  line.u_step_m = 0.25 * scale;
+  crg::Grid grid;
+  grid.u_step_m = line.u_step_m;
+  for (int j = -24; j <= 24; ++j) grid.v_m.push_back(0.25 * scale * j);
+  for (int i = 0; i <= 1200; ++i) {
+    line.x_m.push_back(scale * 0.25 * i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
+    for (int j = -24; j <= 24; ++j) grid.z_m.push_back(static_cast<float>(scale * (0.3 * std::sin(0.06 * i) + 0.02 * std::sin(0.5 * i) * std::cos(0.4 * j))));
+  }
+  return crg::make_crg(line, grid);
+}
+
+ScanSynthOptions quick() {
+  ScanSynthOptions options;
+  options.laps = 1, options.azimuths = 128, options.beams = 32, options.u_begin_m = 20.0, options.u_end_m = 280.0;
+  options.cars = 0;
+  return options;
+}
+
+// The whole trial of docs/lidar2mesh.md on a part of the circuit and with a fifth of its points. The bounds
+// are those of the full trial; measured here on 2026-11-21: see docs/accuracy.md.
+TEST(Map, TwoDriftingLapsRefineAWrongBase) {
+  const support::TemporaryFolder folder;
+  const support::TrialRoads roads = support::trial_roads();
+  ScanSynthOptions options;
+  options.u_begin_m = 400.0, options.u_end_m = 780.0, options.azimuths = 200;
+  const ScanSynthReport made = synth_scans(roads.truth, folder.path("scans"), options);
+  EXPECT_GT(made.share_on_cars, 0.01);
+  const Trajectory trajectory = read_trajectory(made.trajectory_path), truth = read_trajectory(made.truth_path);
+  const MapResult result = map_clouds(source_of(folder.path("scans")), roads.base, &trajectory);
+  const support::TrialError error = support::measure_trial(roads, result, truth, 420.0, 760.0);
+  SCOPED_TRACE(support::describe(error));
+  EXPECT_GT(error.road_nodes, 200000u);
+  EXPECT_GT(error.base_rmse_m, 0.01) << "the base is not wrong, so nothing was shown";
+  EXPECT_LT(error.z_rmse_m, 0.003);
+  EXPECT_LT(error.z_p99_m, 0.010);
+  EXPECT_LT(error.kerb_error_m, 0.005);
+  EXPECT_EQ(error.changed_outside, 0u);
+  EXPECT_LT(error.drift_rms_z_m, 0.005);
+  EXPECT_GT(result.report.rms_before_m, 5.0 * result.report.rms_after_m);
+
+  MapOptions three;
+  three.threads = 3;
+  const MapResult again = map_clouds(source_of(folder.path("scans")), roads.base, &trajectory, three);
+  const auto same_bits = [](const std::vector<float>& a, const std::vector<float>& b) { return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0; };
+  EXPECT_TRUE(same_bits(again.grid.z_m, result.grid.z_m));
+  EXPECT_TRUE(same_bits(again.stddev.z_m, result.stddev.z_m));
+}
+
+TEST(Map, RegisteredCloudNeedsNoTrajectory) {
+  const support::TemporaryFolder folder;
+  crg::Crg truth = plain_road(), base = truth;
+  for (std::size_t i = 600; i < 640; ++i)
+    for (std::size_t j = 10; j < 40; ++j) truth.grid.at(i, j) += 0.03f;  // the base lacks a plateau
+  ScanSynthOptions options = quick();
+  options.azimuths = 512, options.drift_m_per_100m = 0.0, options.drift_rad_per_100m = 0.0;
+  const ScanSynthReport made = synth_scans(truth, folder.path("scans"), options);
+  const Trajectory trajectory = read_trajectory(made.truth_path);
+  MapOptions plain;
+  plain.correct_drift = false;
+  const CloudSource in_map = [&](const ChunkSink& sink) {
+    source_of(folder.path("scans"))([&](Cloud&& chunk) {
+      std::size_t hint = 0;
+      PosedInstant pose;
+      for (std::size_t i = 0; i < chunk.size(); ++i) {
+        if (!pose_at(trajectory, chunk.time_s[i], hint, pose)) continue;
+        const Eigen::Vector3d p = pose.position_m + pose.orientation * chunk.point(i);
+        chunk.x_m[i] = p.x(), chunk.y_m[i] = p.y(), chunk.z_m[i] = p.z();
+      }
+      chunk.time_s.clear();
+      sink(std::move(chunk));
+    });
+  };
+  const MapResult result = map_clouds(in_map, base, nullptr, plain);
+  double worst = 0.0;
+  std::size_t seen = 0;
+  for (std::size_t i = 610; i < 630; ++i)
+    for (std::size_t j = 15; j < 35; ++j)
+      if (result.source.at(i, j) == static_cast<float>(NodeSource::lidar)) worst = std::max(worst, std::abs(static_cast<double>(result.grid.at(i, j) - truth.grid.at(i, j)))), ++seen;
+  EXPECT_GT(seen, 350u);
+  EXPECT_LT(worst, 0.005);
+}
+
+TEST(Map, SaysWhatDoesNotFit) {
+  const support::TemporaryFolder folder;
+  const crg::Crg road = plain_road();
+  const ScanSynthReport made = synth_scans(road, folder.path("scans"), quick());
+  const Trajectory good = read_trajectory(made.trajectory_path);
+  const CloudSource source = source_of(folder.path("scans"));
+  EXPECT_EQ(refusal(source, road, &good), "accepted");
+
+  Trajectory clock = good;
+  for (double& t : clock.time_s) t += 1e6;
+  EXPECT_THAT(refusal(source, road, &clock), HasSubstr("both must use one clock"));
+
+  Trajectory frame = good;
+  for (Eigen::Vector3d& p : frame.position_m) p += Eigen::Vector3d(5000.0, 0.0, 0.0);
+  EXPECT_THAT(refusal(source, road, &frame), HasSubstr("poses lie beside the base"));
+
+  Trajectory datum = good;
+  for (Eigen::Vector3d& p : datum.position_m) p.z() += 47.0;
+  EXPECT_THAT(refusal(source, road, &datum), HasSubstr("above or below the base"));
+
+  Trajectory turned = good;  // axes of the sensor swapped
+  for (Eigen::Quaterniond& q : turned.orientation) q = q * Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
+  EXPECT_NE(refusal(source, road, &turned), "accepted");
+
+  EXPECT_THAT(refusal(source, plain_road(100.0), &good), HasSubstr("as if it were in cm"));
+  const CloudSource elsewhere = [&](const ChunkSink& sink) {
+    source([&](Cloud&& chunk) {
+      chunk.origin_m += Eigen::Vector3d(1e5, 0, 0);
+      sink(std::move(chunk));
+    });
+  };
+  EXPECT_THAT(refusal(elsewhere, road, nullptr), HasSubstr("does not overlap the base"));
+  const CloudSource timeless = [&](const ChunkSink& sink) {
+    source([&](Cloud&& chunk) {
+      chunk.time_s.clear();
+      sink(std::move(chunk));
+    });
+  };
+  EXPECT_THAT(refusal(timeless, road, &good), HasSubstr("have no time"));
+}
+
+TEST(Synth, SameBytesForAnyNumberOfThreads) {
+  const support::TemporaryFolder folder;
+  ScanSynthOptions options = quick();
+  options.u_end_m = 60.0, options.grass_height_m = 0.05, options.grass_from_m = 4.0, options.cars = 2;
+  options.threads = 1;
+  synth_scans(plain_road(), folder.path("one"), options);
+  options.threads = 3;
+  synth_scans(plain_road(), folder.path("three"), options);
+  EXPECT_EQ(folder.read("one/scan_000.ply"), folder.read("three/scan_000.ply"));
+  EXPECT_FALSE(folder.read("one/scan_000.ply").empty());
+}
+
+TEST(Trajectory, RefusesWhatIsNoPath) {
+  const support::TemporaryFolder folder;
+  const std::string head = "time_s,x_m,y_m,z_m,qx,qy,qz,qw\n";
+  const auto said = [&](const std::string& rows) -> std::string {
+    try {
+      read_trajectory(folder.file("t.csv", head + rows));
+    } catch (const road::Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(said("0,0,0,0,0,0,0,1\n1,1,0,0,0,0,0,1\n"), "accepted");
+  EXPECT_THAT(said("0,0,0,0,0,0,0,1\n"), HasSubstr("two or more wanted"));
+  EXPECT_THAT(said("1,0,0,0,0,0,0,1\n0,1,0,0,0,0,0,1\n"), HasSubstr("times must ascend"));
+  EXPECT_THAT(said("0,0,0,0,1,1,1,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("quaternion"));
+  EXPECT_THAT(said("0,,0,0,0,0,0,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("empty or not finite"));
+}
+
+}  // namespace
+}  // namespace cloud

@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "cloud/map.h"
+#include "commands.h"
+#include "crg/options.h"
+#include "road/atomic_file.h"
+#include "road/build.h"
+#include "road/error.h"
+#include "road/write_report.h"
+
+namespace lidar2mesh {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kDegree = 0.017453292519943295;
+
+/// The base as a road file: read, or built from a mesh without kerb columns or smoothing.
+crg::Crg read_base(const MapCommand& command) {
+  if (command.base.ends_with(".crg")) return crg::apply_modifiers(crg::read(command.base));
+  road::MeshReadOptions read;
+  if (command.base_up == "y") read.up = road::UpAxis::y;
+  if (command.base_up == "z") read.up = road::UpAxis::z;
+  if (command.base_unit == "m") read.unit = road::Unit::m;
+  if (command.base_unit == "cm") read.unit = road::Unit::cm;
+  if (command.base_unit == "mm") read.unit = road::Unit::mm;
+  if (command.base_unit == "ft") read.unit = road::Unit::ft;
+  const road::RoadMesh mesh = road::clean(road::read_mesh(command.base, read));
+  const road::Centreline centreline = road::trace_centreline(mesh);
+  const crg::ReferenceLine line = road::fit_reference_line(centreline);
+  return road::track_crg(line, road::sample_grid(mesh, road::RaySurface(mesh.mesh), line, centreline).grid);
+}
+
+/// The grid as triangles; every so many rows that no more than two million nodes are left.
+road::Mesh mesh_of(const crg::Crg& file) {
+  const cloud::RoadFrame frame(file);
+  const std::size_t columns = frame.columns(), every = frame.rows() * columns / 2'000'000 + 1;
+  road::Mesh mesh;
+  const Eigen::Vector2d first = frame.node_position(0, 0.0);
+  mesh.origin_m = {std::round(first.x()), std::round(first.y()), frame.z_origin_m()};
+  mesh.objects.push_back({"road", "road", ""});
+  std::vector<std::uint32_t> before(columns), now(columns);
+  constexpr std::uint32_t kNone = 0xffffffff;
+  for (std::size_t i = 0, row = 0; i < frame.rows(); ++row) {
+    for (std::size_t j = 0; j < columns; ++j) {
+      now[j] = kNone;
+      const auto z = static_cast<double>(frame.node(i, j));
+      if (!std::isfinite(z)) continue;
+      const Eigen::Vector2d p = frame.node_position(i, frame.v_m()[j]);
+      now[j] = static_cast<std::uint32_t>(mesh.vertices_m.size());
+      mesh.vertices_m.emplace_back(p.x() - mesh.origin_m.x(), p.y() - mesh.origin_m.y(), z);
+    }
+    for (std::size_t j = 0; row > 0 && j + 1 < columns; ++j) {
+      const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        if (a == kNone || b == kNone || c == kNone) return;
+        mesh.triangles.push_back({a, b, c});
+        mesh.object_of_triangle.push_back(0);
+      };
+      add(before[j], now[j], before[j + 1]);
+      add(before[j + 1], now[j], now[j + 1]);
+    }
+    std::swap(before, now);
+    if (i + 1 == frame.rows()) break;
+    i = std::min(i + every, frame.rows() - 1);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+int run_map(const MapCommand& command) {
+  const bool in_map = command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
+  if (!in_map && command.trajectory.empty()) throw road::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
+  std::vector<std::string> files;
+  for (const std::string& scan : command.scans)
+    for (const std::string& file : cloud::cloud_files(scan)) files.push_back(file);
+  cloud::CloudReadOptions read;
+  read.metres_per_unit = metres_per_unit(command.unit);
+  cloud::Trajectory trajectory;
+  if (!in_map) {
+    Eigen::Isometry3d extrinsic = Eigen::Isometry3d::Identity();
+    if (command.extrinsic.size() == 6) {
+      const std::vector<double>& e = command.extrinsic;
+      extrinsic = Eigen::Translation3d(e[0], e[1], e[2]) * Eigen::AngleAxisd(e[5] * kDegree, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(e[4] * kDegree, Eigen::Vector3d::UnitY()) *
+                  Eigen::AngleAxisd(e[3] * kDegree, Eigen::Vector3d::UnitX());
+    }
+    trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
+  }
+  const crg::Crg base = read_base(command);
+  cloud::MapOptions options;
+  options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m, options.drift_rad_per_100m = command.drift_rad;
+  options.gate_m = command.gate_m, options.correct_drift = command.correct_drift, options.threads = command.threads;
+  std::vector<std::string> remarks;
+  const cloud::MapResult result = cloud::map_clouds(
+      [&](const cloud::ChunkSink& sink) {
+        remarks.clear();
+        for (const std::string& file : files)
+          for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks) remarks.push_back(file + ": " + remark);
+      },
+      base, in_map ? nullptr : &trajectory, options);
+
+  std::error_code problem;
+  fs::create_directories(command.output_dir, problem);
+  if (problem) throw road::Error(fmt::format("{}: cannot make this folder: {}", command.output_dir, problem.message()));
+  const auto path = [&](const char* name) { return (fs::path(command.output_dir) / name).string(); };
+  const auto with_grid = [&](const crg::Grid& grid, bool heights) {
+    crg::Crg file = base;
+    file.grid = grid;
+    file.z_double_m.clear();
+    if (!heights) file.banking.clear(), file.slope.clear();
+    if (!heights)
+      for (const char* key : {"REFERENCE_LINE_START_Z", "REFERENCE_LINE_END_Z"}) crg::set_value(file.road, key, 0.0);
+    return file;
+  };
+  const crg::Crg refined = with_grid(result.grid, true);
+  crg::write(refined, path("refined.crg"), crg::Format::KRBI);
+  crg::write(with_grid(result.stddev, false), path("refined.stddev.crg"), crg::Format::KRBI);
+  crg::write(with_grid(result.source, false), path("refined.provenance.crg"), crg::Format::KRBI);
+  road::write_mesh(mesh_of(refined), path("refined.ply"));
+  cloud::MapReport facts = result.report;
+  facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
+  const std::string summary = cloud::map_summary_json(facts);
+  road::write_file(path("summary.json"), summary);
+  if (!result.corrected.empty()) cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
+  if (command.report) {
+    crg::write(base, path("base.crg"), crg::Format::KRBI);
+    road::ReportRequest request;
+    request.crg_path = path("refined.crg"), request.against_path = path("base.crg"), request.title = "refined from LiDAR", request.threads = command.threads;
+    road::write_report(request, command.output_dir);
+  }
+  if (command.json) {
+    fmt::print("{}", summary);
+    return 0;
+  }
+  fmt::print("{} points read, {} used; {:.1f} % of the nodes come from points\n", facts.points, facts.used, 100.0 * facts.coverage);
+  if (command.correct_drift) {
+    fmt::print("drift: {} after {} rounds over {} sections in {} passes; against the base {:.1f} -> {:.1f} mm, {:.0f} % of its numbers agreed\n", facts.converged ? "converged" : "NOT converged",
+               facts.iterations, facts.sections, facts.passes, 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share);
+    if (facts.passes > 1) fmt::print("between passes {:.1f} -> {:.1f} mm\n", 1e3 * facts.pass_rms_before_m, 1e3 * facts.pass_rms_after_m);
+    for (const std::string& direction : facts.unfixed) fmt::print("note: {} is hardly fixed by the data (typical deviation in summary.json)\n", direction);
+  }
+  fmt::print("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n", 1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m);
+  for (const std::string& remark : facts.remarks) fmt::print("note: {}\n", remark);
+  fmt::print("road     {}\nsummary  {}\n", path("refined.crg"), path("summary.json"));
+  return 0;
+}
+
+}  // namespace lidar2mesh
