@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "crg/patches.h"
 #include "crg/surface.h"
 #include "roads.h"
 
@@ -106,6 +107,40 @@ TEST(QueryPromises, ThreadsShareASurface) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(agreed, 4);
+}
+
+// The same for all that a Surface may carry: friction, patches, smooth heights, contact strips.
+TEST(QueryPromises, ThreadsShareFrictionPatchesAndStrips) {
+  const ReferenceLine line = test::line_along(801, 0.1, [](double) { return 0.01; });
+  const Crg base = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double v) { return 0.1 * std::sin(u) * v; }));
+  const Crg grip = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double) { return 0.8 + 0.1 * std::sin(u); }));
+  const ReferenceLine short_line = test::line_along(61, 0.05, [](double) { return 0.0; }, 20.0, 2.0, 0.3);
+  const Crg kerb = make_crg(short_line, test::grid_of(short_line, -1.0, 1.0, 21, [](double u, double) { return 0.05 * u; }));
+  std::vector<PatchedSurface::Patch> patches;
+  patches.push_back({Surface(kerb), 0.2});
+  const PatchedSurface patched(Surface(base, {.friction_map = grip}), std::move(patches));
+  const Surface smooth(base, {.interpolation = Interpolation::Smooth, .friction_map = grip});
+  const auto ask = [&](int from) {
+    double sum = 0.0;
+    Cursor on_patched, on_smooth, for_strip;
+    std::vector<float> dz(400);
+    for (int k = from; k < from + 400; ++k) {
+      const double x = 0.1 * std::fmod(3.7 * k, 300.0), y = 2.0 * std::sin(0.05 * k);
+      const Sample a = patched.at_xy(x, y, on_patched), b = smooth.at_xy(x, y, on_smooth);
+      if (a.valid) sum += a.z_m + a.friction + a.dzdy;
+      if (b.valid) sum += b.z_m + b.friction;
+      smooth.strip({.x_m = x, .y_m = y, .heading_rad = 0.01 * k}, dz, for_strip);
+      if (!std::isnan(dz[k % 400])) sum += dz[k % 400];
+    }
+    return sum;
+  };
+  const double alone[2] = {ask(0), ask(250)};
+  EXPECT_NE(alone[0], alone[1]);
+  std::atomic<int> agreed = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 6; ++t) threads.emplace_back([&, t] { agreed += ask(t % 2 == 0 ? 0 : 250) == alone[t % 2] ? 1 : 0; });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(agreed, 6);
 }
 
 }  // namespace

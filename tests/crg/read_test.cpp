@@ -1,5 +1,5 @@
 // What read() accepts, refuses and says about it. The numbers in test names are those of the list
-// "Where the standard and its tools disagree" in docs/formats.md.
+// "Where the standard and its tools disagree" in docs/opencrg.md.
 #include <gtest/gtest.h>
 #include <gmock/gmock.h>
 
@@ -155,6 +155,29 @@ TEST(Read, Decision10And13IncludesKeepWhatTheyHaveAndAreFoundBesideTheFile) {
   EXPECT_THROW(read(folder.file("twice.crg")), Error);
   std::ofstream(folder.file("absent.crg")) << "$ROAD_CRG_FILE\n $CRG_TEST_ABSENT/x.crg\n$\n";
   EXPECT_THROW(read(folder.file("absent.crg")), Error);
+}
+
+// The line ends, in plan and height, where the included file says, whatever the including file says.
+TEST(Read, Decision10TheRoadEndsWhereTheIncludedFileSays) {
+  const test::Folder folder;
+  std::ofstream(folder.file("data.crg")) << "$ROAD_CRG\nREFERENCE_LINE_START_U = 0\nREFERENCE_LINE_END_U = 3\nREFERENCE_LINE_INCREMENT = 1\n"
+                                            "REFERENCE_LINE_START_X = 10\nREFERENCE_LINE_START_Y = 20\nREFERENCE_LINE_START_Z = 1\n"
+                                            "REFERENCE_LINE_END_X = 13.003\nREFERENCE_LINE_END_Y = 20.006\nREFERENCE_LINE_END_Z = 2.5\n$\n"
+                                            "$KD_DEFINITION\n#:LRFI\nD:reference line phi,rad\nD:long section at v = -2,m\n"
+                                            "D:long section at v = -0.5,m\nD:long section at v = 3,m\n$\n$$$$\n"
+                                            "**unused**       0.0       0.5       1.0\n       0.0       0.0       0.5       1.0\n"
+                                            "       0.0       0.0       0.5       1.0\n       0.0       0.0       0.5       1.0\n";
+  std::ofstream(folder.file("outer.crg")) << "$ROAD_CRG_FILE\ndata.crg\n$\n$ROAD_CRG\nREFERENCE_LINE_END_X = 99\nREFERENCE_LINE_END_Y = -99\n"
+                                             "REFERENCE_LINE_END_Z = 50\nLONG_SECTION_V_INCREMENT = 7\nLONG_SECTION_V_RIGHT = -9\n$\n";
+  const Surface surface(read(folder.file("outer.crg")));
+  const Point2 end = surface.xy_of_uv(3.0, 0.0);
+  EXPECT_NEAR(end.x_m, 13.003, 1e-12);
+  EXPECT_NEAR(end.y_m, 20.006, 1e-12);
+  EXPECT_NEAR(surface.z_at_uv(3.0, -2.0), 2.5, 1e-12);
+  EXPECT_NEAR(surface.z_at_uv(3.0, -0.5), 3.0, 1e-12);
+  EXPECT_NEAR(surface.z_at_uv(0.0, 1.25), 1.75, 1e-12) << "half way between the sections at -0.5 and 3";
+  EXPECT_EQ(surface.file().grid.v_m, (std::vector<double>{-2.0, -0.5, 3.0}));
+  EXPECT_FALSE(surface.file().notes.empty()) << "what was ignored is said";
 }
 
 TEST(Read, Decision11RowsOfNanAndHolesAreAccepted) {

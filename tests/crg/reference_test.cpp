@@ -110,7 +110,7 @@ TEST(Reference, AnswersAgree) {
           EXPECT_NEAR(z, want1, 1e-6) << text;
         }
       };
-      // Decision 7: where both borders are left and v answers zero, zero it is (docs/formats.md).
+      // Decision 7: where both borders are left and v answers zero, zero it is (docs/opencrg.md).
       const auto zero_corner = [&](double u, double v) {
         const auto mode = now.options.find("BORDER_MODE_V");
         return mode != now.options.end() && mode->second == 1.0 && (u < line.u_begin_m || u > u_end) &&

@@ -100,6 +100,49 @@ TEST(Surface, ClosedTrackHasNoStepAtTheSeam) {
   }
 }
 
+// A circle of 50 m radius given by x and y channels alone. Heights and banking run on over the seam,
+// in a file whose last row repeats the first and in one that stops a step short of it.
+TEST(Surface, HeightRunsOnOverTheSeamOfATrackGivenByNodes) {
+  constexpr double kRadius_m = 50.0;
+  for (const bool repeats : {true, false}) {
+    const std::size_t steps = 3000;
+    Crg crg;
+    crg.format = Format::KDBI;
+    const double turn = 2.0 * std::numbers::pi / static_cast<double>(steps);
+    crg.grid.u_step_m = 2.0 * kRadius_m * std::sin(0.5 * turn);  // the chord
+    for (int j = 0; j <= 8; ++j) crg.grid.v_m.push_back(-4.0 + j);
+    for (std::size_t i = 0; i < (repeats ? steps + 1 : steps); ++i) {
+      const double t = turn * static_cast<double>(i);
+      crg.x_m.push_back(300.0 + kRadius_m * std::cos(t));
+      crg.y_m.push_back(-200.0 + kRadius_m * std::sin(t));
+      crg.banking.push_back(0.05 + 0.02 * std::cos(t));
+      for (int j = 0; j <= 8; ++j) crg.grid.z_m.push_back(static_cast<float>(0.5 * std::sin(t + 1.0)));
+    }
+    set_value(crg.road, "REFERENCE_LINE_INCREMENT", crg.grid.u_step_m);
+    set_value(crg.road, "REFERENCE_LINE_START_U", 0.0);
+    set_value(crg.road, "REFERENCE_LINE_END_U", crg.grid.u_of(crg.grid.rows() - 1));
+    set_value(crg.options, "REFLINE_CONTINUATION", 1.0);
+    crg.has_option_section = true;
+    const Surface surface(read_bytes(to_bytes(crg, Format::KDBI), "nodes.crg"));
+    ASSERT_TRUE(surface.reference_line().closed);
+    Cursor cursor;
+    for (const double v : {-3.7, -0.3, 2.0, 3.9}) {
+      for (double u = -0.5; u < 0.5; u += 0.007) {
+        const double t = u / kRadius_m, r = kRadius_m - v;
+        const Sample sample = surface.at_xy(300.0 + r * std::cos(t), -200.0 + r * std::sin(t), cursor);
+        ASSERT_TRUE(sample.valid);
+        // A chord lies up to step^2 / (8 R) = 2.7e-5 m beside its arc, 1.9e-6 m of height where the banking
+        // is 0.07; linear interpolation adds step^2 / 8 times the second derivative, 3e-7 m. Over a gap
+        // of one step the file has no rows, so that each half of it keeps the height of its end: at most
+        // half a step times the slope.
+        const double tolerance = repeats ? 2.3e-6 : 0.5 * crg.grid.u_step_m * (0.5 + 0.02 * std::abs(v)) / kRadius_m;
+        ASSERT_NEAR(sample.z_m, 0.5 * std::sin(t + 1.0) + (0.05 + 0.02 * std::cos(t)) * v, tolerance) << "u " << u << " v " << v;
+        ASSERT_NEAR(sample.v_m, v, 1e-4);
+      }
+    }
+  }
+}
+
 TEST(Surface, ArcHasTheHeadingAndCurvatureOfItsCircle) {
   const double radius = 40.0;
   const ReferenceLine line = test::line_along(1001, 0.1, [&](double) { return 1.0 / radius; });

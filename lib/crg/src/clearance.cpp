@@ -12,6 +12,8 @@ namespace {
 constexpr double kWindowTurn_rad = 0.6;
 constexpr double kFoldShare = 0.8;  // < cos(kWindowTurn_rad): the fold seen from anywhere in the window
 constexpr double kDegenerateLean = 50.0;
+// Of the reach: in shorter segments a point within reach has no certain place along, for rounding.
+constexpr double kDegenerateLength = 1e-8;
 
 struct Station {
   double x_m = 0.0, y_m = 0.0;     // middle of the run
@@ -26,7 +28,7 @@ double turn_between(const SegmentFrame& a, const SegmentFrame& b) {
   return std::abs(std::atan2(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin));
 }
 
-Station make_station(std::span<const SegmentRecord> segments, std::size_t begin, std::size_t end, bool joined) {
+Station make_station(std::span<const SegmentRecord> segments, std::size_t begin, std::size_t end, double reach_m, bool joined) {
   Station station;
   const SegmentFrame& middle = segments[(begin + end) / 2].frame;
   station.x_m = middle.x_m;
@@ -47,7 +49,7 @@ Station make_station(std::span<const SegmentRecord> segments, std::size_t begin,
     station.stretch = std::max(station.stretch, std::sqrt(1.0 + lean * lean));
     // width(v) = length + v (end_lean - begin_lean) reaches zero at the fold.
     const double rate = frame.end_lean - frame.begin_lean;
-    if (!(frame.length_m > 0.0) || lean > kDegenerateLean) {
+    if (!(frame.length_m > kDegenerateLength * reach_m) || lean > kDegenerateLean) {
       station.fold_left_m = station.fold_right_m = 0.0;
     } else if (rate < 0.0) {
       station.fold_left_m = std::min(station.fold_left_m, frame.length_m / -rate);
@@ -145,7 +147,7 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
   std::vector<Station> stations;
   for (std::size_t begin = 0; begin < segments.size(); begin += run) {
-    stations.push_back(make_station(segments, begin, std::min(begin + run, segments.size()), joined));
+    stations.push_back(make_station(segments, begin, std::min(begin + run, segments.size()), reach_m, joined));
   }
   const std::size_t count = stations.size();
   double span = 0.0, stretch = 1.0;

@@ -23,7 +23,7 @@ struct Sample {
   double u_m = kNaN, v_m = kNaN;
   double x_m = kNaN, y_m = kNaN, z_m = kNaN;
   double dzdx = kNaN, dzdy = kNaN;  ///< gradient in map axes
-  double heading_rad = kNaN;        ///< of the reference line segment, CCW from +x
+  double heading_rad = kNaN;        ///< of the reference line segment, CCW from +x; whole turns as in the file
   double curvature_1pm = kNaN;      ///< of the line through the point, left turn positive
   double normal_x = kNaN, normal_y = kNaN, normal_z = kNaN;  ///< upward unit normal
   double friction = kNaN;  ///< from the friction map, else the constant of the options
