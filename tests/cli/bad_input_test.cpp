@@ -209,7 +209,7 @@ TEST(BadInput, KilledAtAnyMomentLeavesNoDamagedFile) {
   const Folder folder;
   write(folder / "s.obj", Stadium{}.obj());
   const std::vector<std::string> command = {
-      "build", folder / "s.obj", "-o", folder / "out", "--u-step-m", "0.05", "--v-step-m", "0.05"};
+      "build", folder / "s.obj", "-o", folder / "out", "--u-step-m", "0.05", "--v-step-m", "0.05", "--force"};
   ASSERT_EQ(crgbuild(command).code, 0);
   const std::string whole = read(folder / "out/s.crg"), picture = read(folder / "out/s.png");
   int killed = 0;

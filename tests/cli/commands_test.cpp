@@ -376,6 +376,41 @@ TEST(Synth, DemoCircuitGivesAMeshThatBuilds) {
   EXPECT_NEAR(summary["reference_line"]["length_m"], k["length_m"].get<double>(), 1.0);
 }
 
+TEST(Build, NothingChangedIsReusedUnlessForced) {
+  const Folder folder;
+  write(folder / "s.obj", Stadium{}.obj());
+  std::vector<std::string> command = {"build", folder / "s.obj", "-o", folder / "out", "--u-step-m", "0.5", "--v-step-m", "0.5"};
+  const auto reused = [&](const std::vector<std::string>& line) {
+    const Ran ran = crgbuild(line);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return ran.out.find("reused: nothing has changed") != std::string::npos;
+  };
+  EXPECT_FALSE(reused(command));
+  const std::string summary = read(folder / "out/summary.json"), road = read(folder / "out/s.crg");
+  EXPECT_TRUE(reused(command));
+  EXPECT_EQ(read(folder / "out/summary.json"), summary);
+  std::vector<std::string> forced = command, finer = command;
+  forced.push_back("--force");
+  EXPECT_FALSE(reused(forced));
+  EXPECT_TRUE(read(folder / "out/s.crg") == road);
+  finer[5] = "0.4";
+  EXPECT_FALSE(reused(finer));
+  EXPECT_FALSE(reused(command));
+  // A file that is gone, changed, or a summary that is none.
+  std::filesystem::remove(folder / "out/centreline.csv");
+  EXPECT_FALSE(reused(command));
+  write(folder / "out/s.crg", road.substr(0, road.size() / 2));
+  EXPECT_FALSE(reused(command));
+  EXPECT_TRUE(read(folder / "out/s.crg") == road);
+  write(folder / "out/summary.json", "{\"schema\": 1, \"outputs\": 7}");
+  EXPECT_FALSE(reused(command));
+  // Another mesh under the same name.
+  Stadium bare;
+  bare.trees = false;
+  write(folder / "s.obj", bare.obj());
+  EXPECT_FALSE(reused(command));
+}
+
 TEST(FromEdges, WritesOneRoadNamedAfterItsFiles) {
   const Folder folder;
   const auto edge = [](double y, const char* rest) {

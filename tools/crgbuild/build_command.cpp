@@ -38,6 +38,16 @@ void apply(const RecipeFlags& flags, road::Recipe& recipe) {
   }
 }
 
+/// Whether the folder holds a report that was written after its summary: the one of that build.
+bool has_report(const std::string& folder) {
+  const std::filesystem::path dir(folder);
+  std::error_code none;
+  const auto report = std::filesystem::last_write_time(dir / "report.json", none);
+  if (none) return false;
+  const auto summary = std::filesystem::last_write_time(dir / "summary.json", none);
+  return !none && report >= summary;
+}
+
 }  // namespace
 
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags) {
@@ -57,8 +67,10 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 int run_build(const BuildCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
-  const road::BuildResult result = road::build_track(
-      recipe, command.output_dir, terminal.progress(), command.no_report ? nullptr : &evidence);
+  const bool reuse = !command.force && (command.no_report || has_report(command.output_dir));
+  const road::BuildResult result =
+      road::build_track(recipe, command.output_dir, terminal.progress(),
+                        command.no_report ? nullptr : &evidence, reuse);
   terminal.progress_done();
   if (terminal.json) {
     terminal.print(result.summary_json);
@@ -73,7 +85,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
         "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
         "  {} kerbs; smoothing moved the road by at most {:.2f} mm\n"
         "  against the mesh at {} points: 99 % within {:.2f} mm, all within {:.2f} mm\n"
-        "  {:.2f} s, {:.0f} MB\n"
+        "  {:.2f} s, {:.0f} MB{}\n"
         "road     {}\npicture  {}\nnumbers  {}\n",
         recipe.name, s["reference_line"]["closed"].get<bool>() ? "closed" : "open",
         number(s["reference_line"]["length_m"]), number(s["centreline"]["width_min_m"]),
@@ -88,12 +100,14 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
         s["validation"]["points"].get<std::size_t>(),
         1e3 * number(s["validation"]["z_error_m"]["p99"]),
         1e3 * number(s["validation"]["z_error_m"]["max"]), number(s["seconds"]["total"]),
-        number(s["peak_memory_mb"]), result.crg_path, result.picture_path, result.summary_path));
+        number(s["peak_memory_mb"]),
+        result.reused ? "; reused: nothing has changed since then (--force builds again)" : "", result.crg_path, result.picture_path, result.summary_path));
+    if (!result.friction_path.empty()) terminal.print(fmt::format("friction {}\n", result.friction_path));
     for (const char* stage : {"read", "clean", "validation"})
       for (const auto& remark : s[stage]["remarks"])
         terminal.print(fmt::format("remark   {}\n", one_line(remark.get<std::string>())));
   }
-  if (!command.no_report) report_build(command, recipe, result, evidence, terminal);
+  if (!command.no_report && !result.reused) report_build(command, recipe, result, evidence, terminal);
   if (result.validation_failures.empty()) return kOk;
   throw_validation_failed(result.crg_path, result.validation_failures);
 }

@@ -41,7 +41,7 @@ road::Recipe make_recipe(const RecipeFlags& flags);
 
 struct BuildCommand {
   std::string input, output_dir;
-  bool no_report = false;
+  bool no_report = false, force = false;
   RecipeFlags flags;
 };
 int run_build(const BuildCommand& command, Terminal& terminal);

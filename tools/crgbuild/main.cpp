@@ -89,7 +89,7 @@ void define_main_way(CLI::App& app, Commands& c) {
   add_path(*build, "-o,--output", c.build.output_dir, "folder for the results, made if missing");
   add_recipe_flags(*build, c.build.flags,
                    {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
-                    "smooth", "align", "validate"});
+                    "smooth", "friction", "align", "validate"});
   CLI::App* name = build;
   name->add_option_function<std::string>(
           "--name", [&c](const std::string& v) { c.build.flags.emplace_back("name", v); },
@@ -97,6 +97,8 @@ void define_main_way(CLI::App& app, Commands& c) {
       ->type_name("NAME");
   build->add_flag("--no-report", c.build.no_report,
                   "leave out report.html and report.json, and the time they take");
+  build->add_flag("--force", c.build.force,
+                  "build even when nothing has changed since the files in the folder were built");
   build->footer(
       "Writes <name>.crg (the road), <name>.png (look at it first), report.html (what is wrong with\n"
       "the road, and where), report.json and summary.json (every number), <name>.stl (the surface that\n"

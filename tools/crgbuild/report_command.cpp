@@ -136,6 +136,7 @@ void report_build(const BuildCommand& command, const road::Recipe& recipe, const
   request.mesh = &evidence.mesh;
   request.provenance = &evidence.provenance;
   if (evidence.before) request.before = &*evidence.before;
+  request.grip_path = result.friction_path;
   request.command_line = command_line("build", {{"", command.input}, {"-o", command.output_dir}}, command.flags);
   const auto summary = nlohmann::json::parse(result.summary_json);
   if (recipe.trajectory_path) {  // the build has fitted it already

@@ -40,7 +40,7 @@ crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
 }
 
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress,
-                        BuildEvidence* evidence) {
+                        BuildEvidence* evidence, bool reuse) {
   const Clock::time_point start = Clock::now();
   const std::filesystem::path dir(output_dir);
   BuildResult paths;
@@ -55,14 +55,25 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   summary.recipe = recipe;
   Stages stage(progress, summary.seconds, 11);
 
+  const auto add = [&](const char* role, const std::optional<std::string>& path) {
+    if (path) summary.inputs.push_back({role, *path, sha256_of_file(*path)});
+  };
+  if (!recipe.recipe_path.empty()) add("recipe", recipe.recipe_path);
+  add("mesh", recipe.mesh_path);
+  add("control_points", recipe.control_points_path);
+  add("trajectory", recipe.trajectory_path);
+  if (recipe.friction.wanted) add("friction_zones", recipe.friction.zones_path);
+  if (reuse) {
+    if (const auto text = unchanged_summary(paths.summary_path, summary)) {
+      paths.summary_json = *text;
+      paths.validation_failures = failures_in_summary(*text);
+      if (recipe.friction.wanted) paths.friction_path = (dir / (recipe.name + ".friction.crg")).string();
+      paths.reused = true;
+      return paths;
+    }
+  }
+
   Mesh mesh = stage("read", [&] {
-    if (!recipe.recipe_path.empty()) summary.inputs.push_back({"recipe", recipe.recipe_path, sha256_of_file(recipe.recipe_path)});
-    summary.inputs.push_back({"mesh", recipe.mesh_path, sha256_of_file(recipe.mesh_path)});
-    const auto add = [&](const char* role, const std::optional<std::string>& path) {
-      if (path) summary.inputs.push_back({role, *path, sha256_of_file(*path)});
-    };
-    add("control_points", recipe.control_points_path);
-    add("trajectory", recipe.trajectory_path);
     return read_mesh(recipe.mesh_path, recipe.read, &summary.read);
   });
   const RoadMesh road = stage("clean", [&] {
@@ -93,6 +104,16 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     options.closed = line.closed;
     smooth(sampled, options, &summary.smooth);
   });
+  std::optional<crg::Grid> friction;
+  if (recipe.friction.wanted) {
+    friction = stage("friction", [&] {
+      const auto& path = recipe.friction.zones_path;
+      const std::vector<FrictionZone> zones = path ? read_friction_zones(*path) : std::vector<FrictionZone>{};
+      return friction_grid(sampled, surface, road, line, zones, recipe.friction, recipe.sample.threads, &summary.friction);
+    });
+    paths.friction_path = (dir / (recipe.name + ".friction.crg")).string();
+    summary.friction_file = recipe.name + ".friction.crg";
+  }
   ValidateOptions validate_options = recipe.validate;
   stage("align", [&] {
     summary.placement = place_road(recipe, line_with_heights(line, sampled));
@@ -106,6 +127,10 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     crg::Crg file = track_crg(line, std::move(sampled.grid));
     if (summary.placement) write_projection(summary.placement->projection, line, file);
     crg::write(file, paths.crg_path, recipe.format);
+    if (!friction) return;
+    crg::ReferenceLine level = line;
+    level.z_m.clear();  // the values are frictions as they stand
+    crg::write(track_crg(level, std::move(*friction)), paths.friction_path, recipe.format);
   });
   stage("validate", [&] { summary.validate = validate(paths.crg_path, mesh, validate_options); });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);
@@ -113,6 +138,10 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     evidence->mesh = std::move(mesh);
     evidence->provenance = std::move(sampled.provenance);
     if (before) evidence->before = track_crg(line, std::move(*before));
+  }
+  for (const auto& [role, path] : {std::pair{"road", paths.crg_path}, {"surface", paths.stl_path}, {"centreline", paths.centreline_path},
+                                   {"picture", paths.picture_path}, {"friction", paths.friction_path}}) {
+    if (!path.empty()) summary.outputs.push_back({role, std::filesystem::path(path).filename().string(), sha256_of_file(path)});
   }
   summary.seconds_total = seconds_since(start);
   paths.summary_json = summary_json(summary);

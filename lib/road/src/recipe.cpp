@@ -269,6 +269,28 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(number("smooth", "smooth_max_change_kerb_m", 0.0, 1.0,
                         "smoothing moves no kerb node further than this",
                         [](Recipe& r) -> double& { return r.smooth.max_change_kerb_m; }));
+  // friction
+  keys.push_back(yes_or_no("friction", "friction", "also write <name>.friction.crg: friction in place of heights",
+                           [](Recipe& r) -> bool& { return r.friction.wanted; }));
+  keys.push_back(number("friction", "friction_road", 0.0, 3.0, "friction of the road, against dry asphalt",
+                        [](Recipe& r) -> double& { return r.friction.road; }));
+  keys.push_back(number("friction", "friction_kerb", 0.0, 3.0, "friction of kerbs",
+                        [](Recipe& r) -> double& { return r.friction.kerb; }));
+  keys.push_back(number("friction", "friction_grass", 0.0, 3.0, "friction of run-off that no name tells to be something else",
+                        [](Recipe& r) -> double& { return r.friction.grass; }));
+  keys.push_back(number("friction", "friction_gravel", 0.0, 3.0, "friction of run-off named gravel or sand",
+                        [](Recipe& r) -> double& { return r.friction.gravel; }));
+  keys.push_back(number("friction", "friction_paint", 0.0, 3.0, "friction of what is named paint, line or marking",
+                        [](Recipe& r) -> double& { return r.friction.paint; }));
+  keys.push_back(number("friction", "friction_concrete", 0.0, 3.0, "friction of what is named concrete",
+                        [](Recipe& r) -> double& { return r.friction.concrete; }));
+  keys.push_back({"friction", "friction_zones", "a path",
+                  "CSV of u and v ranges with their friction, over the classes; relative to the recipe's folder", true,
+                  [](Recipe& recipe, const std::string& text) {
+                    if (text.empty()) refuse(text, "the path of a CSV file");
+                    recipe.friction.zones_path = text;
+                  },
+                  [](const Recipe& recipe) { return recipe.friction.zones_path.value_or(""); }});
   // align
   keys.push_back({"align", "control_points", "a path",
                   "CSV of control points; relative to the recipe's folder", true,
@@ -565,6 +587,7 @@ Recipe read_recipe(const std::string& path) {
   recipe.mesh_path = beside(path, recipe.mesh_path);
   if (recipe.control_points_path)
     recipe.control_points_path = beside(path, *recipe.control_points_path);
+  if (recipe.friction.zones_path) recipe.friction.zones_path = beside(path, *recipe.friction.zones_path);
   if (recipe.trajectory_path) recipe.trajectory_path = beside(path, *recipe.trajectory_path);
   if (recipe.name.empty()) recipe.name = std::filesystem::path(recipe.mesh_path).stem().string();
   return recipe;

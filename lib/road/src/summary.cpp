@@ -4,10 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "road/atomic_file.h"
+#include "road/error.h"
 
 namespace road {
 namespace {
@@ -187,6 +192,11 @@ std::string finished(Json& out, const Summary& summary) {
   Json seconds = Json::object();
   for (const StageSeconds& stage : summary.seconds) seconds[stage.stage] = stage.seconds;
   seconds["total"] = summary.seconds_total;
+  if constexpr (requires { summary.outputs; }) {
+    Json outputs = Json::array();
+    for (const InputFile& file : summary.outputs) outputs.push_back({{"role", file.role}, {"file", file.path}, {"sha256", file.sha256}});
+    out["outputs"] = outputs;
+  }
   out["seconds"] = seconds;
   out["peak_memory_mb"] = peak_memory_mb();
   // Object names of a mesh need not be UTF-8.
@@ -263,10 +273,42 @@ std::string summary_json(const BuildSummary& summary) {
   out["sample"] = json_of(summary.sample);
   out["kerb"] = json_of(summary.kerb);
   out["smooth"] = json_of(summary.smooth, summary.recipe.smooth);
+  out["friction"] = summary.friction_file.empty()
+                        ? Json(nullptr)
+                        : Json{{"file", summary.friction_file}, {"nodes", summary.friction.nodes}};
   out["align"] = summary.placement ? json_of(*summary.placement) : Json(nullptr);
   out["grid"] = json_of(summary.grid);
   out["validation"] = json_of(summary.validate, summary.recipe.limits);
   return finished(out, summary);
+}
+
+std::optional<std::string> unchanged_summary(const std::string& path, const BuildSummary& fresh) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  // Whatever else lies under this name is no reason not to build.
+  try {
+    const Json old = Json::parse(text), head = head_of(fresh);
+    for (const auto& [key, value] : head.items())
+      if (old.at(key) != value) return std::nullopt;
+    if (old.at("recipe") != json_of(fresh.recipe)) return std::nullopt;
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    if (old.at("outputs").empty()) return std::nullopt;
+    for (const Json& output : old.at("outputs")) {
+      const std::filesystem::path name(output.at("file").get<std::string>());
+      if (name.has_parent_path() || sha256_of_file((folder / name).string()) != output.at("sha256").get<std::string>()) return std::nullopt;
+    }
+    failures_in_summary(text);
+    return text;
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::vector<std::string> failures_in_summary(const std::string& summary_json) {
+  return Json::parse(summary_json).at("validation").at("failures").get<std::vector<std::string>>();
 }
 
 std::string edges_summary_json(const EdgesSummary& summary) {

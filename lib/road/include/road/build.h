@@ -19,7 +19,9 @@ using Progress = std::function<void(const std::string& stage, double share)>;
 
 struct BuildResult {
   std::string crg_path, stl_path, centreline_path, summary_path, picture_path;
+  std::string friction_path;  ///< empty without a friction map
   std::string summary_json;   ///< the text written to summary_path
+  bool reused = false;        ///< nothing had changed since the build that wrote these files
   std::vector<std::string> validation_failures;  ///< why the road must not be used; empty = validation passed
 };
 
@@ -36,9 +38,11 @@ constexpr std::size_t kMaxBeforeNodes = 40'000'000;  ///< 160 MB
 crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid);
 
 /// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json and <name>.png into
-/// `output_dir` (made if missing). Each file appears whole or not at all. Fills `evidence` where given.
+/// `output_dir` (made if missing). Each file appears whole or not at all. Fills `evidence` where given. With
+/// `reuse`, nothing is built (and no evidence filled) when the summary.json that lies there was written by the same
+/// program from the same inputs (by hash) with the same recipe, and the files are still those that it names (by hash).
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress = {},
-                        BuildEvidence* evidence = nullptr);
+                        BuildEvidence* evidence = nullptr, bool reuse = false);
 
 /// Two surveyed edges in place of a mesh.
 struct EdgeRecipe {

@@ -11,6 +11,7 @@
 #include "road/align.h"
 #include "road/centreline.h"
 #include "road/clean.h"
+#include "road/friction.h"
 #include "road/kerb.h"
 #include "road/read_mesh.h"
 #include "road/reference_line.h"
@@ -32,6 +33,7 @@ struct Recipe {
   SampleOptions sample;
   KerbOptions kerb;
   SmoothOptions smooth;
+  FrictionOptions friction;
   std::optional<std::string> control_points_path;
   std::optional<std::string> trajectory_path;
   std::optional<RotoTranslation> T_global_mesh;

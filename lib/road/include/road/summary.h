@@ -7,6 +7,7 @@
 
 #include "road/build.h"
 #include "road/clean.h"
+#include "road/friction.h"
 #include "road/kerb.h"
 #include "road/place.h"
 #include "road/read_mesh.h"
@@ -64,16 +65,25 @@ struct BuildSummary {
   SampleReport sample;
   KerbReport kerb;
   SmoothReport smooth;
+  std::string friction_file;  ///< beside the road; empty: none
+  FrictionReport friction;
   std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
   GridReport grid;                   ///< of the written file
   ValidateReport validate;
   std::vector<StageSeconds> seconds;  ///< in the order in which the stages ran
   double seconds_total = 0.0;  ///< wall clock, from the first byte read to the end of validation
+  std::vector<InputFile> outputs;  ///< role and name of each file beside summary.json, hash of its bytes
 };
 
 /// JSON text, two spaces of indentation, keys in a fixed order (docs/formats.md). NaN becomes null.
 /// Peak memory and the versions of the libraries are added here.
 std::string summary_json(const BuildSummary& summary);
+
+/// The text of the summary at `path` when it was written by this program from the inputs and the recipe of
+/// `fresh`, and every output that it names still lies beside it unchanged. Nothing otherwise.
+std::optional<std::string> unchanged_summary(const std::string& path, const BuildSummary& fresh);
+/// The validation failures that a summary names.
+std::vector<std::string> failures_in_summary(const std::string& summary_json);
 
 /// The same for a road from two edges.
 struct EdgesSummary {

@@ -1,0 +1,48 @@
+// Grip along the road: a second grid of the same shape that holds friction instead of heights.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "road/clean.h"
+#include "road/ray_surface.h"
+#include "road/sample.h"
+
+namespace road {
+
+/// Grip relative to dry asphalt. The defaults are usual orders of magnitude for dry surfaces, measured on
+/// no track: whoever has measured values should give them.
+struct FrictionOptions {
+  bool wanted = false;  ///< <name>.friction.crg is written
+  double road = 1.0;
+  double kerb = 0.9;      ///< painted concrete
+  double grass = 0.5;     ///< run-off that no name tells to be something else
+  double gravel = 0.45;
+  double paint = 0.85;
+  double concrete = 0.95;
+  std::optional<std::string> zones_path;  ///< painted over the classes, see read_friction_zones()
+};
+
+/// A rectangle in u and v with one friction. u_begin_m > u_end_m goes over the start of a closed road.
+struct FrictionZone {
+  double u_begin_m = 0.0, u_end_m = 0.0, v_begin_m = 0.0, v_end_m = 0.0, friction = 1.0;
+};
+
+/// CSV with the columns u_begin_m,u_end_m,v_begin_m,v_end_m,friction; later rows lie over earlier ones.
+/// Throws Error with file:line on a missing number, v_begin_m > v_end_m, or a friction outside 0 to 3.
+std::vector<FrictionZone> read_friction_zones(const std::string& path);
+
+struct FrictionReport {
+  std::map<std::string, std::size_t> nodes;  ///< "road", "kerb", "grass", "gravel", "paint", "concrete", "painted" -> nodes
+};
+
+/// The sampled grid with friction in place of heights; NaN where there is no road. What a node is: its
+/// class, and words in the object, material and texture names of the triangle below it (paint, line,
+/// marking; concrete; gravel, sand; asphalt, tarmac on run-off). Without names the class alone.
+crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road,
+                        const crg::ReferenceLine& line, const std::vector<FrictionZone>& zones,
+                        const FrictionOptions& options, unsigned threads, FrictionReport* report = nullptr);
+
+}  // namespace road

@@ -1,0 +1,115 @@
+#include "road/friction.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <regex>
+
+#include "road/csv.h"
+#include "road/error.h"
+#include "road/parallel.h"
+
+namespace road {
+
+namespace {
+
+constexpr double kReach_m = 0.1;  // smoothing and float32 move a node by less
+constexpr double kLargest = 3.0;
+
+enum class Kind : std::uint8_t { road, kerb, grass, gravel, paint, concrete, painted };
+constexpr std::array<const char*, 7> kNames{"road", "kerb", "grass", "gravel", "paint", "concrete", "painted"};
+
+/// What the names of one object say: its kind on the road and on the run-off.
+struct ObjectKind {
+  Kind on_road = Kind::road, on_runoff = Kind::grass;
+};
+
+ObjectKind kind_of(const MeshObject& object) {
+  static const std::regex kPaint("paint|marking|(^|[^a-z])lines?([^a-z]|$)", std::regex::icase),
+      kConcrete("concrete|(^|[^a-z])conc([^a-z]|$)", std::regex::icase), kGravel("gravel|(^|[^a-z])sand", std::regex::icase),
+      kGrass("grass|(^|[^a-z])turf", std::regex::icase), kAsphalt("asphalt|asph|tarmac", std::regex::icase);
+  // The most particular name first: what an object is called says more than its texture.
+  for (const std::string* name : {&object.name, &object.material, &object.texture}) {
+    const auto says = [&](const std::regex& word) { return std::regex_search(name->substr(0, 200), word); };
+    if (says(kPaint)) return {Kind::paint, Kind::paint};
+    if (says(kConcrete)) return {Kind::concrete, Kind::concrete};
+    if (says(kGravel)) return {Kind::gravel, Kind::gravel};
+    if (says(kGrass)) return {Kind::grass, Kind::grass};
+    if (says(kAsphalt)) return {Kind::road, Kind::road};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<FrictionZone> read_friction_zones(const std::string& path) {
+  const CsvTable table = read_csv(path, {"u_begin_m", "u_end_m", "v_begin_m", "v_end_m", "friction"});
+  std::vector<FrictionZone> zones;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const FrictionZone zone{table.value(i, 0), table.value(i, 1), table.value(i, 2), table.value(i, 3), table.value(i, 4)};
+    for (std::size_t j = 0; j < table.columns; ++j) {
+      if (!std::isfinite(table.value(i, j))) throw Error(fmt::format("{}:{}: a cell is empty or not finite; wanted five numbers", path, table.line[i]));
+    }
+    if (zone.v_begin_m > zone.v_end_m) {
+      throw Error(fmt::format("{}:{}: v_begin_m {} lies left of v_end_m {}; wanted from right to left", path, table.line[i], zone.v_begin_m, zone.v_end_m));
+    }
+    if (!(zone.friction >= 0.0 && zone.friction <= kLargest)) {
+      throw Error(fmt::format("{}:{}: friction is {}; wanted 0 to {}", path, table.line[i], zone.friction, kLargest));
+    }
+    zones.push_back(zone);
+  }
+  return zones;
+}
+
+crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road, const crg::ReferenceLine& line,
+                        const std::vector<FrictionZone>& zones, const FrictionOptions& options, unsigned threads, FrictionReport* report) {
+  std::vector<ObjectKind> kinds;
+  for (const MeshObject& object : road.mesh.objects) kinds.push_back(kind_of(object));
+  bool named = false;
+  for (const ObjectKind& kind : kinds) named = named || kind.on_road != Kind::road || kind.on_runoff != Kind::grass;
+  const std::array<double, 6> value{options.road, options.kerb, options.grass, options.gravel, options.paint, options.concrete};
+
+  crg::Grid grid = sampled.grid;
+  const std::size_t rows = grid.rows(), columns = grid.columns();
+  std::array<std::atomic<std::size_t>, kNames.size()> nodes{};
+  parallel_for(rows, 64, threads, [&](std::size_t begin, std::size_t end) {
+    std::array<std::size_t, kNames.size()> counted{};
+    for (std::size_t i = begin; i < end; ++i) {
+      const double u = grid.u_of(i);
+      for (std::size_t j = 0; j < columns; ++j) {
+        const std::size_t node = i * columns + j;
+        const float z = sampled.grid.z_m[node];
+        if (std::isnan(z)) continue;
+        const SurfaceClass surface_class = sampled.surface_class[node];
+        Kind kind = surface_class == SurfaceClass::kerb ? Kind::kerb : surface_class == SurfaceClass::runoff ? Kind::grass : Kind::road;
+        if (named && kind != Kind::kerb) {
+          const crg::Point2 p = crg::node_position(line, i, grid.v_m[j]);
+          if (const auto hit = surface.nearest_hit(p.x_m, p.y_m, z, kReach_m)) {
+            const ObjectKind& object = kinds[road.mesh.object_of_triangle[hit->triangle]];
+            kind = kind == Kind::grass ? object.on_runoff : object.on_road;
+          }
+        }
+        double friction = value[static_cast<std::size_t>(kind)];
+        for (const FrictionZone& zone : zones) {
+          const bool along = zone.u_begin_m <= zone.u_end_m ? u >= zone.u_begin_m && u <= zone.u_end_m : u >= zone.u_begin_m || u <= zone.u_end_m;
+          if (!along || grid.v_m[j] < zone.v_begin_m || grid.v_m[j] > zone.v_end_m) continue;
+          friction = zone.friction;
+          kind = Kind::painted;
+        }
+        grid.z_m[node] = static_cast<float>(friction);
+        ++counted[static_cast<std::size_t>(kind)];
+      }
+    }
+    for (std::size_t k = 0; k < counted.size(); ++k) nodes[k] += counted[k];
+  });
+  if (report != nullptr) {
+    for (std::size_t k = 0; k < kNames.size(); ++k) {
+      if (nodes[k] > 0) report->nodes[kNames[k]] = nodes[k];
+    }
+  }
+  return grid;
+}
+
+}  // namespace road

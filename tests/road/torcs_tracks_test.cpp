@@ -1,0 +1,136 @@
+// Every road and oval track of the Debian package torcs-data against its design, as installed and as a
+// nameless STL. Three of them in an ordinary run; all with KERBSTONE_ALL_TRACKS=1 (docs/accuracy.md).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "crg/surface.h"
+#include "road/build.h"
+#include "road/export_mesh.h"
+#include "support/temporary_folder.h"
+#include "support/torcs_track.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector2d;
+
+std::vector<std::string> tracks() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const char* kind : {"road", "oval"}) {
+    for (const auto& entry : fs::directory_iterator(fs::path(TORCS_TRACKS) / kind, error)) names.push_back(std::string(kind) + "/" + entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  if (std::getenv("KERBSTONE_ALL_TRACKS") == nullptr) {
+    std::erase_if(names, [](const std::string& n) { return n != "road/g-track-3" && n != "road/wheel-1" && n != "oval/e-track-5"; });
+  }
+  return names;
+}
+
+/// Distance of each design point from the line, after the shift that fits best.
+std::vector<double> distances(const std::vector<Vector2d>& design, const crg::ReferenceLine& line) {
+  constexpr double kCell_m = 20.0;
+  std::map<std::pair<long, long>, std::vector<std::size_t>> cells;
+  const auto cell = [](double x, double y) { return std::pair(std::lround(x / kCell_m), std::lround(y / kCell_m)); };
+  Vector2d low(1e9, 1e9), design_low(1e9, 1e9);
+  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+    cells[cell(line.x_m[i], line.y_m[i])].push_back(i);
+    low = low.cwiseMin(Vector2d(line.x_m[i], line.y_m[i]));
+  }
+  for (const Vector2d& p : design) design_low = design_low.cwiseMin(p);
+  Vector2d shift = low - design_low;
+  std::vector<double> off;
+  for (int pass = 0; pass < 4; ++pass) {
+    off.clear();
+    Vector2d sum = Vector2d::Zero();
+    for (const Vector2d& point : design) {
+      const Vector2d p = point + shift;
+      double best = 1e9;
+      Vector2d to = Vector2d::Zero();
+      const auto [cx, cy] = cell(p.x(), p.y());
+      for (long x = cx - 1; x <= cx + 1; ++x) {
+        for (long y = cy - 1; y <= cy + 1; ++y) {
+          const auto found = cells.find({x, y});
+          if (found == cells.end()) continue;
+          for (const std::size_t i : found->second) {
+            const Vector2d a(line.x_m[i], line.y_m[i]), ab = Vector2d(line.x_m[i + 1], line.y_m[i + 1]) - a;
+            const Vector2d d = a + std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab - p;
+            if (d.norm() < best) {
+              best = d.norm();
+              to = d;
+            }
+          }
+        }
+      }
+      off.push_back(best);
+      if (best < 1.0) sum += to;
+    }
+    shift += sum / static_cast<double>(design.size());
+  }
+  std::sort(off.begin(), off.end());
+  return off;
+}
+
+class TorcsTracks : public testing::TestWithParam<std::string> {};
+
+TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
+  const fs::path folder = fs::path(TORCS_TRACKS) / GetParam();
+  const std::string name = folder.filename().string();
+  const fs::path mesh_path = fs::exists(folder / (name + ".acc")) ? folder / (name + ".acc") : folder / (name + ".ac");
+  const support::TorcsTrack design = support::read_torcs_track((folder / (name + ".xml")).string());
+  const support::TemporaryFolder out;
+  road::export_mesh(road::read_mesh(mesh_path.string()), out.path(name + ".stl"), {road::UpAxis::z, road::Unit::m});
+  for (const bool nameless : {false, true}) {
+    road::Recipe recipe = road::recipe_for_mesh(nameless ? out.path(name + ".stl") : mesh_path.string());
+    if (nameless) recipe.read.up = road::UpAxis::z;
+    const road::BuildResult built = road::build_track(recipe, out.path("out"));
+    const auto summary = nlohmann::json::parse(built.summary_json);
+    const crg::Surface road(crg::read(built.crg_path));
+    const crg::ReferenceLine& line = road.reference_line();
+    const crg::Grid& grid = road.file().grid;
+    const double length = line.u_step_m * static_cast<double>(line.size() - 1);
+    // What the design itself leaves open is no fault of the line.
+    const double length_error = std::max(0.0, std::abs(length - design.length_m) - design.closing_gap_m) / design.length_m;
+    const std::vector<double> off = distances(design.centre_m, line);
+    std::size_t inside = 0, with_z = 0;
+    double first_gap_u = -1.0, last_gap_u = -1.0;
+    for (std::size_t i = 0; i < grid.rows(); ++i) {
+      for (std::size_t j = 0; j < grid.columns(); ++j) {
+        if (std::abs(grid.v_m[j]) > 0.5 * design.width_m - 0.2) continue;
+        ++inside;
+        if (!std::isnan(grid.at(i, j))) {
+          ++with_z;
+          continue;
+        }
+        if (first_gap_u < 0.0) first_gap_u = grid.u_of(i);
+        last_gap_u = grid.u_of(i);
+      }
+    }
+    const double share = static_cast<double>(with_z) / static_cast<double>(inside);
+    const double p99 = summary["validation"]["z_error_m"]["p99"], largest = summary["validation"]["z_error_m"]["max"];
+    std::printf("| %s%s | %.1f | %.4f | %.1f | %.0f | %.3f | %.2f | %.1f |", name.c_str(), nameless ? " .stl" : "", length, 100.0 * length_error,
+                1e3 * off[off.size() * 99 / 100], 1e3 * off.back(), 100.0 * share, 1e3 * p99, 1e3 * largest);
+    if (share < 0.9995) std::printf(" without height between u = %.1f and %.1f m", first_gap_u, last_gap_u);
+    std::printf("\n");
+    EXPECT_LE(length_error, 5e-4) << name;
+    EXPECT_LE(off[off.size() * 99 / 100], 0.15) << name << ": the design leaves " << design.closing_gap_m << " m open";
+    EXPECT_GE(share, 0.9995) << name;
+    EXPECT_LE(p99, 1.5e-3) << name;
+    EXPECT_TRUE(line.closed) << name;
+  }
+}
+
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(TorcsTracks);
+INSTANTIATE_TEST_SUITE_P(All, TorcsTracks, testing::ValuesIn(tracks()), [](const auto& track) {
+  std::string name = track.param;
+  std::replace_if(name.begin(), name.end(), [](char c) { return c == '-' || c == '/'; }, '_');
+  return name;
+});
+
+}  // namespace
