@@ -1,0 +1,24 @@
+// Locate, name, size and prove a mismatch between recordings and a simulation.
+#pragma once
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "explain/findings.h"
+
+namespace explain {
+
+struct ExplainOptions {
+  std::set<int> hold_out;     ///< laps (counted from 0 over all recordings) only used for proof; empty: rotation
+  unsigned threads = 0;       ///< 0: as many as the machine has; never changes the result
+  std::size_t nulls = 1000;   ///< null replicates
+  std::function<void(const std::string& stage, double share)> progress;
+};
+
+/// The whole analysis (docs/crgexplain.md). Throws vehicle::Error when it cannot be made: nothing
+/// in common between the channels, less than 30 s of usable driving.
+Findings explain(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const ExplainOptions& options = {});
+
+}  // namespace explain

@@ -1,0 +1,90 @@
+// What an analysis says, as plain values, and its JSON (docs/formats.md).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "explain/unknowns.h"
+
+namespace explain {
+
+struct Place {
+  double u_begin_m = 0.0, u_end_m = 0.0;
+  std::vector<int> laps;
+};
+struct Mismatch {
+  std::string channel, regime, unit;
+  std::vector<Place> where;
+  double size = 0.0, p_adjusted = 1.0, share_of_residual = 0.0;
+};
+struct ParameterValue {
+  std::string id, name, unit;
+  double stated = 0.0, value = 0.0, low = 0.0, high = 0.0;
+  bool beyond_prior = false;
+};
+struct FoundParameter {
+  std::string name, unit;
+  double value = 0.0, low = 0.0, high = 0.0;
+};
+struct ProfilePoint {
+  double u_m = 0.0, value = 0.0, ci90 = 0.0;
+};
+struct Rival {
+  std::string mechanism, channel, separating_experiment;
+  double cv_gain = 0.0;
+  bool separable = true;
+};
+struct HeldOut {
+  std::string channel, unit;
+  double horizon_s = 0.6, rmse_before = 0.0, rmse_after = 0.0, drop_low = 0.0, drop_high = 0.0, trivial_rmse = 0.0;
+};
+struct Finding {
+  std::string mechanism, kind, channel, physics, equation;
+  std::vector<Place> where;
+  std::vector<FoundParameter> parameters;
+  std::vector<ProfilePoint> profile;
+  std::vector<Rival> rivals;
+  double stability = 0.0;
+  double cv_gain = 0.0, statistic = 0.0, threshold = 0.0;
+  std::vector<HeldOut> held_out;
+  std::size_t unknown = 0;  ///< place in the inventory
+};
+struct Unexplained {
+  std::string channel, locked_to;
+  std::vector<Place> where;
+  double share = 0.0, p_adjusted = 1.0;
+};
+/// One line of the evidence table: everything that was tried at the first step.
+struct Evidence {
+  std::string mechanism, channel, detail;
+  double amount = 0.0, statistic = 0.0, cv_gain = 0.0;
+  std::string unit;
+};
+/// A relation along one recording, for the page.
+struct Trace {
+  std::string channel, unit;
+  std::vector<double> u_m, before, after;
+  std::vector<int> lap;
+};
+
+struct Findings {
+  std::string verdict = "none";  ///< none, explained, tie, unknown
+  std::vector<Mismatch> mismatches;
+  std::vector<ParameterValue> parameters;
+  std::vector<Finding> findings;
+  std::vector<Untestable> untestable;
+  std::vector<Unexplained> unexplained;
+  std::vector<Evidence> evidence;
+  std::vector<Trace> traces;
+  std::vector<std::string> remarks;
+  double null_false_alarm = 0.0;  ///< share of null replicates that the thresholds would have let through
+  std::size_t null_replicates = 0;
+  double threshold = 0.0;         ///< of the first step, in standard deviations
+  std::size_t laps = 0;
+};
+
+/// findings.json. Numbers are rounded to 7 digits; the same findings give the same bytes.
+std::string findings_json(const Findings& findings);
+
+}  // namespace explain

@@ -1,0 +1,77 @@
+// The relations that are tested: between redundant channels, and between forces and motion.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "explain/signals.h"
+#include "vehicle/vehicle_file.h"
+
+namespace explain {
+
+/// One relation per row kind; the residual is what the log says minus what sensors and car should
+/// give, in the unit stated.
+enum Relation : std::size_t {
+  kGyro,          ///< yaw rate against the derivative of heading (or of the course), rad/s
+  kCourse,        ///< course of the path against heading plus sideslip, rad
+  kSpeed,         ///< speed along the path against vx, vy, m/s
+  kFrontWheels,   ///< front wheel speed against vx, not braking, m/s
+  kRearWheels,    ///< rear wheel speed against vx and the drive's slip, m/s
+  kAccelX,        ///< ax against dvx/dt - r vy + g grade, m/s2
+  kAccelY,        ///< ay against dvy/dt + r vx + g bank, m/s2
+  kAccelZ,        ///< az against g + curvature v^2, m/s2
+  kForceX,        ///< forward acceleration against the car's forces, m/s2
+  kForceY,        ///< lateral acceleration against the tyres' forces, m/s2
+  kMomentZ,       ///< yaw acceleration against the tyres' moments, rad/s2
+  kLoadsFront, kLoadsRear,  ///< logged wheel loads of an axle against the model, N per kg of car
+  kDifferential,  ///< rear wheel speed difference against an open differential, m/s
+  kRelationCount
+};
+struct RelationInfo {
+  const char* name;     ///< as in findings.json: the channel in which it is seen
+  const char* unit;
+  bool sensors_only;    ///< independent of tyres and forces
+};
+const std::array<RelationInfo, kRelationCount>& relations();
+
+/// Everything that may be wrong, flat. Places of `value`: see Unknown.
+struct Setting {
+  vehicle::Parameters<double> p;
+  std::array<double, 2> wheel_radius{1, 1};    ///< factors, front and rear
+  std::array<double, 4> engine_shape{};        ///< curve of the engine: over throttle, speed, both
+  double rolling = 1.0, slip = 1.0;            ///< factors on rolling resistance and rear slip
+  std::array<double, 2> curve{}, curve2{};     ///< side force of an axle: over its use of grip
+  std::array<double, 2> load_curve{};          ///< the same over its load
+  std::array<double, 2> drop{};                ///< camber-like constant side force of an axle, m/s2
+  double turbo = 0.0, turbo_rise_s = 0.35;     ///< share of torque that waits for boost
+  double throttle_s = 0.0, brake_s = 0.0, steer_s = 0.0, steer_lag_s = 0.0;  ///< more delay
+  double thermal = 0.0, thermal_s = 60.0;      ///< grip missing at the start, time constant
+  double fade = 0.0, fade_s = 10.0;            ///< brake friction lost per full heat
+  double wind_x = 0.0, wind_y = 0.0;           ///< m/s
+  double burn = 0.0;                           ///< kg/s
+  double lock = 0.0;                           ///< 1: the rear wheels turn together
+  double load_sensitivity = 0.0, camber = 0.0, combined = 0.0, relaxation = 0.0;  ///< amplitudes
+  double ride = 0.0;                           ///< drag and downforce lost per dynamic pressure
+  double bank = 0.0, grade = 0.0, vertical = 0.0, friction = 0.0;  ///< of the road, everywhere
+  double shift_u = 0.0;                        ///< of the road, m
+  double imu_yaw = 0.0, imu_ahead = 0.0;
+  struct Sensor { double bias = 0, gain = 0, delay_s = 0, low_pass_s = 0; };
+  std::array<Sensor, kChannelCount> sensor;
+  Setting() : p(vehicle::default_parameters()) {}
+};
+
+/// Residuals of the relations at every step of a recording; NaN where a relation does not apply.
+/// Pure. `mask_setting` decides which steps apply, so that a change of `s` never moves the mask.
+struct Residuals {
+  std::array<std::vector<double>, kRelationCount> r;
+};
+Residuals residuals(const Signals& signals, const vehicle::Vehicle& car, const Setting& s);
+
+/// What the car does at every step, for regimes and pages: use of grip front, rear; braking.
+struct Regimes {
+  std::vector<double> speed, ax, ay, throttle, brake;
+};
+Regimes regimes(const Signals& signals);
+
+}  // namespace explain

@@ -1,0 +1,52 @@
+// A recording as smooth signals on one clock, placed on the road.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "crg/surface.h"
+#include "explain/mapping.h"
+#include "vehicle/table.h"
+
+namespace explain {
+
+/// What the relations and the car model need; fronts and rears are means of left and right.
+enum Channel : std::size_t {
+  kX, kY, kYaw, kVx, kVy, kYawRate, kAx, kAy, kAz, kSteer, kThrottle, kBrakeFront, kBrakeRear,
+  kWheelFront, kWheelRear,   ///< rad/s, or m/s with the logger's own radius (Signals::wheels_in_mps)
+  kWheelRearDifference,      ///< left minus right, same unit
+  kEngine, kGear, kFuel, kLoadFront, kLoadRear,
+  kChannelCount
+};
+
+/// Signals every kStep_s, from a local quadratic fit, so that delays and filters commute with it.
+struct Signals {
+  static constexpr double kStep_s = 0.05;
+  std::string name;
+  std::size_t n = 0;
+  std::array<std::vector<double>, kChannelCount> x, dx;   ///< value and time derivative; NaN: none
+  std::array<bool, kChannelCount> present{};
+  std::array<bool, kChannelCount> commanded{};            ///< a command, not a measurement
+  std::array<std::string, kChannelCount> column;          ///< the log's own name
+  bool wheels_in_mps = false;
+  double imu_yaw_rad = 0.0, imu_ahead_m = 0.0;            ///< as the mapping states
+  std::vector<double> u_m, v_m, grade, bank, curvature_v; ///< road under the car: rise along the car,
+                                                          ///< rise to its left, second derivative along it
+  std::vector<double> heading_rad;                        ///< of the reference line
+  std::vector<int> lap;                                   ///< 0, 1, ...: counted at the line
+  std::vector<bool> whole;                                ///< per lap: begins and ends at the line
+  double sample_hz = 0.0;
+  double length_m = 0.0;                                  ///< of the road; laps wrap if closed
+  bool closed = false;
+  std::vector<std::string> remarks;
+};
+
+/// Reads, maps, smooths, projects. Throws vehicle::Error naming the file when there is no position
+/// or speed, the clock goes back, the log is shorter than 10 s, or the car is not on this road
+/// (then with the rotation and shift that would bring it there, if one is found).
+Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
+                     const crg::Surface& surface, const std::string& name);
+
+}  // namespace explain

@@ -1,0 +1,50 @@
+// What may be wrong or missing: parameters, curves nobody knows exactly, sensors, road, physics.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "explain/model.h"
+
+namespace explain {
+
+enum class Role {
+  kParameter,  ///< stated in the vehicle file, refitted with its prior width
+  kCurve,      ///< shape of a map or tyre curve, refitted with a weak prior and not reported
+  kCandidate   ///< absent from the simulation unless the data ask for it
+};
+
+struct Unknown {
+  std::string id;       ///< of the blueprint: "vehicle.turbo_lag", "sensor.bias", "parameter.mass"
+  std::string kind;     ///< road, vehicle, sensor, environment, parameter
+  std::string channel;  ///< the sensor's column; empty otherwise
+  std::string name, unit;            ///< of the amplitude
+  std::string physics, equation;
+  Role role = Role::kCandidate;
+  double stated = 0.0;   ///< value in the simulation
+  double width = 0.0;    ///< prior: one standard deviation, in the unit
+  double step = 0.01;    ///< of the derivative; about the size that matters
+  double least = 0.0;    ///< smaller amounts are not worth a finding
+  bool along_road = false;      ///< acts where the road is wrong: scanned over u
+  bool one_sided = false;       ///< only a positive amount makes sense
+  std::function<void(Setting&, double)> set;  ///< adds an amount to the setting
+  std::string separating;       ///< the experiment that would separate it from its usual rivals
+};
+
+struct Untestable {
+  std::string mechanism, reason;
+};
+
+/// All unknowns that these logs can speak about, in a fixed order, and the rest with reasons.
+struct Inventory {
+  std::vector<Unknown> unknowns;
+  std::vector<Untestable> untestable;
+};
+Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& car);
+
+/// Every id there is.
+const std::vector<std::string>& mechanism_ids();
+
+}  // namespace explain

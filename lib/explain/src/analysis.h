@@ -1,0 +1,71 @@
+// The steps of explain() and what they hand on.
+#pragma once
+
+#include <map>
+
+#include "explain/explain.h"
+#include "search.h"
+
+namespace explain {
+
+/// What was added to the simulation so far.
+struct Accepted {
+  std::size_t unknown = 0;
+  double amount = 0.0;            ///< of an unknown that acts everywhere
+  Eigen::MatrixXd columns;        ///< of a road unknown: one per cell, not whitened, constant
+  std::vector<int> cells;         ///< their cells
+  double width = 0.0;             ///< prior of each cell's amount
+};
+
+class Analysis {
+ public:
+  Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const ExplainOptions& options);
+  Findings run();
+
+ private:
+  struct Model {
+    Fitted fitted;
+    Eigen::VectorXd precision;
+    std::size_t refitted = 0;     ///< parameters and curves, first
+  };
+  void refit(int rounds);                       ///< Gauss-Newton of parameters, curves and what was accepted
+  void weigh();                                 ///< noise of each relation and its correlation in time
+  Model model() const;
+  std::vector<Family> candidates() const;
+  std::vector<Family> structures() const;
+  bool step(Findings& out);                     ///< finds and adds one; false: nothing more
+  void describe(Findings& out);
+  void leftovers(Findings& out);
+  void prove(Findings& out);
+  Setting setting_with(const Eigen::VectorXd& amounts) const;
+  Eigen::VectorXd rows_at(const Setting& setting) const;
+  struct Exact {
+    double amount = 0.0, gain = 0.0;
+    Eigen::VectorXd column;       ///< whitened secant
+  };
+  Exact exact(std::size_t unknown, double start, const Model& m) const;
+  void progress(const std::string& stage, double share) const {
+    if (options_.progress) options_.progress(stage, share);
+  }
+
+  const std::vector<Signals>& logs_;
+  const vehicle::Vehicle& car_;
+  const ExplainOptions& options_;
+  Inventory inventory_;
+  Rows rows_;
+  std::vector<bool> training_;
+  std::vector<std::size_t> refit_;              ///< places of parameters and curves
+  Eigen::VectorXd amounts_;                     ///< of refit_, then of accepted_ that act everywhere
+  std::vector<Accepted> accepted_;
+  Eigen::VectorXd r_;                           ///< rows at the current setting, not whitened
+  Eigen::VectorXd stated_rows_;
+  Eigen::MatrixXd moves_;                       ///< columns of refit_ and accepted_ there
+  Eigen::MatrixXd candidate_moves_;             ///< columns of the candidates, at the first fit
+  std::vector<std::size_t> candidate_;
+  Eigen::VectorXd weight_;                      ///< of each row, 1 / standard deviation
+  std::array<double, kRelationCount> sigma_{}, spread_{};
+  static constexpr double kCell_m = 10.0;
+  int cells_ = 0;
+};
+
+}  // namespace explain

@@ -1,0 +1,379 @@
+#include "explain/explain.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis.h"
+#include "vehicle/error.h"
+
+namespace explain {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Findings explain(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const ExplainOptions& options) {
+  return Analysis(logs, car, options).run();
+}
+
+Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const ExplainOptions& options)
+    : logs_(logs), car_(car), options_(options) {
+  if (logs.empty()) throw vehicle::Error("no recordings");
+  inventory_ = inventory(logs, car);
+  for (std::size_t k = 0; k < inventory_.unknowns.size(); ++k)
+    (inventory_.unknowns[k].role == Role::kCandidate ? candidate_ : refit_).push_back(k);
+  cells_ = static_cast<int>(logs.front().length_m / kCell_m) + 1;
+  Setting stated;
+  stated.p = car.parameters;
+  std::vector<Residuals> base;
+  for (const Signals& s : logs) base.push_back(residuals(s, car, stated));
+  rows_ = make_rows(logs, base);
+  if (rows_.row.size() < 200)
+    throw vehicle::Error(fmt::format("{}: {:.0f} s of usable driving on this road; at least 30 s are wanted", logs.front().name,
+                                     0.3 * static_cast<double>(rows_.row.size()) / 4));
+  // Laps held out take no part in any choice: their weight is zero.
+  for (const Row& row : rows_.row) training_.push_back(options.hold_out.count(row.lap) == 0);
+  if (std::count(training_.begin(), training_.end(), true) < 200)
+    throw vehicle::Error("the held-out laps leave less than 30 s for the analysis");
+  amounts_ = VectorXd::Zero(static_cast<Index>(refit_.size()));
+  stated_rows_ = gather(rows_, base);
+}
+
+Setting Analysis::setting_with(const VectorXd& amounts) const {
+  Setting s;
+  s.p = car_.parameters;
+  for (std::size_t k = 0; k < refit_.size(); ++k) inventory_.unknowns[refit_[k]].set(s, amounts[static_cast<Index>(k)]);
+  auto at = static_cast<Index>(refit_.size());
+  for (const Accepted& a : accepted_)
+    if (a.cells.empty()) inventory_.unknowns[a.unknown].set(s, amounts[at++]);
+  return s;
+}
+
+VectorXd Analysis::rows_at(const Setting& setting) const {
+  std::vector<Residuals> r;
+  for (const Signals& s : logs_) r.push_back(residuals(s, car_, setting));
+  VectorXd out = gather(rows_, r);
+  for (Index i = 0; i < out.size(); ++i)
+    if (!std::isfinite(out[i])) out[i] = stated_rows_[i];
+  return out;
+}
+
+void Analysis::weigh() {
+  // Spread by the median, correlation in time up to 3 s: the weight is that of independent means.
+  const VectorXd e = weight_.size() == 0 ? r_ : VectorXd(model().fitted.e.cwiseQuotient(weight_.cwiseMax(1e-12)));
+  weight_ = VectorXd::Zero(e.size());
+  for (std::size_t relation = 0; relation < kRelationCount; ++relation) {
+    std::vector<double> values;
+    std::vector<Index> at;
+    for (Index i = 0; i < e.size(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      if (rows_.row[k].relation != relation || !training_[k]) continue;
+      values.push_back(e[i]);
+      at.push_back(i);
+    }
+    if (values.size() < 30) continue;
+    std::vector<double> sorted = values;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double median = *middle;
+    for (double& x : sorted) x = std::abs(x - median);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double sigma = std::max(1e-6, 1.4826 * *middle);
+    // Outliers count as 4 sigma.
+    for (double& x : values) x = std::clamp(x, -4 * sigma, 4 * sigma);
+    double variance = 0;
+    for (const double x : values) variance += x * x / static_cast<double>(values.size());
+    double factor = 1.0;
+    for (std::size_t lag = 1; lag <= 10; ++lag) {
+      double product = 0;
+      for (std::size_t k = lag; k < values.size(); ++k) product += values[k] * values[k - lag];
+      factor += 2 * (1 - static_cast<double>(lag) / 11.0) * product / (variance * static_cast<double>(values.size()));
+    }
+    sigma_[relation] = std::sqrt(variance);
+    spread_[relation] = std::clamp(factor, 0.5, 10.0);
+    const double w = 1.0 / std::sqrt(variance * spread_[relation]);
+    for (const Index i : at) weight_[i] = w * std::min(1.0, 4 * sigma / (std::abs(e[i]) + 1e-300));
+  }
+}
+
+Analysis::Model Analysis::model() const {
+  Model m;
+  m.refitted = refit_.size();
+  Index columns = moves_.cols();
+  for (const Accepted& a : accepted_) columns += a.columns.cols();
+  MatrixXd x(r_.size(), columns);
+  m.precision = VectorXd::Zero(columns);
+  VectorXd before = VectorXd::Zero(columns);
+  x.leftCols(moves_.cols()) = moves_;
+  for (Index k = 0; k < moves_.cols(); ++k)
+    if (k < static_cast<Index>(refit_.size())) {
+      const double width = inventory_.unknowns[refit_[static_cast<std::size_t>(k)]].width;
+      m.precision[k] = 1.0 / (width * width);
+      before[k] = amounts_[k];
+    }
+  Index at = moves_.cols();
+  for (const Accepted& a : accepted_) {
+    x.middleCols(at, a.columns.cols()) = a.columns;
+    m.precision.segment(at, a.columns.cols()).setConstant(a.width > 0 ? 1.0 / (a.width * a.width) : 0.0);
+    at += a.columns.cols();
+  }
+  m.fitted = fit(weight_.asDiagonal() * x, weight_.cwiseProduct(r_), m.precision, before);
+  return m;
+}
+
+void Analysis::refit(int rounds) {
+  std::vector<const Unknown*> free;
+  for (const std::size_t k : refit_) free.push_back(&inventory_.unknowns[k]);
+  for (const Accepted& a : accepted_)
+    if (a.cells.empty()) free.push_back(&inventory_.unknowns[a.unknown]);
+  for (int round = 0; round < rounds; ++round) {
+    const Setting at = setting_with(amounts_);
+    r_ = rows_at(at);
+    moves_ = derivatives(logs_, car_, at, free, rows_, options_.threads, [&](double share) { progress("refit of the parameters", share); });
+    if (weight_.size() == 0) weigh();
+    const Model m = model();
+    VectorXd move = m.fitted.amount.head(moves_.cols());
+    // No further than 1.5 prior widths at once: the relations are not linear in everything.
+    for (Index k = 0; k < static_cast<Index>(refit_.size()); ++k) {
+      const double most = 1.5 * free[static_cast<std::size_t>(k)]->width;
+      move[k] = std::clamp(move[k], -most, most);
+      const double far = 8 * free[static_cast<std::size_t>(k)]->width;
+      amounts_[k] = std::clamp(amounts_[k] + move[k], -far, far);
+    }
+    for (Index k = static_cast<Index>(refit_.size()); k < moves_.cols(); ++k) amounts_[k] += move[k];
+    r_ = rows_at(setting_with(amounts_));
+    weigh();
+  }
+  moves_ = derivatives(logs_, car_, setting_with(amounts_), free, rows_, options_.threads, {});
+  // The amounts of accepted unknowns are where they are wanted.
+  auto at = static_cast<Index>(refit_.size());
+  for (Accepted& a : accepted_)
+    if (a.cells.empty()) a.amount = amounts_[at++];
+}
+
+std::vector<Family> Analysis::candidates() const {
+  std::vector<Family> out;
+  std::vector<int> cell(rows_.row.size());
+  for (std::size_t i = 0; i < rows_.row.size(); ++i) cell[i] = std::clamp(static_cast<int>(rows_.row[i].u_m / kCell_m), 0, cells_ - 1);
+  for (std::size_t k = 0; k < candidate_.size(); ++k) {
+    Family f;
+    f.id = candidate_[k];
+    const Unknown& u = inventory_.unknowns[f.id];
+    f.column = weight_.cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
+    f.sign = u.one_sided ? 1 : 0;
+    const bool used = std::any_of(accepted_.begin(), accepted_.end(), [&](const Accepted& a) {
+      const Unknown& other = inventory_.unknowns[a.unknown];
+      return other.id == u.id && other.channel == u.channel && other.name == u.name;
+    });
+    if (used) f.column.setZero();
+    if (u.along_road) {
+      f.cell = cell;
+      f.cells = cells_;
+      f.lengths = {2, 4, 8, 16, 32, 64};
+    }
+    out.push_back(std::move(f));
+  }
+  return out;
+}
+
+Analysis::Exact Analysis::exact(std::size_t unknown, double start, const Model& m) const {
+  const Unknown& u = inventory_.unknowns[unknown];
+  const Setting base = setting_with(amounts_);
+  const VectorXd e0 = m.fitted.e;
+  Exact best;
+  double amount = start;
+  for (int round = 0; round < 4; ++round) {
+    if (u.one_sided) amount = std::max(amount, 0.0);
+    if (std::abs(amount) < 1e-12) break;
+    Setting moved = base;
+    u.set(moved, amount);
+    const VectorXd change = weight_.cwiseProduct(r_ - rows_at(moved));  // what the amount explains
+    const VectorXd c = beyond(m.fitted, change);
+    const double loss = (e0 - c).squaredNorm(), gain = e0.squaredNorm() - loss;
+    if (gain > best.gain) best = {amount, gain, change / amount};
+    const double scale = c.dot(e0) / std::max(1e-300, c.squaredNorm());
+    if (std::abs(scale - 1.0) < 0.02) break;
+    amount *= std::clamp(scale, 0.4, 2.5);
+  }
+  return best;
+}
+
+bool Analysis::step(Findings& out) {
+  const Model m = model();
+  const std::vector<Family> families = candidates();
+  const Scan s = scan(m.fitted, families, rows_, options_.nulls);
+  const bool first = accepted_.empty();
+  if (first) {
+    out.threshold = s.threshold;
+    out.null_replicates = s.null_max.size();
+    std::size_t over = 0;
+    // The other half of the nulls judges the threshold of the first half.
+    for (const double z : s.null_max) over += z > s.threshold ? 1 : 0;
+    out.null_false_alarm = s.null_max.empty() ? 0.0 : static_cast<double>(over) / static_cast<double>(s.null_max.size());
+  }
+  // One judgement per family; the most promising ones that act everywhere are refitted exactly.
+  struct Tried {
+    std::size_t family = 0, unknown = 0;
+    Test test;
+    double gain = 0.0, amount = 0.0;
+    VectorXd column;
+  };
+  std::vector<Tried> tried;
+  for (const Test& t : s.best)
+    if (t.gain > 0) tried.push_back({t.family, families[t.family].id, t, t.gain, t.amount, {}});
+  std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.gain > b.gain; });
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    Tried& t = tried[k];
+    const Unknown& u = inventory_.unknowns[t.unknown];
+    if (u.along_road) {
+      const Family& f = families[t.family];
+      t.column = f.column;
+      for (Index i = 0; i < t.column.size(); ++i) {
+        const int cell = f.cell[static_cast<std::size_t>(i)];
+        if (cell < t.test.begin || cell >= t.test.end) t.column[i] = 0.0;
+      }
+    } else {
+      t.column = families[t.family].column;
+      if (k < 10 && t.gain > 9) {
+        const Exact x = exact(t.unknown, t.amount, m);
+        if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
+      }
+    }
+    progress("tests of mechanisms", static_cast<double>(k) / static_cast<double>(tried.size()));
+  }
+  std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.gain > b.gain; });
+  const auto gains = [&](const Tried& t) { return cross_validate(m.fitted, t.column, m.precision, VectorXd::Zero(1), rows_); };
+  const auto total = [](const std::vector<double>& g) {
+    double sum = 0, square = 0;
+    for (const double x : g) sum += x;
+    const double mean = sum / static_cast<double>(g.size());
+    for (const double x : g) square += (x - mean) * (x - mean);
+    const double se = g.size() > 1 ? std::sqrt(square * static_cast<double>(g.size()) / static_cast<double>(g.size() - 1)) : 1e300;
+    return std::pair{sum, se};
+  };
+  if (first)
+    for (const Tried& t : tried) {
+      const Unknown& u = inventory_.unknowns[t.unknown];
+      Evidence e{u.id, u.channel, u.name, t.amount, t.test.z, t.gain > 9 ? total(gains(t)).first : 0.0, u.unit};
+      if (u.along_road) e.detail += fmt::format(", u {:.0f} to {:.0f} m", t.test.begin * kCell_m, t.test.end * kCell_m);
+      out.evidence.push_back(e);
+    }
+  for (std::size_t k = 0; k < std::min<std::size_t>(tried.size(), 6); ++k) {
+    const Tried& t = tried[k];
+    const Unknown& u = inventory_.unknowns[t.unknown];
+    if (std::abs(t.test.z) < s.threshold && std::sqrt(t.gain) < s.threshold) continue;
+    if (std::abs(t.amount) < u.least) continue;
+    const std::vector<double> g = gains(t);
+    const auto [cv, se] = total(g);
+    if (!(cv > 2 * se) && !(cv > 0.8 * t.gain && cv > 3 * se * 0.5)) continue;
+    if (!(cv > 0)) continue;
+    // Half of the folds, twenty times: does it keep its sign and stand out?
+    Dice dice{77};
+    int kept = 0;
+    const VectorXd c = beyond(m.fitted, t.column);
+    for (int draw = 0; draw < 20; ++draw) {
+      std::vector<bool> in(static_cast<std::size_t>(rows_.folds));
+      for (std::size_t f = 0; f < in.size(); ++f) in[f] = dice.roll() < 0.5;
+      double product = 0, energy = 0;
+      for (Index i = 0; i < c.size(); ++i)
+        if (in[static_cast<std::size_t>(rows_.row[static_cast<std::size_t>(i)].fold)]) product += c[i] * m.fitted.e[i], energy += c[i] * c[i];
+      if (energy <= 0 || product * t.amount > 0) kept += 1;
+    }
+    const double stability = kept / 20.0;
+    if (stability < 0.8) continue;
+
+    Finding found;
+    found.unknown = t.unknown;
+    found.mechanism = u.id;
+    found.kind = u.kind;
+    found.channel = u.channel;
+    found.physics = u.physics;
+    found.equation = u.equation;
+    found.cv_gain = cv;
+    found.statistic = std::copysign(std::sqrt(t.gain), t.amount);
+    found.threshold = s.threshold;
+    found.stability = stability;
+    // Rivals: nearly the same column, or nearly the same gain.
+    for (const Tried& other : tried) {
+      const Unknown& o = inventory_.unknowns[other.unknown];
+      if (&other == &t || (o.id == u.id && o.channel == u.channel)) continue;
+      if (other.gain < 0.3 * t.gain) continue;
+      const bool listed = std::any_of(found.rivals.begin(), found.rivals.end(), [&](const Rival& r) { return r.mechanism == o.id && r.channel == o.channel; });
+      if (listed) continue;
+      const VectorXd d = beyond(m.fitted, other.column);
+      const double cosine = std::abs(c.dot(d)) / std::sqrt(std::max(1e-300, c.squaredNorm() * d.squaredNorm()));
+      std::vector<double> difference = gains(other);
+      for (std::size_t f = 0; f < difference.size(); ++f) difference[f] = g[f] - difference[f];
+      const auto [lead, lead_se] = total(difference);
+      Rival r;
+      r.mechanism = o.id;
+      r.channel = o.channel;
+      r.cv_gain = total(gains(other)).first;
+      // A likelihood ratio of e^4 is beyond doubt however alike the columns are.
+      r.separable = !(t.gain - other.gain < 8.0 || (cosine > 0.95 && lead < 2 * lead_se && t.gain - other.gain < 25.0));
+      if (std::abs(other.amount) < o.least) r.separable = true;
+      r.separating_experiment = o.separating.empty() ? u.separating : u.separating + "; or: " + o.separating;
+      found.rivals.push_back(r);
+    }
+    Accepted a;
+    a.unknown = t.unknown;
+    a.amount = t.amount;
+    if (u.along_road) {
+      // A profile: every cell near the run that was found, held together by a prior.
+      const auto which = static_cast<Index>(std::find(candidate_.begin(), candidate_.end(), t.unknown) - candidate_.begin());
+      const int reach = std::max(3, (t.test.end - t.test.begin) / 2);
+      const int begin = std::max(0, t.test.begin - reach), end = std::min(cells_, t.test.end + reach);
+      a.width = 1.5 * std::abs(t.amount);
+      a.columns = MatrixXd::Zero(r_.size(), end - begin);
+      for (Index i = 0; i < r_.size(); ++i) {
+        const int cell = families[t.family].cell[static_cast<std::size_t>(i)];
+        if (cell >= begin && cell < end) a.columns(i, cell - begin) = candidate_moves_(i, which);
+      }
+      for (int cell = begin; cell < end; ++cell) a.cells.push_back(cell);
+      found.where.push_back({t.test.begin * kCell_m, t.test.end * kCell_m, {}});
+    }
+    out.findings.push_back(found);
+    accepted_.push_back(std::move(a));
+    if (!u.along_road) {
+      amounts_.conservativeResize(amounts_.size() + 1);
+      amounts_[amounts_.size() - 1] = t.amount;
+      // amounts_ lists those that act everywhere in the order of accepted_.
+    }
+    refit(2);
+    return true;
+  }
+  return false;
+}
+
+Findings Analysis::run() {
+  Findings out;
+  out.laps = static_cast<std::size_t>(rows_.laps);
+  for (const Signals& s : logs_)
+    for (const std::string& remark : s.remarks) out.remarks.push_back(remark);
+  refit(4);
+  std::vector<const Unknown*> wanted;
+  for (const std::size_t k : candidate_) wanted.push_back(&inventory_.unknowns[k]);
+  candidate_moves_ = derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
+                                 [&](double share) { progress("one derivative per mechanism", share); });
+  constexpr int kMost = 4;
+  for (int k = 0; k < kMost && step(out); ++k) {
+  }
+  describe(out);
+  leftovers(out);
+  prove(out);
+  out.untestable = inventory_.untestable;
+  const bool parameter = std::any_of(out.findings.begin(), out.findings.end(), [](const Finding& f) { return f.kind == "parameter"; });
+  (void)parameter;
+  bool tie = false;
+  for (const Finding& f : out.findings)
+    for (const Rival& r : f.rivals) tie = tie || !r.separable;
+  if (tie) out.verdict = "tie";
+  else if (!out.unexplained.empty()) out.verdict = "unknown";
+  else if (!out.findings.empty()) out.verdict = "explained";
+  progress("done", 1.0);
+  return out;
+}
+
+}  // namespace explain

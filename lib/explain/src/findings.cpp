@@ -1,0 +1,94 @@
+#include "explain/findings.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace explain {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  if (value == 0.0) return 0.0;
+  const double scale = std::pow(10.0, 6.0 - std::floor(std::log10(std::abs(value))));
+  const double rounded = std::round(value * scale) / scale;
+  return std::isfinite(rounded) ? rounded : value;
+}
+
+Json places(const std::vector<Place>& where, bool laps) {
+  if (where.empty()) return nullptr;
+  Json list = Json::array();
+  for (const Place& p : where) {
+    Json item{{"u_begin_m", number(p.u_begin_m)}, {"u_end_m", number(p.u_end_m)}};
+    if (laps) item["laps"] = p.laps;
+    list.push_back(item);
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string findings_json(const Findings& f) {
+  Json root;
+  root["version"] = 1;
+  root["verdict"] = f.verdict;
+  root["mismatches"] = Json::array();
+  for (const Mismatch& m : f.mismatches)
+    root["mismatches"].push_back({{"channel", m.channel}, {"where", places(m.where, true)}, {"regime", m.regime},
+                                  {"size", number(m.size)}, {"unit", m.unit}, {"p_adjusted", number(m.p_adjusted)},
+                                  {"share_of_residual", number(m.share_of_residual)}});
+  root["parameters"] = Json::array();
+  for (const ParameterValue& p : f.parameters)
+    root["parameters"].push_back({{"id", p.id}, {"name", p.name}, {"stated", number(p.stated)}, {"value", number(p.value)},
+                                  {"unit", p.unit}, {"ci90", {number(p.low), number(p.high)}}, {"beyond_prior", p.beyond_prior}});
+  root["findings"] = Json::array();
+  for (const Finding& x : f.findings) {
+    Json item;
+    item["mechanism"] = x.mechanism;
+    item["kind"] = x.kind;
+    item["channel"] = x.channel.empty() ? Json(nullptr) : Json(x.channel);
+    item["physics"] = x.physics;
+    item["equation"] = x.equation;
+    item["where"] = places(x.where, false);
+    item["parameters"] = Json::array();
+    for (const FoundParameter& p : x.parameters)
+      item["parameters"].push_back({{"name", p.name}, {"value", number(p.value)}, {"unit", p.unit}, {"ci90", {number(p.low), number(p.high)}}});
+    item["profile"] = nullptr;
+    if (!x.profile.empty()) {
+      item["profile"] = Json::array();
+      for (const ProfilePoint& p : x.profile)
+        item["profile"].push_back({{"u_m", number(p.u_m)}, {"value", number(p.value)}, {"ci90", number(p.ci90)}});
+    }
+    item["rivals"] = Json::array();
+    for (const Rival& r : x.rivals)
+      item["rivals"].push_back({{"mechanism", r.mechanism}, {"channel", r.channel.empty() ? Json(nullptr) : Json(r.channel)},
+                                {"cv_gain", number(r.cv_gain)}, {"separable", r.separable}, {"separating_experiment", r.separating_experiment}});
+    item["cv_gain"] = number(x.cv_gain);
+    item["statistic"] = number(x.statistic);
+    item["threshold"] = number(x.threshold);
+    item["stability"] = number(x.stability);
+    item["held_out"] = Json::array();
+    for (const HeldOut& h : x.held_out)
+      item["held_out"].push_back({{"channel", h.channel}, {"unit", h.unit}, {"horizon_s", number(h.horizon_s)},
+                                  {"rmse_before", number(h.rmse_before)}, {"rmse_after", number(h.rmse_after)},
+                                  {"drop_ci90", {number(h.drop_low), number(h.drop_high)}}, {"trivial_rmse", number(h.trivial_rmse)}});
+    root["findings"].push_back(item);
+  }
+  root["untestable"] = Json::array();
+  for (const Untestable& u : f.untestable) root["untestable"].push_back({{"mechanism", u.mechanism}, {"reason", u.reason}});
+  root["unexplained"] = Json::array();
+  for (const Unexplained& u : f.unexplained)
+    root["unexplained"].push_back({{"channel", u.channel}, {"locked_to", u.locked_to}, {"where", places(u.where, false)},
+                                   {"share", number(u.share)}, {"p_adjusted", number(u.p_adjusted)}});
+  root["tested"] = Json::array();
+  for (const Evidence& e : f.evidence)
+    root["tested"].push_back({{"mechanism", e.mechanism}, {"channel", e.channel.empty() ? Json(nullptr) : Json(e.channel)}, {"detail", e.detail},
+                              {"amount", number(e.amount)}, {"unit", e.unit}, {"statistic", number(e.statistic)}, {"cv_gain", number(e.cv_gain)}});
+  root["null_calibration"] = {{"replicates", f.null_replicates}, {"threshold", number(f.threshold)}, {"false_alarm_rate", number(f.null_false_alarm)}};
+  root["laps"] = f.laps;
+  root["remarks"] = f.remarks;
+  return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace explain

@@ -1,0 +1,463 @@
+#include "explain/mapping.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <set>
+
+#include "vehicle/error.h"
+
+namespace explain {
+namespace {
+
+using vehicle::Error;
+using vehicle::Table;
+
+struct Alias {
+  const char* channel;
+  const char* quantity;  ///< picks the unit table
+  std::vector<const char*> names;
+};
+
+/// Names other loggers use, lower case without punctuation.
+const std::vector<Alias>& aliases() {
+  static const std::vector<Alias> list{
+      {"time_s", "time", {"time", "t", "timestamp", "times"}},
+      {"x_m", "length", {"x", "posx", "xposition", "east", "easting"}},
+      {"y_m", "length", {"y", "posy", "yposition", "north", "northing"}},
+      {"z_m", "length", {"z", "posz", "altitude", "height"}},
+      {"yaw_rad", "angle", {"yaw", "phi", "psi", "heading"}},
+      {"vx_mps", "speed", {"vx", "velx", "speed", "vlong", "velocityx"}},
+      {"vy_mps", "speed", {"vy", "vely", "vlat", "velocityy"}},
+      {"yaw_rate_radps", "rate", {"yawrate", "omega", "r", "gyroz", "omegaz", "wz"}},
+      {"roll_rate_radps", "rate", {"rollrate", "gyrox"}},
+      {"ax_mps2", "acceleration", {"ax", "accx", "along", "accelx", "longacc", "gforcelong"}},
+      {"ay_mps2", "acceleration", {"ay", "accy", "alat", "accely", "latacc", "gforcelat"}},
+      {"az_mps2", "acceleration", {"az", "accz", "accelz"}},
+      {"steer_rad", "angle", {"delta", "steer", "steering", "roadwheelangle", "steerangle"}},
+      {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
+      {"throttle", "share", {"throttle", "throttlepos", "tps"}},
+      {"throttle_command", "share",
+       {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal", "accelerator"}},
+      {"brake_pa", "pressure", {"brake", "brakepressure", "brakepress"}},
+      {"brake_command_pa", "pressure", {"brakecommand", "brakecmd", "brakepedcmd", "brakepedalcmd"}},
+      {"gear", "none", {"gear", "currentgear"}},
+      {"engine_radps", "turn", {"engine", "rpm", "enginespeed", "enginerpm"}},
+      {"fuel_kg", "none", {"fuel", "fuelmass"}},
+  };
+  return list;
+}
+
+struct Unit {
+  const char* quantity;
+  const char* name;
+  double scale;
+};
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr std::array<Unit, 36> kUnits{{{"time", "s", 1},
+                                       {"time", "ms", 1e-3},
+                                       {"time", "us", 1e-6},
+                                       {"time", "ns", 1e-9},
+                                       {"length", "m", 1},
+                                       {"length", "mm", 1e-3},
+                                       {"length", "km", 1e3},
+                                       {"length", "ft", 0.3048},
+                                       {"angle", "rad", 1},
+                                       {"angle", "deg", kDegree},
+                                       {"angle", "°", kDegree},
+                                       {"speed", "m/s", 1},
+                                       {"speed", "mps", 1},
+                                       {"speed", "km/h", 1 / 3.6},
+                                       {"speed", "kmph", 1 / 3.6},
+                                       {"speed", "kph", 1 / 3.6},
+                                       {"speed", "mph", 0.44704},
+                                       {"rate", "rad/s", 1},
+                                       {"rate", "radps", 1},
+                                       {"rate", "deg/s", kDegree},
+                                       {"rate", "degps", kDegree},
+                                       {"acceleration", "m/s^2", 1},
+                                       {"acceleration", "m/s2", 1},
+                                       {"acceleration", "mps2", 1},
+                                       {"acceleration", "g", 9.80665},
+                                       {"share", "%", 0.01},
+                                       {"share", "1", 1},
+                                       {"pressure", "pa", 1},
+                                       {"pressure", "kpa", 1e3},
+                                       {"pressure", "mpa", 1e6},
+                                       {"pressure", "bar", 1e5},
+                                       {"pressure", "psi", 6894.757},
+                                       {"turn", "rad/s", 1},
+                                       {"turn", "radps", 1},
+                                       {"turn", "rpm", std::numbers::pi / 30},
+                                       {"turn", "1/min", std::numbers::pi / 30}}};
+
+std::string plain(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+/// "vx (m/s)" or "vx[m/s]" into name and unit.
+std::pair<std::string, std::string> split_unit(const std::string& column) {
+  const std::size_t open = column.find_first_of("([");
+  if (open == std::string::npos) return {column, ""};
+  const std::size_t close = column.find_first_of(")]", open);
+  std::string unit = column.substr(open + 1, close == std::string::npos ? close : close - open - 1);
+  std::string lower;
+  for (const char c : unit)
+    if (c != ' ') lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return {column.substr(0, open), lower};
+}
+
+std::optional<double> unit_scale(const std::string& quantity, const std::string& unit) {
+  for (const Unit& u : kUnits)
+    if (quantity == u.quantity && unit == u.name) return u.scale;
+  return std::nullopt;
+}
+
+double share_repeated(const std::vector<double>& values) {
+  std::size_t same = 0, seen = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (std::isnan(values[i]) || std::isnan(values[i - 1])) continue;
+    ++seen;
+    same += values[i] == values[i - 1] ? 1 : 0;
+  }
+  return seen == 0 ? 0.0 : static_cast<double>(same) / static_cast<double>(seen);
+}
+
+/// Slope of y over x through zero, and the correlation.
+struct Fit {
+  double slope = 0.0, correlation = 0.0;
+};
+Fit through_zero(const std::vector<double>& x, const std::vector<double>& y) {
+  double xx = 0, xy = 0, yy = 0;
+  for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i)
+    if (std::isfinite(x[i]) && std::isfinite(y[i])) {
+      xx += x[i] * x[i];
+      xy += x[i] * y[i];
+      yy += y[i] * y[i];
+    }
+  if (xx <= 0 || yy <= 0) return {};
+  return {xy / xx, xy / std::sqrt(xx * yy)};
+}
+
+double wrap(double a) { return std::remainder(a, 2 * std::numbers::pi); }
+
+/// What the path says: course, its rate, speed. Central differences over `half` samples.
+struct Path {
+  std::vector<double> course, rate, speed, acceleration;
+};
+Path path_of(const std::vector<double>& t, const std::vector<double>& x,
+             const std::vector<double>& y) {
+  const std::size_t n = t.size();
+  std::size_t half = 1;
+  while (half * 2 < n / 4 && t[std::min(n - 1, half)] - t[0] < 0.2) ++half;
+  Path p;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  p.course.assign(n, nan);
+  p.rate = p.speed = p.acceleration = p.course;
+  for (std::size_t i = half; i + half < n; ++i) {
+    const double dt = t[i + half] - t[i - half];
+    const double dx = x[i + half] - x[i - half], dy = y[i + half] - y[i - half];
+    if (!(dt > 0)) continue;
+    p.speed[i] = std::hypot(dx, dy) / dt;
+    if (p.speed[i] > 4.0) p.course[i] = std::atan2(dy, dx);
+  }
+  for (std::size_t i = half; i + half < n; ++i) {
+    const double dt = t[i + half] - t[i - half];
+    if (!(dt > 0)) continue;
+    p.rate[i] = wrap(p.course[i + half] - p.course[i - half]) / dt;
+    p.acceleration[i] = (p.speed[i + half] - p.speed[i - half]) / dt;
+  }
+  return p;
+}
+
+/// How many samples `late` lags behind `reference`, by the largest correlation; NaN if unclear.
+double lag_s(const std::vector<double>& t, const std::vector<double>& reference,
+             const std::vector<double>& late) {
+  const double dt = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
+  const int most = static_cast<int>(0.5 / dt);
+  std::vector<double> r(2 * static_cast<std::size_t>(most) + 1);
+  std::size_t best = 0;
+  for (int k = -most; k <= most; ++k) {
+    double ab = 0, aa = 0, bb = 0;
+    for (std::size_t i = static_cast<std::size_t>(most); i + static_cast<std::size_t>(most) < t.size(); ++i) {
+      const double a = reference[i], b = late[static_cast<std::size_t>(static_cast<int>(i) + k)];
+      if (!std::isfinite(a) || !std::isfinite(b)) continue;
+      ab += a * b;
+      aa += a * a;
+      bb += b * b;
+    }
+    const auto at = static_cast<std::size_t>(k + most);
+    r[at] = aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0.0;
+    if (r[at] > r[best]) best = at;
+  }
+  if (r[best] < 0.8 || best == 0 || best + 1 == r.size())
+    return std::numeric_limits<double>::quiet_NaN();
+  const double a = r[best - 1], b = r[best], c = r[best + 1];
+  const double vertex = (a - c) / (2 * (a - 2 * b + c));
+  return (static_cast<double>(best) - most + vertex) * dt;
+}
+
+}  // namespace
+
+const std::vector<std::string>& canonical_channels() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> out{"time_s", "x_m", "y_m", "z_m", "yaw_rad", "vx_mps", "vy_mps",
+                                 "roll_rate_radps", "pitch_rate_radps", "yaw_rate_radps",
+                                 "ax_mps2", "ay_mps2", "az_mps2", "steer_rad",
+                                 "steer_command_rad", "throttle", "throttle_command", "brake_pa",
+                                 "brake_command_pa", "gear", "engine_radps", "fuel_kg"};
+    for (const char* w : {"fl", "fr", "rl", "rr"})
+      for (const char* form : {"wheel_{}_radps", "wheel_{}_mps", "brake_{}_pa",
+                               "brake_{}_command_pa", "fz_{}_n", "brake_disc_{}_k"})
+        out.push_back(fmt::format(fmt::runtime(form), w));
+    return out;
+  }();
+  return names;
+}
+
+Mapping identity_mapping(const Table& table) {
+  Mapping mapping;
+  const auto& known = canonical_channels();
+  for (const std::string& name : table.names)
+    if (std::find(known.begin(), known.end(), name) != known.end())
+      mapping.columns.push_back({name, name});
+  return mapping;
+}
+
+Mapping propose_mapping(const Table& table, const std::string& name) {
+  Mapping mapping;
+  const auto& known = canonical_channels();
+  std::set<std::string> taken;
+  for (std::size_t c = 0; c < table.names.size(); ++c) {
+    const std::string& column = table.names[c];
+    const auto [stem, unit] = split_unit(column);
+    const std::string word = plain(stem);
+    ColumnMap m{column, ""};
+    std::string quantity;
+    if (std::find(known.begin(), known.end(), column) != known.end()) {
+      m.channel = column;
+    } else {
+      for (const Alias& alias : aliases())
+        for (const char* other : alias.names)
+          if (word == other) {
+            m.channel = alias.channel;
+            quantity = alias.quantity;
+          }
+      for (const char* w : {"fl", "fr", "rl", "rr"})
+        if (word == std::string("wheel") + w || word == std::string("wheelspeed") + w ||
+            word == std::string("ws") + w) {
+          const bool turning = unit_scale("turn", unit).has_value();
+          m.channel = fmt::format("wheel_{}_{}", w, turning ? "radps" : "mps");
+          quantity = turning ? "turn" : "speed";
+        }
+    }
+    if (m.channel.empty()) {
+      mapping.notes.push_back(fmt::format("column '{}' is not used: its name says nothing known", column));
+      continue;
+    }
+    if (!taken.insert(m.channel).second) {
+      mapping.notes.push_back(fmt::format("column '{}' is not used: {} comes from another", column, m.channel));
+      continue;
+    }
+    if (!quantity.empty() && quantity != "none") {
+      if (const auto scale = unit_scale(quantity, unit)) {
+        m.scale = *scale;
+        mapping.notes.push_back(fmt::format("{} from '{}': unit {} in the name, factor {:g}", m.channel, column, unit, m.scale));
+      } else {
+        // Without a unit: from the size of the values where that decides.
+        double most = 0.0;
+        for (const double x : table.columns[c])
+          if (std::isfinite(x)) most = std::max(most, std::abs(x));
+        if (quantity == "share" && most > 1.5) m.scale = 0.01;
+        if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
+        if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
+        if (quantity == "pressure" && most < 500.0) m.scale = 1e5;
+        if (quantity == "turn" && most > 2500.0) m.scale = std::numbers::pi / 30;
+        mapping.notes.push_back(fmt::format("{} from '{}': no unit known ('{}'); largest value {:g}, factor {:g} guessed: check", m.channel, column, unit, most, m.scale));
+      }
+    }
+    const double repeated = share_repeated(table.columns[c]);
+    const bool position = m.channel == "x_m" || m.channel == "y_m" || m.channel == "yaw_rad" ||
+                          m.channel == "vx_mps" || m.channel == "yaw_rate_radps" ||
+                          m.channel.starts_with("a") || m.channel.starts_with("wheel");
+    if (position && repeated > 0.3 && repeated < 0.99) {
+      m.held = true;
+      mapping.notes.push_back(fmt::format("{}: {:.0f} % of the samples repeat the one before; they count as missing", m.channel, 100 * repeated));
+    }
+    mapping.columns.push_back(m);
+  }
+  const auto find = [&](const char* channel) -> ColumnMap* {
+    for (ColumnMap& m : mapping.columns)
+      if (m.channel == channel) return &m;
+    return nullptr;
+  };
+  const auto values = [&](const char* channel) {
+    const ColumnMap* m = find(channel);
+    std::vector<double> out;
+    if (m == nullptr) return out;
+    out = *table.find(m->column);
+    for (double& x : out) x = x * m->scale + m->offset;
+    return out;
+  };
+  for (const char* needed : {"time_s", "x_m", "y_m"})
+    if (find(needed) == nullptr)
+      throw Error(fmt::format("{}: no column for {} among {} columns ('{}', ...); a mapping file can name it",
+                              name, needed, table.names.size(), table.names.empty() ? "" : table.names[0]));
+  std::vector<double> t = values("time_s");
+  if (t.size() < 50) throw Error(fmt::format("{}: {} rows; a log of at least 50 is wanted", name, t.size()));
+  const Path path = path_of(t, values("x_m"), values("y_m"));
+
+  // Heading: which way it turns and where its zero lies, against the course of the path.
+  if (ColumnMap* m = find("yaw_rad")) {
+    const std::vector<double> raw = values("yaw_rad");
+    double best = -1, offset = 0, sign = 1;
+    for (const double s : {1.0, -1.0}) {
+      double sin_sum = 0, cos_sum = 0, count = 0;
+      for (std::size_t i = 0; i < t.size(); ++i)
+        if (std::isfinite(path.course[i]) && std::isfinite(raw[i])) {
+          sin_sum += std::sin(path.course[i] - s * raw[i]);
+          cos_sum += std::cos(path.course[i] - s * raw[i]);
+          count += 1;
+        }
+      const double strength = count > 0 ? std::hypot(sin_sum, cos_sum) / count : 0.0;
+      if (strength > best) best = strength, sign = s, offset = std::atan2(sin_sum, cos_sum);
+    }
+    // Only quarter turns are a convention; the rest is the sensor's and stays in the data.
+    const double quarter = std::round(offset / (std::numbers::pi / 2)) * (std::numbers::pi / 2);
+    m->scale *= sign;
+    m->offset = quarter;
+    mapping.notes.push_back(fmt::format("yaw_rad: against the path's course sign {:+.0f}, zero {:.0f} degrees, mean difference {:.2f} degrees, agreement {:.3f} (1 is perfect)", sign, quarter / kDegree, (offset - quarter) / kDegree, best));
+  }
+  const auto against = [&](const char* channel, const std::vector<double>& reference, const char* what) {
+    ColumnMap* m = find(channel);
+    if (m == nullptr) return;
+    const Fit fit = through_zero(reference, values(channel));
+    if (std::abs(fit.correlation) < 0.5) {
+      mapping.notes.push_back(fmt::format("{}: correlation {:.2f} with {}: sign and unit not confirmed", channel, fit.correlation, what));
+      return;
+    }
+    if (fit.slope < 0) m->scale = -m->scale;
+    mapping.notes.push_back(fmt::format("{}: {:.3f} times {}, correlation {:.3f}{}", channel, std::abs(fit.slope), what, std::abs(fit.correlation), fit.slope < 0 ? "; sign turned" : ""));
+    if (std::abs(std::abs(fit.slope) - 1.0) > 0.3)
+      mapping.notes.push_back(fmt::format("{}: a factor of {:.3g} remains: wrong unit?", channel, std::abs(fit.slope)));
+    const double late = lag_s(t, reference, values(channel));
+    if (std::isfinite(late))
+      mapping.notes.push_back(fmt::format("{}: {} {} by {:.3f} s (not corrected: set delay_s if the logger is known to do so)", channel, late >= 0 ? "lags" : "leads", what, std::abs(late)));
+  };
+  against("yaw_rate_radps", path.rate, "the turning of the path");
+  against("vx_mps", path.speed, "the speed of the path");
+  against("ax_mps2", path.acceleration, "the path's acceleration");
+  std::vector<double> lateral(t.size());
+  for (std::size_t i = 0; i < t.size(); ++i) lateral[i] = path.speed[i] * path.rate[i];
+  against("ay_mps2", lateral, "speed times turning of the path");
+  std::vector<double> curvature(t.size());
+  for (std::size_t i = 0; i < t.size(); ++i) curvature[i] = path.rate[i] / path.speed[i] * 3.0;
+  for (const char* channel : {"steer_rad", "steer_command_rad"})
+    if (ColumnMap* m = find(channel)) {
+      const Fit fit = through_zero(curvature, values(channel));
+      if (fit.correlation < -0.5) m->scale = -m->scale;
+      mapping.notes.push_back(fmt::format("{}: correlation {:.2f} with the path's curvature{}", channel, std::abs(fit.correlation), fit.correlation < -0.5 ? "; sign turned" : ""));
+    }
+  return mapping;
+}
+
+Mapping read_mapping(const std::string& path) {
+  YAML::Node root;
+  try {
+    root = YAML::LoadFile(path);
+  } catch (const YAML::BadFile&) {
+    throw Error(path + ": cannot be opened");
+  } catch (const YAML::Exception& error) {
+    throw Error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+  }
+  Mapping mapping;
+  const auto where = [&](const YAML::Node& node) { return fmt::format("{}:{}", path, node.Mark().line + 1); };
+  const auto number = [&](const YAML::Node& node, const char* key) {
+    try {
+      const double value = node.as<double>();
+      if (std::isfinite(value)) return value;
+    } catch (const YAML::Exception&) {
+    }
+    throw Error(fmt::format("{}: {} is no finite number", where(node), key));
+  };
+  try {
+    if (!root.IsMap() || !root["columns"] || !root["columns"].IsMap())
+      throw Error(path + ":1: wanted a list 'columns' of log columns");
+    for (const auto& entry : root) {
+      const std::string key = entry.first.as<std::string>();
+      if (key == "version") {
+        if (number(entry.second, "version") != 1) throw Error(where(entry.second) + ": version 1 wanted");
+      } else if (key == "imu_yaw_rad") mapping.imu_yaw_rad = number(entry.second, "imu_yaw_rad");
+      else if (key == "imu_ahead_m") mapping.imu_ahead_m = number(entry.second, "imu_ahead_m");
+      else if (key != "columns")
+        throw Error(fmt::format("{}: '{}' is not a key of a mapping; wanted version, columns, imu_yaw_rad, imu_ahead_m", where(entry.first), key.substr(0, 60)));
+    }
+    const auto& known = canonical_channels();
+    std::set<std::string> taken;
+    for (const auto& entry : root["columns"]) {
+      ColumnMap m;
+      m.column = entry.first.as<std::string>();
+      if (!entry.second.IsMap()) throw Error(fmt::format("{}: '{}' wants {{channel: ..., scale: ...}}", where(entry.first), m.column.substr(0, 60)));
+      for (const auto& item : entry.second) {
+        const std::string key = item.first.as<std::string>();
+        if (key == "channel") m.channel = item.second.as<std::string>();
+        else if (key == "scale") m.scale = number(item.second, "scale");
+        else if (key == "offset") m.offset = number(item.second, "offset");
+        else if (key == "delay_s") m.delay_s = number(item.second, "delay_s");
+        else if (key == "low_pass_s") m.low_pass_s = number(item.second, "low_pass_s");
+        else if (key == "held") m.held = item.second.as<bool>();
+        else throw Error(fmt::format("{}: '{}' is not a key of a column; wanted channel, scale, offset, delay_s, low_pass_s, held", where(item.first), key.substr(0, 60)));
+      }
+      if (std::find(known.begin(), known.end(), m.channel) == known.end())
+        throw Error(fmt::format("{}: '{}' is no canonical channel", where(entry.second), m.channel.substr(0, 60)));
+      if (m.scale == 0.0) throw Error(fmt::format("{}: scale 0", where(entry.second)));
+      if (std::abs(m.delay_s) > 10 || m.low_pass_s < 0 || m.low_pass_s > 10)
+        throw Error(fmt::format("{}: delay_s within 10 s and low_pass_s from 0 to 10 s wanted", where(entry.second)));
+      if (!taken.insert(m.channel).second) throw Error(fmt::format("{}: {} twice", where(entry.second), m.channel));
+      mapping.columns.push_back(m);
+    }
+  } catch (const YAML::Exception& error) {
+    throw Error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+  }
+  return mapping;
+}
+
+std::string format_mapping(const Mapping& mapping) {
+  std::string out = "# Which column of a log is which channel: value = column * scale + offset, taken delay_s earlier.\n";
+  const auto one_line = [](std::string text) {
+    for (char& c : text)
+      if (static_cast<unsigned char>(c) < 32) c = ' ';
+    return text;
+  };
+  for (const std::string& note : mapping.notes) out += "# " + one_line(note) + "\n";
+  YAML::Emitter yaml;
+  yaml.SetDoublePrecision(12);
+  yaml << YAML::BeginMap << YAML::Key << "version" << YAML::Value << 1;
+  if (mapping.imu_yaw_rad != 0) yaml << YAML::Key << "imu_yaw_rad" << YAML::Value << mapping.imu_yaw_rad;
+  if (mapping.imu_ahead_m != 0) yaml << YAML::Key << "imu_ahead_m" << YAML::Value << mapping.imu_ahead_m;
+  yaml << YAML::Key << "columns" << YAML::Value << YAML::BeginMap;
+  for (const ColumnMap& m : mapping.columns) {
+    yaml << YAML::Key << YAML::DoubleQuoted << m.column << YAML::Auto << YAML::Value << YAML::Flow << YAML::BeginMap;
+    yaml << YAML::Key << "channel" << YAML::Value << m.channel;
+    if (m.scale != 1) yaml << YAML::Key << "scale" << YAML::Value << m.scale;
+    if (m.offset != 0) yaml << YAML::Key << "offset" << YAML::Value << m.offset;
+    if (m.delay_s != 0) yaml << YAML::Key << "delay_s" << YAML::Value << m.delay_s;
+    if (m.low_pass_s != 0) yaml << YAML::Key << "low_pass_s" << YAML::Value << m.low_pass_s;
+    if (m.held) yaml << YAML::Key << "held" << YAML::Value << true;
+    yaml << YAML::EndMap;
+  }
+  yaml << YAML::EndMap << YAML::EndMap;
+  return out + yaml.c_str() + "\n";
+}
+
+}  // namespace explain

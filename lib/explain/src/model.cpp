@@ -1,0 +1,402 @@
+#include "explain/model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "vehicle/driver.h"
+#include "vehicle/magic_formula.h"
+
+namespace explain {
+namespace {
+
+using P = vehicle::Parameter;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kStep = Signals::kStep_s;
+
+/// A series read earlier or later by `shift` steps, cubic between steps.
+double at(const std::vector<double>& x, const std::vector<double>& dx, double place) {
+  if (!(place >= 0) || place > static_cast<double>(x.size() - 1)) return kNaN;
+  auto k = static_cast<std::size_t>(place);
+  if (k + 1 >= x.size()) k = x.size() - 2;
+  const double f = place - static_cast<double>(k);
+  if (f == 0.0) return x[k];
+  const double a = x[k], b = x[k + 1], da = dx[k] * kStep, db = dx[k + 1] * kStep;
+  return a + f * (da + f * (3 * (b - a) - 2 * da - db + f * (2 * (a - b) + da + db)));
+}
+
+/// What the sensor would have said without its error.
+void correct(const Signals& s, const Setting& set, Channel c, std::vector<double>& x, std::vector<double>& dx) {
+  x = s.x[c];
+  dx = s.dx[c];
+  const Setting::Sensor& e = set.sensor[c];
+  if (!s.present[c] || (e.bias == 0 && e.gain == 0 && e.delay_s == 0 && e.low_pass_s == 0)) return;
+  const double gain = 1.0 / (1.0 + e.gain);
+  std::vector<double> ddx(s.n, kNaN);
+  for (std::size_t i = 1; i + 1 < s.n; ++i) ddx[i] = (s.dx[c][i + 1] - s.dx[c][i - 1]) / (2 * kStep);
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const double place = static_cast<double>(i) + e.delay_s / kStep;
+    double value = at(s.x[c], s.dx[c], place), rate = s.dx[c][i];
+    if (e.delay_s != 0) rate = at(s.dx[c], ddx, place);
+    if (e.low_pass_s != 0) {
+      value += e.low_pass_s * rate;
+      rate += e.low_pass_s * (i > 0 && i + 1 < s.n ? ddx[i] : kNaN);
+    }
+    x[i] = gain * (value - e.bias);
+    dx[i] = gain * rate;
+  }
+}
+
+/// First-order lag; starts settled, holds over gaps.
+std::vector<double> lagged(const std::vector<double>& x, double time_s) {
+  if (time_s <= 0) return x;
+  std::vector<double> out(x.size());
+  const double keep = std::exp(-kStep / time_s);
+  double state = kNaN;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (std::isfinite(x[i])) state = std::isfinite(state) ? x[i] + keep * (state - x[i]) : x[i];
+    out[i] = std::isfinite(x[i]) ? state : kNaN;
+  }
+  return out;
+}
+
+std::vector<double> delayed(const std::vector<double>& x, double time_s) {
+  if (time_s == 0) return x;
+  std::vector<double> slope(x.size(), 0.0), out(x.size());
+  for (std::size_t i = 1; i + 1 < x.size(); ++i) slope[i] = (x[i + 1] - x[i - 1]) / (2 * kStep);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    out[i] = at(x, slope, std::max(0.0, static_cast<double>(i) - time_s / kStep));
+  return out;
+}
+
+double positive(double x) { return x > 0 ? x : 0.0; }
+
+}  // namespace
+
+const std::array<RelationInfo, kRelationCount>& relations() {
+  static const std::array<RelationInfo, kRelationCount> list{{{"yaw_rate", "rad/s", true},
+                                                              {"course", "rad", true},
+                                                              {"speed", "m/s", true},
+                                                              {"front_wheels", "m/s", true},
+                                                              {"rear_wheels", "m/s", true},
+                                                              {"ax", "m/s2", true},
+                                                              {"ay", "m/s2", true},
+                                                              {"az", "m/s2", true},
+                                                              {"force_x", "m/s2", false},
+                                                              {"force_y", "m/s2", false},
+                                                              {"yaw_moment", "rad/s2", false},
+                                                              {"load_front", "N/kg", false},
+                                                              {"load_rear", "N/kg", false},
+                                                              {"rear_wheel_difference", "m/s", false}}};
+  return list;
+}
+
+Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting& set) {
+  Residuals out;
+  for (auto& r : out.r) r.assign(s.n, kNaN);
+  const vehicle::Parameters<double>& p = set.p;
+  std::array<std::vector<double>, kChannelCount> x, dx;
+  for (std::size_t c = 0; c < kChannelCount; ++c) correct(s, set, static_cast<Channel>(c), x[c], dx[c]);
+  const auto has = [&](Channel c) { return s.present[c]; };
+
+  // What reaches the car: commands go through the stated actuators first, measurements do not.
+  const auto through = [&](Channel c, vehicle::Term term, P dead, P lag, double more_s, double gain) {
+    std::vector<double> y = x[c];
+    if (s.commanded[c]) {
+      for (double& v : y) v *= gain;
+      const double amount = car.terms[term];
+      more_s += amount * p[dead];
+      y = lagged(lagged(delayed(y, more_s), amount * p[lag]), amount * p[lag]);
+    } else {
+      y = delayed(y, more_s);
+    }
+    return y;
+  };
+  std::vector<double> steer = through(kSteer, vehicle::Term::steering_actuator, P::steering_dead_time_s,
+                                      P::steering_lag_s, set.steer_s, 1.0 / p[P::steering_ratio]);
+  steer = lagged(steer, set.steer_lag_s);
+  const std::vector<double> throttle = through(kThrottle, vehicle::Term::throttle_actuator, P::throttle_dead_time_s,
+                                               P::throttle_lag_s, set.throttle_s, 1.0);
+  const std::vector<double> brake_front = through(kBrakeFront, vehicle::Term::brake_actuator, P::brake_dead_time_s,
+                                                  P::brake_lag_s, set.brake_s, 1.0);
+  const std::vector<double> brake_rear = through(kBrakeRear, vehicle::Term::brake_actuator, P::brake_dead_time_s,
+                                                 P::brake_lag_s, set.brake_s, 1.0);
+
+  const double g = p[P::environment_gravity_mps2];
+  const double mass0 = p[P::chassis_mass_kg];
+  const double a = p[P::chassis_cog_behind_front_m], wheelbase = p[P::chassis_wheelbase_m], b = wheelbase - a;
+  const double h = p[P::chassis_cog_height_m];
+  const std::array<double, 2> track{p.axle(0, P::front_track_m), p.axle(1, P::front_track_m)};
+  std::array<double, 2> roll{}, radius{}, load0{}, roll_spring{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    roll_spring[i] = p.axle(i, P::front_spring_npm) + 2 * p.axle(i, P::front_anti_roll_npm);
+    roll[i] = 0.5 * roll_spring[i] * track[i] * track[i];
+    load0[i] = mass0 * g * (i == 0 ? b : a) / (2 * wheelbase);
+    const vehicle::TyreCoefficients& tyre = car.files.tyre[i];
+    const double deflection = vehicle::static_deflection(tyre, load0[i], p.axle(i, P::front_tyre_pressure_pa));
+    radius[i] = set.wheel_radius[i] * vehicle::rolling_radius(tyre, load0[i], tyre.unloaded_radius_m * tyre.qre0, deflection);
+  }
+  const double roll_share_front = roll[0] / (roll[0] + roll[1]);
+  // Means of the road's camber and curvature terms that the states below remember.
+  double boost = 0.0, heat = 0.0;
+  std::array<double, 2> last_alpha{kNaN, kNaN};
+  double wear = 0.0;  // what the tyres have warmed up by, 0 cold to 1
+  const bool disc_known = false;
+  (void)disc_known;
+  int gear_now = 1;
+  vehicle::Car<double> shell;  // only for choose_gear
+  bool shell_made = false;
+  const bool wheels_turn = has(kWheelFront) && !s.wheels_in_mps;
+
+  for (std::size_t i = 0; i < s.n; ++i) {
+    // Where relations hold: decided by the log alone.
+    const double speed0 = s.x[kVx][i];
+    const bool placed = std::isfinite(s.u_m[i]) && speed0 > 6.0;
+    if (!placed) {
+      last_alpha = {kNaN, kNaN};
+      continue;
+    }
+    const double vx = x[kVx][i], vy = has(kVy) ? x[kVy][i] : 0.0;
+    const double dvx = dx[kVx][i], dvy = has(kVy) ? dx[kVy][i] : 0.0;
+    const double r = has(kYawRate) ? x[kYawRate][i] : dx[kYaw][i];
+    const double dr = has(kYawRate) ? dx[kYawRate][i] : kNaN;
+    const double px = dx[kX][i], py = dx[kY][i];
+    // Road, with what it may be wrong by; a shift reads the road a little earlier or later.
+    double grade = s.grade[i], bank = s.bank[i], vertical = s.curvature_v[i];
+    if (set.shift_u != 0 && i > 0 && i + 1 < s.n) {
+      const double per = set.shift_u / (speed0 * 2 * kStep);
+      const auto move = [&](const std::vector<double>& v) { return std::isfinite(v[i + 1] - v[i - 1]) ? per * (v[i + 1] - v[i - 1]) : 0.0; };
+      grade += move(s.grade);
+      bank += move(s.bank);
+      vertical += move(s.curvature_v);
+    }
+    grade += set.grade;
+    bank += set.bank;
+    vertical += set.vertical;
+
+    // Sensors and kinematics.
+    const double course = std::atan2(py, px);
+    if (has(kYawRate)) {
+      if (has(kYaw)) {
+        out.r[Relation::kGyro][i] = r - dx[kYaw][i] * std::cos(std::atan(bank));
+      } else if (i > 1 && i + 2 < s.n) {
+        const double before = std::atan2(dx[kY][i - 2], dx[kX][i - 2]), after = std::atan2(dx[kY][i + 2], dx[kX][i + 2]);
+        const double slip = has(kVy) ? (vx * dvy - vy * dvx) / (vx * vx) : 0.0;
+        out.r[Relation::kGyro][i] = r - std::remainder(after - before, 2 * std::numbers::pi) / (4 * kStep) + slip;
+      }
+    }
+    if (has(kYaw)) out.r[Relation::kCourse][i] = std::remainder(course - x[kYaw][i] - std::atan2(vy, vx), 2 * std::numbers::pi);
+    out.r[Relation::kSpeed][i] = std::hypot(px, py) - std::hypot(vx, vy);
+    const double brake_log = has(kBrakeFront) ? s.x[kBrakeFront][i] : 0.0;
+    const double delta = has(kSteer) ? steer[i] : 0.0;
+    if (has(kWheelFront) && !(brake_log > 3e4)) {
+      const double factor = wheels_turn ? radius[0] : set.wheel_radius[0];
+      const double at_wheel = vx * std::cos(delta) + (vy + a * r) * std::sin(delta);
+      out.r[Relation::kFrontWheels][i] = x[kWheelFront][i] * factor - at_wheel;
+    }
+    // Specific force of the body: what an accelerometer in the centre of mass would say.
+    const double sfx = dvx - r * vy + g * grade;
+    const double sfy = dvy + r * vx + g * bank;
+    const double cy = std::cos(s.imu_yaw_rad + set.imu_yaw), sy = std::sin(s.imu_yaw_rad + set.imu_yaw);
+    const double ahead = s.imu_ahead_m + set.imu_ahead;
+    const double at_x = sfx - ahead * r * r, at_y = sfy + (std::isfinite(dr) ? ahead * dr : 0.0);
+    if (has(kAx)) out.r[Relation::kAccelX][i] = x[kAx][i] - (cy * at_x + sy * at_y);
+    if (has(kAy) && has(kVy)) out.r[Relation::kAccelY][i] = x[kAy][i] - (cy * at_y - sy * at_x);
+    const double plus_g = vertical * vx * vx + bank * r * vx;
+    if (has(kAz)) out.r[Relation::kAccelZ][i] = x[kAz][i] - (g + plus_g);
+
+    // Forces.
+    const double mass = mass0 + (has(kFuel) ? x[kFuel][i] : 0.0) - set.burn * kStep * static_cast<double>(i);
+    const double heading = has(kYaw) ? x[kYaw][i] : course;
+    const double air_x = vx - (set.wind_x * std::cos(heading) + set.wind_y * std::sin(heading));
+    const double air_y = vy - (-set.wind_x * std::sin(heading) + set.wind_y * std::cos(heading));
+    const double air = std::hypot(air_x, air_y);
+    const double pressure = 0.5 * p[P::aero_density_kgpm3] * air * air;
+    std::array<double, 2> down{pressure * p[P::front_lift_area_m2], pressure * p[P::rear_lift_area_m2]};
+    double drag = pressure * p[P::aero_drag_area_m2];
+    if (car.terms[vehicle::Term::aero_ride_height] > 0 && !car.files.drag_factor.empty()) {
+      std::array<double, 2> ride{};
+      for (std::size_t k = 0; k < 2; ++k)
+        ride[k] = p.axle(k, P::front_ride_height_m) -
+                  0.5 * down[k] * (1 / std::max(1e4, p.axle(k, P::front_spring_npm)) + 1 / car.files.tyre[k].vertical_stiffness_npm);
+      const double amount = car.terms[vehicle::Term::aero_ride_height];
+      const auto factor = [&](const vehicle::Map2& map) {
+        return map.empty() ? 1.0 : 1.0 + amount * (vehicle::evaluate(map, ride[0], ride[1]) - 1.0);
+      };
+      drag *= factor(car.files.drag_factor);
+      down[0] *= factor(car.files.front_lift_factor);
+      down[1] *= factor(car.files.rear_lift_factor);
+    }
+    const double ride_loss = 1.0 - set.ride * pressure / 1000.0;
+    down[0] *= ride_loss;
+    down[1] *= ride_loss;
+    down[0] *= car.terms[vehicle::Term::aero_downforce];
+    down[1] *= car.terms[vehicle::Term::aero_downforce];
+    drag *= car.terms[vehicle::Term::aero_drag];
+    const double transfer_x = mass * sfx * h / wheelbase;
+    std::array<double, 2> axle{mass * (g + plus_g) * b / wheelbase + down[0] - transfer_x,
+                               mass * (g + plus_g) * a / wheelbase + down[1] + transfer_x};
+    if (has(kLoadFront)) out.r[Relation::kLoadsFront][i] = (x[kLoadFront][i] - axle[0]) / mass0;
+    if (has(kLoadRear)) out.r[Relation::kLoadsRear][i] = (x[kLoadRear][i] - axle[1]) / mass0;
+
+    // Along the car: torques, not slips, so that no tyre curve enters.
+    int gear = has(kGear) ? static_cast<int>(x[kGear][i]) : 0;
+    bool shifting = false;
+    if (has(kGear)) {
+      for (std::size_t k = i > 5 ? i - 5 : 0; k < std::min(s.n, i + 4); ++k) shifting = shifting || x[kGear][k] != gear;
+      shifting = shifting || gear < 1 || gear > 6;
+    } else {
+      if (!shell_made) {
+        shell.files = &car.files;
+        shell.parameters = car.parameters;
+        shell.terms = car.terms;
+        shell.static_radius_m = {radius[0], radius[1]};
+        shell_made = true;
+      }
+      gear_now = vehicle::choose_gear(shell, speed0, gear_now);
+      gear = gear_now;
+    }
+    double drive = 0.0, inertia = (2 * p.axle(0, P::front_wheel_inertia_kgm2) + 2 * p.axle(1, P::front_wheel_inertia_kgm2)) / (radius[1] * radius[1]);
+    const double thr = has(kThrottle) ? std::clamp(throttle[i], 0.0, 1.0) : kNaN;
+    double torque = 0.0;
+    if (!shifting && std::isfinite(thr)) {
+      const double ratio = p[static_cast<P>(static_cast<std::size_t>(P::gearbox_ratio_1) + static_cast<std::size_t>(gear) - 1)] * p[P::gearbox_final];
+      const double engine = has(kEngine) ? x[kEngine][i] : ratio * vx / radius[1];
+      const double opening = std::clamp(thr * (s.commanded[kThrottle] ? p[P::throttle_gain] : 1.0), 0.0, 1.0);
+      torque = p[P::engine_torque] * vehicle::evaluate(car.files.engine_torque_nm, engine, opening);
+      const double w = engine / p[P::engine_limit_radps];
+      const double full = p[P::engine_torque] * vehicle::evaluate(car.files.engine_torque_nm, engine, 1.0);
+      torque += full * (set.engine_shape[0] * 4 * opening * (1 - opening) + opening * (set.engine_shape[1] * (w - 0.7) * 4 + set.engine_shape[2] * ((w - 0.7) * (w - 0.7) * 16 - 0.5)) +
+                        set.engine_shape[3] * (1 - opening) * 0.3);
+      if (!s.commanded[kThrottle]) torque += full * (p[P::throttle_gain] / car.parameters[P::throttle_gain] - 1.0) * opening * (1 - opening) * 2;
+      const double limit = (engine - p[P::engine_limit_radps]) / (0.02 * p[P::engine_limit_radps]);
+      if (torque > 0) torque *= 1.0 - std::clamp(limit, 0.0, 1.0);
+      const double stated = car.terms[vehicle::Term::turbo_lag];
+      if (set.turbo != 0 || stated != 0) {
+        const double rise = stated != 0 ? p[P::turbo_rise_s] : set.turbo_rise_s;
+        const double share = stated != 0 ? stated * p[P::turbo_share] + set.turbo : set.turbo;
+        const double lack = opening - boost;
+        if (lack > 0 && torque > 0) torque *= 1.0 - share * lack;
+        const double flow = std::clamp(engine / p[P::turbo_reference_radps], 0.02, 10.0) * (p[P::turbo_idle_flow] + (1 - p[P::turbo_idle_flow]) * opening);
+        const double rate = lack > 0 ? flow / rise : 1 / p[P::turbo_fall_s];
+        boost = opening - lack * std::exp(-kStep * rate);
+      }
+      drive = torque * ratio / radius[1] * (torque > 0 ? p[P::gearbox_efficiency] : 1 / p[P::gearbox_efficiency]);
+      inertia += p[P::engine_inertia_kgm2] * ratio * ratio / (radius[1] * radius[1]);
+    }
+    std::array<double, 2> brake{};
+    double friction = 1.0;
+    if (set.fade != 0) friction -= set.fade * heat;
+    if (has(kBrakeFront)) {
+      const auto force = [&](std::size_t k, double pa) {
+        return 2 * 2 * p.axle(k, P::front_brake_friction) * p[P::brake_gain] * friction * positive(pa) * p.axle(k, P::front_brake_area_m2) *
+               p.axle(k, P::front_brake_radius_m) / radius[k];
+      };
+      if (std::isfinite(brake_front[i])) brake[0] = force(0, brake_front[i]);
+      if (std::isfinite(brake_rear[i])) brake[1] = force(1, brake_rear[i]);
+      // Heat of the pads: 1 is what 3 MJ in one go would bring.
+      heat += kStep * ((brake[0] + brake[1]) * vx / 3e6 * 4.0 - heat / set.fade_s);
+    }
+    std::array<double, 2> fx_axle{-brake[0], drive - brake[1]};
+
+    // Across the car: slip angles, tyre curves of the stated car.
+    std::array<double, 2> fy{};
+    bool slips = has(kVy) && has(kSteer) && std::isfinite(delta);
+    double side_drag = 0.0;
+    if (slips) {
+      std::array<double, 2> alpha{std::tan(std::atan2(vy + a * r, vx) - delta), std::tan(std::atan2(vy - b * r, vx))};
+      const double grip_state = set.thermal != 0 ? 1.0 - set.thermal * (1.0 - wear) : 1.0;
+      for (std::size_t k = 0; k < 2; ++k) {
+        const vehicle::TyreCoefficients& tyre = car.files.tyre[k];
+        const double share = k == 0 ? roll_share_front : 1 - roll_share_front;
+        const double transfer_y = mass * sfy * h * share / track[k];
+        const double raw = alpha[k];
+        vehicle::TyreFactors<double> f;
+        f.grip_x = f.grip_y = p.axle(k, P::front_tyre_grip) * (1 + set.friction) * grip_state;
+        f.stiffness_x = p.axle(k, P::front_tyre_slip_stiffness);
+        f.stiffness_y = p.axle(k, P::front_tyre_cornering_stiffness) * (0.5 + 0.5 * grip_state);
+        f.load_sensitivity = car.terms[vehicle::Term::tyre_load_sensitivity] + set.load_sensitivity;
+        f.camber = car.terms[vehicle::Term::tyre_camber] + set.camber;
+        f.combined_slip = std::max(0.0, car.terms[vehicle::Term::tyre_combined_slip] + set.combined);
+        double slip = raw;
+        const double relaxes = car.terms[vehicle::Term::tyre_relaxation] + set.relaxation;
+        if (relaxes != 0 && std::isfinite(last_alpha[k])) {
+          const auto origin = vehicle::tyre_stiffness(tyre, axle[k] / 2, p.axle(k, P::front_tyre_pressure_pa), f);
+          const double sigma = vehicle::relaxation_lengths(tyre, axle[k] / 2, origin.slip_n, origin.cornering_npr).lateral_m;
+          slip -= relaxes * sigma / vx * (raw - last_alpha[k]) / kStep;
+        }
+        last_alpha[k] = raw;
+        double peak = 0.0;
+        for (const double side : {1.0, -1.0}) {  // left, right
+          const double fz = std::max(50.0, axle[k] / 2 - side * transfer_y);
+          vehicle::TyreInput<double> in;
+          in.fz_n = fz;
+          in.tan_alpha = slip;
+          in.vx_mps = vx;
+          in.pressure_pa = p.axle(k, P::front_tyre_pressure_pa);
+          const double camber = p.axle(k, P::front_camber_rad) + p.axle(k, P::front_camber_gain_radpm) * (-side * transfer_y) / roll_spring[k];
+          in.gamma_rad = -side * camber;
+          const auto origin = vehicle::tyre_stiffness(tyre, fz, in.pressure_pa, f);
+          in.kappa = std::clamp(0.5 * fx_axle[k] / std::max(1.0, origin.slip_n), -0.15, 0.15);
+          vehicle::TyreOptions options;
+          options.alpha = car.files.alpha;
+          options.mirrored = (side > 0) != tyre.left_side;
+          options.moments = false;
+          const auto force = vehicle::tyre_forces(tyre, in, f, options);
+          fy[k] += force.fy_n;
+          peak += force.mu_y * fz;
+        }
+        // What no stated curve has right: uncertain shape over use of grip and over load.
+        const double use = std::clamp(fy[k] / std::max(1.0, peak), -1.0, 1.0);
+        const double load = axle[k] / (2 * load0[k]) - 1.0;
+        fy[k] *= 1.0 + set.curve[k] * (std::abs(use) - 0.5) + set.curve2[k] * (use * use * 3 - 1) + set.load_curve[k] * load;
+        fy[k] += set.drop[k] * mass0 * (k == 0 ? b : a) / wheelbase;
+      }
+      side_drag = fy[0] * std::sin(delta);
+      if (set.thermal != 0) wear += kStep * (1.0 - wear) / set.thermal_s * std::min(3.0, std::abs(sfy) / 8.0 + 0.2);
+    }
+    const double rolling = set.rolling * (car.files.tyre[0].qsy1 * axle[0] + car.files.tyre[1].qsy1 * axle[1]) * car.terms[vehicle::Term::rolling_resistance];
+    if (has(kThrottle) && !shifting) {
+      const double force = fx_axle[0] * std::cos(delta) + fx_axle[1] - side_drag - drag * air_x / std::max(1.0, air) - rolling - inertia * dvx;
+      out.r[Relation::kForceX][i] = sfx - force / mass;
+    }
+    if (has(kWheelRear) && has(kThrottle) && !shifting && !(brake_log > 3e4)) {
+      const double stiffness = vehicle::tyre_stiffness(car.files.tyre[1], axle[1] / 2, p.axle(1, P::front_tyre_pressure_pa)).slip_n *
+                               p.axle(1, P::front_tyre_slip_stiffness) * 2;
+      const double slip = set.slip * fx_axle[1] / std::max(1e3, stiffness);
+      const double factor = wheels_turn ? radius[1] : set.wheel_radius[1];
+      out.r[Relation::kRearWheels][i] = x[kWheelRear][i] * factor - vx * (1 + slip);
+    }
+    if (slips) {
+      const double side_air = p[P::aero_side_area_m2] * 0.5 * p[P::aero_density_kgpm3] * air * air_y * car.terms[vehicle::Term::aero_drag];
+      const double total = fy[0] * std::cos(delta) + fx_axle[0] * std::sin(delta) + fy[1] - side_air;
+      out.r[Relation::kForceY][i] = sfy - total / mass;
+      if (std::isfinite(dr)) {
+        const double moment = a * (fy[0] * std::cos(delta) + fx_axle[0] * std::sin(delta)) - b * fy[1] + side_air * p[P::aero_side_behind_cog_m];
+        out.r[Relation::kMomentZ][i] = dr - moment / p[P::chassis_yaw_inertia_kgm2];
+      }
+    }
+    if (has(kWheelRearDifference)) {
+      const double factor = s.wheels_in_mps ? 1.0 : radius[1];
+      const double locked = car.terms[vehicle::Term::locked_differential] + set.lock;
+      out.r[Relation::kDifferential][i] = x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked);
+    }
+  }
+  return out;
+}
+
+Regimes regimes(const Signals& s) {
+  Regimes out;
+  for (auto* v : {&out.speed, &out.ax, &out.ay, &out.throttle, &out.brake}) v->assign(s.n, kNaN);
+  for (std::size_t i = 0; i < s.n; ++i) {
+    out.speed[i] = s.x[kVx][i];
+    out.ax[i] = s.dx[kVx][i];
+    out.ay[i] = s.x[kVx][i] * (s.present[kYawRate] ? s.x[kYawRate][i] : s.dx[kYaw][i]);
+    out.throttle[i] = s.x[kThrottle][i];
+    out.brake[i] = s.present[kBrakeFront] ? positive(s.x[kBrakeFront][i]) : 0.0;
+  }
+  return out;
+}
+
+}  // namespace explain

@@ -1,0 +1,103 @@
+#include "rows.h"
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <thread>
+
+namespace explain {
+
+Rows make_rows(const std::vector<Signals>& logs, const std::vector<Residuals>& at_stated) {
+  Rows out;
+  int lap0 = 0;
+  std::vector<int> half_of;
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const Signals& s = logs[k];
+    const Regimes g = regimes(s);
+    const int block0 = out.blocks;
+    for (std::size_t first = 0; first + Rows::kSteps <= s.n; first += Rows::kSteps) {
+      for (std::size_t relation = 0; relation < kRelationCount; ++relation) {
+        const auto& r = at_stated[k].r[relation];
+        std::size_t good = 0;
+        for (std::size_t i = first; i < first + Rows::kSteps; ++i) good += std::isfinite(r[i]) ? 1 : 0;
+        if (good < 4) continue;
+        const std::size_t middle = first + Rows::kSteps / 2;
+        if (!std::isfinite(s.u_m[middle])) continue;
+        Row row;
+        row.log = k;
+        row.relation = relation;
+        row.lap = lap0 + s.lap[middle];
+        row.t_s = static_cast<double>(middle) * Signals::kStep_s;
+        row.u_m = s.u_m[middle];
+        row.block = block0 + static_cast<int>(row.t_s / 3.0);
+        row.speed = g.speed[middle];
+        row.ax = g.ax[middle];
+        row.ay = g.ay[middle];
+        row.throttle = g.throttle[middle];
+        row.brake = g.brake[middle];
+        row.fold = 2 * row.lap + (row.u_m > 0.5 * s.length_m ? 1 : 0);
+        out.row.push_back(row);
+        out.first_step.push_back(first);
+      }
+    }
+    out.blocks = block0 + static_cast<int>(static_cast<double>(s.n) * Signals::kStep_s / 3.0) + 1;
+    lap0 += s.lap.empty() ? 1 : s.lap.back() + 1;
+  }
+  out.laps = lap0;
+  // Folds that hold next to nothing join the one before.
+  std::map<int, std::size_t> size;
+  for (const Row& row : out.row) ++size[row.fold];
+  std::map<int, int> number;
+  int next = -1;
+  for (const auto& [fold, count] : size) {
+    if (next < 0 || count * 20 > out.row.size() / std::max<std::size_t>(1, size.size()) * 4) ++next;
+    number[fold] = next;
+  }
+  for (Row& row : out.row) row.fold = number[row.fold];
+  out.folds = next + 1;
+  return out;
+}
+
+Eigen::VectorXd gather(const Rows& rows, const std::vector<Residuals>& r) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(rows.row.size()));
+  for (std::size_t k = 0; k < rows.row.size(); ++k) {
+    const auto& x = r[rows.row[k].log].r[rows.row[k].relation];
+    double sum = 0.0, count = 0.0;
+    for (std::size_t i = rows.first_step[k]; i < rows.first_step[k] + Rows::kSteps; ++i)
+      if (std::isfinite(x[i])) sum += x[i], count += 1;
+    out[static_cast<Eigen::Index>(k)] = count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+  }
+  return out;
+}
+
+Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const Setting& at,
+                            const std::vector<const Unknown*>& unknowns, const Rows& rows, unsigned threads,
+                            const std::function<void(double)>& progress) {
+  std::vector<Residuals> base;
+  for (const Signals& s : logs) base.push_back(residuals(s, car, at));
+  const Eigen::VectorXd r0 = gather(rows, base);
+  Eigen::MatrixXd out(r0.size(), static_cast<Eigen::Index>(unknowns.size()));
+  std::atomic<std::size_t> next{0};
+  const auto work = [&](bool first) {
+    for (std::size_t j = next++; j < unknowns.size(); j = next++) {
+      Setting moved = at;
+      unknowns[j]->set(moved, unknowns[j]->step);
+      std::vector<Residuals> r;
+      for (const Signals& s : logs) r.push_back(residuals(s, car, moved));
+      Eigen::VectorXd column = (r0 - gather(rows, r)) / unknowns[j]->step;
+      for (Eigen::Index i = 0; i < column.size(); ++i)
+        if (!std::isfinite(column[i])) column[i] = 0.0;
+      out.col(static_cast<Eigen::Index>(j)) = column;
+      if (first && progress) progress(static_cast<double>(j) / static_cast<double>(unknowns.size()));
+    }
+  };
+  if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
+  std::vector<std::thread> pool;
+  for (unsigned k = 1; k < threads; ++k) pool.emplace_back(work, false);
+  work(true);
+  for (std::thread& thread : pool) thread.join();
+  return out;
+}
+
+}  // namespace explain

@@ -1,0 +1,148 @@
+#include "search.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace explain {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Fitted fit(const MatrixXd& x, const VectorXd& r, const VectorXd& precision, const VectorXd& before) {
+  Fitted out;
+  out.x = x;
+  out.r = r;
+  MatrixXd normal = MatrixXd::Zero(x.cols(), x.cols());
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(x.transpose());
+  normal = normal.selfadjointView<Eigen::Lower>();
+  normal.diagonal() += precision;
+  normal.diagonal().array() += 1e-9 * (normal.diagonal().maxCoeff() + 1e-300);
+  out.normal.compute(normal);
+  out.amount = out.normal.solve(x.transpose() * r - precision.cwiseProduct(before));
+  out.e = r - x * out.amount;
+  out.loss = out.e.squaredNorm() + precision.dot((before + out.amount).cwiseAbs2());
+  return out;
+}
+
+VectorXd beyond(const Fitted& model, const VectorXd& column) {
+  return column - model.x * model.normal.solve(model.x.transpose() * column);
+}
+
+Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls) {
+  const auto n = static_cast<Index>(rows.row.size());
+  const Index p = model.x.cols(), blocks = rows.blocks;
+  MatrixXd block_x = MatrixXd::Zero(p, blocks);  // X'e of each block
+  for (Index i = 0; i < n; ++i) block_x.col(rows.row[static_cast<std::size_t>(i)].block) += model.e[i] * model.x.row(i).transpose();
+
+  Scan out;
+  std::vector<Eigen::VectorXf> shares;  // per test: what each block adds to z
+  for (std::size_t f = 0; f < families.size(); ++f) {
+    const Family& family = families[f];
+    const int cells = family.cell.empty() ? 1 : family.cells;
+    MatrixXd cx = MatrixXd::Zero(p, cells), cb = MatrixXd::Zero(cells, blocks);
+    VectorXd cc = VectorXd::Zero(cells), ce = VectorXd::Zero(cells);
+    for (Index i = 0; i < n; ++i) {
+      const double c = family.column[i];
+      if (c == 0.0) continue;
+      const int cell = family.cell.empty() ? 0 : family.cell[static_cast<std::size_t>(i)];
+      if (cell < 0) continue;
+      cx.col(cell) += c * model.x.row(i).transpose();
+      cc[cell] += c * c;
+      ce[cell] += c * model.e[i];
+      cb(cell, rows.row[static_cast<std::size_t>(i)].block) += c * model.e[i];
+    }
+    Test best;
+    best.family = f;
+    const std::vector<int> whole{cells};
+    for (const int length : family.cell.empty() ? whole : family.lengths) {
+      if (length > cells) continue;
+      for (int begin = 0; begin + length <= cells; begin += std::max(1, length / 2)) {
+        double energy = 0, product = 0;
+        VectorXd a = VectorXd::Zero(p);
+        for (int k = begin; k < begin + length; ++k) energy += cc[k], product += ce[k], a += cx.col(k);
+        if (!(energy > 0)) continue;
+        const VectorXd t = model.normal.solve(a);
+        const double left = energy - a.dot(t);
+        if (!(left > 1e-4 * energy) || !(left > 1e-12)) continue;  // the model can do this already
+        Test test;
+        test.family = f;
+        test.begin = begin;
+        test.end = begin + length;
+        test.amount = product / left;
+        test.z = product / std::sqrt(left);
+        test.gain = test.z * test.z;
+        if (family.sign > 0 && test.amount < 0) test.gain = 0.0;
+        if (test.gain > best.gain) best = test;
+        VectorXd q = -(block_x.transpose() * t);
+        for (int k = begin; k < begin + length; ++k) q += cb.row(k).transpose();
+        shares.push_back((q / std::sqrt(left)).cast<float>());
+      }
+    }
+    out.best.push_back(best);
+  }
+  // Null: the same residuals with blocks turned round.
+  const auto tests = static_cast<Index>(shares.size());
+  if (tests > 0 && nulls > 0) {
+    Eigen::MatrixXf q(tests, blocks);
+    for (Index k = 0; k < tests; ++k) q.row(k) = shares[static_cast<std::size_t>(k)].transpose();
+    Dice dice{20240607};
+    constexpr std::size_t kAtOnce = 100;
+    for (std::size_t done = 0; done < nulls; done += kAtOnce) {
+      const auto now = static_cast<Index>(std::min(kAtOnce, nulls - done));
+      Eigen::MatrixXf signs(blocks, now);
+      for (Index j = 0; j < now; ++j)
+        for (Index b = 0; b < blocks; ++b) signs(b, j) = dice.roll() < 0.5 ? -1.0f : 1.0f;
+      const Eigen::MatrixXf z = q * signs;
+      for (Index j = 0; j < now; ++j) out.null_max.push_back(z.col(j).cwiseAbs().maxCoeff());
+    }
+    std::sort(out.null_max.begin(), out.null_max.end());
+    out.threshold = out.null_max[static_cast<std::size_t>(0.985 * static_cast<double>(out.null_max.size() - 1))];
+  }
+  return out;
+}
+
+std::vector<double> cross_validate(const Fitted& model, const MatrixXd& more, const VectorXd& precision,
+                                   const VectorXd& more_precision, const Rows& rows) {
+  const Index p = model.x.cols(), q = more.cols(), all = p + q;
+  const auto folds = static_cast<std::size_t>(rows.folds);
+  std::vector<MatrixXd> normal(folds, MatrixXd::Zero(all, all));
+  std::vector<VectorXd> right(folds, VectorXd::Zero(all));
+  std::vector<std::vector<Index>> members(folds);
+  for (Index i = 0; i < model.x.rows(); ++i) members[static_cast<std::size_t>(rows.row[static_cast<std::size_t>(i)].fold)].push_back(i);
+  MatrixXd sum = MatrixXd::Zero(all, all);
+  VectorXd sum_right = VectorXd::Zero(all);
+  for (std::size_t f = 0; f < folds; ++f) {
+    MatrixXd part(static_cast<Index>(members[f].size()), all);
+    VectorXd r(part.rows());
+    for (Index k = 0; k < part.rows(); ++k) {
+      const Index i = members[f][static_cast<std::size_t>(k)];
+      part.row(k).head(p) = model.x.row(i);
+      part.row(k).tail(q) = more.row(i);
+      r[k] = model.r[i];
+    }
+    normal[f].noalias() = part.transpose() * part;
+    right[f].noalias() = part.transpose() * r;
+    sum += normal[f];
+    sum_right += right[f];
+  }
+  std::vector<double> out;
+  VectorXd lambda(all);
+  lambda.head(p) = precision;
+  lambda.tail(q) = more_precision;
+  const double tiny = 1e-9 * sum.diagonal().maxCoeff();
+  for (std::size_t f = 0; f < folds; ++f) {
+    MatrixXd a = sum - normal[f];
+    const VectorXd b = sum_right - right[f];
+    a.diagonal() += lambda;
+    a.diagonal().array() += tiny;
+    const VectorXd with = a.ldlt().solve(b);
+    VectorXd without = VectorXd::Zero(all);
+    without.head(p) = a.topLeftCorner(p, p).ldlt().solve(b.head(p));
+    const auto loss = [&](const VectorXd& x) { return x.dot(normal[f] * x) - 2 * x.dot(right[f]); };
+    out.push_back(loss(without) - loss(with));
+  }
+  return out;
+}
+
+}  // namespace explain

@@ -1,0 +1,71 @@
+// Score tests of many alternatives against one fitted model, with their joint null distribution.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "rows.h"
+
+namespace explain {
+
+/// A ridge fit in whitened rows: e = r - X beta.
+struct Fitted {
+  Eigen::MatrixXd x;        ///< whitened columns
+  Eigen::VectorXd r, e;     ///< whitened residual before and after
+  Eigen::VectorXd amount;   ///< of each column
+  Eigen::LDLT<Eigen::MatrixXd> normal;
+  double loss = 0.0;        ///< e'e plus the prior's part
+};
+
+/// `precision` is the prior's 1/width^2, `before` the amounts already spent.
+Fitted fit(const Eigen::MatrixXd& x, const Eigen::VectorXd& r, const Eigen::VectorXd& precision,
+           const Eigen::VectorXd& before);
+
+/// One whitened column that may be switched on over a run of cells.
+struct Family {
+  std::size_t id = 0;                 ///< the caller's
+  Eigen::VectorXd column;             ///< whitened
+  std::vector<int> cell;              ///< per row; -1: in none. Empty: one test of the whole column
+  int cells = 0;
+  std::vector<int> lengths;           ///< of the runs that are tried
+  int sign = 0;                       ///< +1: only a positive amount counts
+};
+
+struct Test {
+  std::size_t family = 0;
+  int begin = 0, end = 0;             ///< cells
+  double amount = 0.0, z = 0.0, gain = 0.0;
+};
+
+struct Scan {
+  std::vector<Test> best;             ///< the best of each family
+  double threshold = 0.0;             ///< of |z|: exceeded by 1.5 % of the nulls, over all families
+  std::vector<double> null_max;       ///< sorted
+};
+
+/// Every family's best run, and the distribution of the largest |z| of all when the signs of the
+/// blocks of the residual are flipped at random (fixed seed).
+Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls);
+
+/// Loss saved by the columns `more` on folds that were left out: one value per fold.
+std::vector<double> cross_validate(const Fitted& model, const Eigen::MatrixXd& more, const Eigen::VectorXd& precision,
+                                   const Eigen::VectorXd& more_precision, const Rows& rows);
+
+/// The column without what the model's columns can do.
+Eigen::VectorXd beyond(const Fitted& model, const Eigen::VectorXd& column);
+
+/// Numbers 0 <= x < 1, the same on every machine.
+struct Dice {
+  unsigned long long state;
+  double roll() {
+    state += 0x9E3779B97F4A7C15ull;
+    unsigned long long z = state;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+  }
+};
+
+}  // namespace explain

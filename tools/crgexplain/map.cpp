@@ -1,0 +1,19 @@
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "explain/mapping.h"
+#include "vehicle/write_file.h"
+
+namespace crgexplain {
+
+int map(const MapCommand& command) {
+  const vehicle::Table table = vehicle::read_table(command.log_path);
+  const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
+  fmt::print("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size());
+  for (const std::string& note : mapping.notes) fmt::print("  {}\n", note);
+  vehicle::write_file(command.out_path, explain::format_mapping(mapping));
+  fmt::print("{}: look through it and correct what was guessed wrong\n", command.out_path);
+  return 0;
+}
+
+}  // namespace crgexplain

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "commands.h"
+#include "crg/file.h"
+#include "explain/explain.h"
+#include "vehicle/error.h"
+#include "vehicle/write_file.h"
+
+namespace crgexplain {
+
+int run(const RunCommand& command) {
+  const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
+  const crg::Surface surface(crg::read(command.track_path));
+  std::vector<explain::Signals> logs;
+  explain::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = explain::read_mapping(command.mapping_path);
+  for (const std::string& path : command.recording_paths) {
+    const vehicle::Table table = vehicle::read_table(path);
+    logs.push_back(explain::make_signals(table, command.mapping_path.empty() ? explain::identity_mapping(table) : mapping, surface, path));
+  }
+  explain::ExplainOptions options;
+  options.hold_out.insert(command.hold_out.begin(), command.hold_out.end());
+  options.threads = command.threads;
+  options.nulls = command.nulls;
+  const bool terminal = isatty(2) != 0;
+  if (terminal)
+    options.progress = [](const std::string& stage, double share) { std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage.c_str(), 100 * share); };
+  const explain::Findings findings = explain::explain(logs, car, options);
+  if (terminal) std::fprintf(stderr, "\r\033[K");
+  std::filesystem::create_directories(command.out_path);
+  vehicle::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
+
+  fmt::print("verdict: {}\n", findings.verdict);
+  for (const explain::Finding& f : findings.findings) {
+    fmt::print("  {}{}: {}\n", f.mechanism, f.channel.empty() ? "" : " (" + f.channel + ")", f.physics);
+    for (const explain::FoundParameter& p : f.parameters)
+      fmt::print("    {} = {:.4g} {} [{:.4g}, {:.4g}]\n", p.name, p.value, p.unit, p.low, p.high);
+    for (const explain::Place& w : f.where) fmt::print("    u {:.0f} to {:.0f} m\n", w.u_begin_m, w.u_end_m);
+    for (const explain::Rival& r : f.rivals)
+      if (!r.separable) fmt::print("    cannot be told from {}: {}\n", r.mechanism, r.separating_experiment);
+  }
+  for (const explain::Unexplained& u : findings.unexplained)
+    fmt::print("  unexplained: {} over {}\n", u.channel, u.locked_to);
+  for (const std::string& remark : findings.remarks) fmt::print("  {}\n", remark);
+  return 0;
+}
+
+}  // namespace crgexplain
