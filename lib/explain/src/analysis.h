@@ -23,6 +23,7 @@ class Analysis {
   Findings run();
 
  private:
+  using Index = Eigen::Index;
   struct Model {
     Fitted fitted;
     Eigen::VectorXd precision;
@@ -66,6 +67,9 @@ class Analysis {
   std::array<double, kRelationCount> sigma_{}, spread_{};
   static constexpr double kCell_m = 10.0;
   int cells_ = 0;
+  static constexpr double kStretch_m = 40.0;
+  Index stretches() const { return static_cast<Index>(cells_ * kCell_m / kStretch_m) + 2; }
+  static Index stretch(const Row& row) { return static_cast<Index>(row.u_m / kStretch_m); }
 };
 
 }  // namespace explain

@@ -115,6 +115,7 @@ Analysis::Model Analysis::model() const {
     }
   Index at = moves_.cols();
   for (const Accepted& a : accepted_) {
+    if (a.cells.empty()) continue;
     x.middleCols(at, a.columns.cols()) = a.columns;
     m.precision.segment(at, a.columns.cols()).setConstant(a.width > 0 ? 1.0 / (a.width * a.width) : 0.0);
     at += a.columns.cols();
@@ -200,6 +201,12 @@ Analysis::Exact Analysis::exact(std::size_t unknown, double start, const Model& 
   return best;
 }
 
+namespace {
+
+constexpr double kGrouped = 4.0;  ///< standard deviations between groups that a finding must reach
+
+}  // namespace
+
 bool Analysis::step(Findings& out) {
   const Model m = model();
   const std::vector<Family> families = candidates();
@@ -281,6 +288,15 @@ bool Analysis::step(Findings& out) {
         if (in[static_cast<std::size_t>(rows_.row[static_cast<std::size_t>(i)].fold)]) product += c[i] * m.fitted.e[i], energy += c[i] * c[i];
       if (energy <= 0 || product * t.amount > 0) kept += 1;
     }
+    // What is left once it is in, gathered by stretch of road (by time, for the road itself): errors
+    // of the stated curves return every lap and must not pass for it.
+    VectorXd groups = VectorXd::Zero(u.along_road ? static_cast<Index>(rows_.blocks) : stretches());
+    const double strength = c.squaredNorm() > 0 ? c.dot(m.fitted.e) / c.squaredNorm() : 0.0;
+    for (Index i = 0; i < c.size(); ++i) {
+      const Row& row = rows_.row[static_cast<std::size_t>(i)];
+      groups[u.along_road ? static_cast<Index>(row.block) : stretch(row)] += c[i] * (m.fitted.e[i] - strength * c[i]);
+    }
+    if (std::abs(c.dot(m.fitted.e)) < kGrouped * groups.norm()) continue;
     const double stability = kept / 20.0;
     if (stability < 0.8) continue;
 

@@ -257,7 +257,15 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       gear_now = vehicle::choose_gear(shell, speed0, gear_now);
       gear = gear_now;
     }
-    double drive = 0.0, inertia = (2 * p.axle(0, P::front_wheel_inertia_kgm2) + 2 * p.axle(1, P::front_wheel_inertia_kgm2)) / (radius[1] * radius[1]);
+    // What spins takes its part of the torque; how fast it speeds up is measured where it can be,
+    // because slip has to build up before a force does.
+    const auto spin = [&](Channel c, double rolling_m) {
+      const double rate = has(c) ? (s.wheels_in_mps ? dx[c][i] / rolling_m : dx[c][i]) : dvx / rolling_m;
+      return std::isfinite(rate) ? rate : dvx / rolling_m;
+    };
+    const double spin_front = spin(kWheelFront, radius[0]), spin_rear = spin(kWheelRear, radius[1]);
+    double drive = 0.0, inertia = 2 * p.axle(0, P::front_wheel_inertia_kgm2) * spin_front / radius[0] +
+                                  2 * p.axle(1, P::front_wheel_inertia_kgm2) * spin_rear / radius[1];
     const double thr = has(kThrottle) ? std::clamp(throttle[i], 0.0, 1.0) : kNaN;
     double torque = 0.0;
     if (!shifting && std::isfinite(thr)) {
@@ -283,7 +291,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
         boost = opening - lack * std::exp(-kStep * rate);
       }
       drive = torque * ratio / radius[1] * (torque > 0 ? p[P::gearbox_efficiency] : 1 / p[P::gearbox_efficiency]);
-      inertia += p[P::engine_inertia_kgm2] * ratio * ratio / (radius[1] * radius[1]);
+      inertia += p[P::engine_inertia_kgm2] * ratio * ratio * spin_rear / radius[1];
     }
     std::array<double, 2> brake{};
     double friction = 1.0;
@@ -358,7 +366,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     }
     const double rolling = set.rolling * (car.files.tyre[0].qsy1 * axle[0] + car.files.tyre[1].qsy1 * axle[1]) * car.terms[vehicle::Term::rolling_resistance];
     if (has(kThrottle) && !shifting) {
-      const double force = fx_axle[0] * std::cos(delta) + fx_axle[1] - side_drag - drag * air_x / std::max(1.0, air) - rolling - inertia * dvx;
+      const double force = fx_axle[0] * std::cos(delta) + fx_axle[1] - side_drag - drag * air_x / std::max(1.0, air) - rolling - inertia;
       out.r[Relation::kForceX][i] = sfx - force / mass;
     }
     if (has(kWheelRear) && has(kThrottle) && !shifting && !(brake_log > 3e4)) {
@@ -380,7 +388,13 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     if (has(kWheelRearDifference)) {
       const double factor = s.wheels_in_mps ? 1.0 : radius[1];
       const double locked = car.terms[vehicle::Term::locked_differential] + set.lock;
-      out.r[Relation::kDifferential][i] = x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked);
+      // Equal torques at unequal loads slip unequally, with an open differential too.
+      const double stiffness = vehicle::tyre_stiffness(car.files.tyre[1], axle[1] / 2, p.axle(1, P::front_tyre_pressure_pa)).slip_n *
+                               p.axle(1, P::front_tyre_slip_stiffness) * 2;
+      const double slip = set.slip * fx_axle[1] / std::max(1e3, stiffness);
+      const double moved = std::clamp(mass * sfy * h * (1 - roll_share_front) / track[1] / (axle[1] / 2), -0.8, 0.8);
+      const double unequal = vx * slip * (1 / (1 - moved) - 1 / (1 + moved)) * (1 - locked);
+      if (!shifting && has(kThrottle)) out.r[Relation::kDifferential][i] = x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal;
     }
   }
   return out;

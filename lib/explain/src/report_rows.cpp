@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 namespace {
 
 /// Below these a leftover is of no use to anyone who drives or tunes: in the relation's unit.
-constexpr std::array<double, kRelationCount> kLeast{0.004, 0.004, 0.08, 0.15, 0.25, 0.12, 0.15, 0.3, 0.2, 0.35, 0.25, 0.3, 0.3, 0.1};
+constexpr std::array<double, kRelationCount> kLeast{0.004, 0.004, 0.08, 0.2, 0.5, 0.12, 0.15, 0.3, 0.25, 0.4, 0.3, 0.4, 0.4, 0.15};
 
 }  // namespace
 
@@ -23,13 +23,21 @@ void Analysis::describe(Findings& out) {
   const Model m = model();
   const MatrixXd covariance = m.fitted.normal.solve(MatrixXd::Identity(m.fitted.x.cols(), m.fitted.x.cols()));
   constexpr double k90 = 1.645;
+  // What is wrong with the curves comes back at the same places every lap: the spread of a parameter
+  // is that between stretches of road, where it is larger than that of the noise.
+  const Index columns = m.fitted.x.cols();
+  MatrixXd pull = MatrixXd::Zero(columns, stretches());
+  for (Index i = 0; i < m.fitted.e.size(); ++i) pull.col(stretch(rows_.row[static_cast<std::size_t>(i)])) += m.fitted.e[i] * m.fitted.x.row(i).transpose();
+  const MatrixXd influence = m.fitted.normal.solve(pull);
+  const VectorXd spread = influence.rowwise().squaredNorm();
+  const auto deviation = [&](Index j) { return std::sqrt(std::max({0.0, covariance(j, j), spread[j]})); };
   for (std::size_t k = 0; k < refit_.size(); ++k) {
     const Unknown& u = inventory_.unknowns[refit_[k]];
     if (u.role != Role::kParameter) continue;
     const auto i = static_cast<Index>(k);
-    const double value = u.stated + amounts_[i], half = k90 * std::sqrt(std::max(0.0, covariance(i, i)));
+    const double value = u.stated + amounts_[i], half = k90 * std::hypot(deviation(i), u.form);
     ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false};
-    p.beyond_prior = std::abs(amounts_[i]) - half > 1.3 * u.width;
+    p.beyond_prior = std::abs(amounts_[i]) - half > u.width;
     out.parameters.push_back(p);
     if (!p.beyond_prior) continue;
     Finding f;
@@ -58,7 +66,7 @@ void Analysis::describe(Findings& out) {
     Finding& f = out.findings[at++];
     const Unknown& u = inventory_.unknowns[a.unknown];
     if (a.cells.empty()) {
-      const double half = k90 * std::sqrt(std::max(0.0, covariance(everywhere, everywhere)));
+      const double half = k90 * deviation(everywhere);
       const double value = amounts_[everywhere];
       f.parameters.push_back({u.name, u.unit, value, value - half, value + half});
       ++everywhere;
@@ -221,6 +229,7 @@ void Analysis::prove(Findings& out) {
   x.leftCols(moves_.cols()) = moves_;
   Index at = moves_.cols();
   for (const Accepted& a : accepted_) {
+    if (a.cells.empty()) continue;
     x.middleCols(at, a.columns.cols()) = a.columns;
     at += a.columns.cols();
   }

@@ -64,7 +64,7 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
         if (!(energy > 0)) continue;
         const VectorXd t = model.normal.solve(a);
         const double left = energy - a.dot(t);
-        if (!(left > 1e-4 * energy) || !(left > 1e-12)) continue;  // the model can do this already
+        if (!(left > 0.05 * energy) || !(left > 1e-12)) continue;  // the model can do this already
         Test test;
         test.family = f;
         test.begin = begin;

@@ -60,7 +60,7 @@ Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const st
   return out;
 }
 
-/// Value and slope of a local quadratic with triangular weights. NaN where samples are few or lie
+/// Value of a local quadratic with triangular weights, and its derivative. NaN where samples are few or lie
 /// on one side.
 void smooth(const Samples& s, double t0, std::size_t n, double half_s, std::vector<double>& x,
             std::vector<double>& dx) {
@@ -91,11 +91,12 @@ void smooth(const Samples& s, double t0, std::size_t n, double half_s, std::vect
     if (!(std::abs(det) > 1e-9)) continue;
     const double c0 = b[0] * (m[2] * m[4] - m[3] * m[3]) - m[1] * (b[1] * m[4] - m[3] * b[2]) +
                       m[2] * (b[1] * m[3] - m[2] * b[2]);
-    const double c1 = m[0] * (b[1] * m[4] - b[2] * m[3]) - b[0] * (m[1] * m[4] - m[3] * m[2]) +
-                      m[2] * (m[1] * b[2] - b[1] * m[2]);
     x[i] = c0 / det;
-    dx[i] = c1 / det / half_s;
   }
+  // The derivative of what was smoothed, not the slope of the fit: a rate that is logged itself and
+  // is smoothed the same way must agree with it at every frequency.
+  for (std::size_t i = 2; i + 2 < n; ++i)
+    dx[i] = (8 * (x[i + 1] - x[i - 1]) - (x[i + 2] - x[i - 2])) / (12 * Signals::kStep_s);
 }
 
 /// The rotation and shift that bring a driven lap onto the reference line, if one fits.

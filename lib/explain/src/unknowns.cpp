@@ -50,7 +50,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   const bool lateral = any(logs, kVy) && any(logs, kSteer);
 
   // Parameters of the stated car.
-  const auto parameter = [&](const char* id, const char* name, std::vector<P> which, double least_share) {
+  const auto parameter = [&](const char* id, const char* name, std::vector<P> which, double form_share) {
     Unknown u;
     u.id = id;
     u.kind = "parameter";
@@ -62,7 +62,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     u.unit = std::string(vehicle::parameter_list()[index].unit);
     u.width = car.prior[index] * (value != 0 ? std::abs(value) : 1.0);
     u.step = 0.02 * std::abs(value) + 1e-9;
-    u.least = least_share * std::abs(value);
+    u.form = form_share * std::abs(value);
     u.physics = fmt::format("the stated {} is off", name);
     u.equation = fmt::format("{} = stated + change", name);
     // The others change by the same share as the first.
@@ -71,27 +71,27 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     };
     out.unknowns.push_back(u);
   };
-  if (engine || lateral) parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.0);
+  if (engine || lateral) parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.02);
   else no("parameter.mass", "neither throttle nor steering with lateral speed is logged");
   if (engine) {
-    parameter("parameter.drag", "aero.drag_area_m2", {P::aero_drag_area_m2}, 0.0);
-    parameter("parameter.engine_torque", "engine.torque", {P::engine_torque}, 0.0);
-    parameter("parameter.throttle_gain", "throttle.gain", {P::throttle_gain}, 0.0);
+    parameter("parameter.drag", "aero.drag_area_m2", {P::aero_drag_area_m2}, 0.1);
+    parameter("parameter.engine_torque", "engine.torque", {P::engine_torque}, 0.03);
+    parameter("parameter.throttle_gain", "throttle.gain", {P::throttle_gain}, 0.05);
   } else {
     for (const char* id : {"parameter.drag", "parameter.engine_torque", "parameter.throttle_gain"}) no(id, "no throttle in the log");
   }
-  if (brake && engine) parameter("parameter.brake_gain", "brake.gain", {P::brake_gain}, 0.0);
+  if (brake && engine) parameter("parameter.brake_gain", "brake.gain", {P::brake_gain}, 0.02);
   else no("parameter.brake_gain", "no brake pressure or no throttle in the log");
   if (lateral) {
-    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.0);
-    parameter("parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", {P::chassis_yaw_inertia_kgm2}, 0.0);
-    parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.0);
-    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.0);
-    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.0);
-    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.0);
-    parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.0);
-    parameter("parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", {P::rear_tyre_cornering_stiffness}, 0.0);
-    if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.0);
+    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.05);
+    parameter("parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", {P::chassis_yaw_inertia_kgm2}, 0.05);
+    parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.12);
+    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.12);
+    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.15);
+    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.15);
+    parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.12);
+    parameter("parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", {P::rear_tyre_cornering_stiffness}, 0.12);
+    if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.04);
     else no("parameter.steering_ratio", "the log has the road wheels' angle itself: see sensor.gain of it");
   } else {
     for (const char* id : {"parameter.cog", "parameter.yaw_inertia", "parameter.downforce", "parameter.tyre_grip", "parameter.tyre_stiffness", "parameter.steering_ratio"})
@@ -130,16 +130,18 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (!any(logs, kWheelFront) && !any(logs, kWheelRear)) no("parameter.wheel_radius", "no wheel speeds in the log");
   if (engine) {
     for (std::size_t k = 0; k < 4; ++k)
-      curve("engine map", 0.05, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });
+      curve("engine map", 0.08, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });
     curve("rolling resistance", 0.5, [](Setting& s, double amount) { s.rolling += amount; });
     if (any(logs, kWheelRear)) curve("slip stiffness", 0.3, [](Setting& s, double amount) { s.slip += amount; });
   }
+  if (lateral && car.terms[Term::tyre_combined_slip] > 0)
+    curve("combined slip", 0.5, [](Setting& s, double amount) { s.combined += amount; });
   if (lateral)
     for (std::size_t k = 0; k < 2; ++k) {
-      curve("tyre curve", 0.05, [k](Setting& s, double amount) { s.curve[k] += amount; });
-      curve("tyre curve", 0.05, [k](Setting& s, double amount) { s.curve2[k] += amount; });
-      curve("tyre load", 0.05, [k](Setting& s, double amount) { s.load_curve[k] += amount; });
-      curve("side force", 0.05, [k](Setting& s, double amount) { s.drop[k] += amount; });
+      curve("tyre curve", 0.25, [k](Setting& s, double amount) { s.curve[k] += amount; });
+      curve("tyre curve", 0.15, [k](Setting& s, double amount) { s.curve2[k] += amount; });
+      curve("tyre load", 0.2, [k](Setting& s, double amount) { s.load_curve[k] += amount; });
+      curve("side force", 0.1, [k](Setting& s, double amount) { s.drop[k] += amount; });
     }
 
   // Sensors: whatever a redundant relation sees.
@@ -177,7 +179,11 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (vy) sensor(kVy, "m/s", 0.05, 0.03, false, false);
   sensor(kVx, "m/s", 0.1, 0.08, true, true);
   if (any(logs, kWheelFront)) sensor(kWheelFront, logs.front().wheels_in_mps ? "m/s" : "rad/s", 0, 0, false, true);
-  if (lateral && !commanded(logs, kSteer)) sensor(kSteer, "rad", 0.002, 0.0015, true, true);
+  if (lateral && !commanded(logs, kSteer)) {
+    sensor(kSteer, "rad", 0.002, 0.002, true, true);
+    for (Unknown& u : out.unknowns)
+      if (u.id == "sensor.gain" && u.channel == column(logs, kSteer)) u.least = 0.06;
+  }
   if (brake && engine && !commanded(logs, kBrakeFront)) {
     // Both circuits have one clock.
     Unknown u;
@@ -351,7 +357,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     term("vehicle.tyre_combined_slip", Term::tyre_combined_slip, "tyre_combined_slip", 0.3, 0.3, "braking and driving take side force away", [](Setting& s, double v) { s.combined += v; });
     term("vehicle.tyre_relaxation", Term::tyre_relaxation, "tyre_relaxation", 0.3, 0.4, "side force builds up over a distance", [](Setting& s, double v) { s.relaxation += v; });
     if (car.terms[Term::aero_ride_height] == 0.0)
-      physics("vehicle.aero_ride_height", "vehicle", "downforce lost per kPa", "1", 0.05, 0.04, false, "downforce changes as the car sinks",
+      physics("vehicle.aero_ride_height", "vehicle", "downforce lost per kPa", "1", 0.05, 0.12, false, "downforce changes as the car sinks",
               "A = A0 (1 - k q)", "constant-speed runs at two ride heights", [](Setting& s, double v) { s.ride += v; });
     else no("vehicle.aero_ride_height", "the stated car has it; see parameter.downforce");
   } else {

@@ -27,6 +27,7 @@ struct Unknown {
   double width = 0.0;    ///< prior: one standard deviation, in the unit
   double step = 0.01;    ///< of the derivative; about the size that matters
   double least = 0.0;    ///< smaller amounts are not worth a finding
+  double form = 0.0;     ///< one standard deviation of what quasi-static relations and stated curves get wrong
   bool along_road = false;      ///< acts where the road is wrong: scanned over u
   bool one_sided = false;       ///< only a positive amount makes sense
   std::function<void(Setting&, double)> set;  ///< adds an amount to the setting

@@ -1,0 +1,73 @@
+// The car of the blind trials: a planar double-track model of its own. It shares nothing with
+// lib/vehicle: brush tyres, fourth-order Runge-Kutta, a road that is a formula.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace trials {
+
+/// A closed track in polar form with hills and banking as sums of sines.
+struct Track {
+  double length_m = 0.0;
+  std::vector<double> x, y, heading, curvature;  ///< nodes 1 m apart (step_m), closed
+  double step_m = 1.0;
+  std::array<double, 3> hill{}, hill_phase{};
+  double bank_base = 0.0;
+
+  struct Point {
+    double x, y, heading, curvature;
+  };
+  Point at(double s) const;
+  double height(double s) const;
+  double grade(double s) const;
+  double bank(double s) const;
+  double vertical(double s) const;
+};
+Track make_track(double radius_m, double a2, double a3, double a5, double phase);
+
+/// What the simulation will not know about.
+struct Effect {
+  std::string mechanism, channel;
+  double amount = 0.0;
+  double begin_m = 0.0, end_m = 0.0;  ///< of road effects
+  double extra = 0.0;                 ///< rise time, direction, ...
+};
+
+struct TruthCar {
+  double mass = 740, a = 1.62, b = 1.38, h = 0.29, inertia = 950, track_f = 1.58, track_r = 1.54;
+  double mu_f = 1.55, mu_r = 1.6, mu_load = 0.12, c_f = 24, c_r = 27, ck = 30;  ///< per nominal load
+  double load_f = 3500, load_r = 4000;
+  double roll_front = 0.55;
+  double drag = 0.95, lift_f = 1.0, lift_r = 1.5, density = 1.2, rolling = 0.013;
+  double torque = 300, torque_peak = 560, torque_width = 700, engine_drag = 25;
+  double engine_inertia = 0.09, wheel_inertia = 0.9, radius_f = 0.318, radius_r = 0.32, final_drive = 3.0;
+  std::array<double, 6> ratio{2.9, 2.1, 1.65, 1.36, 1.16, 1.02};
+  double brake_f = 2.0e-4 * 4, brake_r = 1.25e-4 * 4;  ///< N m per Pa and axle
+  double efficiency = 0.95;
+  std::vector<Effect> effects;
+
+  double engine_nm(double omega, double throttle) const;
+};
+
+/// x, y, yaw, vx, vy, r, front wheels, rear left, rear right, boost, warmth, heat, load transfers x y,
+/// lagged slips front rear, time.
+using State = std::array<double, 17>;
+struct Commands {
+  double steer = 0, throttle = 0, brake_pa = 0;
+  int gear = 3;
+};
+struct Output {
+  double ax = 0, ay = 0, az = 0, fz_front = 0, fz_rear = 0, s = 0, v = 0;
+};
+
+/// One millisecond. `s_m` is the place on the track, moved on.
+void advance(const TruthCar& car, const Track& track, State& state, const Commands& c, double& s_m, Output* out);
+
+/// Where (x, y) lies: arc length near `s_m` and offset to the left.
+std::pair<double, double> project(const Track& track, double x, double y, double s_m);
+
+}  // namespace trials
