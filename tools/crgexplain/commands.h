@@ -20,4 +20,13 @@ struct RunCommand {
 };
 int run(const RunCommand& command);
 
+struct TrialsCommand {
+  std::string what;       ///< make, run or score
+  std::string folder, generator;
+  int count = 64;
+  long long seed = 1;
+  unsigned threads = 0;
+};
+int trials(const TrialsCommand& command);
+
 }  // namespace crgexplain

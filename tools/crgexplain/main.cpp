@@ -29,6 +29,24 @@ int main(int argc, char** argv) {
   run_app->add_option("-o,--out", analysis.out_path, "Folder for findings.json and the corrected inputs")->required();
   run_app->callback([&] { run = [&] { return crgexplain::run(analysis); }; });
 
+  crgexplain::TrialsCommand trials;
+  CLI::App* const trials_app = app.add_subcommand("trials", "Blind trials: recordings from another car with sealed truths");
+  trials_app->require_subcommand(1);
+  CLI::App* const make_app = trials_app->add_subcommand("make", "Draws recordings and seals the truths (SHA256SUMS)");
+  make_app->add_option("--generator", trials.generator, "The program make_trials of the tests")->required();
+  make_app->add_option("--count", trials.count, "How many")->check(CLI::Range(1, 9999));
+  make_app->add_option("--seed", trials.seed, "Another seed, other trials");
+  CLI::App* const trial_run_app = trials_app->add_subcommand("run", "Explains every recording; sees no truth");
+  trial_run_app->add_option("--threads", trials.threads, "0: all")->check(CLI::Range(0, 256));
+  CLI::App* const score_app = trials_app->add_subcommand("score", "Opens the seals and prints how often it was right");
+  for (CLI::App* sub : {make_app, trial_run_app, score_app}) {
+    sub->add_option("folder", trials.folder, "Folder of the trials")->required();
+    sub->callback([&, sub] {
+      trials.what = sub->get_name();
+      run = [&] { return crgexplain::trials(trials); };
+    });
+  }
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

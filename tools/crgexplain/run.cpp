@@ -7,6 +7,8 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "explain/explain.h"
+#include "explain/page.h"
+#include "explain/write_back.h"
 #include "vehicle/error.h"
 #include "vehicle/write_file.h"
 
@@ -16,11 +18,12 @@ int run(const RunCommand& command) {
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
   const crg::Surface surface(crg::read(command.track_path));
   std::vector<explain::Signals> logs;
-  explain::Mapping mapping;
+  explain::Mapping mapping, used;
   if (!command.mapping_path.empty()) mapping = explain::read_mapping(command.mapping_path);
   for (const std::string& path : command.recording_paths) {
     const vehicle::Table table = vehicle::read_table(path);
-    logs.push_back(explain::make_signals(table, command.mapping_path.empty() ? explain::identity_mapping(table) : mapping, surface, path));
+    used = command.mapping_path.empty() ? explain::identity_mapping(table) : mapping;
+    logs.push_back(explain::make_signals(table, used, surface, path));
   }
   explain::ExplainOptions options;
   options.hold_out.insert(command.hold_out.begin(), command.hold_out.end());
@@ -33,6 +36,24 @@ int run(const RunCommand& command) {
   if (terminal) std::fprintf(stderr, "\r\033[K");
   std::filesystem::create_directories(command.out_path);
   vehicle::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
+  vehicle::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, car.name + " on " + std::filesystem::path(command.track_path).stem().string()));
+  // The corrected inputs, and nothing left over from an earlier run.
+  std::string track = command.track_path, vehicle = command.vehicle_path, again;
+  for (const char* name : {"/track.crg", "/vehicle.yaml", "/mapping.yaml"}) std::filesystem::remove(command.out_path + name);
+  if (const auto road = explain::corrected_road(surface.file(), findings)) {
+    track = command.out_path + "/track.crg";
+    crg::write(*road, track, surface.file().format);
+  }
+  if (const std::string text = explain::corrected_vehicle(command.vehicle_path, car, findings); !text.empty()) {
+    vehicle = command.out_path + "/vehicle.yaml";
+    vehicle::write_file(vehicle, text);
+  }
+  if (const auto corrected = explain::corrected_mapping(used, findings)) {
+    again = " --mapping " + command.out_path + "/mapping.yaml";
+    vehicle::write_file(command.out_path + "/mapping.yaml", explain::format_mapping(*corrected));
+  } else if (!command.mapping_path.empty()) {
+    again = " --mapping " + command.mapping_path;
+  }
 
   fmt::print("verdict: {}\n", findings.verdict);
   for (const explain::Finding& f : findings.findings) {
@@ -46,6 +67,15 @@ int run(const RunCommand& command) {
   for (const explain::Unexplained& u : findings.unexplained)
     fmt::print("  unexplained: {} over {}\n", u.channel, u.locked_to);
   for (const std::string& remark : findings.remarks) fmt::print("  {}\n", remark);
+  if (track != command.track_path) fmt::print("corrected road: {}\n", track);
+  if (vehicle != command.vehicle_path) fmt::print("corrected car: {}\n", vehicle);
+  fmt::print("{0}/report.html, {0}/findings.json\n", command.out_path);
+  if (!findings.findings.empty()) {
+    std::string recordings;
+    for (const std::string& path : command.recording_paths) recordings += " " + path;
+    fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {} -o lap.csv\n", track, vehicle);
+    fmt::print("look again: crgexplain run --track {} --vehicle {} --recordings{}{} -o {}/again\n", track, vehicle, recordings, again, command.out_path);
+  }
   return 0;
 }
 

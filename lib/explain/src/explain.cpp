@@ -81,8 +81,8 @@ void Analysis::weigh() {
     for (double& x : sorted) x = std::abs(x - median);
     std::nth_element(sorted.begin(), middle, sorted.end());
     const double sigma = std::max(1e-6, 1.4826 * *middle);
-    // Outliers count as 4 sigma.
-    for (double& x : values) x = std::clamp(x, -4 * sigma, 4 * sigma);
+    // Outliers count as 4 sigma. A constant error is no noise: it is what is to be found.
+    for (double& x : values) x = std::clamp(x - median, -4 * sigma, 4 * sigma);
     double variance = 0;
     for (const double x : values) variance += x * x / static_cast<double>(values.size());
     double factor = 1.0;
@@ -94,7 +94,7 @@ void Analysis::weigh() {
     sigma_[relation] = std::sqrt(variance);
     spread_[relation] = std::clamp(factor, 0.5, 10.0);
     const double w = 1.0 / std::sqrt(variance * spread_[relation]);
-    for (const Index i : at) weight_[i] = w * std::min(1.0, 4 * sigma / (std::abs(e[i]) + 1e-300));
+    for (const Index i : at) weight_[i] = w * std::min(1.0, 4 * sigma / (std::abs(e[i] - median) + 1e-300));
   }
 }
 
@@ -271,7 +271,7 @@ bool Analysis::step(Findings& out) {
     const Tried& t = tried[k];
     const Unknown& u = inventory_.unknowns[t.unknown];
     if (std::abs(t.test.z) < s.threshold && std::sqrt(t.gain) < s.threshold) continue;
-    if (std::abs(t.amount) < u.least) continue;
+    if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     const std::vector<double> g = gains(t);
     const auto [cv, se] = total(g);
     if (!(cv > 2 * se) && !(cv > 0.8 * t.gain && cv > 3 * se * 0.5)) continue;
@@ -329,7 +329,7 @@ bool Analysis::step(Findings& out) {
       r.cv_gain = total(gains(other)).first;
       // A likelihood ratio of e^4 is beyond doubt however alike the columns are.
       r.separable = !(t.gain - other.gain < 8.0 || (cosine > 0.95 && lead < 2 * lead_se && t.gain - other.gain < 25.0));
-      if (std::abs(other.amount) < o.least) r.separable = true;
+      if (std::abs(other.amount) < o.least || std::abs(other.amount) > o.most) continue;
       r.separating_experiment = o.separating.empty() ? u.separating : u.separating + "; or: " + o.separating;
       found.rivals.push_back(r);
     }
@@ -379,9 +379,15 @@ Findings Analysis::run() {
   describe(out);
   leftovers(out);
   prove(out);
+  // Two components of one thing are one finding.
+  for (std::size_t k = 0; k < out.findings.size(); ++k)
+    for (std::size_t l = out.findings.size(); l-- > k + 1;) {
+      Finding &a = out.findings[k], &b = out.findings[l];
+      if (a.mechanism != b.mechanism || a.channel != b.channel || a.kind != "environment") continue;
+      a.parameters.insert(a.parameters.end(), b.parameters.begin(), b.parameters.end());
+      out.findings.erase(out.findings.begin() + static_cast<std::ptrdiff_t>(l));
+    }
   out.untestable = inventory_.untestable;
-  const bool parameter = std::any_of(out.findings.begin(), out.findings.end(), [](const Finding& f) { return f.kind == "parameter"; });
-  (void)parameter;
   bool tie = false;
   for (const Finding& f : out.findings)
     for (const Rival& r : f.rivals) tie = tie || !r.separable;

@@ -138,12 +138,10 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     radius[i] = set.wheel_radius[i] * vehicle::rolling_radius(tyre, load0[i], tyre.unloaded_radius_m * tyre.qre0, deflection);
   }
   const double roll_share_front = roll[0] / (roll[0] + roll[1]);
-  // Means of the road's camber and curvature terms that the states below remember.
+  // What the car remembers from one step to the next.
   double boost = 0.0, heat = 0.0;
   std::array<double, 2> last_alpha{kNaN, kNaN};
   double wear = 0.0;  // what the tyres have warmed up by, 0 cold to 1
-  const bool disc_known = false;
-  (void)disc_known;
   int gear_now = 1;
   vehicle::Car<double> shell;  // only for choose_gear
   bool shell_made = false;

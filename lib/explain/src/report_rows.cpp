@@ -38,6 +38,11 @@ void Analysis::describe(Findings& out) {
     const double value = u.stated + amounts_[i], half = k90 * std::hypot(deviation(i), u.form);
     ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false};
     p.beyond_prior = std::abs(amounts_[i]) - half > u.width;
+    if (std::abs(amounts_[i]) > 7.9 * u.width) {
+      out.remarks.push_back(fmt::format("{}: the refit runs into its limit at {:.4g} {}; these recordings do not determine it", u.name, value, u.unit));
+      p.beyond_prior = false;
+    }
+    p.beyond_prior = p.beyond_prior && !u.assumed;
     out.parameters.push_back(p);
     if (!p.beyond_prior) continue;
     Finding f;
@@ -66,7 +71,7 @@ void Analysis::describe(Findings& out) {
     Finding& f = out.findings[at++];
     const Unknown& u = inventory_.unknowns[a.unknown];
     if (a.cells.empty()) {
-      const double half = k90 * deviation(everywhere);
+      const double half = k90 * std::hypot(deviation(everywhere), 0.25 * u.least);
       const double value = amounts_[everywhere];
       f.parameters.push_back({u.name, u.unit, value, value - half, value + half});
       ++everywhere;

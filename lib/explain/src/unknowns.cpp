@@ -59,6 +59,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     const auto index = static_cast<std::size_t>(which.front());
     const double value = car.parameters.value[index];
     u.stated = value;
+    u.assumed = car.assumed[index];
     u.unit = std::string(vehicle::parameter_list()[index].unit);
     u.width = car.prior[index] * (value != 0 ? std::abs(value) : 1.0);
     u.step = 0.02 * std::abs(value) + 1e-9;
@@ -168,8 +169,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
       one("bias", "bias", unit, bias_step, bias_least, false, "logged = true + bias", [c](Setting& s, double v) { s.sensor[c].bias += v; });
     if (gain) one("gain", "gain error", "1", 0.01, 0.007, false, "logged = (1 + gain error) * true", [c](Setting& s, double v) { s.sensor[c].gain += v; });
     if (timing) {
-      one("delay", "delay", "s", 0.02, 0.01, true, "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; });
-      one("low_pass", "time constant", "s", 0.05, 0.015, true, "T d(logged)/dt = true - logged", [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; });
+      one("delay", "delay", "s", 0.02, 0.006, true, "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; });
+      one("low_pass", "time constant", "s", 0.05, 0.006, true, "T d(logged)/dt = true - logged", [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; });
     }
   };
   if (rate) sensor(kYawRate, "rad/s", 0.005, 0.0015, true, true);
@@ -179,10 +180,18 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (vy) sensor(kVy, "m/s", 0.05, 0.03, false, false);
   sensor(kVx, "m/s", 0.1, 0.08, true, true);
   if (any(logs, kWheelFront)) sensor(kWheelFront, logs.front().wheels_in_mps ? "m/s" : "rad/s", 0, 0, false, true);
+  // Slip has to build up before a wheel follows the car, and the road wheel before the tyre.
+  const auto at_least = [&](Channel c, double seconds) {
+    for (Unknown& u : out.unknowns)
+      if ((u.id == "sensor.delay" || u.id == "sensor.low_pass") && u.channel == column(logs, c)) u.least = seconds;
+  };
+  at_least(kWheelFront, 0.02);
+  at_least(kVx, 0.015);
   if (lateral && !commanded(logs, kSteer)) {
     sensor(kSteer, "rad", 0.002, 0.002, true, true);
     for (Unknown& u : out.unknowns)
       if (u.id == "sensor.gain" && u.channel == column(logs, kSteer)) u.least = 0.06;
+    at_least(kSteer, 0.015);
   }
   if (brake && engine && !commanded(logs, kBrakeFront)) {
     // Both circuits have one clock.
@@ -376,6 +385,14 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   else
     physics("vehicle.differential", "vehicle", "locked share", "1", 0.2, 0.15, true, "the driven wheels are coupled",
             "omega_l - omega_r = -(1 - k) track r / R", "slow tight circles, power on and off", [](Setting& s, double v) { s.lock += v; });
+  static const std::vector<std::pair<std::string, double>> kMost{
+      {"sensor.gain", 0.5}, {"sensor.delay", 1.0}, {"sensor.low_pass", 5.0}, {"sensor.misalignment", 0.3}, {"sensor.lever_arm", 4.0},
+      {"road.banking", 0.3}, {"road.grade", 0.2}, {"road.friction", 0.6}, {"vehicle.turbo_lag", 0.95}, {"vehicle.throttle_dead_time", 0.5},
+      {"vehicle.brake_dead_time", 0.5}, {"vehicle.steering_dead_time", 0.3}, {"vehicle.steering_lag", 0.5}, {"vehicle.tyre_thermal", 0.6},
+      {"vehicle.brake_friction_temperature", 0.9}, {"environment.wind", 25.0}, {"vehicle.fuel_burn", 0.6}, {"vehicle.differential", 1.3}};
+  for (Unknown& u : out.unknowns)
+    for (const auto& [id, most] : kMost)
+      if (u.id == id) u.most = most;
   return out;
 }
 

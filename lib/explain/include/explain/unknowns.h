@@ -23,10 +23,12 @@ struct Unknown {
   std::string name, unit;            ///< of the amplitude
   std::string physics, equation;
   Role role = Role::kCandidate;
+  bool assumed = false;  ///< the vehicle file says that nobody knows it: refitted, never a finding
   double stated = 0.0;   ///< value in the simulation
   double width = 0.0;    ///< prior: one standard deviation, in the unit
   double step = 0.01;    ///< of the derivative; about the size that matters
   double least = 0.0;    ///< smaller amounts are not worth a finding
+  double most = 1e300;   ///< larger amounts are no physics but the sign of something else
   double form = 0.0;     ///< one standard deviation of what quasi-static relations and stated curves get wrong
   bool along_road = false;      ///< acts where the road is wrong: scanned over u
   bool one_sided = false;       ///< only a positive amount makes sense

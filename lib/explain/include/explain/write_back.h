@@ -1,0 +1,26 @@
+// The corrected inputs: what a finding changes in road, car and mapping.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "crg/file.h"
+#include "explain/findings.h"
+#include "explain/mapping.h"
+#include "vehicle/vehicle_file.h"
+
+namespace explain {
+
+/// The road with the profiles of the findings of kind road that are heights (banking, grade,
+/// vertical curvature) added to its grid; nothing when there are none. Throws crg's or vehicle's
+/// error when the file's modifiers cannot be worked in.
+std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& findings);
+
+/// The vehicle file's text with terms and parameters as found: paths as in the original, made
+/// absolute. Empty when nothing about the car was found.
+std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings);
+
+/// The mapping with sensor findings taken out; nothing when there are none.
+std::optional<Mapping> corrected_mapping(const Mapping& mapping, const Findings& findings);
+
+}  // namespace explain

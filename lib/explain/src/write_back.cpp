@@ -1,0 +1,161 @@
+#include "explain/write_back.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "crg/edit.h"
+#include "vehicle/error.h"
+
+namespace explain {
+
+std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& findings) {
+  const auto height = [](const Finding& f) { return f.mechanism == "road.banking" || f.mechanism == "road.grade" || f.mechanism == "road.vertical_curvature"; };
+  if (std::none_of(findings.findings.begin(), findings.findings.end(), height)) return std::nullopt;
+  crg::Crg out = crg::crop(road, {});  // works the modifiers in
+  out.z_double_m.clear();
+  const std::size_t rows = out.grid.rows(), columns = out.grid.columns();
+  for (const Finding& f : findings.findings) {
+    if (!height(f) || f.profile.size() < 2) continue;
+    // Between the middles of the cells linearly, to nothing outside.
+    std::vector<double> along(rows, 0.0);
+    const double cell = f.profile[1].u_m - f.profile[0].u_m;
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double place = (static_cast<double>(i) * out.grid.u_step_m - f.profile.front().u_m) / cell;
+      const auto k = static_cast<std::ptrdiff_t>(std::floor(place));
+      const double part = place - static_cast<double>(k);
+      const auto value = [&](std::ptrdiff_t j) { return j < 0 || j >= static_cast<std::ptrdiff_t>(f.profile.size()) ? 0.0 : f.profile[static_cast<std::size_t>(j)].value; };
+      along[i] = (1 - part) * value(k) + part * value(k + 1);
+    }
+    std::vector<double> rise(rows, 0.0);
+    const bool curvature = f.mechanism == "road.vertical_curvature";
+    if (f.mechanism != "road.banking") {
+      // Grade is the derivative of the height, curvature the second; what does not come back to
+      // zero at the end is spread over the lap.
+      const auto integrate = [&](std::vector<double>& v) {
+        double sum = 0;
+        for (double& x : v) sum += x * out.grid.u_step_m, x = sum;
+        const double left = v.back();
+        for (std::size_t i = 0; i < rows; ++i) v[i] -= left * static_cast<double>(i) / static_cast<double>(rows - 1);
+      };
+      rise = along;
+      integrate(rise);
+      if (curvature) {
+        double mean = 0;
+        for (const double x : rise) mean += x / static_cast<double>(rows);
+        for (double& x : rise) x -= mean;
+        integrate(rise);
+      }
+    }
+    for (std::size_t i = 0; i < rows; ++i)
+      for (std::size_t j = 0; j < columns; ++j)
+        out.grid.at(i, j) += static_cast<float>(f.mechanism == "road.banking" ? along[i] * out.grid.v_m[j] : rise[i]);
+  }
+  out.comment.push_back("heights corrected by crgexplain from recordings");
+  return out;
+}
+
+std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings) {
+  // What each finding means in the words of a vehicle file.
+  std::map<std::string, double> parameters, terms;
+  std::vector<std::string> remarks;
+  for (const Finding& f : findings.findings) {
+    const auto value = [&](std::size_t k) { return f.parameters.at(k).value; };
+    const auto set = [&](const char* name, double x) { parameters[name] = x; };
+    if (f.parameters.empty()) continue;
+    if (f.kind == "parameter") {
+      if (vehicle::find_parameter(f.parameters[0].name)) set(f.parameters[0].name.c_str(), value(0));
+      else remarks.push_back(fmt::format("{}: {} = {:.5g}; change the tyre's radius by this share", f.mechanism, f.parameters[0].name, value(0)));
+    } else if (f.mechanism == "vehicle.turbo_lag") {
+      terms["turbo_lag"] = 1;
+      set("turbo.share", std::clamp(value(0), 0.0, 0.95));
+      const std::size_t at = f.equation.rfind("rise ");
+      if (at != std::string::npos) set("turbo.rise_s", std::atof(f.equation.c_str() + at + 5));
+    } else if (f.mechanism == "vehicle.throttle_dead_time" || f.mechanism == "vehicle.brake_dead_time" || f.mechanism == "vehicle.steering_dead_time") {
+      const std::string name = f.mechanism.substr(8, f.mechanism.find("_dead") - 8);
+      const bool had = car.terms[*vehicle::find_term(name + "_actuator")] > 0;
+      terms[name + "_actuator"] = 1;
+      const auto p = *vehicle::find_parameter(name + ".dead_time_s");
+      parameters[name + ".dead_time_s"] = std::clamp((had ? car.parameters[p] : 0.0) + value(0), 0.0, 0.2);
+      if (!had) parameters[name + ".lag_s"] = 0;
+    } else if (f.mechanism == "vehicle.steering_lag") {
+      terms["steering_actuator"] = 1;
+      set("steering.lag_s", std::max(0.0, value(0) / 2));
+    } else if (f.mechanism == "environment.wind") {
+      double x = 0, y = 0;
+      for (const FoundParameter& p : f.parameters) (p.name.ends_with("+x") ? x : y) = p.value;
+      terms["wind"] = 1;
+      set("environment.wind_mps", std::hypot(x, y));
+      set("environment.wind_heading_rad", std::atan2(y, x));
+    } else if (f.mechanism == "vehicle.differential") {
+      terms["locked_differential"] = 1;
+      terms["limited_slip"] = 0;
+    } else if (f.kind == "vehicle" || f.kind == "environment") {
+      remarks.push_back(fmt::format("{}: {} = {:.5g} {}; the vehicle file has no single parameter for it: set the term and its map by hand", f.mechanism,
+                                    f.parameters[0].name, value(0), f.parameters[0].unit));
+      if (f.mechanism == "vehicle.tyre_thermal") terms["tyre_thermal"] = 1;
+      if (f.mechanism == "vehicle.fuel_burn") terms["fuel_burn"] = 1;
+      if (f.mechanism.starts_with("vehicle.tyre_") && f.mechanism != "vehicle.tyre_thermal") terms[f.mechanism.substr(8)] = 1;
+    }
+  }
+  if (parameters.empty() && terms.empty() && remarks.empty()) return "";
+  YAML::Node root = YAML::LoadFile(vehicle_path);
+  const std::filesystem::path folder = std::filesystem::absolute(vehicle_path).parent_path();
+  for (const char* section : {"tyres", "maps"})
+    if (root[section])
+      for (auto entry : root[section])
+        if (entry.first.as<std::string>() != "alpha") entry.second = (folder / entry.second.as<std::string>()).lexically_normal().string();
+  // A setup sheet is read after the parameters and would undo them: its values move into the file.
+  if (root["setup"]) {
+    for (std::size_t k = 0; k < vehicle::kParameterCount; ++k)
+      if (car.stated[k]) {
+        const std::string name(vehicle::parameter_list()[k].name);
+        if (!root["parameters"] || !root["parameters"][name]) root["parameters"][name] = car.parameters.value[k];
+        else if (root["parameters"][name].IsMap()) root["parameters"][name]["value"] = car.parameters.value[k];
+        else root["parameters"][name] = car.parameters.value[k];
+      }
+    root.remove("setup");
+  }
+  for (const auto& [name, value] : parameters) {
+    const vehicle::ParameterInfo& info = vehicle::parameter_list()[static_cast<std::size_t>(*vehicle::find_parameter(name))];
+    const double kept = std::clamp(value, info.low, info.high);
+    if (root["parameters"] && root["parameters"][name] && root["parameters"][name].IsMap()) root["parameters"][name]["value"] = kept;
+    else root["parameters"][name] = kept;
+  }
+  for (const auto& [name, value] : terms) root["terms"][name] = value;
+  YAML::Emitter yaml;
+  yaml.SetDoublePrecision(9);
+  yaml << root;
+  std::string out = "# Corrected by crgexplain; see findings.json.\n";
+  for (const std::string& remark : remarks) out += "# " + remark + "\n";
+  return out + yaml.c_str() + "\n";
+}
+
+std::optional<Mapping> corrected_mapping(const Mapping& mapping, const Findings& findings) {
+  Mapping out = mapping;
+  bool changed = false;
+  for (const Finding& f : findings.findings) {
+    if (f.kind != "sensor" || f.parameters.empty()) continue;
+    const double value = f.parameters[0].value;
+    if (f.mechanism == "sensor.misalignment") out.imu_yaw_rad += value, changed = true;
+    if (f.mechanism == "sensor.lever_arm") out.imu_ahead_m += value, changed = true;
+    for (ColumnMap& m : out.columns) {
+      // A finding about the mean of two columns names both.
+      if (("," + f.channel + ",").find("," + m.column + ",") == std::string::npos) continue;
+      if (f.mechanism == "sensor.bias") m.offset -= value;
+      else if (f.mechanism == "sensor.gain") m.scale /= 1 + value, m.offset /= 1 + value;
+      else if (f.mechanism == "sensor.delay") m.delay_s += value;
+      else if (f.mechanism == "sensor.low_pass") m.low_pass_s = std::max(0.0, m.low_pass_s + value);
+      else continue;
+      changed = true;
+    }
+  }
+  if (!changed) return std::nullopt;
+  return out;
+}
+
+}  // namespace explain

@@ -1,0 +1,97 @@
+#include "explain/mapping.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/temporary_folder.h"
+#include "vehicle/error.h"
+
+namespace explain {
+namespace {
+
+/// A car that goes round a circle of 100 m to the left with changing speed, written in the manner
+/// of another logger: km/h, degrees, heading from +y clockwise, right turns positive.
+vehicle::Table foreign() {
+  vehicle::Table t;
+  for (const char* name : {"Time [ms]", "posx(m)", "posy(m)", "heading(deg)", "speed(km/h)", "yawrate(deg/s)", "tyre noise"}) t.add(name, {});
+  double angle = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double s = 0.02 * i, v = 20 + 5 * std::sin(s), rate = v / 100;
+    t.columns[0].push_back(1000 * s);
+    t.columns[1].push_back(100 * std::cos(angle));
+    t.columns[2].push_back(100 * std::sin(angle));
+    const double yaw = angle + M_PI / 2;
+    t.columns[3].push_back(90 - yaw * 180 / M_PI);
+    t.columns[4].push_back(v * 3.6);
+    t.columns[5].push_back(-rate * 180 / M_PI);
+    t.columns[6].push_back(1);
+    angle += rate * 0.02;
+  }
+  return t;
+}
+
+const ColumnMap& of(const Mapping& m, const std::string& channel) {
+  for (const ColumnMap& c : m.columns)
+    if (c.channel == channel) return c;
+  throw std::runtime_error("no " + channel);
+}
+
+TEST(Mapping, FindsUnitsSignsAndTheZeroOfHeadings) {
+  const Mapping m = propose_mapping(foreign(), "log");
+  EXPECT_DOUBLE_EQ(of(m, "time_s").scale, 1e-3);
+  EXPECT_NEAR(of(m, "vx_mps").scale, 1 / 3.6, 1e-12);
+  EXPECT_NEAR(of(m, "yaw_rate_radps").scale, -M_PI / 180, 1e-12);
+  EXPECT_NEAR(of(m, "yaw_rad").scale, -M_PI / 180, 1e-12);
+  EXPECT_NEAR(of(m, "yaw_rad").offset, M_PI / 2, 1e-9);
+  EXPECT_EQ(m.columns.size(), 6u);
+}
+
+TEST(Mapping, CountsRepeatsAsMissing) {
+  vehicle::Table t = foreign();
+  for (std::size_t i = 1; i < t.rows(); ++i)
+    if (i % 4 != 0) t.columns[5][i] = t.columns[5][i - 1];
+  EXPECT_TRUE(of(propose_mapping(t, "log"), "yaw_rate_radps").held);
+  EXPECT_FALSE(of(propose_mapping(foreign(), "log"), "yaw_rate_radps").held);
+}
+
+TEST(Mapping, ReadsBackWhatItWrites) {
+  Mapping m = propose_mapping(foreign(), "log");
+  m.columns[4].delay_s = 0.07;
+  m.columns[4].low_pass_s = 0.3;
+  m.imu_yaw_rad = 0.01;
+  const support::TemporaryFolder folder;
+  const Mapping back = read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  ASSERT_EQ(back.columns.size(), m.columns.size());
+  for (std::size_t k = 0; k < m.columns.size(); ++k) {
+    EXPECT_EQ(back.columns[k].column, m.columns[k].column);
+    EXPECT_EQ(back.columns[k].channel, m.columns[k].channel);
+    EXPECT_NEAR(back.columns[k].scale, m.columns[k].scale, 1e-12);
+    EXPECT_EQ(back.columns[k].delay_s, m.columns[k].delay_s);
+    EXPECT_EQ(back.columns[k].low_pass_s, m.columns[k].low_pass_s);
+  }
+  EXPECT_EQ(back.imu_yaw_rad, 0.01);
+}
+
+TEST(Mapping, NamesWhatIsWrongWithAFile) {
+  const support::TemporaryFolder folder;
+  const auto message = [&](const std::string& text) {
+    try {
+      read_mapping(folder.file("m.yaml", text));
+    } catch (const vehicle::Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  using ::testing::HasSubstr;
+  EXPECT_THAT(message("columns:\n  a: {channel: speedy}\n"), HasSubstr("m.yaml:2"));
+  EXPECT_THAT(message("columns:\n  a: {channel: vx_mps, scale: 0}\n"), HasSubstr("scale 0"));
+  EXPECT_THAT(message("columns:\n  a: {channel: vx_mps}\n  b: {channel: vx_mps}\n"), HasSubstr("twice"));
+  EXPECT_THAT(message("columns:\n  a: {channel: vx_mps, scale: fast}\n"), HasSubstr("no finite number"));
+  EXPECT_THAT(message("colums: 1\n"), HasSubstr("columns"));
+  EXPECT_THAT(message("{{{"), HasSubstr("m.yaml:1"));
+}
+
+}  // namespace
+}  // namespace explain

@@ -1,0 +1,110 @@
+#include "../../lib/explain/src/search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace explain {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr Index kRows = 1200;
+
+Rows some_rows() {
+  Rows rows;
+  for (Index i = 0; i < kRows; ++i) {
+    Row row;
+    row.block = static_cast<int>(i / 10);
+    row.lap = static_cast<int>(i / 300);
+    row.fold = static_cast<int>(i / 150);
+    row.u_m = static_cast<double>(i % 300);
+    rows.row.push_back(row);
+    rows.first_step.push_back(0);
+  }
+  rows.blocks = kRows / 10;
+  rows.folds = 8;
+  rows.laps = 4;
+  return rows;
+}
+
+double normal(Dice& dice) { return std::sqrt(-2 * std::log(1 - dice.roll())) * std::cos(2 * M_PI * dice.roll()); }
+
+struct Problem {
+  Rows rows = some_rows();
+  MatrixXd x{kRows, 3};
+  VectorXd noise{kRows};
+  std::vector<Family> families;
+  explicit Problem(unsigned seed) {
+    Dice dice{seed};
+    for (Index i = 0; i < kRows; ++i) {
+      noise[i] = normal(dice);
+      for (Index j = 0; j < 3; ++j) x(i, j) = normal(dice);
+    }
+    for (std::size_t k = 0; k < 8; ++k) {
+      Family f;
+      f.column = VectorXd(kRows);
+      for (Index i = 0; i < kRows; ++i) f.column[i] = std::sin(0.01 * static_cast<double>((k + 1) * static_cast<std::size_t>(i))) + 0.3 * x(i, 0);
+      families.push_back(f);
+    }
+    Family road;
+    road.column = VectorXd::Ones(kRows);
+    road.cells = 30;
+    road.lengths = {2, 4, 8};
+    for (Index i = 0; i < kRows; ++i) road.cell.push_back(static_cast<int>(i % 300 / 10));
+    families.push_back(road);
+  }
+  Fitted fitted(const VectorXd& r) const { return fit(x, r, VectorXd::Constant(3, 1e-6), VectorXd::Zero(3)); }
+};
+
+TEST(Search, FalseAlarmsOfPureNoiseStayAtTheirRate) {
+  // 200 independent noises; thresholds set for 1.5 % each: more than 9 alarms has probability 0.1 %.
+  int alarms = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    const Problem p(seed);
+    const Scan s = scan(p.fitted(p.noise), p.families, p.rows, 300);
+    double most = 0;
+    for (const explain::Test& t : s.best) most = std::max(most, std::abs(t.z));
+    alarms += most > s.threshold ? 1 : 0;
+  }
+  EXPECT_LE(alarms, 9);
+}
+
+TEST(Search, FindsAndSizesWhatWasPlanted) {
+  const Problem p(7);
+  VectorXd r = p.noise;
+  for (Index i = 0; i < kRows; ++i) {
+    if (p.families[8].cell[static_cast<std::size_t>(i)] >= 12 && p.families[8].cell[static_cast<std::size_t>(i)] < 16) r[i] += 0.8;
+  }
+  r += 2.0 * p.x.col(1);
+  const Fitted m = p.fitted(r);
+  const Scan s = scan(m, p.families, p.rows, 300);
+  EXPECT_GT(std::abs(s.best[8].z), s.threshold);
+  EXPECT_LE(std::abs(s.best[8].begin - 12), 1);
+  EXPECT_LE(std::abs(s.best[8].end - 16), 1);
+  EXPECT_NEAR(s.best[8].amount, 0.8, 0.2);
+  EXPECT_NEAR(m.amount[1], 2.0, 0.1);
+  // It predicts laps that were left out; a pattern that is not there does not.
+  VectorXd here = VectorXd::Zero(kRows);
+  for (Index i = 0; i < kRows; ++i) here[i] = p.families[8].cell[static_cast<std::size_t>(i)] / 4 == 3 ? 1 : 0;
+  const auto sum = [](const std::vector<double>& v) {
+    double total = 0;
+    for (const double g : v) total += g;
+    return total;
+  };
+  const VectorXd none = VectorXd::Zero(1), prior = VectorXd::Constant(3, 1e-6);
+  EXPECT_GT(sum(cross_validate(m, here, prior, none, p.rows)), 40);
+  EXPECT_LT(sum(cross_validate(m, p.families[2].column, prior, none, p.rows)), 6);
+}
+
+TEST(Search, LeavesAloneWhatTheModelCanDoAlready) {
+  Problem p(3);
+  p.families[0].column = 5 * p.x.col(2);
+  const Scan s = scan(p.fitted(p.noise + 3 * p.x.col(2)), p.families, p.rows, 100);
+  EXPECT_EQ(s.best[0].gain, 0.0);
+}
+
+}  // namespace
+}  // namespace explain

@@ -1,0 +1,110 @@
+#include "explain/signals.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "vehicle/error.h"
+#include "vehicle/test_roads.h"
+
+namespace explain {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Two laps of the test stadium on its reference line at a speed that swings, and its true rate.
+vehicle::Table laps(const crg::Surface& road, double turn = 0, double dx = 0) {
+  vehicle::Table t;
+  for (const char* name : {"time_s", "x_m", "y_m", "vx_mps"}) t.add(name, {});
+  const auto& line = road.reference_line();
+  const double length = line.u_step_m * static_cast<double>(line.size() - 1);
+  double s = 0;
+  for (int i = 0; s < 2.2 * length; ++i) {
+    const double v = 20 + 3 * std::sin(0.02 * i);
+    const crg::Point2 p = road.xy_of_uv(std::fmod(s, length), 1.0);
+    t.columns[0].push_back(0.02 * i);
+    t.columns[1].push_back(std::cos(turn) * p.x_m - std::sin(turn) * p.y_m + dx);
+    t.columns[2].push_back(std::sin(turn) * p.x_m + std::cos(turn) * p.y_m);
+    t.columns[3].push_back(v);
+    s += 0.02 * v;
+  }
+  return t;
+}
+
+std::string refusal(const vehicle::Table& t, const crg::Surface& road) {
+  try {
+    make_signals(t, identity_mapping(t), road, "log.csv");
+  } catch (const vehicle::Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Signals, PlacesLapsOnTheRoad) {
+  const crg::Surface road(stadium());
+  const vehicle::Table t = laps(road);
+  const Signals s = make_signals(t, identity_mapping(t), road, "log.csv");
+  EXPECT_EQ(s.lap.back(), 2);
+  EXPECT_TRUE(s.whole[0]);
+  EXPECT_TRUE(s.whole[1]);
+  EXPECT_FALSE(s.whole[2]);
+  for (std::size_t i = 20; i + 20 < s.n; ++i) {
+    const double time = Signals::kStep_s * static_cast<double>(i);
+    ASSERT_NEAR(s.v_m[i], 1.0, 0.05);
+    // The derivative of what was smoothed: within the kernel's damping of a 1 rad/s swing.
+    ASSERT_NEAR(s.dx[kVx][i], 3 * std::cos(time), 0.03);
+  }
+}
+
+TEST(Signals, TakesDelaysOutAndRepeatsForMissing) {
+  const crg::Surface road(stadium());
+  vehicle::Table t = laps(road);
+  Mapping m = identity_mapping(t);
+  const Signals plain = make_signals(t, m, road, "log.csv");
+  std::vector<double> late(t.rows());
+  for (std::size_t i = 0; i < t.rows(); ++i) late[i] = t.columns[3][(i < 10 ? 0 : i - 10) / 5 * 5];
+  t.columns[3] = late;  // 0.2 s late and held for five samples
+  m.columns[3].delay_s = 0.2;
+  m.columns[3].held = true;
+  const Signals mended = make_signals(t, m, road, "log.csv");
+  for (std::size_t i = 40; i + 40 < plain.n; ++i)
+    if (std::isfinite(mended.x[kVx][i])) {
+      ASSERT_NEAR(mended.x[kVx][i], plain.x[kVx][i], 0.05);
+    }
+}
+
+TEST(Signals, RefusesWhatItCannotUse) {
+  const crg::Surface road(stadium());
+  vehicle::Table t = laps(road);
+  vehicle::Table back = t;
+  back.columns[0][500] = 3.0;
+  EXPECT_THAT(refusal(back, road), HasSubstr("row 501: the clock goes back"));
+  vehicle::Table fast = t;
+  for (double& v : fast.columns[3]) v *= 3.6;
+  EXPECT_THAT(refusal(fast, road), HasSubstr("another unit"));
+  vehicle::Table brief = t;
+  for (auto& c : brief.columns) c.resize(300);
+  EXPECT_THAT(refusal(brief, road), HasSubstr("at least 10 s"));
+  vehicle::Table blind = t;
+  blind.names[1] = "somewhere";
+  EXPECT_THAT(refusal(blind, road), HasSubstr("no x_m"));
+}
+
+TEST(Signals, OffersTheTransformOfAnotherFrame) {
+  const crg::Surface road(stadium());
+  const std::string message = refusal(laps(road, 0.7, 5000), road);
+  EXPECT_THAT(message, HasSubstr("beside this road"));
+  EXPECT_THAT(message, HasSubstr("fits within"));
+}
+
+TEST(Signals, SaysThatTheCarDrivesBackwards) {
+  const crg::Surface road(stadium());
+  vehicle::Table t = laps(road);
+  std::reverse(t.columns[1].begin(), t.columns[1].end());
+  std::reverse(t.columns[2].begin(), t.columns[2].end());
+  EXPECT_THAT(refusal(t, road), HasSubstr("against u"));
+}
+
+}  // namespace
+}  // namespace explain

@@ -1,0 +1,61 @@
+// A small set of blind trials, through the tool.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+
+namespace {
+
+using nlohmann::json;
+
+int shell(const std::string& command) { return std::system(command.c_str()); }
+
+TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
+  const support::TemporaryFolder folder;
+  const std::string tool = CRGEXPLAIN, here = folder.path("t");
+  ASSERT_EQ(shell(tool + " trials make --generator " MAKE_TRIALS " --count 5 --seed 3 " + here + " > " + folder.path("log")), 0);
+  ASSERT_EQ(shell(tool + " trials run " + here + " >> " + folder.path("log")), 0);
+  const auto findings = [&](const std::string& path) { return json::parse(folder.read(path)); };
+  // What this set holds: 0 and 1 nothing, 4 a brake dead time of 43 ms.
+  for (const char* id : {"0000", "0001", "0002", "0003", "0004"}) EXPECT_NE(findings(std::string("t/") + id + "/findings.json").at("verdict"), "failed") << id;
+  EXPECT_EQ(findings("t/0000/findings.json").at("verdict"), "none");
+  const json found = findings("t/0004/findings.json");
+  ASSERT_FALSE(found.at("findings").empty());
+  EXPECT_EQ(found["findings"][0].at("mechanism"), "vehicle.brake_dead_time");
+  const double truth = findings("t/sealed/0004.json").at("effects")[0].at("amount");
+  EXPECT_NEAR(found["findings"][0].at("parameters")[0].at("value").get<double>(), truth, 0.15 * truth);
+
+  // The same bytes from one thread and from two, and corrected inputs that load.
+  for (const char* threads : {"1", "2"})
+    ASSERT_EQ(shell(tool + " run --threads " + threads + " --track " + here + "/0004/track.crg --vehicle " + here + "/0004/vehicle.yaml --recordings " + here +
+                    "/0004/run.csv -o " + folder.path(threads) + " > " + folder.path("log")),
+              0);
+  EXPECT_EQ(folder.read("1/findings.json"), folder.read("2/findings.json"));
+  EXPECT_THAT(folder.read("1/vehicle.yaml"), ::testing::HasSubstr("brake.dead_time_s"));
+  EXPECT_THAT(folder.read("1/report.html"), ::testing::HasSubstr("vehicle.brake_dead_time"));
+  ASSERT_EQ(shell(tool + " run --track " + here + "/0004/track.crg --vehicle " + folder.path("1/vehicle.yaml") + " --recordings " + here + "/0004/run.csv -o " +
+                  folder.path("again") + " > " + folder.path("log")),
+            0);
+  for (const json& f : findings("again/findings.json").at("findings")) EXPECT_NE(f.at("mechanism"), "vehicle.brake_dead_time");
+
+  ASSERT_EQ(shell(tool + " trials score " + here + " > " + folder.path("score")), 0);
+  EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| false alarm when nothing is missing | 0 of 2 |"));
+  // A truth that was changed is refused.
+  folder.file("t/sealed/0000.json", "{}");
+  EXPECT_NE(shell(tool + " trials score " + here + " > " + folder.path("log") + " 2>&1"), 0);
+}
+
+TEST(Trials, ARealLogWithoutUnitsOfItsOwnIsMapped) {
+  const std::string log = KERBSTONE_DATA "/recordings/putnam_run4_2.csv";
+  if (!std::filesystem::exists(log)) GTEST_SKIP() << "skipped: " << log << " is not there";
+  const support::TemporaryFolder folder;
+  ASSERT_EQ(shell(std::string(CRGEXPLAIN) + " map " + log + " -o " + folder.path("mapping.yaml") + " > " + folder.path("log")), 0);
+  EXPECT_THAT(folder.read("log"), ::testing::HasSubstr("15 of 16 columns used"));
+  EXPECT_THAT(folder.read("mapping.yaml"), ::testing::HasSubstr("\"wheel_fl(kmph)\": {channel: wheel_fl_mps, scale: 0.277777777778}"));
+}
+
+}  // namespace

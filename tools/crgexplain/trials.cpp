@@ -1,0 +1,239 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "commands.h"
+#include "crg/file.h"
+#include "explain/explain.h"
+#include "vehicle/error.h"
+#include "vehicle/write_file.h"
+
+namespace crgexplain {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using vehicle::Error;
+
+std::vector<fs::path> folders(const fs::path& folder) {
+  std::vector<fs::path> out;
+  if (!fs::is_directory(folder)) throw Error(fmt::format("{}: no such folder", folder.string()));
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() && fs::exists(entry.path() / "run.csv")) out.push_back(entry.path());
+  std::sort(out.begin(), out.end());
+  if (out.empty()) throw Error(fmt::format("{}: holds no trials; crgexplain trials make draws some", folder.string()));
+  return out;
+}
+
+json read_json(const fs::path& path) {
+  std::ifstream in(path);
+  if (!in) throw Error(path.string() + ": cannot be opened");
+  try {
+    return json::parse(in);
+  } catch (const json::exception& error) {
+    throw Error(fmt::format("{}: {}", path.string(), error.what()));
+  }
+}
+
+int make(const TrialsCommand& c) {
+  fs::create_directories(c.folder);
+  if (!fs::is_empty(c.folder)) throw Error(c.folder + ": is not empty; trials want a folder of their own");
+  const auto quoted = [](const std::string& text) {
+    std::string out = "'";
+    for (const char x : text) out += x == '\'' ? std::string("'\\''") : std::string(1, x);
+    return out + "'";
+  };
+  if (std::system(fmt::format("{} {} {} {}", quoted(c.generator), c.count, c.seed, quoted(c.folder)).c_str()) != 0)
+    throw Error(c.generator + ": failed; the message above says why");
+  std::string sums;
+  std::vector<fs::path> sealed;
+  for (const auto& entry : fs::directory_iterator(fs::path(c.folder) / "sealed")) sealed.push_back(entry.path());
+  std::sort(sealed.begin(), sealed.end());
+  for (const fs::path& path : sealed) sums += vehicle::sha256_of_file(path.string()) + "  sealed/" + path.filename().string() + "\n";
+  vehicle::write_file(c.folder + "/SHA256SUMS", sums);
+  fmt::print("{} trials; seal of all truths: {}\n", folders(c.folder).size(), vehicle::sha256_of_file(c.folder + "/SHA256SUMS"));
+  return 0;
+}
+
+int run_all(const TrialsCommand& c) {
+  const std::vector<fs::path> all = folders(c.folder);
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t k = next++; k < all.size(); k = next++) {
+      const std::string here = all[k].string();
+      if (fs::exists(here + "/findings.json")) continue;  // a run that was stopped goes on
+      std::string result;
+      try {
+        const vehicle::Vehicle car = vehicle::read_vehicle(here + "/vehicle.yaml");
+        const crg::Surface surface(crg::read(here + "/track.crg"));
+        const vehicle::Table table = vehicle::read_table(here + "/run.csv");
+        std::vector<explain::Signals> logs;
+        logs.push_back(explain::make_signals(table, explain::identity_mapping(table), surface, here + "/run.csv"));
+        explain::ExplainOptions options;
+        options.threads = 1;
+        result = explain::findings_json(explain::explain(logs, car, options));
+      } catch (const std::exception& error) {
+        result = json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}.dump(1) + "\n";
+      }
+      vehicle::write_file(here + "/findings.json", result);
+    }
+  };
+  unsigned threads = c.threads == 0 ? std::max(1u, std::thread::hardware_concurrency()) : c.threads;
+  std::vector<std::thread> pool;
+  for (unsigned k = 1; k < threads; ++k) pool.emplace_back(work);
+  work();
+  for (std::thread& thread : pool) thread.join();
+  fmt::print("{} recordings explained\n", all.size());
+  return 0;
+}
+
+/// P(X <= k) of n draws at p.
+double binomial_below(int k, int n, double p) {
+  double sum = 0;
+  for (int i = 0; i <= k; ++i)
+    sum += std::exp(std::lgamma(n + 1.0) - std::lgamma(i + 1.0) - std::lgamma(n - i + 1.0) + i * std::log(p) + (n - i) * std::log1p(-p));
+  return sum;
+}
+
+/// Exact interval of Clopper and Pearson, 95 %.
+std::pair<double, double> interval(int k, int n) {
+  if (n == 0) return {0, 1};
+  const auto solve = [&](auto above) {
+    double low = 1e-12, high = 1 - 1e-12;
+    for (int i = 0; i < 100; ++i) {
+      const double mid = 0.5 * (low + high);
+      (above(mid) ? low : high) = mid;
+    }
+    return low;
+  };
+  const double low = k == 0 ? 0 : solve([&](double p) { return 1 - binomial_below(k - 1, n, p) < 0.025; });
+  const double high = k == n ? 1 : solve([&](double p) { return binomial_below(k, n, p) > 0.025; });
+  return {low, high};
+}
+
+struct Count {
+  int hits = 0, of = 0;
+  void add(bool hit) { hits += hit ? 1 : 0, ++of; }
+};
+
+double median(std::vector<double> v) {
+  if (v.empty()) return NAN;
+  std::sort(v.begin(), v.end());
+  return v[v.size() / 2];
+}
+
+int score(const TrialsCommand& c) {
+  const fs::path folder(c.folder);
+  // The seals first: a truth that changed since it was drawn is no truth.
+  std::ifstream sums(folder / "SHA256SUMS");
+  if (!sums) throw Error(c.folder + "/SHA256SUMS: cannot be opened");
+  std::string hash, name;
+  while (sums >> hash >> name)
+    if (vehicle::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");
+  Count alarm, half, full, slight, wrong, tie, outside, both, one, cover;
+  std::vector<double> overlap, error;
+  std::string failures;
+  for (const fs::path& here : folders(folder)) {
+    const json truth = read_json(folder / "sealed" / (here.filename().string() + ".json"));
+    const json found = read_json(here / "findings.json");
+    const std::string verdict = found.at("verdict"), kind = truth.at("class");
+    std::vector<std::string> names, truths;
+    const auto label = [](const json& x) {
+      const std::string channel = x.contains("channel") && x["channel"].is_string() ? x["channel"].get<std::string>() : "";
+      return x.at("mechanism").get<std::string>() + (channel.empty() ? "" : " " + channel);
+    };
+    for (const json& f : found.at("findings")) names.push_back(label(f));
+    for (const json& e : truth.at("effects")) truths.push_back(label(e));
+    bool failed = false;
+    const auto is_true = [&](const std::string& mechanism) {
+      if (std::find(truths.begin(), truths.end(), mechanism) != truths.end()) return true;
+      // Either of a pair that looks alike is right.
+      return std::any_of(truth.at("alike").begin(), truth.at("alike").end(), [&](const json& a) { return mechanism.starts_with(a.get<std::string>()); });
+    };
+    const bool first = !names.empty() && is_true(names.front());
+    if (verdict == "failed") failed = true;
+    if (kind == "none") alarm.add(verdict != "none"), failed = failed || verdict != "none";
+    if (kind == "single") {
+      const double size = truth.at("effects")[0].at("size_sd");
+      // Within about twice its prior width a parameter is no finding: none is right, and so is its name.
+      const bool within = truths.front().starts_with("parameter.") && std::abs(truth["effects"][0].at("amount").get<double>()) < 0.12;
+      if (within) slight.add(verdict == "none" || first), failed = failed || !(verdict == "none" || first);
+      else if (size >= 0.49) half.add(first), failed = failed || !first;
+      if (!within && size >= 0.99) full.add(first);
+    }
+    if (kind == "alike") tie.add(verdict == "tie"), failed = failed || verdict != "tie";
+    if (kind == "outside") outside.add(verdict == "none" || verdict == "unknown"), failed = failed || (verdict != "none" && verdict != "unknown");
+    if (kind == "two") {
+      int right = 0;
+      for (const std::string& t : truths) right += std::find(names.begin(), names.end(), t) != names.end() ? 1 : 0;
+      both.add(right == 2);
+      one.add(right >= 1);
+      failed = failed || right < 2;
+    }
+    const bool misnamed = verdict == "explained" && !first;
+    wrong.add(misnamed);
+    failed = failed || misnamed;
+    for (const json& e : truth.at("effects"))
+      for (const json& f : found.at("findings")) {
+        if (label(e) != label(f)) continue;
+        if (e.contains("where") && f.at("where").is_array()) {
+          const double a = e["where"][0], b = e["where"][1], x = f["where"][0]["u_begin_m"], y = f["where"][0]["u_end_m"];
+          overlap.push_back(std::max(0.0, std::min(b, y) - std::max(a, x)) / (std::max(b, y) - std::min(a, x)));
+        }
+        // Amounts that mean the same on both sides.
+        const std::string m = e.at("mechanism");
+        if (m.starts_with("sensor.") || m.ends_with("dead_time") || m == "vehicle.fuel_burn") {
+          const double wanted = e.at("amount"), value = f.at("parameters")[0].at("value");
+          error.push_back(std::abs(value / wanted - 1));
+          cover.add(f["parameters"][0]["ci90"][0] <= wanted && f["parameters"][0]["ci90"][1] >= wanted);
+        }
+      }
+    if (failed) {
+      const auto join = [](const std::vector<std::string>& v) {
+        std::string out;
+        for (const std::string& s : v) out += (out.empty() ? "" : ", ") + s;
+        return out.empty() ? std::string("nothing") : out;
+      };
+      double size = 0;
+      for (const json& e : truth.at("effects")) size = std::max(size, e.at("size_sd").get<double>());
+      failures += fmt::format("| {} | {} | {} ({:.2g} sd) | {} | {} |\n", here.filename().string(), kind, join(truths), size, verdict, join(names));
+    }
+  }
+  const auto line = [](const char* what, const Count& k, const char* floor) {
+    const auto [low, high] = interval(k.hits, k.of);
+    fmt::print("| {} | {} of {} | {:.0f} % | {:.0f} to {:.0f} % | {} |\n", what, k.hits, k.of, k.of ? 100.0 * k.hits / k.of : 0.0, 100 * low, 100 * high, floor);
+  };
+  fmt::print("| metric | count | share | exact 95 % interval | floor |\n|---|---|---|---|---|\n");
+  line("false alarm when nothing is missing", alarm, "at most 5 %");
+  line("right name first, effect of 0.5 sd or more", half, "80 %");
+  line("right name first, effect of 1 sd or more", full, "90 %");
+  line("parameter off by less than 12 %: none, or its name", slight, "");
+  line("wrong name stated as explained, all trials", wrong, "at most 5 %");
+  line("pairs that look alike reported as tie", tie, "80 %");
+  line("not in the library: unknown or none", outside, "80 %");
+  line("two at once: both named", both, "60 %");
+  line("two at once: at least one named", one, "90 %");
+  line("90 % intervals that hold the truth", cover, "80 to 97 %");
+  fmt::print("| intersection over union of road findings, median of {} | | {:.2f} | | 0.6 |\n", overlap.size(), median(overlap));
+  fmt::print("| error of the amount, median of {} | | {:.0f} % | | at most 15 % |\n", error.size(), 100 * median(error));
+  fmt::print("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures);
+  return 0;
+}
+
+}  // namespace
+
+int trials(const TrialsCommand& command) {
+  if (command.what == "make") return make(command);
+  if (command.what == "run") return run_all(command);
+  return score(command);
+}
+
+}  // namespace crgexplain
