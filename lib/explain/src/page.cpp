@@ -108,7 +108,7 @@ std::string findings_page(const Findings& f, const std::vector<Signals>& logs, c
       out += fmt::format("<li>{} = {:.4g} {} <span class='small'>(90 %: {:.4g} to {:.4g})</span></li>", escape(p.name), p.value, escape(p.unit), p.low, p.high);
     for (const Place& w : x.where) out += fmt::format("<li>u from {:.0f} to {:.0f} m</li>", w.u_begin_m, w.u_end_m);
     for (const Rival& r : x.rivals)
-      out += fmt::format("<li>{} <b>{}</b>{}</li>", r.separable ? "Fits worse:" : "Cannot be told from", escape(r.mechanism), r.separable ? "" : ": " + escape(r.separating_experiment));
+      out += fmt::format("<li>{} <b>{}</b>{}{}</li>", r.separable ? "Fits worse:" : "Cannot be told from", escape(r.mechanism), r.channel.empty() ? "" : " in " + escape(r.channel), r.separable ? "" : ": " + escape(r.separating_experiment));
     out += "</ul>";
   }
   if (!f.findings.empty() && !f.findings.front().held_out.empty()) {

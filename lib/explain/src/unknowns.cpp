@@ -84,7 +84,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (brake && engine) parameter("parameter.brake_gain", "brake.gain", {P::brake_gain}, 0.02);
   else no("parameter.brake_gain", "no brake pressure or no throttle in the log");
   if (lateral) {
-    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.05);
+    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.08);
     parameter("parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", {P::chassis_yaw_inertia_kgm2}, 0.05);
     parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.12);
     parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.12);
@@ -270,7 +270,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
          "az = g + curvature v^2", "pass the place at another speed", [](Setting& s, double v) { s.vertical += v; });
   else no("road.vertical_curvature", "needs az or wheel loads");
   if (lateral)
-    road("road.friction", "grip added", "1", 0.03, 0.03, "the road has more (or less) grip here", "mu = mu_tyre (1 + change)",
+    road("road.friction", "grip added", "1", 0.03, 0.1, "the road has more (or less) grip here", "mu = mu_tyre (1 + change)",
          "brake hard at the place and beside it", [](Setting& s, double v) { s.friction += v; });
   else no("road.friction", "side slip or steering is not logged");
   double relief = 0.0;
@@ -366,7 +366,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     term("vehicle.tyre_combined_slip", Term::tyre_combined_slip, "tyre_combined_slip", 0.3, 0.3, "braking and driving take side force away", [](Setting& s, double v) { s.combined += v; });
     term("vehicle.tyre_relaxation", Term::tyre_relaxation, "tyre_relaxation", 0.3, 0.4, "side force builds up over a distance", [](Setting& s, double v) { s.relaxation += v; });
     if (car.terms[Term::aero_ride_height] == 0.0)
-      physics("vehicle.aero_ride_height", "vehicle", "downforce lost per kPa", "1", 0.05, 0.12, false, "downforce changes as the car sinks",
+      physics("vehicle.aero_ride_height", "vehicle", "downforce lost per kPa", "1", 0.05, 0.25, false, "downforce changes as the car sinks",
               "A = A0 (1 - k q)", "constant-speed runs at two ride heights", [](Setting& s, double v) { s.ride += v; });
     else no("vehicle.aero_ride_height", "the stated car has it; see parameter.downforce");
   } else {
