@@ -120,6 +120,17 @@ TEST(Write, EverySectionSurvivesTheRoundTrip) {
   EXPECT_EQ(back.comment, crg.comment);
 }
 
+// Such keys are indented in the file they come from; at the start of a line they mean something else.
+TEST(Write, KeysThatLookLikeSectionsOrCommentsStayKeys) {
+  Crg crg = read_bytes("$ROAD_CRG\n $ODD = 1\n *KEY = 2\nREFERENCE_LINE_INCREMENT = 0.5\nLONG_SECTION_V_RIGHT = -3\nLONG_SECTION_V_INCREMENT = 1\n$\n"
+                       "$KD_DEFINITION\n#:LRFI\nD:long section 1,m\nD:long section 2,m\n$\n$$$$\n 1.0       2.0\n 3.0       4.0\n", "odd.crg");
+  const Crg back = read_bytes(to_bytes(crg, Format::KRBI), "back.crg");
+  EXPECT_EQ(find_value(back.road, "$ODD"), 1.0);
+  EXPECT_EQ(find_value(back.road, "*KEY"), 2.0);
+  EXPECT_EQ(back.grid.u_step_m, 0.5);
+  EXPECT_EQ(back.grid.v_m, crg.grid.v_m);
+}
+
 TEST(Write, UnevenColumnsAreNamedByPosition) {
   Crg crg = bumpy(20, 4);
   crg.grid.v_m = {-2.0, -1.25, 0.1, 1.5};

@@ -54,7 +54,8 @@ void append_entries(std::string& out, std::string_view section, const std::vecto
       append_free_text(out, entry.text, "*");
       continue;
     }
-    std::string line = entry.key;
+    // In the first column these would end the section or start a comment.
+    std::string line = entry.key.starts_with('$') || entry.key.starts_with('*') ? " " + entry.key : entry.key;
     line.resize(std::max<std::size_t>(line.size(), 24), ' ');
     line += " = " + (entry.text.empty() ? shortest(entry.value) : entry.text);
     if (!entry.comment.empty()) {
