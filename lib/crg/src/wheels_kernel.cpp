@@ -1,5 +1,7 @@
 #include "wheels_kernel.h"
 
+#include <cstring>
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -40,8 +42,10 @@ struct Pairs {
 
 KERBSTONE_AVX2 inline Pairs pairs(const float* const node[4], std::size_t offset) {
   const auto two = [&](int first, int second) KERBSTONE_AVX2 {
-    const __m128d low = _mm_load_sd(reinterpret_cast<const double*>(node[first] + offset));
-    return _mm_castpd_ps(_mm_loadh_pd(low, reinterpret_cast<const double*>(node[second] + offset)));
+    double low, high;  // two floats each, not aligned as a double is
+    std::memcpy(&low, node[first] + offset, sizeof low);
+    std::memcpy(&high, node[second] + offset, sizeof high);
+    return _mm_castpd_ps(_mm_set_pd(high, low));
   };
   const __m128 first = two(0, 1), last = two(2, 3);
   return {_mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0x88)), _mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0xDD))};
