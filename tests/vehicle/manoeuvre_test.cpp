@@ -1,9 +1,16 @@
 #include "vehicle/manoeuvre.h"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
 
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
@@ -78,6 +85,45 @@ TEST(Manoeuvre, PullsToTheSideWithGrip) {
   brief.duration_s = 2.0;
   const ManoeuvreResult r = run(ManoeuvreKind::kSplitFriction, brief);
   EXPECT_LT((*r.telemetry.find("yaw_rate_radps"))[1300], -0.02);  // to the right, where the grip is
+}
+
+// Somebody listens on a port: every row arrives as JSON, no faster than the clock allows.
+TEST(Manoeuvre, CanBeWatchedLive) {
+  const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+  ASSERT_GE(socket, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  socklen_t length = sizeof address;
+  ASSERT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length), 0);
+  const std::string car =
+      " --vehicle " + std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml";
+  const auto begin = std::chrono::steady_clock::now();
+  const int code = std::system((std::string(CRGDRIVE) + " manoeuvre step-steer" + car +
+                                " --seconds 2 --rate-hz 20 --speed-up 4 --udp 127.0.0.1:" +
+                                std::to_string(ntohs(address.sin_port)) + " >/dev/null")
+                                   .c_str());
+  EXPECT_EQ(code, 0);
+  EXPECT_GT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(480));
+  std::size_t rows = 0;
+  double last_s = -1.0;
+  char bytes[65536];
+  for (;;) {
+    const ssize_t size = ::recv(socket, bytes, sizeof bytes, MSG_DONTWAIT);
+    if (size < 0) break;
+    const auto row = nlohmann::json::parse(bytes, bytes + size);
+    EXPECT_GT(row["time_s"].get<double>(), last_s);
+    last_s = row["time_s"].get<double>();
+    EXPECT_TRUE(row.contains("yaw_rate_radps"));
+    ++rows;
+  }
+  ::close(socket);
+  EXPECT_EQ(rows, 40u);
+  EXPECT_NE(std::system((std::string(CRGDRIVE) + " manoeuvre braking" + car +
+                         " --udp nowhere >/dev/null 2>&1")
+                            .c_str()),
+            0);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <random>
 
 #include "tyre_files.h"
@@ -163,6 +164,14 @@ TEST_F(VehicleFile, ReadsMapsFromMatlabFiles) {
   for (std::size_t length = 0; length < bytes.size(); length += 5) {
     write_file(path("engine.mat"), bytes.substr(0, length));
     EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat")) << length;
+  }
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string mutated = bytes;
+    for (unsigned i = 1 + random() % 3; i > 0; --i)
+      mutated[random() % mutated.size()] = static_cast<char>(random());
+    std::ofstream(path("engine.mat"), std::ios::binary) << mutated;
+    (void)refusal(yaml);
   }
 }
 

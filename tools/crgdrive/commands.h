@@ -28,8 +28,15 @@ struct CarOptions {
   bool stop_off_road = false;
 };
 
+/// How a run is watched.
+struct LiveOptions {
+  double speed_up = 0.0;  ///< 1: real time; 0: as fast as it goes
+  std::string udp;        ///< host:port, empty: nowhere
+};
+
 struct LapCommand {
   CarOptions car;
+  LiveOptions live;
   std::string track_path, friction_path, out_path, devices_path;
   int laps = 1;
   bool standing = false;
@@ -51,6 +58,7 @@ int replay(const ReplayCommand& command);
 
 struct ManoeuvreCommand {
   CarOptions car;
+  LiveOptions live;
   std::string kind, out_path, devices_path;
   double speed_mps = 30.0, duration_s = 6.0, steer_rad = 0.03, frequency_hz = 0.5;
   double pressure_pa = 3e6, height_m = 0.03, low_grip = 0.4, fuel_kg = 30.0;

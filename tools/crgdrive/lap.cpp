@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
 #include "vehicle/write_file.h"
@@ -25,8 +26,11 @@ int lap(const LapCommand& command) {
   options.speed.grip_usage = command.grip_usage;
   options.line.margin_m = command.margin_m;
   options.step = step_options(command.car);
-  options.record_every =
-      command.out_path.empty() ? 0 : steps_per_row(command.rate_hz, options.step.step_s);
+  Live live(command.live);
+  if (live.wanted()) options.on_row = [&](const vehicle::Table& table) { live.row(table); };
+  options.record_every = command.out_path.empty() && !live.wanted()
+                             ? 0
+                             : steps_per_row(command.rate_hz, options.step.step_s);
 
   vehicle::DeviceFile devices;
   if (!command.devices_path.empty()) {

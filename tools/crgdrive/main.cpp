@@ -23,6 +23,14 @@ void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
                "nearest valid height");
 }
 
+void add_live_options(CLI::App& app, crgdrive::LiveOptions& live) {
+  app.add_option("--speed-up", live.speed_up,
+                 "Keeps the run to the clock: 1 is real time, 2 twice as fast; without: as fast as "
+                 "it goes")
+      ->check(CLI::Range(1e-3, 1e6));
+  app.add_option("--udp", live.udp, "host:port that gets every row of telemetry as JSON");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -57,6 +65,7 @@ int main(int argc, char** argv) {
   crgdrive::LapCommand lap;
   CLI::App* const lap_app = app.add_subcommand("lap", "Laps of a road by the built-in driver");
   add_car_options(*lap_app, lap.car);
+  add_live_options(*lap_app, lap.live);
   lap_app->add_option("--track", lap.track_path, "CRG file of the road")->required();
   lap_app->add_option("--friction", lap.friction_path,
                       "CRG file of the same shape whose heights are grip factors");
@@ -109,6 +118,7 @@ int main(int argc, char** argv) {
                    "step-steer, sine, chirp, ramp, braking, coast-down, kerb, bump, split-friction")
       ->required();
   add_car_options(*manoeuvre_app, manoeuvre.car);
+  add_live_options(*manoeuvre_app, manoeuvre.live);
   manoeuvre_app->add_option("-o,--out", manoeuvre.out_path, "Telemetry to write, CSV");
   manoeuvre_app->add_option(
       "--devices", manoeuvre.devices_path,

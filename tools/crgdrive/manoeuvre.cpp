@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
 #include "vehicle/write_file.h"
@@ -27,6 +28,8 @@ int manoeuvre(const ManoeuvreCommand& command) {
   m.step = step_options(command.car);
   m.record_every = steps_per_row(command.rate_hz, m.step.step_s);
 
+  Live live(command.live);
+  if (live.wanted()) m.on_row = [&](const vehicle::Table& table) { live.row(table); };
   vehicle::DeviceFile devices;
   std::vector<std::string> files;
   if (!command.devices_path.empty()) {

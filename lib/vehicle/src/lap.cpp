@@ -83,7 +83,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   LapResult out;
   const auto& v_m = surface.file().grid.v_m;
   out.least_edge_m = v_m.back() - v_m.front();
-  RunRecorder recorder(options.devices, options.record_every, options.step.step_s);
+  RunRecorder recorder(options.devices, options.record_every, options.step.step_s, options.on_row);
   Detail<double> detail{};
   StepSwing swing;
   crg::Cursor cursor;

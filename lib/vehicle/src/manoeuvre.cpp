@@ -94,7 +94,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   begin.gear = neutral ? 0 : choose_gear(car, m.speed_mps, 6);
   Simulation<double> sim = start(car, road, begin);
   Detail<double> detail{};
-  RunRecorder recorder(m.devices, m.record_every, m.step.step_s);
+  RunRecorder recorder(m.devices, m.record_every, m.step.step_s, m.on_row);
   ManoeuvreResult out;
   constexpr double kBegin_s = 1.0;
   double brake_x_m = 0.0;

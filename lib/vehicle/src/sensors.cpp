@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "settings.h"
 #include "vehicle/error.h"
@@ -231,8 +232,9 @@ void SensorRecorder::record(const std::vector<double>& row, double vz_mps) {
   ++step_;
 }
 
-RunRecorder::RunRecorder(const DeviceFile* devices, std::size_t every, double step_s)
-    : every_(every), row_(telemetry_channels().size()) {
+RunRecorder::RunRecorder(const DeviceFile* devices, std::size_t every, double step_s,
+                         std::function<void(const Table&)> on_row)
+    : every_(every), on_row_(std::move(on_row)), row_(telemetry_channels().size()) {
   if (devices != nullptr && every > 0) sensors_.emplace(*devices, every, step_s);
   for (const std::string& name : telemetry_channels()) table_.add(name, {});
 }
@@ -245,11 +247,12 @@ bool RunRecorder::wants_step() {
 void RunRecorder::record(double time_s, const State<double>& state, const Detail<double>& detail,
                          const Controls<double>& controls, double u_m, double v_m) {
   fill_telemetry(time_s, state, detail, controls, u_m, v_m, row_);
-  if (sensors_) {
+  const std::size_t rows = table().rows();
+  if (sensors_)
     sensors_->record(row_, state[kVz]);
-    return;
-  }
-  for (std::size_t i = 0; i < row_.size(); ++i) table_.columns[i].push_back(row_[i]);
+  else
+    for (std::size_t i = 0; i < row_.size(); ++i) table_.columns[i].push_back(row_[i]);
+  if (on_row_ && table().rows() > rows) on_row_(table());
 }
 
 }  // namespace vehicle

@@ -1,6 +1,7 @@
 // Whole laps by the built-in driver.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ struct LapOptions {
   double longest_s = 600.0;       ///< per lap, before it counts as not finished
   std::size_t record_every = 10;  ///< steps per row of telemetry; 0: none
   StepOptions step;
-  const DeviceFile* devices = nullptr;  ///< telemetry as these measure it; nullptr: ideal
+  const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
+  std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
   DriverOptions driver;
   RacingLineOptions line;
   SpeedOptions speed;  ///< temperatures and fuel are taken from the run

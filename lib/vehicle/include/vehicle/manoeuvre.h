@@ -1,6 +1,7 @@
 // Standard manoeuvres: a car, a road made for the purpose, and what is commanded when.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -36,7 +37,8 @@ struct Manoeuvre {
   double fuel_kg = 30.0;
   std::size_t record_every = 1;  ///< steps per row of telemetry
   StepOptions step;
-  const DeviceFile* devices = nullptr;  ///< telemetry as these measure it; nullptr: ideal
+  const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
+  std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
 };
 
 struct ManoeuvreResult {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -91,8 +92,10 @@ class SensorRecorder {
 /// Telemetry of a run, ideal or through devices.
 class RunRecorder {
  public:
-  /// One row every `every` steps, 0: none. `devices` may be nullptr.
-  RunRecorder(const DeviceFile* devices, std::size_t every, double step_s);
+  /// One row every `every` steps, 0: none. `devices` may be nullptr; `on_row` is called after each
+  /// row.
+  RunRecorder(const DeviceFile* devices, std::size_t every, double step_s,
+              std::function<void(const Table&)> on_row = {});
 
   /// Whether record() must be called for the step to come; counts steps.
   bool wants_step();
@@ -104,6 +107,7 @@ class RunRecorder {
  private:
   std::size_t every_, steps_ = 0;
   std::optional<SensorRecorder> sensors_;
+  std::function<void(const Table&)> on_row_;
   std::vector<double> row_;
   Table table_;
 };
