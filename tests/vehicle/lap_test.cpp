@@ -145,6 +145,11 @@ TEST(Lap, RunsFromTheCommandLine) {
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lateral_m"));
   EXPECT_THAT(text("replayed/errors.csv"), ::testing::HasSubstr("\nvx_mps,"));
   EXPECT_GT(read_table(path("replayed/replay.csv")).rows(), 1000u);
+  ASSERT_EQ(run("report " + path("lap.csv") + " " + path("replayed/replay.csv") + " --track " +
+                path("s.crg") + " -o " + path("page.html")),
+            0)
+      << text("err.txt");
+  EXPECT_THAT(text("page.html"), ::testing::HasSubstr("Load rear right"));
   EXPECT_EQ(run("replay" + car + "--track " + path("s.crg") + " --recording " + path("none.csv")),
             1);
   EXPECT_EQ(run("lap" + car + "--track " + path("none.crg")), 1);

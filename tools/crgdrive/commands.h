@@ -56,6 +56,12 @@ struct ReplayCommand {
 };
 int replay(const ReplayCommand& command);
 
+struct ReportCommand {
+  std::string track_path, mapping_path, out_path;
+  std::vector<std::string> telemetry;  ///< one or two files; the mapping is the first one's
+};
+int report(const ReportCommand& command);
+
 struct ManoeuvreCommand {
   CarOptions car;
   LiveOptions live;

@@ -111,6 +111,17 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 500.0));
   replay_app->callback([&] { run = [&] { return crgdrive::replay(replay); }; });
 
+  crgdrive::ReportCommand report;
+  CLI::App* const report_app =
+      app.add_subcommand("report", "Draws one or two drives along the road on a page");
+  report_app->add_option("telemetry", report.telemetry, "Telemetry or recordings, CSV")
+      ->required()
+      ->expected(1, 2);
+  report_app->add_option("--track", report.track_path, "CRG file of the road")->required();
+  report_app->add_option("--mapping", report.mapping_path, "mapping.yaml of the first file");
+  report_app->add_option("-o,--out", report.out_path, "The page to write, HTML")->required();
+  report_app->callback([&] { run = [&] { return crgdrive::report(report); }; });
+
   crgdrive::ManoeuvreCommand manoeuvre;
   CLI::App* const manoeuvre_app = app.add_subcommand("manoeuvre", "A standard manoeuvre");
   manoeuvre_app

@@ -1,0 +1,172 @@
+#include "report/plot_page.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace report {
+namespace {
+
+constexpr double kWidth = 960, kHeight = 260, kLeft = 64, kRight = 12, kTop = 10, kBottom = 40;
+constexpr std::size_t kColours = 4;  ///< of the report page: --s1 to --s4
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      case '\'': out += "&#39;"; break;
+      default:
+        if (static_cast<unsigned char>(c) >= 32 || c == '\n' || c == '\t') out += c;
+    }
+  }
+  return out;
+}
+
+std::string number(double value, int digits = 6) {
+  std::array<char, 40> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits).ptr;
+  return {text.data(), end};
+}
+
+/// A place in the drawing, to a tenth of a pixel.
+std::string pixel(double value) { return number(std::round(value * 10.0) / 10.0, 7); }
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void take(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  /// Never empty; a constant gets some room.
+  void finish() {
+    if (!(low <= high)) low = 0.0, high = 1.0;
+    const double room = std::max(1e-9, 1e-6 * std::max(std::abs(low), std::abs(high)));
+    if (high - low < room) low -= room, high += room;
+  }
+};
+
+/// A round step that cuts the range into about `parts`.
+double round_step(double range, double parts) {
+  const double rough = range / parts;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (rough <= factor * power) return factor * power;
+  return 10.0 * power;
+}
+
+struct Axes {
+  Range x, y;
+  double px(double v) const { return kLeft + (v - x.low) / (x.high - x.low) * (kWidth - kLeft - kRight); }
+  double py(double v) const { return kHeight - kBottom - (v - y.low) / (y.high - y.low) * (kHeight - kTop - kBottom); }
+};
+
+void draw_axes(std::string& out, const Plot& plot, const Axes& axes) {
+  const auto ticks = [](const Range& range, double parts, auto&& draw) {
+    const double step = round_step(range.high - range.low, parts);
+    const double first = std::ceil(range.low / step - 1e-9);
+    for (double k = first; k * step <= range.high + 1e-9 * step && k < first + 50; ++k) draw(k == 0 ? 0.0 : k * step);
+  };
+  ticks(axes.x, 10, [&](double v) {
+    const std::string x = pixel(axes.px(v));
+    out += "<path class=grid d='M" + x + " " + pixel(kTop) + "V" + pixel(kHeight - kBottom) + "'/><text x=" + x + " y=" + pixel(kHeight - kBottom + 15) + " text-anchor=middle>" + number(v) + "</text>";
+  });
+  ticks(axes.y, 5, [&](double v) {
+    const std::string y = pixel(axes.py(v));
+    out += "<path class=grid d='M" + pixel(kLeft) + " " + y + "H" + pixel(kWidth - kRight) + "'/><text x=" + pixel(kLeft - 6) + " y=" + pixel(axes.py(v) + 4) + " text-anchor=end>" + number(v) + "</text>";
+  });
+  out += "<text x=" + pixel(kWidth - kRight) + " y=" + pixel(kHeight - 8) + " text-anchor=end>" + escaped(plot.x_name) + "</text>";
+}
+
+/// The line as a path; of the points in one column of pixels only first, lowest, highest and last.
+std::string path_of(const PlotLine& line, const Axes& axes) {
+  std::string out;
+  bool pen = false;
+  const std::size_t n = std::min(line.x.size(), line.y.size());
+  const auto put = [&](std::size_t i) {
+    out += (pen ? "L" : "M") + pixel(axes.px(line.x[i])) + " " + pixel(axes.py(line.y[i]));
+    pen = true;
+  };
+  for (std::size_t i = 0; i < n;) {
+    if (!std::isfinite(line.x[i]) || !std::isfinite(line.y[i])) {
+      pen = false;
+      ++i;
+      continue;
+    }
+    const double column = std::floor(axes.px(line.x[i]));
+    std::size_t low = i, high = i, end = i + 1;
+    while (end < n && std::isfinite(line.x[end]) && std::isfinite(line.y[end]) && std::floor(axes.px(line.x[end])) == column) {
+      if (line.y[end] < line.y[low]) low = end;
+      if (line.y[end] > line.y[high]) high = end;
+      ++end;
+    }
+    std::array<std::size_t, 4> kept{i, std::min(low, high), std::max(low, high), end - 1};
+    const auto last = std::unique(kept.begin(), kept.end());
+    for (auto k = kept.begin(); k != last; ++k) put(*k);
+    i = end;
+  }
+  return out;
+}
+
+void draw(std::string& out, const Plot& plot) {
+  Axes axes;
+  for (const PlotLine& line : plot.lines) {
+    for (const double x : line.x) axes.x.take(x);
+    for (const double y : line.y) axes.y.take(y);
+  }
+  axes.x.finish();
+  axes.y.finish();
+  const double room = 0.04 * (axes.y.high - axes.y.low);
+  axes.y.low -= room;
+  axes.y.high += room;
+  out += "<section><h2>" + escaped(plot.title) + " <small>" + escaped(plot.y_name) + "</small></h2><p class=legend>";
+  for (std::size_t i = 0; i < plot.lines.size(); ++i)
+    out += "<span class=s" + std::to_string(i % kColours + 1) + ">" + escaped(plot.lines[i].name) + "</span>";
+  out += "</p><svg viewBox='0 0 " + pixel(kWidth) + " " + pixel(kHeight) + "' role=img>";
+  draw_axes(out, plot, axes);
+  for (std::size_t i = 0; i < plot.lines.size(); ++i)
+    out += "<path class='line s" + std::to_string(i % kColours + 1) + "' d='" + path_of(plot.lines[i], axes) + "'/>";
+  out += "</svg></section>\n";
+}
+
+// The look of the validation report (web/src/style.css), as far as a page without scripts needs it.
+constexpr const char* kStyle =
+    ":root{color-scheme:light dark;--bg:#f6f7f8;--panel:#fff;--fg:#1b2026;--muted:#5c6670;--line:#d9dee3;--grid:#e8ebee;"
+    "--s1:#1d5fc4;--s2:#c2571a;--s3:#14804a;--s4:#8a3ea8}"
+    "@media(prefers-color-scheme:dark){:root{--bg:#14181c;--panel:#1c2227;--fg:#e7ebef;--muted:#9aa6b1;--line:#323b43;--grid:#2a3238;"
+    "--s1:#7db0ff;--s2:#ffa266;--s3:#63d29a;--s4:#d79bf0}}"
+    "*{box-sizing:border-box}body{margin:0 auto;max-width:1240px;padding:0 16px 48px;background:var(--bg);color:var(--fg);"
+    "font:15px/1.45 system-ui,'Segoe UI',Roboto,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif}"
+    "h1{font-size:1.5rem;margin:18px 0 8px;overflow-wrap:anywhere}h2{font-size:1.15rem;margin:0 0 4px}small{color:var(--muted);font-weight:400}"
+    "table{border-collapse:collapse}td{border-bottom:1px solid var(--line);padding:3px 18px 3px 0;overflow-wrap:anywhere}"
+    "section{break-inside:avoid;background:var(--panel);border:1px solid var(--line);border-radius:8px;padding:12px;margin:14px 0}"
+    "svg{width:100%;height:auto}svg text{font-size:11px;fill:var(--muted)}.grid{stroke:var(--grid);fill:none}"
+    ".s1{--c:var(--s1)}.s2{--c:var(--s2)}.s3{--c:var(--s3)}.s4{--c:var(--s4)}"
+    ".line{fill:none;stroke:var(--c);stroke-width:1.4;stroke-linejoin:round}.legend{margin:0}.legend span{margin-right:18px}"
+    ".legend span::before{content:'';display:inline-block;width:18px;height:3px;margin-right:6px;vertical-align:middle;background:var(--c)}";
+
+}  // namespace
+
+std::string plot_page(const PlotPage& page) {
+  std::string out =
+      "<!doctype html><html lang=en><meta charset=utf-8>"
+      "<meta http-equiv=Content-Security-Policy content=\"default-src 'none'; style-src 'unsafe-inline'\">"
+      "<meta name=viewport content='width=device-width'><title>" +
+      escaped(page.title) + "</title><style>" + kStyle + "</style>\n<h1>" + escaped(page.title) + "</h1>\n";
+  for (const std::string& sentence : page.sentences) out += "<p>" + escaped(sentence) + "</p>\n";
+  if (!page.facts.empty()) {
+    out += "<table>";
+    for (const Fact& fact : page.facts) out += "<tr><td>" + escaped(fact.name) + "<td>" + escaped(fact.value);
+    out += "</table>\n";
+  }
+  for (const Plot& plot : page.plots) draw(out, plot);
+  return out + "</html>\n";
+}
+
+}  // namespace report
