@@ -94,7 +94,8 @@ Commands read_commands(const Source& source, const ReplayOptions& options, Car<d
   const auto all_wheels = [&](const std::string& before, const std::string& after) {
     bool found = false;
     for (std::size_t i = 0; i < kWheels; ++i) {
-      out.brake_command_pa[i] = source.channel(before + kWheelNames[i] + after);
+      out.brake_command_pa[i] =
+          source.channel(fmt::format("{}{}{}", before, kWheelNames[i], after));
       found = found || !out.brake_command_pa[i].empty();
     }
     return found;

@@ -1,5 +1,7 @@
 #include "vehicle/telemetry.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <string>
 
@@ -15,7 +17,7 @@ const std::vector<std::string>& telemetry_channels() {
     std::vector<std::string> names;
     const auto add = [&](std::string name) { names.push_back(std::move(name)); };
     const auto add4 = [&](const std::string& before, const std::string& after) {
-      for (const char* wheel : kWheelNames) add(before + wheel + after);
+      for (const char* wheel : kWheelNames) add(fmt::format("{}{}{}", before, wheel, after));
     };
     for (const char* name : {"time_s",
                              "u_m",

@@ -58,7 +58,7 @@ struct StepOptions {
 
 /// The whole of a running car; trivially copyable when T is: a copy is a restart point.
 template <class T>
-struct Simulation {
+struct Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): read in this order
   State<T> state;
   Discrete<T> discrete;
   RoadCursors cursors;
