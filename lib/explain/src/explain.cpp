@@ -216,7 +216,6 @@ bool Analysis::step(Findings& out) {
     out.threshold = s.threshold;
     out.null_replicates = s.null_max.size();
     std::size_t over = 0;
-    // The other half of the nulls judges the threshold of the first half.
     for (const double z : s.null_max) over += z > s.threshold ? 1 : 0;
     out.null_false_alarm = s.null_max.empty() ? 0.0 : static_cast<double>(over) / static_cast<double>(s.null_max.size());
   }
