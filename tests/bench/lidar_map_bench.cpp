@@ -12,35 +12,53 @@
 int main(int argc, char** argv) {
   if (argc < 2) return 2;
   const std::string folder = argv[1];
-  const auto argument = [&](int k, double otherwise) { return argc > k ? std::atof(argv[k]) : otherwise; };
+  const auto argument = [&](int k, double otherwise) {
+    return argc > k ? std::atof(argv[k]) : otherwise;
+  };
   cloud::ScanSynthOptions synth;
   synth.u_begin_m = argument(2, 380.0), synth.u_end_m = argument(3, 900.0);
   synth.azimuths = static_cast<int>(argument(4, 1024));
   synth.seed = static_cast<std::uint64_t>(argument(5, 1));
   const support::TrialRoads roads = support::trial_roads();
-  const auto seconds = [start = std::chrono::steady_clock::now()] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  const auto seconds = [start = std::chrono::steady_clock::now()] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
   if (!std::filesystem::exists(folder + "/trajectory.csv")) {
     const cloud::ScanSynthReport made = cloud::synth_scans(roads.truth, folder, synth);
-    fmt::print("{} points, {:.1f} % on cars, made in {:.1f} s\n", made.points, 100.0 * made.share_on_cars, seconds());
+    fmt::print("{} points, {:.1f} % on cars, made in {:.1f} s\n", made.points,
+               100.0 * made.share_on_cars, seconds());
   }
-  const cloud::Trajectory trajectory = cloud::read_trajectory(folder + "/trajectory.csv"), truth = cloud::read_trajectory(folder + "/truth_trajectory.csv");
+  const cloud::Trajectory trajectory = cloud::read_trajectory(folder + "/trajectory.csv"),
+                          truth = cloud::read_trajectory(folder + "/truth_trajectory.csv");
   cloud::MapOptions options;
   options.threads = static_cast<unsigned>(argument(6, 0));
   const double before = seconds();
   const cloud::MapResult result = cloud::map_clouds(
       [&](const cloud::ChunkSink& sink) {
-        for (const std::string& path : cloud::cloud_files(folder)) cloud::read_chunks(path, {}, sink);
+        for (const std::string& path : cloud::cloud_files(folder))
+          cloud::read_chunks(path, {}, sink);
       },
       roads.base, &trajectory, options);
   const double took = seconds() - before;
   const cloud::MapReport& r = result.report;
-  fmt::print("{}", support::describe(support::measure_trial(roads, result, truth, synth.u_begin_m + 20.0, synth.u_end_m - 20.0)));
-  fmt::print("converged {} after {} rounds; inliers {:.0f} %; rms {:.1f} -> {:.1f} mm; between passes {:.1f} -> {:.1f} mm\n", r.converged, r.iterations, 100.0 * r.inlier_share,
-             1e3 * r.rms_before_m, 1e3 * r.rms_after_m, 1e3 * r.pass_rms_before_m, 1e3 * r.pass_rms_after_m);
+  fmt::print("{}", support::describe(support::measure_trial(
+                       roads, result, truth, synth.u_begin_m + 20.0, synth.u_end_m - 20.0)));
+  fmt::print(
+      "converged {} after {} rounds; inliers {:.0f} %; rms {:.1f} -> {:.1f} mm; between passes "
+      "{:.1f} -> {:.1f} mm\n",
+      r.converged, r.iterations, 100.0 * r.inlier_share, 1e3 * r.rms_before_m, 1e3 * r.rms_after_m,
+      1e3 * r.pass_rms_before_m, 1e3 * r.pass_rms_after_m);
   fmt::print("points {}, used {}, coverage {:.1f} %\n", r.points, r.used, 100.0 * r.coverage);
-  fmt::print("{:.2f} s: first reading {:.2f}, drift {:.2f}, grid {:.2f}, fusion {:.2f}; reading the files twice {:.2f} of it\n", took, r.seconds_estimate, r.seconds_drift, r.seconds_grid,
-             r.seconds_fuse, r.seconds_read);
-  fmt::print("{:.2f} M points/s; peak memory {:.0f} MB\n", 1e-6 * static_cast<double>(r.points) / took, road::peak_memory_mb());
+  fmt::print(
+      "{:.2f} s: first reading {:.2f}, drift {:.2f}, grid {:.2f}, fusion {:.2f}; reading the files "
+      "twice {:.2f} of it\n",
+      took, r.seconds_estimate, r.seconds_drift, r.seconds_grid, r.seconds_fuse, r.seconds_read);
+  fmt::print("{:.2f} M points/s; peak memory {:.0f} MB\n",
+             1e-6 * static_cast<double>(r.points) / took, road::peak_memory_mb());
   if (argc > 7)
-    for (const cloud::DriftStation& s : r.drift) fmt::print("{} {:.1f} z {:.4f} roll {:.5f} pitch {:.5f} x {:.4f} y {:.4f} | {:.5f} {:.6f} {} {}\n", s.pass, s.u_m, s.correction[2], s.correction[3], s.correction[4], s.correction[0], s.correction[1], s.stddev[2], s.stddev[3], s.base_trusted, s.banking_trusted);
+    for (const cloud::DriftStation& s : r.drift)
+      fmt::print(
+          "{} {:.1f} z {:.4f} roll {:.5f} pitch {:.5f} x {:.4f} y {:.4f} | {:.5f} {:.6f} {} {}\n",
+          s.pass, s.u_m, s.correction[2], s.correction[3], s.correction[4], s.correction[0],
+          s.correction[1], s.stddev[2], s.stddev[3], s.base_trusted, s.banking_trusted);
 }

@@ -19,7 +19,8 @@ TEST(Ground, TakesABoxOffASlope) {
     for (int j = 0; j < 120; ++j) {
       const double x = 0.5 * i, y = 0.5 * j;
       const bool box = x > 20 && x < 32 && y > 20 && y < 28;
-      cloud.x_m.push_back(x), cloud.y_m.push_back(y), cloud.z_m.push_back(0.05 * x + (box ? 4.0 : 0.0));
+      cloud.x_m.push_back(x), cloud.y_m.push_back(y),
+          cloud.z_m.push_back(0.05 * x + (box ? 4.0 : 0.0));
       on_box.push_back(box);
     }
   const std::vector<std::uint8_t> ground = classify_ground(cloud);
@@ -32,9 +33,13 @@ TEST(Ground, TakesABoxOffASlope) {
 TEST(RealClouds, GroundOfSamp11) {
   const std::string folder = std::string(KERBSTONE_DATA) + "/lidar/";
   if (!std::ifstream(folder + "samp11-utm.pcd")) GTEST_SKIP() << "no ../shared/data";
-  const Cloud all = read_cloud(folder + "samp11-utm.pcd"), labelled = read_cloud(folder + "samp11-utm-ground.pcd");
+  const Cloud all = read_cloud(folder + "samp11-utm.pcd"),
+              labelled = read_cloud(folder + "samp11-utm-ground.pcd");
   std::map<std::tuple<double, double, double>, int> wanted;
-  const auto key = [](const Cloud& c, std::size_t i) { return std::tuple(c.origin_m.x() + c.x_m[i], c.origin_m.y() + c.y_m[i], c.origin_m.z() + c.z_m[i]); };
+  const auto key = [](const Cloud& c, std::size_t i) {
+    return std::tuple(c.origin_m.x() + c.x_m[i], c.origin_m.y() + c.y_m[i],
+                      c.origin_m.z() + c.z_m[i]);
+  };
   for (std::size_t i = 0; i < labelled.size(); ++i) ++wanted[key(labelled, i)];
   const std::vector<std::uint8_t> ground = classify_ground(all);
   std::size_t wrong = 0, labels = 0;

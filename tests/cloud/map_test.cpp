@@ -31,7 +31,8 @@ std::string refusal(const CloudSource& source, const crg::Crg& base, const Traje
   return "accepted";
 }
 
-/// A plain road of 300 m, 12 m wide, gently rolling: where nothing is at stake but the rules of the input.
+/// A plain road of 300 m, 12 m wide, gently rolling: where nothing is at stake but the rules of the
+/// input.
 crg::Crg plain_road(double scale = 1.0) {
   crg::ReferenceLine line;
   line.u_step_m = 0.25 * scale;
@@ -40,20 +41,23 @@ crg::Crg plain_road(double scale = 1.0) {
   for (int j = -24; j <= 24; ++j) grid.v_m.push_back(0.25 * scale * j);
   for (int i = 0; i <= 1200; ++i) {
     line.x_m.push_back(scale * 0.25 * i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
-    for (int j = -24; j <= 24; ++j) grid.z_m.push_back(static_cast<float>(scale * (0.3 * std::sin(0.06 * i) + 0.02 * std::sin(0.5 * i) * std::cos(0.4 * j))));
+    for (int j = -24; j <= 24; ++j)
+      grid.z_m.push_back(static_cast<float>(
+          scale * (0.3 * std::sin(0.06 * i) + 0.02 * std::sin(0.5 * i) * std::cos(0.4 * j))));
   }
   return crg::make_crg(line, grid);
 }
 
 ScanSynthOptions quick() {
   ScanSynthOptions options;
-  options.laps = 1, options.azimuths = 128, options.beams = 32, options.u_begin_m = 20.0, options.u_end_m = 280.0;
+  options.laps = 1, options.azimuths = 128, options.beams = 32, options.u_begin_m = 20.0,
+  options.u_end_m = 280.0;
   options.cars = 0;
   return options;
 }
 
-// The whole trial of docs/lidar2mesh.md on a part of the circuit and with a fifth of its points. The bounds
-// are those of the full trial; measured here on 2026-11-21: see docs/accuracy.md.
+// The whole trial of docs/lidar2mesh.md on a part of the circuit and with a fifth of its points.
+// The bounds are those of the full trial; measured here on 2026-11-21: see docs/accuracy.md.
 TEST(Map, TwoDriftingLapsRefineAWrongBase) {
   const support::TemporaryFolder folder;
   const support::TrialRoads roads = support::trial_roads();
@@ -61,7 +65,8 @@ TEST(Map, TwoDriftingLapsRefineAWrongBase) {
   options.u_begin_m = 400.0, options.u_end_m = 780.0, options.azimuths = 200;
   const ScanSynthReport made = synth_scans(roads.truth, folder.path("scans"), options);
   EXPECT_GT(made.share_on_cars, 0.01);
-  const Trajectory trajectory = read_trajectory(made.trajectory_path), truth = read_trajectory(made.truth_path);
+  const Trajectory trajectory = read_trajectory(made.trajectory_path),
+                   truth = read_trajectory(made.truth_path);
   const MapResult result = map_clouds(source_of(folder.path("scans")), roads.base, &trajectory);
   const support::TrialError error = support::measure_trial(roads, result, truth, 420.0, 760.0);
   SCOPED_TRACE(support::describe(error));
@@ -76,8 +81,11 @@ TEST(Map, TwoDriftingLapsRefineAWrongBase) {
 
   MapOptions three;
   three.threads = 3;
-  const MapResult again = map_clouds(source_of(folder.path("scans")), roads.base, &trajectory, three);
-  const auto same_bits = [](const std::vector<float>& a, const std::vector<float>& b) { return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0; };
+  const MapResult again =
+      map_clouds(source_of(folder.path("scans")), roads.base, &trajectory, three);
+  const auto same_bits = [](const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+  };
   EXPECT_TRUE(same_bits(again.grid.z_m, result.grid.z_m));
   EXPECT_TRUE(same_bits(again.stddev.z_m, result.stddev.z_m));
 }
@@ -111,7 +119,10 @@ TEST(Map, RegisteredCloudNeedsNoTrajectory) {
   std::size_t seen = 0;
   for (std::size_t i = 610; i < 630; ++i)
     for (std::size_t j = 15; j < 35; ++j)
-      if (result.source.at(i, j) == static_cast<float>(NodeSource::lidar)) worst = std::max(worst, std::abs(static_cast<double>(result.grid.at(i, j) - truth.grid.at(i, j)))), ++seen;
+      if (result.source.at(i, j) == static_cast<float>(NodeSource::lidar))
+        worst = std::max(worst,
+                         std::abs(static_cast<double>(result.grid.at(i, j) - truth.grid.at(i, j)))),
+        ++seen;
   EXPECT_GT(seen, 350u);
   EXPECT_LT(worst, 0.005);
 }
@@ -137,7 +148,8 @@ TEST(Map, SaysWhatDoesNotFit) {
   EXPECT_THAT(refusal(source, road, &datum), HasSubstr("above or below the base"));
 
   Trajectory turned = good;  // axes of the sensor swapped
-  for (Eigen::Quaterniond& q : turned.orientation) q = q * Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
+  for (Eigen::Quaterniond& q : turned.orientation)
+    q = q * Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
   EXPECT_NE(refusal(source, road, &turned), "accepted");
 
   EXPECT_THAT(refusal(source, plain_road(100.0), &good), HasSubstr("as if it were in cm"));
@@ -160,7 +172,8 @@ TEST(Map, SaysWhatDoesNotFit) {
 TEST(Synth, SameBytesForAnyNumberOfThreads) {
   const support::TemporaryFolder folder;
   ScanSynthOptions options = quick();
-  options.u_end_m = 60.0, options.grass_height_m = 0.05, options.grass_from_m = 4.0, options.cars = 2;
+  options.u_end_m = 60.0, options.grass_height_m = 0.05, options.grass_from_m = 4.0,
+  options.cars = 2;
   options.threads = 1;
   synth_scans(plain_road(), folder.path("one"), options);
   options.threads = 3;

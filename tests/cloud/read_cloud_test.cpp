@@ -15,10 +15,11 @@
 namespace cloud {
 namespace {
 
-using ::testing::HasSubstr;
 using support::CloudSeed;
+using ::testing::HasSubstr;
 
-Cloud read_bytes(const std::string& bytes, const std::string& name, CloudReadReport* report = nullptr, CloudReadOptions options = {}) {
+Cloud read_bytes(const std::string& bytes, const std::string& name,
+                 CloudReadReport* report = nullptr, CloudReadOptions options = {}) {
   const support::TemporaryFolder folder;
   return read_cloud(folder.file(name, bytes), options, report);
 }
@@ -77,12 +78,15 @@ TEST(ReadCloud, PlyPcdKittiAndText) {
     expect_seed(cloud, seed, 1e-6);
     EXPECT_NEAR(cloud.time_s.at(9), seed.time(9), 1e-9);
   }
-  for (const char* data : {"ascii", "binary", "binary_compressed"}) expect_seed(read_bytes(support::as_pcd(seed, data, true), "a.pcd"), seed, 1e-6);
+  for (const char* data : {"ascii", "binary", "binary_compressed"})
+    expect_seed(read_bytes(support::as_pcd(seed, data, true), "a.pcd"), seed, 1e-6);
   expect_seed(read_bytes(support::as_xyz(seed, true), "a.csv"), seed, 1e-6);
   expect_seed(read_bytes(support::as_xyz(seed, false), "a.xyz"), seed, 1e-6);
   seed.x0 = 12.0, seed.y0 = -7.0;  // float32 carries these to 8 um
-  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) expect_seed(read_bytes(support::as_cloud_ply(seed, format, false), "a.ply"), seed, 1e-5);
-  for (const char* data : {"binary", "binary_compressed"}) expect_seed(read_bytes(support::as_pcd(seed, data, false), "a.pcd"), seed, 1e-5);
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
+    expect_seed(read_bytes(support::as_cloud_ply(seed, format, false), "a.ply"), seed, 1e-5);
+  for (const char* data : {"binary", "binary_compressed"})
+    expect_seed(read_bytes(support::as_pcd(seed, data, false), "a.pcd"), seed, 1e-5);
   const Cloud kitti = read_bytes(support::as_kitti(seed), "a.bin");
   expect_seed(kitti, seed, 1e-5);
   EXPECT_EQ(kitti.intensity.at(3), 3.0f);
@@ -94,7 +98,10 @@ TEST(ReadCloud, ChunksTogetherAreTheCloud) {
   CloudReadOptions options;
   options.chunk_points = 7;
   for (const std::string ending : {".las", ".xyz"})
-    expect_seed(read_bytes(ending == ".las" ? support::as_las(seed, 2, 1) : support::as_xyz(seed, false), "a" + ending, nullptr, options), seed, 1e-6);
+    expect_seed(
+        read_bytes(ending == ".las" ? support::as_las(seed, 2, 1) : support::as_xyz(seed, false),
+                   "a" + ending, nullptr, options),
+        seed, 1e-6);
 }
 
 TEST(ReadCloud, TruncatedAnywhereIsRefusedNotRead) {
@@ -110,7 +117,8 @@ TEST(ReadCloud, TruncatedAnywhereIsRefusedNotRead) {
       const std::string said = refusal(bytes.substr(0, length), name);
       EXPECT_NE(said, "accepted") << name << " of " << length << " bytes";
     }
-  EXPECT_THAT(refusal(support::as_las(seed, 2, 3).substr(0, 400), "a.las"), HasSubstr("truncated: the header promises 20 points, 5 fit"));
+  EXPECT_THAT(refusal(support::as_las(seed, 2, 3).substr(0, 400), "a.las"),
+              HasSubstr("truncated: the header promises 20 points, 5 fit"));
 }
 
 TEST(ReadCloud, SaysWhatToDoAboutLaz) {
@@ -129,7 +137,10 @@ TEST(ReadCloud, LeavesOutPointsThatAreNoNumbersAndRefusesNothingElse) {
   EXPECT_THAT(refusal("1 2 3\n4 five 6\n", "a.xyz"), HasSubstr("a.xyz:2:"));
   EXPECT_THAT(refusal("", "a.xyz"), HasSubstr("empty file"));
   EXPECT_THAT(refusal("x,y\n1,2\n", "a.csv"), HasSubstr("0 fields z"));
-  EXPECT_THAT(refusal("# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n", "a.pcd"), HasSubstr("no points"));
+  EXPECT_THAT(refusal("# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 0\nHEIGHT "
+                      "1\nPOINTS 0\nDATA ascii\n",
+                      "a.pcd"),
+              HasSubstr("no points"));
   EXPECT_THAT(refusal("123", "a.bin"), HasSubstr("multiple of 16"));
   EXPECT_THAT(refusal("123", "a.dat"), HasSubstr("ending"));
 }
@@ -160,7 +171,8 @@ TEST(Describe, FindsQuantisation) {
   seed.count = 200;
   const CloudFacts facts = describe(folder.file("a.pcd", support::as_pcd(seed, "binary", false)));
   EXPECT_DOUBLE_EQ(facts.resolution_m[1], 0.5);  // float32 beyond 2^22
-  EXPECT_THAT(fmt::format("{}", fmt::join(facts.read.remarks, "\n")), HasSubstr("y is quantised to 0.5 m"));
+  EXPECT_THAT(fmt::format("{}", fmt::join(facts.read.remarks, "\n")),
+              HasSubstr("y is quantised to 0.5 m"));
 }
 
 std::string lidar(const char* name) { return std::string(KERBSTONE_DATA) + "/lidar/" + name; }
@@ -180,7 +192,8 @@ TEST(RealClouds, Autzen) {
     EXPECT_NEAR(facts.min_m[k] / 0.3048, bounds[2 * k + 1], 1e-6);
   }
   EXPECT_EQ(facts.points_of_class, (std::map<int, std::size_t>{{1, 83893}, {2, 26107}}));
-  // Plan in metres, heights in US feet: the same place, so the same height above the sea within 30 m.
+  // Plan in metres, heights in US feet: the same place, so the same height above the sea within 30
+  // m.
   const CloudFacts mixed = describe(lidar("autzen-bmx-2010.las"));
   EXPECT_EQ(mixed.read.points, 829u);
   EXPECT_NEAR(mixed.min_m.z(), facts.min_m.z(), 30.0);
@@ -190,7 +203,9 @@ TEST(RealClouds, Autzen) {
   const Cloud again = read_cloud(folder.path("a.ply"));
   ASSERT_EQ(again.size(), cloud.size());
   double worst = 0.0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) worst = std::max(worst, (again.origin_m + again.point(i) - cloud.origin_m - cloud.point(i)).norm());
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    worst =
+        std::max(worst, (again.origin_m + again.point(i) - cloud.origin_m - cloud.point(i)).norm());
   EXPECT_LT(worst, 1e-3);
 }
 

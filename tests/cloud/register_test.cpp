@@ -17,12 +17,17 @@ namespace {
 Cloud street(bool posts, unsigned seed) {
   Cloud cloud;
   std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> along(-20.0, 20.0), across(-5.0, 5.0), up(0.0, 4.0), noise(-0.01, 0.01);
-  const auto add = [&](double x, double y, double z) { cloud.x_m.push_back(x), cloud.y_m.push_back(y), cloud.z_m.push_back(z); };
+  std::uniform_real_distribution<double> along(-20.0, 20.0), across(-5.0, 5.0), up(0.0, 4.0),
+      noise(-0.01, 0.01);
+  const auto add = [&](double x, double y, double z) {
+    cloud.x_m.push_back(x), cloud.y_m.push_back(y), cloud.z_m.push_back(z);
+  };
   for (int i = 0; i < 30000; ++i) add(along(generator), across(generator), noise(generator));
-  for (int i = 0; i < 20000; ++i) add(along(generator), (i % 2 == 0 ? -5.0 : 5.0) + noise(generator), up(generator));
+  for (int i = 0; i < 20000; ++i)
+    add(along(generator), (i % 2 == 0 ? -5.0 : 5.0) + noise(generator), up(generator));
   if (posts)
-    for (int i = 0; i < 8000; ++i) add((i % 2 == 0 ? -12.0 : 9.0) + noise(generator), across(generator), up(generator));
+    for (int i = 0; i < 8000; ++i)
+      add((i % 2 == 0 ? -12.0 : 9.0) + noise(generator), across(generator), up(generator));
   return cloud;
 }
 
@@ -36,10 +41,12 @@ Cloud moved(Cloud cloud, const Eigen::Isometry3d& T) {
 
 TEST(Register, FindsAKnownMotion) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.2, 0.1, 1.0).normalized()).toRotationMatrix();
+  T.linear() =
+      Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.2, 0.1, 1.0).normalized()).toRotationMatrix();
   T.translation() = Eigen::Vector3d(0.4, -0.3, 0.1);
   RegisterReport report;
-  const Eigen::Isometry3d found = register_clouds(moved(street(true, 1), T), street(true, 2), {}, &report);
+  const Eigen::Isometry3d found =
+      register_clouds(moved(street(true, 1), T), street(true, 2), {}, &report);
   EXPECT_TRUE(report.converged);
   EXPECT_TRUE(report.unfixed.empty());
   EXPECT_LT((found.translation() - T.translation()).norm(), 0.01);
@@ -51,7 +58,8 @@ TEST(Register, LeavesTheDirectionOfATunnelAlone) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = Eigen::Vector3d(0.0, 0.2, 0.1);
   RegisterReport report;
-  const Eigen::Isometry3d found = register_clouds(moved(street(false, 1), T), street(false, 2), {}, &report);
+  const Eigen::Isometry3d found =
+      register_clouds(moved(street(false, 1), T), street(false, 2), {}, &report);
   ASSERT_EQ(report.unfixed.size(), 1u);
   EXPECT_THAT(report.unfixed[0], ::testing::HasSubstr("mostly x"));
   EXPECT_LT(std::abs(found.translation().x()), 0.01);
@@ -70,10 +78,13 @@ TEST(RealClouds, StreetPair) {
   if (!truth) GTEST_SKIP() << "no ../shared/data";
   Eigen::Matrix4d T;
   for (int i = 0; i < 16; ++i) truth >> T(i / 4, i % 4);
-  const Eigen::Isometry3d found = register_clouds(read_cloud(folder + "street_target.ply"), read_cloud(folder + "street_source.ply"));
+  const Eigen::Isometry3d found = register_clouds(read_cloud(folder + "street_target.ply"),
+                                                  read_cloud(folder + "street_source.ply"));
   EXPECT_LT((found.translation() - T.topRightCorner<3, 1>()).norm(), 0.05);  // measured 0.013
   // Measured 0.229 degrees; the aim of 0.2 is missed (docs/accuracy.md).
-  EXPECT_LT(Eigen::AngleAxisd(found.linear().transpose() * T.topLeftCorner<3, 3>()).angle() * 57.29578, 0.25);
+  EXPECT_LT(
+      Eigen::AngleAxisd(found.linear().transpose() * T.topLeftCorner<3, 3>()).angle() * 57.29578,
+      0.25);
 }
 
 }  // namespace

@@ -64,8 +64,10 @@ std::string as_las(const CloudSeed& seed, int minor, int format, bool feet) {
 
 std::string as_cloud_ply(const CloudSeed& seed, const std::string& format, bool doubles) {
   const char* const type = doubles ? "double" : "float";
-  std::string bytes = fmt::format("ply\nformat {0} 1.0\nelement vertex {1}\nproperty {2} x\nproperty {2} y\nproperty {2} z\nproperty double time\nend_header\n",
-                                  format, seed.count, type);
+  std::string bytes = fmt::format(
+      "ply\nformat {0} 1.0\nelement vertex {1}\nproperty {2} x\nproperty {2} y\nproperty {2} "
+      "z\nproperty double time\nend_header\n",
+      format, seed.count, type);
   const bool big = format == "binary_big_endian";
   for (std::size_t i = 0; i < seed.count; ++i) {
     const double p[] = {seed.x(i), seed.y(i), seed.z(i)};
@@ -81,8 +83,10 @@ std::string as_cloud_ply(const CloudSeed& seed, const std::string& format, bool 
 
 std::string as_pcd(const CloudSeed& seed, const std::string& data, bool doubles) {
   const int size = doubles ? 8 : 4;
-  std::string bytes = fmt::format("# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE {0} {0} {0}\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {1}\nHEIGHT 1\nPOINTS {1}\nDATA {2}\n",
-                                  size, seed.count, data);
+  std::string bytes = fmt::format(
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE {0} {0} {0}\nTYPE F F F\nCOUNT 1 1 1\nWIDTH "
+      "{1}\nHEIGHT 1\nPOINTS {1}\nDATA {2}\n",
+      size, seed.count, data);
   std::string columns[3];
   for (std::size_t i = 0; i < seed.count; ++i) {
     const double p[] = {seed.x(i), seed.y(i), seed.z(i)};
@@ -110,14 +114,16 @@ std::string as_pcd(const CloudSeed& seed, const std::string& data, bool doubles)
 std::string as_kitti(const CloudSeed& seed) {
   std::string bytes;
   for (std::size_t i = 0; i < seed.count; ++i)
-    for (const double v : {seed.x(i), seed.y(i), seed.z(i), static_cast<double>(i)}) put(bytes, static_cast<float>(v));
+    for (const double v : {seed.x(i), seed.y(i), seed.z(i), static_cast<double>(i)})
+      put(bytes, static_cast<float>(v));
   return bytes;
 }
 
 std::string as_xyz(const CloudSeed& seed, bool header) {
   std::string bytes = header ? "time_s,x_m,y_m,z_m\n" : "";
   for (std::size_t i = 0; i < seed.count; ++i)
-    bytes += header ? fmt::format("{:.6f},{:.6f},{:.6f},{:.6f}\n", seed.time(i), seed.x(i), seed.y(i), seed.z(i))
+    bytes += header ? fmt::format("{:.6f},{:.6f},{:.6f},{:.6f}\n", seed.time(i), seed.x(i),
+                                  seed.y(i), seed.z(i))
                     : fmt::format("{:.6f} {:.6f} {:.6f}\n", seed.x(i), seed.y(i), seed.z(i));
   return bytes;
 }

@@ -6,8 +6,8 @@
 
 namespace support {
 
-/// `count` points on a slope near (x0, y0): x = x0 + 0.25 i, y = y0 - 0.5 i, z = 100 + 0.01 i, time 10 + 0.001 i,
-/// class i % 3, intensity i.
+/// `count` points on a slope near (x0, y0): x = x0 + 0.25 i, y = y0 - 0.5 i, z = 100 + 0.01 i, time
+/// 10 + 0.001 i, class i % 3, intensity i.
 struct CloudSeed {
   std::size_t count = 20;
   double x0 = 500000.0, y0 = 5400000.0;

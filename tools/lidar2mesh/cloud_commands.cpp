@@ -15,7 +15,8 @@ int run_ground(const GroundCommand& command) {
   cloud::CloudReadReport report;
   cloud::Cloud cloud = cloud::read_cloud(command.cloud, read, &report);
   cloud::GroundOptions options;
-  options.cell_m = command.cell_m, options.max_window_m = command.window_m, options.slope = command.slope, options.height_m = command.height_m;
+  options.cell_m = command.cell_m, options.max_window_m = command.window_m,
+  options.slope = command.slope, options.height_m = command.height_m;
   const std::vector<std::uint8_t> ground = cloud::classify_ground(cloud, options);
   std::size_t count = 0;
   cloud.classification.resize(cloud.size());
@@ -33,9 +34,11 @@ int run_ground(const GroundCommand& command) {
 int run_register(const RegisterCommand& command) {
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
-  const cloud::Cloud target = cloud::read_cloud(command.target, read), source = cloud::read_cloud(command.source, read);
+  const cloud::Cloud target = cloud::read_cloud(command.target, read),
+                     source = cloud::read_cloud(command.source, read);
   cloud::RegisterOptions options;
-  options.voxel_m = command.voxel_m, options.max_distance_m = command.reach_m, options.threads = command.threads;
+  options.voxel_m = command.voxel_m, options.max_distance_m = command.reach_m,
+  options.threads = command.threads;
   cloud::RegisterReport facts;
   const Eigen::Isometry3d T = cloud::register_clouds(target, source, options, &facts);
   if (!command.output.empty()) {
@@ -49,16 +52,27 @@ int run_register(const RegisterCommand& command) {
   if (command.json) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
-    fmt::print("{}\n", nlohmann::ordered_json{{"T_target_source", rows}, {"converged", facts.converged}, {"iterations", facts.iterations}, {"points", facts.points}, {"inliers", facts.inliers},
-                                               {"rms_before_m", facts.rms_before_m}, {"rms_after_m", facts.rms_after_m}, {"information", facts.information}, {"unfixed", facts.unfixed}}
-                             .dump(2));
+    fmt::print("{}\n", nlohmann::ordered_json{{"T_target_source", rows},
+                                              {"converged", facts.converged},
+                                              {"iterations", facts.iterations},
+                                              {"points", facts.points},
+                                              {"inliers", facts.inliers},
+                                              {"rms_before_m", facts.rms_before_m},
+                                              {"rms_after_m", facts.rms_after_m},
+                                              {"information", facts.information},
+                                              {"unfixed", facts.unfixed}}
+                           .dump(2));
     return facts.converged ? 0 : 3;
   }
-  fmt::print("{} after {} iterations, {} of {} points paired, rms {:.4f} -> {:.4f} m\nT_target_source\n", facts.converged ? "converged" : "NOT converged", facts.iterations, facts.inliers,
-             facts.points, facts.rms_before_m, facts.rms_after_m);
-  for (int i = 0; i < 4; ++i) fmt::print("  {:12.8f} {:12.8f} {:12.8f} {:12.6f}\n", T(i, 0), T(i, 1), T(i, 2), T(i, 3));
+  fmt::print(
+      "{} after {} iterations, {} of {} points paired, rms {:.4f} -> {:.4f} m\nT_target_source\n",
+      facts.converged ? "converged" : "NOT converged", facts.iterations, facts.inliers,
+      facts.points, facts.rms_before_m, facts.rms_after_m);
+  for (int i = 0; i < 4; ++i)
+    fmt::print("  {:12.8f} {:12.8f} {:12.8f} {:12.6f}\n", T(i, 0), T(i, 1), T(i, 2), T(i, 3));
   fmt::print("information per pair, smallest first: {:.4f}\n", fmt::join(facts.information, " "));
-  for (const std::string& direction : facts.unfixed) fmt::print("note: not fixed by the data, left alone: {}\n", direction);
+  for (const std::string& direction : facts.unfixed)
+    fmt::print("note: not fixed by the data, left alone: {}\n", direction);
   return facts.converged ? 0 : 3;
 }
 

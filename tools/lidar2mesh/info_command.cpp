@@ -24,7 +24,8 @@ int run_info(const InfoCommand& command) {
     const cloud::CloudReadReport& read = facts.read;
     if (command.json) {
       nlohmann::ordered_json classes = nlohmann::ordered_json::object();
-      for (const auto& [number, points] : facts.points_of_class) classes[std::to_string(number)] = points;
+      for (const auto& [number, points] : facts.points_of_class)
+        classes[std::to_string(number)] = points;
       const nlohmann::ordered_json numbers = {
           {"path", path},
           {"format", read.format},
@@ -47,11 +48,16 @@ int run_info(const InfoCommand& command) {
     }
     fmt::print("{}: {}, {} points\n", path, read.format, read.points);
     for (int k = 0; k < 3; ++k)
-      fmt::print("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k], facts.min_m[k], facts.max_m[k], facts.resolution_m[static_cast<std::size_t>(k)]);
-    fmt::print("  unit of the file: {}{}\n", read.unit, read.unit_from_file ? " (from its coordinate system)" : "");
-    if (!read.coordinate_system.empty()) fmt::print("  coordinate system: {}\n", read.coordinate_system);
-    if (facts.has_time) fmt::print("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s);
-    for (const auto& [number, points] : facts.points_of_class) fmt::print("  class {}: {} points\n", number, points);
+      fmt::print("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k], facts.min_m[k],
+                 facts.max_m[k], facts.resolution_m[static_cast<std::size_t>(k)]);
+    fmt::print("  unit of the file: {}{}\n", read.unit,
+               read.unit_from_file ? " (from its coordinate system)" : "");
+    if (!read.coordinate_system.empty())
+      fmt::print("  coordinate system: {}\n", read.coordinate_system);
+    if (facts.has_time)
+      fmt::print("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s);
+    for (const auto& [number, points] : facts.points_of_class)
+      fmt::print("  class {}: {} points\n", number, points);
     for (const std::string& remark : read.remarks) fmt::print("  note: {}\n", remark);
   }
   return 0;

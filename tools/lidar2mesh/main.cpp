@@ -1,4 +1,5 @@
-// Options in, one command, exit code: 0 done, 1 failed, 2 wrong usage. The only file that knows CLI11.
+// Options in, one command, exit code: 0 done, 1 failed, 2 wrong usage. The only file that knows
+// CLI11.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -14,13 +15,16 @@ namespace {
 using Run = std::function<int()>;
 
 CLI::Option* add_unit(CLI::App& app, std::string& unit) {
-  return app.add_option("--unit", unit, "of the cloud: m, ft, us-ft, cm, mm [as the file says, else m]")
+  return app
+      .add_option("--unit", unit, "of the cloud: m, ft, us-ft, cm, mm [as the file says, else m]")
       ->check(CLI::IsMember({"m", "ft", "us-ft", "cm", "mm"}));
 }
 
 void define_info(CLI::App& app, InfoCommand& c, Run& run) {
-  CLI::App* const info = app.add_subcommand("info", "points, bounds, unit, classes and resolution of a cloud");
-  info->add_option("cloud", c.cloud, "a .las, .ply, .pcd, .bin, .xyz or .csv, or a folder of them")->required();
+  CLI::App* const info =
+      app.add_subcommand("info", "points, bounds, unit, classes and resolution of a cloud");
+  info->add_option("cloud", c.cloud, "a .las, .ply, .pcd, .bin, .xyz or .csv, or a folder of them")
+      ->required();
   add_unit(*info, c.unit);
   info->add_flag("--json", c.json, "as JSON");
   info->footer("Example:\n  lidar2mesh info survey.las");
@@ -28,82 +32,121 @@ void define_info(CLI::App& app, InfoCommand& c, Run& run) {
 }
 
 void define_ground(CLI::App& app, GroundCommand& c, Run& run) {
-  CLI::App* const ground = app.add_subcommand("ground", "tells ground from buildings, cars and trees");
+  CLI::App* const ground =
+      app.add_subcommand("ground", "tells ground from buildings, cars and trees");
   ground->add_option("cloud", c.cloud, "in the map frame")->required();
-  ground->add_option("-o,--output", c.output, "the cloud with classes: 2 ground, 1 other; .ply")->required();
+  ground->add_option("-o,--output", c.output, "the cloud with classes: 2 ground, 1 other; .ply")
+      ->required();
   add_unit(*ground, c.unit);
-  ground->add_option("--cell-m", c.cell_m, "of the surface of lowest points [1]")->check(CLI::Range(0.05, 100.0));
-  ground->add_option("--window-m", c.window_m, "radius of the largest object [18]")->check(CLI::Range(0.1, 500.0));
-  ground->add_option("--slope", c.slope, "steepest ground, m/m [0.15]")->check(CLI::Range(0.001, 5.0));
-  ground->add_option("--height-m", c.height_m, "of ground points above the surface [0.5]")->check(CLI::Range(0.01, 10.0));
+  ground->add_option("--cell-m", c.cell_m, "of the surface of lowest points [1]")
+      ->check(CLI::Range(0.05, 100.0));
+  ground->add_option("--window-m", c.window_m, "radius of the largest object [18]")
+      ->check(CLI::Range(0.1, 500.0));
+  ground->add_option("--slope", c.slope, "steepest ground, m/m [0.15]")
+      ->check(CLI::Range(0.001, 5.0));
+  ground->add_option("--height-m", c.height_m, "of ground points above the surface [0.5]")
+      ->check(CLI::Range(0.01, 10.0));
   ground->footer("Example:\n  lidar2mesh ground survey.las -o ground.ply");
   ground->callback([&] { run = [&] { return run_ground(c); }; });
 }
 
 void define_register(CLI::App& app, RegisterCommand& c, Run& run) {
-  CLI::App* const reg = app.add_subcommand("register", "finds how a cloud lies to another that is nearly in place");
+  CLI::App* const reg =
+      app.add_subcommand("register", "finds how a cloud lies to another that is nearly in place");
   reg->add_option("target", c.target, "the cloud that stays")->required();
   reg->add_option("source", c.source, "the cloud that moves")->required();
   reg->add_option("-o,--output", c.output, "the moved source, .ply");
   add_unit(*reg, c.unit);
-  reg->add_option("--voxel-m", c.voxel_m, "both are thinned to one point per such cube [0.25]")->check(CLI::Range(0.01, 10.0));
-  reg->add_option("--reach-m", c.reach_m, "how far off the source may be [2]")->check(CLI::Range(0.05, 100.0));
+  reg->add_option("--voxel-m", c.voxel_m, "both are thinned to one point per such cube [0.25]")
+      ->check(CLI::Range(0.01, 10.0));
+  reg->add_option("--reach-m", c.reach_m, "how far off the source may be [2]")
+      ->check(CLI::Range(0.05, 100.0));
   reg->add_flag("--json", c.json, "as JSON");
   reg->add_option("--threads", c.threads, "[all cores]");
-  reg->footer("Example:\n  lidar2mesh register monday.ply tuesday.ply -o moved.ply\n\nExit code 3 when it did not converge.");
+  reg->footer(
+      "Example:\n  lidar2mesh register monday.ply tuesday.ply -o moved.ply\n\nExit code 3 when it "
+      "did not converge.");
   reg->callback([&] { run = [&] { return run_register(c); }; });
 }
 
 void define_synth(CLI::App& app, SynthCommand& c, Run& run) {
-  CLI::App* const synth = app.add_subcommand("synth", "scans of a spinning LiDAR on a car driving a known road");
-  synth->add_option("road", c.road, "a .crg, or a circuit.yaml as for 'crgbuild synth'")->required();
-  synth->add_option("-o,--output", c.output_dir, "folder for scans, trajectory and truth")->required();
+  CLI::App* const synth =
+      app.add_subcommand("synth", "scans of a spinning LiDAR on a car driving a known road");
+  synth->add_option("road", c.road, "a .crg, or a circuit.yaml as for 'crgbuild synth'")
+      ->required();
+  synth->add_option("-o,--output", c.output_dir, "folder for scans, trajectory and truth")
+      ->required();
   synth->add_option("--laps", c.laps, "[2]")->check(CLI::Range(1, 100));
   synth->add_option("--from-m", c.u_begin_m, "u where each lap begins, m [0]");
   synth->add_option("--to-m", c.u_end_m, "u where each lap ends, m [the road's end]");
   synth->add_option("--v-m", c.v_m, "lateral place of each lap, m [-1.5 1.5]");
   synth->add_option("--speed-mps", c.speed_mps, "[20]")->check(CLI::Range(1.0, 100.0));
   synth->add_option("--beams", c.beams, "[64]")->check(CLI::Range(1, 256));
-  synth->add_option("--azimuths", c.azimuths, "shots of each beam per turn [1024]")->check(CLI::Range(16, 8192));
-  synth->add_option("--noise-m", c.noise_m, "standard deviation of ranges [0.005]")->check(CLI::Range(0.0, 1.0));
-  synth->add_option("--drift-m", c.drift_m, "change of x, y, z over 100 m, rms [0.05]")->check(CLI::Range(0.0, 10.0));
-  synth->add_option("--drift-rad", c.drift_rad, "change of roll, pitch, yaw over 100 m, rms [0.002]")->check(CLI::Range(0.0, 0.1));
+  synth->add_option("--azimuths", c.azimuths, "shots of each beam per turn [1024]")
+      ->check(CLI::Range(16, 8192));
+  synth->add_option("--noise-m", c.noise_m, "standard deviation of ranges [0.005]")
+      ->check(CLI::Range(0.0, 1.0));
+  synth->add_option("--drift-m", c.drift_m, "change of x, y, z over 100 m, rms [0.05]")
+      ->check(CLI::Range(0.0, 10.0));
+  synth
+      ->add_option("--drift-rad", c.drift_rad, "change of roll, pitch, yaw over 100 m, rms [0.002]")
+      ->check(CLI::Range(0.0, 0.1));
   synth->add_option("--cars", c.cars, "other cars in view [2]")->check(CLI::Range(0, 20));
-  synth->add_option("--grass-m", c.grass_m, "height of grass beyond 8 m from the middle [0]")->check(CLI::Range(0.0, 2.0));
+  synth->add_option("--grass-m", c.grass_m, "height of grass beyond 8 m from the middle [0]")
+      ->check(CLI::Range(0.0, 2.0));
   synth->add_option("--seed", c.seed, "[1]");
   synth->add_option("--threads", c.threads, "[all cores]");
-  synth->footer("Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 --to-m 500");
+  synth->footer(
+      "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
+      "--to-m 500");
   synth->callback([&] { run = [&] { return run_synth(c); }; });
 }
 
 void add_base_options(CLI::App& app, MapCommand& c) {
   app.add_option("--base", c.base, "the road to refine: a .crg, or a mesh")->required();
-  app.add_option("-o,--output", c.output_dir, "folder for the results, made if missing")->required();
-  app.add_option("--unit", c.base_unit, "of a base mesh: m, cm, mm, ft [found]")->check(CLI::IsMember({"m", "cm", "mm", "ft"}));
-  app.add_option("--up", c.base_up, "axis of a base mesh that points up: y, z [found]")->check(CLI::IsMember({"y", "z"}));
-  app.add_option("--cloud-unit", c.unit, "of the clouds: m, ft, us-ft, cm, mm [as the file says, else m]")->check(CLI::IsMember({"m", "ft", "us-ft", "cm", "mm"}));
-  app.add_option("--base-stddev-m", c.base_stddev_m, "of the base's heights [0.02]")->check(CLI::Range(1e-4, 10.0));
-  app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")->check(CLI::Range(0.05, 5.0));
+  app.add_option("-o,--output", c.output_dir, "folder for the results, made if missing")
+      ->required();
+  app.add_option("--unit", c.base_unit, "of a base mesh: m, cm, mm, ft [found]")
+      ->check(CLI::IsMember({"m", "cm", "mm", "ft"}));
+  app.add_option("--up", c.base_up, "axis of a base mesh that points up: y, z [found]")
+      ->check(CLI::IsMember({"y", "z"}));
+  app.add_option("--cloud-unit", c.unit,
+                 "of the clouds: m, ft, us-ft, cm, mm [as the file says, else m]")
+      ->check(CLI::IsMember({"m", "ft", "us-ft", "cm", "mm"}));
+  app.add_option("--base-stddev-m", c.base_stddev_m, "of the base's heights [0.02]")
+      ->check(CLI::Range(1e-4, 10.0));
+  app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
+      ->check(CLI::Range(0.05, 5.0));
   app.add_flag("!--no-report", c.report, "leave out report.html and report.json");
   app.add_flag("--json", c.json, "print the summary as JSON");
   app.add_option("--threads", c.threads, "[all cores]; any number gives the same bytes");
 }
 
 void define_map(CLI::App& app, MapCommand& c, Run& run) {
-  CLI::App* const map = app.add_subcommand("map", "refines a road from scans: drift corrected, heights fused");
+  CLI::App* const map =
+      app.add_subcommand("map", "refines a road from scans: drift corrected, heights fused");
   map->add_option("scans", c.scans, "clouds, or folders of them")->required();
-  map->add_option("--trajectory", c.trajectory, "poses of the sensor: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
-  map->add_option("--frame", c.frame, "of the points: sensor or map [sensor with a trajectory]")->check(CLI::IsMember({"sensor", "map"}));
-  map->add_option("--extrinsic", c.extrinsic, "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")->expected(6);
-  map->add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")->check(CLI::Range(1e-6, 10.0));
-  map->add_option("--drift-rad", c.drift_rad, "how fast roll, pitch, yaw may drift, rad per 100 m [0.002]")->check(CLI::Range(1e-8, 0.1));
+  map->add_option("--trajectory", c.trajectory,
+                  "poses of the sensor: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
+  map->add_option("--frame", c.frame, "of the points: sensor or map [sensor with a trajectory]")
+      ->check(CLI::IsMember({"sensor", "map"}));
+  map->add_option("--extrinsic", c.extrinsic,
+                  "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
+      ->expected(6);
+  map->add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")
+      ->check(CLI::Range(1e-6, 10.0));
+  map->add_option("--drift-rad", c.drift_rad,
+                  "how fast roll, pitch, yaw may drift, rad per 100 m [0.002]")
+      ->check(CLI::Range(1e-8, 0.1));
   add_base_options(*map, c);
-  map->footer("Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o out");
+  map->footer(
+      "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o out");
   map->callback([&] { run = [&] { return run_map(c); }; });
 }
 
 void define_grid(CLI::App& app, MapCommand& c, Run& run) {
-  CLI::App* const grid = app.add_subcommand("grid", "the same from a registered cloud as it lies, no drift corrected");
+  CLI::App* const grid =
+      app.add_subcommand("grid", "the same from a registered cloud as it lies, no drift corrected");
   grid->add_option("cloud", c.scans, "clouds in the map frame, or folders of them")->required();
   add_base_options(*grid, c);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");

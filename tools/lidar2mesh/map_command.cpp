@@ -29,7 +29,8 @@ crg::Crg read_base(const MapCommand& command) {
   const road::RoadMesh mesh = road::clean(road::read_mesh(command.base, read));
   const road::Centreline centreline = road::trace_centreline(mesh);
   const crg::ReferenceLine line = road::fit_reference_line(centreline);
-  return road::track_crg(line, road::sample_grid(mesh, road::RaySurface(mesh.mesh), line, centreline).grid);
+  return road::track_crg(
+      line, road::sample_grid(mesh, road::RaySurface(mesh.mesh), line, centreline).grid);
 }
 
 /// The grid as triangles; every so many rows that no more than two million nodes are left.
@@ -70,8 +71,10 @@ road::Mesh mesh_of(const crg::Crg& file) {
 }  // namespace
 
 int run_map(const MapCommand& command) {
-  const bool in_map = command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
-  if (!in_map && command.trajectory.empty()) throw road::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
+  const bool in_map =
+      command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
+  if (!in_map && command.trajectory.empty())
+    throw road::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
   std::vector<std::string> files;
   for (const std::string& scan : command.scans)
     for (const std::string& file : cloud::cloud_files(scan)) files.push_back(file);
@@ -82,35 +85,45 @@ int run_map(const MapCommand& command) {
     Eigen::Isometry3d extrinsic = Eigen::Isometry3d::Identity();
     if (command.extrinsic.size() == 6) {
       const std::vector<double>& e = command.extrinsic;
-      extrinsic = Eigen::Translation3d(e[0], e[1], e[2]) * Eigen::AngleAxisd(e[5] * kDegree, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(e[4] * kDegree, Eigen::Vector3d::UnitY()) *
+      extrinsic = Eigen::Translation3d(e[0], e[1], e[2]) *
+                  Eigen::AngleAxisd(e[5] * kDegree, Eigen::Vector3d::UnitZ()) *
+                  Eigen::AngleAxisd(e[4] * kDegree, Eigen::Vector3d::UnitY()) *
                   Eigen::AngleAxisd(e[3] * kDegree, Eigen::Vector3d::UnitX());
     }
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
   const crg::Crg base = read_base(command);
   cloud::MapOptions options;
-  options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m, options.drift_rad_per_100m = command.drift_rad;
-  options.gate_m = command.gate_m, options.correct_drift = command.correct_drift, options.threads = command.threads;
+  options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
+  options.drift_rad_per_100m = command.drift_rad;
+  options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
+  options.threads = command.threads;
   std::vector<std::string> remarks;
   const cloud::MapResult result = cloud::map_clouds(
       [&](const cloud::ChunkSink& sink) {
         remarks.clear();
         for (const std::string& file : files)
-          for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks) remarks.push_back(file + ": " + remark);
+          for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
+            remarks.push_back(file + ": " + remark);
       },
       base, in_map ? nullptr : &trajectory, options);
 
   std::error_code problem;
   fs::create_directories(command.output_dir, problem);
-  if (problem) throw road::Error(fmt::format("{}: cannot make this folder: {}", command.output_dir, problem.message()));
-  const auto path = [&](const char* name) { return (fs::path(command.output_dir) / name).string(); };
+  if (problem)
+    throw road::Error(
+        fmt::format("{}: cannot make this folder: {}", command.output_dir, problem.message()));
+  const auto path = [&](const char* name) {
+    return (fs::path(command.output_dir) / name).string();
+  };
   const auto with_grid = [&](const crg::Grid& grid, bool heights) {
     crg::Crg file = base;
     file.grid = grid;
     file.z_double_m.clear();
     if (!heights) file.banking.clear(), file.slope.clear();
     if (!heights)
-      for (const char* key : {"REFERENCE_LINE_START_Z", "REFERENCE_LINE_END_Z"}) crg::set_value(file.road, key, 0.0);
+      for (const char* key : {"REFERENCE_LINE_START_Z", "REFERENCE_LINE_END_Z"})
+        crg::set_value(file.road, key, 0.0);
     return file;
   };
   const crg::Crg refined = with_grid(result.grid, true);
@@ -122,25 +135,37 @@ int run_map(const MapCommand& command) {
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
   const std::string summary = cloud::map_summary_json(facts);
   road::write_file(path("summary.json"), summary);
-  if (!result.corrected.empty()) cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
+  if (!result.corrected.empty())
+    cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
   if (command.report) {
     crg::write(base, path("base.crg"), crg::Format::KRBI);
     road::ReportRequest request;
-    request.crg_path = path("refined.crg"), request.against_path = path("base.crg"), request.title = "refined from LiDAR", request.threads = command.threads;
+    request.crg_path = path("refined.crg"), request.against_path = path("base.crg"),
+    request.title = "refined from LiDAR", request.threads = command.threads;
     road::write_report(request, command.output_dir);
   }
   if (command.json) {
     fmt::print("{}", summary);
     return 0;
   }
-  fmt::print("{} points read, {} used; {:.1f} % of the nodes come from points\n", facts.points, facts.used, 100.0 * facts.coverage);
+  fmt::print("{} points read, {} used; {:.1f} % of the nodes come from points\n", facts.points,
+             facts.used, 100.0 * facts.coverage);
   if (command.correct_drift) {
-    fmt::print("drift: {} after {} rounds over {} sections in {} passes; against the base {:.1f} -> {:.1f} mm, {:.0f} % of its numbers agreed\n", facts.converged ? "converged" : "NOT converged",
-               facts.iterations, facts.sections, facts.passes, 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share);
-    if (facts.passes > 1) fmt::print("between passes {:.1f} -> {:.1f} mm\n", 1e3 * facts.pass_rms_before_m, 1e3 * facts.pass_rms_after_m);
-    for (const std::string& direction : facts.unfixed) fmt::print("note: {} is hardly fixed by the data (typical deviation in summary.json)\n", direction);
+    fmt::print(
+        "drift: {} after {} rounds over {} sections in {} passes; against the base {:.1f} -> "
+        "{:.1f} mm, {:.0f} % of its numbers agreed\n",
+        facts.converged ? "converged" : "NOT converged", facts.iterations, facts.sections,
+        facts.passes, 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m,
+        100.0 * facts.inlier_share);
+    if (facts.passes > 1)
+      fmt::print("between passes {:.1f} -> {:.1f} mm\n", 1e3 * facts.pass_rms_before_m,
+                 1e3 * facts.pass_rms_after_m);
+    for (const std::string& direction : facts.unfixed)
+      fmt::print("note: {} is hardly fixed by the data (typical deviation in summary.json)\n",
+                 direction);
   }
-  fmt::print("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n", 1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m);
+  fmt::print("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
+             1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m);
   for (const std::string& remark : facts.remarks) fmt::print("note: {}\n", remark);
   fmt::print("road     {}\nsummary  {}\n", path("refined.crg"), path("summary.json"));
   return 0;

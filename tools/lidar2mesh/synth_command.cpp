@@ -8,17 +8,23 @@ namespace lidar2mesh {
 
 int run_synth(const SynthCommand& command) {
   const bool is_circuit = command.road.ends_with(".yaml");
-  const crg::Crg road = is_circuit ? road::truth_crg(road::read_circuit(command.road)) : crg::read(command.road);
+  const crg::Crg road =
+      is_circuit ? road::truth_crg(road::read_circuit(command.road)) : crg::read(command.road);
   cloud::ScanSynthOptions options;
-  options.laps = command.laps, options.beams = command.beams, options.azimuths = command.azimuths, options.cars = command.cars;
-  options.u_begin_m = command.u_begin_m, options.u_end_m = command.u_end_m, options.speed_mps = command.speed_mps;
-  options.range_noise_m = command.noise_m, options.drift_m_per_100m = command.drift_m, options.drift_rad_per_100m = command.drift_rad;
-  options.grass_height_m = command.grass_m, options.seed = command.seed, options.threads = command.threads;
+  options.laps = command.laps, options.beams = command.beams, options.azimuths = command.azimuths,
+  options.cars = command.cars;
+  options.u_begin_m = command.u_begin_m, options.u_end_m = command.u_end_m,
+  options.speed_mps = command.speed_mps;
+  options.range_noise_m = command.noise_m, options.drift_m_per_100m = command.drift_m,
+  options.drift_rad_per_100m = command.drift_rad;
+  options.grass_height_m = command.grass_m, options.seed = command.seed,
+  options.threads = command.threads;
   if (!command.v_m.empty()) options.v_m = command.v_m;
   const cloud::ScanSynthReport made = cloud::synth_scans(road, command.output_dir, options);
   const std::string truth = command.output_dir + "/truth.crg";
   crg::write(road, truth, crg::Format::KRBI);
-  fmt::print("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n", made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
+  fmt::print("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
+             made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
              made.truth_path, truth);
   return 0;
 }

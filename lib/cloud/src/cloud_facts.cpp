@@ -20,7 +20,8 @@ double smallest_step(std::vector<double> values) {
 
 double float32_step(double value) {
   const auto magnitude = static_cast<float>(std::abs(value));
-  return static_cast<double>(std::nextafter(magnitude, std::numeric_limits<float>::infinity())) - static_cast<double>(magnitude);
+  return static_cast<double>(std::nextafter(magnitude, std::numeric_limits<float>::infinity())) -
+         static_cast<double>(magnitude);
 }
 
 }  // namespace
@@ -37,9 +38,12 @@ CloudFacts describe(const std::string& path, const CloudReadOptions& options) {
       const auto [low, high] = std::minmax_element(axes[k]->begin(), axes[k]->end());
       facts.min_m[k] = std::min(facts.min_m[k], *low + chunk.origin_m[k]);
       facts.max_m[k] = std::max(facts.max_m[k], *high + chunk.origin_m[k]);
-      if (sample[static_cast<std::size_t>(k)].empty()) sample[static_cast<std::size_t>(k)] = *axes[k];
+      if (sample[static_cast<std::size_t>(k)].empty())
+        sample[static_cast<std::size_t>(k)] = *axes[k];
     }
-    for (const double t : chunk.time_s) facts.time_begin_s = std::min(facts.time_begin_s, t), facts.time_end_s = std::max(facts.time_end_s, t);
+    for (const double t : chunk.time_s)
+      facts.time_begin_s = std::min(facts.time_begin_s, t),
+      facts.time_end_s = std::max(facts.time_end_s, t);
     facts.has_time |= !chunk.time_s.empty();
     facts.has_intensity |= !chunk.intensity.empty();
     for (const std::uint8_t c : chunk.classification) ++facts.points_of_class[c];
@@ -50,10 +54,16 @@ CloudFacts describe(const std::string& path, const CloudReadOptions& options) {
     double& step = facts.resolution_m[k];
     step = smallest_step(std::move(sample[k]));
     const double scale = k == 2 ? facts.read.metres_per_height_unit : facts.read.metres_per_unit;
-    if (facts.read.float32) step = std::max(step, scale * float32_step(std::max(std::abs(facts.min_m[axis]), std::abs(facts.max_m[axis])) / scale));
+    if (facts.read.float32)
+      step = std::max(step, scale * float32_step(std::max(std::abs(facts.min_m[axis]),
+                                                          std::abs(facts.max_m[axis])) /
+                                                 scale));
     if (step > 0.015 && facts.read.points >= 100)
       facts.read.remarks.push_back(fmt::format("{} is quantised to {:g} m{}", "xyz"[k], step,
-                                               facts.read.float32 ? " (float32 coordinates far from zero); export the cloud in double or with a local origin" : ""));
+                                               facts.read.float32
+                                                   ? " (float32 coordinates far from zero); export "
+                                                     "the cloud in double or with a local origin"
+                                                   : ""));
   }
   return facts;
 }

@@ -10,7 +10,8 @@ namespace cloud {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr double kGate_m = 0.02;  // beyond the robust heights around: four times the noise of a good sensor
+constexpr double kGate_m =
+    0.02;  // beyond the robust heights around: four times the noise of a good sensor
 constexpr std::size_t kStripeRows = 64;
 
 /// Lowest and highest robust height among a cell and its neighbours.
@@ -27,9 +28,11 @@ std::vector<Band> bands_of(const HeightCells& surface, unsigned threads) {
         if (!std::isfinite(surface.height_m[i * surface.across + j])) continue;
         for (std::size_t k = i + surface.along - 1; k <= i + surface.along + 1; ++k) {
           if (!surface.closed && (k < surface.along || k >= 2 * surface.along)) continue;
-          for (std::size_t l = j - std::min<std::size_t>(j, 1); l <= std::min(j + 1, surface.across - 1); ++l) {
+          for (std::size_t l = j - std::min<std::size_t>(j, 1);
+               l <= std::min(j + 1, surface.across - 1); ++l) {
             const float h = surface.height_m[k % surface.along * surface.across + l];
-            if (std::isfinite(h)) band.low = std::fmin(band.low, h), band.high = std::fmax(band.high, h);
+            if (std::isfinite(h))
+              band.low = std::fmin(band.low, h), band.high = std::fmax(band.high, h);
           }
         }
       }
@@ -39,11 +42,13 @@ std::vector<Band> bands_of(const HeightCells& surface, unsigned threads) {
 
 }  // namespace
 
-NodeSums accumulate(const CloudSource& source, const RoadFrame& frame, const RoadTrajectory* trajectory, const Sections& sections, const Drift& drift,
+NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
+                    const RoadTrajectory* trajectory, const Sections& sections, const Drift& drift,
                     const HeightCells& surface, const MapOptions& options, MapReport& report) {
   const std::size_t columns = frame.columns(), rows = frame.rows() - (frame.closed() ? 1 : 0);
   NodeSums sums;
-  sums.points.assign(rows * columns, 0.0f), sums.height.assign(rows * columns, 0.0f), sums.height2.assign(rows * columns, 0.0f);
+  sums.points.assign(rows * columns, 0.0f), sums.height.assign(rows * columns, 0.0f),
+      sums.height2.assign(rows * columns, 0.0f);
   const std::vector<Band> bands = bands_of(surface, options.threads);
   const std::size_t stripes = rows / kStripeRows + 1;
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -57,9 +62,12 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame, const Roa
       for (std::size_t k = from; k < to; ++k) {
         if (place(chunk, k, point) != Placed::on_road) continue;
         if (trajectory == nullptr && options.correct_drift) {
-          const auto s = std::min(static_cast<std::size_t>(point.driven_m / kSectionLength_m), sections.list.size() - 1);
+          const auto s = std::min(static_cast<std::size_t>(point.driven_m / kSectionLength_m),
+                                  sections.list.size() - 1);
           const Section& section = sections.list[s];
-          const Eigen::Vector3d p = section.position_m + drift.correction[s].head<3>() + rotation_of(drift.correction[s], section.heading_rad) * (point.map_m - section.position_m);
+          const Eigen::Vector3d p = section.position_m + drift.correction[s].head<3>() +
+                                    rotation_of(drift.correction[s], section.heading_rad) *
+                                        (point.map_m - section.position_m);
           const std::optional<GridPlace> moved = frame.project(p.x(), p.y(), point.place.row);
           if (!moved) continue;
           point.place = *moved;
@@ -68,7 +76,9 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame, const Roa
         std::size_t i = 0, j = 0;
         if (!surface.cell_of(point.place, i, j)) continue;
         const Band& band = bands[i * surface.across + j];
-        if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m && point.above_base_m < static_cast<double>(band.high) + kGate_m)) continue;
+        if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
+              point.above_base_m < static_cast<double>(band.high) + kGate_m))
+          continue;
         std::size_t column = 0;
         double share = 0.0;
         if (!frame.column_of(point.place.v_m, column, share)) continue;
@@ -89,18 +99,22 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame, const Roa
     report.points += chunk.size();
     std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
     for (std::size_t k = 0; k < node.size(); ++k)
-      if (node[k] != kNone) order[at[node[k] / columns / kStripeRows]++] = static_cast<std::uint32_t>(k);
+      if (node[k] != kNone)
+        order[at[node[k] / columns / kStripeRows]++] = static_cast<std::uint32_t>(k);
     road::parallel_for(stripes, 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = begin[from]; k < begin[to]; ++k) {
         const std::uint32_t point = order[k];
-        sums.points[node[point]] += 1.0f, sums.height[node[point]] += height[point], sums.height2[node[point]] += height[point] * height[point];
+        sums.points[node[point]] += 1.0f, sums.height[node[point]] += height[point],
+            sums.height2[node[point]] += height[point] * height[point];
       }
     });
   });
   return sums;
 }
 
-void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, const Sections& sections, const Drift& drift, const MapOptions& options, MapResult& result) {
+void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
+          const Sections& sections, const Drift& drift, const MapOptions& options,
+          MapResult& result) {
   const std::size_t columns = frame.columns(), rows = frame.rows() - (frame.closed() ? 1 : 0);
   result.grid = base, result.stddev = base, result.source = base;
   // Drift that is left, along the road: heights of the middle and cross slope, best pass.
@@ -108,7 +122,9 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, c
   std::vector<double> height_information(stations, 0.0), roll_information(stations, 0.0);
   for (std::size_t i = 0; i < sections.list.size(); ++i) {
     if (!sections.list[i].has_data()) continue;
-    const std::size_t s = std::min(stations - 1, static_cast<std::size_t>(sections.list[i].row * frame.u_step_m() / kSectionLength_m));
+    const std::size_t s = std::min(
+        stations - 1,
+        static_cast<std::size_t>(sections.list[i].row * frame.u_step_m() / kSectionLength_m));
     height_information[s] += 1.0 / std::max(1e-10, drift.stddev[i][2] * drift.stddev[i][2]);
     roll_information[s] += 1.0 / std::max(1e-12, drift.stddev[i][3] * drift.stddev[i][3]);
   }
@@ -116,23 +132,28 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, c
   for (std::size_t k = 0; k < sums.points.size(); k += 17)
     if (sums.points[k] >= 8.0f) {
       const float mean = sums.height[k] / sums.points[k];
-      noise.push_back(std::sqrt(std::max(0.0f, sums.height2[k] / sums.points[k] - mean * mean) * sums.points[k] / (sums.points[k] - 1.0f)));
+      noise.push_back(std::sqrt(std::max(0.0f, sums.height2[k] / sums.points[k] - mean * mean) *
+                                sums.points[k] / (sums.points[k] - 1.0f)));
     }
   double typical_noise = 0.005;
   if (!noise.empty()) {
-    std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
+    std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2),
+                     noise.end());
     typical_noise = static_cast<double>(noise[noise.size() / 2]);
   }
   const auto least = static_cast<float>(options.min_points);
   road::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
-      const std::size_t s = std::min(stations - 1, static_cast<std::size_t>(static_cast<double>(i) * frame.u_step_m() / kSectionLength_m));
+      const std::size_t s = std::min(
+          stations - 1,
+          static_cast<std::size_t>(static_cast<double>(i) * frame.u_step_m() / kSectionLength_m));
       for (std::size_t j = 0; j < columns; ++j) {
         const std::size_t k = i * columns + j;
         const double v = frame.v_m()[j];
         const auto set = [&](float z, double stddev, NodeSource from_where) {
           result.grid.z_m[k] = z, result.stddev.z_m[k] = static_cast<float>(stddev);
-          result.source.z_m[k] = from_where == NodeSource::hole ? kNaN : static_cast<float>(from_where);
+          result.source.z_m[k] =
+              from_where == NodeSource::hole ? kNaN : static_cast<float>(from_where);
         };
         const float z = base.z_m[k];
         if (!std::isfinite(z)) {
@@ -145,7 +166,8 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, c
           how = NodeSource::lidar;
           n = static_cast<double>(sums.points[k]);
           mean = static_cast<double>(sums.height[k]) / n;
-          const double scatter2 = std::max(0.0, static_cast<double>(sums.height2[k]) / n - mean * mean) * n / (n - 1.0);
+          const double scatter2 =
+              std::max(0.0, static_cast<double>(sums.height2[k]) / n - mean * mean) * n / (n - 1.0);
           // Few points say little about their own scatter: the typical one counts as ten more.
           variance = ((n - 1.0) * scatter2 + 10.0 * typical_noise * typical_noise) / (n + 9.0) / n;
         } else {  // a gap among nodes with points
@@ -154,9 +176,13 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, c
             for (int dj = -1; dj <= 1; ++dj) {
               const auto jj = static_cast<std::ptrdiff_t>(j) + dj;
               auto ii = static_cast<std::ptrdiff_t>(i) + di;
-              if (frame.closed()) ii = (ii + static_cast<std::ptrdiff_t>(rows)) % static_cast<std::ptrdiff_t>(rows);
-              if (ii < 0 || ii >= static_cast<std::ptrdiff_t>(rows) || jj < 0 || jj >= static_cast<std::ptrdiff_t>(columns)) continue;
-              const std::size_t other = static_cast<std::size_t>(ii) * columns + static_cast<std::size_t>(jj);
+              if (frame.closed())
+                ii = (ii + static_cast<std::ptrdiff_t>(rows)) % static_cast<std::ptrdiff_t>(rows);
+              if (ii < 0 || ii >= static_cast<std::ptrdiff_t>(rows) || jj < 0 ||
+                  jj >= static_cast<std::ptrdiff_t>(columns))
+                continue;
+              const std::size_t other =
+                  static_cast<std::size_t>(ii) * columns + static_cast<std::size_t>(jj);
               if (sums.points[other] < least) continue;
               const double h = static_cast<double>(sums.height[other] / sums.points[other]);
               around += 1.0, sum += h, sum2 += h * h;
@@ -164,7 +190,8 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, c
           if (around >= 4.0) {
             how = NodeSource::interpolated;
             mean = sum / around;
-            variance = std::max(0.0, sum2 / around - mean * mean) + typical_noise * typical_noise / 4.0;
+            variance =
+                std::max(0.0, sum2 / around - mean * mean) + typical_noise * typical_noise / 4.0;
           }
         }
         if (how == NodeSource::base) {
@@ -174,32 +201,41 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, c
         if (height_information[s] > 0.0) variance += 1.0 / height_information[s];
         if (roll_information[s] > 0.0) variance += v * v / roll_information[s];
         // A base that the points contradict is as uncertain as it is wrong.
-        const double base_variance = std::max(options.base_stddev_m * options.base_stddev_m, mean * mean - variance);
+        const double base_variance =
+            std::max(options.base_stddev_m * options.base_stddev_m, mean * mean - variance);
         const double weight = base_variance / (base_variance + variance);
-        set(static_cast<float>(static_cast<double>(z) + weight * mean), std::sqrt(weight * variance), how);
+        set(static_cast<float>(static_cast<double>(z) + weight * mean),
+            std::sqrt(weight * variance), how);
       }
     }
   });
   if (frame.closed())  // the last row is the first again
     for (std::size_t j = 0; j < columns; ++j) {
       const std::size_t last = rows * columns + j;
-      const bool changed = result.source.z_m[j] >= static_cast<float>(NodeSource::lidar) && std::isfinite(base.z_m[last]);
-      result.grid.z_m[last] = changed ? base.z_m[last] + (result.grid.z_m[j] - base.z_m[j]) : base.z_m[last];
-      result.stddev.z_m[last] = result.stddev.z_m[j], result.source.z_m[last] = result.source.z_m[j];
+      const bool changed = result.source.z_m[j] >= static_cast<float>(NodeSource::lidar) &&
+                           std::isfinite(base.z_m[last]);
+      result.grid.z_m[last] =
+          changed ? base.z_m[last] + (result.grid.z_m[j] - base.z_m[j]) : base.z_m[last];
+      result.stddev.z_m[last] = result.stddev.z_m[j],
+      result.source.z_m[last] = result.source.z_m[j];
     }
   MapReport& report = result.report;
   std::vector<float> changes;
   for (std::size_t k = 0; k < result.source.z_m.size(); ++k) {
     ++report.nodes;
     const float source = result.source.z_m[k];
-    if (!std::isfinite(source)) ++report.nodes_hole;
-    else if (source == static_cast<float>(NodeSource::base)) ++report.nodes_base;
+    if (!std::isfinite(source))
+      ++report.nodes_hole;
+    else if (source == static_cast<float>(NodeSource::base))
+      ++report.nodes_base;
     else {
-      ++(source == static_cast<float>(NodeSource::lidar) ? report.nodes_lidar : report.nodes_interpolated);
+      ++(source == static_cast<float>(NodeSource::lidar) ? report.nodes_lidar
+                                                         : report.nodes_interpolated);
       changes.push_back(std::abs(result.grid.z_m[k] - base.z_m[k]));
     }
   }
-  report.coverage = static_cast<double>(report.nodes_lidar) / std::max(1.0, static_cast<double>(report.nodes - report.nodes_hole));
+  report.coverage = static_cast<double>(report.nodes_lidar) /
+                    std::max(1.0, static_cast<double>(report.nodes - report.nodes_hole));
   if (changes.empty()) return;
   std::sort(changes.begin(), changes.end());
   report.changed_p50_m = static_cast<double>(changes[changes.size() / 2]);

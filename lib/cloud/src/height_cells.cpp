@@ -18,25 +18,32 @@ bool HeightCells::cell_of(const GridPlace& place, std::size_t& i, std::size_t& j
 
 double HeightCells::at(const GridPlace& place) const {
   const double a = place.row / cell_rows - 0.5, b = (place.v_m - v_begin_m) / cell_m - 0.5;
-  if (!(b >= 0.0 && b < static_cast<double>(across) - 1.0)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(b >= 0.0 && b < static_cast<double>(across) - 1.0))
+    return std::numeric_limits<double>::quiet_NaN();
   auto i = static_cast<std::ptrdiff_t>(std::floor(a));
   const double f = a - static_cast<double>(i);
   const auto j = static_cast<std::size_t>(b);
   const double g = b - static_cast<double>(j);
   const auto n = static_cast<std::ptrdiff_t>(along);
   std::ptrdiff_t next = i + 1;
-  if (closed) i = (i + n) % n, next = (next + n) % n;
-  else i = std::clamp<std::ptrdiff_t>(i, 0, n - 1), next = std::clamp<std::ptrdiff_t>(next, 0, n - 1);
+  if (closed)
+    i = (i + n) % n, next = (next + n) % n;
+  else
+    i = std::clamp<std::ptrdiff_t>(i, 0, n - 1), next = std::clamp<std::ptrdiff_t>(next, 0, n - 1);
   const float* const p = height_m.data() + static_cast<std::size_t>(i) * across + j;
   const float* const q = height_m.data() + static_cast<std::size_t>(next) * across + j;
-  return (1.0 - f) * ((1.0 - g) * static_cast<double>(p[0]) + g * static_cast<double>(p[1])) + f * ((1.0 - g) * static_cast<double>(q[0]) + g * static_cast<double>(q[1]));
+  return (1.0 - f) * ((1.0 - g) * static_cast<double>(p[0]) + g * static_cast<double>(p[1])) +
+         f * ((1.0 - g) * static_cast<double>(q[0]) + g * static_cast<double>(q[1]));
 }
 
-HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections, const RoadFrame& frame, int pass, unsigned threads) {
+HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
+                     const RoadFrame& frame, int pass, unsigned threads) {
   HeightCells cells;
-  cells.along = std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kSectionCell_m));
+  cells.along =
+      std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kSectionCell_m));
   cells.cell_rows = static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);
-  cells.across = static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
+  cells.across =
+      static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
   cells.v_begin_m = frame.v_m().front();
   cells.closed = frame.closed();
   struct Entry {
@@ -56,7 +63,9 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
         std::size_t i = 0, j = 0;
         if (!place || !cells.cell_of(*place, i, j)) continue;
         const double height = p.z() - frame.z_origin_m() - frame.height(*place);
-        if (std::isfinite(height)) found[k].push_back({static_cast<std::uint32_t>(i * cells.across + j), static_cast<float>(height), cell.points});
+        if (std::isfinite(height))
+          found[k].push_back({static_cast<std::uint32_t>(i * cells.across + j),
+                              static_cast<float>(height), cell.points});
       }
     }
   });
@@ -89,7 +98,8 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
 
 WrongPlaces wrong_places(HeightCells cells, unsigned threads) {
   constexpr double kLimit_m = 0.005;
-  const auto along = static_cast<std::ptrdiff_t>(cells.along), across = static_cast<std::ptrdiff_t>(cells.across);
+  const auto along = static_cast<std::ptrdiff_t>(cells.along),
+             across = static_cast<std::ptrdiff_t>(cells.across);
   std::vector<std::uint8_t> off(cells.height_m.size(), 0);
   const auto row_of = [&](std::ptrdiff_t i) { return cells.closed ? (i + along) % along : i; };
   road::parallel_for(cells.along, 16, threads, [&](std::size_t begin, std::size_t end) {
@@ -108,7 +118,8 @@ WrongPlaces wrong_places(HeightCells cells, unsigned threads) {
           }
         const auto middle = window.begin() + static_cast<std::ptrdiff_t>(window.size() / 2);
         std::nth_element(window.begin(), middle, window.end());
-        off[static_cast<std::size_t>(i * across + j)] = std::abs(static_cast<double>(here - *middle)) > kLimit_m ? 1 : 0;
+        off[static_cast<std::size_t>(i * across + j)] =
+            std::abs(static_cast<double>(here - *middle)) > kLimit_m ? 1 : 0;
       }
   });
   WrongPlaces places;
@@ -119,7 +130,8 @@ WrongPlaces wrong_places(HeightCells cells, unsigned threads) {
       for (std::ptrdiff_t a = -1; a <= 1; ++a)
         for (std::ptrdiff_t b = -1; b <= 1; ++b) {
           const std::ptrdiff_t k = row_of(i + a), l = j + b;
-          if (k >= 0 && k < along && l >= 0 && l < across) places.wrong[static_cast<std::size_t>(k * across + l)] = 1;
+          if (k >= 0 && k < along && l >= 0 && l < across)
+            places.wrong[static_cast<std::size_t>(k * across + l)] = 1;
         }
     }
   cells.height_m.clear();

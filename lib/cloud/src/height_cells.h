@@ -19,11 +19,12 @@ struct HeightCells {
 };
 
 /// `pass` < 0: all passes.
-HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections, const RoadFrame& frame, int pass, unsigned threads);
+HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
+                     const RoadFrame& frame, int pass, unsigned threads);
 
 /// Cells where the base has another shape than the points: a kerb or a bump that it lacks.
 struct WrongPlaces {
-  HeightCells cells;              ///< for its geometry
+  HeightCells cells;  ///< for its geometry
   std::vector<std::uint8_t> wrong;
   bool contains(const GridPlace& place) const {
     std::size_t i = 0, j = 0;
@@ -31,8 +32,8 @@ struct WrongPlaces {
   }
 };
 
-/// Heights that differ by more than 5 mm from the median of the 5 m x 2.25 m around, and their neighbours.
-/// Drift and bankings are even over such a window.
+/// Heights that differ by more than 5 mm from the median of the 5 m x 2.25 m around, and their
+/// neighbours. Drift and bankings are even over such a window.
 WrongPlaces wrong_places(HeightCells cells, unsigned threads);
 
 }  // namespace cloud

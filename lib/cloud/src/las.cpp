@@ -40,14 +40,17 @@ std::optional<LengthUnit> unit_of(int epsg) {
   return std::nullopt;
 }
 
-void use_units(const std::optional<LengthUnit>& plan, const std::optional<LengthUnit>& height, CloudReadReport& report) {
+void use_units(const std::optional<LengthUnit>& plan, const std::optional<LengthUnit>& height,
+               CloudReadReport& report) {
   if (!plan) return;
   report.unit = plan->name;
   report.metres_per_unit = plan->metres;
   report.metres_per_height_unit = height ? height->metres : plan->metres;
   report.unit_from_file = true;
   if (report.metres_per_height_unit != report.metres_per_unit)
-    report.remarks.push_back(fmt::format("heights are in {}, the plan is in {}, both as the coordinate system says", height->name, plan->name));
+    report.remarks.push_back(
+        fmt::format("heights are in {}, the plan is in {}, both as the coordinate system says",
+                    height->name, plan->name));
 }
 
 void read_geo_keys(std::string_view record, CloudReadReport& report) {
@@ -70,14 +73,17 @@ std::optional<LengthUnit> unit_in(std::string_view wkt) {
   const std::size_t at = wkt.rfind("UNIT[\"");
   if (at == std::string_view::npos) return std::nullopt;
   const std::string_view text = wkt.substr(at + 6, 60);
-  if (text.find("0.30480060") != std::string_view::npos || text.starts_with("US survey f")) return unit_of(9003);
-  if (text.find("0.3048") != std::string_view::npos || text.starts_with("foot")) return unit_of(9002);
+  if (text.find("0.30480060") != std::string_view::npos || text.starts_with("US survey f"))
+    return unit_of(9003);
+  if (text.find("0.3048") != std::string_view::npos || text.starts_with("foot"))
+    return unit_of(9002);
   if (text.starts_with("met") || text.starts_with("Met")) return unit_of(9001);
   return std::nullopt;
 }
 
 void read_wkt(std::string_view text, CloudReadReport& report) {
-  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) text = text.substr(0, nul);
+  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
+    text = text.substr(0, nul);
   const std::size_t begin = text.find("PROJCS[\"");
   if (begin == std::string_view::npos) return;
   const std::size_t quote = text.find('"', begin + 8);
@@ -85,21 +91,26 @@ void read_wkt(std::string_view text, CloudReadReport& report) {
   report.coordinate_system = std::string(text.substr(begin + 8, quote - begin - 8));
   const std::size_t vertical = text.find("VERT_CS", begin);
   const bool has_vertical = vertical != std::string_view::npos;
-  use_units(unit_in(text.substr(begin, has_vertical ? vertical - begin : vertical)), has_vertical ? unit_in(text.substr(vertical)) : std::nullopt, report);
+  use_units(unit_in(text.substr(begin, has_vertical ? vertical - begin : vertical)),
+            has_vertical ? unit_in(text.substr(vertical)) : std::nullopt, report);
 }
 
-void read_variable_records(std::string_view bytes, std::size_t begin, std::size_t count, std::size_t end, CloudReadReport& report) {
+void read_variable_records(std::string_view bytes, std::size_t begin, std::size_t count,
+                           std::size_t end, CloudReadReport& report) {
   std::size_t here = begin;
   for (std::size_t k = 0; k < count; ++k) {
     if (here + 54 > end) {
-      report.remarks.push_back(fmt::format("{} of {} variable length records lie beyond the header area and were passed over", count - k, count));
+      report.remarks.push_back(fmt::format(
+          "{} of {} variable length records lie beyond the header area and were passed over",
+          count - k, count));
       return;
     }
     const std::string_view user = bytes.substr(here + 2, 16);
     const auto id = at<std::uint16_t>(bytes, here + 18);
     const std::size_t length = at<std::uint16_t>(bytes, here + 20);
     if (length > end - here - 54) {
-      report.remarks.push_back("a variable length record is longer than the header area and was passed over");
+      report.remarks.push_back(
+          "a variable length record is longer than the header area and was passed over");
       return;
     }
     const std::string_view record = bytes.substr(here + 54, length);
@@ -108,7 +119,9 @@ void read_variable_records(std::string_view bytes, std::size_t begin, std::size_
       if (id == 2112) read_wkt(record, report);
     }
     if (user.starts_with("laszip encoded"))
-      throw road::Error("holds compressed LAS (LASzip), which is not read; unpack it with 'laszip -i in.laz -o out.las' or 'pdal translate in.laz out.las'");
+      throw road::Error(
+          "holds compressed LAS (LASzip), which is not read; unpack it with 'laszip -i in.laz -o "
+          "out.las' or 'pdal translate in.laz out.las'");
     here += 54 + length;
   }
 }
@@ -117,19 +130,29 @@ void read_variable_records(std::string_view bytes, std::size_t begin, std::size_
 
 Records las_records(std::string_view bytes, const std::string& name, CloudReadReport& report) {
   const auto fail = [&](const std::string& text) { return road::Error(name + ": " + text); };
-  if (bytes.size() < 227) throw fail(fmt::format("LAS header truncated: {} bytes seen, 227 wanted; copy the file again", bytes.size()));
+  if (bytes.size() < 227)
+    throw fail(fmt::format("LAS header truncated: {} bytes seen, 227 wanted; copy the file again",
+                           bytes.size()));
   const int major = at<std::uint8_t>(bytes, 24), minor = at<std::uint8_t>(bytes, 25);
-  if (major != 1 || minor > 4) throw fail(fmt::format("LAS version {}.{} seen, 1.0 to 1.4 wanted", major, minor));
+  if (major != 1 || minor > 4)
+    throw fail(fmt::format("LAS version {}.{} seen, 1.0 to 1.4 wanted", major, minor));
   const std::size_t header = at<std::uint16_t>(bytes, 94), data = at<std::uint32_t>(bytes, 96);
   const std::size_t vlrs = at<std::uint32_t>(bytes, 100);
   int format = at<std::uint8_t>(bytes, 104);
-  if (format & 0xC0) throw fail("holds compressed LAS (LASzip), which is not read; unpack it with 'laszip -i in.laz -o out.las' or 'pdal translate in.laz out.las'");
+  if (format & 0xC0)
+    throw fail(
+        "holds compressed LAS (LASzip), which is not read; unpack it with 'laszip -i in.laz -o "
+        "out.las' or 'pdal translate in.laz out.las'");
   if (format > 10) throw fail(fmt::format("point format {} seen, 0 to 10 wanted", format));
   const std::size_t length = at<std::uint16_t>(bytes, 105);
   const PointFormat& layout = kFormats[format];
-  if (length < layout.length) throw fail(fmt::format("point format {} wants records of {} bytes, the header says {}", format, layout.length, length));
+  if (length < layout.length)
+    throw fail(fmt::format("point format {} wants records of {} bytes, the header says {}", format,
+                           layout.length, length));
   if (header < 227 || header > bytes.size() || data < header || data > bytes.size())
-    throw fail(fmt::format("corrupt header: header of {} bytes, points at byte {}, file of {} bytes", header, data, bytes.size()));
+    throw fail(
+        fmt::format("corrupt header: header of {} bytes, points at byte {}, file of {} bytes",
+                    header, data, bytes.size()));
   std::uint64_t count = at<std::uint32_t>(bytes, 107);
   if (minor == 4 && header >= 375) {
     const auto count64 = at<std::uint64_t>(bytes, 247);
@@ -138,7 +161,9 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
   if (count == 0) throw fail("no points in this file");
   const std::size_t room = (bytes.size() - data) / length;
   if (count > room)
-    throw fail(fmt::format("truncated: the header promises {} points, {} fit into the {} bytes; copy the file again", count, room, bytes.size()));
+    throw fail(fmt::format(
+        "truncated: the header promises {} points, {} fit into the {} bytes; copy the file again",
+        count, room, bytes.size()));
   try {
     read_variable_records(bytes, header, vlrs, data, report);
   } catch (const road::Error& error) {
@@ -148,18 +173,22 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
   records.bytes = bytes;
   records.count = count;
   for (int axis = 0; axis < 3; ++axis) {
-    Field field{static_cast<Role>(axis), FieldType::i32, data + 4 * static_cast<std::size_t>(axis), length};
+    Field field{static_cast<Role>(axis), FieldType::i32, data + 4 * static_cast<std::size_t>(axis),
+                length};
     field.scale = at<double>(bytes, 131 + 8 * static_cast<std::size_t>(axis));
     field.add = at<double>(bytes, 155 + 8 * static_cast<std::size_t>(axis));
     if (!std::isfinite(field.scale) || field.scale == 0.0 || !std::isfinite(field.add))
-      throw fail(fmt::format("scale {} and offset {} of axis {} seen, finite numbers wanted, the scale not 0", field.scale, field.add, "xyz"[axis]));
+      throw fail(fmt::format(
+          "scale {} and offset {} of axis {} seen, finite numbers wanted, the scale not 0",
+          field.scale, field.add, "xyz"[axis]));
     records.fields.push_back(field);
   }
   records.fields.push_back({Role::intensity, FieldType::u16, data + 12, length});
   Field classes{Role::classification, FieldType::u8, data + (format < 6 ? 15u : 16u), length};
   if (format < 6) classes.mask = 0x1f;  // the upper bits are flags
   records.fields.push_back(classes);
-  if (layout.time != 0) records.fields.push_back({Role::time, FieldType::f64, data + layout.time, length});
+  if (layout.time != 0)
+    records.fields.push_back({Role::time, FieldType::f64, data + layout.time, length});
   report.format = fmt::format("LAS {}.{}, point format {}", major, minor, format);
   return records;
 }

@@ -15,7 +15,9 @@ namespace cloud {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// The source, with its own time kept apart from that of its reader.
 CloudSource timed(const CloudSource& source, double& seconds) {
@@ -31,40 +33,58 @@ CloudSource timed(const CloudSource& source, double& seconds) {
   };
 }
 
-std::string box(double x0, double x1, double y0, double y1) { return fmt::format("x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m", x0, x1, y0, y1); }
+std::string box(double x0, double x1, double y0, double y1) {
+  return fmt::format("x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m", x0, x1, y0, y1);
+}
 
 /// Says what the counts of the first reading tell about clock, frame and units.
-void check(const Sections& sections, const RoadFrame& frame, const RoadTrajectory* trajectory, const MapOptions& options) {
+void check(const Sections& sections, const RoadFrame& frame, const RoadTrajectory* trajectory,
+           const MapOptions& options) {
   const auto all = static_cast<double>(sections.points);
   Eigen::Vector2d low = frame.node_position(0, 0.0), high = low;
-  for (std::size_t i = 0; i < frame.rows(); ++i) low = low.cwiseMin(frame.node_position(i, 0.0)), high = high.cwiseMax(frame.node_position(i, 0.0));
-  const double ratio = (high - low).norm() / std::max(1e-9, (sections.max_m - sections.min_m).norm());
+  for (std::size_t i = 0; i < frame.rows(); ++i)
+    low = low.cwiseMin(frame.node_position(i, 0.0)),
+    high = high.cwiseMax(frame.node_position(i, 0.0));
+  const double ratio =
+      (high - low).norm() / std::max(1e-9, (sections.max_m - sections.min_m).norm());
   std::string hint = "is one of them in another frame or unit?";
   for (const auto& [factor, unit] : {std::pair{100.0, "cm"}, {1000.0, "mm"}, {3.28084, "ft"}})
-    if (std::abs(ratio / factor - 1.0) < 0.25) hint = fmt::format("the base is {:.4g} times as large, as if it were in {}", ratio, unit);
+    if (std::abs(ratio / factor - 1.0) < 0.25)
+      hint = fmt::format("the base is {:.4g} times as large, as if it were in {}", ratio, unit);
   if (trajectory != nullptr && static_cast<double>(sections.without_pose) > 0.5 * all) {
     const std::vector<double>& t = trajectory->poses.time_s;
-    throw road::Error(fmt::format("{:.0f} % of the points lie outside the trajectory's time: points {:.3f} to {:.3f} s, trajectory {:.3f} to {:.3f} s; both must use one clock",
-                                  100.0 * static_cast<double>(sections.without_pose) / all, sections.time_begin_s, sections.time_end_s, t.front(), t.back()));
+    throw road::Error(
+        fmt::format("{:.0f} % of the points lie outside the trajectory's time: points {:.3f} to "
+                    "{:.3f} s, trajectory {:.3f} to {:.3f} s; both must use one clock",
+                    100.0 * static_cast<double>(sections.without_pose) / all, sections.time_begin_s,
+                    sections.time_end_s, t.front(), t.back()));
   }
   const double placed = all - static_cast<double>(sections.without_pose);
   const double on_road = placed - static_cast<double>(sections.off_road);
   if (on_road < 0.01 * placed || on_road < 100.0) {
-    throw road::Error(fmt::format("the cloud does not overlap the base: points {}, base {}; {}", box(sections.min_m.x(), sections.max_m.x(), sections.min_m.y(), sections.max_m.y()),
-                                  box(low.x(), high.x(), low.y(), high.y()), hint));
+    throw road::Error(fmt::format(
+        "the cloud does not overlap the base: points {}, base {}; {}",
+        box(sections.min_m.x(), sections.max_m.x(), sections.min_m.y(), sections.max_m.y()),
+        box(low.x(), high.x(), low.y(), high.y()), hint));
   }
   if (static_cast<double>(sections.far_from_base) > 0.5 * on_road)
-    throw road::Error(fmt::format("{:.0f} % of the points on the road lie more than {} m above or below the base; the {} not fit (height datum, clock, mounting of the sensor: --extrinsic); {}",
-                                  100.0 * static_cast<double>(sections.far_from_base) / on_road, options.gate_m, trajectory != nullptr ? "trajectory's frame or clock does" : "cloud's frame does", hint));
+    throw road::Error(fmt::format(
+        "{:.0f} % of the points on the road lie more than {} m above or below the base; the {} not "
+        "fit (height datum, clock, mounting of the sensor: --extrinsic); {}",
+        100.0 * static_cast<double>(sections.far_from_base) / on_road, options.gate_m,
+        trajectory != nullptr ? "trajectory's frame or clock does" : "cloud's frame does", hint));
 }
 
 /// The trajectory with the drift taken out.
-Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections& sections, const Drift& drift) {
+Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections& sections,
+                                const Drift& drift) {
   Trajectory out = trajectory.poses;
   for (std::size_t i = 0; i < out.size(); ++i) {
     // The two sections around, of this piece.
     const double at = out.driven_m[i];
-    auto k = static_cast<std::size_t>(std::upper_bound(sections.centre_m.begin(), sections.centre_m.end(), at) - sections.centre_m.begin());
+    auto k = static_cast<std::size_t>(
+        std::upper_bound(sections.centre_m.begin(), sections.centre_m.end(), at) -
+        sections.centre_m.begin());
     std::size_t a = k == 0 ? 0 : k - 1, b = std::min(k, sections.list.size() - 1);
     const int piece = out.piece[i];
     if (sections.list[a].piece != piece) a = b;
@@ -74,33 +94,43 @@ Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections
     const Correction c = (1.0 - f) * drift.correction[a] + f * drift.correction[b];
     const Eigen::Vector3d ahead = out.orientation[i] * Eigen::Vector3d::UnitX();
     out.position_m[i] += c.head<3>();
-    out.orientation[i] = (Eigen::Quaterniond(rotation_of(c, std::atan2(ahead.y(), ahead.x()))) * out.orientation[i]).normalized();
+    out.orientation[i] =
+        (Eigen::Quaterniond(rotation_of(c, std::atan2(ahead.y(), ahead.x()))) * out.orientation[i])
+            .normalized();
   }
   return out;
 }
 
 /// What the corrections along the road say about the clock.
-void look_at_clock(const Sections& sections, const Drift& drift, const Trajectory& poses, MapReport& report) {
+void look_at_clock(const Sections& sections, const Drift& drift, const Trajectory& poses,
+                   MapReport& report) {
   double sum = 0.0, speed = 0.0, count = 0.0;
   for (std::size_t i = 0; i < sections.list.size(); ++i) {
     if (!sections.list[i].has_data()) continue;
-    sum += drift.correction[i][0] * std::cos(sections.list[i].heading_rad) + drift.correction[i][1] * std::sin(sections.list[i].heading_rad);
+    sum += drift.correction[i][0] * std::cos(sections.list[i].heading_rad) +
+           drift.correction[i][1] * std::sin(sections.list[i].heading_rad);
     count += 1.0;
   }
   double time = 0.0, length = 0.0;
   for (std::size_t i = 1; i < poses.size(); ++i)
-    if (poses.piece[i] == poses.piece[i - 1]) time += poses.time_s[i] - poses.time_s[i - 1], length += poses.driven_m[i] - poses.driven_m[i - 1];
+    if (poses.piece[i] == poses.piece[i - 1])
+      time += poses.time_s[i] - poses.time_s[i - 1],
+          length += poses.driven_m[i] - poses.driven_m[i - 1];
   if (count == 0.0 || time == 0.0) return;
   speed = length / time;
   const double mean = sum / count;
   if (std::abs(mean) > 0.25)
-    report.remarks.push_back(fmt::format("all poses lie {:.2f} m {} along the road on average, which at {:.1f} m/s is a clock that is {:.0f} ms {}", std::abs(mean), mean > 0.0 ? "behind" : "ahead", speed,
-                                         1e3 * std::abs(mean) / speed, mean > 0.0 ? "late" : "early"));
+    report.remarks.push_back(
+        fmt::format("all poses lie {:.2f} m {} along the road on average, which at {:.1f} m/s is a "
+                    "clock that is {:.0f} ms {}",
+                    std::abs(mean), mean > 0.0 ? "behind" : "ahead", speed,
+                    1e3 * std::abs(mean) / speed, mean > 0.0 ? "late" : "early"));
 }
 
 }  // namespace
 
-MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory, const MapOptions& options) {
+MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory,
+                     const MapOptions& options) {
   MapResult result;
   MapReport& report = result.report;
   const RoadFrame frame(base);
@@ -111,7 +141,8 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
 
   Clock::time_point start = Clock::now();
   const Sections sections = collect_sections(source, frame, poses, options);
-  report.looked_at = sections.points, report.without_pose = sections.without_pose, report.off_road = sections.off_road;
+  report.looked_at = sections.points, report.without_pose = sections.without_pose,
+  report.off_road = sections.off_road;
   report.far_from_base = sections.far_from_base, report.on_obstacles = sections.on_obstacles;
   check(sections, frame, poses, options);
   report.seconds_estimate = seconds_since(start);
@@ -128,12 +159,16 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
     look_at_clock(sections, drift, placed.poses, report);
   }
   if (options.correct_drift && options.trust_base && report.rms_after_m > 0.05)
-    throw road::Error(fmt::format("after the correction the points still scatter by {:.0f} mm about the base; the trajectory's clock or frame does not fit, or base and cloud show different places", 1e3 * report.rms_after_m));
+    throw road::Error(fmt::format(
+        "after the correction the points still scatter by {:.0f} mm about the base; the "
+        "trajectory's clock or frame does not fit, or base and cloud show different places",
+        1e3 * report.rms_after_m));
   report.seconds_drift = seconds_since(start);
 
   start = Clock::now();
   const HeightCells surface = cells_of(sections, drift.correction, frame, -1, options.threads);
-  const NodeSums sums = accumulate(source, frame, trajectory != nullptr ? &straightened : nullptr, sections, drift, surface, options, report);
+  const NodeSums sums = accumulate(source, frame, trajectory != nullptr ? &straightened : nullptr,
+                                   sections, drift, surface, options, report);
   report.seconds_grid = seconds_since(start);
   start = Clock::now();
   fuse(sums, frame, base.grid, sections, drift, options, result);

@@ -1,5 +1,5 @@
-// PCD 0.6 and 0.7: ascii, binary, binary_compressed. PCL's own reader trusts the header; ours may be
-// handed any bytes. LZF: the format of Marc Lehmann's liblzf.
+// PCD 0.6 and 0.7: ascii, binary, binary_compressed. PCL's own reader trusts the header; ours may
+// be handed any bytes. LZF: the format of Marc Lehmann's liblzf.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -24,20 +24,29 @@ std::vector<std::string> words_of(std::string_view line) {
 std::size_t number(const std::string& word, const std::string& where) {
   std::size_t value = 0;
   const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (problem != std::errc() || end != word.data() + word.size()) throw road::Error(fmt::format("{}'{}' seen, a whole number wanted", where, word));
+  if (problem != std::errc() || end != word.data() + word.size())
+    throw road::Error(fmt::format("{}'{}' seen, a whole number wanted", where, word));
   return value;
 }
 
 std::optional<FieldType> type_of(const std::string& type, std::size_t size) {
-  if (type == "F") return size == 4 ? std::optional(FieldType::f32) : size == 8 ? std::optional(FieldType::f64) : std::nullopt;
+  if (type == "F")
+    return size == 4   ? std::optional(FieldType::f32)
+           : size == 8 ? std::optional(FieldType::f64)
+                       : std::nullopt;
   const bool is_signed = type == "I";
   if (!is_signed && type != "U") return std::nullopt;
   switch (size) {
-    case 1: return is_signed ? FieldType::i8 : FieldType::u8;
-    case 2: return is_signed ? FieldType::i16 : FieldType::u16;
-    case 4: return is_signed ? FieldType::i32 : FieldType::u32;
-    case 8: return is_signed ? FieldType::i64 : FieldType::u64;
-    default: return std::nullopt;
+    case 1:
+      return is_signed ? FieldType::i8 : FieldType::u8;
+    case 2:
+      return is_signed ? FieldType::i16 : FieldType::u16;
+    case 4:
+      return is_signed ? FieldType::i32 : FieldType::u32;
+    case 8:
+      return is_signed ? FieldType::i64 : FieldType::u64;
+    default:
+      return std::nullopt;
   }
 }
 
@@ -95,12 +104,17 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     if (words[0] == "POINTS") points = number(rest[0], where());
     if (words[0] == "DATA") data = rest[0];
   }
-  if (data.empty()) throw road::Error(where() + "PCD header without a DATA line; the file is truncated or no PCD");
+  if (data.empty())
+    throw road::Error(where() + "PCD header without a DATA line; the file is truncated or no PCD");
   if (counts.empty()) counts.assign(fields.size(), "1");
-  if (fields.empty() || sizes.size() != fields.size() || types.size() != fields.size() || counts.size() != fields.size())
-    throw road::Error(fmt::format("{}{} FIELDS, {} SIZE, {} TYPE, {} COUNT seen, equally many wanted", where(), fields.size(), sizes.size(), types.size(), counts.size()));
+  if (fields.empty() || sizes.size() != fields.size() || types.size() != fields.size() ||
+      counts.size() != fields.size())
+    throw road::Error(
+        fmt::format("{}{} FIELDS, {} SIZE, {} TYPE, {} COUNT seen, equally many wanted", where(),
+                    fields.size(), sizes.size(), types.size(), counts.size()));
   if (points == 0) {
-    if (height != 0 && width > std::numeric_limits<std::size_t>::max() / height) throw road::Error(where() + "WIDTH times HEIGHT is too large");
+    if (height != 0 && width > std::numeric_limits<std::size_t>::max() / height)
+      throw road::Error(where() + "WIDTH times HEIGHT is too large");
     points = width * height;
   }
   if (points == 0) throw road::Error(where() + "no points in this file");
@@ -110,17 +124,25 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
   for (std::size_t k = 0; k < fields.size(); ++k) {
     const std::size_t size = number(sizes[k], where()), count = number(counts[k], where());
     const std::optional<FieldType> type = type_of(types[k], size);
-    if (!type) throw road::Error(fmt::format("{}field {} of type {} and size {} seen; F 4 or 8, I or U 1, 2, 4 or 8 wanted", where(), fields[k], types[k], size));
-    if (count == 0 || count > 65536) throw road::Error(fmt::format("{}COUNT {} of field {} seen, 1 to 65536 wanted", where(), count, fields[k]));
+    if (!type)
+      throw road::Error(fmt::format(
+          "{}field {} of type {} and size {} seen; F 4 or 8, I or U 1, 2, 4 or 8 wanted", where(),
+          fields[k], types[k], size));
+    if (count == 0 || count > 65536)
+      throw road::Error(
+          fmt::format("{}COUNT {} of field {} seen, 1 to 65536 wanted", where(), count, fields[k]));
     records.fields.push_back({role_of(fields[k]), *type, stride, 0});
-    for (std::size_t c = 0; c < count && data == "ascii"; ++c) records.columns.push_back(c == 0 ? role_of(fields[k]) : Role::none);
+    for (std::size_t c = 0; c < count && data == "ascii"; ++c)
+      records.columns.push_back(c == 0 ? role_of(fields[k]) : Role::none);
     widths.push_back(size * count);
     stride += size * count;
   }
   report.format = "PCD " + data;
   const std::size_t left = bytes.size() - here;
   const auto truncated = [&](std::size_t wanted) {
-    return road::Error(fmt::format("{}truncated: {} points promised, {} bytes left, {} wanted; copy the file again", where(), points, left, wanted));
+    return road::Error(fmt::format(
+        "{}truncated: {} points promised, {} bytes left, {} wanted; copy the file again", where(),
+        points, left, wanted));
   };
   if (data == "ascii") {
     records.text = true, records.counted = true;
@@ -134,7 +156,9 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     for (Field& field : records.fields) field.offset += here, field.stride = stride;
     return records;
   }
-  if (data != "binary_compressed") throw road::Error(fmt::format("{}DATA {} seen; ascii, binary or binary_compressed wanted", where(), data));
+  if (data != "binary_compressed")
+    throw road::Error(
+        fmt::format("{}DATA {} seen; ascii, binary or binary_compressed wanted", where(), data));
   if (left < 8) throw truncated(8);
   std::uint32_t packed = 0, unpacked = 0;
   std::memcpy(&packed, bytes.data() + here, 4);
@@ -142,8 +166,12 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
   if (packed > left - 8) throw truncated(packed);
   // LZF makes at most 264 bytes out of 3; anything beyond is a damaged header.
   if (unpacked / stride < points || unpacked / 100 > packed)
-    throw road::Error(fmt::format("{}corrupt: {} points of {} bytes promised, {} bytes packed into {}", where(), points, stride, unpacked, packed));
-  if (!unpack_lzf(bytes.substr(here + 8, packed), unpacked, records.owned)) throw road::Error(where() + "corrupt: the compressed points do not unpack; copy the file again");
+    throw road::Error(
+        fmt::format("{}corrupt: {} points of {} bytes promised, {} bytes packed into {}", where(),
+                    points, stride, unpacked, packed));
+  if (!unpack_lzf(bytes.substr(here + 8, packed), unpacked, records.owned))
+    throw road::Error(where() +
+                      "corrupt: the compressed points do not unpack; copy the file again");
   records.bytes = records.owned;
   std::size_t begin = 0;
   for (std::size_t k = 0; k < records.fields.size(); ++k) {

@@ -38,7 +38,9 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
   std::size_t here = 0, line_number = 0, stride = 0, before = 0;
   std::string format;
   bool in_vertex = false, seen_vertex = false, ended = false;
-  const auto fail = [&](const std::string& text) { return road::Error(fmt::format("{}:{}: {}", name, line_number, text)); };
+  const auto fail = [&](const std::string& text) {
+    return road::Error(fmt::format("{}:{}: {}", name, line_number, text));
+  };
   while (here < bytes.size() && line_number < 1000) {
     const std::size_t end = bytes.find('\n', here);
     if (end == std::string_view::npos || end - here > 4096) break;
@@ -54,12 +56,15 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
       const std::optional<std::size_t> count = count_of(b);
       if (!count) throw fail(fmt::format("'{}' seen, 'element NAME COUNT' wanted", line));
       in_vertex = a == "vertex" && !seen_vertex;
-      if (in_vertex) records.count = *count, seen_vertex = true;
-      else if (!seen_vertex && *count > 0) ++before;
+      if (in_vertex)
+        records.count = *count, seen_vertex = true;
+      else if (!seen_vertex && *count > 0)
+        ++before;
     }
     if (word == "property" && in_vertex) {
       const std::optional<FieldType> type = type_of(a);
-      if (!type) throw fail(fmt::format("'{}' seen; properties of a vertex must be single numbers", line));
+      if (!type)
+        throw fail(fmt::format("'{}' seen; properties of a vertex must be single numbers", line));
       records.fields.push_back({role_of(b), *type, stride, 0});
       records.columns.push_back(role_of(b));
       stride += size_of(*type);
@@ -78,14 +83,19 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
     records.text = true, records.counted = true;
     records.text_begin = here;
     records.first_line = line_number + 1;
-    if (records.count > (bytes.size() - here) / 2 + 1) throw fail(fmt::format("truncated: {} points promised, {} bytes left", records.count, bytes.size() - here));
+    if (records.count > (bytes.size() - here) / 2 + 1)
+      throw fail(fmt::format("truncated: {} points promised, {} bytes left", records.count,
+                             bytes.size() - here));
     return records;
   }
   if (format != "binary_little_endian" && format != "binary_big_endian")
-    throw fail(fmt::format("format '{}' seen; ascii, binary_little_endian or binary_big_endian wanted", format));
+    throw fail(fmt::format(
+        "format '{}' seen; ascii, binary_little_endian or binary_big_endian wanted", format));
   records.big_endian = format == "binary_big_endian";
   if (stride == 0 || records.count > (bytes.size() - here) / stride)
-    throw fail(fmt::format("truncated: {} points of {} bytes promised, {} bytes left; copy the file again", records.count, stride, bytes.size() - here));
+    throw fail(
+        fmt::format("truncated: {} points of {} bytes promised, {} bytes left; copy the file again",
+                    records.count, stride, bytes.size() - here));
   for (Field& field : records.fields) field.offset += here, field.stride = stride;
   return records;
 }

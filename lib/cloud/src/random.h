@@ -1,5 +1,5 @@
-// Random numbers that are the same on every machine: SplitMix64 (Steele, Lea, Flood 2014) and the polar
-// method (Marsaglia 1964).
+// Random numbers that are the same on every machine: SplitMix64 (Steele, Lea, Flood 2014) and the
+// polar method (Marsaglia 1964).
 #pragma once
 
 #include <cmath>

@@ -37,24 +37,36 @@ double value_of(const char* from, bool swap) {
 }
 
 template <typename T>
-void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end, double* out) {
+void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end,
+            double* out) {
   const char* from = records.bytes.data() + field.offset + begin * field.stride;
   for (std::size_t i = begin; i < end; ++i, from += field.stride)
     *out++ = value_of<T>(from, records.big_endian) * field.scale + field.add;
 }
 
-void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end, double* out) {
+void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end,
+            double* out) {
   switch (field.type) {
-    case FieldType::i8: return decode<std::int8_t>(records, field, begin, end, out);
-    case FieldType::u8: return decode<std::uint8_t>(records, field, begin, end, out);
-    case FieldType::i16: return decode<std::int16_t>(records, field, begin, end, out);
-    case FieldType::u16: return decode<std::uint16_t>(records, field, begin, end, out);
-    case FieldType::i32: return decode<std::int32_t>(records, field, begin, end, out);
-    case FieldType::u32: return decode<std::uint32_t>(records, field, begin, end, out);
-    case FieldType::i64: return decode<std::int64_t>(records, field, begin, end, out);
-    case FieldType::u64: return decode<std::uint64_t>(records, field, begin, end, out);
-    case FieldType::f32: return decode<float>(records, field, begin, end, out);
-    case FieldType::f64: return decode<double>(records, field, begin, end, out);
+    case FieldType::i8:
+      return decode<std::int8_t>(records, field, begin, end, out);
+    case FieldType::u8:
+      return decode<std::uint8_t>(records, field, begin, end, out);
+    case FieldType::i16:
+      return decode<std::int16_t>(records, field, begin, end, out);
+    case FieldType::u16:
+      return decode<std::uint16_t>(records, field, begin, end, out);
+    case FieldType::i32:
+      return decode<std::int32_t>(records, field, begin, end, out);
+    case FieldType::u32:
+      return decode<std::uint32_t>(records, field, begin, end, out);
+    case FieldType::i64:
+      return decode<std::int64_t>(records, field, begin, end, out);
+    case FieldType::u64:
+      return decode<std::uint64_t>(records, field, begin, end, out);
+    case FieldType::f32:
+      return decode<float>(records, field, begin, end, out);
+    case FieldType::f64:
+      return decode<double>(records, field, begin, end, out);
   }
 }
 
@@ -69,7 +81,8 @@ struct Raw {
 /// Units, origin, points that are not numbers; then the sink.
 class Emitter {
  public:
-  Emitter(const std::string& name, const CloudReadOptions& options, CloudReadReport& report, const ChunkSink& sink)
+  Emitter(const std::string& name, const CloudReadOptions& options, CloudReadReport& report,
+          const ChunkSink& sink)
       : name_(name), options_(options), report_(report), sink_(sink) {
     if (options.metres_per_unit) {
       report.metres_per_unit = report.metres_per_height_unit = *options.metres_per_unit;
@@ -85,7 +98,8 @@ class Emitter {
       if (!raw.of[static_cast<std::size_t>(role)].empty()) values.reserve(raw.size);
     };
     chunk.x_m.reserve(raw.size), chunk.y_m.reserve(raw.size), chunk.z_m.reserve(raw.size);
-    reserve(chunk.time_s, Role::time), reserve(chunk.intensity, Role::intensity), reserve(chunk.classification, Role::classification);
+    reserve(chunk.time_s, Role::time), reserve(chunk.intensity, Role::intensity),
+        reserve(chunk.classification, Role::classification);
     for (std::size_t i = 0; i < raw.size; ++i) {
       const Eigen::Vector3d p(x[i] * scale, y[i] * scale, z[i] * height_scale);
       // Nothing on Earth is farther: such numbers are damage and would cost all precision.
@@ -99,7 +113,9 @@ class Emitter {
       chunk.z_m.push_back(p.z() - origin_->z());
       if (!raw.of[3].empty()) chunk.time_s.push_back(raw.of[3][i]);
       if (!raw.of[4].empty()) chunk.intensity.push_back(static_cast<float>(raw.of[4][i]));
-      if (!raw.of[5].empty()) chunk.classification.push_back(static_cast<std::uint8_t>(std::clamp(raw.of[5][i], 0.0, 255.0)));
+      if (!raw.of[5].empty())
+        chunk.classification.push_back(
+            static_cast<std::uint8_t>(std::clamp(raw.of[5][i], 0.0, 255.0)));
     }
     if (chunk.size() == 0) return;
     chunk.origin_m = *origin_;
@@ -109,7 +125,9 @@ class Emitter {
 
   void finish() const {
     if (report_.points > 0) return;
-    if (report_.not_finite > 0) throw road::Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m", name_, report_.not_finite));
+    if (report_.not_finite > 0)
+      throw road::Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m",
+                                    name_, report_.not_finite));
     throw road::Error(name_ + ": no points in this file");
   }
 
@@ -130,7 +148,9 @@ class Emitter {
 void require_xyz(const std::vector<Role>& roles, const std::string& name) {
   for (const Role role : {Role::x, Role::y, Role::z})
     if (std::count(roles.begin(), roles.end(), role) != 1)
-      throw road::Error(fmt::format("{}: {} fields {} seen, one wanted", name, std::count(roles.begin(), roles.end(), role), "xyz"[static_cast<int>(role)]));
+      throw road::Error(fmt::format("{}: {} fields {} seen, one wanted", name,
+                                    std::count(roles.begin(), roles.end(), role),
+                                    "xyz"[static_cast<int>(role)]));
 }
 
 /// First field of each role that matters.
@@ -145,7 +165,8 @@ std::vector<Field> wanted_fields(const Records& records) {
   return wanted;
 }
 
-void read_binary(const Records& records, std::size_t chunk_points, Emitter& emit, const std::function<void(std::size_t)>& done) {
+void read_binary(const Records& records, std::size_t chunk_points, Emitter& emit,
+                 const std::function<void(std::size_t)>& done) {
   const std::vector<Field> fields = wanted_fields(records);
   Raw raw;
   for (std::size_t begin = 0; begin < records.count; begin += chunk_points) {
@@ -179,13 +200,15 @@ bool number_at(const char*& here, const char* end, double& value) {
   return here == end || is_gap(*here);
 }
 
-void read_text(const Records& records, const std::string& name, std::size_t chunk_points, Emitter& emit) {
+void read_text(const Records& records, const std::string& name, std::size_t chunk_points,
+               Emitter& emit) {
   const char* here = records.bytes.data() + records.text_begin;
   const char* const end = records.bytes.data() + records.bytes.size();
   Raw raw;
   std::size_t line_number = records.first_line - 1, read = 0;
   while (here < end && !(records.counted && read == records.count)) {
-    const char* line_end = static_cast<const char*>(std::memchr(here, '\n', static_cast<std::size_t>(end - here)));
+    const char* line_end =
+        static_cast<const char*>(std::memchr(here, '\n', static_cast<std::size_t>(end - here)));
     if (line_end == nullptr) line_end = end;
     ++line_number;
     const char* at = here;
@@ -196,12 +219,15 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
     for (std::size_t k = 0; k < records.columns.size(); ++k) {
       double value = 0.0;
       if (!number_at(at, line_end, value))
-        throw road::Error(fmt::format("{}:{}: {} numbers wanted, number {} is '{}'", name, line_number, records.columns.size(), k + 1,
+        throw road::Error(fmt::format("{}:{}: {} numbers wanted, number {} is '{}'", name,
+                                      line_number, records.columns.size(), k + 1,
                                       std::string(at, std::min(line_end, at + 20))));
-      if (records.columns[k] != Role::none) values[static_cast<std::size_t>(records.columns[k])] = value;
+      if (records.columns[k] != Role::none)
+        values[static_cast<std::size_t>(records.columns[k])] = value;
     }
     for (const Role role : records.columns)
-      if (role != Role::none) raw.of[static_cast<std::size_t>(role)].push_back(values[static_cast<std::size_t>(role)]);
+      if (role != Role::none)
+        raw.of[static_cast<std::size_t>(role)].push_back(values[static_cast<std::size_t>(role)]);
     ++raw.size, ++read;
     if (raw.size == chunk_points) {
       emit(raw);
@@ -210,7 +236,8 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
   }
   if (raw.size > 0) emit(raw);
   if (records.counted && read < records.count)
-    throw road::Error(fmt::format("{}: truncated: {} points promised, {} seen; copy the file again", name, records.count, read));
+    throw road::Error(fmt::format("{}: truncated: {} points promised, {} seen; copy the file again",
+                                  name, records.count, read));
 }
 
 /// Columns by a header line of names, or x y z [intensity] without one.
@@ -224,21 +251,28 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
     const std::string_view line = bytes.substr(here, std::min<std::size_t>(end - here, 4096));
     ++line_number;
     std::size_t first = 0;
-    while (first < line.size() && (is_gap(line[first]) || line[first] == '\xEF' || line[first] == '\xBB' || line[first] == '\xBF')) ++first;
-    if (first == line.size() || (line[first] == '#' && line.find_first_of(",x", first) == std::string_view::npos)) {
+    while (first < line.size() && (is_gap(line[first]) || line[first] == '\xEF' ||
+                                   line[first] == '\xBB' || line[first] == '\xBF'))
+      ++first;
+    if (first == line.size() ||
+        (line[first] == '#' && line.find_first_of(",x", first) == std::string_view::npos)) {
       here = std::min(end + 1, bytes.size());
       continue;
     }
     std::vector<std::string> words(1);
     for (const char c : line.substr(line[first] == '#' ? first + 1 : first)) {
-      if (!is_gap(c)) words.back() += c;
-      else if (!words.back().empty()) words.emplace_back();
+      if (!is_gap(c))
+        words.back() += c;
+      else if (!words.back().empty())
+        words.emplace_back();
     }
     if (words.back().empty()) words.pop_back();
     double ignored = 0.0;
     const char* at = words.empty() ? nullptr : words[0].data();
     if (!words.empty() && number_at(at, at + words[0].size(), ignored)) {
-      if (words.size() < 3) throw road::Error(fmt::format("{}:{}: {} columns seen, x y z wanted", name, line_number, words.size()));
+      if (words.size() < 3)
+        throw road::Error(
+            fmt::format("{}:{}: {} columns seen, x y z wanted", name, line_number, words.size()));
       records.columns.assign(std::min<std::size_t>(words.size(), 4), Role::intensity);
       records.columns[0] = Role::x, records.columns[1] = Role::y, records.columns[2] = Role::z;
     } else {
@@ -257,33 +291,47 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
   records.text_begin = here;
   records.first_line = line_number;
   report.format = "text";
-  require_xyz(records.columns, name + (records.columns.empty() ? "" : ": column names of the first line"));
+  require_xyz(records.columns,
+              name + (records.columns.empty() ? "" : ": column names of the first line"));
   return records;
 }
 
 Records records_of(std::string_view bytes, const std::string& name, CloudReadReport& report) {
   const std::string ending = ending_of(name);
   if (ending == ".laz")
-    throw road::Error(name + ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' or 'pdal translate in.laz out.las'");
+    throw road::Error(name +
+                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
+                      "or 'pdal translate in.laz out.las'");
   if (bytes.starts_with("LASF")) return las_records(bytes, name, report);
-  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ply_records(bytes, name, report);
+  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r"))
+    return ply_records(bytes, name, report);
   if (ending == ".pcd" || bytes.starts_with("# .PCD")) return pcd_records(bytes, name, report);
-  if (ending == ".las") throw road::Error(name + ": does not begin with LASF, so it is no LAS file");
-  if (ending == ".ply") throw road::Error(name + ": does not begin with 'ply', so it is no PLY file");
+  if (ending == ".las")
+    throw road::Error(name + ": does not begin with LASF, so it is no LAS file");
+  if (ending == ".ply")
+    throw road::Error(name + ": does not begin with 'ply', so it is no PLY file");
   if (ending == ".bin") {
-    if (bytes.size() % 16 != 0) throw road::Error(fmt::format("{}: {} bytes seen, a multiple of 16 wanted (float32 x y z intensity); truncated?", name, bytes.size()));
+    if (bytes.size() % 16 != 0)
+      throw road::Error(fmt::format(
+          "{}: {} bytes seen, a multiple of 16 wanted (float32 x y z intensity); truncated?", name,
+          bytes.size()));
     Records records;
     records.bytes = bytes;
     records.count = bytes.size() / 16;
-    for (std::size_t k = 0; k < 4; ++k) records.fields.push_back({k < 3 ? static_cast<Role>(k) : Role::intensity, FieldType::f32, 4 * k, 16});
+    for (std::size_t k = 0; k < 4; ++k)
+      records.fields.push_back(
+          {k < 3 ? static_cast<Role>(k) : Role::intensity, FieldType::f32, 4 * k, 16});
     report.format = "KITTI binary";
     return records;
   }
-  if (ending == ".xyz" || ending == ".csv" || ending == ".txt") return xyz_records(bytes, name, report);
-  throw road::Error(fmt::format("{}: ending '{}' seen; .las, .ply, .pcd, .bin, .xyz, .csv or .txt wanted", name, ending));
+  if (ending == ".xyz" || ending == ".csv" || ending == ".txt")
+    return xyz_records(bytes, name, report);
+  throw road::Error(fmt::format(
+      "{}: ending '{}' seen; .las, .ply, .pcd, .bin, .xyz, .csv or .txt wanted", name, ending));
 }
 
-CloudReadReport read_all(std::string_view bytes, const std::string& name, const CloudReadOptions& options, const ChunkSink& sink,
+CloudReadReport read_all(std::string_view bytes, const std::string& name,
+                         const CloudReadOptions& options, const ChunkSink& sink,
                          const std::function<void(std::size_t)>& done) {
   CloudReadReport report;
   if (bytes.empty()) throw road::Error(name + ": empty file; a point cloud is wanted");
@@ -304,7 +352,9 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name, const 
     read_binary(records, chunk, emit, done);
   }
   emit.finish();
-  if (report.not_finite > 0) report.remarks.push_back(fmt::format("{} points without finite coordinates were left out", report.not_finite));
+  if (report.not_finite > 0)
+    report.remarks.push_back(
+        fmt::format("{} points without finite coordinates were left out", report.not_finite));
   return report;
 }
 
@@ -320,33 +370,48 @@ Role role_of(std::string name) {
   if (name == "x" || name == "x_m") return Role::x;
   if (name == "y" || name == "y_m") return Role::y;
   if (name == "z" || name == "z_m") return Role::z;
-  if (name == "time" || name == "time_s" || name == "t" || name == "gps_time" || name == "gpstime" || name == "timestamp") return Role::time;
-  if (name == "intensity" || name == "scalar_intensity" || name == "i" || name == "reflectance") return Role::intensity;
-  if (name == "classification" || name == "class" || name == "label" || name == "scalar_classification") return Role::classification;
+  if (name == "time" || name == "time_s" || name == "t" || name == "gps_time" ||
+      name == "gpstime" || name == "timestamp")
+    return Role::time;
+  if (name == "intensity" || name == "scalar_intensity" || name == "i" || name == "reflectance")
+    return Role::intensity;
+  if (name == "classification" || name == "class" || name == "label" ||
+      name == "scalar_classification")
+    return Role::classification;
   return Role::none;
 }
 
-CloudReadReport read_chunks(const std::string& path, const CloudReadOptions& options, const ChunkSink& sink) {
-  if (ending_of(path) == ".laz")  // before the file is opened: the answer is the same for any content
-    throw road::Error(path + ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' or 'pdal translate in.laz out.las'");
+CloudReadReport read_chunks(const std::string& path, const CloudReadOptions& options,
+                            const ChunkSink& sink) {
+  if (ending_of(path) ==
+      ".laz")  // before the file is opened: the answer is the same for any content
+    throw road::Error(path +
+                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
+                      "or 'pdal translate in.laz out.las'");
   const MappedFile file(path);
-  return read_all(file.bytes(), path, options, sink, [&](std::size_t offset) { file.forget_before(offset); });
+  return read_all(file.bytes(), path, options, sink,
+                  [&](std::size_t offset) { file.forget_before(offset); });
 }
 
-CloudReadReport read_chunks_from(std::string_view bytes, const std::string& name, const CloudReadOptions& options, const ChunkSink& sink) {
+CloudReadReport read_chunks_from(std::string_view bytes, const std::string& name,
+                                 const CloudReadOptions& options, const ChunkSink& sink) {
   return read_all(bytes, name, options, sink, [](std::size_t) {});
 }
 
-Cloud read_cloud(const std::string& path, const CloudReadOptions& options, CloudReadReport* report) {
+Cloud read_cloud(const std::string& path, const CloudReadOptions& options,
+                 CloudReadReport* report) {
   Cloud whole;
-  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
   const CloudReadReport read = read_chunks(path, options, [&](Cloud&& chunk) {
     if (whole.size() == 0) {
       whole = std::move(chunk);
       return;
     }
     append(whole.x_m, chunk.x_m), append(whole.y_m, chunk.y_m), append(whole.z_m, chunk.z_m);
-    append(whole.time_s, chunk.time_s), append(whole.intensity, chunk.intensity), append(whole.classification, chunk.classification);
+    append(whole.time_s, chunk.time_s), append(whole.intensity, chunk.intensity),
+        append(whole.classification, chunk.classification);
   });
   if (report != nullptr) *report = read;
   return whole;
@@ -364,8 +429,12 @@ std::vector<std::string> cloud_files(const std::string& path) {
       if (ending == known) files.push_back(entry.path().string());
   }
   if (problem) throw road::Error(fmt::format("{}: cannot be listed: {}", path, problem.message()));
-  if (!compressed.empty()) throw road::Error(compressed + ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' or 'pdal translate in.laz out.las'");
-  if (files.empty()) throw road::Error(path + ": no .las, .ply, .pcd, .bin or .xyz file in this folder");
+  if (!compressed.empty())
+    throw road::Error(compressed +
+                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
+                      "or 'pdal translate in.laz out.las'");
+  if (files.empty())
+    throw road::Error(path + ": no .las, .ply, .pcd, .bin or .xyz file in this folder");
   std::sort(files.begin(), files.end());
   return files;
 }

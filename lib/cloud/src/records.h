@@ -30,16 +30,16 @@ struct Field {
 };
 
 struct Records {
-  std::string_view bytes;    ///< of the file, or of `owned`
-  std::string owned;         ///< what had to be unpacked first
+  std::string_view bytes;  ///< of the file, or of `owned`
+  std::string owned;       ///< what had to be unpacked first
   std::size_t count = 0;
   bool big_endian = false;
   std::vector<Field> fields;
-  bool text = false;         ///< numbers in lines instead; columns[k] is the role of column k
+  bool text = false;  ///< numbers in lines instead; columns[k] is the role of column k
   std::vector<Role> columns;
   std::size_t text_begin = 0;
   std::size_t first_line = 1;
-  bool counted = false;      ///< text: `count` points are promised
+  bool counted = false;  ///< text: `count` points are promised
 };
 
 /// Each throws road::Error naming `name`. They fill in the report's format, unit and remarks.

@@ -30,7 +30,10 @@ Points thinned(const Cloud& cloud, const Eigen::Vector3d& origin, double voxel_m
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d p = cloud.point(i) + (cloud.origin_m - origin);
     std::uint64_t key = 0;
-    for (int k = 0; k < 3; ++k) key = key << 21 | (static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[k] / voxel_m)) + (1 << 20)) & 0x1fffff);
+    for (int k = 0; k < 3; ++k)
+      key = key << 21 | (static_cast<std::uint64_t>(
+                             static_cast<std::int64_t>(std::floor(p[k] / voxel_m)) + (1 << 20)) &
+                         0x1fffff);
     const auto [found, is_new] = index.try_emplace(key, sums.size());
     if (is_new) sums.emplace_back();
     sums[found->second].sum += p, sums[found->second].n += 1.0;
@@ -44,25 +47,33 @@ Points thinned(const Cloud& cloud, const Eigen::Vector3d& origin, double voxel_m
 struct Adaptor {
   const Points& points;
   std::size_t kdtree_get_point_count() const { return points.size(); }
-  double kdtree_get_pt(std::size_t i, std::size_t k) const { return points[i][static_cast<Eigen::Index>(k)]; }
+  double kdtree_get_pt(std::size_t i, std::size_t k) const {
+    return points[i][static_cast<Eigen::Index>(k)];
+  }
   template <class Box>
-  bool kdtree_get_bbox(Box&) const { return false; }
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
 };
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Adaptor>, Adaptor, 3, std::size_t>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Adaptor>,
+                                                 Adaptor, 3, std::size_t>;
 
 /// Unit normals from the neighbours; zero where they form no plane.
-Points normals_of(const Points& points, const Tree& tree, std::size_t neighbours, unsigned threads) {
+Points normals_of(const Points& points, const Tree& tree, std::size_t neighbours,
+                  unsigned threads) {
   Points normals(points.size(), Eigen::Vector3d::Zero());
   road::parallel_for(points.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
     std::vector<std::size_t> near(neighbours);
     std::vector<double> distance2(neighbours);
     for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t n = tree.knnSearch(points[i].data(), neighbours, near.data(), distance2.data());
+      const std::size_t n =
+          tree.knnSearch(points[i].data(), neighbours, near.data(), distance2.data());
       if (n < 6) continue;
       Eigen::Vector3d mean = Eigen::Vector3d::Zero();
       for (std::size_t k = 0; k < n; ++k) mean += points[near[k]] / static_cast<double>(n);
       Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-      for (std::size_t k = 0; k < n; ++k) spread += (points[near[k]] - mean) * (points[near[k]] - mean).transpose();
+      for (std::size_t k = 0; k < n; ++k)
+        spread += (points[near[k]] - mean) * (points[near[k]] - mean).transpose();
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
       normals[i] = solver.eigenvectors().col(0);
     }
@@ -77,26 +88,32 @@ struct Pair {
   Vector6 right = Vector6::Zero();
 };
 
-constexpr double kThickness = 1e-3;  // of a surface against its extent, as variances (Segal et al. 2009)
+constexpr double kThickness =
+    1e-3;  // of a surface against its extent, as variances (Segal et al. 2009)
 
 }  // namespace
 
-Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source, const RegisterOptions& options, RegisterReport* report) {
-  const Points to = thinned(target, target.origin_m, options.voxel_m), from = thinned(source, target.origin_m, options.voxel_m);
+Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
+                                  const RegisterOptions& options, RegisterReport* report) {
+  const Points to = thinned(target, target.origin_m, options.voxel_m),
+               from = thinned(source, target.origin_m, options.voxel_m);
   RegisterReport unused;
   RegisterReport& facts = report != nullptr ? *report : unused;
   facts = {};
   facts.points = from.size();
   const Adaptor adaptor{to};
   const Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  const Points normals = normals_of(to, tree, static_cast<std::size_t>(options.neighbours), options.threads);
+  const Points normals =
+      normals_of(to, tree, static_cast<std::size_t>(options.neighbours), options.threads);
   const Adaptor source_adaptor{from};
   const Tree source_tree(3, source_adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  const Points source_normals = normals_of(from, source_tree, static_cast<std::size_t>(options.neighbours), options.threads);
+  const Points source_normals =
+      normals_of(from, source_tree, static_cast<std::size_t>(options.neighbours), options.threads);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : from) middle += p / static_cast<double>(from.size());
   double radius2 = 0.0;
-  for (const Eigen::Vector3d& p : from) radius2 += (p - middle).squaredNorm() / static_cast<double>(from.size());
+  for (const Eigen::Vector3d& p : from)
+    radius2 += (p - middle).squaredNorm() / static_cast<double>(from.size());
   const double radius = std::max(1e-3, std::sqrt(radius2));
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   std::vector<Pair> pairs(from.size());
@@ -110,15 +127,22 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source, cons
         std::size_t near = 0;
         double distance2 = 0.0;
         pairs[i].used = false;
-        if (tree.knnSearch(p.data(), 1, &near, &distance2) == 0 || distance2 > reach * reach || normals[near].isZero() || source_normals[i].isZero()) continue;
-        // Both surfaces are thin along their normals and open along themselves: pairs whose normals disagree
-        // hold the motion less.
+        if (tree.knnSearch(p.data(), 1, &near, &distance2) == 0 || distance2 > reach * reach ||
+            normals[near].isZero() || source_normals[i].isZero())
+          continue;
+        // Both surfaces are thin along their normals and open along themselves: pairs whose normals
+        // disagree hold the motion less.
         const Eigen::Vector3d turned = T.linear() * source_normals[i], off = p - to[near];
-        const Eigen::Matrix3d spread = 2.0 * Eigen::Matrix3d::Identity() - (1.0 - kThickness) * (normals[near] * normals[near].transpose() + turned * turned.transpose());
+        const Eigen::Matrix3d spread =
+            2.0 * Eigen::Matrix3d::Identity() -
+            (1.0 - kThickness) *
+                (normals[near] * normals[near].transpose() + turned * turned.transpose());
         const Eigen::Matrix3d weight = kThickness * spread.inverse();
         Eigen::Matrix<double, 3, 6> jacobian;
         const Eigen::Vector3d arm = (p - middle) / radius;
-        jacobian << Eigen::Matrix3d::Identity(), (Eigen::Matrix3d() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0).finished();
+        jacobian << Eigen::Matrix3d::Identity(),
+            (Eigen::Matrix3d() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0)
+                .finished();
         pairs[i].used = true;
         pairs[i].residual2 = std::pow(normals[near].dot(off), 2);
         // Cauchy: surfaces that only one cloud has lose their pull.
@@ -139,7 +163,10 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source, cons
       ++facts.inliers;
     }
     if (facts.inliers < 100)
-      throw road::Error(fmt::format("the clouds do not overlap: {} of {} points have a neighbour on a plane within {} m; 100 wanted", facts.inliers, from.size(), reach));
+      throw road::Error(
+          fmt::format("the clouds do not overlap: {} of {} points have a neighbour on a plane "
+                      "within {} m; 100 wanted",
+                      facts.inliers, from.size(), reach));
     const double rms = std::sqrt(sum / static_cast<double>(facts.inliers));
     if (facts.iterations == 1) facts.rms_before_m = rms;
     facts.rms_after_m = rms;
@@ -150,18 +177,23 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source, cons
     for (int k = 0; k < 6; ++k) {
       facts.information[static_cast<std::size_t>(k)] = solver.eigenvalues()[k];
       const Vector6 direction = solver.eigenvectors().col(k);
-      // Surfaces alone, held by their thickness, would give a direction 2e-3 of the best one's information.
+      // Surfaces alone, held by their thickness, would give a direction 2e-3 of the best one's
+      // information.
       if (solver.eigenvalues()[k] < 5e-3 * solver.eigenvalues()[5]) {
         Eigen::Index largest = 0;
         direction.cwiseAbs().maxCoeff(&largest);
-        facts.unfixed.push_back(fmt::format("mostly {} ({:.2f} {:.2f} {:.2f} | {:.2f} {:.2f} {:.2f})", names[largest], direction[0], direction[1], direction[2], direction[3], direction[4], direction[5]));
+        facts.unfixed.push_back(fmt::format(
+            "mostly {} ({:.2f} {:.2f} {:.2f} | {:.2f} {:.2f} {:.2f})", names[largest], direction[0],
+            direction[1], direction[2], direction[3], direction[4], direction[5]));
         continue;
       }
-      step += direction * (direction.dot(b) / static_cast<double>(facts.inliers) / solver.eigenvalues()[k]);
+      step += direction *
+              (direction.dot(b) / static_cast<double>(facts.inliers) / solver.eigenvalues()[k]);
     }
     const Eigen::Vector3d turn = step.tail<3>() / radius;
     Eigen::Isometry3d change = Eigen::Isometry3d::Identity();
-    if (turn.norm() > 0.0) change.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+    if (turn.norm() > 0.0)
+      change.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
     change.translation() = step.head<3>() + middle - change.linear() * middle;
     T = change * T;
     const bool narrow = reach <= narrowest;

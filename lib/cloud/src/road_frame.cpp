@@ -20,21 +20,30 @@ RoadFrame::RoadFrame(const crg::Crg& road) {
   tx_.resize(n), ty_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     // The mitre tangent of the standard; on a closed road the seam is no end.
-    const std::size_t before = i > 0 ? i - 1 : closed_ ? n - 2 : 0, after = i + 1 < n ? i + 1 : closed_ ? 1 : n - 1;
-    const Eigen::Vector2d t = Eigen::Vector2d(x_m_[after] - x_m_[before], y_m_[after] - y_m_[before]).normalized();
+    const std::size_t before = i > 0     ? i - 1
+                               : closed_ ? n - 2
+                                         : 0,
+                      after = i + 1 < n ? i + 1
+                              : closed_ ? 1
+                                        : n - 1;
+    const Eigen::Vector2d t =
+        Eigen::Vector2d(x_m_[after] - x_m_[before], y_m_[after] - y_m_[before]).normalized();
     tx_[i] = t.x(), ty_[i] = t.y();
   }
   z_origin_m_ = line.z_m.empty() ? 0.0 : line.z_m.front();
   z_m_.resize(n * v_m_.size());
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < v_m_.size(); ++j)
-      z_m_[i * v_m_.size() + j] = static_cast<float>(static_cast<double>(grid.at(i, j)) + (line.z_m.empty() ? 0.0 : line.z_m[i]) +
-                                                     (line.banking.empty() ? 0.0 : line.banking[i] * v_m_[j]) - z_origin_m_);
+      z_m_[i * v_m_.size() + j] = static_cast<float>(
+          static_cast<double>(grid.at(i, j)) + (line.z_m.empty() ? 0.0 : line.z_m[i]) +
+          (line.banking.empty() ? 0.0 : line.banking[i] * v_m_[j]) - z_origin_m_);
   const auto cells = static_cast<std::size_t>((v_m_.back() - v_m_.front()) / table_step_m_) + 1;
   column_table_.resize(cells);
   std::size_t column = 0;
   for (std::size_t k = 0; k < cells; ++k) {
-    while (column + 2 < v_m_.size() && v_m_[column + 1] <= v_m_.front() + static_cast<double>(k) * table_step_m_) ++column;
+    while (column + 2 < v_m_.size() &&
+           v_m_[column + 1] <= v_m_.front() + static_cast<double>(k) * table_step_m_)
+      ++column;
     column_table_[k] = static_cast<std::uint32_t>(column);
   }
 }
@@ -67,7 +76,8 @@ std::optional<GridPlace> RoadFrame::project(double x_m, double y_m, double hint)
     if (a >= 0.0 && b < 0.0) {
       const double f = a / (a - b);
       const double px = dx - f * (x_m_[k + 1] - x_m_[k]), py = dy - f * (y_m_[k + 1] - y_m_[k]);
-      const double nx = -(ty_[k] + f * (ty_[k + 1] - ty_[k])), ny = tx_[k] + f * (tx_[k + 1] - tx_[k]);
+      const double nx = -(ty_[k] + f * (ty_[k + 1] - ty_[k])),
+                   ny = tx_[k] + f * (tx_[k + 1] - tx_[k]);
       return GridPlace{static_cast<double>(i) + f, (px * nx + py * ny) / (nx * nx + ny * ny)};
     }
     // Far away the tangent tells how many segments to go; near, one at a time.
@@ -78,7 +88,8 @@ std::optional<GridPlace> RoadFrame::project(double x_m, double y_m, double hint)
       i %= last + 1;
       if (i < 0) i += last + 1;
     } else if (i < 0 || i > last) {
-      if ((i < 0 && k == 0) || (i > last && static_cast<std::ptrdiff_t>(k) == last)) return std::nullopt;
+      if ((i < 0 && k == 0) || (i > last && static_cast<std::ptrdiff_t>(k) == last))
+        return std::nullopt;
       i = std::clamp<std::ptrdiff_t>(i, 0, last);
     }
   }
@@ -97,7 +108,8 @@ double RoadFrame::nearest_row(double x_m, double y_m) const {
 
 bool RoadFrame::column_of(double v_m, std::size_t& column, double& share) const {
   if (!(v_m >= v_m_.front() && v_m <= v_m_.back())) return false;
-  column = column_table_[std::min(column_table_.size() - 1, static_cast<std::size_t>((v_m - v_m_.front()) / table_step_m_))];
+  column = column_table_[std::min(column_table_.size() - 1,
+                                  static_cast<std::size_t>((v_m - v_m_.front()) / table_step_m_))];
   while (column + 2 < v_m_.size() && v_m_[column + 1] < v_m) ++column;
   share = (v_m - v_m_[column]) / (v_m_[column + 1] - v_m_[column]);
   return true;
@@ -106,7 +118,9 @@ bool RoadFrame::column_of(double v_m, std::size_t& column, double& share) const 
 double RoadFrame::height(const GridPlace& place) const {
   std::size_t j = 0;
   double g = 0.0;
-  if (!(place.row >= 0.0) || place.row > static_cast<double>(rows() - 1) || !column_of(place.v_m, j, g)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(place.row >= 0.0) || place.row > static_cast<double>(rows() - 1) ||
+      !column_of(place.v_m, j, g))
+    return std::numeric_limits<double>::quiet_NaN();
   const std::size_t i = std::min(static_cast<std::size_t>(place.row), rows() - 2);
   const double f = place.row - static_cast<double>(i);
   const float* const z = z_m_.data() + i * v_m_.size() + j;
@@ -117,14 +131,17 @@ double RoadFrame::height(const GridPlace& place) const {
 
 Eigen::Vector2d RoadFrame::gradient(const GridPlace& place, double reach_m) const {
   const double reach_rows = reach_m / u_step_m_;
-  const GridPlace back{wrapped(place.row - reach_rows), place.v_m}, forth{wrapped(place.row + reach_rows), place.v_m};
+  const GridPlace back{wrapped(place.row - reach_rows), place.v_m},
+      forth{wrapped(place.row + reach_rows), place.v_m};
   const auto k = static_cast<std::size_t>(place.row);
   // Rows are nearer to each other on the inside of a bend.
   const std::size_t k1 = std::min(k + 1, rows() - 1);
   const Eigen::Vector2d step = node_position(k1, place.v_m) - node_position(k1 - 1, place.v_m);
   const double shrink = std::max(0.05, step.norm() / u_step_m_);
   const double along = (height(forth) - height(back)) / (2.0 * reach_m * shrink);
-  const double across = (height({place.row, place.v_m + reach_m}) - height({place.row, place.v_m - reach_m})) / (2.0 * reach_m);
+  const double across =
+      (height({place.row, place.v_m + reach_m}) - height({place.row, place.v_m - reach_m})) /
+      (2.0 * reach_m);
   return {along * tx_[k] - across * ty_[k], along * ty_[k] + across * tx_[k]};
 }
 

@@ -12,8 +12,8 @@
 namespace cloud {
 namespace {
 
-constexpr double kReach_m = 35.0;        // of a section along the road, both ways
-constexpr double kObstacleTop_m = 2.2;   // higher things (gantries, trees) hang over the road
+constexpr double kReach_m = 35.0;       // of a section along the road, both ways
+constexpr double kObstacleTop_m = 2.2;  // higher things (gantries, trees) hang over the road
 
 /// Sums of one cell while its section is open.
 struct Sum {
@@ -31,8 +31,10 @@ struct OpenSection {
 
 class Collector {
  public:
-  Collector(const RoadFrame& frame, const MapOptions& options, Sections& sections) : frame_(frame), options_(options), sections_(sections) {
-    across_ = static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
+  Collector(const RoadFrame& frame, const MapOptions& options, Sections& sections)
+      : frame_(frame), options_(options), sections_(sections) {
+    across_ =
+        static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
     along_ = static_cast<std::size_t>(2.0 * kReach_m / kSectionCell_m);
   }
 
@@ -43,14 +45,16 @@ class Collector {
     if (frame_.closed()) ahead -= period * std::round(ahead / period);
     const double cell = std::floor((ahead * frame_.u_step_m() + kReach_m) / kSectionCell_m);
     if (!(cell >= 0.0 && cell < static_cast<double>(along_))) return;
-    const auto column = static_cast<std::size_t>((point.place.v_m - frame_.v_m().front()) / kSectionCell_m);
+    const auto column =
+        static_cast<std::size_t>((point.place.v_m - frame_.v_m().front()) / kSectionCell_m);
     Sum& sum = open.sums[static_cast<std::size_t>(cell) * across_ + std::min(column, across_ - 1)];
     if (point.above_base_m > options_.gate_m) {
       sum.obstacle |= point.above_base_m < kObstacleTop_m;
       return;
     }
     const Eigen::Vector3d p = point.map_m - open.position_m;
-    sum.x += p.x(), sum.y += p.y(), sum.z += p.z(), sum.driven += point.driven_m - sections_.centre_m[index];
+    sum.x += p.x(), sum.y += p.y(), sum.z += p.z(),
+        sum.driven += point.driven_m - sections_.centre_m[index];
     sum.height += point.above_base_m, sum.height2 += point.above_base_m * point.above_base_m;
     ++sum.points;
   }
@@ -103,8 +107,11 @@ class Collector {
         }
         const double n = sum.points, mean = sum.height / n;
         // A kerb missing in the base is no scatter: its cells differ by its slope.
-        if (std::sqrt(std::max(0.0, sum.height2 / n - mean * mean)) > options_.max_scatter_m) continue;
-        section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n), static_cast<float>(sum.z / n), static_cast<float>(n), static_cast<float>(sum.driven / n)});
+        if (std::sqrt(std::max(0.0, sum.height2 / n - mean * mean)) > options_.max_scatter_m)
+          continue;
+        section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
+                                 static_cast<float>(sum.z / n), static_cast<float>(n),
+                                 static_cast<float>(sum.driven / n)});
       }
   }
 
@@ -116,13 +123,15 @@ class Collector {
 };
 
 /// Sections along the trajectory (or along u), with nothing in them yet.
-Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory, std::vector<std::size_t>& first_of_piece) {
+Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory,
+                        std::vector<std::size_t>& first_of_piece) {
   Sections sections;
   if (trajectory == nullptr) {
     first_of_piece = {0};
     for (double u = 0.0; u < frame.length_m(); u += kSectionLength_m) {
       Section section;
-      section.row = std::min((u + 0.5 * kSectionLength_m) / frame.u_step_m(), static_cast<double>(frame.rows() - 1));
+      section.row = std::min((u + 0.5 * kSectionLength_m) / frame.u_step_m(),
+                             static_cast<double>(frame.rows() - 1));
       const auto k = static_cast<std::size_t>(section.row);
       const Eigen::Vector2d xy = frame.node_position(k, 0.0);
       const double z = frame.height({section.row, 0.0});
@@ -152,7 +161,9 @@ Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory
       const Eigen::Vector3d ahead = poses.orientation[pose] * Eigen::Vector3d::UnitX();
       section.heading_rad = std::atan2(ahead.y(), ahead.x());
       const std::size_t from = pose > i + 3 ? pose - 3 : i, to = std::min(pose + 3, end - 1);
-      if (to > from) section.ahead = (poses.position_m[to] - poses.position_m[from]) / std::max(1e-6, poses.driven_m[to] - poses.driven_m[from]);
+      if (to > from)
+        section.ahead = (poses.position_m[to] - poses.position_m[from]) /
+                        std::max(1e-6, poses.driven_m[to] - poses.driven_m[from]);
       sections.list.push_back(section);
       sections.centre_m.push_back(centre);
     }
@@ -184,7 +195,8 @@ RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
     std::optional<GridPlace> place;
     if (!new_piece && !lost) place = frame.project(p.x(), p.y(), row);
     if (!place) place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
-    const bool on = place && place->v_m > frame.v_m().front() - 3.0 && place->v_m < frame.v_m().back() + 3.0;
+    const bool on =
+        place && place->v_m > frame.v_m().front() - 3.0 && place->v_m < frame.v_m().back() + 3.0;
     lost = !on;
     beside += on ? 0 : 1;
     const double here = place ? place->row : row;
@@ -203,15 +215,24 @@ RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
   }
   if (2 * beside > n) {
     Eigen::Vector3d low = trajectory.position_m.front(), high = low;
-    for (const Eigen::Vector3d& p : trajectory.position_m) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    for (const Eigen::Vector3d& p : trajectory.position_m)
+      low = low.cwiseMin(p), high = high.cwiseMax(p);
     Eigen::Vector2d road_low = frame.node_position(0, 0.0), road_high = road_low;
-    for (std::size_t i = 0; i < frame.rows(); ++i) road_low = road_low.cwiseMin(frame.node_position(i, 0.0)), road_high = road_high.cwiseMax(frame.node_position(i, 0.0));
-    const double ratio = (road_high - road_low).norm() / std::max(1e-9, (high - low).head<2>().norm());
+    for (std::size_t i = 0; i < frame.rows(); ++i)
+      road_low = road_low.cwiseMin(frame.node_position(i, 0.0)),
+      road_high = road_high.cwiseMax(frame.node_position(i, 0.0));
+    const double ratio =
+        (road_high - road_low).norm() / std::max(1e-9, (high - low).head<2>().norm());
     std::string hint = "another frame?";
     for (const auto& [factor, unit] : {std::pair{100.0, "cm"}, {1000.0, "mm"}, {3.28084, "ft"}})
-      if (std::abs(ratio / factor - 1.0) < 0.1) hint = fmt::format("the base is {:.4g} times as large, as if it were in {}; give --unit {}", ratio, unit, unit);
-    throw road::Error(fmt::format("{} of {} poses lie beside the base: poses x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m, base x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m; {}", beside, n,
-                                  low.x(), high.x(), low.y(), high.y(), road_low.x(), road_high.x(), road_low.y(), road_high.y(), hint));
+      if (std::abs(ratio / factor - 1.0) < 0.1)
+        hint = fmt::format("the base is {:.4g} times as large, as if it were in {}; give --unit {}",
+                           ratio, unit, unit);
+    throw road::Error(
+        fmt::format("{} of {} poses lie beside the base: poses x {:.1f} to {:.1f}, y {:.1f} to "
+                    "{:.1f} m, base x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m; {}",
+                    beside, n, low.x(), high.x(), low.y(), high.y(), road_low.x(), road_high.x(),
+                    road_low.y(), road_high.y(), hint));
   }
   placed.poses = std::move(trajectory);
   return placed;
@@ -230,8 +251,12 @@ Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
   }
   std::optional<GridPlace> place;
   if (row_ >= 0.0) place = frame_.project(point.map_m.x(), point.map_m.y(), row_);
-  const auto beside = [&] { return !place || place->v_m < frame_.v_m().front() || place->v_m > frame_.v_m().back(); };
-  if (trajectory_ == nullptr && beside()) place = frame_.project(point.map_m.x(), point.map_m.y(), frame_.nearest_row(point.map_m.x(), point.map_m.y()));
+  const auto beside = [&] {
+    return !place || place->v_m < frame_.v_m().front() || place->v_m > frame_.v_m().back();
+  };
+  if (trajectory_ == nullptr && beside())
+    place = frame_.project(point.map_m.x(), point.map_m.y(),
+                           frame_.nearest_row(point.map_m.x(), point.map_m.y()));
   if (beside()) return Placed::off_road;
   point.place = *place;
   if (trajectory_ == nullptr) row_ = place->row, point.driven_m = place->row * frame_.u_step_m();
@@ -239,10 +264,12 @@ Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
   return std::isfinite(point.above_base_m) ? Placed::on_road : Placed::off_road;
 }
 
-Sections collect_sections(const CloudSource& source, const RoadFrame& frame, const RoadTrajectory* trajectory, const MapOptions& options) {
+Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
+                          const RoadTrajectory* trajectory, const MapOptions& options) {
   std::vector<std::size_t> first_of_piece;
   Sections sections = empty_sections(frame, trajectory, first_of_piece);
-  sections.time_begin_s = std::numeric_limits<double>::infinity(), sections.time_end_s = -sections.time_begin_s;
+  sections.time_begin_s = std::numeric_limits<double>::infinity(),
+  sections.time_end_s = -sections.time_begin_s;
   Collector collector(frame, options, sections);
   struct Seen {
     Placed how = Placed::off_road;
@@ -251,31 +278,43 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame, con
   std::vector<Seen> seen;
   const auto every = static_cast<std::size_t>(std::max(1, options.estimate_every));
   source([&](Cloud&& chunk) {
-    if (trajectory != nullptr && chunk.time_s.empty()) throw road::Error("the points have no time, so they cannot be placed on the trajectory; a property 'time' is wanted, or --frame map for a registered cloud");
+    if (trajectory != nullptr && chunk.time_s.empty())
+      throw road::Error(
+          "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
+          "is wanted, or --frame map for a registered cloud");
     const std::size_t count = (chunk.size() + every - 1) / every;
     seen.resize(count);
     road::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
       Placer place(frame, trajectory);
-      for (std::size_t k = begin; k < end; ++k) seen[k].how = place(chunk, k * every, seen[k].point);
+      for (std::size_t k = begin; k < end; ++k)
+        seen[k].how = place(chunk, k * every, seen[k].point);
     });
     for (std::size_t k = 0; k < count; ++k) {
       ++sections.points;
-      if (!chunk.time_s.empty()) sections.time_begin_s = std::min(sections.time_begin_s, chunk.time_s[k * every]), sections.time_end_s = std::max(sections.time_end_s, chunk.time_s[k * every]);
+      if (!chunk.time_s.empty())
+        sections.time_begin_s = std::min(sections.time_begin_s, chunk.time_s[k * every]),
+        sections.time_end_s = std::max(sections.time_end_s, chunk.time_s[k * every]);
       const RoadPoint& point = seen[k].point;
       if (seen[k].how == Placed::no_pose) {
         ++sections.without_pose;
         continue;
       }
-      sections.min_m = sections.min_m.cwiseMin(point.map_m.head<2>()), sections.max_m = sections.max_m.cwiseMax(point.map_m.head<2>());
+      sections.min_m = sections.min_m.cwiseMin(point.map_m.head<2>()),
+      sections.max_m = sections.max_m.cwiseMax(point.map_m.head<2>());
       if (seen[k].how == Placed::off_road) {
         ++sections.off_road;
         continue;
       }
       if (std::abs(point.above_base_m) > options.gate_m) ++sections.far_from_base;
       if (point.above_base_m < -options.gate_m) continue;
-      const std::size_t piece = trajectory == nullptr ? 0 : static_cast<std::size_t>(trajectory->poses.piece[point.pose]);
-      const std::size_t first = first_of_piece[piece], next = piece + 1 < first_of_piece.size() ? first_of_piece[piece + 1] : sections.list.size();
-      const auto along = static_cast<std::size_t>(std::max(0.0, (point.driven_m - (sections.centre_m[first] - 0.5 * kSectionLength_m)) / kSectionLength_m));
+      const std::size_t piece =
+          trajectory == nullptr ? 0 : static_cast<std::size_t>(trajectory->poses.piece[point.pose]);
+      const std::size_t first = first_of_piece[piece], next = piece + 1 < first_of_piece.size()
+                                                                  ? first_of_piece[piece + 1]
+                                                                  : sections.list.size();
+      const auto along = static_cast<std::size_t>(
+          std::max(0.0, (point.driven_m - (sections.centre_m[first] - 0.5 * kSectionLength_m)) /
+                            kSectionLength_m));
       collector.add(std::min(first + along, next - 1), point);
     }
   });

@@ -1,5 +1,5 @@
-// Scans boiled down for the estimation of drift: per 5 m driven, the mean of what each 0.25 m cell of the
-// road shows. Its size depends on the distance driven, not on the number of points.
+// Scans boiled down for the estimation of drift: per 5 m driven, the mean of what each 0.25 m cell
+// of the road shows. Its size depends on the distance driven, not on the number of points.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -26,10 +26,11 @@ struct SectionCell {
 
 /// What the sensor saw from one piece of its path. Corrections turn about position_m.
 struct Section {
-  int piece = 0;                ///< drift is continuous within a piece of the trajectory
-  int pass = 0;                 ///< counts laps; sections of different passes are compared
+  int piece = 0;  ///< drift is continuous within a piece of the trajectory
+  int pass = 0;   ///< counts laps; sections of different passes are compared
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d ahead = Eigen::Vector3d::Zero();  ///< where the sensor moves, per metre; zero in the map frame
+  Eigen::Vector3d ahead =
+      Eigen::Vector3d::Zero();  ///< where the sensor moves, per metre; zero in the map frame
   double heading_rad = 0.0;
   double row = 0.0, v_m = 0.0;  ///< of the sensor on the road
   std::vector<SectionCell> cells;
@@ -42,19 +43,20 @@ using Correction = Eigen::Matrix<double, 6, 1>;
 /// Rotation of a correction in map axes.
 Eigen::Matrix3d rotation_of(const Correction& correction, double heading_rad);
 
-/// Consecutive sections of one piece are neighbours in the vector; those without data stay in, empty.
+/// Consecutive sections of one piece are neighbours in the vector; those without data stay in,
+/// empty.
 struct Sections {
   std::vector<Section> list;
-  std::vector<double> centre_m;  ///< along Trajectory::driven_m (map frame: along u)
-  std::size_t points = 0;        ///< looked at
-  std::size_t without_pose = 0;  ///< outside the trajectory's time
-  std::size_t off_road = 0;      ///< beside the grid, or on a hole of it
-  std::size_t far_from_base = 0; ///< higher or lower than the gate
-  std::size_t on_obstacles = 0;  ///< in cells where something stands on the road
+  std::vector<double> centre_m;   ///< along Trajectory::driven_m (map frame: along u)
+  std::size_t points = 0;         ///< looked at
+  std::size_t without_pose = 0;   ///< outside the trajectory's time
+  std::size_t off_road = 0;       ///< beside the grid, or on a hole of it
+  std::size_t far_from_base = 0;  ///< higher or lower than the gate
+  std::size_t on_obstacles = 0;   ///< in cells where something stands on the road
   double time_begin_s = 0.0, time_end_s = 0.0;
-  Eigen::Vector2d min_m = Eigen::Vector2d::Constant(1e300), max_m = Eigen::Vector2d::Constant(-1e300);  ///< map frame
+  Eigen::Vector2d min_m = Eigen::Vector2d::Constant(1e300),
+                  max_m = Eigen::Vector2d::Constant(-1e300);  ///< map frame
 };
-
 
 /// The trajectory with the places of its poses on the road.
 struct RoadTrajectory {
@@ -63,8 +65,8 @@ struct RoadTrajectory {
   std::vector<int> pass;
 };
 
-/// Rows by walking along the road; a pass ends where the sensor comes round again. Throws road::Error where
-/// most poses lie beside the road (says where both are).
+/// Rows by walking along the road; a pass ends where the sensor comes round again. Throws
+/// road::Error where most poses lie beside the road (says where both are).
 RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame);
 
 /// A point on the road: place, height over the base.
@@ -81,7 +83,8 @@ enum class Placed { on_road, no_pose, off_road };
 class Placer {
  public:
   /// `trajectory` null: the points are in the map frame.
-  Placer(const RoadFrame& frame, const RoadTrajectory* trajectory) : frame_(frame), trajectory_(trajectory) {}
+  Placer(const RoadFrame& frame, const RoadTrajectory* trajectory)
+      : frame_(frame), trajectory_(trajectory) {}
   Placed operator()(const Cloud& chunk, std::size_t i, RoadPoint& point);
 
  private:
@@ -92,6 +95,7 @@ class Placer {
 };
 
 /// First reading of the scans.
-Sections collect_sections(const CloudSource& source, const RoadFrame& frame, const RoadTrajectory* trajectory, const MapOptions& options);
+Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
+                          const RoadTrajectory* trajectory, const MapOptions& options);
 
 }  // namespace cloud

@@ -28,7 +28,8 @@ struct OtherCar {
 };
 constexpr double kCarLength_m = 4.5, kCarWidth_m = 1.9, kCarHeight_m = 1.25, kCarClearance_m = 0.15;
 
-/// Random functions of distance: slopes averaged over `smooth_m`, scaled to the wanted change over 100 m.
+/// Random functions of distance: slopes averaged over `smooth_m`, scaled to the wanted change over
+/// 100 m.
 std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m, Random& random) {
   const auto half = static_cast<std::size_t>(std::max(1.0, smooth_m / 2.0));
   std::vector<double> noise(steps + 2 * half + 1), value(steps + 1, 0.0);
@@ -37,7 +38,8 @@ std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m, R
   for (std::size_t i = 0; i < steps; ++i) {
     double slope = 0.0;  // a raised cosine over the window: smooth, without memory beyond it
     for (std::size_t k = 0; k <= 2 * half; ++k)
-      slope += noise[i + k] * (1.0 - std::cos(2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(2 * half)));
+      slope += noise[i + k] * (1.0 - std::cos(2.0 * std::numbers::pi * static_cast<double>(k) /
+                                              static_cast<double>(2 * half)));
     value[i + 1] = value[i] + slope;
   }
   // Variance of the change over 100 m, from the kernel itself.
@@ -45,7 +47,8 @@ std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m, R
   const int n = 100, m = static_cast<int>(2 * half);
   for (int at = -m; at < n; ++at) {
     double weight = 0.0;
-    for (int k = std::max(0, -at); k <= std::min(m, n - 1 - at); ++k) weight += 1.0 - std::cos(2.0 * std::numbers::pi * k / m);
+    for (int k = std::max(0, -at); k <= std::min(m, n - 1 - at); ++k)
+      weight += 1.0 - std::cos(2.0 * std::numbers::pi * k / m);
     variance += weight * weight;
   }
   for (double& v : value) v = start + v * per_100m / std::sqrt(variance);
@@ -63,7 +66,10 @@ Eigen::Quaterniond attitude(const RoadFrame& frame, const GridPlace& place) {
   if (!g.allFinite()) g.setZero();
   const Eigen::Vector3d up = Eigen::Vector3d(-g.x(), -g.y(), 1.0).normalized();
   const double heading = frame.heading_rad(place.row);
-  const Eigen::Vector3d ahead = Eigen::Vector3d(std::cos(heading), std::sin(heading), g.x() * std::cos(heading) + g.y() * std::sin(heading)).normalized();
+  const Eigen::Vector3d ahead =
+      Eigen::Vector3d(std::cos(heading), std::sin(heading),
+                      g.x() * std::cos(heading) + g.y() * std::sin(heading))
+          .normalized();
   Eigen::Matrix3d axes;
   axes << ahead, up.cross(ahead), up;
   return Eigen::Quaterniond(axes).normalized();
@@ -73,9 +79,12 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
   Drive drive;
   const double step_rows = options.speed_mps * kPoseStep_s / frame.u_step_m();
   const double begin = (options.u_begin_m - frame.u_begin_m()) / frame.u_step_m();
-  const double end = options.u_end_m > 0.0 ? (options.u_end_m - frame.u_begin_m()) / frame.u_step_m() : static_cast<double>(frame.rows() - 1);
+  const double end = options.u_end_m > 0.0
+                         ? (options.u_end_m - frame.u_begin_m()) / frame.u_step_m()
+                         : static_cast<double>(frame.rows() - 1);
   if (!(begin >= 0.0 && end <= static_cast<double>(frame.rows() - 1) && end - begin > 10.0))
-    throw road::Error(fmt::format("u from {} to {} m seen; a part of the road of {:.1f} m wanted", options.u_begin_m, options.u_end_m, frame.length_m()));
+    throw road::Error(fmt::format("u from {} to {} m seen; a part of the road of {:.1f} m wanted",
+                                  options.u_begin_m, options.u_end_m, frame.length_m()));
   double time = 0.0;
   for (int lap = 0; lap < options.laps; ++lap) {
     const double v = options.v_m[static_cast<std::size_t>(lap) % options.v_m.size()];
@@ -84,17 +93,23 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
     const double length = (end - begin) * frame.u_step_m();
     std::array<std::vector<double>, 6> drifts;
     for (std::size_t k = 0; k < 6; ++k)
-      drifts[k] = drift(static_cast<std::size_t>(length) + 3, options.drift_smooth_m, k < 3 ? options.drift_m_per_100m : options.drift_rad_per_100m, random);
+      drifts[k] = drift(static_cast<std::size_t>(length) + 3, options.drift_smooth_m,
+                        k < 3 ? options.drift_m_per_100m : options.drift_rad_per_100m, random);
     for (std::size_t i = 0; i < poses; ++i, time += kPoseStep_s) {
-      const double row = std::min(begin + step_rows * static_cast<double>(i), static_cast<double>(frame.rows() - 1) - 1e-6);
+      const double row = std::min(begin + step_rows * static_cast<double>(i),
+                                  static_cast<double>(frame.rows() - 1) - 1e-6);
       const GridPlace place{row, v};
       const auto k = static_cast<std::size_t>(row);
       const double f = row - static_cast<double>(k);
-      const Eigen::Vector2d xy = (1.0 - f) * frame.node_position(k, v) + f * frame.node_position(k + 1, v);
+      const Eigen::Vector2d xy =
+          (1.0 - f) * frame.node_position(k, v) + f * frame.node_position(k + 1, v);
       const double z = frame.height(place);
-      if (!std::isfinite(z)) throw road::Error(fmt::format("no road at u = {:.1f} m, v = {} m, where the car drives", frame.u_begin_m() + row * frame.u_step_m(), v));
+      if (!std::isfinite(z))
+        throw road::Error(fmt::format("no road at u = {:.1f} m, v = {} m, where the car drives",
+                                      frame.u_begin_m() + row * frame.u_step_m(), v));
       const Eigen::Quaterniond q = attitude(frame, place);
-      const Eigen::Vector3d p = Eigen::Vector3d(xy.x(), xy.y(), z + frame.z_origin_m()) + q * Eigen::Vector3d(0, 0, options.sensor_height_m);
+      const Eigen::Vector3d p = Eigen::Vector3d(xy.x(), xy.y(), z + frame.z_origin_m()) +
+                                q * Eigen::Vector3d(0, 0, options.sensor_height_m);
       const double driven = (row - begin) * frame.u_step_m();
       const auto at = [&](std::size_t n) {
         const auto m = static_cast<std::size_t>(driven);
@@ -104,19 +119,28 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
       drive.truth.position_m.push_back(p), drive.truth.orientation.push_back(q);
       drive.drifted.position_m.push_back(p + Eigen::Vector3d(at(0), at(1), at(2)));
       const Eigen::Vector3d turn(at(3), at(4), at(5));  // roll, pitch, yaw
-      drive.drifted.orientation.push_back((q * Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.norm() > 0 ? turn.normalized() : Eigen::Vector3d::UnitX()))).normalized());
+      drive.drifted.orientation.push_back(
+          (q * Eigen::Quaterniond(Eigen::AngleAxisd(
+                   turn.norm(), turn.norm() > 0 ? turn.normalized() : Eigen::Vector3d::UnitX())))
+              .normalized());
       drive.row.push_back(row), drive.v_m.push_back(v);
       std::vector<OtherCar> others;
       for (int c = 0; c < options.cars; ++c) {
         const double gap = 10.0 + 4.0 * std::sin(0.35 * time + 2.1 * c);
-        const double other_row = frame.wrapped(row + (c % 2 == 0 ? 1.0 : -1.0) * (gap + kCarLength_m * static_cast<double>(c / 2 + 1)) / frame.u_step_m());
+        const double other_row = frame.wrapped(
+            row + (c % 2 == 0 ? 1.0 : -1.0) *
+                      (gap + kCarLength_m * static_cast<double>(c / 2 + 1)) / frame.u_step_m());
         const GridPlace where{other_row, -v + 0.5 * std::sin(0.5 * time + c)};
-        const auto r = static_cast<std::size_t>(std::clamp(other_row, 0.0, static_cast<double>(frame.rows() - 1)));
+        const auto r = static_cast<std::size_t>(
+            std::clamp(other_row, 0.0, static_cast<double>(frame.rows() - 1)));
         const double ground = frame.height(where);
         if (!std::isfinite(ground)) continue;
         const Eigen::Vector2d spot = frame.node_position(r, where.v_m);
         const double heading = frame.heading_rad(other_row);
-        others.push_back({Eigen::Vector3d(spot.x(), spot.y(), ground + frame.z_origin_m() + kCarClearance_m + 0.5 * kCarHeight_m), {std::cos(heading), std::sin(heading)}});
+        others.push_back(
+            {Eigen::Vector3d(spot.x(), spot.y(),
+                             ground + frame.z_origin_m() + kCarClearance_m + 0.5 * kCarHeight_m),
+             {std::cos(heading), std::sin(heading)}});
       }
       drive.cars.push_back(std::move(others));
     }
@@ -129,8 +153,12 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
 /// Distance to a car's box along a ray; infinite where it passes by.
 double distance_to(const OtherCar& car, const Eigen::Vector3d& from, const Eigen::Vector3d& along) {
   const Eigen::Vector3d d = from - car.middle_m;
-  const auto turned = [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(p.x() * car.heading.x() + p.y() * car.heading.y(), p.y() * car.heading.x() - p.x() * car.heading.y(), p.z()); };
-  const Eigen::Vector3d p = turned(d), a = turned(along), half(0.5 * kCarLength_m, 0.5 * kCarWidth_m, 0.5 * kCarHeight_m);
+  const auto turned = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(p.x() * car.heading.x() + p.y() * car.heading.y(),
+                           p.y() * car.heading.x() - p.x() * car.heading.y(), p.z());
+  };
+  const Eigen::Vector3d p = turned(d), a = turned(along),
+                        half(0.5 * kCarLength_m, 0.5 * kCarWidth_m, 0.5 * kCarHeight_m);
   double near = 0.0, far = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 3; ++k) {
     if (std::abs(a[k]) < 1e-12) {
@@ -144,7 +172,9 @@ double distance_to(const OtherCar& car, const Eigen::Vector3d& from, const Eigen
 }
 
 /// Range of the first crossing of the ray with the road; NaN without one.
-double range_to_road(const RoadFrame& frame, const Eigen::Vector3d& from, const Eigen::Vector3d& along, double range_max_m, double& row_hint, GridPlace& hit) {
+double range_to_road(const RoadFrame& frame, const Eigen::Vector3d& from,
+                     const Eigen::Vector3d& along, double range_max_m, double& row_hint,
+                     GridPlace& hit) {
   const auto above = [&](double range) {
     const Eigen::Vector3d p = from + range * along;
     const std::optional<GridPlace> place = frame.project(p.x(), p.y(), row_hint);
@@ -170,8 +200,10 @@ double range_to_road(const RoadFrame& frame, const Eigen::Vector3d& from, const 
     for (int k = 0; k < 4; ++k) {
       const double middle = low + (high - low) * h_low / (h_low - h_high), h = above(middle);
       if (!std::isfinite(h)) return kNaN;
-      if (h > 0.0) low = middle, h_low = h;
-      else high = middle, h_high = h;
+      if (h > 0.0)
+        low = middle, h_low = h;
+      else
+        high = middle, h_high = h;
       if (std::abs(h) < 2e-5) return middle;
     }
     return low + (high - low) * h_low / (h_low - h_high);
@@ -192,29 +224,35 @@ struct Shots {
 };
 
 /// All shots of one pose interval.
-Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i, const ScanSynthOptions& options) {
+Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i,
+            const ScanSynthOptions& options) {
   Shots shots;
   const double shots_per_s = options.turns_per_s * options.azimuths;
   const double t0 = drive.truth.time_s[i], t1 = drive.truth.time_s[i + 1];
   if (t1 - t0 > 0.5) return shots;
   Random random(options.seed * 0x9E3779B97F4A7C15ULL + i);
-  const auto first = static_cast<std::int64_t>(std::ceil(t0 * shots_per_s)), last = static_cast<std::int64_t>(std::ceil(t1 * shots_per_s));
+  const auto first = static_cast<std::int64_t>(std::ceil(t0 * shots_per_s)),
+             last = static_cast<std::int64_t>(std::ceil(t1 * shots_per_s));
   for (std::int64_t shot = first; shot < last; ++shot) {
     const double time = static_cast<double>(shot) / shots_per_s;
     PosedInstant pose;
     std::size_t hint = i;
     if (!pose_at(drive.truth, time, hint, pose)) continue;
-    const double azimuth = 2.0 * std::numbers::pi * static_cast<double>(shot % options.azimuths) / options.azimuths;
+    const double azimuth =
+        2.0 * std::numbers::pi * static_cast<double>(shot % options.azimuths) / options.azimuths;
     for (int beam = 0; beam < options.beams; ++beam) {
-      const double elevation = (-25.0 + 22.5 * beam / std::max(1, options.beams - 1)) * std::numbers::pi / 180.0;
-      const Eigen::Vector3d in_sensor(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      const double elevation =
+          (-25.0 + 22.5 * beam / std::max(1, options.beams - 1)) * std::numbers::pi / 180.0;
+      const Eigen::Vector3d in_sensor(std::cos(elevation) * std::cos(azimuth),
+                                      std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
       const Eigen::Vector3d along = pose.orientation * in_sensor;
       if (along.z() > -0.02) continue;
       double row = drive.row[i];
       GridPlace hit;
       double range = range_to_road(frame, pose.position_m, along, options.range_max_m, row, hit);
       double car = std::numeric_limits<double>::infinity();
-      for (const OtherCar& other : drive.cars[i]) car = std::min(car, distance_to(other, pose.position_m, along));
+      for (const OtherCar& other : drive.cars[i])
+        car = std::min(car, distance_to(other, pose.position_m, along));
       const bool on_car = car < options.range_max_m && (!std::isfinite(range) || car < range);
       if (on_car) {
         range = car;
@@ -225,20 +263,23 @@ Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i, const Sca
           const Eigen::Vector2d flat = along.head<2>().normalized();
           double sum = 0.0;
           for (const double share : {-0.6, 0.6}) {
-            const std::optional<GridPlace> place = frame.project(p.x() + share * reach * flat.x(), p.y() + share * reach * flat.y(), hit.row);
+            const std::optional<GridPlace> place = frame.project(
+                p.x() + share * reach * flat.x(), p.y() + share * reach * flat.y(), hit.row);
             const double slope = frame.gradient(hit, 0.2).dot(flat);
             const double z = place ? frame.height(*place) + frame.z_origin_m() : kNaN;
             if (std::isfinite(z) && std::isfinite(slope)) sum += z - p.z() - slope * share * reach;
           }
           range -= sum / 3.0 / -along.z();
         }
-        if (options.grass_height_m > 0.0 && std::abs(hit.v_m) > options.grass_from_m) range -= options.grass_height_m * random.uniform() / -along.z();
+        if (options.grass_height_m > 0.0 && std::abs(hit.v_m) > options.grass_from_m)
+          range -= options.grass_height_m * random.uniform() / -along.z();
       } else {
         continue;
       }
       range += options.range_noise_m * random.normal();
       const Eigen::Vector3d p = range * in_sensor;
-      put(shots.bytes, static_cast<float>(p.x())), put(shots.bytes, static_cast<float>(p.y())), put(shots.bytes, static_cast<float>(p.z()));
+      put(shots.bytes, static_cast<float>(p.x())), put(shots.bytes, static_cast<float>(p.y())),
+          put(shots.bytes, static_cast<float>(p.z()));
       put(shots.bytes, time);
       ++shots.points;
       shots.on_cars += on_car ? 1 : 0;
@@ -249,14 +290,19 @@ Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i, const Sca
 
 }  // namespace
 
-ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir, const ScanSynthOptions& options) {
-  if (options.laps < 1 || options.v_m.empty() || !(options.speed_mps > 0.1) || options.beams < 1 || options.azimuths < 1)
-    throw road::Error("laps, lateral places, beams and azimuths must be one or more, the speed above 0.1 m/s");
+ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
+                            const ScanSynthOptions& options) {
+  if (options.laps < 1 || options.v_m.empty() || !(options.speed_mps > 0.1) || options.beams < 1 ||
+      options.azimuths < 1)
+    throw road::Error(
+        "laps, lateral places, beams and azimuths must be one or more, the speed above 0.1 m/s");
   const RoadFrame frame(road);
   const Drive driven = drive(frame, options);
   std::error_code problem;
   std::filesystem::create_directories(output_dir, problem);
-  if (problem) throw road::Error(fmt::format("{}: cannot make this folder: {}", output_dir, problem.message()));
+  if (problem)
+    throw road::Error(
+        fmt::format("{}: cannot make this folder: {}", output_dir, problem.message()));
   const std::filesystem::path dir(output_dir);
   ScanSynthReport report;
   report.trajectory_path = (dir / "trajectory.csv").string();
@@ -267,9 +313,13 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
   std::size_t points = 0, on_cars = 0;
   const auto flush = [&] {
     if (points == 0) return;
-    const std::string path = (dir / fmt::format("scan_{:03}.ply", report.scan_paths.size())).string();
+    const std::string path =
+        (dir / fmt::format("scan_{:03}.ply", report.scan_paths.size())).string();
     road::FileWriter file(path);
-    file.append(fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty double time\nend_header\n", points));
+    file.append(
+        fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float "
+                    "x\nproperty float y\nproperty float z\nproperty double time\nend_header\n",
+                    points));
     file.append(bytes);
     file.commit();
     report.scan_paths.push_back(path);
@@ -289,7 +339,8 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
     }
   }
   flush();
-  if (report.points == 0) throw road::Error("no shot met the road; is the road narrower than the car's place?");
+  if (report.points == 0)
+    throw road::Error("no shot met the road; is the road narrower than the car's place?");
   report.share_on_cars = static_cast<double>(on_cars) / static_cast<double>(report.points);
   return report;
 }

@@ -12,21 +12,30 @@
 namespace cloud {
 
 Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& extrinsic) {
-  const road::CsvTable table = road::read_csv(path, {"time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"});
-  if (table.rows() < 2) throw road::Error(fmt::format("{}: {} poses seen, two or more wanted", path, table.rows()));
+  const road::CsvTable table =
+      road::read_csv(path, {"time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"});
+  if (table.rows() < 2)
+    throw road::Error(fmt::format("{}: {} poses seen, two or more wanted", path, table.rows()));
   Trajectory trajectory;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto at = [&](std::size_t column) { return table.value(i, column); };
     for (std::size_t k = 0; k < 8; ++k)
-      if (!(std::abs(at(k)) < 1e12)) throw road::Error(fmt::format("{}: pose {}: a cell is empty or not finite; leave the row out", path, i + 1));
+      if (!(std::abs(at(k)) < 1e12))
+        throw road::Error(fmt::format(
+            "{}: pose {}: a cell is empty or not finite; leave the row out", path, i + 1));
     const Eigen::Quaterniond q(at(7), at(4), at(5), at(6));
-    if (std::abs(q.norm() - 1.0) > 0.01) throw road::Error(fmt::format("{}: pose {}: quaternion of length {:.4f} seen, 1 wanted; columns are qx,qy,qz,qw", path, i + 1, q.norm()));
+    if (std::abs(q.norm() - 1.0) > 0.01)
+      throw road::Error(fmt::format(
+          "{}: pose {}: quaternion of length {:.4f} seen, 1 wanted; columns are qx,qy,qz,qw", path,
+          i + 1, q.norm()));
     if (i > 0 && !(at(0) > trajectory.time_s.back()))
-      throw road::Error(fmt::format("{}: pose {}: time {:.6f} s after {:.6f} s; times must ascend", path, i + 1, at(0), trajectory.time_s.back()));
+      throw road::Error(fmt::format("{}: pose {}: time {:.6f} s after {:.6f} s; times must ascend",
+                                    path, i + 1, at(0), trajectory.time_s.back()));
     const Eigen::Vector3d p(at(1), at(2), at(3));
     trajectory.time_s.push_back(at(0));
     trajectory.position_m.push_back(p + q.normalized() * extrinsic.translation());
-    trajectory.orientation.push_back((q.normalized() * Eigen::Quaterniond(extrinsic.rotation())).normalized());
+    trajectory.orientation.push_back(
+        (q.normalized() * Eigen::Quaterniond(extrinsic.rotation())).normalized());
   }
   measure(trajectory);
   return trajectory;
@@ -37,7 +46,8 @@ void write_trajectory(const Trajectory& trajectory, const std::string& path) {
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const Eigen::Vector3d& p = trajectory.position_m[i];
     const Eigen::Quaterniond& q = trajectory.orientation[i];
-    text += fmt::format("{:.6f},{:.6f},{:.6f},{:.6f},{:.12f},{:.12f},{:.12f},{:.12f}\n", trajectory.time_s[i], p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+    text += fmt::format("{:.6f},{:.6f},{:.6f},{:.6f},{:.12f},{:.12f},{:.12f},{:.12f}\n",
+                        trajectory.time_s[i], p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
   }
   road::write_file(path, text);
 }
@@ -48,7 +58,9 @@ void measure(Trajectory& trajectory) {
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     const bool gap = trajectory.time_s[i] - trajectory.time_s[i - 1] > 1.0;
     trajectory.piece[i] = trajectory.piece[i - 1] + (gap ? 1 : 0);
-    trajectory.driven_m[i] = trajectory.driven_m[i - 1] + (gap ? 1000.0 : (trajectory.position_m[i] - trajectory.position_m[i - 1]).norm());
+    trajectory.driven_m[i] =
+        trajectory.driven_m[i - 1] +
+        (gap ? 1000.0 : (trajectory.position_m[i] - trajectory.position_m[i - 1]).norm());
   }
 }
 
@@ -57,18 +69,24 @@ bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, Pos
   if (!(time_s >= t.front() && time_s <= t.back())) return false;
   std::size_t i = std::min(hint, t.size() - 2);
   if (!(t[i] <= time_s && time_s <= t[i + 1])) {
-    if (i + 2 < t.size() && t[i + 1] <= time_s && time_s <= t[i + 2]) ++i;
-    else i = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(std::upper_bound(t.begin(), t.end(), time_s) - t.begin() - 1, 0, static_cast<std::ptrdiff_t>(t.size()) - 2));
+    if (i + 2 < t.size() && t[i + 1] <= time_s && time_s <= t[i + 2])
+      ++i;
+    else
+      i = static_cast<std::size_t>(
+          std::clamp<std::ptrdiff_t>(std::upper_bound(t.begin(), t.end(), time_s) - t.begin() - 1,
+                                     0, static_cast<std::ptrdiff_t>(t.size()) - 2));
   }
   hint = i;
   if (trajectory.piece[i] != trajectory.piece[i + 1]) return false;
   const double f = (time_s - t[i]) / (t[i + 1] - t[i]);
-  pose.position_m = trajectory.position_m[i] + f * (trajectory.position_m[i + 1] - trajectory.position_m[i]);
+  pose.position_m =
+      trajectory.position_m[i] + f * (trajectory.position_m[i + 1] - trajectory.position_m[i]);
   const Eigen::Vector4d a = trajectory.orientation[i].coeffs();
   Eigen::Vector4d b = trajectory.orientation[i + 1].coeffs();
   if (a.dot(b) < 0.0) b = -b;
   pose.orientation.coeffs() = (a + f * (b - a)).normalized();
-  pose.driven_m = trajectory.driven_m[i] + f * (trajectory.driven_m[i + 1] - trajectory.driven_m[i]);
+  pose.driven_m =
+      trajectory.driven_m[i] + f * (trajectory.driven_m[i + 1] - trajectory.driven_m[i]);
   return true;
 }
 

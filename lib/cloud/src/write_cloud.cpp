@@ -18,11 +18,15 @@ void put(std::string& bytes, T value) {
 }  // namespace
 
 void write_ply(const Cloud& cloud, const std::string& path) {
-  const bool time = !cloud.time_s.empty(), intensity = !cloud.intensity.empty(), classes = !cloud.classification.empty();
+  const bool time = !cloud.time_s.empty(), intensity = !cloud.intensity.empty(),
+             classes = !cloud.classification.empty();
   road::FileWriter file(path);
-  std::string bytes = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n{}{}{}end_header\n",
-                                  cloud.size(), time ? "property double time\n" : "", intensity ? "property float intensity\n" : "",
-                                  classes ? "property uchar classification\n" : "");
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double "
+      "y\nproperty double z\n{}{}{}end_header\n",
+      cloud.size(), time ? "property double time\n" : "",
+      intensity ? "property float intensity\n" : "",
+      classes ? "property uchar classification\n" : "");
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     put(bytes, cloud.origin_m.x() + cloud.x_m[i]);
     put(bytes, cloud.origin_m.y() + cloud.y_m[i]);

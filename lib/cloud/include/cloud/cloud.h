@@ -14,9 +14,9 @@ namespace cloud {
 struct Cloud {
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
   std::vector<double> x_m, y_m, z_m;
-  std::vector<double> time_s;                 ///< the source's clock: trajectory's, or GPS time of LAS
-  std::vector<float> intensity;               ///< as in the file, no unit
-  std::vector<std::uint8_t> classification;   ///< ASPRS: 2 ground, 6 building, 7 noise ...
+  std::vector<double> time_s;    ///< the source's clock: trajectory's, or GPS time of LAS
+  std::vector<float> intensity;  ///< as in the file, no unit
+  std::vector<std::uint8_t> classification;  ///< ASPRS: 2 ground, 6 building, 7 noise ...
 
   std::size_t size() const { return x_m.size(); }
   Eigen::Vector3d point(std::size_t i) const { return {x_m[i], y_m[i], z_m[i]}; }

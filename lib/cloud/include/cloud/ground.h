@@ -9,17 +9,18 @@
 namespace cloud {
 
 struct GroundOptions {
-  double cell_m = 1.0;            ///< of the surface of lowest points
-  double max_window_m = 18.0;     ///< radius of the largest object that is taken off (half a building)
-  double slope = 0.15;            ///< steepest ground that is kept, m/m
-  double height_m = 0.5;          ///< how far above the surface a point may lie ...
+  double cell_m = 1.0;         ///< of the surface of lowest points
+  double max_window_m = 18.0;  ///< radius of the largest object that is taken off (half a building)
+  double slope = 0.15;         ///< steepest ground that is kept, m/m
+  double height_m = 0.5;       ///< how far above the surface a point may lie ...
   double height_per_slope_m = 1.25;  ///< ... and how much more per m/m of its slope
 };
 
-/// 1 for ground, 0 for everything else, one per point. Progressive morphological filter: Pingel, Clarke,
-/// McBride 2013, "An improved simple morphological filter for the terrain classification of airborne LIDAR
-/// data". Points that lie below their surroundings by more than 5 m (multipath) are no ground either. Throws
-/// road::Error when the area would need more than 50 million cells (says which cell to give).
+/// 1 for ground, 0 for everything else, one per point. Progressive morphological filter: Pingel,
+/// Clarke, McBride 2013, "An improved simple morphological filter for the terrain classification of
+/// airborne LIDAR data". Points that lie below their surroundings by more than 5 m (multipath) are
+/// no ground either. Throws road::Error when the area would need more than 50 million cells (says
+/// which cell to give).
 std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOptions& options = {});
 
 }  // namespace cloud

@@ -1,5 +1,5 @@
-// Refines the grid of a road from LiDAR: drift along the road corrected, heights per node estimated and
-// fused with the base by variance.
+// Refines the grid of a road from LiDAR: drift along the road corrected, heights per node estimated
+// and fused with the base by variance.
 #pragma once
 
 #include <array>
@@ -16,16 +16,17 @@
 namespace cloud {
 
 struct MapOptions {
-  double base_stddev_m = 0.02;      ///< of the base's heights where the points do not contradict it
-  double drift_m_per_100m = 0.05;   ///< how fast the trajectory's x, y, z may change their error
-  double drift_rad_per_100m = 0.002;///< the same of roll, pitch, yaw
-  double gate_m = 0.5;              ///< points farther from the base than this are no road
-  double max_scatter_m = 0.03;      ///< cells whose heights scatter more are no surface (grass, bushes)
-  int estimate_every = 4;           ///< points looked at for the drift: one in so many
+  double base_stddev_m = 0.02;     ///< of the base's heights where the points do not contradict it
+  double drift_m_per_100m = 0.05;  ///< how fast the trajectory's x, y, z may change their error
+  double drift_rad_per_100m = 0.002;  ///< the same of roll, pitch, yaw
+  double gate_m = 0.5;                ///< points farther from the base than this are no road
+  double max_scatter_m = 0.03;  ///< cells whose heights scatter more are no surface (grass, bushes)
+  int estimate_every = 4;       ///< points looked at for the drift: one in so many
   bool correct_drift = true;
-  bool trust_base = true;           ///< false: the base's heights do not hold the drift, only other passes do
-  int min_points = 3;               ///< of a node
-  unsigned threads = 0;             ///< 0 = all cores; any number gives the same bytes
+  bool trust_base =
+      true;              ///< false: the base's heights do not hold the drift, only other passes do
+  int min_points = 3;    ///< of a node
+  unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
 };
 
 /// What a node of the refined grid rests on.
@@ -42,42 +43,49 @@ struct DriftStation {
 };
 
 struct MapReport {
-  std::size_t points = 0, looked_at = 0, without_pose = 0, off_road = 0, far_from_base = 0, on_obstacles = 0, used = 0;
-  bool converged = false;              ///< the drift changed by less than 0.2 mm and 0.02 mrad in the last round
+  std::size_t points = 0, looked_at = 0, without_pose = 0, off_road = 0, far_from_base = 0,
+              on_obstacles = 0, used = 0;
+  bool converged =
+      false;  ///< the drift changed by less than 0.2 mm and 0.02 mrad in the last round
   int iterations = 0;
   std::size_t sections = 0, passes = 0;
-  double rms_before_m = 0.0, rms_after_m = 0.0;  ///< robust, of cells against the base where it is trusted
-  double pass_rms_before_m = 0.0, pass_rms_after_m = 0.0;  ///< cells seen in two passes; 0 with one pass
-  double inlier_share = 0.0;           ///< observations of the base that the drift agrees with
-  std::array<double, 6> typical_stddev{};        ///< median over stations: x, y, z, roll, pitch, yaw
-  std::vector<std::string> unfixed;    ///< directions that the data leaves open
+  double rms_before_m = 0.0,
+         rms_after_m = 0.0;  ///< robust, of cells against the base where it is trusted
+  double pass_rms_before_m = 0.0,
+         pass_rms_after_m = 0.0;           ///< cells seen in two passes; 0 with one pass
+  double inlier_share = 0.0;               ///< observations of the base that the drift agrees with
+  std::array<double, 6> typical_stddev{};  ///< median over stations: x, y, z, roll, pitch, yaw
+  std::vector<std::string> unfixed;        ///< directions that the data leaves open
   std::vector<DriftStation> drift;
   std::size_t nodes = 0, nodes_lidar = 0, nodes_interpolated = 0, nodes_base = 0, nodes_hole = 0;
-  double coverage = 0.0;               ///< nodes from points over nodes with road
-  double changed_p50_m = 0.0, changed_p99_m = 0.0, changed_max_m = 0.0;  ///< |refined - base| of covered nodes
+  double coverage = 0.0;  ///< nodes from points over nodes with road
+  double changed_p50_m = 0.0, changed_p99_m = 0.0,
+         changed_max_m = 0.0;  ///< |refined - base| of covered nodes
   double seconds_estimate = 0.0, seconds_drift = 0.0, seconds_grid = 0.0, seconds_fuse = 0.0;
-  double seconds_read = 0.0;           ///< part of estimate and grid
+  double seconds_read = 0.0;  ///< part of estimate and grid
   std::vector<std::string> remarks;
 };
 
 struct MapResult {
-  crg::Grid grid;                      ///< refined heights; nodes without points keep the base's bits
-  crg::Grid stddev;                    ///< m, same shape; NaN on holes
-  crg::Grid source;                    ///< NodeSource as a number, same shape
-  std::vector<Trajectory> corrected;   ///< the trajectory after correction; empty without one
+  crg::Grid grid;    ///< refined heights; nodes without points keep the base's bits
+  crg::Grid stddev;  ///< m, same shape; NaN on holes
+  crg::Grid source;  ///< NodeSource as a number, same shape
+  std::vector<Trajectory> corrected;  ///< the trajectory after correction; empty without one
   MapReport report;
 };
 
 /// Hands out the scans, always the same chunks in the same order; it is called twice.
 using CloudSource = std::function<void(const ChunkSink&)>;
 
-/// The whole way. `base`: the road to refine; `trajectory` null: points are in the map frame, else in the
-/// sensor's with a time each. Memory depends on the road and the distance driven, not on the number of
-/// points. Throws road::Error: no time per point, clock or frame of the trajectory does not fit, no overlap
-/// with the base (and what it looks like), crg::Error.
-MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory, const MapOptions& options = {});
+/// The whole way. `base`: the road to refine; `trajectory` null: points are in the map frame, else
+/// in the sensor's with a time each. Memory depends on the road and the distance driven, not on the
+/// number of points. Throws road::Error: no time per point, clock or frame of the trajectory does
+/// not fit, no overlap with the base (and what it looks like), crg::Error.
+MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory,
+                     const MapOptions& options = {});
 
-/// The report as JSON, keys in a fixed order (docs/formats.md). Seconds differ from run to run, nothing else.
+/// The report as JSON, keys in a fixed order (docs/formats.md). Seconds differ from run to run,
+/// nothing else.
 std::string map_summary_json(const MapReport& report);
 
 }  // namespace cloud

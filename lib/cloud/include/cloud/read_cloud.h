@@ -24,38 +24,42 @@ struct CloudReadOptions {
 
 /// What the file says and what was seen while reading it.
 struct CloudReadReport {
-  std::string format;            ///< "LAS 1.2, point format 3", "PLY binary_little_endian", ...
-  std::string unit = "m";        ///< "m", "ft", "US survey ft"
+  std::string format;      ///< "LAS 1.2, point format 3", "PLY binary_little_endian", ...
+  std::string unit = "m";  ///< "m", "ft", "US survey ft"
   double metres_per_unit = 1.0;
   double metres_per_height_unit = 1.0;  ///< some coordinate systems give heights in another unit
   bool unit_from_file = false;
-  std::string coordinate_system; ///< as far as the file names one, e.g. "EPSG:2994"
-  std::size_t points = 0;        ///< handed out
-  std::size_t not_finite = 0;    ///< left out
-  bool float32 = false;          ///< x, y and z are stored as float32
+  std::string coordinate_system;  ///< as far as the file names one, e.g. "EPSG:2994"
+  std::size_t points = 0;         ///< handed out
+  std::size_t not_finite = 0;     ///< left out
+  bool float32 = false;           ///< x, y and z are stored as float32
   std::vector<std::string> remarks;
 };
 
 /// Hands out the cloud piece by piece, all pieces with the same origin, in the order of the file.
 using ChunkSink = std::function<void(Cloud&& chunk)>;
 
-/// Throws road::Error: no such file, .laz (says what to do), truncated (says how many points fit), corrupt
-/// header, unknown format, no points, or no finite point among them. Sizes are checked against the file
-/// before anything is allocated. Memory: one chunk; .pcd with compressed data the whole of it.
-CloudReadReport read_chunks(const std::string& path, const CloudReadOptions& options, const ChunkSink& sink);
+/// Throws road::Error: no such file, .laz (says what to do), truncated (says how many points fit),
+/// corrupt header, unknown format, no points, or no finite point among them. Sizes are checked
+/// against the file before anything is allocated. Memory: one chunk; .pcd with compressed data the
+/// whole of it.
+CloudReadReport read_chunks(const std::string& path, const CloudReadOptions& options,
+                            const ChunkSink& sink);
 
 /// The same for bytes in memory; the ending of `name` tells the format where the bytes do not.
-CloudReadReport read_chunks_from(std::string_view bytes, const std::string& name, const CloudReadOptions& options,
-                                 const ChunkSink& sink);
+CloudReadReport read_chunks_from(std::string_view bytes, const std::string& name,
+                                 const CloudReadOptions& options, const ChunkSink& sink);
 
 /// The whole file at once.
-Cloud read_cloud(const std::string& path, const CloudReadOptions& options = {}, CloudReadReport* report = nullptr);
+Cloud read_cloud(const std::string& path, const CloudReadOptions& options = {},
+                 CloudReadReport* report = nullptr);
 
-/// The clouds of a folder (sorted by name) or the path itself. Throws road::Error where there is none.
+/// The clouds of a folder (sorted by name) or the path itself. Throws road::Error where there is
+/// none.
 std::vector<std::string> cloud_files(const std::string& path);
 
-/// Binary PLY with double coordinates in map frame, and time, intensity, classification where there are any;
-/// whole or not at all. Map coordinates come back exactly. Throws road::Error.
+/// Binary PLY with double coordinates in map frame, and time, intensity, classification where there
+/// are any; whole or not at all. Map coordinates come back exactly. Throws road::Error.
 void write_ply(const Cloud& cloud, const std::string& path);
 
 /// Facts about a cloud.
@@ -65,13 +69,13 @@ struct CloudFacts {
   bool has_time = false, has_intensity = false;
   double time_begin_s = 0.0, time_end_s = 0.0;
   std::map<int, std::size_t> points_of_class;  ///< empty where the file has no classes
-  /// Smallest spacing of coordinates per axis: that of float32 at the largest coordinate, or of LAS'
-  /// scale; found coarser where the values repeat on a coarser grid.
+  /// Smallest spacing of coordinates per axis: that of float32 at the largest coordinate, or of
+  /// LAS' scale; found coarser where the values repeat on a coarser grid.
   std::array<double, 3> resolution_m = {0.0, 0.0, 0.0};
 };
 
-/// Reads the file once, piece by piece. Adds a remark to read.remarks for an axis quantised to more than
-/// 15 mm. Throws as read_chunks.
+/// Reads the file once, piece by piece. Adds a remark to read.remarks for an axis quantised to more
+/// than 15 mm. Throws as read_chunks.
 CloudFacts describe(const std::string& path, const CloudReadOptions& options = {});
 
 }  // namespace cloud

@@ -1,4 +1,5 @@
-// Moves one cloud onto another: generalised ICP (Segal, Haehnel, Thrun 2009), with what the data fixes and what it does not.
+// Moves one cloud onto another: generalised ICP (Segal, Haehnel, Thrun 2009), with what the data
+// fixes and what it does not.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,25 +12,31 @@
 namespace cloud {
 
 struct RegisterOptions {
-  double voxel_m = 0.25;             ///< both clouds are thinned to one point per such cube
-  double max_distance_m = 2.0;       ///< of a pair at first; narrowed down to 2 voxel_m
-  int neighbours = 20;               ///< that a plane is fitted to
+  double voxel_m = 0.25;        ///< both clouds are thinned to one point per such cube
+  double max_distance_m = 2.0;  ///< of a pair at first; narrowed down to 2 voxel_m
+  int neighbours = 20;          ///< that a plane is fitted to
   int max_iterations = 100;
   unsigned threads = 0;
 };
 
-/// Directions in the target's axes through the middle of the pairs: x, y, z, about x, about y, about z.
+/// Directions in the target's axes through the middle of the pairs: x, y, z, about x, about y,
+/// about z.
 struct RegisterReport {
-  bool converged = false;            ///< the last step was below 0.1 mm and 1e-5 rad
+  bool converged = false;  ///< the last step was below 0.1 mm and 1e-5 rad
   int iterations = 0;
-  std::size_t points = 0, inliers = 0;  ///< thinned source; pairs of the last iteration
+  std::size_t points = 0, inliers = 0;           ///< thinned source; pairs of the last iteration
   double rms_before_m = 0.0, rms_after_m = 0.0;  ///< to the planes, over the pairs before and after
-  std::array<double, 6> information{};  ///< eigenvalues of the normal equations, smallest first, per pair (rotations by the cloud's radius)
-  std::vector<std::string> unfixed;  ///< directions with hardly any information; they were left alone
+  std::array<double, 6> information{};  ///< eigenvalues of the normal equations, smallest first,
+                                        ///< per pair (rotations by the cloud's radius)
+  std::vector<std::string>
+      unfixed;  ///< directions with hardly any information; they were left alone
 };
 
-/// T_target_source near the identity (map frame of both). Throws road::Error where fewer than 100 pairs
-/// lie within max_distance_m: the clouds do not overlap. nanoflann stays private to the source file.
-Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source, const RegisterOptions& options = {}, RegisterReport* report = nullptr);
+/// T_target_source near the identity (map frame of both). Throws road::Error where fewer than 100
+/// pairs lie within max_distance_m: the clouds do not overlap. nanoflann stays private to the
+/// source file.
+Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
+                                  const RegisterOptions& options = {},
+                                  RegisterReport* report = nullptr);
 
 }  // namespace cloud

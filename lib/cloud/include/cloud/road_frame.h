@@ -37,8 +37,9 @@ class RoadFrame {
   Eigen::Vector2d node_position(std::size_t row, double v_m) const;
   double heading_rad(double row) const;
 
-  /// (u, v) of a map point whose row is within some 100 m of `hint` along the road; empty where the walk
-  /// does not settle, or beyond the ends of an open road. Legs of a track that cross do not mix.
+  /// (u, v) of a map point whose row is within some 100 m of `hint` along the road; empty where the
+  /// walk does not settle, or beyond the ends of an open road. Legs of a track that cross do not
+  /// mix.
   std::optional<GridPlace> project(double x_m, double y_m, double hint) const;
   /// Slow search over the whole road: the row nearest to a map point.
   double nearest_row(double x_m, double y_m) const;

@@ -12,16 +12,19 @@ struct Trajectory {
   std::vector<double> time_s;
   std::vector<Eigen::Vector3d> position_m;
   std::vector<Eigen::Quaterniond> orientation;
-  std::vector<double> driven_m;  ///< distance along the path; large where a gap of more than 1 s begins a new piece
-  std::vector<int> piece;        ///< counts up at each such gap
+  std::vector<double>
+      driven_m;  ///< distance along the path; large where a gap of more than 1 s begins a new piece
+  std::vector<int> piece;  ///< counts up at each such gap
 
   std::size_t size() const { return time_s.size(); }
 };
 
-/// CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw. `extrinsic`: pose of the sensor in the frame that the poses are of,
-/// applied on the right. Throws road::Error: fewer than two poses, times that do not ascend, a quaternion
-/// that is not of length 1 within 1 %, values that are not finite (with the row).
-Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& extrinsic = Eigen::Isometry3d::Identity());
+/// CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw. `extrinsic`: pose of the sensor in the frame that the poses
+/// are of, applied on the right. Throws road::Error: fewer than two poses, times that do not
+/// ascend, a quaternion that is not of length 1 within 1 %, values that are not finite (with the
+/// row).
+Trajectory read_trajectory(const std::string& path,
+                           const Eigen::Isometry3d& extrinsic = Eigen::Isometry3d::Identity());
 
 /// Writes the same columns, whole or not at all.
 void write_trajectory(const Trajectory& trajectory, const std::string& path);
@@ -36,8 +39,8 @@ struct PosedInstant {
   double driven_m = 0.0;
 };
 
-/// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved. False before the
-/// first pose, behind the last, or inside a gap.
+/// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved. False
+/// before the first pose, behind the last, or inside a gap.
 bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, PosedInstant& pose);
 
 }  // namespace cloud
