@@ -141,7 +141,8 @@ Window same_stretch(const std::vector<Station>& stations, std::size_t k, double 
 
 }  // namespace
 
-void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m, double u_step_m, bool joined) {
+void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m, double u_step_m, bool joined,
+                       const Closing& closing) {
   const double reach_m = std::max(std::abs(v_right_m), std::abs(v_left_m));
   std::size_t run = 1;
   while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
@@ -158,6 +159,16 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   // Beyond this distance no other run can compete for a point within reach_m.
   const double far = reach_m * (1.0 + std::min(stretch, 2.0)) + 2.0 * span;
   const Neighbourhood neighbourhood(stations, far);
+  // The ends of a closed track prolonged over its gap compete like cells; near a long one nothing is
+  // certain.
+  struct Prolonged {
+    Point2 middle;
+    double length_m;
+  };
+  const SegmentFrame &at_start = segments.front().frame, &at_end = segments.back().frame;
+  std::vector<Prolonged> ends;
+  if (closing.before_start_m > 0.0) ends.push_back({at_start.point(-0.5 * closing.before_start_m, 0.0), closing.before_start_m});
+  if (closing.after_end_m > 0.0) ends.push_back({at_end.point(at_end.length_m + 0.5 * closing.after_end_m, 0.0), closing.after_end_m});
   // Tangled input would cost count^2; what is not measured within the budget stays uncertain.
   std::size_t budget = 4096 + 1024 * count;
   for (std::size_t k = 0; k < count; ++k) {
@@ -196,6 +207,12 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
         right = std::min(right, bound(-1.0));
       }
     });
+    for (const Prolonged& end : ends) {
+      // Shorter than a row and part of the same stretch: no more than one cell among others.
+      if (end.length_m <= u_step_m && (k <= window.before || count - 1 - k <= window.after)) continue;
+      const double dx = end.middle.x_m - here.x_m, dy = end.middle.y_m - here.y_m;
+      if (std::hypot(dx, dy) - 0.5 * end.length_m <= far) left = right = 0.0;
+    }
     if (left <= 0.0 || right <= 0.0) continue;
     const float certain_right = inward(std::max(v_right_m, right < reach_m ? -0.999 * right : v_right_m));
     const float certain_left = inward(std::min(v_left_m, left < reach_m ? 0.999 * left : v_left_m));

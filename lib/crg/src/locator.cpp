@@ -56,7 +56,7 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
   last.y_m = line.y_m.back();
   last.begin_lean = last.end_lean;
   const std::span<SegmentRecord> of_segments(records_.data(), segments);
-  measure_clearance(of_segments, v_right_m, v_left_m, line.u_step_m, joined_);
+  measure_clearance(of_segments, v_right_m, v_left_m, line.u_step_m, joined_, closing_);
   coarse_ = CoarseIndex(of_segments, reach_m_);
 
   const std::size_t leaves = (segments + kLeafSegments - 1) / kLeafSegments;
