@@ -17,7 +17,7 @@ enum class Role {
 };
 
 struct Unknown {
-  std::string id;       ///< of the blueprint: "vehicle.turbo_lag", "sensor.bias", "parameter.mass"
+  std::string id;       ///< as in docs/crgexplain.md: "vehicle.turbo_lag", "sensor.bias", "parameter.mass"
   std::string kind;     ///< road, vehicle, sensor, environment, parameter
   std::string channel;  ///< the sensor's column; empty otherwise
   std::string name, unit;            ///< of the amplitude
