@@ -32,8 +32,8 @@ vehicle::Table foreign() {
   return t;
 }
 
-const ColumnMap& of(const Mapping& m, const std::string& channel) {
-  for (const ColumnMap& c : m.columns)
+const ColumnMapping& of(const Mapping& m, const std::string& channel) {
+  for (const ColumnMapping& c : m.columns)
     if (c.channel == channel) return c;
   throw std::runtime_error("no " + channel);
 }
@@ -62,7 +62,7 @@ TEST(Mapping, ReadsBackWhatItWrites) {
   m.columns[4].low_pass_s = 0.3;
   m.imu_yaw_rad = 0.01;
   const support::TemporaryFolder folder;
-  const Mapping back = read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  const vehicle::Mapping back = vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
   ASSERT_EQ(back.columns.size(), m.columns.size());
   for (std::size_t k = 0; k < m.columns.size(); ++k) {
     EXPECT_EQ(back.columns[k].column, m.columns[k].column);
@@ -72,25 +72,6 @@ TEST(Mapping, ReadsBackWhatItWrites) {
     EXPECT_EQ(back.columns[k].low_pass_s, m.columns[k].low_pass_s);
   }
   EXPECT_EQ(back.imu_yaw_rad, 0.01);
-}
-
-TEST(Mapping, NamesWhatIsWrongWithAFile) {
-  const support::TemporaryFolder folder;
-  const auto message = [&](const std::string& text) {
-    try {
-      read_mapping(folder.file("m.yaml", text));
-    } catch (const vehicle::Error& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
-  using ::testing::HasSubstr;
-  EXPECT_THAT(message("columns:\n  a: {channel: speedy}\n"), HasSubstr("m.yaml:2"));
-  EXPECT_THAT(message("columns:\n  a: {channel: vx_mps, scale: 0}\n"), HasSubstr("scale 0"));
-  EXPECT_THAT(message("columns:\n  a: {channel: vx_mps}\n  b: {channel: vx_mps}\n"), HasSubstr("twice"));
-  EXPECT_THAT(message("columns:\n  a: {channel: vx_mps, scale: fast}\n"), HasSubstr("no finite number"));
-  EXPECT_THAT(message("colums: 1\n"), HasSubstr("columns"));
-  EXPECT_THAT(message("{{{"), HasSubstr("m.yaml:1"));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ int run(const RunCommand& command) {
   const crg::Surface surface(crg::read(command.track_path));
   std::vector<explain::Signals> logs;
   explain::Mapping mapping, used;
-  if (!command.mapping_path.empty()) mapping = explain::read_mapping(command.mapping_path);
+  if (!command.mapping_path.empty()) mapping = {vehicle::read_mapping(command.mapping_path), {}};
   for (const std::string& path : command.recording_paths) {
     const vehicle::Table table = vehicle::read_table(path);
     used = command.mapping_path.empty() ? explain::identity_mapping(table) : mapping;

@@ -207,9 +207,8 @@ double lag_s(const std::vector<double>& t, const std::vector<double>& reference,
   return (static_cast<double>(best) - most + vertex) * dt;
 }
 
-}  // namespace
-
-const std::vector<std::string>& canonical_channels() {
+/// Every channel the analysis reads.
+const std::vector<std::string>& analysed_channels() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> out{"time_s", "x_m", "y_m", "z_m", "yaw_rad", "vx_mps", "vy_mps",
                                  "roll_rate_radps", "pitch_rate_radps", "yaw_rate_radps",
@@ -225,24 +224,26 @@ const std::vector<std::string>& canonical_channels() {
   return names;
 }
 
+}  // namespace
+
 Mapping identity_mapping(const Table& table) {
   Mapping mapping;
-  const auto& known = canonical_channels();
+  const auto& known = analysed_channels();
   for (const std::string& name : table.names)
     if (std::find(known.begin(), known.end(), name) != known.end())
-      mapping.columns.push_back({name, name});
+      mapping.columns.push_back({.column = name, .channel = name});
   return mapping;
 }
 
 Mapping propose_mapping(const Table& table, const std::string& name) {
   Mapping mapping;
-  const auto& known = canonical_channels();
+  const auto& known = analysed_channels();
   std::set<std::string> taken;
   for (std::size_t c = 0; c < table.names.size(); ++c) {
     const std::string& column = table.names[c];
     const auto [stem, unit] = split_unit(column);
     const std::string word = plain(stem);
-    ColumnMap m{column, ""};
+    ColumnMapping m{column, ""};
     std::string quantity;
     if (std::find(known.begin(), known.end(), column) != known.end()) {
       m.channel = column;
@@ -296,13 +297,13 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
     }
     mapping.columns.push_back(m);
   }
-  const auto find = [&](const char* channel) -> ColumnMap* {
-    for (ColumnMap& m : mapping.columns)
+  const auto find = [&](const char* channel) -> ColumnMapping* {
+    for (ColumnMapping& m : mapping.columns)
       if (m.channel == channel) return &m;
     return nullptr;
   };
   const auto values = [&](const char* channel) {
-    const ColumnMap* m = find(channel);
+    const ColumnMapping* m = find(channel);
     std::vector<double> out;
     if (m == nullptr) return out;
     out = *table.find(m->column);
@@ -318,7 +319,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   const Path path = path_of(t, values("x_m"), values("y_m"));
 
   // Heading: which way it turns and where its zero lies, against the course of the path.
-  if (ColumnMap* m = find("yaw_rad")) {
+  if (ColumnMapping* m = find("yaw_rad")) {
     const std::vector<double> raw = values("yaw_rad");
     double best = -1, offset = 0, sign = 1;
     for (const double s : {1.0, -1.0}) {
@@ -339,7 +340,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
     mapping.notes.push_back(fmt::format("yaw_rad: against the path's course sign {:+.0f}, zero {:.0f} degrees, mean difference {:.2f} degrees, agreement {:.3f} (1 is perfect)", sign, quarter / kDegree, (offset - quarter) / kDegree, best));
   }
   const auto against = [&](const char* channel, const std::vector<double>& reference, const char* what) {
-    ColumnMap* m = find(channel);
+    ColumnMapping* m = find(channel);
     if (m == nullptr) return;
     const Fit fit = through_zero(reference, values(channel));
     if (std::abs(fit.correlation) < 0.5) {
@@ -363,72 +364,11 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   std::vector<double> curvature(t.size());
   for (std::size_t i = 0; i < t.size(); ++i) curvature[i] = path.rate[i] / path.speed[i] * 3.0;
   for (const char* channel : {"steer_rad", "steer_command_rad"})
-    if (ColumnMap* m = find(channel)) {
+    if (ColumnMapping* m = find(channel)) {
       const Fit fit = through_zero(curvature, values(channel));
       if (fit.correlation < -0.5) m->scale = -m->scale;
       mapping.notes.push_back(fmt::format("{}: correlation {:.2f} with the path's curvature{}", channel, std::abs(fit.correlation), fit.correlation < -0.5 ? "; sign turned" : ""));
     }
-  return mapping;
-}
-
-Mapping read_mapping(const std::string& path) {
-  YAML::Node root;
-  try {
-    root = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    throw Error(path + ": cannot be opened");
-  } catch (const YAML::Exception& error) {
-    throw Error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
-  }
-  Mapping mapping;
-  const auto where = [&](const YAML::Node& node) { return fmt::format("{}:{}", path, node.Mark().line + 1); };
-  const auto number = [&](const YAML::Node& node, const char* key) {
-    try {
-      const double value = node.as<double>();
-      if (std::isfinite(value)) return value;
-    } catch (const YAML::Exception&) {
-    }
-    throw Error(fmt::format("{}: {} is no finite number", where(node), key));
-  };
-  try {
-    if (!root.IsMap() || !root["columns"] || !root["columns"].IsMap())
-      throw Error(path + ":1: wanted a list 'columns' of log columns");
-    for (const auto& entry : root) {
-      const std::string key = entry.first.as<std::string>();
-      if (key == "version") {
-        if (number(entry.second, "version") != 1) throw Error(where(entry.second) + ": version 1 wanted");
-      } else if (key == "imu_yaw_rad") mapping.imu_yaw_rad = number(entry.second, "imu_yaw_rad");
-      else if (key == "imu_ahead_m") mapping.imu_ahead_m = number(entry.second, "imu_ahead_m");
-      else if (key != "columns")
-        throw Error(fmt::format("{}: '{}' is not a key of a mapping; wanted version, columns, imu_yaw_rad, imu_ahead_m", where(entry.first), key.substr(0, 60)));
-    }
-    const auto& known = canonical_channels();
-    std::set<std::string> taken;
-    for (const auto& entry : root["columns"]) {
-      ColumnMap m;
-      m.column = entry.first.as<std::string>();
-      if (!entry.second.IsMap()) throw Error(fmt::format("{}: '{}' wants {{channel: ..., scale: ...}}", where(entry.first), m.column.substr(0, 60)));
-      for (const auto& item : entry.second) {
-        const std::string key = item.first.as<std::string>();
-        if (key == "channel") m.channel = item.second.as<std::string>();
-        else if (key == "scale") m.scale = number(item.second, "scale");
-        else if (key == "offset") m.offset = number(item.second, "offset");
-        else if (key == "delay_s") m.delay_s = number(item.second, "delay_s");
-        else if (key == "low_pass_s") m.low_pass_s = number(item.second, "low_pass_s");
-        else if (key == "held") m.held = item.second.as<bool>();
-        else throw Error(fmt::format("{}: '{}' is not a key of a column; wanted channel, scale, offset, delay_s, low_pass_s, held", where(item.first), key.substr(0, 60)));
-      }
-      if (std::find(known.begin(), known.end(), m.channel) == known.end())
-        throw Error(fmt::format("{}: '{}' is no canonical channel", where(entry.second), m.channel.substr(0, 60)));
-      if (m.scale == 0.0) throw Error(fmt::format("{}: scale 0", where(entry.second)));
-      if (std::abs(m.delay_s) > 10 || m.low_pass_s < 0 || m.low_pass_s > 10)
-        throw Error(fmt::format("{}: delay_s within 10 s and low_pass_s from 0 to 10 s wanted", where(entry.second)));
-      if (!taken.insert(m.channel).second) throw Error(fmt::format("{}: {} twice", where(entry.second), m.channel));
-      mapping.columns.push_back(m);
-    }
-  } catch (const YAML::Exception& error) {
-    throw Error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
-  }
   return mapping;
 }
 
@@ -446,7 +386,7 @@ std::string format_mapping(const Mapping& mapping) {
   if (mapping.imu_yaw_rad != 0) yaml << YAML::Key << "imu_yaw_rad" << YAML::Value << mapping.imu_yaw_rad;
   if (mapping.imu_ahead_m != 0) yaml << YAML::Key << "imu_ahead_m" << YAML::Value << mapping.imu_ahead_m;
   yaml << YAML::Key << "columns" << YAML::Value << YAML::BeginMap;
-  for (const ColumnMap& m : mapping.columns) {
+  for (const ColumnMapping& m : mapping.columns) {
     yaml << YAML::Key << YAML::DoubleQuoted << m.column << YAML::Auto << YAML::Value << YAML::Flow << YAML::BeginMap;
     yaml << YAML::Key << "channel" << YAML::Value << m.channel;
     if (m.scale != 1) yaml << YAML::Key << "scale" << YAML::Value << m.scale;

@@ -25,7 +25,7 @@ struct Samples {
 Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const std::string& channel,
                    const std::vector<double>& time_s) {
   Samples out;
-  for (const ColumnMap& m : mapping.columns) {
+  for (const ColumnMapping& m : mapping.columns) {
     if (m.channel != channel) continue;
     const std::vector<double>* values = table.find(m.column);
     if (values == nullptr) continue;
@@ -184,8 +184,8 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
   s.name = name;
   s.imu_yaw_rad = mapping.imu_yaw_rad;
   s.imu_ahead_m = mapping.imu_ahead_m;
-  const ColumnMap* clock = nullptr;
-  for (const ColumnMap& m : mapping.columns)
+  const ColumnMapping* clock = nullptr;
+  for (const ColumnMapping& m : mapping.columns)
     if (m.channel == "time_s" && table.find(m.column) != nullptr) clock = &m;
   if (clock == nullptr)
     throw Error(fmt::format("{}: no time_s; columns are '{}', ...: crgexplain map proposes a mapping", name,

@@ -143,7 +143,7 @@ std::optional<Mapping> corrected_mapping(const Mapping& mapping, const Findings&
     const double value = f.parameters[0].value;
     if (f.mechanism == "sensor.misalignment") out.imu_yaw_rad += value, changed = true;
     if (f.mechanism == "sensor.lever_arm") out.imu_ahead_m += value, changed = true;
-    for (ColumnMap& m : out.columns) {
+    for (ColumnMapping& m : out.columns) {
       // A finding about the mean of two columns names both.
       if (("," + f.channel + ",").find("," + m.column + ",") == std::string::npos) continue;
       if (f.mechanism == "sensor.bias") m.offset -= value;

@@ -4,32 +4,19 @@
 #include <string>
 #include <vector>
 
+#include "vehicle/recording.h"
 #include "vehicle/table.h"
 
 namespace explain {
 
-/// One column of a log: channel value = (column * scale + offset), read at time_s - delay_s, with a
-/// first-order low-pass of the logger taken out again.
-struct ColumnMap {
-  std::string column;   ///< as in the log
-  std::string channel;  ///< canonical name (docs/crgexplain.md)
-  double scale = 1.0, offset = 0.0;
-  double delay_s = 0.0;     ///< the log is late by this
-  double low_pass_s = 0.0;  ///< time constant of a filter in the logger
-  bool held = false;        ///< a sample equal to the one before is a repeat: no measurement
-};
+using vehicle::ColumnMapping;
 
-struct Mapping {
-  std::vector<ColumnMap> columns;
-  double imu_yaw_rad = 0.0;        ///< the accelerometer's axes against the body's, CCW
-  double imu_ahead_m = 0.0;        ///< its place ahead of the centre of mass
+/// A mapping as vehicle::read_mapping() reads it, and how it came about.
+struct Mapping : vehicle::Mapping {
   std::vector<std::string> notes;  ///< what was inferred and from what; comments of the file
 };
 
-/// Every canonical channel the analysis reads, in a fixed order.
-const std::vector<std::string>& canonical_channels();
-
-/// Canonical columns mapped to themselves; the others left out.
+/// Columns of channels that the analysis reads, mapped to themselves; the others left out.
 Mapping identity_mapping(const vehicle::Table& table);
 
 /// Guesses a mapping from names, units in the names, and the redundancy between the columns: signs
@@ -37,8 +24,7 @@ Mapping identity_mapping(const vehicle::Table& table);
 /// implies, repeats from counting. Throws vehicle::Error when there is no time or no position.
 Mapping propose_mapping(const vehicle::Table& table, const std::string& name);
 
-/// mapping.yaml (docs/formats.md). Throws vehicle::Error with file:line.
-Mapping read_mapping(const std::string& path);
+/// The text of a mapping.yaml (docs/recordings.md) that vehicle::read_mapping() takes.
 std::string format_mapping(const Mapping& mapping);
 
 }  // namespace explain
