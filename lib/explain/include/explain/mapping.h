@@ -13,7 +13,7 @@ using vehicle::ColumnMapping;
 
 /// A mapping as vehicle::read_mapping() reads it, and how it came about.
 struct Mapping : vehicle::Mapping {
-  std::vector<std::string> notes;  ///< what was inferred and from what; comments of the file
+  std::vector<std::string> notes;  ///< what was inferred and from what
 };
 
 /// Columns of channels that the analysis reads, mapped to themselves; the others left out.
