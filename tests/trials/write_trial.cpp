@@ -1,0 +1,139 @@
+#include "write_trial.h"
+
+#include <crg/file.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace trials {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string tir(const char* side, double load, double mu, double mu_load, double c, double ck, double radius) {
+  char text[3000];
+  std::snprintf(text, sizeof text,
+                "[MDI_HEADER]\nFILE_TYPE = 'tir'\nFILE_VERSION = 3\nFILE_FORMAT = 'ASCII'\n[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radians'\nMASS = 'kg'\nTIME = 'second'\n"
+                "[MODEL]\nFITTYP = 62\nTYRESIDE = '%s'\nLONGVL = 30\n[DIMENSION]\nUNLOADED_RADIUS = %.5f\n[VERTICAL]\nFNOMIN = %.1f\nVERTICAL_STIFFNESS = 240000\n"
+                "VERTICAL_DAMPING = 250\n[LONGITUDINAL_COEFFICIENTS]\nPCX1 = 1.3\nPDX1 = %.4f\nPDX2 = %.4f\nPEX1 = 0.4\nPKX1 = %.3f\nRBX1 = 12\nRBX2 = 10\nRCX1 = 1\n"
+                "[LATERAL_COEFFICIENTS]\nPCY1 = 1.3\nPDY1 = %.4f\nPDY2 = %.4f\nPEY1 = 0.4\nPKY1 = %.4f\nPKY2 = 3\nPKY4 = 2\nRBY1 = 12\nRBY2 = 8\nRCY1 = 1\n[ROLLING_COEFFICIENTS]\nQSY1 = 0.0125\n[ALIGNING_COEFFICIENTS]\nQBZ1 = 10\nQCZ1 = 1.1\nQDZ1 = 0.1\n",
+                side, radius, load, mu, -mu_load * mu, ck, mu, -mu_load * mu, -c * 1.0 / 0.6);
+  return text;
+}
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  if (!out) std::fprintf(stderr, "cannot write %s\n", path.c_str()), std::exit(1);
+}
+
+}  // namespace
+
+bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& folder) {
+  const Track& track = trial.track;
+  const Drive d = drive(trial.car, track, trial.style, false);
+  if (d.row.size() < 4000) {
+    std::fprintf(stderr, "trial %s: no drive\n", trial.name.c_str());
+    return false;
+  }
+
+  const std::filesystem::path here = folder / trial.name;
+  std::filesystem::create_directories(here);
+  // The road as the simulation knows it.
+  crg::ReferenceLine line;
+  crg::Grid grid;
+  line.u_step_m = grid.u_step_m = track.step_m;
+  line.closed = true;
+  for (int j = -20; j <= 20; ++j) grid.v_m.push_back(0.5 * j);
+  const std::size_t n = track.x.size();
+  for (std::size_t i = 0; i <= n; ++i) {
+    line.x_m.push_back(track.x[i % n]);
+    line.y_m.push_back(track.y[i % n]);
+    const std::size_t before = (i + n - 1) % n;
+    line.heading_rad.push_back(std::atan2(track.y[i % n] - track.y[before], track.x[i % n] - track.x[before]));
+    const double s = static_cast<double>(i % n) * track.step_m;
+    for (const double v : grid.v_m) grid.z_m.push_back(static_cast<float>(track.height(s) + v * track.bank(s)));
+  }
+  crg::write(crg::make_crg(line, grid), (here / "track.crg").string(), crg::Format::KRBI);
+
+  // The stated car: a few per cent off everywhere.
+  const auto off = [&](double share = 1.0) { return dice.in(1 - share * trial.off, 1 + share * trial.off); };
+  const TruthCar& t = trial.nominal;
+  write(here / "front.tir", tir("LEFT", t.load_f, t.mu_f * off(), t.mu_load * off(5), t.c_f * off(), t.ck * off(), 0.325));
+  write(here / "rear.tir", tir("LEFT", t.load_r, t.mu_r * off(), t.mu_load * off(5), t.c_r * off(), t.ck * off(), 0.328));
+  std::string engine = "engine_radps:throttle,0,0.25,0.5,0.75,1\n";
+  const double tilt = dice.in(-0.75, 0.75) * trial.off, scale = off();
+  for (int omega = 100; omega <= 850; omega += 50) {
+    engine += std::to_string(omega);
+    for (const double thr : {0.0, 0.25, 0.5, 0.75, 1.0}) engine += "," + std::to_string(t.engine_nm(omega, thr) * scale * (1 + tilt * (omega - 500) / 300.0));
+    engine += "\n";
+  }
+  write(here / "engine.csv", engine);
+  char yaml[4000];
+  std::snprintf(yaml, sizeof yaml,
+                "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: {engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n"
+                "  chassis.mass_kg: %.2f\n  chassis.wheelbase_m: %.3f\n  chassis.cog_behind_front_m: %.4f\n  chassis.cog_height_m: %.4f\n  chassis.yaw_inertia_kgm2: %.1f\n"
+                "  front.track_m: %.3f\n  rear.track_m: %.3f\n  aero.drag_area_m2: %.4f\n  front.lift_area_m2: %.4f\n  rear.lift_area_m2: %.4f\n"
+                "  engine.inertia_kgm2: %.4f\n  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  rear.wheel_inertia_kgm2: 0.9\n  gearbox.efficiency: 0.95\n"
+                "  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: 2.1\n  gearbox.ratio_3: 1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  gearbox.ratio_6: 1.02\n"
+                "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n  rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
+                "  front.camber_rad: 0\n  rear.camber_rad: 0\n  front.camber_gain_radpm: 0\n  rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n"
+                "terms: {aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, locked_differential: 0, "
+                "steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0}\n",
+                t.mass * off(), t.a + t.b, t.a * off(0.375), t.h * off(), t.inertia * off(), t.track_f, t.track_r, t.drag * off(), t.lift_f * off(), t.lift_r * off(),
+                t.engine_inertia * off(), t.brake_f / (4 * 0.004 * 0.125) * off(), t.brake_r / (4 * 0.003 * 0.115) * off());
+  write(here / "vehicle.yaml", yaml);
+
+  // The recording. Some logs lack channels; what a trial is about stays in.
+  const bool loads = dice.uniform() < 0.3, vertical = dice.uniform() < 0.5, engine_speed = dice.uniform() < 0.6, gear = dice.uniform() < 0.85;
+  const auto about = [&](const char* channel) { return std::any_of(trial.car.effects.begin(), trial.car.effects.end(), [&](const Effect& e) { return e.channel == channel; }); };
+  const bool ax = about("ax_mps2") || dice.uniform() < 0.85, ay = about("ay_mps2") || dice.uniform() < 0.8;
+  const bool commands = trial.style.dead_steer > 0 || dice.uniform() < 0.4;
+  struct Column { std::string name; int channel; };
+  std::vector<Column> columns{{"time_s", kT}, {"x_m", kX}, {"y_m", kY}, {"yaw_rad", kYaw}, {"vx_mps", kVx}, {"vy_mps", kVy}, {"yaw_rate_radps", kR}};
+  if (ax) columns.push_back({"ax_mps2", kAx});
+  if (ay) columns.push_back({"ay_mps2", kAy});
+  if (vertical) columns.push_back({"az_mps2", kAz});
+  columns.push_back({commands ? "steer_command_rad" : "steer_rad", kSteer});
+  columns.push_back({commands ? "throttle_command" : "throttle", kThrottle});
+  for (const char* wheel : {"fl", "fr", "rl", "rr"}) columns.push_back({std::string("brake_") + wheel + (commands ? "_command_pa" : "_pa"), kBrake});
+  if (gear) columns.push_back({"gear", kGear});
+  if (engine_speed || !gear) columns.push_back({"engine_radps", kEngine});
+  for (const auto& [wheel, channel] : {std::pair{"fl", kWfl}, {"fr", kWfr}, {"rl", kWrl}, {"rr", kWrr}}) columns.push_back({std::string("wheel_") + wheel + "_radps", channel});
+  if (loads) {
+    for (const auto& [wheel, channel] : {std::pair{"fl", kFzF}, {"fr", kFzF}, {"rl", kFzR}, {"rr", kFzR}}) columns.push_back({std::string("fz_") + wheel + "_n", channel});
+  }
+  std::string csv;
+  for (std::size_t k = 0; k < columns.size(); ++k) csv += (k ? "," : "") + columns[k].name;
+  csv += "\n";
+  const auto every = static_cast<std::size_t>(200.0 / trial.hz);
+  for (std::size_t i = 0; i < d.row.size(); i += every) {
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const int channel = columns[k].channel;
+      double value = sensed(d, i, channel, trial.car.effects, columns[k].name);
+      if (channel == kFzF || channel == kFzR) value *= 0.5;
+      value += kNoise[static_cast<std::size_t>(channel)] * dice.normal();
+      if (channel == kBrake || channel == kThrottle) value = std::max(0.0, value);
+      if (columns[k].name.ends_with("_command_rad") || columns[k].name.ends_with("_command") || columns[k].name.ends_with("_command_pa")) value = d.row[i][static_cast<std::size_t>(channel)];
+      char text[40];
+      std::snprintf(text, sizeof text, "%s%.7g", k ? "," : "", value);
+      csv += text;
+    }
+    csv += "\n";
+  }
+  write(here / "run.csv", csv);
+
+  Json truth{{"id", trial.id}, {"class", trial.kind}, {"laps", trial.style.laps}, {"hz", trial.hz}, {"length_m", track.length_m}, {"effects", Json::array()}, {"alike", trial.alike}};
+  for (std::size_t k = 0; k < trial.car.effects.size(); ++k) {
+    const Effect& e = trial.car.effects[k];
+    Json item{{"mechanism", e.mechanism}, {"channel", e.channel}, {"amount", e.amount}, {"extra", e.extra}, {"size_sd", trial.sizes[k]}};
+    if (e.end_m > 0) item["where"] = {e.begin_m, e.end_m};
+    truth["effects"].push_back(item);
+  }
+  write(folder / "sealed" / (trial.name + ".json"), truth.dump(1) + "\n");
+  return true;
+}
+
+}  // namespace trials

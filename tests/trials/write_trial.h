@@ -1,0 +1,26 @@
+// Writes a trial: what the simulation is given, the recording, and the truth in a folder of its own.
+#pragma once
+
+#include <filesystem>
+
+#include "drive.h"
+
+namespace trials {
+
+struct Trial {
+  std::string name, kind;       ///< folder; class of the truth file
+  int id = 0;
+  Track track;
+  TruthCar car;                 ///< with its effects
+  std::vector<double> sizes;    ///< of the effects, in standard deviations
+  TruthCar nominal;             ///< what the stated car is made from
+  double off = 0.04;            ///< how wrong the stated car is
+  Style style;
+  double hz = 50;
+  std::vector<std::string> alike;
+};
+
+/// Drives and writes; false (and a line on stderr) when the car left the road. `dice` goes on.
+bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& folder);
+
+}  // namespace trials
