@@ -62,13 +62,25 @@ TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
 }
 
 TEST(Layout, EachHeavyLibraryStaysInTwoSourceFiles) {
-  for (const char* library : {"assimp/", "CGAL/", "embree3/", "yaml-cpp/", "openssl/"}) {
+  for (const char* library : {"assimp/", "CGAL/", "embree3/", "yaml-cpp/"}) {
     std::set<fs::path> files;
     for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / "lib/road/src"))
       if (name.starts_with(library)) files.insert(file);
     EXPECT_LE(files.size(), 2u) << library;
     EXPECT_GE(files.size(), 1u) << library << " is required but not used";
   }
+}
+
+TEST(Layout, FilesKnowsNoNeighbourAndAloneHashes) {
+  const fs::path files = fs::path(KERBSTONE_SOURCE) / "lib/files";
+  for (const auto& [file, name] : includes_below(files))
+    EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||
+                 name.starts_with("vehicle/") || name.starts_with("report/"))
+        << file << " includes " << name;
+  for (const char* folder : {"lib", "tools"})
+    for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / folder))
+      EXPECT_FALSE(name.starts_with("openssl/") && file != files / "src/sha256.cpp")
+          << file << " includes " << name;
 }
 
 TEST(Layout, ReportKnowsNeitherRoadNorCrg) {

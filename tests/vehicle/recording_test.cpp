@@ -9,8 +9,8 @@
 #include <numbers>
 #include <random>
 
+#include "files/write_file.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace {
 
@@ -33,7 +33,7 @@ class RecordingFile : public ::testing::Test {
     const std::string path = (std::filesystem::temp_directory_path() /
                               ("kerbstone_recording_" + std::to_string(::getpid()) + "_" + name))
                                  .string();
-    write_file(path, text);
+    files::write_file(path, text);
     return path;
   }
 };

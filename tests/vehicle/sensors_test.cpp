@@ -10,10 +10,10 @@
 #include <numbers>
 #include <random>
 
+#include "files/write_file.h"
 #include "vehicle/error.h"
 #include "vehicle/manoeuvre.h"
 #include "vehicle/vehicle_file.h"
-#include "vehicle/write_file.h"
 
 namespace {
 
@@ -143,7 +143,7 @@ TEST(Sensors, ComeFromAFileThatIsCheckedAndMeasureAManoeuvre) {
                             ("kerbstone_devices_" + std::to_string(::getpid()) + ".yaml"))
                                .string();
   const auto refusal = [&](const std::string& text) -> std::string {
-    write_file(path, text);
+    files::write_file(path, text);
     try {
       read_devices(path);
     } catch (const Error& error) {

@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "files/write_file.h"
 #include "tyre_files.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace {
 
@@ -58,8 +58,8 @@ TEST(TyrePoints, RunFromTheCommandLine) {
     const int status = std::system(line.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
-  vehicle::write_file(path("t.tir"), test_tyre_text());
-  vehicle::write_file(
+  files::write_file(path("t.tir"), test_tyre_text());
+  files::write_file(
       path("p.csv"),
       "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,pressure_pa\n3000,0.05,0.1,0.02,20,160000\n");
   const std::string files =

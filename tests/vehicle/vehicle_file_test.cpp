@@ -11,9 +11,9 @@
 #include <fstream>
 #include <random>
 
+#include "files/write_file.h"
 #include "tyre_files.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace {
 
@@ -30,8 +30,8 @@ class VehicleFile : public ::testing::Test {
               ("kerbstone_vehicle_file_" + std::to_string(::getpid()) + "_" +
                ::testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::create_directories(folder_);
-    write_file(path("t.tir"), test_tyre_text());
-    write_file(path("engine.csv"),
+    files::write_file(path("t.tir"), test_tyre_text());
+    files::write_file(path("engine.csv"),
                "engine_radps:throttle,0,1\n0,0,100\n500,-30,300\n900,-50,200\n");
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -44,7 +44,7 @@ class VehicleFile : public ::testing::Test {
   }
   /// What read_vehicle says about this vehicle.yaml, or "".
   std::string refusal(const std::string& yaml) const {
-    write_file(path("vehicle.yaml"), yaml);
+    files::write_file(path("vehicle.yaml"), yaml);
     try {
       read_vehicle(path("vehicle.yaml"));
     } catch (const Error& error) {
@@ -56,9 +56,9 @@ class VehicleFile : public ::testing::Test {
 };
 
 TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
-  write_file(path("setup.txt"),
+  files::write_file(path("setup.txt"),
              "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
-  write_file(
+  files::write_file(
       path("vehicle.yaml"),
       text() +
           "contact: four_point\nsetup: setup.txt\n"
@@ -118,7 +118,7 @@ TEST_F(VehicleFile, RefusesWithPlaceAndReason) {
 
 TEST_F(VehicleFile, RefusesBadMapsAndSetups) {
   const auto with_engine = [&](const std::string& csv) {
-    write_file(path("engine.csv"), csv);
+    files::write_file(path("engine.csv"), csv);
     return refusal(text());
   };
   EXPECT_THAT(with_engine("engine_rpm:throttle,0,1\n0,0,1\n"), HasSubstr("engine_radps:throttle"));
@@ -130,9 +130,9 @@ TEST_F(VehicleFile, RefusesBadMapsAndSetups) {
   EXPECT_THAT(with_engine("engine_radps:throttle,0,1\n"), HasSubstr("no values"));
   EXPECT_THAT(with_engine(""), HasSubstr("header"));
   SetUp();
-  write_file(path("s.txt"), "front.camber_rad = -0.03\nfront.camber_rad = -0.02\n");
+  files::write_file(path("s.txt"), "front.camber_rad = -0.03\nfront.camber_rad = -0.02\n");
   EXPECT_THAT(refusal(text() + "setup: s.txt\n"), AllOf(HasSubstr("s.txt:2"), HasSubstr("twice")));
-  write_file(path("s.txt"), "front.camber_rad -0.03\n");
+  files::write_file(path("s.txt"), "front.camber_rad -0.03\n");
   EXPECT_THAT(refusal(text() + "setup: s.txt\n"), HasSubstr("name=value"));
 }
 
@@ -151,18 +151,18 @@ TEST_F(VehicleFile, ReadsMapsFromMatlabFiles) {
   append_mat4(bytes, "engine_radps", 3, 1, {0, 500, 900});
   append_mat4(bytes, "throttle", 1, 2, {0, 1});
   append_mat4(bytes, "torque_nm", 3, 2, {0, -30, -50, 100, 300, 200});
-  write_file(path("engine.mat"), bytes);
+  files::write_file(path("engine.mat"), bytes);
   const std::string yaml =
       "name: m\ntyres: {front: t.tir, rear: t.tir}\nmaps: {engine_torque_nm: engine.mat}\n";
-  write_file(path("vehicle.yaml"), yaml);
+  files::write_file(path("vehicle.yaml"), yaml);
   const Vehicle v = read_vehicle(path("vehicle.yaml"));
   EXPECT_EQ(evaluate(v.files.engine_torque_nm, 250.0, 1.0), 200.0);
   EXPECT_EQ(evaluate(v.files.engine_torque_nm, 900.0, 0.0), -50.0);
 
-  write_file(path("engine.mat"), "not a MATLAB file");
+  files::write_file(path("engine.mat"), "not a MATLAB file");
   EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat"));
   for (std::size_t length = 0; length < bytes.size(); length += 5) {
-    write_file(path("engine.mat"), bytes.substr(0, length));
+    files::write_file(path("engine.mat"), bytes.substr(0, length));
     EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat")) << length;
   }
   std::mt19937 random(2);

@@ -12,10 +12,10 @@
 
 #include "commands.h"
 #include "crg/surface.h"
-#include "settings.h"
-#include "road/atomic_file.h"
+#include "files/write_file.h"
 #include "road/error.h"
 #include "road/parallel.h"
+#include "settings.h"
 
 namespace crgbuild {
 namespace {
@@ -164,7 +164,7 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
                                                             : crg::ModifierUse::AsInFile;
   const crg::Surface surface(with_settings(crg::read(command.crg), use, command.settings));
   const Asker ask(surface, columns, command.points);
-  road::FileWriter output(command.output);
+  files::FileWriter output(command.output);
   output.append(kHeader);
 
   std::string block, rest;

@@ -7,7 +7,7 @@
 #include "cloud/read_cloud.h"
 #include "commands.h"
 #include "crg/surface.h"
-#include "road/atomic_file.h"
+#include "files/sha256.h"
 #include "road/build.h"
 #include "road/error.h"
 #include "road/write_report.h"
@@ -106,7 +106,7 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   request.cloud_path = command.cloud;
   request.cloud_points_m = points;
   if (!command.cloud.empty()) {
-    for (const std::string& path : cloud::cloud_files(command.cloud)) request.sources.push_back({"cloud", path, road::sha256_of_file(path)});
+    for (const std::string& path : cloud::cloud_files(command.cloud)) request.sources.push_back({"cloud", path, files::sha256_of_file(path)});
   }
   const road::ReportFiles files = road::write_report(request, command.output_dir);
   terminal.progress_done();

@@ -4,10 +4,10 @@
 
 #include <cstdio>
 
+#include "files/write_file.h"
 #include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace crgdrive {
 int lap(const LapCommand& command) {
@@ -60,7 +60,7 @@ int lap(const LapCommand& command) {
     std::vector<std::string> files{command.track_path};
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.devices_path.empty()) files.push_back(command.devices_path);
-    vehicle::write_file(command.out_path, provenance("lap", v, command.car, files) +
+    files::write_file(command.out_path, provenance("lap", v, command.car, files) +
                                               vehicle::format_table(result.telemetry));
   }
   if (!result.complete) throw vehicle::Error(result.problem);

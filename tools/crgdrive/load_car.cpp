@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "files/sha256.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace crgdrive {
 
@@ -40,7 +40,7 @@ std::string provenance(const std::string& run, const vehicle::Vehicle& car,
   std::string out = fmt::format("# crgdrive {}: vehicle {}, step {} s, {}\n", run, car.name,
                                 options.step_s, options.integrator);
   const auto file = [&](const std::string& path) {
-    out += fmt::format("# file {} sha256 {}\n", path, vehicle::sha256_of_file(path));
+    out += fmt::format("# file {} sha256 {}\n", path, files::sha256_of_file(path));
   };
   for (const std::string& path : car.read_files) file(path);
   if (!options.setup_path.empty()) file(options.setup_path);

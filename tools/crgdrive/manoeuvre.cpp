@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "files/write_file.h"
 #include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace crgdrive {
 
@@ -45,7 +45,7 @@ int manoeuvre(const ManoeuvreCommand& command) {
       command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
       r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string());
   if (!command.out_path.empty())
-    vehicle::write_file(command.out_path,
+    files::write_file(command.out_path,
                         provenance("manoeuvre " + command.kind, v, command.car, files) +
                             vehicle::format_table(r.telemetry));
   if (!r.complete) throw vehicle::Error(r.problem);

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <optional>
 
+#include "files/write_file.h"
 #include "load_car.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace crgdrive {
 namespace {
@@ -69,8 +69,8 @@ int replay(const ReplayCommand& command) {
     std::filesystem::create_directories(command.out_path);
     const std::filesystem::path folder(command.out_path);
     const std::string from = provenance("replay", v, command.car, files);
-    vehicle::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
-    vehicle::write_file((folder / "replay.csv").string(),
+    files::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
+    files::write_file((folder / "replay.csv").string(),
                         from + vehicle::format_table(result.telemetry, 17));
   }
   if (result.problems.size() == result.windows)

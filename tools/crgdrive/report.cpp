@@ -7,10 +7,11 @@
 
 #include "commands.h"
 #include "crg/surface.h"
+#include "files/sha256.h"
+#include "files/write_file.h"
 #include "report/plot_page.h"
 #include "vehicle/error.h"
 #include "vehicle/recording.h"
-#include "vehicle/write_file.h"
 
 namespace crgdrive {
 namespace {
@@ -91,15 +92,15 @@ int report(const ReportCommand& command) {
   add("Load rear left", "N", channel("fz_rl_n"));
   add("Load rear right", "N", channel("fz_rr_n"));
   page.facts.push_back({"road", command.track_path + "  " +
-                                    vehicle::sha256_of_file(command.track_path).substr(0, 16)});
+                                    files::sha256_of_file(command.track_path).substr(0, 16)});
   for (const AlongRoad& drive : drives) {
     const auto& time = *drive.recording.table.find("time_s");
     page.facts.push_back(
         {drive.name, fmt::format("{} rows, {:.2f} s, {}", drive.recording.table.rows(),
                                  time.back() - time.front(),
-                                 vehicle::sha256_of_file(drive.name).substr(0, 16))});
+                                 files::sha256_of_file(drive.name).substr(0, 16))});
   }
-  vehicle::write_file(command.out_path, report::plot_page(page));
+  files::write_file(command.out_path, report::plot_page(page));
   fmt::print("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path);
   return 0;
 }

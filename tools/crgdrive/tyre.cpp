@@ -3,9 +3,9 @@
 #include <cstdio>
 
 #include "commands.h"
+#include "files/write_file.h"
 #include "vehicle/table.h"
 #include "vehicle/tyre_points.h"
-#include "vehicle/write_file.h"
 
 namespace crgdrive {
 
@@ -18,7 +18,7 @@ int tyre(const TyreCommand& command) {
   const vehicle::Table points = vehicle::read_table(command.points_path);
   const vehicle::Table forces =
       vehicle::evaluate_tyre(file.coefficients, points, command.points_path, options);
-  vehicle::write_file(command.out_path, vehicle::format_table(forces, 10));
+  files::write_file(command.out_path, vehicle::format_table(forces, 10));
   fmt::print("{}: Magic Formula {:.1f}, {} coefficients at their default; {} points -> {}\n",
              command.tyre_path, file.coefficients.version / 10.0, file.defaulted.size(),
              forces.rows(), command.out_path);

@@ -2,7 +2,7 @@
 
 #include "commands.h"
 #include "explain/mapping.h"
-#include "vehicle/write_file.h"
+#include "files/write_file.h"
 
 namespace crgexplain {
 
@@ -11,7 +11,7 @@ int map(const MapCommand& command) {
   const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
   fmt::print("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size());
   for (const std::string& note : mapping.notes) fmt::print("  {}\n", note);
-  vehicle::write_file(command.out_path, explain::format_mapping(mapping));
+  files::write_file(command.out_path, explain::format_mapping(mapping));
   fmt::print("{}: look through it and correct what was guessed wrong\n", command.out_path);
   return 0;
 }

@@ -9,8 +9,8 @@
 #include "explain/explain.h"
 #include "explain/page.h"
 #include "explain/write_back.h"
+#include "files/write_file.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace crgexplain {
 
@@ -35,8 +35,8 @@ int run(const RunCommand& command) {
   const explain::Findings findings = explain::explain(logs, car, options);
   if (terminal) std::fprintf(stderr, "\r\033[K");
   std::filesystem::create_directories(command.out_path);
-  vehicle::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
-  vehicle::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, car.name + " on " + std::filesystem::path(command.track_path).stem().string()));
+  files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
+  files::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, car.name + " on " + std::filesystem::path(command.track_path).stem().string()));
   // The corrected inputs, and nothing left over from an earlier run.
   std::string track = command.track_path, vehicle = command.vehicle_path, again;
   for (const char* name : {"/track.crg", "/vehicle.yaml", "/mapping.yaml"}) std::filesystem::remove(command.out_path + name);
@@ -46,11 +46,11 @@ int run(const RunCommand& command) {
   }
   if (const std::string text = explain::corrected_vehicle(command.vehicle_path, car, findings); !text.empty()) {
     vehicle = command.out_path + "/vehicle.yaml";
-    vehicle::write_file(vehicle, text);
+    files::write_file(vehicle, text);
   }
   if (const auto corrected = explain::corrected_mapping(used, findings)) {
     again = " --mapping " + command.out_path + "/mapping.yaml";
-    vehicle::write_file(command.out_path + "/mapping.yaml", explain::format_mapping(*corrected));
+    files::write_file(command.out_path + "/mapping.yaml", explain::format_mapping(*corrected));
   } else if (!command.mapping_path.empty()) {
     again = " --mapping " + command.mapping_path;
   }

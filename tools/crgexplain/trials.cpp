@@ -13,8 +13,9 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "explain/explain.h"
+#include "files/sha256.h"
+#include "files/write_file.h"
 #include "vehicle/error.h"
-#include "vehicle/write_file.h"
 
 namespace crgexplain {
 namespace {
@@ -57,9 +58,9 @@ int make(const TrialsCommand& c) {
   std::vector<fs::path> sealed;
   for (const auto& entry : fs::directory_iterator(fs::path(c.folder) / "sealed")) sealed.push_back(entry.path());
   std::sort(sealed.begin(), sealed.end());
-  for (const fs::path& path : sealed) sums += vehicle::sha256_of_file(path.string()) + "  sealed/" + path.filename().string() + "\n";
-  vehicle::write_file(c.folder + "/SHA256SUMS", sums);
-  fmt::print("{} trials; seal of all truths: {}\n", folders(c.folder).size(), vehicle::sha256_of_file(c.folder + "/SHA256SUMS"));
+  for (const fs::path& path : sealed) sums += files::sha256_of_file(path.string()) + "  sealed/" + path.filename().string() + "\n";
+  files::write_file(c.folder + "/SHA256SUMS", sums);
+  fmt::print("{} trials; seal of all truths: {}\n", folders(c.folder).size(), files::sha256_of_file(c.folder + "/SHA256SUMS"));
   return 0;
 }
 
@@ -83,7 +84,7 @@ int run_all(const TrialsCommand& c) {
       } catch (const std::exception& error) {
         result = json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}.dump(1) + "\n";
       }
-      vehicle::write_file(here + "/findings.json", result);
+      files::write_file(here + "/findings.json", result);
     }
   };
   unsigned threads = c.threads == 0 ? std::max(1u, std::thread::hardware_concurrency()) : c.threads;
@@ -137,7 +138,7 @@ int score(const TrialsCommand& c) {
   if (!sums) throw Error(c.folder + "/SHA256SUMS: cannot be opened");
   std::string hash, name;
   while (sums >> hash >> name)
-    if (vehicle::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");
+    if (files::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");
   Count alarm, half, full, slight, wrong, tie, outside, both, one, cover;
   std::vector<double> overlap, error;
   std::string failures;

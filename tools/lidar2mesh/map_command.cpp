@@ -5,7 +5,7 @@
 #include "cloud/map.h"
 #include "commands.h"
 #include "crg/options.h"
-#include "road/atomic_file.h"
+#include "files/write_file.h"
 #include "road/build.h"
 #include "road/error.h"
 #include "road/write_report.h"
@@ -134,7 +134,7 @@ int run_map(const MapCommand& command) {
   cloud::MapReport facts = result.report;
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
   const std::string summary = cloud::map_summary_json(facts);
-  road::write_file(path("summary.json"), summary);
+  files::write_file(path("summary.json"), summary);
   if (!result.corrected.empty())
     cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
   if (command.report) {

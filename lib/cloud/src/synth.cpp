@@ -10,8 +10,8 @@
 #include <numbers>
 
 #include "cloud/road_frame.h"
+#include "files/write_file.h"
 #include "random.h"
-#include "road/atomic_file.h"
 #include "road/error.h"
 #include "road/parallel.h"
 
@@ -315,7 +315,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
     if (points == 0) return;
     const std::string path =
         (dir / fmt::format("scan_{:03}.ply", report.scan_paths.size())).string();
-    road::FileWriter file(path);
+    files::FileWriter file(path);
     file.append(
         fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float "
                     "x\nproperty float y\nproperty float z\nproperty double time\nend_header\n",

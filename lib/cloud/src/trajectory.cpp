@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "road/atomic_file.h"
+#include "files/write_file.h"
 #include "road/csv.h"
 #include "road/error.h"
 
@@ -49,7 +49,7 @@ void write_trajectory(const Trajectory& trajectory, const std::string& path) {
     text += fmt::format("{:.6f},{:.6f},{:.6f},{:.6f},{:.12f},{:.12f},{:.12f},{:.12f}\n",
                         trajectory.time_s[i], p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
   }
-  road::write_file(path, text);
+  files::write_file(path, text);
 }
 
 void measure(Trajectory& trajectory) {

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "cloud/read_cloud.h"
-#include "road/atomic_file.h"
+#include "files/write_file.h"
 
 namespace cloud {
 namespace {
@@ -20,7 +20,7 @@ void put(std::string& bytes, T value) {
 void write_ply(const Cloud& cloud, const std::string& path) {
   const bool time = !cloud.time_s.empty(), intensity = !cloud.intensity.empty(),
              classes = !cloud.classification.empty();
-  road::FileWriter file(path);
+  files::FileWriter file(path);
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double "
       "y\nproperty double z\n{}{}{}end_header\n",

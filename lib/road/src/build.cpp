@@ -8,7 +8,8 @@
 
 #include "build_steps.h"
 #include "crg/file.h"
-#include "road/atomic_file.h"
+#include "files/sha256.h"
+#include "files/write_file.h"
 #include "road/place.h"
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
@@ -56,7 +57,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   Stages stage(progress, summary.seconds, 11);
 
   const auto add = [&](const char* role, const std::optional<std::string>& path) {
-    if (path) summary.inputs.push_back({role, *path, sha256_of_file(*path)});
+    if (path) summary.inputs.push_back({role, *path, files::sha256_of_file(*path)});
   };
   if (!recipe.recipe_path.empty()) add("recipe", recipe.recipe_path);
   add("mesh", recipe.mesh_path);
@@ -122,7 +123,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     apply_alignment(validate_options.T_global_mesh, line);
   });
   summary.grid = describe(sampled.grid);
-  stage("picture", [&] { write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads)); });
+  stage("picture", [&] { files::write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads)); });
   stage("write", [&] {
     crg::Crg file = track_crg(line, std::move(sampled.grid));
     if (summary.placement) write_projection(summary.placement->projection, line, file);
@@ -141,11 +142,11 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   }
   for (const auto& [role, path] : {std::pair{"road", paths.crg_path}, {"surface", paths.stl_path}, {"centreline", paths.centreline_path},
                                    {"picture", paths.picture_path}, {"friction", paths.friction_path}}) {
-    if (!path.empty()) summary.outputs.push_back({role, std::filesystem::path(path).filename().string(), sha256_of_file(path)});
+    if (!path.empty()) summary.outputs.push_back({role, std::filesystem::path(path).filename().string(), files::sha256_of_file(path)});
   }
   summary.seconds_total = seconds_since(start);
   paths.summary_json = summary_json(summary);
-  write_file(paths.summary_path, paths.summary_json);
+  files::write_file(paths.summary_path, paths.summary_json);
   return paths;
 }
 

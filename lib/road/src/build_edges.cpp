@@ -3,7 +3,8 @@
 #include <filesystem>
 
 #include "build_steps.h"
-#include "road/atomic_file.h"
+#include "files/sha256.h"
+#include "files/write_file.h"
 
 namespace road {
 
@@ -31,14 +32,14 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
   summary.recipe = recipe;
   Stages stage(progress, summary.seconds, 4);
   const auto [left, right] = stage("read", [&] {
-    summary.inputs = {{"left", recipe.left_path, sha256_of_file(recipe.left_path)},
-                      {"right", recipe.right_path, sha256_of_file(recipe.right_path)}};
+    summary.inputs = {{"left", recipe.left_path, files::sha256_of_file(recipe.left_path)},
+                      {"right", recipe.right_path, files::sha256_of_file(recipe.right_path)}};
     return std::pair(read_edge(recipe.left_path), read_edge(recipe.right_path));
   });
   EdgeRoad road = stage("edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
   summary.grid = describe(road.sampled.grid);
   make_folder(output_dir);
-  stage("picture", [&] { write_file(paths.picture_path, plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
+  stage("picture", [&] { files::write_file(paths.picture_path, plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
   stage("write", [&] {
     write_centreline_csv(road.centreline, paths.centreline_path);
     crg::write(track_crg(road.line, std::move(road.sampled.grid)), paths.crg_path, recipe.format);
@@ -46,7 +47,7 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
   summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
   summary.seconds_total = seconds_since(start);
   paths.summary_json = edges_summary_json(summary);
-  write_file(paths.summary_path, paths.summary_json);
+  files::write_file(paths.summary_path, paths.summary_json);
   return paths;
 }
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "road/atomic_file.h"
+#include "files/write_file.h"
 #include "road/csv.h"
 #include "road/error.h"
 
@@ -860,7 +860,7 @@ void write_centreline_csv(const Centreline& centreline, const std::string& path)
   };
   for (std::size_t i = 0; i < centreline.points_m.size(); ++i) row(i);
   if (centreline.closed) row(0);  // a repeated first row says that the line is closed
-  write_file(path, text);
+  files::write_file(path, text);
 }
 
 Centreline read_centreline_csv(const std::string& path) {

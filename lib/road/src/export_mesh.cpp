@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "road/atomic_file.h"
+#include "files/write_file.h"
 #include "road/error.h"
 
 namespace road {
@@ -141,8 +141,8 @@ void export_obj(const Mesh& mesh, const std::filesystem::path& path, Unit unit) 
     written += count;
   }
   // The mesh last: whoever sees it finds its materials.
-  if (!known.empty()) write_file(material_path.string(), materials);
-  write_file(path.string(), text);
+  if (!known.empty()) files::write_file(material_path.string(), materials);
+  files::write_file(path.string(), text);
 }
 
 std::unique_ptr<aiMesh> to_assimp(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
@@ -208,7 +208,7 @@ void export_glb(const Mesh& mesh, const std::string& path) {
     throw Error(
         fmt::format("{}: the mesh cannot be written as glb: {}", path, exporter.GetErrorString()));
   }
-  write_file(path, {static_cast<const char*>(blob->data), blob->size});
+  files::write_file(path, {static_cast<const char*>(blob->data), blob->size});
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "road/atomic_file.h"
+#include "files/sha256.h"
 #include "road/error.h"
 
 namespace road {
@@ -296,7 +296,7 @@ std::optional<std::string> unchanged_summary(const std::string& path, const Buil
     if (old.at("outputs").empty()) return std::nullopt;
     for (const Json& output : old.at("outputs")) {
       const std::filesystem::path name(output.at("file").get<std::string>());
-      if (name.has_parent_path() || sha256_of_file((folder / name).string()) != output.at("sha256").get<std::string>()) return std::nullopt;
+      if (name.has_parent_path() || files::sha256_of_file((folder / name).string()) != output.at("sha256").get<std::string>()) return std::nullopt;
     }
     failures_in_summary(text);
     return text;

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <iterator>
 
-#include "road/atomic_file.h"
+#include "files/write_file.h"
 #include "road/error.h"
 #include "road/read_mesh.h"
 
@@ -98,11 +98,11 @@ std::string to_obj(const Mesh& mesh, const std::string& note) {
 void write_mesh(const Mesh& mesh, const std::string& path, const std::string& note) {
   const std::string extension = std::filesystem::path(path).extension().string();
   if (extension == ".stl") {
-    write_file(path, to_stl(mesh, note));
+    files::write_file(path, to_stl(mesh, note));
   } else if (extension == ".ply") {
-    write_file(path, to_ply(mesh, note));
+    files::write_file(path, to_ply(mesh, note));
   } else if (extension == ".obj") {
-    write_file(path, to_obj(mesh, note));
+    files::write_file(path, to_obj(mesh, note));
   } else {
     throw Error(fmt::format(
         "{}: '{}' is no format to write a mesh in; give a name that ends in .stl, .ply or .obj",

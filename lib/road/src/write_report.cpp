@@ -11,8 +11,9 @@
 
 #include "crg/check.h"
 #include "crg/surface.h"
+#include "files/sha256.h"
+#include "files/write_file.h"
 #include "report/track_report.h"
-#include "road/atomic_file.h"
 #include "road/compare.h"
 #include "road/error.h"
 #include "road/height_map.h"
@@ -477,8 +478,8 @@ report::TrackReport make_report(const ReportRequest& request) {
   report::TrackReport report;
   report.title = request.title.empty() ? file_name(request.crg_path) : request.title;
   report.command_line = request.command_line;
-  report.inputs.push_back({"road", request.crg_path, sha256_of_file(request.crg_path)});
-  const auto also = [&](const char* role, const std::string& path) { report.inputs.push_back({role, path, sha256_of_file(path)}); };
+  report.inputs.push_back({"road", request.crg_path, files::sha256_of_file(request.crg_path)});
+  const auto also = [&](const char* role, const std::string& path) { report.inputs.push_back({role, path, files::sha256_of_file(path)}); };
 
   crg::Crg stored = crg::read(request.crg_path);
   const crg::CheckReport checked = crg::check(stored);
@@ -608,10 +609,10 @@ ReportFiles write_report(const ReportRequest& request, const std::string& output
   for (const auto& f : made.findings) ++(f.severity == "error" ? files.errors : files.remarks);
   const std::filesystem::path dir(output_dir);
   files.json_path = (dir / "report.json").string();
-  write_file(files.json_path, report::report_json(made));
+  files::write_file(files.json_path, report::report_json(made));
   if (report::page_available()) {
     files.page_path = (dir / "report.html").string();
-    write_file(files.page_path, report::report_page(made));
+    files::write_file(files.page_path, report::report_page(made));
   }
   return files;
 }

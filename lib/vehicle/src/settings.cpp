@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "text_file.h"
+#include "files/read_file.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -69,7 +69,7 @@ double to_number(std::string_view text, const std::string& where, std::string_vi
 }
 
 Setting read_settings(const std::string& path) {
-  const std::string text = read_text(path, kLargestFileBytes);
+  const std::string text = files::read_file(path, kLargestFileBytes);
   std::size_t count = 0;
   try {
     return copy(YAML::Load(text), path, count);

@@ -8,8 +8,8 @@
 #include <iterator>
 #include <limits>
 
+#include "files/read_file.h"
 #include "settings.h"
-#include "text_file.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -139,11 +139,11 @@ Table parse_log(const std::string& text, const std::string& name, std::vector<st
 }
 
 Table read_log(const std::string& path, std::vector<std::size_t>* words) {
-  return parse_log(read_text(path, kLargestFileBytes), path, words);
+  return parse_log(files::read_file(path, kLargestFileBytes), path, words);
 }
 
 Table read_table(const std::string& path) {
-  return parse_table(read_text(path, kLargestFileBytes), path);
+  return parse_table(files::read_file(path, kLargestFileBytes), path);
 }
 
 std::string format_table(const Table& table, int digits) {

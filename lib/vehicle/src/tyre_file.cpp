@@ -10,7 +10,7 @@
 #include <set>
 #include <string_view>
 
-#include "text_file.h"
+#include "files/read_file.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -235,7 +235,7 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
 }
 
 TyreFile read_tyre(const std::string& path) {
-  return parse_tyre(read_text(path, kLargestFileBytes), path);
+  return parse_tyre(files::read_file(path, kLargestFileBytes), path);
 }
 
 }  // namespace vehicle

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <set>
 
+#include "files/read_file.h"
 #include "map_file.h"
 #include "settings.h"
-#include "text_file.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -93,7 +93,7 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
 }
 
 void read_setup(Vehicle& vehicle, const std::string& path) {
-  const std::string text = read_text(path, kLargestFileBytes);
+  const std::string text = files::read_file(path, kLargestFileBytes);
   std::set<std::string, std::less<>> seen;
   std::size_t number = 0;
   for (std::string_view rest = text; !rest.empty();) {

@@ -1,14 +1,10 @@
 #pragma once
 
-#include <stdexcept>
+#include "files/error.h"
 
 namespace road {
 
-/// The one exception of lib/road: input that cannot be used. what() names the file (and line where
-/// there is one), the value seen, the value wanted and what to do.
-class Error : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+/// The one exception of lib/road.
+using Error = files::Error;
 
 }  // namespace road

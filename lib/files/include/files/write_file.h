@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace road {
+namespace files {
 
 /// Writes `bytes` to a temporary name beside `path`, flushes to disk, renames: a kill at any moment
 /// leaves the old file or the new one. Throws Error with the path and the system's reason.
@@ -25,7 +25,4 @@ class FileWriter {
   int descriptor_ = -1;
 };
 
-/// SHA-256 of a file's bytes as 64 hex digits. Throws Error.
-std::string sha256_of_file(const std::string& path);
-
-}  // namespace road
+}  // namespace files

@@ -1,0 +1,53 @@
+#include "files/read_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "files/error.h"
+
+namespace files {
+namespace {
+
+[[noreturn]] void fail(const std::string& path, const char* what) {
+  throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
+}
+
+/// Closes on every way out.
+struct Descriptor {
+  int value = -1;
+  explicit Descriptor(int opened) : value(opened) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (value >= 0) ::close(value);
+  }
+};
+
+}  // namespace
+
+std::string read_file(const std::string& path, std::size_t largest_bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.value < 0) fail(path, "cannot open");
+  struct stat status {};
+  if (::fstat(file.value, &status) != 0) fail(path, "cannot read");
+  if (S_ISDIR(status.st_mode)) throw Error(path + ": is a folder, wanted a file");
+  std::string bytes;
+  char block[1 << 16];
+  for (;;) {
+    const ssize_t count = ::read(file.value, block, sizeof block);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(path, "cannot read");
+    if (count == 0) return bytes;
+    bytes.append(block, static_cast<std::size_t>(count));
+    if (bytes.size() > largest_bytes)
+      throw Error(fmt::format("{}: larger than {} bytes, the most such a file can need", path,
+                              largest_bytes));
+  }
+}
+
+}  // namespace files

@@ -1,0 +1,40 @@
+#include "files/read_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "files/error.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refusal(const std::string& path, std::size_t largest_bytes) {
+  try {
+    files::read_file(path, largest_bytes);
+  } catch (const files::Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ReadFile, GivesEveryByteUpToTheLargestSize) {
+  const support::TemporaryFolder folder;
+  std::string bytes(200'000, '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 31 % 251);
+  const std::string path = folder.file("a", bytes);
+  EXPECT_EQ(files::read_file(path, bytes.size()), bytes);
+  EXPECT_EQ(files::read_file(folder.file("empty", ""), 0), "");
+  EXPECT_THAT(refusal(path, bytes.size() - 1), HasSubstr("larger than 199999 bytes"));
+}
+
+TEST(ReadFile, NamesPathAndReason) {
+  const support::TemporaryFolder folder;
+  EXPECT_THAT(refusal(folder.path("missing"), 9),
+              HasSubstr(folder.path("missing") + ": cannot open: No such file"));
+  EXPECT_THAT(refusal(folder.path("."), 9), HasSubstr("is a folder, wanted a file"));
+  EXPECT_THAT(refusal("/dev/zero", 1'000'000), HasSubstr("larger than"));  // endless, not a crash
+}
+
+}  // namespace
