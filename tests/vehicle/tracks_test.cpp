@@ -38,7 +38,7 @@ TEST_P(Tracks, AreDrivenHotColdAndByExplicitEuler) {
   const cli::Folder folder;
   const std::optional<crg::Surface> surface = build(GetParam(), folder);
   if (!surface) GTEST_SKIP() << "the package torcs-data is not installed";
-  Vehicle v = read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+  const Vehicle v = read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
   const auto drive = [&](const char* what, const LapOptions& options) {
     const Car<double> car = make_car(v.files, v.parameters, v.terms);
     const LapResult r = drive_laps(car, Road(*surface), options);
@@ -62,11 +62,7 @@ TEST_P(Tracks, AreDrivenHotColdAndByExplicitEuler) {
   options.tyre_k = options.disc_k = 295;
   const LapResult cold = drive("cold, standing", options);
   EXPECT_GT(cold.lap_s.at(0), hot.lap_s.at(0) + 1.0);
-  // Explicit Euler from standstill to top speed. Frictions that stick within less than these speeds
-  // are too stiff for a step of 1 ms: they chatter (docs/vehicle.md).
-  v.parameters[Parameter::differential_stick_radps] = 5;
-  v.parameters[Parameter::clutch_stick_radps] = 20;
-  v.parameters[Parameter::brake_stop_radps] = 1;
+  // Explicit Euler from standstill to top speed, the car as it is shipped.
   options.tyre_k = 360;
   options.disc_k = 500;
   options.step.integrator = Integrator::kExplicitEuler;

@@ -22,14 +22,17 @@ void add(Powers<double>& sum, const Powers<double>& work) {
     sum.*member += work.*member;
 }
 
-/// Looks for loads that go up in one step and down in the next, on and on.
+/// Looks for wheel forces that go up in one step and down in the next, on and on.
 class StepSwing {
  public:
   void look(const Car<double>& car, const Detail<double>& detail) {
-    for (std::size_t i = 0; i < kWheels; ++i) {
-      Wheel& w = wheel_[i];
-      const double change = detail.wheel[i].fz_n - w.load_n;
-      w.load_n = detail.wheel[i].fz_n;
+    for (std::size_t k = 0; k < 3 * kWheels; ++k) {
+      const std::size_t i = k / 3;
+      const WheelDetail<double>& wheel = detail.wheel[i];
+      const double force = k % 3 == 0 ? wheel.fz_n : k % 3 == 1 ? wheel.fx_n : wheel.fy_n;
+      Force& w = force_[k];
+      const double change = force - w.force_n;
+      w.force_n = force;
       w.run = change * w.changes[w.next] < 0.0 ? w.run + 1 : 0;
       w.next = (w.next + 1) % kRun;
       w.changes[w.next] = change;
@@ -43,12 +46,12 @@ class StepSwing {
 
  private:
   static constexpr std::size_t kRun = 12;
-  struct Wheel {
-    double load_n = 0.0;
+  struct Force {
+    double force_n = 0.0;
     std::array<double, kRun> changes{};
     std::size_t next = 0, run = 0;
   };
-  std::array<Wheel, kWheels> wheel_;
+  std::array<Force, 3 * kWheels> force_;
   double largest_ = 0.0;
 };
 

@@ -13,6 +13,9 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 
+/// Between these the largest stable step is looked for, s.
+constexpr double kShortestStep = 2e-4, kLongestStep = 0.01;
+
 /// Size of a difference for each state: small against what it usually is.
 double difference(std::size_t i) {
   if (i >= kTyre && i < kEngine) return 1e-2;  // K
@@ -67,38 +70,40 @@ Linearisation linearise(const Car<double>& car, double speed_mps,
   out.speed_mps = sim.state[kVx];
   const Eigen::VectorXcd poles =
       Eigen::EigenSolver<Matrix>(jacobian(sim.state, rates), false).eigenvalues();
-  out.euler_step_s = std::numeric_limits<double>::infinity();
   for (Eigen::Index i = 0; i < poles.size(); ++i) {
     const double re = poles(i).real(), im = poles(i).imag(), size2 = std::norm(poles(i));
     Pole pole{re, im, 0.0};
     pole.euler_step_s =
         size2 < 1e-12 ? std::numeric_limits<double>::infinity() : std::max(0.0, -2.0 * re / size2);
-    if (size2 > 1.0) out.euler_step_s = std::min(out.euler_step_s, pole.euler_step_s);
     out.poles.push_back(pole);
   }
   std::sort(out.poles.begin(), out.poles.end(), [](const Pole& a, const Pole& b) {
     return std::hypot(a.real_1ps, a.imaginary_radps) > std::hypot(b.real_1ps, b.imaginary_radps);
   });
-  for (const double h : steps_s) {
-    Linearisation::Radius radius{h, 0.0, 0.0};
-    for (const Integrator integrator : {Integrator::kExplicitEuler, Integrator::kSemiImplicit}) {
-      const auto one_step = [&](const State<double>& s) {
-        State<double> next = s, rate;
-        Detail<double> scratch;
-        derivative(car, s, in, road, cursors, rate, scratch);
-        integrate(car, next, rate, scratch, {h, integrator});
-        return next;
-      };
-      const Eigen::VectorXcd values =
-          Eigen::EigenSolver<Matrix>(jacobian(sim.state, one_step), false).eigenvalues();
-      double largest = 0.0;
-      for (Eigen::Index i = 0; i < values.size(); ++i)
-        if (std::abs(values(i) - 1.0) > 1e-3) largest = std::max(largest, std::abs(values(i)));
-      (integrator == Integrator::kExplicitEuler ? radius.explicit_euler : radius.semi_implicit) =
-          largest;
+  const auto largest_eigenvalue = [&](double h, Integrator integrator) {
+    const auto one_step = [&](const State<double>& s) {
+      State<double> next = s, rate;
+      Detail<double> scratch;
+      derivative(car, s, in, road, cursors, rate, scratch);
+      integrate(car, next, rate, scratch, {h, integrator});
+      return next;
+    };
+    const Eigen::VectorXcd values =
+        Eigen::EigenSolver<Matrix>(jacobian(sim.state, one_step), false).eigenvalues();
+    double largest = 0.0;
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+      if (std::abs(values(i) - 1.0) > 1e-3) largest = std::max(largest, std::abs(values(i)));
+    return largest;
+  };
+  for (const double h : steps_s)
+    out.radii.push_back({h, largest_eigenvalue(h, Integrator::kExplicitEuler),
+                         largest_eigenvalue(h, Integrator::kSemiImplicit)});
+  out.euler_step_s = kLongestStep;
+  for (double h = kShortestStep; h < kLongestStep; h *= 1.05)
+    if (largest_eigenvalue(h, Integrator::kExplicitEuler) > 1.0) {
+      out.euler_step_s = h / 1.05;
+      break;
     }
-    out.radii.push_back(radius);
-  }
   return out;
 }
 

@@ -29,6 +29,8 @@ struct WheelDetail {
   Vec3<T> contact_m, heading, left, normal;  ///< contact point and axes on the road
   T rolling_radius_m = T(0);
   T decay_x_1ps = T(0), decay_y_1ps = T(0);  ///< of the contact patch's deflections
+  T yield_x = T(1), yield_y = T(1);          ///< their rate per sliding speed, less by damping
+  T spin_radps = T(0);                       ///< against the body
   T brake_stiffness_nms = T(0);              ///< fall of the brake torque per wheel speed
   Vec3<T> axis, arm, swing;  ///< spin axis; wheel centre to contact; contact per travel
   Vec3<T> couple;            ///< moment of the tyre on the wheel
@@ -66,8 +68,9 @@ struct Detail {
   T engine_nm = T(0), clutch_nm = T(0);
   T gear_ratio = T(0);  ///< engine over mean driven wheel; 0 in neutral
   T drive_efficiency = T(1);
+  T clutch_slip_radps = T(0);     ///< engine against gearbox
   T clutch_stiffness_nms = T(0);  ///< fall of the clutch torque per slip speed
-  T differential_nm = T(0), differential_stiffness_nms = T(0);
+  T differential_nm = T(0), differential_slip_radps = T(0), differential_stiffness_nms = T(0);
   T drag_n = T(0), front_downforce_n = T(0), rear_downforce_n = T(0);
   T drag_x_n = T(0), drag_y_n = T(0), side_n = T(0);  ///< along the body's axes
 };
@@ -257,6 +260,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     axis[i] = {-ss * cl, cs * cl, sl};
     const Vec3<T> up{ss * sl, -cs * sl, cl};
     spin[i] = s[kSpin + i] - dot(omega, axis[i]);
+    w.spin_radps = spin[i];
 
     // 3. Contact: the plane that touches the road below the wheel.
     const TyreCoefficients& tyre = files.tyre[a];
@@ -354,16 +358,27 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
           relaxation_lengths(tyre, w.fz_n, origin.slip_n, origin.cornering_npr);
       w.decay_x_1ps = transport_x / sigma.longitudinal_m;
       w.decay_y_1ps = transport_y / sigma.lateral_m;
-      out[kSlipX + i] = -w.slip_x_mps - w.decay_x_1ps * s[kSlipX + i];
-      out[kSlipY + i] = w.slip_y_mps - w.decay_y_1ps * s[kSlipY + i];
-      T kappa = s[kSlipX + i] / sigma.longitudinal_m;
-      T tan_alpha = s[kSlipY + i] / sigma.lateral_m;
-      if (active(Term::tyre_low_speed_damping) && forward < low) {
-        const T fade = amplitude(Term::tyre_low_speed_damping) *
-                       (1.0 - smooth_step(T(forward / low))) * p[P::tyre_low_speed_damping_nspm];
-        kappa -= fade * w.slip_x_mps / (abs(origin.slip_n) + 1.0);
-        tan_alpha += fade * w.slip_y_mps / (abs(origin.cornering_npr) + 1.0);
+      // Carcass: spring and damper side by side, in series with the patch, which slides by what the
+      // rim moves and the carcass does not take up: rate = sliding - transport (u + tau rate) /
+      // sigma. Steady slip is as without; the stiff modes of a slow wheel and the fast decay of a
+      // fast one are damped.
+      const bool damped = active(Term::tyre_carcass_damping);
+      const T tau =
+          damped ? T(amplitude(Term::tyre_carcass_damping) * p[P::tyre_carcass_damping_s]) : T(0);
+      if (damped) {
+        w.yield_x = 1.0 / (1.0 + tau * w.decay_x_1ps);
+        w.yield_y = 1.0 / (1.0 + tau * w.decay_y_1ps);
+        w.decay_x_1ps *= w.yield_x;
+        w.decay_y_1ps *= w.yield_y;
       }
+      out[kSlipX + i] = -w.yield_x * w.slip_x_mps - w.decay_x_1ps * s[kSlipX + i];
+      out[kSlipY + i] = w.yield_y * w.slip_y_mps - w.decay_y_1ps * s[kSlipY + i];
+      T along = s[kSlipX + i], across = s[kSlipY + i];
+      if (damped) {
+        along += tau * out[kSlipX + i];
+        across += tau * out[kSlipY + i];
+      }
+      const T kappa = along / sigma.longitudinal_m, tan_alpha = across / sigma.lateral_m;
       w.kappa += k * (kappa - w.kappa);
       w.tan_alpha += k * (tan_alpha - w.tan_alpha);
     }
@@ -566,6 +581,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       }
       const T slip = engine_speed - ratio * 0.5 * (spin[2] + spin[3]);
       const T grip = tanh(slip / p[P::clutch_stick_radps]);
+      detail.clutch_slip_radps = slip;
       detail.clutch_nm = capacity * grip;
       detail.clutch_stiffness_nms = capacity * (1.0 - grip * grip) / p[P::clutch_stick_radps];
       detail.gear_ratio = ratio;
@@ -578,6 +594,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     }
   }
   const T difference = spin[2] - spin[3];
+  detail.differential_slip_radps = difference;
   if (active(Term::limited_slip)) {
     const T& ramp = driven > T(0) ? p[P::differential_drive_ramp] : p[P::differential_coast_ramp];
     const T friction =

@@ -42,18 +42,19 @@ struct Discrete {
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
 };
 
-/// How the continuous state moves on.
+/// How the continuous state moves on. Either way frictions that can stick act implicitly on wheel
+/// spin and engine speed (see Sticking): no explicit step resolves them.
 enum class Integrator {
   kExplicitEuler,  ///< every rate from the old state
-  kSemiImplicit    ///< velocities first, then positions from the new velocities; wheel spin, engine
-                   ///< and contact deflection against their own stiff forces implicitly
+  kSemiImplicit    ///< velocities first, then positions from the new velocities; contact deflection
+                   ///< implicitly against its own decay
 };
 
 struct StepOptions {
   double step_s = 0.001;
   Integrator integrator = Integrator::kSemiImplicit;
-  bool stop_off_road = false;  ///< a wheel over a hole or beside the grid ends the run; otherwise the
-                               ///< car goes on over the nearest valid height
+  bool stop_off_road = false;  ///< a wheel over a hole or beside the grid ends the run; otherwise
+                               ///< the car goes on over the nearest valid height
 };
 
 /// The whole of a running car; trivially copyable when T is: a copy is a restart point.
@@ -157,31 +158,65 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   return in;
 }
 
+/// Falls of the friction torques per slip speed, for one step: N m s. Where friction alone would
+/// carry its slip through zero within the step, the fall is that of the friction which ends the
+/// slip just there (a time-stepping contact law, J. J. Moreau, 1988); elsewhere it is the slope of
+/// the regularised law. So a stick speed far too small for the step does not chatter.
+template <class T>
+struct Sticking {
+  T clutch_nms = T(0), differential_nms = T(0);
+  std::array<T, kWheels> brake_nms{};
+};
+
+template <class T>
+Sticking<T> sticking(const Car<T>& car, const Detail<T>& detail, double step_s) {
+  using P = Parameter;
+  using std::abs;
+  const Parameters<T>& p = car.parameters;
+  const auto fall = [&](const T& slope, const T& torque, const T& slip, const T& inertia) {
+    if (value_of(slip) == 0.0) return slope;
+    const T ending = abs(torque / slip) - inertia / step_s;
+    return ending > slope ? ending : slope;
+  };
+  Sticking<T> out;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const WheelDetail<T>& w = detail.wheel[i];
+    out.brake_nms[i] = fall(w.brake_stiffness_nms, w.brake_nm, w.spin_radps,
+                            p.axle(axle_of(i), P::front_wheel_inertia_kgm2));
+  }
+  const T& wheel = p[P::rear_wheel_inertia_kgm2];
+  if (!is_exactly_zero(detail.gear_ratio)) {
+    const T& ratio = detail.gear_ratio;
+    const T through = 0.5 * ratio * ratio * detail.drive_efficiency / wheel;
+    out.clutch_nms = fall(detail.clutch_stiffness_nms, detail.clutch_nm, detail.clutch_slip_radps,
+                          T(1.0 / (1.0 / p[P::engine_inertia_kgm2] + through)));
+  }
+  out.differential_nms = fall(detail.differential_stiffness_nms, detail.differential_nm,
+                              detail.differential_slip_radps, T(0.5 * wheel));
+  return out;
+}
+
 /// Moves the continuous state on by one step with the derivative already evaluated.
 template <class T>
 void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detail<T>& detail,
                const StepOptions& options) {
   const double h = options.step_s;
-  if (options.integrator == Integrator::kExplicitEuler) {
-    for (std::size_t i = 0; i < kStateSize; ++i) s.value[i] += h * rate.value[i];
-    return;
-  }
   using P = Parameter;
   const Parameters<T>& p = car.parameters;
 
-  // Engine and driven wheels: (1 - h J) change = h rate, with J the slopes of clutch, differential
+  // Engine and driven wheels: (1 - h J) change = h rate, with J the falls of clutch, differential
   // and brake friction; the front wheels only have their brakes.
+  const Sticking<T> stick = sticking(car, detail, h);
   std::array<T, kWheels> spin_change;
   for (std::size_t i = 0; i < 2; ++i) {
     const T& inertia = p[P::front_wheel_inertia_kgm2];
-    spin_change[i] =
-        h * rate[kSpin + i] / (1.0 + h * detail.wheel[i].brake_stiffness_nms / inertia);
+    spin_change[i] = h * rate[kSpin + i] / (1.0 + h * stick.brake_nms[i] / inertia);
   }
   const T& inertia_w = p[P::rear_wheel_inertia_kgm2];
   const T& inertia_e = p[P::engine_inertia_kgm2];
   const T half = 0.5 * detail.gear_ratio;
-  const T& c = detail.clutch_stiffness_nms;
-  const T& k = detail.differential_stiffness_nms;
+  const T& c = stick.clutch_nms;
+  const T& k = stick.differential_nms;
   const T e = detail.drive_efficiency;
   // Rows: engine, left, right. The engine's row is eliminated first.
   const T a00 = 1.0 + h * c / inertia_e;
@@ -189,8 +224,8 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   const T a10 = -h * c * half * e / inertia_w;
   const T through = h * (c * half * half * e) / inertia_w;
   const T lock = h * k / inertia_w;
-  const T fall_l = h * detail.wheel[2].brake_stiffness_nms / inertia_w;
-  const T fall_r = h * detail.wheel[3].brake_stiffness_nms / inertia_w;
+  const T fall_l = h * stick.brake_nms[2] / inertia_w;
+  const T fall_r = h * stick.brake_nms[3] / inertia_w;
   const T b0 = h * rate[kEngine];
   const T eliminated = a10 * a01 / a00;
   const T m00 = 1.0 + through + lock + fall_l - eliminated;
@@ -203,6 +238,14 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   spin_change[3] = (m00 * r1 - m01 * r0) / determinant;
   const T engine_change = (b0 - a01 * (spin_change[2] + spin_change[3])) / a00;
 
+  if (options.integrator == Integrator::kExplicitEuler) {
+    for (std::size_t i = 0; i < kStateSize; ++i)
+      if (i != kEngine && (i < kSpin || i >= kSlipX)) s[i] += h * rate[i];
+    for (std::size_t i = 0; i < kWheels; ++i) s[kSpin + i] += spin_change[i];
+    s[kEngine] += engine_change;
+    return;
+  }
+
   const Vec3<T> dv{h * rate[kVx], h * rate[kVy], h * rate[kVz]};
   const Vec3<T> domega{h * rate[kRollRate], h * rate[kPitchRate], h * rate[kYawRate]};
 
@@ -213,8 +256,8 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
     const Vec3<T> dcontact = dv + cross(domega, w.contact_m);
     const T dslip_x = dot(dcontact, w.heading) - spin_change[i] * w.rolling_radius_m;
     const T dslip_y = dot(dcontact, w.left);
-    s[kSlipX + i] += h * (rate[kSlipX + i] - dslip_x) / (1.0 + h * w.decay_x_1ps);
-    s[kSlipY + i] += h * (rate[kSlipY + i] + dslip_y) / (1.0 + h * w.decay_y_1ps);
+    s[kSlipX + i] += h * (rate[kSlipX + i] - w.yield_x * dslip_x) / (1.0 + h * w.decay_x_1ps);
+    s[kSlipY + i] += h * (rate[kSlipY + i] + w.yield_y * dslip_y) / (1.0 + h * w.decay_y_1ps);
   }
 
   // Place and attitude from the new velocities at the old attitude.
