@@ -11,14 +11,14 @@ struct Speeds {
 };
 
 /// Speed over the track from what grip, drive and brakes allow, at a pace.
-Speeds plan(const Track& t, double pace) {
+Speeds plan(const Track& t, double pace, double drive) {
   const std::size_t n = t.x.size();
   Speeds out;
   for (std::size_t i = 0; i < n; ++i) out.v.push_back(std::min(62.0, std::sqrt(13.5 * pace * pace / std::max(1e-4, std::abs(t.curvature[i])))));
   for (int round = 0; round < 2; ++round) {
     for (std::size_t k = 0; k < 2 * n; ++k) {
       const std::size_t i = k % n, j = (i + 1) % n;
-      out.v[j] = std::min(out.v[j], std::sqrt(out.v[i] * out.v[i] + 2 * 4.5 * pace * t.step_m * std::max(0.1, 1 - out.v[i] / 75)));
+      out.v[j] = std::min(out.v[j], std::sqrt(out.v[i] * out.v[i] + 2 * 4.5 * drive * pace * t.step_m * std::max(0.1, 1 - out.v[i] / 75)));
     }
     for (std::size_t k = 2 * n; k-- > 0;) {
       const std::size_t i = k % n, j = (i + 1) % n;
@@ -45,7 +45,7 @@ Drive drive(const TruthCar& car, const Track& track, const Style& style, bool me
   x[7] = x[8] = 25 / car.radius_r;
   Commands c;
   double s = 0, integral = 0;
-  double shift = 0;
+  double shift = 0, weave = 0;
   std::vector<Commands> history;
   std::array<double, kLogged> sum{};
   double count = 0;
@@ -67,8 +67,9 @@ Drive drive(const TruthCar& car, const Track& track, const Style& style, bool me
       if (lap == 0) pace = style.first_pace;
       amplitude = dice.in(-style.sway_m, style.sway_m);
       phase = dice.in(0, 6);
-      speeds = plan(track, pace);
+      speeds = plan(track, pace, style.drive);
     }
+    c.steer -= weave;  // the driver holds his line beside it
     if (step % 5 == 0) {
       const double preview = 6 + 0.45 * x[3];
       const Track::Point p = track.at(s + preview);
@@ -100,6 +101,11 @@ Drive drive(const TruthCar& car, const Track& track, const Style& style, bool me
       if (gear != c.gear && c.gear > 0) shift = 0.06;
       c.gear = gear;
     }
+    if (style.weave_rad > 0) {
+      const double t = std::fmod(static_cast<double>(step) * 0.001, 20.0);
+      weave = style.weave_rad * std::sin(2 * kPi * (style.weave_from_hz * t + (style.weave_to_hz - style.weave_from_hz) * t * t / 40.0));
+    }
+    c.steer += weave;
     Commands used = c;
     if (shift > 0) shift -= 0.001;
     history.push_back(c);

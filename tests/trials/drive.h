@@ -39,6 +39,8 @@ struct Style {
   double pace_low = 0.72, pace_high = 0.93, first_pace = 0.7;
   double sway_m = 1.5;  ///< largest offset from the line
   int sway_waves = 3;   ///< per lap
+  double drive = 1.0;   ///< how hard he accelerates, against what his plan takes for possible
+  double weave_rad = 0.0, weave_from_hz = 0.5, weave_to_hz = 2.0;  ///< steering swung to and fro, ever faster over 20 s
 };
 
 struct Drive {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "scenarios.h"
 #include "write_trial.h"
 
 namespace trials {
@@ -118,15 +119,27 @@ void make_one(int id, unsigned long long seed, const std::filesystem::path& fold
   style.laps = laps;
   char name[16];
   std::snprintf(name, sizeof name, "%04d", id);
-  write_trial({name, kinds[kind], id, track, car, sizes, nominal, 0.04, style, hz, alike}, dice, folder);
+  Trial trial;
+  trial.name = name;
+  trial.kind = kinds[kind];
+  trial.id = id;
+  trial.track = track;
+  trial.car = car;
+  trial.sizes = sizes;
+  trial.nominal = nominal;
+  trial.style = style;
+  trial.hz = hz;
+  trial.alike = alike;
+  write_trial(trial, dice, folder);
 }
 
 }  // namespace
 }  // namespace trials
 
 int main(int argc, char** argv) {
+  if (argc == 4 && std::string(argv[1]) == "--scenario") return trials::make_scenario(argv[2], argv[3]) ? 0 : 1;
   if (argc != 4) {
-    std::fprintf(stderr, "make_trials COUNT SEED DIR\n");
+    std::fprintf(stderr, "make_trials COUNT SEED DIR\nmake_trials --scenario NAME DIR\n");
     return 2;
   }
   const int count = std::atoi(argv[1]);

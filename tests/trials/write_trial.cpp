@@ -42,6 +42,7 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   const std::filesystem::path here = folder / trial.name;
   std::filesystem::create_directories(here);
   // The road as the simulation knows it.
+  const Track& known = trial.stated_track ? *trial.stated_track : track;
   crg::ReferenceLine line;
   crg::Grid grid;
   line.u_step_m = grid.u_step_m = track.step_m;
@@ -54,7 +55,7 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
     const std::size_t before = (i + n - 1) % n;
     line.heading_rad.push_back(std::atan2(track.y[i % n] - track.y[before], track.x[i % n] - track.x[before]));
     const double s = static_cast<double>(i % n) * track.step_m;
-    for (const double v : grid.v_m) grid.z_m.push_back(static_cast<float>(track.height(s) + v * track.bank(s)));
+    for (const double v : grid.v_m) grid.z_m.push_back(static_cast<float>(known.height(s) + v * known.bank(s)));
   }
   crg::write(crg::make_crg(line, grid), (here / "track.crg").string(), crg::Format::KRBI);
 
@@ -87,10 +88,11 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   write(here / "vehicle.yaml", yaml);
 
   // The recording. Some logs lack channels; what a trial is about stays in.
-  const bool loads = dice.uniform() < 0.3, vertical = dice.uniform() < 0.5, engine_speed = dice.uniform() < 0.6, gear = dice.uniform() < 0.85;
+  const bool all = trial.every_channel;
+  const bool loads = !all && dice.uniform() < 0.3, vertical = all || dice.uniform() < 0.5, engine_speed = all || dice.uniform() < 0.6, gear = all || dice.uniform() < 0.85;
   const auto about = [&](const char* channel) { return std::any_of(trial.car.effects.begin(), trial.car.effects.end(), [&](const Effect& e) { return e.channel == channel; }); };
-  const bool ax = about("ax_mps2") || dice.uniform() < 0.85, ay = about("ay_mps2") || dice.uniform() < 0.8;
-  const bool commands = trial.style.dead_steer > 0 || dice.uniform() < 0.4;
+  const bool ax = all || about("ax_mps2") || dice.uniform() < 0.85, ay = all || about("ay_mps2") || dice.uniform() < 0.8;
+  const bool commands = trial.style.dead_steer > 0 || (!all && dice.uniform() < 0.4);
   struct Column { std::string name; int channel; };
   std::vector<Column> columns{{"time_s", kT}, {"x_m", kX}, {"y_m", kY}, {"yaw_rad", kYaw}, {"vx_mps", kVx}, {"vy_mps", kVy}, {"yaw_rate_radps", kR}};
   if (ax) columns.push_back({"ax_mps2", kAx});
@@ -105,25 +107,29 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   if (loads) {
     for (const auto& [wheel, channel] : {std::pair{"fl", kFzF}, {"fr", kFzF}, {"rl", kFzR}, {"rr", kFzR}}) columns.push_back({std::string("fz_") + wheel + "_n", channel});
   }
-  std::string csv;
-  for (std::size_t k = 0; k < columns.size(); ++k) csv += (k ? "," : "") + columns[k].name;
-  csv += "\n";
-  const auto every = static_cast<std::size_t>(200.0 / trial.hz);
-  for (std::size_t i = 0; i < d.row.size(); i += every) {
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      const int channel = columns[k].channel;
-      double value = sensed(d, i, channel, trial.car.effects, columns[k].name);
-      if (channel == kFzF || channel == kFzR) value *= 0.5;
-      value += kNoise[static_cast<std::size_t>(channel)] * dice.normal();
-      if (channel == kBrake || channel == kThrottle) value = std::max(0.0, value);
-      if (columns[k].name.ends_with("_command_rad") || columns[k].name.ends_with("_command") || columns[k].name.ends_with("_command_pa")) value = d.row[i][static_cast<std::size_t>(channel)];
-      char text[40];
-      std::snprintf(text, sizeof text, "%s%.7g", k ? "," : "", value);
-      csv += text;
-    }
+  const auto record = [&](const Drive& drawn, const char* file) {
+    std::string csv;
+    for (std::size_t k = 0; k < columns.size(); ++k) csv += (k ? "," : "") + columns[k].name;
     csv += "\n";
-  }
-  write(here / "run.csv", csv);
+    const auto every = static_cast<std::size_t>(200.0 / trial.hz);
+    for (std::size_t i = 0; i < drawn.row.size(); i += every) {
+      for (std::size_t k = 0; k < columns.size(); ++k) {
+        const int channel = columns[k].channel;
+        double value = sensed(drawn, i, channel, trial.car.effects, columns[k].name);
+        if (channel == kFzF || channel == kFzR) value *= 0.5;
+        value += kNoise[static_cast<std::size_t>(channel)] * dice.normal();
+        if (channel == kBrake || channel == kThrottle) value = std::max(0.0, value);
+        if (columns[k].name.ends_with("_command_rad") || columns[k].name.ends_with("_command") || columns[k].name.ends_with("_command_pa")) value = drawn.row[i][static_cast<std::size_t>(channel)];
+        char text[40];
+        std::snprintf(text, sizeof text, "%s%.7g", k ? "," : "", value);
+        csv += text;
+      }
+      csv += "\n";
+    }
+    write(here / file, csv);
+  };
+  record(d, "run.csv");
+  if (trial.experiment) record(drive(trial.car, track, *trial.experiment, false), "experiment.csv");
 
   Json truth{{"id", trial.id}, {"class", trial.kind}, {"laps", trial.style.laps}, {"hz", trial.hz}, {"length_m", track.length_m}, {"effects", Json::array()}, {"alike", trial.alike}};
   for (std::size_t k = 0; k < trial.car.effects.size(); ++k) {
@@ -132,6 +138,7 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
     if (e.end_m > 0) item["where"] = {e.begin_m, e.end_m};
     truth["effects"].push_back(item);
   }
+  for (const auto& [name, value] : trial.notes) truth[name] = value;
   write(folder / "sealed" / (trial.name + ".json"), truth.dump(1) + "\n");
   return true;
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "drive.h"
 
@@ -18,6 +20,10 @@ struct Trial {
   Style style;
   double hz = 50;
   std::vector<std::string> alike;
+  bool every_channel = false;   ///< else some are missing, by the dice
+  std::optional<Track> stated_track;                    ///< the road as the simulation has it, where it differs
+  std::optional<Style> experiment;                      ///< a second drive: experiment.csv
+  std::vector<std::pair<std::string, double>> notes;    ///< further figures of the truth
 };
 
 /// Drives and writes; false (and a line on stderr) when the car left the road. `dice` goes on.

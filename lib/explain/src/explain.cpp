@@ -326,8 +326,10 @@ bool Analysis::step(Findings& out) {
       r.mechanism = o.id;
       r.channel = o.channel;
       r.cv_gain = total(gains(other)).first;
-      // A tenth of the gain is what these relations, not exact, may get wrong about a column's shape.
-      r.separable = !(t.gain - other.gain < std::max(8.0, 0.1 * t.gain) || (cosine > 0.95 && lead < 2 * lead_se && t.gain - other.gain < 25.0));
+      // A tenth of the gain is what these relations, not exact, may get wrong about a column's shape;
+      // two errors of one sensor are judged by the same kinematics, which are.
+      const double inexact = u.kind == "sensor" && o.kind == "sensor" && u.channel == o.channel ? 0.03 : 0.1;
+      r.separable = !(t.gain - other.gain < std::max(8.0, inexact * t.gain) || (cosine > 0.95 && lead < 2 * lead_se && t.gain - other.gain < 25.0));
       if (std::abs(other.amount) < o.least || std::abs(other.amount) > o.most) continue;
       r.separating_experiment = o.separating.empty() || o.separating == u.separating ? u.separating : u.separating + "; or: " + o.separating;
       found.rivals.push_back(r);

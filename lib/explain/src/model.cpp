@@ -39,6 +39,9 @@ void correct(const Signals& s, const Setting& set, Channel c, std::vector<double
     const double place = static_cast<double>(i) + e.delay_s / kStep;
     double value = at(s.x[c], s.dx[c], place), rate = s.dx[c][i];
     if (e.delay_s != 0) rate = at(s.dx[c], ddx, place);
+    // Beside a gap there is nothing to interpolate with; a value lost there would move the mask.
+    if (std::isnan(value)) value = s.x[c][i] + e.delay_s * s.dx[c][i];
+    if (std::isnan(rate)) rate = s.dx[c][i];
     if (e.low_pass_s != 0) {
       value += e.low_pass_s * rate;
       rate += e.low_pass_s * (i > 0 && i + 1 < s.n ? ddx[i] : kNaN);

@@ -171,6 +171,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     if (timing) {
       one("delay", "delay", "s", 0.02, 0.006, true, "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; });
       one("low_pass", "time constant", "s", 0.05, 0.006, true, "T d(logged)/dt = true - logged", [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; });
+      for (std::size_t k = out.unknowns.size() - 2; k < out.unknowns.size(); ++k)
+        out.unknowns[k].separating = "swing the quantity ever faster, for steering 0.5 to 2 Hz: a delay keeps the amplitude, a filter does not";
     }
   };
   if (rate) sensor(kYawRate, "rad/s", 0.005, 0.0015, true, true);

@@ -1,0 +1,129 @@
+#include "scenarios.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "write_trial.h"
+
+namespace trials {
+namespace {
+
+/// A track and a car, nothing missing, all channels.
+Trial plain(const std::string& name, double hz = 50, int laps = 5) {
+  Trial t;
+  t.name = name;
+  t.kind = "proof";
+  t.track = make_track(215, 0.22, 0.12, 0.035, 2.0);
+  t.track.hill = {2.5, 0.8, 0.3};
+  t.track.hill_phase = {1, 3, 5};
+  t.track.bank_base = 0.01;
+  t.style.laps = laps;
+  t.style.seed = 20;
+  t.hz = hz;
+  t.every_channel = true;
+  t.off = 0.02;
+  return t;
+}
+
+void add(Trial& t, const Effect& e) {
+  t.car.effects.push_back(e);
+  Style one = t.style;
+  one.laps = 1;
+  TruthCar alone = t.nominal;
+  alone.effects = {e};
+  t.sizes.push_back(e.mechanism.starts_with("sensor.") ? 0.0 : drive(alone, t.track, one, true).size);
+}
+
+Trial none() { return plain("none"); }
+
+/// More torque and a turbo that is late: flat out, the lap takes as long as without both.
+Trial compensated() {
+  Trial t = plain("compensated");
+  t.style.pace_low = 0.76;
+  t.style.pace_high = 0.86;
+  t.style.first_pace = 0.8;
+  t.style.drive = 1.8;
+  const Effect lag{"vehicle.turbo_lag", "", 0.5, 0, 0, 0.5};
+  const auto lap_s = [&](double torque, bool late) {
+    TruthCar car = t.nominal;
+    if (late) car.effects = {lag, {"parameter.engine_torque", "", torque}};
+    return drive(car, t.track, t.style, false).lap_s;
+  };
+  const double stated_s = lap_s(0, false);
+  double low = 0, high = 0.5;
+  for (int k = 0; k < 12; ++k) {
+    const double mid = 0.5 * (low + high);
+    (lap_s(mid, true) > stated_s ? low : high) = mid;
+  }
+  add(t, lag);
+  add(t, {"parameter.engine_torque", "", 0.5 * (low + high)});
+  t.notes = {{"lap_s", lap_s(0.5 * (low + high), true)}, {"lap_s_of_the_stated_car", stated_s}, {"lap_s_without_the_torque", lap_s(0, true)}};
+  return t;
+}
+
+/// Pads that fade, and stated brakes that are weaker by as much as they fade on average; no temperature is logged.
+Trial fade() {
+  Trial t = plain("fade");
+  add(t, {"vehicle.brake_friction_temperature", "", 0.4});
+  t.nominal.brake_f *= 0.9;
+  t.nominal.brake_r *= 0.9;
+  return t;
+}
+
+/// A road that leans by 4 to 7 % in three corners, and a file that is flat there.
+Trial banking() {
+  Trial t = plain("banking");
+  const double l = t.track.length_m;
+  add(t, {"road.banking", "", 0.06, 0.10 * l, 0.25 * l});
+  return t;
+}
+
+/// A gyro that is late; slow swings do not show whether by a delay or a filter.
+Trial alike(bool apart) {
+  Trial t = plain(apart ? "alike-apart" : "alike");
+  t.style.sway_waves = 2;
+  t.style.pace_high = 0.8;
+  t.style.laps = 3;
+  t.alike = {"sensor.delay", "sensor.low_pass"};
+  add(t, {"sensor.delay", "yaw_rate_radps", 0.06});
+  if (apart) {
+    t.experiment = t.style;
+    t.experiment->laps = 2;
+    t.experiment->seed = 21;
+    t.experiment->weave_rad = 0.02;
+  }
+  return t;
+}
+
+/// A push that no library knows: the brakes turn the car.
+Trial outside() {
+  Trial t = plain("outside");
+  add(t, {"outside.brake_pull", "", 5});
+  return t;
+}
+
+}  // namespace
+
+bool make_scenario(const std::string& name, const std::filesystem::path& folder) {
+  const std::map<std::string, Trial (*)()> all{{"none", none},
+                                               {"compensated", compensated},
+                                               {"fade", fade},
+                                               {"banking", banking},
+                                               {"alike", [] { return alike(false); }},
+                                               {"alike-apart", [] { return alike(true); }},
+                                               {"outside", outside}};
+  const auto found = all.find(name);
+  if (found == all.end()) {
+    std::fprintf(stderr, "make_trials: no scenario %s; there are", name.c_str());
+    for (const auto& [known, make] : all) std::fprintf(stderr, " %s", known.c_str());
+    std::fprintf(stderr, "\n");
+    return false;
+  }
+  const Trial trial = found->second();
+  std::filesystem::create_directories(folder / "sealed");
+  Random dice{7};
+  return write_trial(trial, dice, folder);
+}
+
+}  // namespace trials

@@ -1,0 +1,13 @@
+// Named trials behind the proofs of docs/proof.md.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace trials {
+
+/// Writes DIR/NAME with car, road and recordings and DIR/sealed/NAME.json with the truth. False, and
+/// the names that there are on stderr, when there is no such scenario.
+bool make_scenario(const std::string& name, const std::filesystem::path& folder);
+
+}  // namespace trials
