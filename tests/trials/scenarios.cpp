@@ -40,11 +40,11 @@ Trial none() { return plain("none"); }
 /// More torque and a turbo that is late: flat out, the lap takes as long as without both.
 Trial compensated() {
   Trial t = plain("compensated");
-  t.style.pace_low = 0.76;
-  t.style.pace_high = 0.86;
+  t.style.pace_low = 0.66;
+  t.style.pace_high = 0.8;
   t.style.first_pace = 0.8;
-  t.style.drive = 1.8;
-  const Effect lag{"vehicle.turbo_lag", "", 0.5, 0, 0, 0.5};
+  t.style.drive = 2.8;
+  const Effect lag{"vehicle.turbo_lag", "", 0.35, 0, 0, 0.5};
   const auto lap_s = [&](double torque, bool late) {
     TruthCar car = t.nominal;
     if (late) car.effects = {lag, {"parameter.engine_torque", "", torque}};

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis.h"
+#include "places.h"
 
 namespace explain {
 
@@ -74,6 +75,13 @@ void Analysis::describe(Findings& out) {
       const double half = k90 * std::hypot(deviation(everywhere), 0.25 * u.least);
       const double value = amounts_[everywhere];
       f.parameters.push_back({u.name, u.unit, value, value - half, value + half});
+      std::vector<double> u_m, energy;
+      for (Index i = 0; i < m.fitted.e.size(); ++i) {
+        const double part = m.fitted.x(i, everywhere) * value;
+        u_m.push_back(rows_.row[static_cast<std::size_t>(i)].u_m);
+        energy.push_back(part * part);
+      }
+      f.where = concentrated(u_m, energy, logs_.front().length_m);
       ++everywhere;
     } else {
       double mean = 0, count = 0;
