@@ -155,6 +155,7 @@ Drive drive(const TruthCar& car, const Track& track, const Style& style, bool me
       row[kWfr] += before[5] * car.track_f / 2 / car.radius_f;
       row[kWrl] = before[7], row[kWrr] = before[8];
       row[kFzF] = o.fz_front, row[kFzR] = o.fz_rear;
+      row[kS] = o.s, row[kV] = o.v;
       out.row.push_back(row);
     }
     if (!std::isfinite(x[3]) || std::abs(o.v) > 7) {

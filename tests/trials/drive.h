@@ -28,8 +28,10 @@ struct Random {
 };
 
 /// What a log holds, before sensors.
-enum { kT, kX, kY, kYaw, kVx, kVy, kR, kAx, kAy, kAz, kSteer, kThrottle, kBrake, kGear, kEngine, kWfl, kWfr, kWrl, kWrr, kFzF, kFzR, kLogged };
-const std::array<double, kLogged> kNoise{0, 0.02, 0.02, 0.002, 0.04, 0.03, 0.004, 0.15, 0.15, 0.3, 0.0004, 0.002, 1.5e4, 0, 1.5, 0.15, 0.15, 0.15, 0.15, 60, 60};
+enum { kT, kX, kY, kYaw, kVx, kVy, kR, kAx, kAy, kAz, kSteer, kThrottle, kBrake, kGear, kEngine, kWfl, kWfr, kWrl, kWrr, kFzF, kFzR, kS, kV,
+       kRollRate, kPitchRate, kTravel, kLoad = kTravel + 4, kDisc = kLoad + 4, kLogged = kDisc + 4 };
+const std::array<double, kLogged> kNoise{0, 0.02, 0.02, 0.002, 0.04, 0.03, 0.004, 0.15, 0.15, 0.3, 0.0004, 0.002, 1.5e4, 0, 1.5, 0.15, 0.15, 0.15, 0.15, 60, 60, 0, 0,
+                                           0.004, 0.004, 2e-4, 2e-4, 2e-4, 2e-4, 60, 60, 60, 60, 1.5, 1.5, 1.5, 1.5};
 
 /// How a drive is made.
 struct Style {

@@ -51,8 +51,8 @@ Trial compensated() {
     return drive(car, t.track, t.style, false).lap_s;
   };
   const double stated_s = lap_s(0, false);
-  double low = 0, high = 0.5;
-  for (int k = 0; k < 12; ++k) {
+  double low = 0, high = 0.2;
+  for (int k = 0; k < 7; ++k) {
     const double mid = 0.5 * (low + high);
     (lap_s(mid, true) > stated_s ? low : high) = mid;
   }
@@ -76,6 +76,40 @@ Trial banking() {
   Trial t = plain("banking");
   const double l = t.track.length_m;
   add(t, {"road.banking", "", 0.06, 0.10 * l, 0.25 * l});
+  return t;
+}
+
+/// A drive whose log also has what the wheels and the body do, 200 times a second.
+Trial shaken(const std::string& name) {
+  Trial t = plain(name, 200, 4);
+  t.ride.emplace();
+  t.style.pace_low = 0.66;
+  t.style.pace_high = 0.8;
+  return t;
+}
+
+/// Waves of 12 mm that were smoothed away, over the whole width.
+Trial bumps() {
+  Trial t = shaken("bumps");
+  t.stated_track = t.track;
+  t.track.feature = {{300, 340, -10, 10, 0.012, 4.0, false}, {900, 925, -10, 10, 0.010, 2.5, false}};
+  t.stated_track->feature = {{300, 340, -10, 10, 0.0, 4.0, false}};
+  return t;
+}
+
+/// A kerb of 30 mm teeth left of the line that the file has at a third of its height.
+Trial kerb() {
+  Trial t = shaken("kerb");
+  t.stated_track = t.track;
+  t.track.feature = {{500, 540, 0.4, 3.0, 0.03, 1.0, true}};
+  t.stated_track->feature = {{500, 540, 0.4, 3.0, 0.01, 1.0, true}};
+  return t;
+}
+
+/// The same kerb, known exactly; the simulated tyre touches the road in one point.
+Trial contact() {
+  Trial t = shaken("contact");
+  t.track.feature = {{500, 540, 0.4, 3.0, 0.03, 0.5, true}, {1000, 1030, -10, 10, 0.015, 0.8, true}};
   return t;
 }
 
@@ -110,6 +144,9 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
                                                {"compensated", compensated},
                                                {"fade", fade},
                                                {"banking", banking},
+                                               {"bumps", bumps},
+                                               {"kerb", kerb},
+                                               {"contact", contact},
                                                {"alike", [] { return alike(false); }},
                                                {"alike-apart", [] { return alike(true); }},
                                                {"outside", outside}};

@@ -47,7 +47,7 @@ void brush(double fz, double mu, double cx, double cy, double kappa, double tan_
 
 void rates(const TruthCar& car, const Track& track, const State& x, const Commands& c, double s, State& d, Output* out) {
   const double vx = std::max(3.0, x[3]), vy = x[4], r = x[5];
-  const double bank = track.bank(s) + road_extra(car, "road.banking", s, track.length_m);
+  const double bank = true_bank(car, track, s);
   const double along = std::cos(x[2] - track.at(s).heading);
   const double grade = (track.grade(s) + road_extra(car, "road.grade", s, track.length_m)) * along;
   const double vertical = track.vertical(s) + road_extra(car, "road.vertical_curvature", s, track.length_m);
@@ -149,6 +149,8 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
 
 }  // namespace
 
+double true_bank(const TruthCar& car, const Track& track, double s) { return track.bank(s) + road_extra(car, "road.banking", s, track.length_m); }
+
 double TruthCar::engine_nm(double omega, double throttle) const {
   const double z = (omega - torque_peak) / torque_width;
   return throttle * torque * (1 - z * z) * (omega > 830 ? std::max(0.0, 1 - (omega - 830) / 20) : 1.0) - (1 - throttle) * engine_drag * (0.5 + omega / 800);
@@ -184,6 +186,18 @@ double Track::vertical(double s) const {
   for (std::size_t k = 0; k < 3; ++k) {
     const double w = kTwoPi * static_cast<double>(k + 1) / length_m;
     z -= hill[k] * w * w * std::sin(w * s + hill_phase[k]);
+  }
+  return z;
+}
+double Track::rough(double s, double v) const {
+  double z = 0;
+  double u = std::fmod(s, length_m);
+  if (u < 0) u += length_m;
+  for (const Feature& f : feature) {
+    if (u < f.begin_m || u > f.end_m || v < f.right_m || v > f.left_m) continue;
+    const double place = (u - f.begin_m) / f.wave_m, part = place - std::floor(place);
+    if (f.teeth) z += f.height_m * std::clamp(std::min(part, 1 - part) * 8, 0.0, 1.0);
+    else z += f.height_m * 0.5 * (1 - std::cos(kTwoPi * part));
   }
   return z;
 }

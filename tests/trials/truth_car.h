@@ -17,6 +17,12 @@ struct Track {
   double step_m = 1.0;
   std::array<double, 3> hill{}, hill_phase{};
   double bank_base = 0.0;
+  /// Short unevenness on part of the width: cosine waves, or kerb teeth with flanks of an eighth.
+  struct Feature {
+    double begin_m, end_m, right_m, left_m, height_m, wave_m;
+    bool teeth;
+  };
+  std::vector<Feature> feature;
 
   struct Point {
     double x, y, heading, curvature;
@@ -26,6 +32,7 @@ struct Track {
   double grade(double s) const;
   double bank(double s) const;
   double vertical(double s) const;
+  double rough(double s, double v) const;  ///< of the features
 };
 Track make_track(double radius_m, double a2, double a3, double a5, double phase);
 
@@ -63,6 +70,9 @@ struct Commands {
 struct Output {
   double ax = 0, ay = 0, az = 0, fz_front = 0, fz_rear = 0, s = 0, v = 0;
 };
+
+/// Banking of the true road: the track's and what effects add.
+double true_bank(const TruthCar& car, const Track& track, double s);
 
 /// One millisecond. `s_m` is the place on the track, moved on.
 void advance(const TruthCar& car, const Track& track, State& state, const Commands& c, double& s_m, Output* out);

@@ -29,11 +29,43 @@ void write(const std::filesystem::path& path, const std::string& text) {
   if (!out) std::fprintf(stderr, "cannot write %s\n", path.c_str()), std::exit(1);
 }
 
+/// `line` gives the line, `heights` the heights, `car` its effects on them.
+void write_road(const Track& line_of, const Track& heights, const TruthCar& car, const std::filesystem::path& path) {
+  // Waves and teeth want a finer grid than hills.
+  const std::size_t per_node = line_of.feature.empty() ? 1 : 10;
+  const double v_step = line_of.feature.empty() ? 0.5 : 0.25;
+  crg::ReferenceLine line;
+  crg::Grid grid;
+  line.u_step_m = grid.u_step_m = line_of.step_m / static_cast<double>(per_node);
+  line.closed = true;
+  const int half = static_cast<int>(10 / v_step);
+  for (int j = -half; j <= half; ++j) grid.v_m.push_back(v_step * j);
+  const std::size_t n = line_of.x.size();
+  for (std::size_t i = 0; i <= n * per_node; ++i) {
+    const double s = static_cast<double>(i % (n * per_node)) * line.u_step_m;
+    if (per_node == 1) {
+      line.x_m.push_back(line_of.x[i % n]);
+      line.y_m.push_back(line_of.y[i % n]);
+      const std::size_t before = (i + n - 1) % n;
+      line.heading_rad.push_back(std::atan2(line_of.y[i % n] - line_of.y[before], line_of.x[i % n] - line_of.x[before]));
+    } else {
+      const Track::Point p = line_of.at(s);
+      line.x_m.push_back(p.x);
+      line.y_m.push_back(p.y);
+      const Track::Point before = line_of.at(s + line_of.length_m - line.u_step_m);
+      line.heading_rad.push_back(std::atan2(p.y - before.y, p.x - before.x));
+    }
+    for (const double v : grid.v_m) grid.z_m.push_back(static_cast<float>(heights.height(s) + v * true_bank(car, heights, s) + heights.rough(s, v)));
+  }
+  crg::write(crg::make_crg(line, grid), path.string(), crg::Format::KRBI);
+}
+
 }  // namespace
 
 bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& folder) {
   const Track& track = trial.track;
-  const Drive d = drive(trial.car, track, trial.style, false);
+  Drive d = drive(trial.car, track, trial.style, false);
+  if (trial.ride) shake(d, track, trial.car, *trial.ride);
   if (d.row.size() < 4000) {
     std::fprintf(stderr, "trial %s: no drive\n", trial.name.c_str());
     return false;
@@ -41,23 +73,9 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
 
   const std::filesystem::path here = folder / trial.name;
   std::filesystem::create_directories(here);
-  // The road as the simulation knows it.
-  const Track& known = trial.stated_track ? *trial.stated_track : track;
-  crg::ReferenceLine line;
-  crg::Grid grid;
-  line.u_step_m = grid.u_step_m = track.step_m;
-  line.closed = true;
-  for (int j = -20; j <= 20; ++j) grid.v_m.push_back(0.5 * j);
-  const std::size_t n = track.x.size();
-  for (std::size_t i = 0; i <= n; ++i) {
-    line.x_m.push_back(track.x[i % n]);
-    line.y_m.push_back(track.y[i % n]);
-    const std::size_t before = (i + n - 1) % n;
-    line.heading_rad.push_back(std::atan2(track.y[i % n] - track.y[before], track.x[i % n] - track.x[before]));
-    const double s = static_cast<double>(i % n) * track.step_m;
-    for (const double v : grid.v_m) grid.z_m.push_back(static_cast<float>(known.height(s) + v * known.bank(s)));
-  }
-  crg::write(crg::make_crg(line, grid), (here / "track.crg").string(), crg::Format::KRBI);
+  // The road as the simulation knows it, and as it is.
+  write_road(track, trial.stated_track ? *trial.stated_track : track, TruthCar{}, here / "track.crg");
+  if (trial.kind == "proof") write_road(track, track, trial.car, folder / "sealed" / (trial.name + ".crg"));
 
   // The stated car: a few per cent off everywhere.
   const auto off = [&](double share = 1.0) { return dice.in(1 - share * trial.off, 1 + share * trial.off); };
@@ -87,6 +105,21 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
                 t.engine_inertia * off(), t.brake_f / (4 * 0.004 * 0.125) * off(), t.brake_r / (4 * 0.003 * 0.115) * off());
   write(here / "vehicle.yaml", yaml);
 
+  if (trial.ride) {
+    std::string ride = "parameters:\n";
+    char line[200];
+    for (const std::size_t k : {0u, 1u}) {
+      const char* axle = k == 0 ? "front" : "rear";
+      std::snprintf(line, sizeof line, "  %s.spring_npm: %.0f\n  %s.bump_damping_nspm: %.0f\n  %s.rebound_damping_nspm: %.0f\n  %s.anti_roll_npm: %.0f\n  %s.unsprung_mass_kg: %.2f\n", axle,
+                    trial.ride->spring[k] * off(), axle, trial.ride->damping[k] * off(), axle, trial.ride->damping[k] * off(), axle, trial.ride->bar[k] * off(), axle,
+                    trial.ride->unsprung[k] * off());
+      ride += line;
+    }
+    std::string text = yaml;
+    text.replace(text.find("parameters:\n"), 12, ride);
+    write(here / "vehicle.yaml", text);
+  }
+
   // The recording. Some logs lack channels; what a trial is about stays in.
   const bool all = trial.every_channel;
   const bool loads = !all && dice.uniform() < 0.3, vertical = all || dice.uniform() < 0.5, engine_speed = all || dice.uniform() < 0.6, gear = all || dice.uniform() < 0.85;
@@ -106,6 +139,15 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   for (const auto& [wheel, channel] : {std::pair{"fl", kWfl}, {"fr", kWfr}, {"rl", kWrl}, {"rr", kWrr}}) columns.push_back({std::string("wheel_") + wheel + "_radps", channel});
   if (loads) {
     for (const auto& [wheel, channel] : {std::pair{"fl", kFzF}, {"fr", kFzF}, {"rl", kFzR}, {"rr", kFzR}}) columns.push_back({std::string("fz_") + wheel + "_n", channel});
+  }
+  if (trial.ride) {
+    columns.push_back({"roll_rate_radps", kRollRate});
+    columns.push_back({"pitch_rate_radps", kPitchRate});
+    int wheel = 0;
+    for (const char* name : {"fl", "fr", "rl", "rr"}) {
+      columns.push_back({std::string("suspension_") + name + "_m", kTravel + wheel});
+      columns.push_back({std::string("fz_") + name + "_n", kLoad + wheel++});
+    }
   }
   const auto record = [&](const Drive& drawn, const char* file) {
     std::string csv;

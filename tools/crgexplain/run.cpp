@@ -65,7 +65,8 @@ int run(const RunCommand& command) {
       if (!r.separable) fmt::print("    cannot be told from {}: {}\n", r.mechanism, r.separating_experiment);
   }
   for (const explain::Unexplained& u : findings.unexplained)
-    fmt::print("  unexplained: {} over {}\n", u.channel, u.locked_to);
+    fmt::print("  unexplained: {} over {}{}, {:.3g} {}\n", u.channel, u.locked_to,
+               u.where.empty() ? "" : fmt::format(" from {:.0f} to {:.0f} m", u.where[0].u_begin_m, u.where[0].u_end_m), u.size, u.unit);
   for (const std::string& remark : findings.remarks) fmt::print("  {}\n", remark);
   if (track != command.track_path) fmt::print("corrected road: {}\n", track);
   if (vehicle != command.vehicle_path) fmt::print("corrected car: {}\n", vehicle);

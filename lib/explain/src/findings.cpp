@@ -80,7 +80,7 @@ std::string findings_json(const Findings& f) {
   root["unexplained"] = Json::array();
   for (const Unexplained& u : f.unexplained)
     root["unexplained"].push_back({{"channel", u.channel}, {"locked_to", u.locked_to}, {"where", places(u.where, false)},
-                                   {"share", number(u.share)}, {"p_adjusted", number(u.p_adjusted)}});
+                                   {"size", number(u.size)}, {"unit", u.unit}, {"share", number(u.share)}, {"p_adjusted", number(u.p_adjusted)}});
   root["tested"] = Json::array();
   for (const Evidence& e : f.evidence)
     root["tested"].push_back({{"mechanism", e.mechanism}, {"channel", e.channel.empty() ? Json(nullptr) : Json(e.channel)}, {"detail", e.detail},

@@ -166,6 +166,8 @@ void Analysis::leftovers(Findings& out) {
     Unexplained x;
     x.channel = relations()[relation].name;
     x.locked_to = kOver[what];
+    x.size = t.amount;
+    x.unit = relations()[relation].unit;
     if (what == 0) x.where.push_back({t.begin * kCell_m, t.end * kCell_m, {}});
     x.share = local_share(t);
     x.p_adjusted = p_of(t.z);

@@ -51,9 +51,10 @@ struct Finding {
   std::size_t unknown = 0;  ///< place in the inventory
 };
 struct Unexplained {
-  std::string channel, locked_to;
+  std::string channel, locked_to, unit;
   std::vector<Place> where;
   double share = 0.0, p_adjusted = 1.0;
+  double size = 0.0;  ///< mean of the residual there
 };
 /// One line of the evidence table: everything that was tried at the first step.
 struct Evidence {

@@ -1,0 +1,179 @@
+// The telling proofs of docs/proof.md: hidden effects, drawn by a car that shares nothing with
+// lib/vehicle, through the tool.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "crg/file.h"
+#include "crg/surface.h"
+#include "support/temporary_folder.h"
+#include "vehicle/table.h"
+
+namespace {
+
+using ::testing::HasSubstr;
+using nlohmann::json;
+
+/// A named scenario, drawn and explained.
+class Proof {
+ public:
+  explicit Proof(std::string name) : name_(std::move(name)) {
+    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", MAKE_TRIALS, name_, folder.path("."), folder.path("log"))), 0) << folder.read("log");
+    truth = json::parse(folder.read("sealed/" + name_ + ".json"));
+  }
+  json explain(const std::string& recordings = "run.csv", const std::string& out = "out") {
+    std::string files;
+    for (std::size_t at = 0; at < recordings.size();) {
+      const std::size_t end = std::min(recordings.find(' ', at), recordings.size());
+      files += " " + path(recordings.substr(at, end - at));
+      at = end + 1;
+    }
+    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} > {} 2>&1", CRGEXPLAIN, path("track.crg"), path("vehicle.yaml"), files, folder.path(out),
+                                folder.path("log"))),
+              0)
+        << folder.read("log");
+    return json::parse(folder.read(out + "/findings.json"));
+  }
+  std::string path(const std::string& file) const { return folder.path(name_ + "/" + file); }
+  std::string sealed(const std::string& ending) const { return folder.path("sealed/" + name_ + ending); }
+
+  support::TemporaryFolder folder;
+  json truth;
+
+ private:
+  static int shell(const std::string& command) { return std::system(command.c_str()); }
+  std::string name_;
+};
+
+json finding(const json& all, const std::string& mechanism) {
+  for (const json& f : all.at("findings"))
+    if (f.at("mechanism") == mechanism) return f;
+  ADD_FAILURE() << mechanism << " was not found; verdict " << all.at("verdict");
+  return json{{"parameters", {{{"value", NAN}, {"ci90", {NAN, NAN}}}}}, {"where", json::array()}, {"held_out", json::array()}};
+}
+
+double value(const json& f) { return f.at("parameters")[0].at("value"); }
+
+/// Error at the longest horizon, after over before.
+double left_of(const json& f, const std::string& channel) {
+  double out = NAN, longest = -1;
+  for (const json& h : f.at("held_out"))
+    if (h.at("channel") == channel && h.at("horizon_s") > longest) {
+      longest = h["horizon_s"];
+      out = h.at("rmse_after").get<double>() / h.at("rmse_before").get<double>();
+      fmt::print("{} over {} s: {:.4g} before, {:.4g} after, trivial {:.4g}\n", channel, longest, h["rmse_before"].get<double>(), h["rmse_after"].get<double>(),
+                 h["trivial_rmse"].get<double>());
+    }
+  return out;
+}
+
+/// Root mean square difference of two roads within 5 m of the line and a stretch, m.
+double difference(const std::string& a, const std::string& b, double begin_m = 0, double end_m = 1e9, double right_m = -5, double left_m = 5) {
+  const crg::Crg one = crg::read(a), two = crg::read(b);
+  EXPECT_EQ(one.grid.rows(), two.grid.rows());
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < std::min(one.grid.rows(), two.grid.rows()); ++i) {
+    const double u = static_cast<double>(i) * one.grid.u_step_m;
+    if (u < begin_m || u > end_m) continue;
+    for (std::size_t j = 0; j < one.grid.columns(); ++j) {
+      if (one.grid.v_m[j] < right_m || one.grid.v_m[j] > left_m) continue;
+      const double d = one.grid.at(i, j) - two.grid.at(i, j);
+      sum += d * d;
+      count += 1;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(Proofs, NothingMissing) {
+  Proof proof("none");
+  EXPECT_EQ(proof.explain().at("verdict"), "none");
+}
+
+TEST(Proofs, StrongerEngineHidesTurboLag) {
+  Proof proof("compensated");
+  // Hidden: the lap times agree.
+  EXPECT_NEAR(proof.truth.at("lap_s").get<double>() / proof.truth.at("lap_s_of_the_stated_car").get<double>(), 1.0, 0.002);
+  const json found = proof.explain();
+  EXPECT_EQ(found.at("verdict"), "explained");
+  const json lag = finding(found, "vehicle.turbo_lag");
+  EXPECT_NEAR(value(lag), 0.35, 0.15 * 0.35);  // the goal of the error of an amount
+  EXPECT_LT(left_of(lag, "vx_mps"), 0.6);
+  // Located where the throttle opens: it rises by a third within half a second there.
+  const vehicle::Table log = vehicle::read_table(proof.path("run.csv"));
+  const auto &throttle = *log.find("throttle"), &x = *log.find("x_m"), &y = *log.find("y_m");
+  const crg::Surface road(crg::read(proof.path("track.crg")));
+  std::vector<double> tip_in;
+  crg::Cursor cursor;
+  for (std::size_t i = 25; i + 50 < throttle.size(); ++i)
+    if (throttle[i] - throttle[i - 25] > 0.3) tip_in.push_back(road.at_xy(x[i], y[i], cursor).u_m);
+  ASSERT_FALSE(lag.at("where").empty());
+  for (const json& place : lag.at("where")) {
+    const double begin = place.at("u_begin_m"), end = place.at("u_end_m");
+    EXPECT_TRUE(std::any_of(tip_in.begin(), tip_in.end(), [&](double u) { return u > begin - 10 && u < end + 10; })) << begin << " to " << end;
+    EXPECT_LE(end - begin, 100);
+  }
+}
+
+TEST(Proofs, BrakeFadeWithoutATemperature) {
+  Proof proof("fade");
+  const std::string log = proof.folder.read("fade/run.csv");
+  EXPECT_EQ(log.substr(0, log.find('\n')).find("disc"), std::string::npos);
+  const json found = proof.explain();
+  EXPECT_EQ(found.at("verdict"), "explained");
+  const json fade = finding(found, "vehicle.brake_friction_temperature");
+  EXPECT_GT(value(fade), 0);  // friction is lost, not gained
+  EXPECT_LT(left_of(fade, "vx_mps"), 0.9);
+}
+
+TEST(Proofs, BankingThatTheFileDoesNotHave) {
+  Proof proof("banking");
+  const json found = proof.explain();
+  EXPECT_EQ(found.at("verdict"), "explained");
+  const json banking = finding(found, "road.banking");
+  EXPECT_NEAR(value(banking), 0.06, 0.15 * 0.06);
+  const double before = difference(proof.path("track.crg"), proof.sealed(".crg")), after = difference(proof.folder.path("out/track.crg"), proof.sealed(".crg"));
+  fmt::print("road within 5 m of the line, RMS error: {:.1f} mm before, {:.1f} mm after\n", 1e3 * before, 1e3 * after);
+  EXPECT_LT(after, 0.35 * before);
+}
+
+TEST(Proofs, ATieIsResolvedByTheExperimentItAskedFor) {
+  Proof proof("alike-apart");
+  const json tie = proof.explain();
+  EXPECT_EQ(tie.at("verdict"), "tie");
+  const json delay = finding(tie, "sensor.delay");
+  ASSERT_FALSE(delay.at("rivals").empty());
+  EXPECT_EQ(delay["rivals"][0].at("mechanism"), "sensor.low_pass");
+  EXPECT_FALSE(delay["rivals"][0].at("separable"));
+  EXPECT_THAT(delay["rivals"][0].at("separating_experiment").get<std::string>(), HasSubstr("0.5 to 2 Hz"));
+  const json apart = proof.explain("run.csv experiment.csv", "apart");
+  EXPECT_EQ(apart.at("verdict"), "explained");
+  EXPECT_NEAR(value(finding(apart, "sensor.delay")), 0.06, 0.15 * 0.06);
+}
+
+TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
+  Proof proof("outside");
+  const json found = proof.explain();
+  EXPECT_EQ(found.at("verdict"), "unknown");
+  ASSERT_FALSE(found.at("unexplained").empty());
+  const json rest = found["unexplained"][0];
+  EXPECT_EQ(rest.at("channel"), "yaw_moment");  // the brakes turn the car
+  ASSERT_TRUE(rest.at("where").is_array());
+  // There the brakes are used.
+  const vehicle::Table log = vehicle::read_table(proof.path("run.csv"));
+  const auto &brake = *log.find("brake_fl_pa"), &x = *log.find("x_m"), &y = *log.find("y_m");
+  const crg::Surface road(crg::read(proof.path("track.crg")));
+  crg::Cursor cursor;
+  double most = 0;
+  for (std::size_t i = 0; i < brake.size(); ++i) {
+    const double u = road.at_xy(x[i], y[i], cursor).u_m;
+    if (u > rest["where"][0].at("u_begin_m").get<double>() && u < rest["where"][0].at("u_end_m").get<double>()) most = std::max(most, brake[i]);
+  }
+  EXPECT_GT(most, 5e5);
+}
+
+}  // namespace
