@@ -43,8 +43,8 @@ Trial compensated() {
   t.style.pace_low = 0.66;
   t.style.pace_high = 0.8;
   t.style.first_pace = 0.8;
-  t.style.drive = 2.8;
-  const Effect lag{"vehicle.turbo_lag", "", 0.35, 0, 0, 0.5};
+  t.style.drive = 2.2;
+  const Effect lag{"vehicle.turbo_lag", "", 0.3, 0, 0, 0.5};
   const auto lap_s = [&](double torque, bool late) {
     TruthCar car = t.nominal;
     if (late) car.effects = {lag, {"parameter.engine_torque", "", torque}};
