@@ -29,7 +29,7 @@ TEST(HardMesh, KerbProfilesSurviveEveryStage) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data)";
   const support::TemporaryFolder folder;
   road::Recipe recipe = road::recipe_for_mesh(path);
-  recipe.smooth.window_m = 1.0;  // every stage has its turn
+  recipe.smooth.window_u_m = 1.0;  // every stage has its turn
   const auto built = road::build_track(recipe, folder.path("refined"));
   recipe.kerb.max_extra_columns_share = 0.0;
   const auto plain = road::build_track(recipe, folder.path("plain"));

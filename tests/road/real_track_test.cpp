@@ -225,7 +225,7 @@ TEST_P(RealTrack, IsTheSameForAnyNumberOfThreads) {
   for (const unsigned threads : {1u, 3u}) {
     auto r = recipe();
     r.sample.threads = r.kerb.threads = r.smooth.threads = threads;
-    r.smooth.window_m = 0.5;
+    r.smooth.window_u_m = 0.5;
     const auto result = road::build_track(r, dir_ + "_" + std::to_string(threads));
     built.push_back(bytes(result.crg_path) + bytes(result.stl_path) + bytes(result.centreline_path) + bytes(result.picture_path));
   }

@@ -52,7 +52,7 @@ TEST(Recipe, DefaultsAndPathsBesideTheRecipe) {
   EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m, 0.1);
   EXPECT_DOUBLE_EQ(recipe.sample.v_step_m, 0.1);
   EXPECT_DOUBLE_EQ(recipe.sample.v_max_m, 15.0);
-  EXPECT_DOUBLE_EQ(recipe.smooth.window_m, 0.0);
+  EXPECT_DOUBLE_EQ(recipe.smooth.window_u_m, 0.0);
   EXPECT_EQ(recipe.format, crg::Format::KRBI);
 }
 
@@ -94,7 +94,7 @@ name_rules:
   EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m, 0.25);
   EXPECT_DOUBLE_EQ(recipe.sample.v_step_m, 0.05);
   EXPECT_DOUBLE_EQ(recipe.sample.v_max_m, 20.0);
-  EXPECT_DOUBLE_EQ(recipe.smooth.window_m, 1.5);
+  EXPECT_DOUBLE_EQ(recipe.smooth.window_u_m, 1.5);
   ASSERT_TRUE(recipe.T_global_mesh);
   EXPECT_DOUBLE_EQ(recipe.T_global_mesh->yaw_rad, std::numbers::pi / 2);
   EXPECT_EQ(recipe.T_global_mesh->translation_m, Eigen::Vector3d(500000, 4649776.25, 12));

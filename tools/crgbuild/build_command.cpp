@@ -48,6 +48,15 @@ bool has_report(const std::string& folder) {
   return !none && report >= summary;
 }
 
+/// What smoothing took, so that nobody loses the bumps of a braking zone without knowing.
+std::string smoothed_waves(const nlohmann::json& smooth) {
+  const nlohmann::json waves = smooth.value("halved_waves_m", nlohmann::json());
+  if (!waves.is_array()) return "";
+  return fmt::format(" (u = {:.1f} m, v = {:.1f} m); waves of {:.1f} to {:.1f} m lost more than half of their power",
+                     smooth.at("largest_change_u_m").get<double>(), smooth.at("largest_change_v_m").get<double>(),
+                     waves.at(0).get<double>(), waves.at(1).get<double>());
+}
+
 }  // namespace
 
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags) {
@@ -83,7 +92,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
         "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide\n"
         "  kept {} of {} triangles ({})\n"
         "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
-        "  {} kerbs; smoothing moved the road by at most {:.2f} mm\n"
+        "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
         "  against the mesh at {} points: 99 % within {:.2f} mm, all within {:.2f} mm\n"
         "  {:.2f} s, {:.0f} MB{}\n"
         "road     {}\npicture  {}\nnumbers  {}\n",
@@ -96,7 +105,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
         number(s["grid"]["u_step_m"]), recipe.sample.v_step_m,
         s["grid"]["holes"].get<std::size_t>(), s["sample"]["filled"].get<std::size_t>(),
         s["sample"]["folds"].size(), s["kerb"]["kerbs"].size(),
-        1e3 * number(s["smooth"]["largest_change_road_m"]),
+        1e3 * number(s["smooth"]["largest_change_road_m"]), smoothed_waves(s["smooth"]),
         s["validation"]["points"].get<std::size_t>(),
         1e3 * number(s["validation"]["z_error_m"]["p99"]),
         1e3 * number(s["validation"]["z_error_m"]["max"]), number(s["seconds"]["total"]),

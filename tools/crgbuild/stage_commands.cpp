@@ -200,8 +200,8 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
         "a road without kerbs");
   const road::Recipe recipe =
       command.mesh.empty() ? make_recipe(command.flags) : make_recipe(command.mesh, command.flags);
-  if (!(recipe.smooth.window_m > 0.0))
-    throw UsageError("--smooth-window-m is 0, which changes nothing; give the window in metres");
+  if (!(recipe.smooth.window_u_m > 0.0) && !(recipe.smooth.window_v_m > 0.0))
+    throw UsageError("--smooth-window-m and --smooth-window-v-m are 0, which changes nothing; give a window in metres");
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
   Track track = read_track(command.crg);
@@ -222,14 +222,24 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
   road::SmoothReport numbers;
   road::smooth(sampled, options, &numbers);
   write_track({track.line, std::move(sampled.grid)}, command.output, recipe.format);
+  const std::string waves =
+      numbers.halved_waves_m ? fmt::format("waves of {:.1f} to {:.1f} m lost more than half of their power\n",
+                                           numbers.halved_waves_m->shortest_m, numbers.halved_waves_m->longest_m)
+                             : "";
+  nlohmann::ordered_json bands = nlohmann::ordered_json::array();
+  for (const road::SmoothedBand& band : numbers.bands)
+    bands.push_back({{"n_cpm", band.n_cpm}, {"before_m3", band.before_m3}, {"after_m3", band.after_m3}});
   report(terminal,
          {{"largest_change_road_m", numbers.largest_change_road_m},
+          {"largest_change_u_m", numbers.largest_change_u_m},
+          {"largest_change_v_m", numbers.largest_change_v_m},
           {"largest_change_kerb_m", numbers.largest_change_kerb_m},
-          {"nodes_at_bound", numbers.nodes_at_bound}},
-         fmt::format("largest change {:.2f} mm on the road, {:.2f} mm on kerbs; {} nodes at the "
-                     "bound\nroad  {}\n",
-                     1e3 * numbers.largest_change_road_m, 1e3 * numbers.largest_change_kerb_m,
-                     numbers.nodes_at_bound, command.output));
+          {"nodes_at_bound", numbers.nodes_at_bound},
+          {"wheel_path_psd", bands}},
+         fmt::format("largest change {:.2f} mm on the road (u = {:.1f} m, v = {:.1f} m), {:.2f} mm on kerbs; {} "
+                     "nodes at the bound\n{}road  {}\n",
+                     1e3 * numbers.largest_change_road_m, numbers.largest_change_u_m, numbers.largest_change_v_m,
+                     1e3 * numbers.largest_change_kerb_m, numbers.nodes_at_bound, waves, command.output));
   return kOk;
 }
 

@@ -262,7 +262,10 @@ std::vector<RecipeKey> make_keys() {
   // smooth
   keys.push_back(number("smooth", "smooth_window_m", 0.0, 100.0,
                         "length of the moving average along u; 0: off",
-                        [](Recipe& r) -> double& { return r.smooth.window_m; }));
+                        [](Recipe& r) -> double& { return r.smooth.window_u_m; }));
+  keys.push_back(number("smooth", "smooth_window_v_m", 0.0, 20.0,
+                        "length of the moving average across the road; 0: off",
+                        [](Recipe& r) -> double& { return r.smooth.window_v_m; }));
   keys.push_back(number("smooth", "smooth_max_change_road_m", 0.0, 1.0,
                         "smoothing moves no road node further than this",
                         [](Recipe& r) -> double& { return r.smooth.max_change_road_m; }));

@@ -113,10 +113,18 @@ Json json_of(const KerbReport& report) {
 }
 
 Json json_of(const SmoothReport& report, const SmoothOptions& options) {
-  return {{"window_m", options.window_m},
+  Json bands = Json::array();
+  for (const SmoothedBand& band : report.bands)
+    bands.push_back({{"n_cpm", band.n_cpm}, {"before_m3", band.before_m3}, {"after_m3", band.after_m3}});
+  return {{"window_m", options.window_u_m},
+          {"window_v_m", options.window_v_m},
           {"largest_change_road_m", report.largest_change_road_m},
+          {"largest_change_u_m", report.largest_change_u_m},
+          {"largest_change_v_m", report.largest_change_v_m},
           {"largest_change_kerb_m", report.largest_change_kerb_m},
-          {"nodes_at_bound", report.nodes_at_bound}};
+          {"nodes_at_bound", report.nodes_at_bound},
+          {"halved_waves_m", report.halved_waves_m ? Json{report.halved_waves_m->shortest_m, report.halved_waves_m->longest_m} : Json(nullptr)},
+          {"wheel_path_psd", bands}};
 }
 
 Json json_of(const Placement& placement) {
