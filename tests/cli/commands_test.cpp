@@ -396,6 +396,12 @@ TEST(Build, NothingChangedIsReusedUnlessForced) {
   finer[5] = "0.4";
   EXPECT_FALSE(reused(finer));
   EXPECT_FALSE(reused(command));
+  // A summary that somebody cut.
+  Json cut = Json::parse(read(folder / "out/summary.json"));
+  cut["kerb"].erase("kerbs");
+  write(folder / "out/summary.json", cut.dump());
+  EXPECT_FALSE(reused(command));
+  EXPECT_TRUE(reused(command));
   // A file that is gone, changed, or a summary that is none.
   std::filesystem::remove(folder / "out/centreline.csv");
   EXPECT_FALSE(reused(command));

@@ -50,11 +50,41 @@ bool has_report(const std::string& folder) {
 
 /// What smoothing took, so that nobody loses the bumps of a braking zone without knowing.
 std::string smoothed_waves(const nlohmann::json& smooth) {
-  const nlohmann::json waves = smooth.value("halved_waves_m", nlohmann::json());
+  const nlohmann::json& waves = smooth.at("halved_waves_m");
   if (!waves.is_array()) return "";
   return fmt::format(" (u = {:.1f} m, v = {:.1f} m); waves of {:.1f} to {:.1f} m lost more than half of their power",
                      smooth.at("largest_change_u_m").get<double>(), smooth.at("largest_change_v_m").get<double>(),
                      waves.at(0).get<double>(), waves.at(1).get<double>());
+}
+
+/// What a build tells its user. Throws nlohmann::json::exception for a summary that lacks something.
+std::string build_text(const road::Recipe& recipe, const road::BuildResult& result) {
+  const auto s = nlohmann::json::parse(result.summary_json);
+  const auto number = [](const nlohmann::json& j) { return j.is_number() ? j.get<double>() : 0.0; };
+  const nlohmann::json &line = s.at("reference_line"), &width = s.at("centreline"), &clean = s.at("clean"), &grid = s.at("grid"),
+                       &sample = s.at("sample"), &validation = s.at("validation");
+  std::string text = fmt::format(
+      "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide\n"
+      "  kept {} of {} triangles ({})\n"
+      "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
+      "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
+      "  against the mesh at {} points: 99 % within {:.2f} mm, all within {:.2f} mm\n"
+      "  {:.2f} s, {:.0f} MB{}\n"
+      "road     {}\npicture  {}\nnumbers  {}\n",
+      recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")), number(width.at("width_min_m")),
+      number(width.at("width_max_m")), clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
+      clean.at("by_names").get<bool>() ? "by names" : "by shape", grid.at("rows").get<std::size_t>(),
+      grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")), recipe.sample.v_step_m, grid.at("holes").get<std::size_t>(),
+      sample.at("filled").get<std::size_t>(), sample.at("folds").size(), s.at("kerb").at("kerbs").size(),
+      1e3 * number(s.at("smooth").at("largest_change_road_m")), smoothed_waves(s.at("smooth")),
+      validation.at("points").get<std::size_t>(), 1e3 * number(validation.at("z_error_m").at("p99")),
+      1e3 * number(validation.at("z_error_m").at("max")), number(s.at("seconds").at("total")), number(s.at("peak_memory_mb")),
+      result.reused ? "; reused: nothing has changed since then (--force builds again)" : "", result.crg_path, result.picture_path,
+      result.summary_path);
+  if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
+  for (const char* stage : {"read", "clean", "sample", "validation"})
+    for (const auto& remark : s.at(stage).at("remarks")) text += fmt::format("remark   {}\n", one_line(remark.get<std::string>()));
+  return text;
 }
 
 }  // namespace
@@ -76,46 +106,19 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 int run_build(const BuildCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
-  const bool reuse = !command.force && (command.no_report || has_report(command.output_dir));
-  const road::BuildResult result =
-      road::build_track(recipe, command.output_dir, terminal.progress(),
-                        command.no_report ? nullptr : &evidence, reuse);
-  terminal.progress_done();
-  if (terminal.json) {
-    terminal.print(result.summary_json);
-  } else {
-    const auto s = nlohmann::json::parse(result.summary_json);
-    const auto number = [](const nlohmann::json& j) {
-      return j.is_number() ? j.get<double>() : 0.0;
-    };
-    terminal.print(fmt::format(
-        "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide\n"
-        "  kept {} of {} triangles ({})\n"
-        "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
-        "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
-        "  against the mesh at {} points: 99 % within {:.2f} mm, all within {:.2f} mm\n"
-        "  {:.2f} s, {:.0f} MB{}\n"
-        "road     {}\npicture  {}\nnumbers  {}\n",
-        recipe.name, s["reference_line"]["closed"].get<bool>() ? "closed" : "open",
-        number(s["reference_line"]["length_m"]), number(s["centreline"]["width_min_m"]),
-        number(s["centreline"]["width_max_m"]), s["clean"]["triangles_kept"].get<std::size_t>(),
-        s["clean"]["triangles_in"].get<std::size_t>(),
-        s["clean"]["by_names"].get<bool>() ? "by names" : "by shape",
-        s["grid"]["rows"].get<std::size_t>(), s["grid"]["columns"].get<std::size_t>(),
-        number(s["grid"]["u_step_m"]), recipe.sample.v_step_m,
-        s["grid"]["holes"].get<std::size_t>(), s["sample"]["filled"].get<std::size_t>(),
-        s["sample"]["folds"].size(), s["kerb"]["kerbs"].size(),
-        1e3 * number(s["smooth"]["largest_change_road_m"]), smoothed_waves(s["smooth"]),
-        s["validation"]["points"].get<std::size_t>(),
-        1e3 * number(s["validation"]["z_error_m"]["p99"]),
-        1e3 * number(s["validation"]["z_error_m"]["max"]), number(s["seconds"]["total"]),
-        number(s["peak_memory_mb"]),
-        result.reused ? "; reused: nothing has changed since then (--force builds again)" : "", result.crg_path, result.picture_path, result.summary_path));
-    if (!result.friction_path.empty()) terminal.print(fmt::format("friction {}\n", result.friction_path));
-    for (const char* stage : {"read", "clean", "validation"})
-      for (const auto& remark : s[stage]["remarks"])
-        terminal.print(fmt::format("remark   {}\n", one_line(remark.get<std::string>())));
+  const auto build = [&](bool reuse) {
+    return road::build_track(recipe, command.output_dir, terminal.progress(), command.no_report ? nullptr : &evidence, reuse);
+  };
+  road::BuildResult result = build(!command.force && (command.no_report || has_report(command.output_dir)));
+  std::string text;
+  try {
+    text = build_text(recipe, result);
+  } catch (const nlohmann::json::exception&) {  // an old summary that somebody cut
+    result = build(false);
+    text = build_text(recipe, result);
   }
+  terminal.progress_done();
+  terminal.print(terminal.json ? result.summary_json : text);
   if (!command.no_report && !result.reused) report_build(command, recipe, result, evidence, terminal);
   if (result.validation_failures.empty()) return kOk;
   throw_validation_failed(result.crg_path, result.validation_failures);

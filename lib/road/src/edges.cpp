@@ -418,6 +418,9 @@ EdgeRoad road_between_edges(const Edge& left_edge, const Edge& right_edge, const
   result.start_offset_m = (left.at(0.0).head<2>() - Vector2d(line.x_m[0], line.y_m[0]))
                               .dot(Vector2d(std::cos(line.heading_rad[0]), std::sin(line.heading_rad[0])));
   result.folds = ranges_of(folded, line.u_step_m);
+  std::vector<double> middle_z_m;
+  for (const CrossSection& section : sections) middle_z_m.push_back(0.5 * (section.left.z_m + section.right.z_m));
+  for (const Crossing& crossing : find_crossings(line, middle_z_m)) result.remarks.push_back(describe(crossing));
   for (const EdgeCurve* curve : {&left, static_cast<const EdgeCurve*>(&right)}) {
     result.remarks.insert(result.remarks.end(), curve->remarks.begin(), curve->remarks.end());
     if (line.closed) continue;

@@ -18,6 +18,7 @@ using Eigen::Vector2d;
 constexpr float kRayStart_m = 2.0f;    // above the predicted road: lower than any bridge, Embree's best precision
 constexpr double kLayerGap_m = 2.5;    // legs of the track closer in height than this are neighbours, else bridges
 constexpr double kFoldMargin = 0.1;    // rows keep at least this share of their spacing
+constexpr double kCrossingReach = 2.0; // times the grid's half width: how far from its middle a level crossing is one
 constexpr double kCoarseStep_m = 1.0;  // of the search for folds and neighbours along u
 constexpr std::size_t kLanes = 16;
 
@@ -55,7 +56,7 @@ struct RowLimits {
   std::vector<char> left_is_fold, right_is_fold;
 };
 
-RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, double v_max_m) {
+RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, const std::vector<Crossing>& crossings, double v_max_m) {
   const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kCoarseStep_m / line.u_step_m)));
   std::vector<std::size_t> coarse;
   for (std::size_t i = 0; i + (line.closed ? 1 : 0) < line.size(); i += stride) coarse.push_back(i);
@@ -67,6 +68,19 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, doub
   for (const std::size_t i : coarse) cells[key(index(line.x_m[i]), index(line.y_m[i]))].push_back(i);
 
   const double period_m = static_cast<double>(line.size() - 1) * line.u_step_m;
+  const auto along_m = [&](double u, double other_u) {
+    const double du = std::abs(u - other_u);
+    return line.closed ? std::min(du, period_m - du) : du;
+  };
+  // At a level crossing both legs are the road: neither ends where the other is nearer.
+  const auto cross_here = [&](std::size_t i, std::size_t j) {
+    const double a = line.u_begin_m + static_cast<double>(i) * line.u_step_m, b = line.u_begin_m + static_cast<double>(j) * line.u_step_m;
+    const double reach_m = kCrossingReach * v_max_m;
+    return std::any_of(crossings.begin(), crossings.end(), [&](const Crossing& c) {
+      return is_level(c) && ((along_m(a, c.u_first_m) < reach_m && along_m(b, c.u_second_m) < reach_m) ||
+                             (along_m(b, c.u_first_m) < reach_m && along_m(a, c.u_second_m) < reach_m));
+    });
+  };
   struct Side { double limit_m; bool fold; };
   std::vector<Side> left(coarse.size()), right(coarse.size());
   for (std::size_t k = 0; k < coarse.size(); ++k) {
@@ -79,12 +93,11 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, doub
         const auto found = cells.find(key(index(here.x()) + dx, index(here.y()) + dy));
         if (found == cells.end()) continue;
         for (const std::size_t j : found->second) {
-          if (i == j || std::abs(guide.z_m[i] - guide.z_m[j]) > kLayerGap_m) continue;
+          if (i == j || std::abs(guide.z_m[i] - guide.z_m[j]) > kLayerGap_m || cross_here(i, j)) continue;
           const Vector2d d = Vector2d(line.x_m[j], line.y_m[j]) - here;
           const double across = d.dot(normal);
           if (std::abs(across) < 1e-9) continue;
-          double du = std::abs(static_cast<double>(i) - static_cast<double>(j)) * line.u_step_m;
-          if (line.closed) du = std::min(du, period_m - du);
+          const double du = along_m(static_cast<double>(i) * line.u_step_m, static_cast<double>(j) * line.u_step_m);
           // Half a circle round the touching circle is the same bend; further is another leg.
           const double radius_m = d.squaredNorm() / (2.0 * std::abs(across));
           const bool fold = du < 3.2 * radius_m;
@@ -329,7 +342,30 @@ std::vector<URange> ranges_of(const std::vector<char>& flags, double u_step_m) {
   return ranges;
 }
 
-void check(const crg::ReferenceLine& line, const Centreline& centreline, const SampleOptions& options) {
+/// Rays are cast in float32 about the surface's origin.
+void refuse_coarse_floats(const crg::ReferenceLine& line, const RaySurface& surface, double step_m) {
+  double farthest_m = 0.0;
+  for (std::size_t i = 0; i < line.size(); ++i)
+    farthest_m = std::max({farthest_m, std::abs(line.x_m[i] - surface.origin_m().x()), std::abs(line.y_m[i] - surface.origin_m().y())});
+  const auto single = static_cast<float>(farthest_m);
+  const double spacing_m = static_cast<double>(std::nextafter(single, std::numeric_limits<float>::infinity()) - single);
+  if (step_m >= 10.0 * spacing_m) return;
+  throw Error(fmt::format("steps of {:.3g} m, {:.0f} m from the middle of the mesh, where float32 resolves {:.3g} m; wanted steps of at "
+                          "least ten times that: take larger ones (--u-step-m, --v-step-m) or split the mesh", step_m, farthest_m, spacing_m));
+}
+
+void refuse_narrow(const Centreline& centreline, double least_m) {
+  double u = 0.0;
+  for (std::size_t i = 0; i < centreline.points_m.size(); ++i) {
+    if (i > 0) u += (centreline.points_m[i] - centreline.points_m[i - 1]).norm();
+    const double width_m = i < centreline.half_width_m.size() ? 2.0 * centreline.half_width_m[i] : least_m;
+    if (width_m >= least_m) continue;
+    throw Error(fmt::format("the road is {:.3g} m wide near u = {:.1f} m; wanted at least two steps across, {:.3g} m; take a smaller "
+                            "--v-step-m", width_m, u, least_m));
+  }
+}
+
+void check(const crg::ReferenceLine& line, const Centreline& centreline, const RaySurface& surface, const SampleOptions& options) {
   if (line.size() < 2) throw Error("the reference line has fewer than two nodes");
   if (centreline.points_m.size() < 2) throw Error("the centreline has fewer than two stations");
   if (!(options.v_step_m > 0.0) || !(options.v_max_m >= options.v_step_m)) {
@@ -341,15 +377,18 @@ void check(const crg::ReferenceLine& line, const Centreline& centreline, const S
                             "(--u-step-m, --v-step-m), a smaller --v-max-m, or raise max_nodes", nodes,
                             static_cast<double>(options.max_nodes)));
   }
+  refuse_coarse_floats(line, surface, std::min(line.u_step_m, options.v_step_m));
+  refuse_narrow(centreline, 2.0 * options.v_step_m);
 }
 
 }  // namespace
 
 SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line,
                         const Centreline& centreline, const SampleOptions& options, SampleReport* report) {
-  check(line, centreline, options);
+  check(line, centreline, surface, options);
   const RowGuide guide = guide_rows(line, centreline);
-  const RowLimits limits = limit_rows(line, guide, options.v_max_m);
+  std::vector<Crossing> crossings = find_crossings(line, guide.z_m);
+  const RowLimits limits = limit_rows(line, guide, crossings, options.v_max_m);
 
   SampledGrid out;
   out.grid.u_begin_m = line.u_begin_m;
@@ -407,6 +446,7 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   }
   result.folds = ranges_of(folded, line.u_step_m);
   result.neighbours = ranges_of(neighboured, line.u_step_m);
+  result.crossings = std::move(crossings);
   if (report != nullptr) *report = std::move(result);
   return out;
 }

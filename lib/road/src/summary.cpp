@@ -96,9 +96,15 @@ Json json_of(const std::vector<URange>& ranges) {
 }
 
 Json json_of(const SampleReport& report) {
+  Json crossings = Json::array(), remarks = Json::array();
+  for (const Crossing& crossing : report.crossings) {
+    crossings.push_back({{"u_first_m", crossing.u_first_m}, {"u_second_m", crossing.u_second_m}, {"height_m", crossing.height_m}});
+    remarks.push_back(describe(crossing));
+  }
   return {{"nodes", report.nodes},          {"nodes_with_z", report.nodes_with_z},
           {"filled", report.filled},        {"holes", report.holes},
-          {"folds", json_of(report.folds)}, {"neighbours", json_of(report.neighbours)}};
+          {"folds", json_of(report.folds)}, {"neighbours", json_of(report.neighbours)},
+          {"crossings", crossings},         {"remarks", remarks}};
 }
 
 Json json_of(const KerbReport& report) {

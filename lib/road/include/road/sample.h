@@ -9,6 +9,7 @@
 #include "crg/reference_line.h"
 #include "road/centreline.h"
 #include "road/clean.h"
+#include "road/crossings.h"
 #include "road/ray_surface.h"
 
 namespace road {
@@ -34,6 +35,7 @@ struct SampleReport {
   std::size_t holes = 0;           ///< nodes without z between the outermost nodes with z of their row
   std::vector<URange> folds;       ///< rows trimmed because 1 - curvature * v <= margin
   std::vector<URange> neighbours;  ///< rows trimmed at the middle to another leg of the track
+  std::vector<Crossing> crossings; ///< where the road passes over, under or through itself
 };
 
 /// A grid plus what each node is; same shape for all three.
