@@ -459,11 +459,17 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       if (into > T(0)) spring -= k * into * into;
       if (out_of > T(0)) spring += k * out_of * out_of;
     }
-    const T damper = files.damper_n[a].empty()
-                         ? T((rate > T(0) ? p.axle(a, P::front_bump_damping_nspm)
-                                          : p.axle(a, P::front_rebound_damping_nspm)) *
-                             rate)
-                         : evaluate(files.damper_n[a], rate);
+    T damper;
+    if (files.damper_n[a].empty()) {
+      // Digressive: full damping of slow travel, a share of it beyond the knee.
+      const T& knee = p.axle(a, P::front_damper_knee_mps);
+      const T& share = p.axle(a, P::front_damper_fast_share);
+      damper = (rate > T(0) ? p.axle(a, P::front_bump_damping_nspm)
+                            : p.axle(a, P::front_rebound_damping_nspm)) *
+               (share * rate + (1.0 - share) * knee * tanh(rate / knee));
+    } else {
+      damper = evaluate(files.damper_n[a], rate);
+    }
     detail.wheel[i].damper_n = damper;
     power.damper -= damper * rate;
     travel_force[i] +=
