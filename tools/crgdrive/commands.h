@@ -17,6 +17,13 @@ int tyre(const TyreCommand& command);
 
 int parameters();
 
+struct ActuatorCommand {
+  std::string recording_path, mapping_path, out_path;
+  std::string actuator = "steering";  ///< steering, throttle or brake
+  std::string command, output;        ///< channels; empty: those of the actuator
+};
+int actuator(const ActuatorCommand& command);
+
 /// What every command that simulates a car takes.
 struct CarOptions {
   std::string vehicle_path;

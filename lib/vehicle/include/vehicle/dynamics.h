@@ -318,7 +318,8 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
         active(Term::tyre_load_sensitivity) ? amplitude(Term::tyre_load_sensitivity) : T(0);
     factors.camber = active(Term::tyre_camber) ? amplitude(Term::tyre_camber) : T(0);
     if (active(Term::road_friction)) {
-      const T road_grip = 1.0 + amplitude(Term::road_friction) * T(w.road.friction - 1.0);
+      const T road_grip = 1.0 + amplitude(Term::road_friction) *
+                                    (p[P::environment_road_grip] * w.road.friction - 1.0);
       factors.grip_x *= road_grip;
       factors.grip_y *= road_grip;
     }

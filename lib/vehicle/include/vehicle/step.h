@@ -22,13 +22,12 @@ struct Controls {
   T wake_x_m = T(0), wake_y_m = T(0);  ///< the opponent in this car's body frame
 };
 
-/// A command on its way through dead time and two equal lags: in every step an ARX(2) model whose
-/// coefficients follow from the lag and the step.
+/// A command on its way through dead time and a second-order transfer function.
 template <class T>
 struct Actuator {
   static constexpr std::size_t kCapacity = 512;  ///< longest dead time, in steps, plus two
   std::array<T, kCapacity> history{};            ///< ring of commands
-  T first = T(0), second = T(0);                 ///< after one lag, after both
+  T place = T(0), rate = T(0);                   ///< of the second-order system, rate per second
 };
 
 /// What changes only between steps.
@@ -81,11 +80,45 @@ void check_step(const Parameters<double>& parameters, const StepOptions& options
 
 namespace step_detail {
 
+/// What one step of length h makes of (deviation from the command, rate) of an actuator: exact for
+/// a command held over the step.
+template <class T>
+struct Transition {
+  T m00, m01, m10, m11;
+};
+
+/// Of lag^2 y'' + 2 damping lag y' + y = command. Its trace and determinant are the coefficients of
+/// the ARX model that the actuator is at this step.
+template <class T>
+Transition<T> actuator_transition(const T& lag_s, const T& damping, double step_s) {
+  using std::cos;
+  using std::exp;
+  using std::sin;
+  using std::sqrt;
+  const T x = step_s / lag_s;
+  const T q = (1.0 - damping * damping) * x * x;  // square of the angle turned in a step
+  const T fade = damping * x;
+  T c, s;  // exp(-fade) cos(sqrt q), exp(-fade) sin(sqrt q) / sqrt q
+  if (q < T(0.01) && q > T(-0.01)) {
+    const T e = exp(-fade);
+    c = e * (1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0))));
+    s = e * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0))));
+  } else if (q > T(0)) {
+    const T e = exp(-fade), angle = sqrt(q);
+    c = e * cos(angle);
+    s = e * sin(angle) / angle;
+  } else {  // two real poles; both exponents are negative, so nothing overflows
+    const T angle = sqrt(-q), slow = exp(angle - fade), fast = exp(-angle - fade);
+    c = 0.5 * (slow + fast);
+    s = 0.5 * (slow - fast) / angle;
+  }
+  return {c + fade * s, s * step_s, -s * x / lag_s, c - fade * s};
+}
+
 /// Command to output. `amplitude` 0 is not called: the caller passes the command on.
 template <class T>
 T move(Actuator<T>& actuator, std::int64_t step, const T& command, const T& dead_time_s,
-       const T& lag_s, double step_s) {
-  using std::exp;
+       const T& lag_s, const T& damping, const T& lead_s, double step_s) {
   constexpr auto kCapacity = static_cast<std::int64_t>(Actuator<T>::kCapacity);
   const auto ring = [&](std::int64_t back) -> T& {
     return actuator
@@ -99,13 +132,15 @@ T move(Actuator<T>& actuator, std::int64_t step, const T& command, const T& dead
   const T part = delay - static_cast<double>(whole);
   const T delayed = ring(whole) + part * (ring(whole + 1) - ring(whole));
   if (value_of(lag_s) <= 0.0) {
-    actuator.first = actuator.second = delayed;
+    actuator.place = delayed;
+    actuator.rate = T(0);
   } else {
-    const T keep = exp(-step_s / lag_s);
-    actuator.first = delayed + keep * (actuator.first - delayed);
-    actuator.second = actuator.first + keep * (actuator.second - actuator.first);
+    const Transition<T> m = actuator_transition(lag_s, damping, step_s);
+    const T away = actuator.place - delayed, rate = actuator.rate;
+    actuator.place = delayed + m.m00 * away + m.m01 * rate;
+    actuator.rate = m.m10 * away + m.m11 * rate;
   }
-  return actuator.second;
+  return actuator.place + lead_s * actuator.rate;
 }
 
 }  // namespace step_detail
@@ -115,15 +150,18 @@ template <class T>
 Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls, double step_s) {
   using P = Parameter;
   const Parameters<T>& p = car.parameters;
-  const auto through = [&](Actuator<T>& actuator, Term term, const T& command, P dead_time, P lag) {
+  // The four parameters of an actuator follow one another in the list.
+  const auto through = [&](Actuator<T>& actuator, Term term, const T& command, P dead_time) {
     if (is_exactly_zero(car.terms[term])) return command;
-    const T moved = step_detail::move(actuator, d.step, command, p[dead_time], p[lag], step_s);
+    const T* const own = &p[dead_time];  // dead time, lag, damping, lead
+    const T moved =
+        step_detail::move(actuator, d.step, command, own[0], own[1], own[2], own[3], step_s);
     return T(command + car.terms[term] * (moved - command));
   };
   Inputs<T> in;
-  in.steer_rad = through(d.steer, Term::steering_actuator,
-                         T(controls.steer_command_rad / p[P::steering_ratio]),
-                         P::steering_dead_time_s, P::steering_lag_s);
+  in.steer_rad =
+      through(d.steer, Term::steering_actuator,
+              T(controls.steer_command_rad / p[P::steering_ratio]), P::steering_dead_time_s);
   if (!is_exactly_zero(car.terms[Term::steering_friction])) {
     // The wheels stay where they are until the actuator is ahead of them by the friction width.
     const T width = car.terms[Term::steering_friction] * p[P::steering_friction_rad];
@@ -131,13 +169,13 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     if (in.steer_rad < d.stuck_steer_rad - width) d.stuck_steer_rad = in.steer_rad + width;
     in.steer_rad = d.stuck_steer_rad;
   }
-  in.throttle = through(d.throttle, Term::throttle_actuator,
-                        T(p[P::throttle_gain] * controls.throttle_command), P::throttle_dead_time_s,
-                        P::throttle_lag_s);
+  in.throttle =
+      through(d.throttle, Term::throttle_actuator,
+              T(p[P::throttle_gain] * controls.throttle_command), P::throttle_dead_time_s);
   for (std::size_t i = 0; i < kWheels; ++i)
-    in.brake_pa[i] = through(d.brake[i], Term::brake_actuator,
-                             T(p[P::brake_gain] * controls.brake_command_pa[i]),
-                             P::brake_dead_time_s, P::brake_lag_s);
+    in.brake_pa[i] =
+        through(d.brake[i], Term::brake_actuator,
+                T(p[P::brake_gain] * controls.brake_command_pa[i]), P::brake_dead_time_s);
   in.opponent = controls.opponent;
   in.wake_x_m = controls.wake_x_m;
   in.wake_y_m = controls.wake_y_m;
