@@ -81,6 +81,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       1e3 * number(validation.at("z_error_m").at("max")), number(s.at("seconds").at("total")), number(s.at("peak_memory_mb")),
       result.reused ? "; reused: nothing has changed since then (--force builds again)" : "", result.crg_path, result.picture_path,
       result.summary_path);
+  if (!result.patches_path.empty()) text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path, s.at("patches").size());
   if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
   for (const char* stage : {"read", "clean", "sample", "validation"})
     for (const auto& remark : s.at(stage).at("remarks")) text += fmt::format("remark   {}\n", one_line(remark.get<std::string>()));

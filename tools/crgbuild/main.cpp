@@ -89,7 +89,7 @@ void define_main_way(CLI::App& app, Commands& c) {
   add_path(*build, "-o,--output", c.build.output_dir, "folder for the results, made if missing");
   add_recipe_flags(*build, c.build.flags,
                    {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
-                    "smooth", "friction", "align", "validate"});
+                    "smooth", "patch", "friction", "align", "validate"});
   CLI::App* name = build;
   name->add_option_function<std::string>(
           "--name", [&c](const std::string& v) { c.build.flags.emplace_back("name", v); },

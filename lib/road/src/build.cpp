@@ -10,6 +10,7 @@
 #include "crg/file.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
+#include "road/error.h"
 #include "road/place.h"
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
@@ -29,6 +30,33 @@ crg::ReferenceLine line_with_heights(crg::ReferenceLine line, const SampledGrid&
     line.z_m[i] = std::isnan(z) ? (i > 0 ? line.z_m[i - 1] : 0.0) : static_cast<double>(z);
   }
   return line;
+}
+
+std::string index_of_patches(const std::filesystem::path& dir, const Recipe& recipe) { return (dir / (recipe.name + ".patches")).string(); }
+
+/// Writes each patch and, last, the index that names them; without patches an index of an earlier build goes. The
+/// path of the index.
+std::string write_patches(std::vector<KerbPatch> patches, const std::filesystem::path& dir, const Recipe& recipe, BuildSummary& summary) {
+  const std::string index_path = index_of_patches(dir, recipe);
+  if (patches.empty()) {
+    std::error_code none;
+    std::filesystem::remove(index_path, none);
+    return {};
+  }
+  // The index has its paths without blanks, a name may have some.
+  if (recipe.name.find_first_of(" \t#") != std::string::npos)
+    throw Error(fmt::format("name: '{}' has a blank or #, which the index of patches cannot hold; take another --name, or leave patches out "
+                            "(--kerb-patch-error-m 0)", recipe.name));
+  std::string index = fmt::format("# kerbs finer than the rows of the road\nbase {}.crg\n", recipe.name);
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    const std::string file = fmt::format("{}.patch-{}.crg", recipe.name, k + 1);
+    summary.patches.push_back({file, patches[k].u_begin_m, patches[k].u_end_m, patches[k].grid.v_m.front(), patches[k].grid.v_m.back(),
+                               patches[k].line.u_step_m, patches[k].error_before_m, patches[k].error_m});
+    crg::write(track_crg(patches[k].line, std::move(patches[k].grid)), (dir / file).string(), recipe.format);
+    index += fmt::format("patch {} blend_m={}\n", file, kPatchBlend_m);
+  }
+  files::write_file(index_path, index);
+  return index_path;
 }
 
 }  // namespace
@@ -54,7 +82,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
 
   BuildSummary summary;
   summary.recipe = recipe;
-  Stages stage(progress, summary.seconds, 11);
+  Stages stage(progress, summary.seconds, 12);
 
   const auto add = [&](const char* role, const std::optional<std::string>& path) {
     if (path) summary.inputs.push_back({role, *path, files::sha256_of_file(*path)});
@@ -69,6 +97,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
       paths.summary_json = *text;
       paths.validation_failures = failures_in_summary(*text);
       if (recipe.friction.wanted) paths.friction_path = (dir / (recipe.name + ".friction.crg")).string();
+      if (std::filesystem::exists(index_of_patches(dir, recipe))) paths.patches_path = index_of_patches(dir, recipe);
       paths.reused = true;
       return paths;
     }
@@ -105,6 +134,9 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     options.closed = line.closed;
     smooth(sampled, options, &summary.smooth);
   });
+  std::vector<KerbPatch> patches = stage("patch", [&] {
+    return patch_kerbs(sampled, surface, road, line, summary.kerb.kerbs, recipe.patch);
+  });
   std::optional<crg::Grid> friction;
   if (recipe.friction.wanted) {
     friction = stage("friction", [&] {
@@ -121,6 +153,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     if (!summary.placement) return;
     validate_options.T_global_mesh = summary.placement->align.T_global_mesh;
     apply_alignment(validate_options.T_global_mesh, line);
+    for (KerbPatch& patch : patches) apply_alignment(validate_options.T_global_mesh, patch.line);
   });
   summary.grid = describe(sampled.grid);
   stage("picture", [&] { files::write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads)); });
@@ -128,6 +161,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     crg::Crg file = track_crg(line, std::move(sampled.grid));
     if (summary.placement) write_projection(summary.placement->projection, line, file);
     crg::write(file, paths.crg_path, recipe.format);
+    paths.patches_path = write_patches(std::move(patches), dir, recipe, summary);
     if (!friction) return;
     crg::ReferenceLine level = line;
     level.z_m.clear();  // the values are frictions as they stand
@@ -141,7 +175,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     if (before) evidence->before = track_crg(line, std::move(*before));
   }
   for (const auto& [role, path] : {std::pair{"road", paths.crg_path}, {"surface", paths.stl_path}, {"centreline", paths.centreline_path},
-                                   {"picture", paths.picture_path}, {"friction", paths.friction_path}}) {
+                                   {"picture", paths.picture_path}, {"friction", paths.friction_path}, {"patches", paths.patches_path}}) {
     if (!path.empty()) summary.outputs.push_back({role, std::filesystem::path(path).filename().string(), files::sha256_of_file(path)});
   }
   summary.seconds_total = seconds_since(start);

@@ -259,6 +259,9 @@ std::vector<RecipeKey> make_keys() {
                         [](Recipe& r) -> double& { return r.kerb.max_extra_columns_share; }));
   keys.push_back(number("kerb", "kerb_min_height_m", 0.0, 1.0, "lower kerbs are not refined",
                         [](Recipe& r) -> double& { return r.kerb.min_height_m; }));
+  keys.push_back(number("patch", "kerb_patch_error_m", 0.0, 1.0,
+                        "kerbs that the rows miss by more get a finer road laid over; 0: off",
+                        [](Recipe& r) -> double& { return r.patch.max_error_m; }));
   // smooth
   keys.push_back(number("smooth", "smooth_window_m", 0.0, 100.0,
                         "length of the moving average along u; 0: off",
@@ -362,7 +365,7 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(whole_number<unsigned>(
       "output", "threads", 0, 1024, "0: all cores; any number writes the same bytes",
       [](Recipe& r) {
-        return std::vector<unsigned*>{&r.sample.threads, &r.kerb.threads, &r.smooth.threads};
+        return std::vector<unsigned*>{&r.sample.threads, &r.kerb.threads, &r.patch.threads, &r.smooth.threads};
       }));
   // validate
   keys.push_back(whole_number<std::size_t>(

@@ -287,6 +287,16 @@ std::string summary_json(const BuildSummary& summary) {
   out["sample"] = json_of(summary.sample);
   out["kerb"] = json_of(summary.kerb);
   out["smooth"] = json_of(summary.smooth, summary.recipe.smooth);
+  out["patches"] = Json::array();
+  for (const PatchFile& patch : summary.patches)
+    out["patches"].push_back({{"file", patch.file},
+                              {"u_begin_m", patch.u_begin_m},
+                              {"u_end_m", patch.u_end_m},
+                              {"v_begin_m", patch.v_begin_m},
+                              {"v_end_m", patch.v_end_m},
+                              {"u_step_m", patch.u_step_m},
+                              {"z_error_p95_before_m", patch.error_before_m},
+                              {"z_error_p95_m", patch.error_m}});
   out["friction"] = summary.friction_file.empty()
                         ? Json(nullptr)
                         : Json{{"file", summary.friction_file}, {"nodes", summary.friction.nodes}};

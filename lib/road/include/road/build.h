@@ -20,6 +20,7 @@ using Progress = std::function<void(const std::string& stage, double share)>;
 struct BuildResult {
   std::string crg_path, stl_path, centreline_path, summary_path, picture_path;
   std::string friction_path;  ///< empty without a friction map
+  std::string patches_path;   ///< index of the road and its patches; empty without patches
   std::string summary_json;   ///< the text written to summary_path
   bool reused = false;        ///< nothing had changed since the build that wrote these files
   std::vector<std::string> validation_failures;  ///< why the road must not be used; empty = validation passed

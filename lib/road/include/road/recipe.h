@@ -13,6 +13,7 @@
 #include "road/clean.h"
 #include "road/friction.h"
 #include "road/kerb.h"
+#include "road/patch.h"
 #include "road/read_mesh.h"
 #include "road/reference_line.h"
 #include "road/sample.h"
@@ -32,6 +33,7 @@ struct Recipe {
   ReferenceLineOptions reference_line;
   SampleOptions sample;
   KerbOptions kerb;
+  PatchOptions patch;
   SmoothOptions smooth;
   FrictionOptions friction;
   std::optional<std::string> control_points_path;

@@ -28,8 +28,16 @@ struct InputFile {
 
 struct StageSeconds {
   std::string stage;  ///< "read", "clean", "centreline", "reference_line", "sample", "kerb",
-                      ///< "smooth", "align", "write", "picture", "validate"
+                      ///< "smooth", "patch", "friction", "align", "write", "picture", "validate"
   double seconds = 0.0;
+};
+
+/// A finer road over one kerb.
+struct PatchFile {
+  std::string file;  ///< beside the road
+  double u_begin_m = 0.0, u_end_m = 0.0, v_begin_m = 0.0, v_end_m = 0.0;  ///< on the road
+  double u_step_m = 0.0;
+  double error_before_m = 0.0, error_m = 0.0;  ///< 95 % of |z - mesh| midway between rows, without and with it
 };
 
 struct CentrelineReport {
@@ -65,6 +73,7 @@ struct BuildSummary {
   SampleReport sample;
   KerbReport kerb;
   SmoothReport smooth;
+  std::vector<PatchFile> patches;
   std::string friction_file;  ///< beside the road; empty: none
   FrictionReport friction;
   std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
