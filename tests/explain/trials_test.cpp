@@ -31,13 +31,13 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
 
   // The same bytes from one thread and from two, and corrected inputs that load.
   for (const char* threads : {"1", "2"})
-    ASSERT_EQ(shell(tool + " run --threads " + threads + " --track " + here + "/0004/track.crg --vehicle " + here + "/0004/vehicle.yaml --recordings " + here +
+    ASSERT_EQ(shell(tool + " run --skip-simulation --threads " + threads + " --track " + here + "/0004/track.crg --vehicle " + here + "/0004/vehicle.yaml --recordings " + here +
                     "/0004/run.csv -o " + folder.path(threads) + " > " + folder.path("log")),
               0);
   EXPECT_EQ(folder.read("1/findings.json"), folder.read("2/findings.json"));
   EXPECT_THAT(folder.read("1/vehicle.yaml"), ::testing::HasSubstr("brake.dead_time_s"));
   EXPECT_THAT(folder.read("1/report.html"), ::testing::HasSubstr("vehicle.brake_dead_time"));
-  ASSERT_EQ(shell(tool + " run --track " + here + "/0004/track.crg --vehicle " + folder.path("1/vehicle.yaml") + " --recordings " + here + "/0004/run.csv -o " +
+  ASSERT_EQ(shell(tool + " run --skip-simulation --track " + here + "/0004/track.crg --vehicle " + folder.path("1/vehicle.yaml") + " --recordings " + here + "/0004/run.csv -o " +
                   folder.path("again") + " > " + folder.path("log")),
             0);
   for (const json& f : findings("again/findings.json").at("findings")) EXPECT_NE(f.at("mechanism"), "vehicle.brake_dead_time");

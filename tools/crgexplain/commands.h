@@ -17,6 +17,7 @@ struct RunCommand {
   std::vector<int> hold_out;
   unsigned threads = 0;
   std::size_t nulls = 1000;
+  bool skip_simulation = false;
 };
 int run(const RunCommand& command);
 

@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   run_app->add_option("--hold-out", analysis.hold_out, "Laps (from 0, over all recordings) used only to judge the result")->delimiter(',');
   run_app->add_option("--threads", analysis.threads, "0: all; never changes the result")->check(CLI::Range(0, 256));
   run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")->check(CLI::Range(100, 100000));
+  run_app->add_flag("--skip-simulation", analysis.skip_simulation, "Do not drive the whole simulated car before and after");
   run_app->add_option("-o,--out", analysis.out_path, "Folder for findings.json and the corrected inputs")->required();
   run_app->callback([&] { run = [&] { return crgexplain::run(analysis); }; });
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -8,6 +9,7 @@
 #include "crg/file.h"
 #include "explain/explain.h"
 #include "explain/page.h"
+#include "explain/simulate.h"
 #include "explain/write_back.h"
 #include "files/write_file.h"
 #include "vehicle/error.h"
@@ -18,12 +20,13 @@ int run(const RunCommand& command) {
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
   const crg::Surface surface(crg::read(command.track_path));
   std::vector<explain::Signals> logs;
+  std::vector<vehicle::Table> tables;
   explain::Mapping mapping, used;
   if (!command.mapping_path.empty()) mapping = {vehicle::read_mapping(command.mapping_path), {}};
   for (const std::string& path : command.recording_paths) {
-    const vehicle::Table table = vehicle::read_table(path);
-    used = command.mapping_path.empty() ? explain::identity_mapping(table) : mapping;
-    logs.push_back(explain::make_signals(table, used, surface, path));
+    tables.push_back(vehicle::read_table(path));
+    used = command.mapping_path.empty() ? explain::identity_mapping(tables.back()) : mapping;
+    logs.push_back(explain::make_signals(tables.back(), used, surface, path));
   }
   explain::ExplainOptions options;
   options.hold_out.insert(command.hold_out.begin(), command.hold_out.end());
@@ -32,28 +35,49 @@ int run(const RunCommand& command) {
   const bool terminal = isatty(2) != 0;
   if (terminal)
     options.progress = [](const std::string& stage, double share) { std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage.c_str(), 100 * share); };
-  const explain::Findings findings = explain::explain(logs, car, options);
-  if (terminal) std::fprintf(stderr, "\r\033[K");
+  explain::Findings findings = explain::explain(logs, car, options);
   std::filesystem::create_directories(command.out_path);
-  files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
-  files::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, car.name + " on " + std::filesystem::path(command.track_path).stem().string()));
   // The corrected inputs, and nothing left over from an earlier run.
-  std::string track = command.track_path, vehicle = command.vehicle_path, again;
-  for (const char* name : {"/track.crg", "/vehicle.yaml", "/mapping.yaml"}) std::filesystem::remove(command.out_path + name);
+  std::string track = command.track_path, vehicle = command.vehicle_path, again, friction;
+  for (const char* name : {"/track.crg", "/friction.crg", "/vehicle.yaml", "/mapping.yaml"}) std::filesystem::remove(command.out_path + name);
   if (const auto road = explain::corrected_road(surface.file(), findings)) {
     track = command.out_path + "/track.crg";
     crg::write(*road, track, surface.file().format);
+  }
+  if (const auto grip = explain::friction_map(surface.file(), findings)) {
+    friction = command.out_path + "/friction.crg";
+    crg::write(*grip, friction, surface.file().format);
   }
   if (const std::string text = explain::corrected_vehicle(command.vehicle_path, car, findings); !text.empty()) {
     vehicle = command.out_path + "/vehicle.yaml";
     files::write_file(vehicle, text);
   }
-  if (const auto corrected = explain::corrected_mapping(used, findings)) {
+  const auto corrected = explain::corrected_mapping(used, findings);
+  if (corrected) {
     again = " --mapping " + command.out_path + "/mapping.yaml";
     files::write_file(command.out_path + "/mapping.yaml", explain::format_mapping(*corrected));
   } else if (!command.mapping_path.empty()) {
     again = " --mapping " + command.mapping_path;
   }
+  if (!findings.findings.empty() && !command.skip_simulation) {
+    if (terminal) std::fprintf(stderr, "the whole simulated car, before and after");
+    const vehicle::Vehicle improved = vehicle::read_vehicle(vehicle);
+    crg::SurfaceOptions grip;
+    if (!friction.empty()) grip.friction_map = crg::read(friction);
+    const crg::Surface road(crg::read(track), grip);
+    std::vector<explain::RecordedLog> recorded;
+    for (std::size_t k = 0; k < logs.size(); ++k) recorded.push_back({&tables[k], &logs[k]});
+    const explain::SimulationCheck check =
+        explain::check_simulation(recorded, {&car, &surface, used}, {&improved, &road, corrected ? *corrected : used}, options.hold_out);
+    for (explain::Finding& f : findings.findings) f.held_out.insert(f.held_out.end(), check.held_out.begin(), check.held_out.end());
+    findings.remarks.insert(findings.remarks.end(), check.remarks.begin(), check.remarks.end());
+    findings.recorded_lap_s = check.recorded_lap_s;
+    if (std::isfinite(check.lap_before_s)) findings.simulated_lap_before_s = check.lap_before_s;
+    if (std::isfinite(check.lap_after_s)) findings.simulated_lap_after_s = check.lap_after_s;
+    if (terminal) std::fprintf(stderr, "\r\033[K");
+  }
+  files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
+  files::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, car.name + " on " + std::filesystem::path(command.track_path).stem().string()));
 
   fmt::print("verdict: {}\n", findings.verdict);
   for (const explain::Finding& f : findings.findings) {
@@ -69,12 +93,19 @@ int run(const RunCommand& command) {
                u.where.empty() ? "" : fmt::format(" from {:.0f} to {:.0f} m", u.where[0].u_begin_m, u.where[0].u_end_m), u.size, u.unit);
   for (const std::string& remark : findings.remarks) fmt::print("  {}\n", remark);
   if (track != command.track_path) fmt::print("corrected road: {}\n", track);
+  if (!friction.empty()) fmt::print("grip of the road: {}\n", friction);
   if (vehicle != command.vehicle_path) fmt::print("corrected car: {}\n", vehicle);
+  if (!findings.findings.empty())
+    for (const explain::HeldOut& h : findings.findings.front().held_out)
+      if (h.whole_car && h.channel == "vx_mps")
+        fmt::print("vx after {} s, whole car, laps left out: {:.3g} m/s before, {:.3g} after; nothing changes: {:.3g}\n", h.horizon_s, h.rmse_before, h.rmse_after, h.trivial_rmse);
+  if (findings.simulated_lap_before_s > 0 && findings.simulated_lap_after_s > 0)
+    fmt::print("lap of the built-in driver: {:.2f} s before, {:.2f} s after\n", findings.simulated_lap_before_s, findings.simulated_lap_after_s);
   fmt::print("{0}/report.html, {0}/findings.json\n", command.out_path);
   if (!findings.findings.empty()) {
     std::string recordings;
     for (const std::string& path : command.recording_paths) recordings += " " + path;
-    fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {} -o lap.csv\n", track, vehicle);
+    fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {}{} -o {}/lap.csv\n", track, vehicle, friction.empty() ? "" : " --friction " + friction, command.out_path);
     fmt::print("look again: crgexplain run --track {} --vehicle {} --recordings{}{} -o {}/again\n", track, vehicle, recordings, again, command.out_path);
   }
   return 0;

@@ -70,7 +70,7 @@ std::string findings_json(const Findings& f) {
     item["stability"] = number(x.stability);
     item["held_out"] = Json::array();
     for (const HeldOut& h : x.held_out)
-      item["held_out"].push_back({{"channel", h.channel}, {"unit", h.unit}, {"horizon_s", number(h.horizon_s)},
+      item["held_out"].push_back({{"channel", h.channel}, {"unit", h.unit}, {"by", h.whole_car ? "whole car" : "relation"}, {"horizon_s", number(h.horizon_s)},
                                   {"rmse_before", number(h.rmse_before)}, {"rmse_after", number(h.rmse_after)},
                                   {"drop_ci90", {number(h.drop_low), number(h.drop_high)}}, {"trivial_rmse", number(h.trivial_rmse)}});
     root["findings"].push_back(item);
@@ -87,6 +87,10 @@ std::string findings_json(const Findings& f) {
                               {"amount", number(e.amount)}, {"unit", e.unit}, {"statistic", number(e.statistic)}, {"cv_gain", number(e.cv_gain)}});
   root["null_calibration"] = {{"replicates", f.null_replicates}, {"threshold", number(f.threshold)}, {"false_alarm_rate", number(f.null_false_alarm)}};
   root["laps"] = f.laps;
+  root["lap_s"] = {{"recorded", Json::array()}, {"simulated_before", nullptr}, {"simulated_after", nullptr}};
+  for (const double lap : f.recorded_lap_s) root["lap_s"]["recorded"].push_back(number(lap));
+  if (f.simulated_lap_before_s > 0) root["lap_s"]["simulated_before"] = number(f.simulated_lap_before_s);
+  if (f.simulated_lap_after_s > 0) root["lap_s"]["simulated_after"] = number(f.simulated_lap_after_s);
   root["remarks"] = f.remarks;
   return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

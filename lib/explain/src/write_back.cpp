@@ -12,6 +12,41 @@
 #include "vehicle/error.h"
 
 namespace explain {
+namespace {
+
+/// A profile at every row: between the middles of its cells linearly, to nothing outside.
+std::vector<double> profile_along(const Finding& f, std::size_t rows, double u_step_m) {
+  std::vector<double> along(rows, 0.0);
+  const double cell = f.profile[1].u_m - f.profile[0].u_m;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double place = (static_cast<double>(i) * u_step_m - f.profile.front().u_m) / cell;
+    const auto k = static_cast<std::ptrdiff_t>(std::floor(place));
+    const double part = place - static_cast<double>(k);
+    const auto value = [&](std::ptrdiff_t j) { return j < 0 || j >= static_cast<std::ptrdiff_t>(f.profile.size()) ? 0.0 : f.profile[static_cast<std::size_t>(j)].value; };
+    along[i] = (1 - part) * value(k) + part * value(k + 1);
+  }
+  return along;
+}
+
+}  // namespace
+
+std::optional<crg::Crg> friction_map(const crg::Crg& road, const Findings& findings) {
+  std::optional<crg::Crg> out;
+  for (const Finding& f : findings.findings) {
+    if (f.mechanism != "road.friction" || f.profile.size() < 2) continue;
+    if (!out) {
+      out = crg::crop(road, {});
+      out->z_double_m.clear();
+      std::fill(out->grid.z_m.begin(), out->grid.z_m.end(), 1.0f);
+      out->comment.push_back("factors on the grip, found by crgexplain from recordings");
+    }
+    const std::size_t rows = out->grid.rows();
+    const std::vector<double> along = profile_along(f, rows, out->grid.u_step_m);
+    for (std::size_t i = 0; i < rows; ++i)
+      for (std::size_t j = 0; j < out->grid.columns(); ++j) out->grid.at(i, j) *= static_cast<float>(std::clamp(1 + along[i], 0.1, 2.0));
+  }
+  return out;
+}
 
 std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& findings) {
   const auto height = [](const Finding& f) { return f.mechanism == "road.banking" || f.mechanism == "road.grade" || f.mechanism == "road.vertical_curvature"; };
@@ -21,16 +56,7 @@ std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& fin
   const std::size_t rows = out.grid.rows(), columns = out.grid.columns();
   for (const Finding& f : findings.findings) {
     if (!height(f) || f.profile.size() < 2) continue;
-    // Between the middles of the cells linearly, to nothing outside.
-    std::vector<double> along(rows, 0.0);
-    const double cell = f.profile[1].u_m - f.profile[0].u_m;
-    for (std::size_t i = 0; i < rows; ++i) {
-      const double place = (static_cast<double>(i) * out.grid.u_step_m - f.profile.front().u_m) / cell;
-      const auto k = static_cast<std::ptrdiff_t>(std::floor(place));
-      const double part = place - static_cast<double>(k);
-      const auto value = [&](std::ptrdiff_t j) { return j < 0 || j >= static_cast<std::ptrdiff_t>(f.profile.size()) ? 0.0 : f.profile[static_cast<std::size_t>(j)].value; };
-      along[i] = (1 - part) * value(k) + part * value(k + 1);
-    }
+    const std::vector<double> along = profile_along(f, rows, out.grid.u_step_m);
     std::vector<double> rise(rows, 0.0);
     const bool curvature = f.mechanism == "road.vertical_curvature";
     if (f.mechanism != "road.banking") {

@@ -38,6 +38,7 @@ struct Rival {
 struct HeldOut {
   std::string channel, unit;
   double horizon_s = 0.6, rmse_before = 0.0, rmse_after = 0.0, drop_low = 0.0, drop_high = 0.0, trivial_rmse = 0.0;
+  bool whole_car = false;  ///< lib/vehicle driving the recorded commands; else the relation alone
 };
 struct Finding {
   std::string mechanism, kind, channel, physics, equation;
@@ -83,6 +84,8 @@ struct Findings {
   std::size_t null_replicates = 0;
   double threshold = 0.0;         ///< of the first step, in standard deviations
   std::size_t laps = 0;
+  std::vector<double> recorded_lap_s;                       ///< whole laps
+  double simulated_lap_before_s = 0.0, simulated_lap_after_s = 0.0;  ///< of the built-in driver; 0: not driven
 };
 
 /// findings.json. Numbers are rounded to 7 digits; the same findings give the same bytes.

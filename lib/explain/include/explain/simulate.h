@@ -1,0 +1,40 @@
+// Before and after in the whole simulated car: replays of the recordings, and laps.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "explain/findings.h"
+#include "explain/mapping.h"
+#include "vehicle/vehicle_file.h"
+
+namespace explain {
+
+/// What a simulation is made from.
+struct SimulationInputs {
+  const vehicle::Vehicle* car = nullptr;
+  const crg::Surface* surface = nullptr;  ///< with its friction map, if there is one
+  Mapping mapping;
+};
+
+struct RecordedLog {
+  const vehicle::Table* table = nullptr;
+  const Signals* signals = nullptr;  ///< of the same table: places and laps
+};
+
+struct SimulationCheck {
+  std::vector<HeldOut> held_out;  ///< vx, yaw rate and place over 0.6, 2 and 8 s
+  double lap_before_s = 0.0, lap_after_s = 0.0;  ///< of the built-in driver; NaN: did not finish
+  std::vector<double> recorded_lap_s;            ///< whole laps of the recordings
+  std::vector<std::string> remarks;              ///< why something could not be driven
+};
+
+/// Drives the recorded commands with lib/vehicle from recorded states, in windows of 2 and 8 s,
+/// once with each inputs. In both, engine torque, drag, brakes and cornering stiffness are refitted
+/// with their prior widths to the training laps' windows of 2 s, so that a retuned parameter cannot
+/// pose as a finding; errors are those in the second half of the way to 0.6, 2 and 8 s after the begin of the windows of the other laps (`hold_out`, or every
+/// second lap). Trivial: nothing changes within the window. The same inputs give the same result.
+SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out);
+
+}  // namespace explain
