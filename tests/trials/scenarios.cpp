@@ -48,7 +48,9 @@ Trial compensated() {
   const auto lap_s = [&](double torque, bool late) {
     TruthCar car = t.nominal;
     if (late) car.effects = {lag, {"parameter.engine_torque", "", torque}};
-    return drive(car, t.track, t.style, false).lap_s;
+    Style two = t.style;
+    two.laps = 2;
+    return drive(car, t.track, two, false).lap_s;
   };
   const double stated_s = lap_s(0, false);
   double low = 0, high = 0.2;
