@@ -9,8 +9,10 @@
 namespace crgdrive {
 
 struct TyreCommand {
-  std::string tyre_path, points_path, out_path;
-  std::string alpha = "tan";  ///< tan or angle
+  std::string tyre_path;
+  std::string points_path, out_path;  ///< both or none
+  std::string plots_path;             ///< page of the curves; empty: none
+  std::string alpha = "tan";          ///< tan or angle
   bool mirrored = false;
 };
 int tyre(const TyreCommand& command);

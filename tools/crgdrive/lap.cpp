@@ -61,7 +61,7 @@ int lap(const LapCommand& command) {
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.devices_path.empty()) files.push_back(command.devices_path);
     files::write_file(command.out_path, provenance("lap", v, command.car, files) +
-                                              vehicle::format_table(result.telemetry));
+                                            vehicle::format_table(result.telemetry));
   }
   if (!result.complete) throw vehicle::Error(result.problem);
   return 0;

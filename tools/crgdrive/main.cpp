@@ -43,20 +43,26 @@ int main(int argc, char** argv) {
       app.add_subcommand("tyre", "Steady-state forces of a .tir file at given points");
   tyre_app->add_option("--tir", tyre.tyre_path, "Tyre property file (Magic Formula 5.2, 6.1, 6.2)")
       ->required();
-  tyre_app
-      ->add_option("--points", tyre.points_path,
-                   "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]")
-      ->required();
-  tyre_app
-      ->add_option("-o,--out", tyre.out_path,
-                   "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
-      ->required();
+  CLI::Option* const points = tyre_app->add_option(
+      "--points", tyre.points_path, "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]");
+  CLI::Option* const forces =
+      tyre_app
+          ->add_option("-o,--out", tyre.out_path,
+                       "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
+          ->needs(points);
+  points->needs(forces);
+  tyre_app->add_option("--plots", tyre.plots_path,
+                       "Page to write, HTML: the curves at four loads, and combined slip");
   tyre_app
       ->add_option("--alpha", tyre.alpha,
                    "tan: tan(alpha) in all formulas (default); angle: alpha in the pure side force")
       ->check(CLI::IsMember({"tan", "angle"}));
   tyre_app->add_flag("--mirrored", tyre.mirrored, "The tyre on the other side of the car");
-  tyre_app->callback([&] { run = [&] { return crgdrive::tyre(tyre); }; });
+  tyre_app->callback([&] {
+    if (tyre.points_path.empty() && tyre.plots_path.empty())
+      throw CLI::ValidationError("tyre", "give --points with --out, or --plots");
+    run = [&] { return crgdrive::tyre(tyre); };
+  });
 
   CLI::App* const parameters_app = app.add_subcommand(
       "parameters", "Prints every parameter and term of a car: unit, default, bounds, meaning");

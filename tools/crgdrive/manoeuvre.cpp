@@ -46,8 +46,8 @@ int manoeuvre(const ManoeuvreCommand& command) {
       r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string());
   if (!command.out_path.empty())
     files::write_file(command.out_path,
-                        provenance("manoeuvre " + command.kind, v, command.car, files) +
-                            vehicle::format_table(r.telemetry));
+                      provenance("manoeuvre " + command.kind, v, command.car, files) +
+                          vehicle::format_table(r.telemetry));
   if (!r.complete) throw vehicle::Error(r.problem);
   return 0;
 }

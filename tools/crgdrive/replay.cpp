@@ -71,7 +71,7 @@ int replay(const ReplayCommand& command) {
     const std::string from = provenance("replay", v, command.car, files);
     files::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
     files::write_file((folder / "replay.csv").string(),
-                        from + vehicle::format_table(result.telemetry, 17));
+                      from + vehicle::format_table(result.telemetry, 17));
   }
   if (result.problems.size() == result.windows)
     throw vehicle::Error("no window came to its end; the first: " + result.problems.front());

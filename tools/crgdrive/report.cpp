@@ -96,9 +96,9 @@ int report(const ReportCommand& command) {
   for (const AlongRoad& drive : drives) {
     const auto& time = *drive.recording.table.find("time_s");
     page.facts.push_back(
-        {drive.name, fmt::format("{} rows, {:.2f} s, {}", drive.recording.table.rows(),
-                                 time.back() - time.front(),
-                                 files::sha256_of_file(drive.name).substr(0, 16))});
+        {drive.name,
+         fmt::format("{} rows, {:.2f} s, {}", drive.recording.table.rows(),
+                     time.back() - time.front(), files::sha256_of_file(drive.name).substr(0, 16))});
   }
   files::write_file(command.out_path, report::plot_page(page));
   fmt::print("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path);

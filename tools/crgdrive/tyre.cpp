@@ -1,13 +1,90 @@
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
 
 #include "commands.h"
+#include "files/sha256.h"
 #include "files/write_file.h"
+#include "report/plot_page.h"
 #include "vehicle/table.h"
 #include "vehicle/tyre_points.h"
 
 namespace crgdrive {
+namespace {
+
+/// Curves of pure slip at four loads, and what slip in the other direction leaves of them.
+std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
+                   const vehicle::TyreOptions& options) {
+  const vehicle::TyreCoefficients& tyre = file.coefficients;
+  const double nominal_n = tyre.lfzo * tyre.nominal_load_n;
+  // Within the file's range; a file without one reaches 1.6 times its nominal load.
+  const double most_n = std::clamp(tyre.fz_max_n, nominal_n, 1.6 * nominal_n);
+  const auto forces = [&](double fz_n, double kappa, double alpha_rad) {
+    vehicle::TyreInput<double> in;
+    in.fz_n = fz_n;
+    in.kappa = kappa;
+    in.tan_alpha = std::tan(alpha_rad);
+    in.vx_mps = tyre.nominal_speed_mps;
+    return vehicle::tyre_forces(tyre, in, {}, options);
+  };
+  using Forces = vehicle::TyreForces<double>;
+  constexpr int kPoints = 200;
+  constexpr double kMostKappa = 0.25, kMostAlpha_rad = 0.25, kDegree = std::numbers::pi / 180.0;
+  const auto line = [&](std::string name, double most, const auto& x_of, const auto& y_of) {
+    report::PlotLine out{std::move(name), {}, {}};
+    for (int i = -kPoints; i <= kPoints; ++i) {
+      const double slip = most * i / kPoints;
+      out.x.push_back(x_of(slip));
+      out.y.push_back(y_of(slip));
+    }
+    return out;
+  };
+  const std::array<double, 4> loads_n{0.25 * most_n, 0.5 * most_n, 0.75 * most_n, most_n};
+  const auto at_loads = [&](const char* title, const char* x_name, const char* y_name, bool side,
+                            double Forces::*member) {
+    report::Plot plot{title, x_name, y_name, {}};
+    for (const double fz_n : loads_n)
+      plot.lines.push_back(line(
+          fmt::format("{:.0f} N", fz_n), side ? kMostAlpha_rad : kMostKappa,
+          [&](double slip) { return side ? slip / kDegree : slip; },
+          [&](double slip) {
+            return side ? forces(fz_n, 0.0, slip).*member : forces(fz_n, slip, 0.0).*member;
+          }));
+    return plot;
+  };
+  report::PlotPage page;
+  page.title = "Tyre " + command.tyre_path;
+  page.facts = {
+      {"file", command.tyre_path + "  " + files::sha256_of_file(command.tyre_path).substr(0, 16)},
+      {"formula", fmt::format("Magic Formula {:.1f}", tyre.version / 10.0)},
+      {"nominal load", fmt::format("{:.0f} N", nominal_n)},
+      {"conditions",
+       fmt::format("inclination 0, {:.1f} m/s, nominal pressure, {}{}", tyre.nominal_speed_mps,
+                   command.alpha, command.mirrored ? ", mirrored" : "")}};
+  page.plots.push_back(at_loads("Longitudinal force", "kappa", "N", false, &Forces::fx_n));
+  page.plots.push_back(at_loads("Side force", "alpha, degrees", "N", true, &Forces::fy_n));
+  page.plots.push_back(at_loads("Aligning moment", "alpha, degrees", "N m", true, &Forces::mz_nm));
+  const auto combined = [&](const char* title, const char* x_name, const char* y_name,
+                            const auto& y_of) {
+    report::Plot plot{title, x_name, y_name, {}};
+    for (const double degrees : {0.0, 2.0, 4.0, 8.0})
+      plot.lines.push_back(line(
+          degrees == 0.0 ? "no side slip" : fmt::format("alpha -{:.0f} degrees", degrees),
+          kMostKappa, [](double kappa) { return kappa; },
+          [&](double kappa) { return y_of(forces(nominal_n, kappa, -degrees * kDegree)); }));
+    return plot;
+  };
+  page.plots.push_back(combined("Longitudinal force with side slip, nominal load", "kappa", "N",
+                                [](const Forces& f) { return f.fx_n; }));
+  page.plots.push_back(combined("Side force with longitudinal slip, nominal load", "kappa", "N",
+                                [](const Forces& f) { return f.fy_n; }));
+  return report::plot_page(page);
+}
+
+}  // namespace
 
 int tyre(const TyreCommand& command) {
   const vehicle::TyreFile file = vehicle::read_tyre(command.tyre_path);
@@ -15,13 +92,19 @@ int tyre(const TyreCommand& command) {
   options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle
                                            : vehicle::AlphaConvention::kTangent;
   options.mirrored = command.mirrored;
-  const vehicle::Table points = vehicle::read_table(command.points_path);
-  const vehicle::Table forces =
-      vehicle::evaluate_tyre(file.coefficients, points, command.points_path, options);
-  files::write_file(command.out_path, vehicle::format_table(forces, 10));
-  fmt::print("{}: Magic Formula {:.1f}, {} coefficients at their default; {} points -> {}\n",
-             command.tyre_path, file.coefficients.version / 10.0, file.defaulted.size(),
-             forces.rows(), command.out_path);
+  fmt::print("{}: Magic Formula {:.1f}, {} coefficients at their default\n", command.tyre_path,
+             file.coefficients.version / 10.0, file.defaulted.size());
+  if (!command.points_path.empty()) {
+    const vehicle::Table points = vehicle::read_table(command.points_path);
+    const vehicle::Table forces =
+        vehicle::evaluate_tyre(file.coefficients, points, command.points_path, options);
+    files::write_file(command.out_path, vehicle::format_table(forces, 10));
+    fmt::print("{} points -> {}\n", forces.rows(), command.out_path);
+  }
+  if (!command.plots_path.empty()) {
+    files::write_file(command.plots_path, curves(command, file, options));
+    fmt::print("curves -> {}\n", command.plots_path);
+  }
   return 0;
 }
 

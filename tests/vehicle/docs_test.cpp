@@ -1,0 +1,64 @@
+// The commands of the documents about the car run, one after the other in one folder.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "support/run_crgbuild.h"
+
+namespace {
+
+using ::testing::HasSubstr;
+
+/// The ```sh blocks of a document.
+std::string commands_of(const std::string& document) {
+  const std::string text = cli::read(fmt::format("{}/docs/{}", KERBSTONE_SOURCE, document));
+  std::string script = "set -euo pipefail\n";
+  for (std::size_t at = 0; (at = text.find("```sh\n", at)) != std::string::npos;) {
+    const std::size_t end = text.find("\n```", at);
+    script += text.substr(at + 6, end - at - 5);
+    at = end;
+  }
+  return script;
+}
+
+class CarDocs : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"tracks", "vehicles"})
+      std::filesystem::create_symlink(fmt::format("{}/{}", KERBSTONE_SOURCE, name), folder / name);
+  }
+  void run(const std::string& document) {
+    namespace fs = std::filesystem;
+    cli::write(folder / "all.sh", commands_of(document));
+    const std::string command = fmt::format(
+        "cd '{}' && PATH='{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
+        fs::path(CRGBUILD).parent_path().string(), fs::path(CRGDRIVE).parent_path().string());
+    ASSERT_EQ(std::system(command.c_str()), 0) << cli::read(folder / "log");
+  }
+  cli::Folder folder;
+};
+
+TEST_F(CarDocs, EveryCommandOfTheTourRuns) {
+  run("crgdrive.md");
+  const std::string page = cli::read(folder / "front.html");
+  EXPECT_THAT(page, HasSubstr("Aligning moment"));
+  EXPECT_THAT(page, HasSubstr("5600 N"));
+  EXPECT_THAT(cli::read(folder / "lap.html"), HasSubstr("Load rear right"));
+  EXPECT_THAT(cli::read(folder / "steering.txt"), HasSubstr("steering.dead_time_s = 0.02"));
+}
+
+TEST_F(CarDocs, AForeignLogIsReplayed) {
+  run("recordings.md");
+  EXPECT_THAT(cli::read(folder / "log"), HasSubstr("yaw_rate_radps"));
+  EXPECT_TRUE(cli::exists(folder / "out/errors.csv"));
+}
+
+TEST_F(CarDocs, SensorsMeasureAManoeuvre) {
+  run("sensors.md");
+  EXPECT_THAT(cli::read(folder / "sine.csv"), HasSubstr("devices.yaml"));
+}
+
+}  // namespace
