@@ -40,6 +40,25 @@ std::vector<Band> bands_of(const HeightCells& surface, unsigned threads) {
   return bands;
 }
 
+/// Between the middles of stretches: linear.
+StretchDeviation drift_left(const Drift& drift, std::size_t row, const RoadFrame& frame) {
+  if (drift.stretch.empty()) return {};
+  const double at = static_cast<double>(row) * frame.u_step_m() / kStretch_m - 0.5;
+  const auto last = drift.stretch.size() - 1;
+  const auto a = static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(last))),
+             b = std::min(a + 1, last);
+  const StretchDeviation &p = drift.stretch[a], &q = drift.stretch[b];
+  if (!p.seen || !q.seen) return p.seen ? p : q;
+  const double f = std::clamp(at - static_cast<double>(a), 0.0, 1.0), g = 1.0 - f;
+  return {g * p.v_m + f * q.v_m,
+          g * p.var_height + f * q.var_height,
+          g * p.cov_height_slope + f * q.cov_height_slope,
+          g * p.var_slope + f * q.var_slope,
+          g * p.var_along + f * q.var_along,
+          g * p.var_across + f * q.var_across,
+          true};
+}
+
 }  // namespace
 
 NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
@@ -65,9 +84,10 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
           const auto s = std::min(static_cast<std::size_t>(point.driven_m / kSectionLength_m),
                                   sections.list.size() - 1);
           const Section& section = sections.list[s];
-          const Eigen::Vector3d p = section.position_m + drift.correction[s].head<3>() +
-                                    rotation_of(drift.correction[s], section.heading_rad) *
-                                        (point.map_m - section.position_m);
+          const Correction c = correction_at(sections, drift.correction, point.driven_m, 0);
+          const Eigen::Vector3d p =
+              section.position_m + c.head<3>() +
+              rotation_of(c, section.axes) * (point.map_m - section.position_m);
           const std::optional<GridPlace> moved = frame.project(p.x(), p.y(), point.place.row);
           if (!moved) continue;
           point.place = *moved;
@@ -112,22 +132,10 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
   return sums;
 }
 
-void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
-          const Sections& sections, const Drift& drift, const MapOptions& options,
-          MapResult& result) {
+void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, const Drift& drift,
+          const MapOptions& options, MapResult& result) {
   const std::size_t columns = frame.columns(), rows = frame.rows() - (frame.closed() ? 1 : 0);
   result.grid = base, result.stddev = base, result.source = base;
-  // Drift that is left, along the road: heights of the middle and cross slope, best pass.
-  const auto stations = static_cast<std::size_t>(frame.length_m() / kSectionLength_m) + 1;
-  std::vector<double> height_information(stations, 0.0), roll_information(stations, 0.0);
-  for (std::size_t i = 0; i < sections.list.size(); ++i) {
-    if (!sections.list[i].has_data()) continue;
-    const std::size_t s = std::min(
-        stations - 1,
-        static_cast<std::size_t>(sections.list[i].row * frame.u_step_m() / kSectionLength_m));
-    height_information[s] += 1.0 / std::max(1e-10, drift.stddev[i][2] * drift.stddev[i][2]);
-    roll_information[s] += 1.0 / std::max(1e-12, drift.stddev[i][3] * drift.stddev[i][3]);
-  }
   std::vector<float> noise;
   for (std::size_t k = 0; k < sums.points.size(); k += 17)
     if (sums.points[k] >= 8.0f) {
@@ -144,9 +152,7 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
   const auto least = static_cast<float>(options.min_points);
   road::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
-      const std::size_t s = std::min(
-          stations - 1,
-          static_cast<std::size_t>(static_cast<double>(i) * frame.u_step_m() / kSectionLength_m));
+      const StretchDeviation left = drift_left(drift, i, frame);
       for (std::size_t j = 0; j < columns; ++j) {
         const std::size_t k = i * columns + j;
         const double v = frame.v_m()[j];
@@ -198,8 +204,18 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
           set(z, options.base_stddev_m, how);
           continue;
         }
-        if (height_information[s] > 0.0) variance += 1.0 / height_information[s];
-        if (roll_information[s] > 0.0) variance += v * v / roll_information[s];
+        if (left.seen) {
+          const double lever = v - left.v_m;
+          variance += left.var_height + 2.0 * lever * left.cov_height_slope +
+                      lever * lever * left.var_slope;
+          const Eigen::Vector2d slope = frame.gradient({static_cast<double>(i), v}, 0.15);
+          if (slope.allFinite()) {
+            const double heading = frame.heading_rad(static_cast<double>(i));
+            const double along = slope.x() * std::cos(heading) + slope.y() * std::sin(heading),
+                         across = slope.y() * std::cos(heading) - slope.x() * std::sin(heading);
+            variance += along * along * left.var_along + across * across * left.var_across;
+          }
+        }
         // A base that the points contradict is as uncertain as it is wrong.
         const double base_variance =
             std::max(options.base_stddev_m * options.base_stddev_m, mean * mean - variance);

@@ -96,47 +96,4 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
   return cells;
 }
 
-WrongPlaces wrong_places(HeightCells cells, unsigned threads) {
-  constexpr double kLimit_m = 0.005;
-  const auto along = static_cast<std::ptrdiff_t>(cells.along),
-             across = static_cast<std::ptrdiff_t>(cells.across);
-  std::vector<std::uint8_t> off(cells.height_m.size(), 0);
-  const auto row_of = [&](std::ptrdiff_t i) { return cells.closed ? (i + along) % along : i; };
-  road::parallel_for(cells.along, 16, threads, [&](std::size_t begin, std::size_t end) {
-    std::vector<float> window;
-    for (auto i = static_cast<std::ptrdiff_t>(begin); i < static_cast<std::ptrdiff_t>(end); ++i)
-      for (std::ptrdiff_t j = 0; j < across; ++j) {
-        const float here = cells.height_m[static_cast<std::size_t>(i * across + j)];
-        if (!std::isfinite(here)) continue;
-        window.clear();
-        for (std::ptrdiff_t a = -10; a <= 10; a += 2)
-          for (std::ptrdiff_t b = -4; b <= 4; b += 2) {
-            const std::ptrdiff_t k = row_of(i + a), l = j + b;
-            if (k < 0 || k >= along || l < 0 || l >= across) continue;
-            const float h = cells.height_m[static_cast<std::size_t>(k * across + l)];
-            if (std::isfinite(h)) window.push_back(h);
-          }
-        const auto middle = window.begin() + static_cast<std::ptrdiff_t>(window.size() / 2);
-        std::nth_element(window.begin(), middle, window.end());
-        off[static_cast<std::size_t>(i * across + j)] =
-            std::abs(static_cast<double>(here - *middle)) > kLimit_m ? 1 : 0;
-      }
-  });
-  WrongPlaces places;
-  places.wrong.assign(off.size(), 0);
-  for (std::ptrdiff_t i = 0; i < along; ++i)
-    for (std::ptrdiff_t j = 0; j < across; ++j) {
-      if (off[static_cast<std::size_t>(i * across + j)] == 0) continue;
-      for (std::ptrdiff_t a = -1; a <= 1; ++a)
-        for (std::ptrdiff_t b = -1; b <= 1; ++b) {
-          const std::ptrdiff_t k = row_of(i + a), l = j + b;
-          if (k >= 0 && k < along && l >= 0 && l < across)
-            places.wrong[static_cast<std::size_t>(k * across + l)] = 1;
-        }
-    }
-  cells.height_m.clear();
-  places.cells = std::move(cells);
-  return places;
-}
-
 }  // namespace cloud

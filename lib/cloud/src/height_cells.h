@@ -22,18 +22,4 @@ struct HeightCells {
 HeightCells cells_of(const Sections& sections, const std::vector<Correction>& corrections,
                      const RoadFrame& frame, int pass, unsigned threads);
 
-/// Cells where the base has another shape than the points: a kerb or a bump that it lacks.
-struct WrongPlaces {
-  HeightCells cells;  ///< for its geometry
-  std::vector<std::uint8_t> wrong;
-  bool contains(const GridPlace& place) const {
-    std::size_t i = 0, j = 0;
-    return !wrong.empty() && cells.cell_of(place, i, j) && wrong[i * cells.across + j] != 0;
-  }
-};
-
-/// Heights that differ by more than 5 mm from the median of the 5 m x 2.25 m around, and their
-/// neighbours. Drift and bankings are even over such a window.
-WrongPlaces wrong_places(HeightCells cells, unsigned threads);
-
 }  // namespace cloud

@@ -80,22 +80,11 @@ Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections
                                 const Drift& drift) {
   Trajectory out = trajectory.poses;
   for (std::size_t i = 0; i < out.size(); ++i) {
-    // The two sections around, of this piece.
-    const double at = out.driven_m[i];
-    auto k = static_cast<std::size_t>(
-        std::upper_bound(sections.centre_m.begin(), sections.centre_m.end(), at) -
-        sections.centre_m.begin());
-    std::size_t a = k == 0 ? 0 : k - 1, b = std::min(k, sections.list.size() - 1);
-    const int piece = out.piece[i];
-    if (sections.list[a].piece != piece) a = b;
-    if (sections.list[b].piece != piece) b = a;
-    const double span = sections.centre_m[b] - sections.centre_m[a];
-    const double f = span > 0.0 ? std::clamp((at - sections.centre_m[a]) / span, 0.0, 1.0) : 0.0;
-    const Correction c = (1.0 - f) * drift.correction[a] + f * drift.correction[b];
-    const Eigen::Vector3d ahead = out.orientation[i] * Eigen::Vector3d::UnitX();
+    const Correction c = correction_at(sections, drift.correction, out.driven_m[i], out.piece[i]);
     out.position_m[i] += c.head<3>();
     out.orientation[i] =
-        (Eigen::Quaterniond(rotation_of(c, std::atan2(ahead.y(), ahead.x()))) * out.orientation[i])
+        (Eigen::Quaterniond(rotation_of(c, out.orientation[i].toRotationMatrix())) *
+         out.orientation[i])
             .normalized();
   }
   return out;
@@ -140,7 +129,7 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
   const CloudSource source = timed(scans, report.seconds_read);
 
   Clock::time_point start = Clock::now();
-  const Sections sections = collect_sections(source, frame, poses, options);
+  Sections sections = collect_sections(source, frame, poses, options);
   report.looked_at = sections.points, report.without_pose = sections.without_pose,
   report.off_road = sections.off_road;
   report.far_from_base = sections.far_from_base, report.on_obstacles = sections.on_obstacles;
@@ -151,10 +140,21 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
   Drift drift;
   drift.correction.assign(sections.list.size(), Correction::Zero());
   drift.stddev = drift.correction;
-  if (options.correct_drift) drift = estimate_drift(sections, frame, options, report);
   RoadTrajectory straightened = placed;
+  if (options.correct_drift) {
+    drift = estimate_drift(sections, frame, options, {}, report);
+    std::vector<Correction> first = drift.correction;
+    if (trajectory != nullptr) {
+      // Once more with that taken out of every point, for what a section's means do not show.
+      straightened.poses = corrected_trajectory(placed, sections, drift);
+      sections = collect_sections(source, frame, &straightened, options);
+    } else {
+      std::fill(first.begin(), first.end(), Correction::Zero());
+    }
+    drift = estimate_drift(sections, frame, options, first, report);
+  }
   if (trajectory != nullptr) {
-    straightened.poses = corrected_trajectory(placed, sections, drift);
+    straightened.poses = corrected_trajectory(straightened, sections, drift);
     result.corrected.push_back(straightened.poses);
     look_at_clock(sections, drift, placed.poses, report);
   }
@@ -171,7 +171,7 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
                                    sections, drift, surface, options, report);
   report.seconds_grid = seconds_since(start);
   start = Clock::now();
-  fuse(sums, frame, base.grid, sections, drift, options, result);
+  fuse(sums, frame, base.grid, drift, options, result);
   report.seconds_fuse = seconds_since(start);
   return result;
 }

@@ -17,8 +17,7 @@ std::string map_summary_json(const MapReport& r) {
                      {"pitch_rad", s.correction[4]},
                      {"yaw_rad", s.correction[5]},
                      {"stddev", s.stddev},
-                     {"base_height_trusted", s.base_trusted},
-                     {"base_banking_trusted", s.banking_trusted}});
+                     {"base_believed", s.base_believed}});
   const nlohmann::ordered_json out = {{"points",
                                        {{"read", r.points},
                                         {"used", r.used},
@@ -33,6 +32,10 @@ std::string map_summary_json(const MapReport& r) {
                                         {"sections", r.sections},
                                         {"passes", r.passes},
                                         {"inlier_share", r.inlier_share},
+                                        {"base_stddev_m", r.base_stddev_m},
+                                        {"base_together", r.base_together},
+                                        {"view_stddev_factor", r.view_stddev_factor},
+                                        {"view_together", r.view_together},
                                         {"rms_before_m", r.rms_before_m},
                                         {"rms_after_m", r.rms_after_m},
                                         {"pass_rms_before_m", r.pass_rms_before_m},

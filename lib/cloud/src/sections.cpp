@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "road/error.h"
 #include "road/parallel.h"
@@ -17,7 +18,7 @@ constexpr double kObstacleTop_m = 2.2;  // higher things (gantries, trees) hang 
 
 /// Sums of one cell while its section is open.
 struct Sum {
-  double x = 0.0, y = 0.0, z = 0.0, driven = 0.0, height = 0.0, height2 = 0.0;
+  double x = 0.0, y = 0.0, z = 0.0, driven = 0.0, driven2 = 0.0, height = 0.0, height2 = 0.0;
   std::uint32_t points = 0;
   bool obstacle = false;
 };
@@ -53,8 +54,8 @@ class Collector {
       return;
     }
     const Eigen::Vector3d p = point.map_m - open.position_m;
-    sum.x += p.x(), sum.y += p.y(), sum.z += p.z(),
-        sum.driven += point.driven_m - sections_.centre_m[index];
+    const double on = point.driven_m - sections_.centre_m[index];
+    sum.x += p.x(), sum.y += p.y(), sum.z += p.z(), sum.driven += on, sum.driven2 += on * on;
     sum.height += point.above_base_m, sum.height2 += point.above_base_m * point.above_base_m;
     ++sum.points;
   }
@@ -111,7 +112,8 @@ class Collector {
           continue;
         section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
                                  static_cast<float>(sum.z / n), static_cast<float>(n),
-                                 static_cast<float>(sum.driven / n)});
+                                 static_cast<float>(sum.driven / n),
+                                 static_cast<float>(sum.driven2 / n)});
       }
   }
 
@@ -137,6 +139,8 @@ Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory
       const double z = frame.height({section.row, 0.0});
       section.position_m = {xy.x(), xy.y(), frame.z_origin_m() + (std::isfinite(z) ? z : 0.0)};
       section.heading_rad = frame.heading_rad(section.row);
+      section.axes =
+          Eigen::AngleAxisd(section.heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
       sections.list.push_back(section);
       sections.centre_m.push_back(u + 0.5 * kSectionLength_m);
     }
@@ -148,7 +152,9 @@ Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory
     while (end < poses.size() && poses.piece[end] == poses.piece[i]) ++end;
     first_of_piece.push_back(sections.list.size());
     const double begin = poses.driven_m[i], length = poses.driven_m[end - 1] - begin;
-    const auto count = static_cast<std::size_t>(length / kSectionLength_m) + 1;
+    // The last one may be half as long or half as long again.
+    const auto count =
+        static_cast<std::size_t>(std::max(1.0, std::floor(length / kSectionLength_m + 0.5)));
     std::size_t pose = i;
     for (std::size_t k = 0; k < count; ++k) {
       const double centre = begin + (static_cast<double>(k) + 0.5) * kSectionLength_m;
@@ -160,10 +166,17 @@ Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory
       section.row = trajectory->row[pose], section.v_m = trajectory->v_m[pose];
       const Eigen::Vector3d ahead = poses.orientation[pose] * Eigen::Vector3d::UnitX();
       section.heading_rad = std::atan2(ahead.y(), ahead.x());
-      const std::size_t from = pose > i + 3 ? pose - 3 : i, to = std::min(pose + 3, end - 1);
-      if (to > from)
-        section.ahead = (poses.position_m[to] - poses.position_m[from]) /
-                        std::max(1e-6, poses.driven_m[to] - poses.driven_m[from]);
+      section.axes = poses.orientation[pose].toRotationMatrix();
+      std::size_t from = pose, to = pose;
+      while (from > i && poses.driven_m[from] > centre - 0.4 * kSectionLength_m) --from;
+      while (to + 1 < end && poses.driven_m[to] < centre + 0.4 * kSectionLength_m) ++to;
+      const double span = poses.driven_m[to] - poses.driven_m[from];
+      if (span > 0.5) {
+        section.ahead = (poses.position_m[to] - poses.position_m[from]) / span;
+        const Eigen::AngleAxisd turn(poses.orientation[to] * poses.orientation[from].conjugate());
+        section.turning_1pm =
+            std::remainder(turn.angle(), 2.0 * std::numbers::pi) / span * turn.axis();
+      }
       sections.list.push_back(section);
       sections.centre_m.push_back(centre);
     }
@@ -174,9 +187,8 @@ Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory
 
 }  // namespace
 
-Eigen::Matrix3d rotation_of(const Correction& c, double heading_rad) {
-  const double ch = std::cos(heading_rad), sh = std::sin(heading_rad);
-  const Eigen::Vector3d turn(ch * c[3] - sh * c[4], sh * c[3] + ch * c[4], c[5]);
+Eigen::Matrix3d rotation_of(const Correction& c, const Eigen::Matrix3d& axes) {
+  const Eigen::Vector3d turn = axes * c.tail<3>();
   if (turn.norm() == 0.0) return Eigen::Matrix3d::Identity();
   return Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
 }

@@ -15,13 +15,14 @@
 namespace cloud {
 
 inline constexpr double kSectionLength_m = 5.0;
-inline constexpr double kSectionCell_m = 0.25;
+inline constexpr double kSectionCell_m = 0.5;
 
 /// Mean of the points of one cell, relative to the section's sensor position.
 struct SectionCell {
   float x_m = 0.0f, y_m = 0.0f, z_m = 0.0f;
   float points = 0.0f;
-  float driven_m = 0.0f;  ///< from the section's middle to where they were seen from
+  float driven_m = 0.0f;    ///< from the section's middle to where they were seen from
+  float driven2_m2 = 0.0f;  ///< mean of its square
 };
 
 /// What the sensor saw from one piece of its path. Corrections turn about position_m.
@@ -32,16 +33,18 @@ struct Section {
   Eigen::Vector3d ahead =
       Eigen::Vector3d::Zero();  ///< where the sensor moves, per metre; zero in the map frame
   double heading_rad = 0.0;
-  double row = 0.0, v_m = 0.0;  ///< of the sensor on the road
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();     ///< the sensor's ahead, left, up
+  Eigen::Vector3d turning_1pm = Eigen::Vector3d::Zero();  ///< how the axes turn, rad per metre
+  double row = 0.0, v_m = 0.0;                            ///< of the sensor on the road
   std::vector<SectionCell> cells;
   bool has_data() const { return !cells.empty(); }
 };
 
-/// x, y, z in map axes; roll, pitch, yaw about the section's heading axes (ahead, left, up).
+/// x, y, z in map axes; roll, pitch, yaw about the sensor's axes (ahead, left, up).
 using Correction = Eigen::Matrix<double, 6, 1>;
 
 /// Rotation of a correction in map axes.
-Eigen::Matrix3d rotation_of(const Correction& correction, double heading_rad);
+Eigen::Matrix3d rotation_of(const Correction& correction, const Eigen::Matrix3d& axes);
 
 /// Consecutive sections of one piece are neighbours in the vector; those without data stay in,
 /// empty.

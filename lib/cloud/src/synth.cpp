@@ -129,7 +129,7 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
         const double gap = 10.0 + 4.0 * std::sin(0.35 * time + 2.1 * c);
         const double other_row = frame.wrapped(
             row + (c % 2 == 0 ? 1.0 : -1.0) *
-                      (gap + kCarLength_m * static_cast<double>(c / 2 + 1)) / frame.u_step_m());
+                      (gap + 2.0 * kCarLength_m * static_cast<double>(c / 2)) / frame.u_step_m());
         const GridPlace where{other_row, -v + 0.5 * std::sin(0.5 * time + c)};
         const auto r = static_cast<std::size_t>(
             std::clamp(other_row, 0.0, static_cast<double>(frame.rows() - 1)));

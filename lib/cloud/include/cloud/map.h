@@ -21,7 +21,7 @@ struct MapOptions {
   double drift_rad_per_100m = 0.002;  ///< the same of roll, pitch, yaw
   double gate_m = 0.5;                ///< points farther from the base than this are no road
   double max_scatter_m = 0.03;  ///< cells whose heights scatter more are no surface (grass, bushes)
-  int estimate_every = 4;       ///< points looked at for the drift: one in so many
+  int estimate_every = 2;       ///< points looked at for the drift: one in so many
   bool correct_drift = true;
   bool trust_base =
       true;              ///< false: the base's heights do not hold the drift, only other passes do
@@ -38,8 +38,7 @@ struct DriftStation {
   double driven_m = 0.0, u_m = 0.0;
   std::array<double, 6> correction{};  ///< x, y, z (m), roll, pitch, yaw (rad): added to the poses
   std::array<double, 6> stddev{};      ///< posterior; the prior's where the data says nothing
-  bool base_trusted = false;           ///< heights of the base held z here
-  bool banking_trusted = false;        ///< its cross slope held roll here
+  double base_believed = 0.0;          ///< share of the cells in view whose base is believed
 };
 
 struct MapReport {
@@ -49,11 +48,13 @@ struct MapReport {
       false;  ///< the drift changed by less than 0.2 mm and 0.02 mrad in the last round
   int iterations = 0;
   std::size_t sections = 0, passes = 0;
-  double rms_before_m = 0.0,
-         rms_after_m = 0.0;  ///< robust, of cells against the base where it is trusted
+  double rms_before_m = 0.0, rms_after_m = 0.0;  ///< robust, of cells against the base
   double pass_rms_before_m = 0.0,
-         pass_rms_after_m = 0.0;           ///< cells seen in two passes; 0 with one pass
-  double inlier_share = 0.0;               ///< observations of the base that the drift agrees with
+         pass_rms_after_m = 0.0;    ///< cells seen in two passes; 0 with one pass
+  double inlier_share = 0.0;        ///< cells whose base is believed
+  double base_stddev_m = 0.0;       ///< of those, found
+  double view_stddev_factor = 1.0;  ///< scatter of a cell's views over what was assumed
+  double base_together = 1.0, view_together = 1.0;  ///< cells whose errors come as one
   std::array<double, 6> typical_stddev{};  ///< median over stations: x, y, z, roll, pitch, yaw
   std::vector<std::string> unfixed;        ///< directions that the data leaves open
   std::vector<DriftStation> drift;

@@ -26,9 +26,10 @@ struct ScanSynthOptions {
   double drift_m_per_100m = 0.05;       ///< rms change of x, y and z over 100 m driven
   double drift_rad_per_100m = 0.002;    ///< the same of roll, pitch and yaw
   double drift_smooth_m = 50.0;         ///< the drift's slope is averaged over this length
-  int cars = 2;                         ///< others that drive in front and behind, 6 to 14 m away
-  double grass_height_m = 0.0;          ///< blades up to this high beyond grass_from_m
-  double grass_from_m = 8.0;            ///< |v| where grass begins
+  int cars = 2;                 ///< others that drive in front and behind: the first two 6 to 14 m
+                                ///< away, each further pair 9 m farther
+  double grass_height_m = 0.0;  ///< blades up to this high beyond grass_from_m
+  double grass_from_m = 8.0;    ///< |v| where grass begins
   std::uint64_t seed = 1;
   std::size_t points_per_file = 2'000'000;
   unsigned threads = 0;  ///< any number gives the same bytes

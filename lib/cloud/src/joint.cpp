@@ -1,0 +1,344 @@
+#include "joint.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "road/parallel.h"
+
+namespace cloud {
+namespace {
+
+constexpr double kGradientReach_m = 0.25;
+// A cell's mean: noise of single heights, and what does not average out (footprint, place of the
+// points in the cell). Only their ratio matters: the scale is measured.
+constexpr double kPointNoise_m = 0.002, kCellNoise_m = 0.0004;
+
+}  // namespace
+
+/// Normal equations of the sections that see one stretch of the road.
+struct JointProblem::Stretch {
+  std::vector<std::uint32_t> sections, nodes;
+  Eigen::MatrixXd matrix;  ///< lower triangle
+  Eigen::VectorXd right;
+};
+
+JointProblem::JointProblem(const Sections& sections, const RoadFrame& frame,
+                           const MapOptions& options, std::vector<Correction> before)
+    : sections_(sections), frame_(frame), options_(options), before_(std::move(before)) {
+  if (before_.empty()) before_.assign(sections.list.size(), Correction::Zero());
+  along_ = std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kSectionCell_m));
+  cell_rows_ = static_cast<double>(frame.rows() - 1) / static_cast<double>(along_);
+  across_ =
+      static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
+  rows_per_stretch_ = static_cast<std::size_t>(kStretch_m / kSectionCell_m + 0.5);
+  stretches_ = (along_ + rows_per_stretch_ - 1) / rows_per_stretch_;
+  first_.assign(1, 0);
+  for (const Section& section : sections.list)
+    first_.push_back(first_.back() + section.cells.size());
+  views_.resize(first_.back());
+  cells_.resize(along_ * across_);
+  nodes_.resize(2 * stretches_ + 1);
+}
+
+double JointProblem::nodes_of(std::size_t cell, std::size_t& before, std::size_t& after) const {
+  const double at =
+      (static_cast<double>(cell / across_) + 0.5) / (0.5 * static_cast<double>(rows_per_stretch_));
+  before = static_cast<std::size_t>(at), after = before + 1;
+  const double share = at - static_cast<double>(before);
+  // The last stretch of a closed road may be short: its end is the road's beginning.
+  if (frame_.closed() && after * rows_per_stretch_ / 2 >= along_) after = 0;
+  return share;
+}
+
+double JointProblem::even_error(std::size_t cell) const {
+  std::size_t before = 0, after = 0;
+  const double share = nodes_of(cell, before, after);
+  const double v =
+      frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m;
+  return (1.0 - share) * (nodes_[before].height_m + v * nodes_[before].slope) +
+         share * (nodes_[after].height_m + v * nodes_[after].slope);
+}
+
+void JointProblem::linearise(const std::vector<Correction>& at) {
+  at_ = at;
+  road::parallel_for(
+      sections_.list.size(), 1, options_.threads, [&](std::size_t from, std::size_t to) {
+        for (std::size_t s = from; s < to; ++s) {
+          const Section& section = sections_.list[s];
+          const Mover move(sections_, at, s);
+          for (std::size_t k = 0; k < section.cells.size(); ++k) {
+            const SectionCell& cell = section.cells[k];
+            View& view = views_[first_[s] + k];
+            view.cell = View::kNone, view.section = static_cast<std::uint32_t>(s);
+            const Eigen::Vector3d p = move(cell);
+            const std::optional<GridPlace> place = frame_.project(p.x(), p.y(), section.row);
+            if (!place) continue;
+            const double a = place->row / cell_rows_,
+                         b = (place->v_m - frame_.v_m().front()) / kSectionCell_m;
+            if (!(a >= 0.0 && b >= 0.0 && b < static_cast<double>(across_))) continue;
+            const double base = frame_.height(*place);
+            Eigen::Vector2d g = frame_.gradient(*place, kGradientReach_m);
+            if (!std::isfinite(base) || !g.allFinite() || g.norm() > 0.5) continue;
+            const std::size_t i = std::min(static_cast<std::size_t>(a), along_ - 1),
+                              j = static_cast<std::size_t>(b);
+            // Where the road has another shape than the base, its cells have a slope of their own:
+            // views stand for the middle of the cell.
+            const Eigen::Vector2d slope = slope_of(i, j);
+            const double beyond = slope.x() * (a - static_cast<double>(i) - 0.5) * kSectionCell_m +
+                                  slope.y() * (b - static_cast<double>(j) - 0.5) * kSectionCell_m;
+            const double heading = frame_.heading_rad(place->row);
+            g += slope.x() * Eigen::Vector2d(std::cos(heading), std::sin(heading)) +
+                 slope.y() * Eigen::Vector2d(-std::sin(heading), std::cos(heading));
+            const Eigen::Vector3d normal(-g.x(), -g.y(), 1.0),
+                arm = p - section.position_m - at[s].head<3>();
+            const Eigen::Vector3d moment = arm.cross(normal);
+            const Eigen::Vector3d turn = section.axes.transpose() * moment;
+            for (int n = 0; n < 3; ++n)
+              view.jacobian[n] = static_cast<float>(normal[n]),
+              view.jacobian[n + 3] = static_cast<float>(turn[n]);
+            view.residual_m = static_cast<float>(p.z() - frame_.z_origin_m() - base - beyond);
+            view.weight = static_cast<float>(
+                1.0 / (kPointNoise_m * kPointNoise_m / static_cast<double>(cell.points) +
+                       kCellNoise_m * kCellNoise_m));
+            view.cell = static_cast<std::uint32_t>(i * across_ + j);
+          }
+        }
+      });
+  std::vector<std::uint32_t> begin(along_ * across_ + 1, 0);
+  for (const View& view : views_)
+    if (view.cell != View::kNone) ++begin[view.cell + 1];
+  for (std::size_t i = 0; i + 1 < begin.size(); ++i) begin[i + 1] += begin[i];
+  order_.resize(begin.back());
+  stretch_begin_.assign(stretches_ + 1, order_.size());
+  for (std::size_t k = 0; k < stretches_; ++k)
+    stretch_begin_[k] = begin[k * rows_per_stretch_ * across_];
+  for (std::size_t i = 0; i < views_.size(); ++i)
+    if (views_[i].cell != View::kNone)
+      order_[begin[views_[i].cell]++] = static_cast<std::uint32_t>(i);
+}
+
+Eigen::Vector2d JointProblem::slope_of(std::size_t i, std::size_t j) const {
+  if (!weighed_) return Eigen::Vector2d::Zero();
+  const auto between = [&](std::size_t a, std::size_t b) {
+    const float p = cells_[a].height_m, q = cells_[b].height_m;
+    return p == 0.0f || q == 0.0f ? 0.0 : static_cast<double>(q - p) / (2.0 * kSectionCell_m);
+  };
+  const std::size_t before = i > 0             ? i - 1
+                             : frame_.closed() ? along_ - 1
+                                               : i,
+                    after = i + 1 < along_    ? i + 1
+                            : frame_.closed() ? 0
+                                              : i;
+  return {between(before * across_ + j, after * across_ + j),
+          j > 0 && j + 1 < across_ ? between(i * across_ + j - 1, i * across_ + j + 1) : 0.0};
+}
+
+double JointProblem::residual_of(const View& view, const std::vector<Correction>& now) const {
+  const Correction& a = at_[view.section];
+  const Correction& b = now[view.section];
+  double r = static_cast<double>(view.residual_m);
+  for (int k = 0; k < 6; ++k) r += static_cast<double>(view.jacobian[k]) * (b[k] - a[k]);
+  return r;
+}
+
+void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& now,
+                            const JointScales& scales, Stretch& out) {
+  const std::size_t from = stretch_begin_[stretch], to = stretch_begin_[stretch + 1];
+  out.sections.clear();
+  for (std::size_t k = from; k < to; ++k) out.sections.push_back(views_[order_[k]].section);
+  std::sort(out.sections.begin(), out.sections.end());
+  out.sections.erase(std::unique(out.sections.begin(), out.sections.end()), out.sections.end());
+  out.nodes.clear();
+  const auto first_node = static_cast<Eigen::Index>(6 * out.sections.size());
+  const Eigen::Index dimension = first_node + 6;  // three nodes
+  for (std::size_t k = 2 * stretch; k <= 2 * stretch + 2; ++k)
+    out.nodes.push_back(frame_.closed() && k > 0 && k * rows_per_stretch_ / 2 >= along_
+                            ? 0
+                            : static_cast<std::uint32_t>(k));
+  out.matrix.setZero(dimension, dimension), out.right.setZero(dimension);
+  constexpr Eigen::Index kBatch = 256;
+  Eigen::MatrixXd gone = Eigen::MatrixXd::Zero(dimension, kBatch);  // what the cells take away
+  Eigen::Index column = 0;
+  const auto take = [&] {
+    if (column == 0) return;
+    out.matrix.selfadjointView<Eigen::Lower>().rankUpdate(gone.leftCols(column), -1.0);
+    gone.leftCols(column).setZero(), column = 0;
+  };
+  std::vector<double> weights, residuals;
+  const double view_scale = 1.0 / (scales.view_factor * scales.view_together);
+  for (std::size_t k = from; k < to;) {
+    std::size_t end = k;
+    const std::uint32_t index = views_[order_[k]].cell;
+    while (end < to && views_[order_[end]].cell == index) ++end;
+    Cell& cell = cells_[index];
+    weights.clear(), residuals.clear();
+    double sum = 0.0, total = 0.0;
+    for (std::size_t i = k; i < end; ++i) {
+      const View& view = views_[order_[i]];
+      const double r = residual_of(view, now);
+      double w = static_cast<double>(view.weight);
+      if (weighed_) w *= geman_mcclure(r - static_cast<double>(cell.height_m), scales.view_m);
+      residuals.push_back(r), weights.push_back(w * view_scale);
+      sum += w * r, total += w;
+    }
+    const double mean = total > 0.0 ? sum / total : 0.0;
+    cell.height_m = static_cast<float>(mean);
+    const double even = even_error(index);
+    cell.believed =
+        options_.trust_base ? static_cast<float>(geman_mcclure(mean - even, scales.base_m)) : 0.0f;
+    const double prior = static_cast<double>(cell.believed) /
+                         (scales.base_stddev_m * scales.base_stddev_m * scales.base_together);
+    const double whole = total * view_scale + prior;
+    double pull = 0.0;
+    for (std::size_t i = k; i < end; ++i) {
+      const View& view = views_[order_[i]];
+      const auto at = static_cast<Eigen::Index>(
+          6 * static_cast<std::size_t>(
+                  std::lower_bound(out.sections.begin(), out.sections.end(), view.section) -
+                  out.sections.begin()));
+      Correction j;
+      for (int n = 0; n < 6; ++n) j[n] = static_cast<double>(view.jacobian[n]);
+      const double w = weights[i - k];
+      out.matrix.block<6, 6>(at, at).noalias() += w * j * j.transpose();
+      out.right.segment<6>(at) -= w * residuals[i - k] * j;
+      gone.col(column).segment<6>(at) += w / std::sqrt(whole) * j;
+      pull += w * residuals[i - k];
+    }
+    // The base is one more observer; what it states is off by its even error.
+    std::size_t before = 0, after = 0;
+    const double share = nodes_of(index, before, after);
+    const double v =
+        frame_.v_m().front() + (static_cast<double>(index % across_) + 0.5) * kSectionCell_m;
+    Eigen::Vector4d j;
+    j << 1.0 - share, (1.0 - share) * v, share, share * v;
+    const Eigen::Index at = first_node + 2 * static_cast<Eigen::Index>(before - 2 * stretch);
+    out.matrix.block<4, 4>(at, at).noalias() += prior * j * j.transpose();
+    out.right.segment<4>(at) -= prior * even * j;
+    gone.col(column).segment<4>(at) += prior / std::sqrt(whole) * j;
+    pull += prior * even;
+    out.right += pull / std::sqrt(whole) * gone.col(column);
+    if (++column == kBatch) take();
+    k = end;
+  }
+  take();
+}
+
+void JointProblem::add_prior(std::vector<Eigen::Triplet<double>>& entries) const {
+  const auto n = static_cast<std::ptrdiff_t>(sections_.list.size());
+  const auto penalise = [&](std::initializer_list<std::pair<std::ptrdiff_t, double>> terms, int k,
+                            double sigma) {
+    for (const auto& [i, a] : terms)
+      for (const auto& [j, b] : terms)
+        if (i >= j)
+          entries.emplace_back(static_cast<int>(6 * i + k), static_cast<int>(6 * j + k),
+                               a * b / (sigma * sigma));
+  };
+  for (std::ptrdiff_t i = 0; i < n; ++i)
+    for (int k = 0; k < 6; ++k) {
+      // Slopes averaged over 50 m by a raised cosine: an rms change of 1 over 100 m is a slope of
+      // 1/53 per m whose own slope is 0.073 of it per m.
+      const double slope = (k < 3 ? options_.drift_m_per_100m : options_.drift_rad_per_100m) / 53.0;
+      const double h = kSectionLength_m;
+      penalise({{i, 1.0}}, k, k < 3 ? 3.0 : 0.03);
+      const auto together = [&](std::ptrdiff_t a) {
+        return a < n && sections_.list[static_cast<std::size_t>(a)].piece ==
+                            sections_.list[static_cast<std::size_t>(i)].piece;
+      };
+      if (together(i + 1)) penalise({{i, -1.0}, {i + 1, 1.0}}, k, slope * h);
+      if (together(i + 2))
+        penalise({{i, 1.0}, {i + 1, -2.0}, {i + 2, 1.0}}, k, 0.073 * slope * h * h);
+    }
+}
+
+std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
+                                            const JointScales& scales) {
+  const std::size_t n = sections_.list.size(), unknowns = 6 * n + 2 * nodes_.size();
+  for (Node& node : nodes_) {
+    node.height_weight = geman_mcclure(node.height_m, scales.node_m);
+    node.slope_weight = geman_mcclure(node.slope, scales.node_slope);
+  }
+  // Blocks of the lower triangle by row, two unknowns each; summed in the order of the stretches.
+  using Block = Eigen::Matrix2d;
+  std::vector<std::vector<std::pair<std::uint32_t, Block>>> blocks(unknowns / 2);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(unknowns));
+  constexpr std::size_t kAtOnce = 16;
+  std::vector<Stretch> batch(kAtOnce);
+  for (std::size_t first = 0; first < stretches_; first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, stretches_ - first);
+    road::parallel_for(count, 1, options_.threads, [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) assemble(first + k, now, scales, batch[k]);
+    });
+    for (std::size_t k = 0; k < count; ++k) {
+      const Stretch& stretch = batch[k];
+      std::vector<std::uint32_t> pairs;  // of unknowns
+      for (const std::uint32_t section : stretch.sections)
+        for (std::uint32_t e = 0; e < 3; ++e) pairs.push_back(3 * section + e);
+      for (const std::uint32_t node : stretch.nodes)
+        pairs.push_back(static_cast<std::uint32_t>(3 * n) + node);
+      for (std::size_t a = 0; a < pairs.size(); ++a) {
+        right.segment<2>(static_cast<Eigen::Index>(2 * pairs[a])) +=
+            stretch.right.segment<2>(static_cast<Eigen::Index>(2 * a));
+        for (std::size_t b = 0; b <= a; ++b) {
+          Block block = stretch.matrix.block<2, 2>(static_cast<Eigen::Index>(2 * a),
+                                                   static_cast<Eigen::Index>(2 * b));
+          if (a == b) block(0, 1) = block(1, 0);
+          std::uint32_t p = pairs[a], q = pairs[b];
+          if (p < q) std::swap(p, q), block.transposeInPlace();
+          auto& row = blocks[p];
+          auto found = std::find_if(row.begin(), row.end(),
+                                    [q](const auto& entry) { return entry.first == q; });
+          if (found == row.end()) found = row.insert(row.end(), {q, Block::Zero()});
+          found->second += block;
+        }
+      }
+    }
+  }
+  weighed_ = true;
+  std::vector<Eigen::Triplet<double>> prior;
+  add_prior(prior);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const int at = static_cast<int>(6 * n + 2 * k);
+    prior.emplace_back(
+        at, at, 1.0 + nodes_[k].height_weight / (scales.node_stddev_m * scales.node_stddev_m));
+    prior.emplace_back(
+        at + 1, at + 1,
+        100.0 + nodes_[k].slope_weight / (scales.node_slope_stddev * scales.node_slope_stddev));
+  }
+  // The right side so far is the gradient at `now`; the prior's is that of `now` itself.
+  const auto value_of = [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (at < 6 * n) {
+      const auto e = static_cast<Eigen::Index>(at % 6);
+      return now[at / 6][e] + before_[at / 6][e];
+    }
+    const Node& node = nodes_[(at - 6 * n) / 2];
+    return at % 2 == 0 ? node.height_m : node.slope;
+  };
+  for (const auto& entry : prior) {
+    right[entry.row()] -= entry.value() * value_of(entry.col());
+    if (entry.row() != entry.col()) right[entry.col()] -= entry.value() * value_of(entry.row());
+  }
+  std::vector<Eigen::Triplet<double>>& entries = prior;
+  for (std::size_t a = 0; a < blocks.size(); ++a) {
+    for (const auto& [b, block] : blocks[a])
+      for (int i = 0; i < 2; ++i)
+        for (int j = 0; j < (a == b ? i + 1 : 2); ++j)
+          entries.emplace_back(static_cast<int>(2 * a) + i, static_cast<int>(2 * b) + j,
+                               block(i, j));
+    blocks[a].clear();
+  }
+  Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(unknowns),
+                                     static_cast<Eigen::Index>(unknowns));
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  solver_.compute(matrix);
+  const Eigen::VectorXd step = solver_.solve(right);
+  std::vector<Correction> next = now;
+  for (std::size_t i = 0; i < n; ++i) next[i] += step.segment<6>(static_cast<Eigen::Index>(6 * i));
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(6 * n + 2 * k);
+    nodes_[k].height_m += step[at], nodes_[k].slope += step[at + 1];
+  }
+  return next;
+}
+
+}  // namespace cloud

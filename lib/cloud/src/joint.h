@@ -1,0 +1,106 @@
+// The least-squares problem of all corrections and all cells of the road: what each section sees of
+// each cell, made linear, and the normal equations with the cells' heights eliminated.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+
+#include "drift.h"
+
+namespace cloud {
+
+/// One cell seen from one section: height over the base, and how it answers to the correction.
+struct View {
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  float jacobian[6];
+  float residual_m = 0.0f;
+  float weight = 0.0f;  ///< 1 / variance assumed at first
+  std::uint32_t cell = kNone, section = 0;
+};
+
+/// Scales of the robust weights, and how far the assumed variances are off.
+struct JointScales {
+  double base_m = 0.1, view_m = 0.1;       ///< beyond these the weight falls off
+  double base_stddev_m = 0.03;             ///< of the base's cells that are believed
+  double node_m = 0.1, node_slope = 0.03;  ///< the same for its even error
+  double node_stddev_m = 0.03, node_slope_stddev = 0.01;
+  double view_factor = 1.0;  ///< variance of views over 1 / weight
+  /// How many cells' worth of error comes at once, as errors of neighbours go together.
+  double base_together = 1.0, view_together = 1.0;
+};
+
+/// What one look at the residuals tells about the scales.
+struct JointFacts {
+  double base_mad_m = 0.0;  ///< robust deviation of cells from the base, less its even error
+  double node_mad_m = 0.0, node_slope_mad = 0.0;  ///< of that
+  double view_mad = 0.0;    ///< of views from their cells, in assumed deviations
+  double view_mad_m = 0.0;  ///< the same in metres
+  double residual_m = 0.0;  ///< of views from the base
+  double between_passes_m = 0.0;
+  double believed = 0.0;  ///< share of the cells whose base is believed
+};
+
+/// Weight of a residual: Geman and McClure's loss.
+inline double geman_mcclure(double residual, double scale) {
+  const double a = 1.0 + residual * residual / (scale * scale);
+  return 1.0 / (a * a);
+}
+
+class JointProblem {
+ public:
+  /// `before`: corrections that the sections' poses already have; empty: none. The trajectory's
+  /// stiffness holds for the sum.
+  JointProblem(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
+               std::vector<Correction> before);
+
+  /// Residuals and Jacobians at these corrections.
+  void linearise(const std::vector<Correction>& at);
+  JointFacts facts(const std::vector<Correction>& now, const JointScales& scales);
+  /// Errors that neighbours share: variance of means of 4 m x 4 m over what independent cells give.
+  void measure_together(const std::vector<Correction>& now, JointScales& scales) const;
+  /// One step: new weights at `now`, then the corrections that minimise.
+  std::vector<Correction> solve(const std::vector<Correction>& now, const JointScales& scales);
+  /// From the factorisation of the last solve.
+  void deviations(Drift& drift) const;
+  /// Share of a section's views that lie on cells whose base is believed.
+  double believed_share(std::size_t section) const;
+
+ private:
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  struct Stretch;
+  /// Error of the base that is even over metres: height and cross slope at a place along the road.
+  struct Node {
+    double height_m = 0.0, slope = 0.0;
+    double height_weight = 1.0, slope_weight = 1.0;  ///< robust: is there no such error?
+  };
+  struct Cell {
+    float height_m = 0.0f;  ///< mean of its views
+    float believed = 1.0f;  ///< robust weight of the base
+  };
+  /// The node before a cell, the one after it, and the share of the latter.
+  double nodes_of(std::size_t cell, std::size_t& before, std::size_t& after) const;
+  /// Even error of the base at a cell.
+  double even_error(std::size_t cell) const;
+  double residual_of(const View& view, const std::vector<Correction>& now) const;
+  void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,
+                Stretch& out);
+  Eigen::Vector2d slope_of(std::size_t i, std::size_t j) const;
+  double points_of(std::uint32_t view) const;
+  void add_prior(std::vector<Eigen::Triplet<double>>& entries) const;
+
+  const Sections& sections_;
+  const RoadFrame& frame_;
+  const MapOptions& options_;
+  std::size_t along_ = 0, across_ = 0, rows_per_stretch_ = 0, stretches_ = 0;
+  double cell_rows_ = 1.0;
+  std::vector<View> views_;                 ///< by section
+  std::vector<std::size_t> first_;          ///< of each section
+  std::vector<std::uint32_t> order_;        ///< of views by cell
+  std::vector<std::size_t> stretch_begin_;  ///< into order_
+  std::vector<Cell> cells_;
+  std::vector<Node> nodes_;  ///< every half stretch; linear between them
+  std::vector<Correction> at_, before_;
+  bool weighed_ = false;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;
+};
+
+}  // namespace cloud

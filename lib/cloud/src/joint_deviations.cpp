@@ -1,0 +1,212 @@
+// What the residuals tell about the scales, and what the normal equations tell about deviations.
+#include <algorithm>
+#include <cmath>
+
+#include "joint.h"
+#include "road/parallel.h"
+
+namespace cloud {
+namespace {
+
+constexpr double kBlock_m = 4.0;
+
+double median(std::vector<float>& values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return static_cast<double>(*middle);
+}
+
+}  // namespace
+
+JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales) {
+  // A part of the cells is enough for medians.
+  const std::size_t every = 1 + order_.size() / 2'000'000;
+  std::vector<float> cells, views, views_m, residuals, passes;
+  double believed = 0.0, all = 0.0;
+  std::size_t cell_index = 0;
+  for (std::size_t k = 0; k < order_.size();) {
+    std::size_t end = k;
+    const std::uint32_t cell = views_[order_[k]].cell;
+    while (end < order_.size() && views_[order_[end]].cell == cell) ++end;
+    if (++cell_index % every == 0) {
+      double sum = 0.0, weights = 0.0;
+      double pass_sum[2] = {0.0, 0.0}, pass_weight[2] = {0.0, 0.0};
+      int first_pass = -1, second_pass = -1;
+      for (std::size_t i = k; i < end; ++i) {
+        const View& view = views_[order_[i]];
+        const double r = residual_of(view, now);
+        double w = static_cast<double>(view.weight);
+        const int pass = sections_.list[view.section].pass;
+        if (first_pass < 0) first_pass = pass;
+        if (pass != first_pass && second_pass < 0) second_pass = pass;
+        if (pass == first_pass || pass == second_pass)
+          pass_sum[pass == first_pass ? 0 : 1] += w * r,
+              pass_weight[pass == first_pass ? 0 : 1] += w;
+        if (weighed_)
+          w *= geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
+        sum += w * r, weights += w;
+        residuals.push_back(static_cast<float>(std::abs(r)));
+      }
+      const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
+      cells.push_back(static_cast<float>(std::abs(uneven)));
+      if (end - k > 1)
+        for (std::size_t i = k; i < end; ++i) {
+          const View& view = views_[order_[i]];
+          // The mean follows its views.
+          const double n = static_cast<double>(end - k);
+          const double e = std::abs(residual_of(view, now) - mean) * std::sqrt(n / (n - 1.0));
+          views.push_back(static_cast<float>(e * std::sqrt(static_cast<double>(view.weight))));
+          views_m.push_back(static_cast<float>(e));
+        }
+      if (second_pass >= 0)
+        passes.push_back(static_cast<float>(
+            std::abs(pass_sum[0] / pass_weight[0] - pass_sum[1] / pass_weight[1])));
+      believed += geman_mcclure(uneven, scales.base_m) > 0.25 ? 1.0 : 0.0, all += 1.0;
+    }
+    k = end;
+  }
+  std::vector<float> heights, slopes;
+  for (const Node& node : nodes_)
+    if (node.height_m != 0.0)
+      heights.push_back(static_cast<float>(std::abs(node.height_m))),
+          slopes.push_back(static_cast<float>(std::abs(node.slope)));
+  JointFacts facts;
+  facts.node_mad_m = 1.4826 * median(heights), facts.node_slope_mad = 1.4826 * median(slopes);
+  facts.base_mad_m = 1.4826 * median(cells), facts.view_mad = 1.4826 * median(views);
+  facts.view_mad_m = 1.4826 * median(views_m), facts.residual_m = 1.4826 * median(residuals);
+  facts.between_passes_m = 1.4826 * median(passes);
+  facts.believed = all > 0.0 ? believed / all : 0.0;
+  return facts;
+}
+
+void JointProblem::measure_together(const std::vector<Correction>& now, JointScales& scales) const {
+  const auto block = static_cast<std::size_t>(kBlock_m / kSectionCell_m + 0.5);
+  // Means of blocks against what their cells scatter by.
+  const auto ratio = [](double n_mean2, double mean_square, double blocks) {
+    return blocks > 10.0 && mean_square > 0.0 ? std::max(1.0, n_mean2 / mean_square) : 1.0;
+  };
+  double n_mean2 = 0.0, square = 0.0, blocks = 0.0;
+  for (std::size_t i = 0; i < along_; i += block)
+    for (std::size_t j = 0; j < across_; j += block) {
+      double n = 0.0, sum = 0.0, sum2 = 0.0;
+      for (std::size_t k = i; k < std::min(i + block, along_); ++k)
+        for (std::size_t l = j; l < std::min(j + block, across_); ++l) {
+          const Cell& cell = cells_[k * across_ + l];
+          const double h = static_cast<double>(cell.height_m) - even_error(k * across_ + l);
+          if (!(std::abs(h) < scales.base_m) || cell.height_m == 0.0f) continue;
+          n += 1.0, sum += h, sum2 += h * h;
+        }
+      if (n < 0.5 * static_cast<double>(block * block)) continue;
+      blocks += 1.0, n_mean2 += sum * sum / n, square += sum2 / n;
+    }
+  scales.base_together = ratio(n_mean2, square, blocks);
+
+  n_mean2 = square = blocks = 0.0;
+  const std::size_t around = along_ / block + 1, beside = across_ / block + 1;
+  std::vector<std::array<double, 3>> sums(around * beside);
+  std::vector<std::size_t> touched;
+  for (std::size_t s = 0; s < sections_.list.size(); ++s) {
+    touched.clear();
+    for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
+      const View& view = views_[k];
+      if (view.cell == View::kNone) continue;
+      const double e = (residual_of(view, now) - static_cast<double>(cells_[view.cell].height_m)) *
+                       std::sqrt(static_cast<double>(view.weight) / scales.view_factor);
+      if (!(std::abs(e) < 3.0)) continue;
+      const std::size_t at = view.cell / across_ / block * beside + view.cell % across_ / block;
+      if (sums[at][0] == 0.0) touched.push_back(at);
+      sums[at][0] += 1.0, sums[at][1] += e, sums[at][2] += e * e;
+    }
+    for (const std::size_t at : touched) {
+      const auto& [n, sum, sum2] = sums[at];
+      if (n >= 0.5 * static_cast<double>(block * block))
+        blocks += 1.0, n_mean2 += sum * sum / n, square += sum2 / n;
+      sums[at] = {0.0, 0.0, 0.0};
+    }
+  }
+  scales.view_together = ratio(n_mean2, square, blocks);
+}
+
+double JointProblem::believed_share(std::size_t section) const {
+  double believed = 0.0, all = 0.0;
+  for (std::size_t k = first_[section]; k < first_[section + 1]; ++k)
+    if (views_[k].cell != View::kNone)
+      believed += cells_[views_[k].cell].believed > 0.25f ? 1.0 : 0.0, all += 1.0;
+  return all > 0.0 ? believed / all : 0.0;
+}
+
+void JointProblem::deviations(Drift& drift) const {
+  const std::size_t n = sections_.list.size();
+  const auto dimension = static_cast<Eigen::Index>(6 * n + 2 * nodes_.size());
+  drift.stddev.assign(n, Correction::Zero());
+  road::parallel_for(n, 4, options_.threads, [&](std::size_t from, std::size_t to) {
+    Eigen::MatrixXd unit(dimension, 6);
+    for (std::size_t s = from; s < to; ++s) {
+      unit.setZero();
+      const auto at = static_cast<Eigen::Index>(6 * s);
+      unit.block<6, 6>(at, 0).setIdentity();
+      const Eigen::MatrixXd inverse = solver_.solve(unit);
+      for (int k = 0; k < 6; ++k) drift.stddev[s][k] = std::sqrt(std::max(0.0, inverse(at + k, k)));
+    }
+  });
+  drift.stretch.assign(stretches_, {});
+  road::parallel_for(stretches_, 1, options_.threads, [&](std::size_t from, std::size_t to) {
+    Eigen::MatrixXd functional(dimension, 4);  // height, slope across, along, across
+    for (std::size_t k = from; k < to; ++k) {
+      functional.setZero();
+      StretchDeviation& out = drift.stretch[k];
+      double cells = 0.0, sum_v = 0.0, sum_vv = 0.0, points = 0.0;
+      const auto each_cell = [&](const auto& what) {
+        for (std::size_t i = stretch_begin_[k]; i < stretch_begin_[k + 1];) {
+          std::size_t end = i;
+          const std::uint32_t cell = views_[order_[i]].cell;
+          double count = 0.0;
+          while (end < stretch_begin_[k + 1] && views_[order_[end]].cell == cell)
+            count += points_of(order_[end++]);
+          what(i, end,
+               frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m,
+               count);
+          i = end;
+        }
+      };
+      each_cell([&](std::size_t, std::size_t, double v, double count) {
+        cells += 1.0, sum_v += v, sum_vv += v * v, points += count;
+      });
+      if (cells < 50.0) continue;
+      out.v_m = sum_v / cells;
+      const double spread = sum_vv - cells * out.v_m * out.v_m;
+      const double heading = frame_.heading_rad(
+          (static_cast<double>(k) + 0.5) * static_cast<double>(rows_per_stretch_) * cell_rows_);
+      const double c = std::cos(heading), s = std::sin(heading);
+      each_cell([&](std::size_t begin, std::size_t end, double v, double count) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const View& view = views_[order_[i]];
+          const double share = points_of(order_[i]) / count;
+          const auto at = static_cast<Eigen::Index>(6 * view.section);
+          // Slopes of the ground are not part of this: they differ from node to node.
+          for (int e = 0; e < 6; ++e) {
+            const double j = e < 2 ? 0.0 : static_cast<double>(view.jacobian[e]);
+            functional(at + e, 0) += share * j / cells;
+            functional(at + e, 1) += share * j * (v - out.v_m) / spread;
+          }
+          functional(at, 2) += share * c / cells, functional(at + 1, 2) += share * s / cells;
+          functional(at, 3) -= share * s / cells, functional(at + 1, 3) += share * c / cells;
+        }
+      });
+      const Eigen::MatrixXd answer = solver_.solve(functional);
+      const Eigen::Matrix4d covariance = functional.transpose() * answer;
+      out.var_height = covariance(0, 0), out.cov_height_slope = covariance(0, 1);
+      out.var_slope = covariance(1, 1);
+      out.var_along = covariance(2, 2), out.var_across = covariance(3, 3);
+      out.seen = true;
+    }
+  });
+}
+
+double JointProblem::points_of(std::uint32_t view) const {
+  const std::size_t section = views_[view].section;
+  return static_cast<double>(sections_.list[section].cells[view - first_[section]].points);
+}
+
+}  // namespace cloud
