@@ -55,7 +55,7 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   const double vx = state[kVx];
 
   // His place on the line: the nearest segment around the last one.
-  double best = 1e300;
+  double best = 1e300, left_m = 0.0;
   std::size_t station = driver.station;
   double s = driver.s_m;
   for (std::ptrdiff_t k = -2; k <= 4; ++k) {
@@ -75,8 +75,14 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
       best = distance;
       station = i;
       s = line.s_m[i] + t * std::sqrt(length2);
+      left_m =
+          ((state[kY] - line.y_m[i]) * dx - (state[kX] - line.x_m[i]) * dy) / std::sqrt(length2);
     }
   }
+  // Over the seam of a lap, or put back somewhere else, he begins anew.
+  const double gone_m = s - driver.s_m;
+  if (gone_m > 0.0 && gone_m < 5.0) driver.drift_m2 += left_m * gone_m;
+  driver.drift_m2 = std::clamp(driver.drift_m2, -60.0, 60.0);
   driver.station = station;
   driver.s_m = s;
 
@@ -88,7 +94,8 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   const double ty = at_length(line, line.y_m, s + ahead, 0.0);
   const double rx = tx - (state[kX] - rear * cy), ry = ty - (state[kY] - rear * sy);
   const double along = rx * cy + ry * sy, across = -rx * sy + ry * cy;
-  const double arc = 2.0 * across / std::max(1.0, along * along + across * across);
+  const double arc = 2.0 * across / std::max(1.0, along * along + across * across) -
+                     o.drift_gain * driver.drift_m2 / (ahead * ahead * ahead);
   double front_stiffness = 1.0, rear_stiffness = 1.0;
   for (std::size_t a = 0; a < 2; ++a) {
     double sum = 0.0;

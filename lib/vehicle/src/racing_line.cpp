@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Sparse>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -45,6 +47,106 @@ std::size_t neighbour(std::size_t i, std::ptrdiff_t k, std::size_t n, bool close
 
 double wrapped(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
+/// Stations across which a line may shift: place = base + v normal, low <= v <= high.
+struct Stations {
+  const std::vector<crg::Point2>&base, &normal;
+  const std::vector<double>&low, &high;
+  bool closed;
+};
+
+/// Turn at the middle one of three points over the square root of its share of the length: squared,
+/// what the integral of the squared curvature gets from it.
+double bend(const crg::Point2& a, const crg::Point2& b, const crg::Point2& c) {
+  const double x1 = b.x_m - a.x_m, y1 = b.y_m - a.y_m, x2 = c.x_m - b.x_m, y2 = c.y_m - b.y_m;
+  const double turn = std::atan2(x1 * y2 - y1 * x2, x1 * x2 + y1 * y2);
+  return turn / std::sqrt(0.5 * (std::hypot(x1, y1) + std::hypot(x2, y2)));
+}
+
+/// Least integral of the squared curvature within the bounds: projected Gauss-Newton (D. P.
+/// Bertsekas, Projected Newton methods, 1982). Offsets that press against a bound rest; the others
+/// take a step that backtracks until the sum falls. Every round costs one banded solution.
+void bend_least(std::vector<double>& v_m, const Stations& stations, int rounds) {
+  using Matrix = Eigen::SparseMatrix<double>;
+  const std::size_t n = v_m.size();
+  const auto at = [&](const std::vector<double>& v, std::size_t i) {
+    return crg::Point2{stations.base[i].x_m + v[i] * stations.normal[i].x_m,
+                       stations.base[i].y_m + v[i] * stations.normal[i].y_m};
+  };
+  const std::size_t first = stations.closed ? 0 : 1, last = stations.closed ? n : n - 1;
+  const auto around = [&](std::size_t i) {
+    return std::array<std::size_t, 3>{(i + n - 1) % n, i, (i + 1) % n};
+  };
+  const auto bend_at = [&](const std::vector<double>& v, std::size_t i) {
+    const auto k = around(i);
+    return bend(at(v, k[0]), at(v, k[1]), at(v, k[2]));
+  };
+  const auto sum = [&](const std::vector<double>& v) {
+    double total = 0.0;
+    for (std::size_t i = first; i < last; ++i) total += std::pow(bend_at(v, i), 2);
+    return total;
+  };
+  double now = sum(v_m);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int round = 0; round < rounds; ++round) {
+    // Slopes of the bends by central differences; a bend knows three offsets.
+    Eigen::VectorXd bends = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+    entries.clear();
+    for (std::size_t i = first; i < last; ++i) {
+      bends(static_cast<Eigen::Index>(i)) = bend_at(v_m, i);
+      for (const std::size_t k : around(i)) {
+        constexpr double kDifference_m = 1e-4;
+        const double v = v_m[k];
+        v_m[k] = v + kDifference_m;
+        const double up = bend_at(v_m, i);
+        v_m[k] = v - kDifference_m;
+        const double down = bend_at(v_m, i);
+        v_m[k] = v;
+        entries.emplace_back(static_cast<int>(i), static_cast<int>(k),
+                             (up - down) / (2.0 * kDifference_m));
+      }
+    }
+    Matrix slopes(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
+    slopes.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::VectorXd gradient = slopes.transpose() * bends;
+    // Resting offsets: their rows and columns leave the system.
+    std::vector<bool> rests(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double g = gradient(static_cast<Eigen::Index>(i));
+      rests[i] = (v_m[i] <= stations.low[i] + 1e-9 && g > 0.0) ||
+                 (v_m[i] >= stations.high[i] - 1e-9 && g < 0.0);
+    }
+    Eigen::VectorXd wanted = -gradient;
+    for (std::size_t i = 0; i < n; ++i)
+      if (rests[i]) wanted(static_cast<Eigen::Index>(i)) = 0.0;
+    slopes.prune([&](Eigen::Index, Eigen::Index column, double) {
+      return !rests[static_cast<std::size_t>(column)];
+    });
+    Matrix normal = slopes.transpose() * slopes;
+    const double scale = std::max(1e-12, normal.diagonal().maxCoeff());
+    for (Eigen::Index i = 0; i < normal.rows(); ++i)
+      normal.coeffRef(i, i) += rests[static_cast<std::size_t>(i)] ? scale : 1e-7 * scale;
+    const Eigen::VectorXd step = Eigen::SimplicialLDLT<Matrix>(normal).solve(wanted);
+    bool better = false;
+    double largest = 0.0;
+    for (double share = 1.0; share > 1e-4 && !better; share *= 0.5) {
+      std::vector<double> next = v_m;
+      largest = 0.0;
+      for (std::size_t i = 0; i < n; ++i) {
+        next[i] = std::clamp(v_m[i] + share * step(static_cast<Eigen::Index>(i)), stations.low[i],
+                             stations.high[i]);
+        largest = std::max(largest, std::abs(next[i] - v_m[i]));
+      }
+      const double then = sum(next);
+      if (then < now) {
+        better = true;
+        now = then;
+        v_m = next;
+      }
+    }
+    if (!better || largest < 1e-4) break;
+  }
+}
+
 }  // namespace
 
 RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options) {
@@ -83,54 +185,11 @@ RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options)
     line.v_m[i] = 0.5 * (low[i] + high[i]);
   }
 
-  // Projected relaxation of sum |P[i-k] - 2 P[i] + P[i+k]|^2 over the offsets, coarse to fine: a
-  // stride of k moves long waves, a stride of 1 the details.
+  bend_least(line.v_m, {base, normal, low, high, line.closed}, options.rounds);
   const auto point = [&](std::size_t i) {
     return crg::Point2{base[i].x_m + line.v_m[i] * normal[i].x_m,
                        base[i].y_m + line.v_m[i] * normal[i].y_m};
   };
-  std::ptrdiff_t stride = 1;
-  while (static_cast<std::size_t>(stride) * 16 < n && stride < 32) stride *= 2;
-  for (; stride >= 1; stride /= 2) {
-    const auto coarse = [&](std::size_t i) { return i % static_cast<std::size_t>(stride) == 0; };
-    for (int sweep = 0; sweep < options.sweeps; ++sweep) {
-      double largest = 0.0;
-      for (std::size_t i = 0; i < n; ++i) {
-        if (!coarse(i)) continue;
-        // Minimum over v[i] of the three second differences that contain P[i].
-        double gradient = 0.0, weight = 0.0;
-        for (const auto& [shift, factor] :
-             {std::pair{-stride, 1.0}, std::pair{std::ptrdiff_t{0}, -2.0},
-              std::pair{stride, 1.0}}) {
-          const std::size_t c = neighbour(i, shift, n, line.closed);
-          const std::size_t a = neighbour(c, -stride, n, line.closed);
-          const std::size_t b = neighbour(c, stride, n, line.closed);
-          if (!line.closed && (a == c || b == c)) continue;
-          const crg::Point2 pa = point(a), pc = point(c), pb = point(b);
-          const double dx = pa.x_m - 2.0 * pc.x_m + pb.x_m;
-          const double dy = pa.y_m - 2.0 * pc.y_m + pb.y_m;
-          gradient += factor * (dx * normal[i].x_m + dy * normal[i].y_m);
-          weight += factor * factor;
-        }
-        if (weight == 0.0) continue;
-        const double before = line.v_m[i];
-        line.v_m[i] = std::clamp(before - gradient / weight, low[i], high[i]);
-        largest = std::max(largest, std::abs(line.v_m[i] - before));
-      }
-      if (largest < 1e-5) break;
-    }
-    // Stations between those of this level follow linearly and are kept on the road.
-    if (stride > 1)
-      for (std::size_t i = 0; i < n; ++i) {
-        if (coarse(i)) continue;
-        const std::size_t a = i - i % static_cast<std::size_t>(stride);
-        std::size_t b = a + static_cast<std::size_t>(stride);
-        const double span = static_cast<double>(b >= n && line.closed ? n - a : b - a);
-        b = b >= n ? (line.closed ? 0 : a) : b;
-        const double t = static_cast<double>(i - a) / span;
-        line.v_m[i] = std::clamp(line.v_m[a] + t * (line.v_m[b] - line.v_m[a]), low[i], high[i]);
-      }
-  }
 
   line.x_m.resize(n);
   line.y_m.resize(n);

@@ -11,6 +11,7 @@ namespace vehicle {
 struct DriverOptions {
   double preview_s = 0.35;      ///< time ahead of the point he steers at
   double preview_m = 5.0;       ///< and the distance that adds to it
+  double drift_gain = 0.6;      ///< against staying beside the line, over the preview cubed
   double yaw_damping = 1.0;     ///< steering against a yaw rate that the path does not ask for
   double speed_gain_1ps = 1.2;  ///< acceleration asked per speed error
   double slip_drive = 0.09;     ///< wheel slip above which he lifts
@@ -23,6 +24,7 @@ struct Driver {
   DriverOptions options;
   double s_m = 0.0;  ///< his place along the line
   std::size_t station = 0;
+  double drift_m2 = 0.0;  ///< distance left of the line, summed over the way
   double throttle = 0.0;
   int gear = 1;
 };

@@ -28,14 +28,12 @@ struct RacingLine {
 struct RacingLineOptions {
   double station_m = 4.0;  ///< spacing; short against the shortest corner
   double margin_m = 2.0;   ///< centre of the car to the edge of valid road: half a car and reserve
-  int sweeps = 4000;       ///< of the relaxation at each of its levels
+  int rounds = 400;        ///< at most, of the optimisation
 };
 
-/// The path whose stations have the least squared second differences, keeping `margin_m` from the
-/// edges of the valid road and from the nearest hole. With stations of equal u that is between the
-/// path of least curvature and the shortest one: it cuts to the inside where the former would swing
-/// wide. Relaxed from coarse to fine; deterministic. Throws Error where the road is narrower than
-/// twice the margin.
+/// The path of least integral of the squared curvature (over its own length, in plan) that keeps
+/// `margin_m` from the edges of the valid road and from the nearest hole. Deterministic. Throws Error
+/// where the road is narrower than twice the margin.
 RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options = {});
 
 struct SpeedOptions {
