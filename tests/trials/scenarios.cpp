@@ -90,11 +90,12 @@ Trial shaken(const std::string& name) {
   return t;
 }
 
-/// Waves of 12 mm that were smoothed away, over the whole width.
+/// Waves of 6 and 5 mm that were smoothed away, over the whole width.
 Trial bumps() {
   Trial t = shaken("bumps");
   t.stated_track = t.track;
-  t.track.feature = {{300, 340, -10, 10, 0.012, 4.0, false}, {900, 925, -10, 10, 0.010, 2.5, false}};
+  t.style.sway_m = 0.6;
+  t.track.feature = {{300, 340, -10, 10, 0.006, 4.0, false}, {900, 925, -10, 10, 0.005, 2.5, false}};
   t.stated_track->feature = {{300, 340, -10, 10, 0.0, 4.0, false}};
   return t;
 }
@@ -103,15 +104,17 @@ Trial bumps() {
 Trial kerb() {
   Trial t = shaken("kerb");
   t.stated_track = t.track;
-  t.track.feature = {{500, 540, 0.4, 3.0, 0.03, 1.0, true}};
-  t.stated_track->feature = {{500, 540, 0.4, 3.0, 0.01, 1.0, true}};
+  t.style.sway_m = 0.4;
+  t.track.feature = {{500, 520, 0.2, 3.0, 0.03, 1.0, true}};
+  t.stated_track->feature = {{500, 520, 0.2, 3.0, 0.01, 1.0, true}};
   return t;
 }
 
 /// The same kerb, known exactly; the simulated tyre touches the road in one point.
 Trial contact() {
   Trial t = shaken("contact");
-  t.track.feature = {{500, 540, 0.4, 3.0, 0.03, 0.5, true}, {1000, 1030, -10, 10, 0.015, 0.8, true}};
+  t.style.sway_m = 0.4;
+  t.track.feature = {{500, 520, 0.2, 3.0, 0.03, 0.5, true}, {1000, 1030, -10, 10, 0.015, 0.8, true}};
   return t;
 }
 

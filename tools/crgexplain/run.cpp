@@ -9,6 +9,7 @@
 #include "crg/file.h"
 #include "explain/explain.h"
 #include "explain/page.h"
+#include "explain/short_waves.h"
 #include "explain/simulate.h"
 #include "explain/write_back.h"
 #include "files/write_file.h"
@@ -36,6 +37,9 @@ int run(const RunCommand& command) {
   if (terminal)
     options.progress = [](const std::string& stage, double share) { std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage.c_str(), 100 * share); };
   explain::Findings findings = explain::explain(logs, car, options);
+  std::vector<explain::RecordedLog> recorded;
+  for (std::size_t k = 0; k < logs.size(); ++k) recorded.push_back({&tables[k], &logs[k]});
+  explain::add_short_waves(findings, recorded, used, surface, car);
   std::filesystem::create_directories(command.out_path);
   // The corrected inputs, and nothing left over from an earlier run.
   std::string track = command.track_path, vehicle = command.vehicle_path, again, friction;
@@ -65,8 +69,6 @@ int run(const RunCommand& command) {
     crg::SurfaceOptions grip;
     if (!friction.empty()) grip.friction_map = crg::read(friction);
     const crg::Surface road(crg::read(track), grip);
-    std::vector<explain::RecordedLog> recorded;
-    for (std::size_t k = 0; k < logs.size(); ++k) recorded.push_back({&tables[k], &logs[k]});
     const explain::SimulationCheck check =
         explain::check_simulation(recorded, {&car, &surface, used}, {&improved, &road, corrected ? *corrected : used}, options.hold_out);
     for (explain::Finding& f : findings.findings) f.held_out.insert(f.held_out.end(), check.held_out.begin(), check.held_out.end());

@@ -217,7 +217,7 @@ const std::vector<std::string>& analysed_channels() {
                                  "brake_command_pa", "gear", "engine_radps", "fuel_kg"};
     for (const char* w : {"fl", "fr", "rl", "rr"})
       for (const char* form : {"wheel_{}_radps", "wheel_{}_mps", "brake_{}_pa",
-                               "brake_{}_command_pa", "fz_{}_n", "brake_disc_{}_k"})
+                               "brake_{}_command_pa", "fz_{}_n", "suspension_{}_m", "brake_disc_{}_k"})
         out.push_back(fmt::format(fmt::runtime(form), w));
     return out;
   }();

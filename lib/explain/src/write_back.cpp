@@ -28,6 +28,21 @@ std::vector<double> profile_along(const Finding& f, std::size_t rows, double u_s
   return along;
 }
 
+/// Between the middles of the bins linearly.
+void add_patch(const HeightPatch& patch, crg::Grid& grid) {
+  const auto rows = static_cast<std::ptrdiff_t>(patch.dz_m.size() / patch.columns), columns = static_cast<std::ptrdiff_t>(patch.columns);
+  const auto value = [&](std::ptrdiff_t i, std::ptrdiff_t j) {
+    return i < 0 || j < 0 || i >= rows || j >= columns ? 0.0 : patch.dz_m[static_cast<std::size_t>(i * columns + j)];
+  };
+  for (std::size_t r = 0; r < grid.rows(); ++r)
+    for (std::size_t c = 0; c < grid.columns(); ++c) {
+      const double u = static_cast<double>(r) * grid.u_step_m / patch.u_step_m - 0.5, v = (grid.v_m[c] - patch.right_m) / patch.v_step_m - 0.5;
+      const auto i = static_cast<std::ptrdiff_t>(std::floor(u)), j = static_cast<std::ptrdiff_t>(std::floor(v));
+      const double fu = u - static_cast<double>(i), fv = v - static_cast<double>(j);
+      grid.at(r, c) += static_cast<float>((1 - fu) * ((1 - fv) * value(i, j) + fv * value(i, j + 1)) + fu * ((1 - fv) * value(i + 1, j) + fv * value(i + 1, j + 1)));
+    }
+}
+
 }  // namespace
 
 std::optional<crg::Crg> friction_map(const crg::Crg& road, const Findings& findings) {
@@ -49,13 +64,14 @@ std::optional<crg::Crg> friction_map(const crg::Crg& road, const Findings& findi
 }
 
 std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& findings) {
-  const auto height = [](const Finding& f) { return f.mechanism == "road.banking" || f.mechanism == "road.grade" || f.mechanism == "road.vertical_curvature"; };
+  const auto height = [](const Finding& f) { return !f.patch.dz_m.empty() || f.mechanism == "road.banking" || f.mechanism == "road.grade" || f.mechanism == "road.vertical_curvature"; };
   if (std::none_of(findings.findings.begin(), findings.findings.end(), height)) return std::nullopt;
   crg::Crg out = crg::crop(road, {});  // works the modifiers in
   out.z_double_m.clear();
   const std::size_t rows = out.grid.rows(), columns = out.grid.columns();
   for (const Finding& f : findings.findings) {
-    if (!height(f) || f.profile.size() < 2) continue;
+    if (!f.patch.dz_m.empty()) add_patch(f.patch, out.grid);
+    if (!height(f) || !f.patch.dz_m.empty() || f.profile.size() < 2) continue;
     const std::vector<double> along = profile_along(f, rows, out.grid.u_step_m);
     std::vector<double> rise(rows, 0.0);
     const bool curvature = f.mechanism == "road.vertical_curvature";
@@ -88,6 +104,7 @@ std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& fin
 std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings) {
   // What each finding means in the words of a vehicle file.
   std::map<std::string, double> parameters, terms;
+  bool strip = false;
   std::vector<std::string> remarks;
   for (const Finding& f : findings.findings) {
     const auto value = [&](std::size_t k) { return f.parameters.at(k).value; };
@@ -117,6 +134,8 @@ std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Ve
       terms["wind"] = 1;
       set("environment.wind_mps", std::hypot(x, y));
       set("environment.wind_heading_rad", std::atan2(y, x));
+    } else if (f.mechanism == "vehicle.multi_point_contact") {
+      strip = true;
     } else if (f.mechanism == "vehicle.differential") {
       terms["locked_differential"] = 1;
       terms["limited_slip"] = 0;
@@ -128,8 +147,9 @@ std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Ve
       if (f.mechanism.starts_with("vehicle.tyre_") && f.mechanism != "vehicle.tyre_thermal") terms[f.mechanism.substr(8)] = 1;
     }
   }
-  if (parameters.empty() && terms.empty() && remarks.empty()) return "";
+  if (parameters.empty() && terms.empty() && remarks.empty() && !strip) return "";
   YAML::Node root = YAML::LoadFile(vehicle_path);
+  if (strip) root["contact"] = "strip";
   const std::filesystem::path folder = std::filesystem::absolute(vehicle_path).parent_path();
   for (const char* section : {"tyres", "maps"})
     if (root[section])

@@ -40,11 +40,18 @@ struct HeldOut {
   double horizon_s = 0.6, rmse_before = 0.0, rmse_after = 0.0, drop_low = 0.0, drop_high = 0.0, trivial_rmse = 0.0;
   bool whole_car = false;  ///< lib/vehicle driving the recorded commands; else the relation alone
 };
+/// Heights to add to a road, in bins from its begin and `right_m`; bin (i, j) at i * columns + j.
+struct HeightPatch {
+  double u_step_m = 0.0, v_step_m = 0.0, right_m = 0.0;
+  std::size_t columns = 0;
+  std::vector<double> dz_m;
+};
 struct Finding {
   std::string mechanism, kind, channel, physics, equation;
   std::vector<Place> where;
   std::vector<FoundParameter> parameters;
   std::vector<ProfilePoint> profile;
+  HeightPatch patch;  ///< of road.kerb_or_roughness; not in the JSON, it is in track.crg
   std::vector<Rival> rivals;
   double stability = 0.0;
   double cv_gain = 0.0, statistic = 0.0, threshold = 0.0;
