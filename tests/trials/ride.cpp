@@ -99,4 +99,26 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
   }
 }
 
+void heat(Drive& drive, const TruthCar& car, const Discs& discs) {
+  constexpr double kAir = 295;
+  std::array<double, 2> ring{discs.begin_k, discs.begin_k}, hat = ring;
+  for (auto& row : drive.row) {
+    for (std::size_t axle = 0; axle < 2; ++axle) {
+      const double omega = axle == 0 ? 0.5 * (row[kWfl] + row[kWfr]) : 0.5 * (row[kWrl] + row[kWrr]);
+      const double power = 0.9 * 0.5 * (axle == 0 ? car.brake_f : car.brake_r) * row[kBrake] * std::max(0.0, omega);
+      constexpr int kParts = 5;
+      for (int part = 0; part < kParts; ++part) {
+        // Enthalpies: capacity rises by 6e-4 per kelvin. Film coefficient and radiation of a plain disc.
+        const double g = discs.conductance[axle] * std::exp(discs.slope_1pk * (0.5 * (ring[axle] + hat[axle]) - 480));
+        const double film = 0.0095 * std::pow(row[kVx] + 3.0, 0.8) * (axle == 0 ? 120.0 : 104.0) * 0.11;
+        const double glow = 0.55 * 5.67e-8 * (axle == 0 ? 0.11 : 0.095) * (std::pow(ring[axle], 4) - std::pow(kAir, 4));
+        const double flow = g * (ring[axle] - hat[axle]);
+        ring[axle] += 0.005 / kParts * (power - flow - film * 12 * (ring[axle] - kAir) - glow) / (discs.ring[axle] * (1 + 6e-4 * (ring[axle] - 300)));
+        hat[axle] += 0.005 / kParts * flow / (discs.hat[axle] * (1 + 6e-4 * (hat[axle] - 300)));
+      }
+      row[kDisc + 2 * axle] = row[kDisc + 2 * axle + 1] = ring[axle];
+    }
+  }
+}
+
 }  // namespace trials

@@ -16,4 +16,14 @@ struct Ride {
 /// Fills az, roll and pitch rate, travel and load of every wheel in the rows.
 void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ride);
 
+/// Discs of a ring and a hat; heat passes between them better when they are hot.
+struct Discs {
+  double begin_k = 295;                                         ///< a cold start
+  std::array<double, 2> ring{900, 700}, hat{1900, 1500}, conductance{260, 220};
+  double slope_1pk = 0.0;                                       ///< of the conductance, about 480 K
+};
+
+/// Fills the temperature of every disc's ring in the rows.
+void heat(Drive& drive, const TruthCar& car, const Discs& discs);
+
 }  // namespace trials

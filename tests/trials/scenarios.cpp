@@ -118,6 +118,14 @@ Trial contact() {
   return t;
 }
 
+/// Discs that start cold and conduct better when hot, or (slope 0) do not.
+Trial discs(const std::string& name, double slope_1pk) {
+  Trial t = plain(name, 50, 6);
+  t.discs.emplace();
+  t.discs->slope_1pk = slope_1pk;
+  return t;
+}
+
 /// A gyro that is late; slow swings do not show whether by a delay or a filter.
 Trial alike(bool apart) {
   Trial t = plain(apart ? "alike-apart" : "alike");
@@ -152,6 +160,8 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
                                                {"bumps", bumps},
                                                {"kerb", kerb},
                                                {"contact", contact},
+                                               {"discs", [] { return discs("discs", 2e-3); }},
+                                               {"discs-plain", [] { return discs("discs-plain", 0.0); }},
                                                {"alike", [] { return alike(false); }},
                                                {"alike-apart", [] { return alike(true); }},
                                                {"outside", outside}};

@@ -65,6 +65,7 @@ void write_road(const Track& line_of, const Track& heights, const TruthCar& car,
 bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& folder) {
   const Track& track = trial.track;
   Drive d = drive(trial.car, track, trial.style, false);
+  if (trial.discs) heat(d, trial.car, *trial.discs);
   if (trial.ride) shake(d, track, trial.car, *trial.ride);
   if (d.row.size() < 4000) {
     std::fprintf(stderr, "trial %s: no drive\n", trial.name.c_str());
@@ -148,6 +149,10 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
       columns.push_back({std::string("suspension_") + name + "_m", kTravel + wheel});
       columns.push_back({std::string("fz_") + name + "_n", kLoad + wheel++});
     }
+  }
+  if (trial.discs) {
+    int wheel = 0;
+    for (const char* name : {"fl", "fr", "rl", "rr"}) columns.push_back({std::string("brake_disc_") + name + "_k", kDisc + wheel++});
   }
   const auto record = [&](const Drive& drawn, const char* file) {
     std::string csv;

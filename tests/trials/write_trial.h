@@ -24,6 +24,7 @@ struct Trial {
   bool every_channel = false;   ///< else some are missing, by the dice
   std::optional<Track> stated_track;                    ///< the road as the simulation has it, where it differs
   std::optional<Ride> ride;                             ///< suspension, wheel loads, body rates in the log
+  std::optional<Discs> discs;                           ///< disc temperatures in the log
   std::optional<Style> experiment;                      ///< a second drive: experiment.csv
   std::vector<std::pair<std::string, double>> notes;    ///< further figures of the truth
 };

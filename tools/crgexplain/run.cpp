@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "crg/file.h"
+#include "explain/discs.h"
 #include "explain/explain.h"
 #include "explain/page.h"
 #include "explain/short_waves.h"
@@ -40,6 +41,7 @@ int run(const RunCommand& command) {
   std::vector<explain::RecordedLog> recorded;
   for (std::size_t k = 0; k < logs.size(); ++k) recorded.push_back({&tables[k], &logs[k]});
   explain::add_short_waves(findings, recorded, used, surface, car);
+  explain::add_discs(findings, recorded, used, car);
   std::filesystem::create_directories(command.out_path);
   // The corrected inputs, and nothing left over from an earlier run.
   std::string track = command.track_path, vehicle = command.vehicle_path, again, friction;

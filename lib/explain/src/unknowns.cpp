@@ -295,8 +295,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   } else {
     no("road.misplaced", "the road file has no slopes whose place could be compared");
   }
-  no("road.kerb_or_roughness", "works on 0.3 s means; waves shorter than about 10 m are outside it");
-  no("vehicle.multi_point_contact", "works on 0.3 s means; waves shorter than about 10 m are outside it");
+  no("road.kerb_or_roughness", "0.3 s means do not see it; add_short_waves() does");
+  no("vehicle.multi_point_contact", "0.3 s means do not see it; add_short_waves() does");
 
   // Car.
   const auto physics = [&](const char* id, const char* kind, const char* name, const char* unit, double step, double least, bool one_sided,
@@ -380,7 +380,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   no("vehicle.aero_downforce", "the stated car has downforce: see parameter.downforce");
   no("vehicle.mass", "the same change as parameter.mass: see there");
   no("vehicle.aero_slipstream", "the log names no opponent");
-  no("vehicle.brake_disc_conductance", "disc temperatures are not analysed by this version");
+  no("vehicle.brake_disc_conductance", "only add_discs() looks at disc temperatures");
   if (!any(logs, kWheelRearDifference)) no("vehicle.differential", "the rear wheels' speeds are not both logged");
   else if (car.terms[Term::locked_differential] != 0.0 || car.terms[Term::limited_slip] != 0.0)
     no("vehicle.differential", "the stated car has a limited-slip or locked differential; only an open one is tested");

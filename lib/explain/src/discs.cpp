@@ -1,0 +1,284 @@
+#include "explain/discs.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "search.h"
+#include "vehicle/error.h"
+#include "vehicle/recording.h"
+
+namespace explain {
+namespace {
+
+using P = vehicle::Parameter;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kStep_s = 0.05, kSample_s = 0.5, kReference_k = 500.0;
+const std::string kId = "vehicle.brake_disc_conductance";
+
+/// One axle of one recording on a clock of kStep_s.
+struct Stop {
+  std::size_t axle = 0, log = 0;
+  std::vector<double> pressure_pa, speed_mps, disc_k;
+  std::vector<int> lap;
+};
+
+/// Logarithms of factors, the core's difference from the surface at the begin (100 K), and the three
+/// amounts that compete.
+enum Amount : std::size_t { kHeat, kSurface, kCore, kConductance, kCooling, kBegin, kRise, kEmissivity, kCapacity, kAmounts };
+using Amounts = std::array<double, kAmounts>;
+constexpr std::array<double, kAmounts> kWidth{0.1, 0.2, 0.2, 0.3, 0.5, 0.5, 2.0, 2.0, 2.0};
+
+/// Surface temperature every kStep_s: the discs of lib/vehicle/dynamics.h with the amounts.
+std::vector<double> temperature(const Stop& s, const vehicle::Vehicle& car, const Amounts& a) {
+  const auto& p = car.parameters;
+  const auto of = [&](P front) { return p.axle(s.axle, front); };
+  const double air = p[P::environment_temperature_k], d = of(P::front_disc_diameter_m), area = of(P::front_disc_area_m2);
+  const double radius = car.files.tyre[s.axle].unloaded_radius_m * 0.98;
+  double surface = kNaN, core = kNaN;
+  std::vector<double> out(s.disc_k.size(), kNaN);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!std::isfinite(surface)) {
+      if (!std::isfinite(s.disc_k[i])) continue;
+      surface = s.disc_k[i];
+      core = surface + 100 * a[kBegin];
+    }
+    out[i] = surface;
+    const double v = std::isfinite(s.speed_mps[i]) ? std::max(0.0, s.speed_mps[i]) : 0.0, pressure = std::isfinite(s.pressure_pa[i]) ? std::max(0.0, s.pressure_pa[i]) : 0.0;
+    double friction = of(P::front_brake_friction);
+    if (car.terms[vehicle::Term::brake_friction_temperature] > 0 && !car.files.pad_friction.empty()) friction = vehicle::evaluate(car.files.pad_friction, pressure, surface);
+    const double power = 2 * friction * pressure * of(P::front_brake_area_m2) * of(P::front_brake_radius_m) * v / radius;
+    const double mean = 0.5 * (surface + core);
+    const double conductance = of(P::front_disc_conductance_wpk) * std::exp(a[kConductance]) * std::max(0.05, 1 + a[kRise] * (mean - kReference_k) / kReference_k);
+    constexpr double kAirConductivity = 0.026, kAirViscosity = 1.6e-5;
+    const double nusselt = p[P::brake_nusselt_still] + p[P::brake_nusselt_car] * std::pow(v * d / kAirViscosity + 1e-9, 0.8) +
+                           p[P::brake_nusselt_disc] * std::pow(v / radius * d / 2 * d / kAirViscosity + 1e-9, 0.8);
+    const double cooling = std::exp(a[kCooling]) * nusselt * kAirConductivity / d * area * (surface - air);
+    const double radiation = 5.670374419e-8 * p[P::brake_emissivity] * std::max(0.0, 1 + a[kEmissivity]) * area * (std::pow(surface, 4) - std::pow(air, 4));
+    const double slope = p[P::brake_capacity_slope_1pk] * (1 + a[kCapacity]) * car.terms[vehicle::Term::brake_heat_capacity];
+    const double flow = conductance * (surface - core);
+    const double into = p[P::brake_disc_share] * std::exp(a[kHeat]) * power - flow - cooling - radiation;
+    surface += kStep_s * into / (of(P::front_disc_surface_capacity_jpk) * std::exp(a[kSurface]) * std::max(0.2, 1 + slope * (surface - 300)));
+    core += kStep_s * flow / (of(P::front_disc_core_capacity_jpk) * std::exp(a[kCore]) * std::max(0.2, 1 + slope * (core - 300)));
+    surface = std::clamp(surface, 200.0, 3000.0);
+    core = std::clamp(core, 200.0, 3000.0);
+  }
+  return out;
+}
+
+/// Each axle has amounts of its own; rows are means over kSample_s.
+struct Problem {
+  const std::vector<Stop>* stops;
+  const vehicle::Vehicle* car;
+  VectorXd residual(const std::array<Amounts, 2>& a) const {
+    std::vector<double> r;
+    const auto every = static_cast<std::size_t>(std::lround(kSample_s / kStep_s));
+    for (const Stop& s : *stops) {
+      const std::vector<double> t = temperature(s, *car, a[s.axle]);
+      for (std::size_t i = every / 2; i < t.size(); i += every) r.push_back(std::isfinite(s.disc_k[i]) && std::isfinite(t[i]) ? s.disc_k[i] - t[i] : 0.0);
+    }
+    return Eigen::Map<VectorXd>(r.data(), static_cast<Index>(r.size()));
+  }
+  std::vector<std::pair<int, int>> lap_and_block() const {
+    std::vector<std::pair<int, int>> out;
+    const auto every = static_cast<std::size_t>(std::lround(kSample_s / kStep_s));
+    for (const Stop& s : *stops)
+      for (std::size_t i = every / 2; i < s.disc_k.size(); i += every)
+        out.emplace_back(s.lap[i], static_cast<int>(s.log * 100000 + static_cast<std::size_t>(static_cast<double>(i) * kStep_s / 20.0)));
+    return out;
+  }
+};
+
+struct Fit {
+  std::array<Amounts, 2> a{};
+  VectorXd e;
+  MatrixXd x;           ///< whitened by sigma
+  double sigma = 1.0, loss = 0.0;
+  Eigen::LDLT<MatrixXd> normal;
+};
+
+/// Refits the six common amounts of both axles and `also`, one amount that both axles share.
+Fit fit(const Problem& problem, std::size_t also, double sigma, const VectorXd& weight) {
+  Fit f;
+  f.sigma = sigma;
+  const bool more = also < kAmounts;
+  const Index columns = 12 + (more ? 1 : 0);
+  const auto at = [&](const VectorXd& b) {
+    std::array<Amounts, 2> a{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (std::size_t j = 0; j < 6; ++j) a[k][j] = b[static_cast<Index>(k * 6 + j)];
+      if (more) a[k][also] = b[12];
+    }
+    return a;
+  };
+  VectorXd b = VectorXd::Zero(columns), precision(columns);
+  for (Index j = 0; j < columns; ++j) {
+    const double width = j < 12 ? kWidth[static_cast<std::size_t>(j) % 6] : kWidth[also];
+    precision[j] = 1 / (width * width);
+  }
+  for (int round = 0; round < 8; ++round) {
+    const VectorXd r = problem.residual(at(b));
+    MatrixXd x(r.size(), columns);
+    for (Index j = 0; j < columns; ++j) {
+      VectorXd moved = b;
+      constexpr double kMove = 0.02;
+      moved[j] += kMove;
+      x.col(j) = weight.cwiseProduct(r - problem.residual(at(moved))) / (kMove * sigma);
+    }
+    const VectorXd target = weight.cwiseProduct(r) / sigma;
+    MatrixXd normal = x.transpose() * x;
+    normal.diagonal() += precision;
+    f.normal.compute(normal);
+    const VectorXd step = f.normal.solve(x.transpose() * target - precision.cwiseProduct(b));
+    const auto loss_at = [&](const VectorXd& where) { return weight.cwiseProduct(problem.residual(at(where))).squaredNorm() / (sigma * sigma) + precision.dot(where.cwiseAbs2()); };
+    const double now = target.squaredNorm() + precision.dot(b.cwiseAbs2());
+    double share = std::min(1.0, 0.7 / std::max(1e-12, step.cwiseAbs().maxCoeff()));
+    while (share > 0.01 && loss_at(b + share * step) > now) share *= 0.4;
+    if (share > 0.01) b += share * step;
+    f.x = x;
+  }
+  f.a = at(b);
+  f.e = problem.residual(f.a);
+  f.loss = weight.cwiseProduct(f.e).squaredNorm() / (sigma * sigma) + precision.dot(b.cwiseAbs2());
+  return f;
+}
+
+}  // namespace
+
+void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const Mapping& mapping, const vehicle::Vehicle& car) {
+  std::erase_if(findings.untestable, [](const Untestable& u) { return u.mechanism == kId; });
+  const auto cannot = [&](const std::string& reason) { findings.untestable.push_back({kId, reason}); };
+  std::vector<Stop> stops;
+  int first_lap = 0;
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const vehicle::Recording recording = vehicle::make_recording(*logs[k].table, logs[k].signals->name, mapping);
+    const std::vector<double>& time = *recording.table.find("time_s");
+    const Signals& signals = *logs[k].signals;
+    for (std::size_t axle = 0; axle < 2; ++axle) {
+      const auto *left = recording.table.find(axle == 0 ? "brake_disc_fl_k" : "brake_disc_rl_k"), *right = recording.table.find(axle == 0 ? "brake_disc_fr_k" : "brake_disc_rr_k");
+      if (left == nullptr || right == nullptr) continue;
+      Stop s;
+      s.axle = axle;
+      s.log = k;
+      std::size_t row = 0;
+      for (std::size_t i = 0; i < signals.n; ++i) {
+        const double t = time.front() + kStep_s * static_cast<double>(i);
+        while (row + 1 < time.size() && time[row + 1] <= t + 1e-9) ++row;
+        s.disc_k.push_back(std::abs(time[row] - t) < 1.0 ? 0.5 * ((*left)[row] + (*right)[row]) : kNaN);
+        s.speed_mps.push_back(signals.x[kVx][i]);
+        s.pressure_pa.push_back(signals.x[axle == 0 ? kBrakeFront : kBrakeRear].empty() ? kNaN : signals.x[axle == 0 ? kBrakeFront : kBrakeRear][i]);
+        s.lap.push_back(first_lap + signals.lap[i]);
+      }
+      stops.push_back(std::move(s));
+    }
+    first_lap += signals.lap.empty() ? 1 : signals.lap.back() + 1;
+    if (!signals.present[kBrakeFront]) return cannot("no brake pressure in the log");
+  }
+  if (stops.empty()) return cannot("no disc temperatures in the log");
+  double seconds = 0;
+  for (const Stop& s : stops) seconds += static_cast<double>(s.disc_k.size()) * kStep_s;
+  if (seconds < 60) return cannot("less than 60 s of disc temperatures");
+  if (car.terms[vehicle::Term::brake_heating] == 0.0 || car.terms[vehicle::Term::brake_conduction] == 0.0) return cannot("the stated car's discs take up no heat");
+
+  const Problem problem{&stops, &car};
+  const auto places = problem.lap_and_block();
+  const VectorXd ones = VectorXd::Ones(static_cast<Index>(places.size()));
+  Fit before = fit(problem, kAmounts, 5.0, ones);
+  before = fit(problem, kAmounts, std::max(0.5, std::sqrt(before.e.squaredNorm() / static_cast<double>(before.e.size()))), ones);
+  std::array<Fit, 3> rival;
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    rival[k] = fit(problem, kRise + k, before.sigma, ones);
+    if (rival[k].loss < rival[best].loss) best = k;
+  }
+  static constexpr const char* kName[]{"vehicle.brake_disc_conductance", "emissivity of the discs", "slope of their heat capacity"};
+  const auto gain = [&](std::size_t k) { return before.loss - rival[k].loss; };
+  // The score of the column, with blocks turned round: what the refit leaves is not white.
+  const Fit& f = rival[0];
+  const VectorXd column = f.x.col(12), beyond = column - before.x * before.normal.solve(before.x.transpose() * column);
+  std::vector<std::pair<int, double>> parts;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double add = beyond[static_cast<Index>(i)] * before.e[static_cast<Index>(i)];
+    if (parts.empty() || parts.back().first != places[i].second) parts.emplace_back(places[i].second, 0.0);
+    parts.back().second += add;
+  }
+  double here = 0;
+  for (const auto& part : parts) here += part.second;
+  Dice dice{909};
+  int above = 0;
+  for (int draw = 0; draw < 1000; ++draw) {
+    double sum = 0;
+    for (const auto& part : parts) sum += dice.roll() < 0.5 ? part.second : -part.second;
+    above += std::abs(sum) >= std::abs(here) ? 1 : 0;
+  }
+  // Laps left out in turn.
+  int last_lap = 0;
+  for (const auto& [lap, block] : places) last_lap = std::max(last_lap, lap);
+  double before2 = 0, after2 = 0, trivial2 = 0, n = 0;
+  std::vector<double> drops;
+  int better = 0, judged = 0;
+  for (int lap = 0; lap <= last_lap; ++lap) {
+    VectorXd weight = ones;
+    Index count = 0;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (places[i].first == lap) weight[static_cast<Index>(i)] = 0, ++count;
+    if (count < 20 || count + 20 > weight.size()) continue;
+    const VectorXd out = ones - weight;
+    const double b2 = fit(problem, kAmounts, before.sigma, weight).e.cwiseProduct(out).squaredNorm(), a2 = fit(problem, kRise, before.sigma, weight).e.cwiseProduct(out).squaredNorm();
+    before2 += b2, after2 += a2, n += static_cast<double>(count);
+    drops.push_back(1 - std::sqrt(a2 / std::max(1e-12, b2)));
+    ++judged;
+    better += a2 < b2 ? 1 : 0;
+  }
+  // The deviation that blocks of 20 s show: samples of 0.5 s are not independent.
+  double pulled = 0, energy = beyond.squaredNorm();
+  for (std::size_t i = 0; i < places.size();) {
+    double sum = 0;
+    const int block = places[i].second;
+    for (; i < places.size() && places[i].second == block; ++i) sum += beyond[static_cast<Index>(i)] * f.e[static_cast<Index>(i)] / f.sigma;
+    pulled += sum * sum;
+  }
+  const double amount = f.a[0][kRise], spread = energy > 0 ? std::sqrt(pulled) / energy : 0.0;
+  findings.evidence.push_back({kId, "", "slope of the conductance over temperature", amount, std::sqrt(std::max(0.0, gain(0))), before2 - after2, "1"});
+  if (judged < 2 || above > 10 || better * 4 < judged * 3 || std::abs(amount) < 0.15 || gain(best) - gain(0) > std::max(8.0, 0.1 * gain(best))) return;
+  for (const Stop& s : stops) {
+    double mean = 0, c = 0;
+    for (const double t : s.disc_k)
+      if (std::isfinite(t)) mean += t, c += 1;
+    for (const double t : s.disc_k)
+      if (std::isfinite(t)) trivial2 += (t - mean / c) * (t - mean / c) * kStep_s / kSample_s;
+  }
+  Finding found;
+  found.mechanism = kId;
+  found.kind = "vehicle";
+  found.physics = "heat flows from the discs' surface to their core the better the hotter they are";
+  found.equation = "flow = G (1 + k (T_mean - 500 K) / 500 K) (T_surface - T_core)";
+  found.parameters.push_back({"slope of the conductance k", "1", amount, amount - 1.645 * spread, amount + 1.645 * spread});
+  for (std::size_t axle = 0; axle < 2; ++axle) {
+    const double g = car.parameters.axle(axle, P::front_disc_conductance_wpk) * std::exp(f.a[axle][kConductance]);
+    found.parameters.push_back({axle == 0 ? "front.disc_conductance_wpk" : "rear.disc_conductance_wpk", "W/K", g, g, g});
+  }
+  for (std::size_t k = 1; k < 3; ++k)
+    found.rivals.push_back({kName[k], "", "let the hot car stand: without speed the discs cool by radiation and conduction alone", gain(k), gain(0) - gain(k) > std::max(8.0, 0.1 * gain(0))});
+  found.statistic = std::copysign(std::sqrt(std::max(0.0, gain(0))), amount);
+  found.cv_gain = (before2 - after2) / (before.sigma * before.sigma);
+  found.stability = static_cast<double>(better) / judged;
+  std::sort(drops.begin(), drops.end());
+  HeldOut h{"brake_disc_k", "K", 0.0, std::sqrt(before2 / n), std::sqrt(after2 / n), drops.front(), drops.back(), std::sqrt(trivial2 / n)};
+  found.held_out.push_back(h);
+  bool tie = findings.verdict == "tie";
+  for (const Rival& r : found.rivals) tie = tie || !r.separable;
+  findings.findings.push_back(found);
+  findings.remarks.push_back("the vehicle file has one conductance per axle and no slope over temperature: the finding is not written back");
+  if (tie) findings.verdict = "tie";
+  else if (findings.verdict == "none") findings.verdict = "explained";
+}
+
+}  // namespace explain
