@@ -134,7 +134,8 @@ TEST_F(Built, WritesItsFilesAndSaysWhere) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_EQ(ran.err, "");  // silent in a pipe
   for (const char* name :
-       {"stadium.crg", "stadium.png", "stadium.stl", "centreline.csv", "summary.json", "report.json"}) {
+       {"stadium.crg", "stadium.png", "stadium.classes.png", "stadium.classes.pgw", "stadium.stl", "centreline.csv", "summary.json",
+        "report.json"}) {
     EXPECT_TRUE(exists(out(name))) << name;
   }
   EXPECT_THAT(ran.out, HasSubstr(out("stadium.crg")));
@@ -143,7 +144,7 @@ TEST_F(Built, WritesItsFilesAndSaysWhere) {
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(*folder / "out"))
     ++files;
   // The page is missing only where its npm packages are.
-  EXPECT_EQ(files, exists(out("report.html")) ? 7u : 6u) << "something was left behind";
+  EXPECT_EQ(files, exists(out("report.html")) ? 9u : 8u) << "something was left behind";
 }
 
 TEST_F(Built, SummaryHasTheFixedKeysAndTheRightNumbers) {

@@ -151,12 +151,12 @@ TEST(Build, SaysWhatItDid) {
   EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 0.002);
   EXPECT_GT(s["kerb"]["cells"].get<std::size_t>(), 0u);
   for (const auto* file : {&built.result.crg_path, &built.result.stl_path, &built.result.centreline_path, &built.result.summary_path,
-                           &built.result.picture_path}) {
+                           &built.result.picture_path, &built.result.classes_path}) {
     EXPECT_TRUE(std::filesystem::exists(*file)) << *file;
   }
-  // Nothing else lies in the folder: no temporary files.
+  // Nothing else lies in the folder but the world file of the classes: no temporary files.
   const std::filesystem::path dir = std::filesystem::path(built.result.crg_path).parent_path();
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir), std::filesystem::directory_iterator{}), 5);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir), std::filesystem::directory_iterator{}), 7);
 }
 
 TEST(Build, KnowsNoRoadBesideTheRoad) {

@@ -5,8 +5,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "crg/surface.h"
+#include "report/picture.h"
 #include "road/build.h"
 #include "road/error.h"
 #include "support/run_crgbuild.h"
@@ -47,6 +49,56 @@ TEST(Friction, ClassesAndZonesBecomeGripUnderTheWheels) {
   EXPECT_GT(summary["nodes"]["grass"].get<int>(), 1000);
   EXPECT_GT(summary["nodes"]["painted"].get<int>(), 1000);
   EXPECT_GT(summary["nodes"]["road"].get<int>(), 10'000);
+}
+
+TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
+  const support::TemporaryFolder folder;
+  Recipe recipe = recipe_for_mesh(folder.file("s.obj", cli::Stadium{}.obj()));
+  recipe.centreline.start_near_m = Eigen::Vector2d(0.0, 0.0);
+  const BuildResult first = build_track(recipe, folder.path("out"));
+  EXPECT_TRUE(first.friction_path.empty());
+  // Paints a wet patch of 20 m x 3 m in grey 55 at (60..80, -1.5..1.5), and one in blue, which is no grip.
+  report::Picture picture = report::decode_png(folder.read("out/s.classes.png"));
+  std::istringstream world(folder.read("out/s.classes.pgw"));
+  double a, d, b, e, c, f;
+  world >> a >> d >> b >> e >> c >> f;
+  for (int row = 0; row < picture.height_px; ++row) {
+    for (int column = 0; column < picture.width_px; ++column) {
+      const double x = c + a * column, y = f + e * row;
+      std::uint8_t* p = &picture.rgba[4 * static_cast<std::size_t>(row * picture.width_px + column)];
+      if (x > 60 && x < 80 && std::abs(y) < 1.5) p[0] = p[1] = p[2] = 55;
+      if (x > 20 && x < 40 && std::abs(y) < 1.5) p[2] = 255;
+    }
+  }
+  recipe.friction.wanted = true;
+  recipe.friction.picture_path = folder.file("wet.png", report::encode_png(picture.width_px, picture.height_px, picture.rgba));
+  try {
+    build_track(recipe, folder.path("out"));
+    FAIL() << "took a picture without a place";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("wet.png: no world file beside it (wet.pgw)"));
+  }
+  folder.file("wet.pgw", folder.read("out/s.classes.pgw"));
+  recipe.T_global_mesh.emplace();
+  recipe.T_global_mesh->translation_m = {1000.0, 0.0, 0.0};
+  const BuildResult built = build_track(recipe, folder.path("out"));
+  crg::SurfaceOptions options;
+  options.friction_map = crg::read(built.friction_path);
+  const crg::Surface road(crg::read(built.crg_path), options);
+  crg::Cursor cursor;
+  const auto friction = [&](double x, double y) { return road.at_xy(1000.0 + x, y, cursor).friction; };
+  EXPECT_NEAR(friction(70.0, 0.0), 0.55, 1e-6);
+  EXPECT_NEAR(friction(79.0, 1.2), 0.55, 1e-6);
+  EXPECT_NEAR(friction(70.0, 2.5), 1.0, 1e-6);
+  EXPECT_NEAR(friction(82.0, 0.0), 1.0, 1e-6);
+  EXPECT_NEAR(friction(30.0, 0.0), 1.0, 1e-6);
+  folder.file("wet.pgw", "1\n0\nx\n");
+  EXPECT_THROW(read_friction_picture(*recipe.friction.picture_path), Error);
+  folder.file("wet.pgw", "0\n0\n0\n0\n1\n1\n");
+  EXPECT_THROW(read_friction_picture(*recipe.friction.picture_path), Error);
+  folder.file("wet.pgw", "1\n0\n0\n-1\n0\n0\n");
+  folder.file("wet.png", "no picture");
+  EXPECT_THROW(read_friction_picture(*recipe.friction.picture_path), Error);
 }
 
 TEST(Friction, NamesTellConcreteAndGravelApart) {

@@ -118,6 +118,7 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
   from.centreline.start_object = "START";
   from.control_points_path = "points.csv";
   from.trajectory_path = "lap.csv";
+  from.friction.picture_path = "wet.png";
   from.friction.zones_path = "zones.csv";
   from.utm_zone = UtmZone{55, false};
   from.T_global_mesh.emplace();

@@ -78,6 +78,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   paths.centreline_path = (dir / "centreline.csv").string();
   paths.summary_path = (dir / "summary.json").string();
   paths.picture_path = (dir / (recipe.name + ".png")).string();
+  paths.classes_path = (dir / (recipe.name + ".classes.png")).string();
   make_folder(output_dir);
 
   BuildSummary summary;
@@ -91,7 +92,10 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   add("mesh", recipe.mesh_path);
   add("control_points", recipe.control_points_path);
   add("trajectory", recipe.trajectory_path);
-  if (recipe.friction.wanted) add("friction_zones", recipe.friction.zones_path);
+  if (recipe.friction.wanted) {
+    add("friction_picture", recipe.friction.picture_path);
+    add("friction_zones", recipe.friction.zones_path);
+  }
   if (reuse) {
     if (const auto text = unchanged_summary(paths.summary_path, summary)) {
       paths.summary_json = *text;
@@ -140,9 +144,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   std::optional<crg::Grid> friction;
   if (recipe.friction.wanted) {
     friction = stage("friction", [&] {
-      const auto& path = recipe.friction.zones_path;
-      const std::vector<FrictionZone> zones = path ? read_friction_zones(*path) : std::vector<FrictionZone>{};
-      return friction_grid(sampled, surface, road, line, zones, recipe.friction, recipe.sample.threads, &summary.friction);
+      return friction_grid(sampled, surface, road, line, recipe.friction, recipe.sample.threads, &summary.friction);
     });
     paths.friction_path = (dir / (recipe.name + ".friction.crg")).string();
     summary.friction_file = recipe.name + ".friction.crg";
@@ -156,7 +158,12 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     for (KerbPatch& patch : patches) apply_alignment(validate_options.T_global_mesh, patch.line);
   });
   summary.grid = describe(sampled.grid);
-  stage("picture", [&] { files::write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads)); });
+  stage("picture", [&] {
+    files::write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads));
+    const report::ClassMap classes = class_picture(mesh, summary.clean.class_of_triangle);
+    files::write_file(paths.classes_path, classes.png);
+    files::write_file(std::filesystem::path(paths.classes_path).replace_extension(".pgw").string(), classes.world_file);
+  });
   stage("write", [&] {
     crg::Crg file = track_crg(line, std::move(sampled.grid));
     if (summary.placement) write_projection(summary.placement->projection, line, file);
@@ -175,7 +182,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     if (before) evidence->before = track_crg(line, std::move(*before));
   }
   for (const auto& [role, path] : {std::pair{"road", paths.crg_path}, {"surface", paths.stl_path}, {"centreline", paths.centreline_path},
-                                   {"picture", paths.picture_path}, {"friction", paths.friction_path}, {"patches", paths.patches_path}}) {
+                                   {"picture", paths.picture_path}, {"classes", paths.classes_path}, {"friction", paths.friction_path}, {"patches", paths.patches_path}}) {
     if (!path.empty()) summary.outputs.push_back({role, std::filesystem::path(path).filename().string(), files::sha256_of_file(path)});
   }
   summary.seconds_total = seconds_since(start);

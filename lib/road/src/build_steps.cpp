@@ -37,4 +37,19 @@ std::string plan_picture(const std::string& title, const crg::ReferenceLine& lin
   return report::relief_png(input, options);
 }
 
+report::ClassMap class_picture(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle) {
+  static_assert(static_cast<int>(SurfaceClass::barrier) == 3 && static_cast<int>(SurfaceClass::scenery) == 4);
+  std::vector<report::ClassTriangle> triangles(mesh.triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d p = mesh.origin_m + mesh.vertex(i, k);
+      triangles[i].x_m[static_cast<std::size_t>(k)] = p.x();
+      triangles[i].y_m[static_cast<std::size_t>(k)] = p.y();
+      triangles[i].z_m += p.z() / 3.0;
+    }
+    triangles[i].kind = static_cast<std::uint8_t>(class_of_triangle[i]);
+  }
+  return report::class_map(triangles);
+}
+
 }  // namespace road

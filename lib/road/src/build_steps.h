@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "crg/reference_line.h"
+#include "report/class_map.h"
 #include "road/build.h"
 #include "road/sample.h"
 #include "road/summary.h"
@@ -46,5 +47,8 @@ void make_folder(const std::string& path);
 
 /// The plan view of a road as PNG.
 std::string plan_picture(const std::string& title, const crg::ReferenceLine& line, const SampledGrid& sampled, unsigned threads);
+
+/// Every triangle of the mesh as it came in, from above, in the colour of its class; in the mesh's frame.
+report::ClassMap class_picture(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle);
 
 }  // namespace road

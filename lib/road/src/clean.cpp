@@ -781,6 +781,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
     road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
   road.mesh.objects = mesh.objects;
   road.class_of_triangle = std::move(soup.surface_class);
+  facts.class_of_triangle = std::move(class_of_triangle);
   for (const SurfaceClass surface_class : road.class_of_triangle)
     ++facts.kept[to_string(surface_class)];
   facts.triangles_kept = road.mesh.triangles.size();

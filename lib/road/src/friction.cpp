@@ -2,11 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <regex>
+#include <sstream>
+#include <stdexcept>
 
+#include "files/read_file.h"
+#include "report/picture.h"
 #include "road/csv.h"
 #include "road/error.h"
 #include "road/parallel.h"
@@ -17,6 +23,7 @@ namespace {
 
 constexpr double kReach_m = 0.1;  // smoothing and float32 move a node by less
 constexpr double kLargest = 3.0;
+constexpr std::size_t kMaxPictureBytes = 500'000'000;
 
 enum class Kind : std::uint8_t { road, kerb, grass, gravel, paint, concrete, painted };
 constexpr std::array<const char*, 7> kNames{"road", "kerb", "grass", "gravel", "paint", "concrete", "painted"};
@@ -63,8 +70,51 @@ std::vector<FrictionZone> read_friction_zones(const std::string& path) {
   return zones;
 }
 
+std::optional<double> FrictionPicture::at(double x_m, double y_m) const {
+  const Eigen::Vector2d pixel = pixel_m_px.inverse() * (Eigen::Vector2d(x_m, y_m) - first_pixel_m);
+  const double column = std::floor(pixel.x() + 0.5), row = std::floor(pixel.y() + 0.5);
+  if (!(column >= 0.0 && column < width_px && row >= 0.0 && row < height_px)) return std::nullopt;
+  const std::uint8_t* colour = &rgba[4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(width_px) + static_cast<std::size_t>(column))];
+  if (colour[0] != colour[1] || colour[1] != colour[2] || colour[3] != 255) return std::nullopt;
+  return colour[0] / 100.0;
+}
+
+FrictionPicture read_friction_picture(const std::string& path) {
+  std::string world_path;
+  for (const char* ending : {".pgw", ".wld"}) {
+    const std::string candidate = std::filesystem::path(path).replace_extension(ending).string();
+    if (world_path.empty() && std::filesystem::exists(candidate)) world_path = candidate;
+  }
+  if (world_path.empty()) {
+    throw Error(fmt::format("{}: no world file beside it ({}); wanted six lines that say where its pixels lie, as build writes for "
+                            "<name>.classes.png", path, std::filesystem::path(path).replace_extension(".pgw").filename().string()));
+  }
+  std::array<double, 6> world{};
+  std::istringstream lines(files::read_file(world_path, 4096));
+  for (std::size_t k = 0; k < world.size(); ++k) {
+    if (!(lines >> world[k]) || !std::isfinite(world[k])) throw Error(fmt::format("{}:{}: no number; wanted six, one a line", world_path, k + 1));
+  }
+  FrictionPicture picture;
+  picture.pixel_m_px << world[0], world[2], world[1], world[3];
+  picture.first_pixel_m = {world[4], world[5]};
+  if (!(std::abs(picture.pixel_m_px.determinant()) > 1e-12))
+    throw Error(fmt::format("{}: pixels of no area ({}, {}, {}, {}); wanted their size in metres in lines 1 and 4", world_path, world[0], world[1], world[2], world[3]));
+  try {
+    report::Picture image = report::decode_png(files::read_file(path, kMaxPictureBytes));
+    picture.width_px = image.width_px;
+    picture.height_px = image.height_px;
+    picture.rgba = std::move(image.rgba);
+  } catch (const std::invalid_argument& error) {
+    throw Error(fmt::format("{}: {}; wanted a PNG with friction times 100 as grey", path, error.what()));
+  }
+  return picture;
+}
+
 crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road, const crg::ReferenceLine& line,
-                        const std::vector<FrictionZone>& zones, const FrictionOptions& options, unsigned threads, FrictionReport* report) {
+                        const FrictionOptions& options, unsigned threads, FrictionReport* report) {
+  const std::vector<FrictionZone> zones = options.zones_path ? read_friction_zones(*options.zones_path) : std::vector<FrictionZone>{};
+  const std::optional<FrictionPicture> picture =
+      options.picture_path ? std::optional(read_friction_picture(*options.picture_path)) : std::nullopt;
   std::vector<ObjectKind> kinds;
   for (const MeshObject& object : road.mesh.objects) kinds.push_back(kind_of(object));
   bool named = false;
@@ -92,6 +142,13 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
           }
         }
         double friction = value[static_cast<std::size_t>(kind)];
+        if (picture) {
+          const crg::Point2 p = crg::node_position(line, i, grid.v_m[j]);
+          if (const auto painted = picture->at(p.x_m, p.y_m)) {
+            friction = *painted;
+            kind = Kind::painted;
+          }
+        }
         for (const FrictionZone& zone : zones) {
           const bool along = zone.u_begin_m <= zone.u_end_m ? u >= zone.u_begin_m && u <= zone.u_end_m : u >= zone.u_begin_m || u <= zone.u_end_m;
           if (!along || grid.v_m[j] < zone.v_begin_m || grid.v_m[j] > zone.v_end_m) continue;

@@ -290,6 +290,13 @@ std::vector<RecipeKey> make_keys() {
                         [](Recipe& r) -> double& { return r.friction.paint; }));
   keys.push_back(number("friction", "friction_concrete", 0.0, 3.0, "friction of what is named concrete",
                         [](Recipe& r) -> double& { return r.friction.concrete; }));
+  keys.push_back({"friction", "friction_picture", "a path",
+                  "PNG painted with friction times 100 as grey over <name>.classes.png; relative to the recipe's folder", true,
+                  [](Recipe& recipe, const std::string& text) {
+                    if (text.empty()) refuse(text, "the path of a PNG file");
+                    recipe.friction.picture_path = text;
+                  },
+                  [](const Recipe& recipe) { return recipe.friction.picture_path.value_or(""); }});
   keys.push_back({"friction", "friction_zones", "a path",
                   "CSV of u and v ranges with their friction, over the classes; relative to the recipe's folder", true,
                   [](Recipe& recipe, const std::string& text) {
@@ -593,6 +600,7 @@ Recipe read_recipe(const std::string& path) {
   recipe.mesh_path = beside(path, recipe.mesh_path);
   if (recipe.control_points_path)
     recipe.control_points_path = beside(path, *recipe.control_points_path);
+  if (recipe.friction.picture_path) recipe.friction.picture_path = beside(path, *recipe.friction.picture_path);
   if (recipe.friction.zones_path) recipe.friction.zones_path = beside(path, *recipe.friction.zones_path);
   if (recipe.trajectory_path) recipe.trajectory_path = beside(path, *recipe.trajectory_path);
   if (recipe.name.empty()) recipe.name = std::filesystem::path(recipe.mesh_path).stem().string();

@@ -19,6 +19,7 @@ using Progress = std::function<void(const std::string& stage, double share)>;
 
 struct BuildResult {
   std::string crg_path, stl_path, centreline_path, summary_path, picture_path;
+  std::string classes_path;   ///< plan of the mesh in the colours of its classes; its world file (.pgw) beside it
   std::string friction_path;  ///< empty without a friction map
   std::string patches_path;   ///< index of the road and its patches; empty without patches
   std::string summary_json;   ///< the text written to summary_path
@@ -38,7 +39,7 @@ constexpr std::size_t kMaxBeforeNodes = 40'000'000;  ///< 160 MB
 /// beside and beyond the grid is no road (the standard's default repeats the height of its border).
 crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid);
 
-/// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json and <name>.png into
+/// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json, <name>.png and <name>.classes.png (.pgw) into
 /// `output_dir` (made if missing). Each file appears whole or not at all. Fills `evidence` where given. With
 /// `reuse`, nothing is built (and no evidence filled) when the summary.json that lies there was written by the same
 /// program from the same inputs (by hash) with the same recipe, and the files are still those that it names (by hash).

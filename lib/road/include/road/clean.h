@@ -64,6 +64,7 @@ struct CleanReport {
   /// With names: area that names and geometry both call road over the area that either does, before
   /// anything is dropped as not connected. Empty without names.
   std::optional<double> road_agreement;
+  std::vector<SurfaceClass> class_of_triangle;  ///< of every triangle of the mesh that came in
   std::vector<std::string> remarks;
 };
 
