@@ -178,6 +178,40 @@ TEST(Map, SaysWhatDoesNotFit) {
   EXPECT_THAT(refusal(timeless, road, &good), HasSubstr("have no time"));
 }
 
+TEST(Map, RemarksOnAClockThatIsALittleOff) {
+  const support::TemporaryFolder folder;
+  const crg::Crg road = support::trial_roads(0.2).truth;
+  ScanSynthOptions options;
+  options.u_begin_m = 600.0, options.u_end_m = 720.0, options.azimuths = 100, options.cars = 0;
+  const ScanSynthReport made = synth_scans(road, folder.path("scans"), options);
+  Trajectory trajectory = read_trajectory(made.trajectory_path);
+  const CloudSource source = source_of(folder.path("scans"));
+  EXPECT_THAT(map_clouds(source, road, &trajectory).report.remarks, ::testing::IsEmpty());
+  for (double& t : trajectory.time_s) t += 0.05;
+  const MapResult late = map_clouds(source, road, &trajectory);
+  EXPECT_THAT(late.report.remarks, ::testing::Contains(HasSubstr("clock, mounting of the sensor")));
+}
+
+TEST(Map, GrassBesideTheRoadLeavesTheRoadAlone) {
+  const support::TemporaryFolder folder;
+  const crg::Crg road = plain_road();
+  ScanSynthOptions options = quick();
+  options.azimuths = 384, options.grass_height_m = 0.12, options.grass_from_m = 4.0;
+  const ScanSynthReport made = synth_scans(road, folder.path("scans"), options);
+  const Trajectory trajectory = read_trajectory(made.trajectory_path);
+  const MapResult result = map_clouds(source_of(folder.path("scans")), road, &trajectory);
+  double sum2 = 0.0, count = 0.0;
+  for (std::size_t i = 200; i < 1000; ++i)
+    for (std::size_t j = 0; j < road.grid.columns(); ++j)
+      if (std::abs(road.grid.v_m[j]) < 3.9 &&
+          result.source.at(i, j) == static_cast<float>(NodeSource::lidar))
+        sum2 += std::pow(static_cast<double>(result.grid.at(i, j) - road.grid.at(i, j)), 2),
+            count += 1.0;
+  EXPECT_GT(count, 15000.0);
+  EXPECT_LT(std::sqrt(sum2 / count), 0.003);
+  for (std::size_t k = 2; k < 5; ++k) EXPECT_LT(result.report.typical_stddev[k], 0.002);
+}
+
 TEST(Synth, SameBytesForAnyNumberOfThreads) {
   const support::TemporaryFolder folder;
   ScanSynthOptions options = quick();

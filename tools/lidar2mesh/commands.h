@@ -46,10 +46,10 @@ int run_synth(const SynthCommand& command);
 
 struct MapCommand {
   std::vector<std::string> scans;
-  std::string trajectory, base, output_dir, frame, unit, base_unit, base_up;
+  std::string trajectory, base, centreline, output_dir, frame, unit, base_unit, base_up;
   std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
-  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5;
-  bool correct_drift = true, report = true, json = false;
+  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0;
+  bool correct_drift = true, report = true, json = false, stl = false;
   unsigned threads = 0;
 };
 int run_map(const MapCommand& command);

@@ -103,7 +103,14 @@ void define_synth(CLI::App& app, SynthCommand& c, Run& run) {
 }
 
 void add_base_options(CLI::App& app, MapCommand& c) {
-  app.add_option("--base", c.base, "the road to refine: a .crg, or a mesh")->required();
+  CLI::Option* const base =
+      app.add_option("--base", c.base, "the road to refine: a .crg, or a mesh");
+  app.add_option("--centreline", c.centreline,
+                 "no base: the road is made along this line, CSV x_m,y_m,z_m,half_width_m")
+      ->excludes(base);
+  app.add_option("--v-max-m", c.v_max_m, "without a base: how far to both sides of the line [10]")
+      ->check(CLI::Range(1.0, 100.0))
+      ->excludes(base);
   app.add_option("-o,--output", c.output_dir, "folder for the results, made if missing")
       ->required();
   app.add_option("--unit", c.base_unit, "of a base mesh: m, cm, mm, ft [found]")
@@ -117,6 +124,7 @@ void add_base_options(CLI::App& app, MapCommand& c) {
       ->check(CLI::Range(1e-4, 10.0));
   app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
       ->check(CLI::Range(0.05, 5.0));
+  app.add_flag("--stl", c.stl, "write refined.stl (float32) instead of refined.ply");
   app.add_flag("!--no-report", c.report, "leave out report.html and report.json");
   app.add_flag("--json", c.json, "print the summary as JSON");
   app.add_option("--threads", c.threads, "[all cores]; any number gives the same bytes");

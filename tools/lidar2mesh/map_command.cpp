@@ -2,13 +2,14 @@
 
 #include <filesystem>
 
+#include "cloud/base_road.h"
 #include "cloud/map.h"
 #include "commands.h"
 #include "crg/options.h"
 #include "files/write_file.h"
+#include "map_report.h"
 #include "road/build.h"
 #include "road/error.h"
-#include "road/write_report.h"
 
 namespace lidar2mesh {
 namespace {
@@ -31,6 +32,21 @@ crg::Crg read_base(const MapCommand& command) {
   const crg::ReferenceLine line = road::fit_reference_line(centreline);
   return road::track_crg(
       line, road::sample_grid(mesh, road::RaySurface(mesh.mesh), line, centreline).grid);
+}
+
+/// Without a base: a first road along the given line or the trajectory's first lap.
+crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& source,
+                          const cloud::Trajectory* trajectory) {
+  cloud::BaseRoadOptions options;
+  options.v_max_m = command.v_max_m, options.threads = command.threads;
+  if (!command.centreline.empty())
+    return cloud::base_from_points(source, road::read_centreline_csv(command.centreline),
+                                   trajectory, options);
+  if (trajectory == nullptr)
+    throw road::Error(
+        "a road to refine (--base), or a line to make one along (--centreline, or the --trajectory "
+        "of the scans) is wanted");
+  return cloud::base_from_points(source, cloud::driven_line(*trajectory), trajectory, options);
 }
 
 /// The grid as triangles; every so many rows that no more than two million nodes are left.
@@ -92,21 +108,24 @@ int run_map(const MapCommand& command) {
     }
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
-  const crg::Crg base = read_base(command);
+  std::vector<std::string> remarks;
+  const cloud::CloudSource source = [&](const cloud::ChunkSink& sink) {
+    remarks.clear();
+    for (const std::string& file : files)
+      for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
+        remarks.push_back(file + ": " + remark);
+  };
+  const cloud::Trajectory* const poses = in_map ? nullptr : &trajectory;
+  const crg::Crg base =
+      command.base.empty() ? road_from_points(command, source, poses) : read_base(command);
   cloud::MapOptions options;
   options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
   options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
   options.threads = command.threads;
-  std::vector<std::string> remarks;
-  const cloud::MapResult result = cloud::map_clouds(
-      [&](const cloud::ChunkSink& sink) {
-        remarks.clear();
-        for (const std::string& file : files)
-          for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
-            remarks.push_back(file + ": " + remark);
-      },
-      base, in_map ? nullptr : &trajectory, options);
+  const cloud::MapResult result = command.base.empty()
+                                      ? cloud::map_without_base(source, base, poses, options)
+                                      : cloud::map_clouds(source, base, poses, options);
 
   std::error_code problem;
   fs::create_directories(command.output_dir, problem);
@@ -130,7 +149,8 @@ int run_map(const MapCommand& command) {
   crg::write(refined, path("refined.crg"), crg::Format::KRBI);
   crg::write(with_grid(result.stddev, false), path("refined.stddev.crg"), crg::Format::KRBI);
   crg::write(with_grid(result.source, false), path("refined.provenance.crg"), crg::Format::KRBI);
-  road::write_mesh(mesh_of(refined), path("refined.ply"));
+  const std::string mesh_path = path(command.stl ? "refined.stl" : "refined.ply");
+  road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
   const std::string summary = cloud::map_summary_json(facts);
@@ -139,10 +159,7 @@ int run_map(const MapCommand& command) {
     cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
   if (command.report) {
     crg::write(base, path("base.crg"), crg::Format::KRBI);
-    road::ReportRequest request;
-    request.crg_path = path("refined.crg"), request.against_path = path("base.crg"),
-    request.title = "refined from LiDAR", request.threads = command.threads;
-    road::write_report(request, command.output_dir);
+    write_map_report(command.output_dir, base, refined, result.source, facts, command.threads);
   }
   if (command.json) {
     fmt::print("{}", summary);
@@ -151,12 +168,12 @@ int run_map(const MapCommand& command) {
   fmt::print("{} points read, {} used; {:.1f} % of the nodes come from points\n", facts.points,
              facts.used, 100.0 * facts.coverage);
   if (command.correct_drift) {
-    fmt::print(
-        "drift: {} after {} rounds over {} sections in {} passes; against the base {:.1f} -> "
-        "{:.1f} mm, {:.0f} % of its numbers agreed\n",
-        facts.converged ? "converged" : "NOT converged", facts.iterations, facts.sections,
-        facts.passes, 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m,
-        100.0 * facts.inlier_share);
+    fmt::print("drift: {} after {} rounds over {} sections in {} passes\n",
+               facts.converged ? "converged" : "NOT converged", facts.iterations, facts.sections,
+               facts.passes);
+    if (!command.base.empty())
+      fmt::print("against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
+                 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share);
     if (facts.passes > 1)
       fmt::print("between passes {:.1f} -> {:.1f} mm\n", 1e3 * facts.pass_rms_before_m,
                  1e3 * facts.pass_rms_after_m);

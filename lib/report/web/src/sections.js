@@ -27,6 +27,9 @@ export function alongU(data, state) {
   add('Curvature', ['curvature_1pm'], '1/m');
   add('Width and limits', ['width_m', 'v_left_m', 'v_right_m'], 'm', 170);
   add('Largest error in each row', data.curves.map((curve) => curve.key).filter((key) => key.startsWith('largest_error')), 'mm');
+  // What a trajectory's drift was, lap by lap (lidar2mesh).
+  for (const [of, unit] of [['x_m', 'mm'], ['y_m', 'mm'], ['z_m', 'mm'], ['roll_rad', 'mrad'], ['pitch_rad', 'mrad'], ['yaw_rad', 'mrad']])
+    add(`Drift taken out of ${of.split('_')[0]}`, data.curves.map((curve) => curve.key).filter((key) => key.startsWith(`drift_${of}`)), unit, 120);
   root.append(el('p', { class: 'muted small no-print' }, 'Drag across a curve to zoom all views, double click for the whole road.'));
   return root;
 }

@@ -1,0 +1,218 @@
+#include "cloud/base_road.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "cloud/road_frame.h"
+#include "road/build.h"
+#include "road/error.h"
+#include "road/parallel.h"
+#include "road/reference_line.h"
+
+namespace cloud {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr double kCell_m = 0.5;
+constexpr double kSticksOut_m = 0.15;  // of the cells around: cars, noise far below
+
+/// Heights of cells along the road, NaN where no point fell.
+struct Cells {
+  std::size_t along = 0, across = 0;
+  bool closed = false;
+  std::vector<float> z;
+  float at(std::ptrdiff_t i, std::ptrdiff_t j) const {
+    const auto n = static_cast<std::ptrdiff_t>(along);
+    if (closed) i = (i % n + n) % n;
+    if (i < 0 || i >= n || j < 0 || j >= static_cast<std::ptrdiff_t>(across)) return kNaN;
+    return z[static_cast<std::size_t>(i) * across + static_cast<std::size_t>(j)];
+  }
+};
+
+/// The median of the 5 x 5 around takes the place of what sticks out of it.
+void calm(Cells& cells, unsigned threads) {
+  const Cells before = cells;
+  road::parallel_for(cells.along, 64, threads, [&](std::size_t from, std::size_t to) {
+    std::vector<float> around;
+    for (std::size_t i = from; i < to; ++i)
+      for (std::size_t j = 0; j < cells.across; ++j) {
+        float& z = cells.z[i * cells.across + j];
+        if (!std::isfinite(z)) continue;
+        around.clear();
+        for (std::ptrdiff_t a = -2; a <= 2; ++a)
+          for (std::ptrdiff_t b = -2; b <= 2; ++b) {
+            const float h =
+                before.at(static_cast<std::ptrdiff_t>(i) + a, static_cast<std::ptrdiff_t>(j) + b);
+            if (std::isfinite(h)) around.push_back(h);
+          }
+        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+        std::nth_element(around.begin(), middle, around.end());
+        if (std::abs(static_cast<double>(z - *middle)) > kSticksOut_m) z = *middle;
+      }
+  });
+}
+
+}  // namespace
+
+road::Centreline driven_line(const Trajectory& trajectory) {
+  constexpr double kApart_m = 2.0, kBack_m = 10.0;
+  road::Centreline line;
+  double driven = 0.0;
+  for (std::size_t i = 0; i < trajectory.size() && trajectory.piece[i] == trajectory.piece[0];
+       ++i) {
+    driven = trajectory.driven_m[i] - trajectory.driven_m[0];
+    const Eigen::Vector3d& p = trajectory.position_m[i];
+    if (!line.points_m.empty() && (p - line.points_m.back()).norm() < kApart_m) continue;
+    const Eigen::Vector2d back = (p - trajectory.position_m[0]).head<2>();
+    const Eigen::Vector3d ahead = trajectory.orientation[0] * Eigen::Vector3d::UnitX();
+    // Round: near the beginning again, and driving past it.
+    if (driven > 100.0 && back.norm() < kBack_m && back.dot(ahead.head<2>()) > -kApart_m) {
+      line.closed = true;
+      break;
+    }
+    line.points_m.push_back(p), line.half_width_m.push_back(5.0);
+  }
+  if (driven < 20.0)
+    throw road::Error(fmt::format(
+        "the trajectory's first piece is {:.1f} m long; 20 m wanted to put a road along", driven));
+  line.length_m = driven;
+  return line;
+}
+
+crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line,
+                          const Trajectory* trajectory, const BaseRoadOptions& options) {
+  road::ReferenceLineOptions line_options;
+  line_options.u_step_m = options.u_step_m;
+  const crg::ReferenceLine reference = road::fit_reference_line(line, line_options);
+  crg::Grid grid;
+  grid.u_begin_m = 0.0, grid.u_step_m = reference.u_step_m;
+  const auto half = static_cast<int>(options.v_max_m / options.v_step_m + 0.5);
+  for (int j = -half; j <= half; ++j) grid.v_m.push_back(options.v_step_m * j);
+  const std::size_t rows = reference.x_m.size(), columns = grid.v_m.size();
+  grid.z_m.assign(rows * columns, 0.0f);
+  const RoadFrame frame(road::track_crg(reference, grid));  // flat: only its (u, v) is used
+  const double origin = line.points_m.front().z();
+  // Height of the line per row.
+  std::vector<double> line_z(rows);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const Eigen::Vector2d p = frame.node_position(i, 0.0);
+    while (next + 1 < line.points_m.size() && (line.points_m[next + 1].head<2>() - p).norm() <=
+                                                  (line.points_m[next].head<2>() - p).norm())
+      ++next;
+    line_z[i] = line.points_m[next].z();
+  }
+  Cells cells;
+  cells.closed = frame.closed();
+  cells.along = std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kCell_m));
+  cells.across = static_cast<std::size_t>(2.0 * options.v_max_m / kCell_m) + 1;
+  cells.z.assign(cells.along * cells.across, std::numeric_limits<float>::infinity());
+  const double rows_per_cell =
+      static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);
+  struct Seen {
+    std::uint32_t cell;
+    float z;
+  };
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<Seen> seen;
+  std::size_t points = 0, found = 0;
+  std::vector<double> pose_row;  // where the sensor was; legs that cross do not mix
+  if (trajectory != nullptr) {
+    double row = 0.0;
+    for (std::size_t i = 0; i < trajectory->size(); ++i) {
+      const Eigen::Vector3d& p = trajectory->position_m[i];
+      std::optional<GridPlace> place;
+      if (i > 0 && trajectory->piece[i] == trajectory->piece[i - 1])
+        place = frame.project(p.x(), p.y(), row);
+      if (!place) place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
+      if (place) row = place->row;
+      pose_row.push_back(row);
+    }
+  }
+  scans([&](Cloud&& chunk) {
+    if (trajectory != nullptr && chunk.time_s.empty())
+      throw road::Error(
+          "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
+          "is wanted, or --frame map for a registered cloud");
+    seen.assign(chunk.size(), {kNone, 0.0f});
+    road::parallel_for(chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
+      std::size_t hint = 0;
+      double row = -1.0;
+      for (std::size_t k = from; k < to; ++k) {
+        Eigen::Vector3d p = chunk.origin_m + chunk.point(k);
+        if (trajectory != nullptr) {
+          PosedInstant pose;
+          if (!pose_at(*trajectory, chunk.time_s[k], hint, pose)) continue;
+          p = pose.position_m + pose.orientation * p;
+          row = pose_row[hint];
+        }
+        std::optional<GridPlace> place;
+        if (row >= 0.0) place = frame.project(p.x(), p.y(), row);
+        if (trajectory == nullptr && (!place || std::abs(place->v_m) > options.v_max_m))
+          place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
+        if (!place || std::abs(place->v_m) > options.v_max_m) continue;
+        row = place->row;
+        const double above = p.z() - line_z[static_cast<std::size_t>(place->row)];
+        if (!(above > -options.below_m && above < options.above_m)) continue;
+        const auto i =
+            std::min(static_cast<std::size_t>(place->row / rows_per_cell), cells.along - 1);
+        const auto j = static_cast<std::size_t>((place->v_m + options.v_max_m) / kCell_m);
+        seen[k] = {static_cast<std::uint32_t>(i * cells.across + std::min(j, cells.across - 1)),
+                   static_cast<float>(p.z() - origin)};
+      }
+    });
+    points += chunk.size();
+    for (const Seen& s : seen)
+      if (s.cell != kNone) cells.z[s.cell] = std::min(cells.z[s.cell], s.z), ++found;
+  });
+  if (found < 100)
+    throw road::Error(
+        fmt::format("{} of {} points lie within {} m beside the line and {} m under it; frame, "
+                    "clock or unit of "
+                    "line and points differ",
+                    found, points, options.v_max_m, options.below_m));
+  for (float& z : cells.z)
+    if (!std::isfinite(z)) z = kNaN;
+  calm(cells, options.threads);
+  road::parallel_for(rows, 64, options.threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i)
+      for (std::size_t j = 0; j < columns; ++j) {
+        const double a = static_cast<double>(i) / rows_per_cell - 0.5,
+                     b = (grid.v_m[j] + options.v_max_m) / kCell_m - 0.5;
+        const double fa = std::floor(a), fb = std::floor(b);
+        double sum = 0.0, weights = 0.0;
+        for (int m = 0; m < 2; ++m)
+          for (int n = 0; n < 2; ++n) {
+            const float z =
+                cells.at(static_cast<std::ptrdiff_t>(fa) + m, static_cast<std::ptrdiff_t>(fb) + n);
+            const double w =
+                (m == 0 ? 1.0 - (a - fa) : a - fa) * (n == 0 ? 1.0 - (b - fb) : b - fb);
+            if (std::isfinite(z)) sum += w * static_cast<double>(z), weights += w;
+          }
+        grid.z_m[i * columns + j] =
+            weights > 0.2 ? static_cast<float>(sum / weights + origin) : kNaN;
+      }
+  });
+  if (frame.closed())
+    for (std::size_t j = 0; j < columns; ++j) grid.z_m[(rows - 1) * columns + j] = grid.z_m[j];
+  return road::track_crg(reference, std::move(grid));
+}
+
+MapResult map_without_base(const CloudSource& scans, const crg::Crg& first,
+                           const Trajectory* trajectory, MapOptions options) {
+  options.trust_base = false, options.base_stddev_m = 1.0;
+  MapResult result = map_clouds(scans, first, trajectory, options);
+  for (std::size_t k = 0; k < result.grid.z_m.size(); ++k)
+    if (!(result.source.z_m[k] > static_cast<float>(NodeSource::base)))
+      result.grid.z_m[k] = result.stddev.z_m[k] = result.source.z_m[k] = kNaN;
+  result.report.nodes_hole += result.report.nodes_base, result.report.nodes_base = 0;
+  result.report.coverage =
+      static_cast<double>(result.report.nodes_lidar) /
+      std::max<double>(1.0, static_cast<double>(result.report.nodes - result.report.nodes_hole));
+  return result;
+}
+
+}  // namespace cloud

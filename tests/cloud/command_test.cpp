@@ -1,0 +1,118 @@
+// lidar2mesh as it is called.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "crg/file.h"
+#include "nlohmann/json.hpp"
+#include "support/temporary_folder.h"
+
+namespace cloud {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Ran {
+  int code = -1;
+  std::string out, err;
+};
+
+/// `before` is shell in front of the program.
+Ran lidar2mesh(const support::TemporaryFolder& folder, const std::string& arguments,
+               const std::string& before = "") {
+  const std::string command = before + " \"" LIDAR2MESH "\" " + arguments + " > '" +
+                              folder.path("out.txt") + "' 2> '" + folder.path("err.txt") + "'";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("out.txt"),
+          folder.read("err.txt")};
+}
+
+/// A wavy road of 200 m with 0.2 m steps.
+void write_road(const std::string& path) {
+  crg::ReferenceLine line;
+  line.u_step_m = 0.2;
+  crg::Grid grid;
+  grid.u_step_m = line.u_step_m;
+  for (int j = -25; j <= 25; ++j) grid.v_m.push_back(0.2 * j);
+  for (int i = 0; i <= 1000; ++i) {
+    line.x_m.push_back(0.2 * i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
+    for (const double v : grid.v_m)
+      grid.z_m.push_back(static_cast<float>(0.3 * std::sin(0.01 * i) + 0.02 * v +
+                                            0.01 * std::sin(0.2 * i) * std::cos(v)));
+  }
+  crg::write(crg::make_crg(line, grid), path, crg::Format::KRBI);
+}
+
+TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
+  const support::TemporaryFolder folder;
+  write_road(folder.path("road.crg"));
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
+                                   " --from-m 20 --to-m 180 --azimuths 128 --v-m -1 1");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const std::string scans = at("scans") + " --trajectory " + at("scans/trajectory.csv");
+  ran = lidar2mesh(folder, "map " + scans + " --base " + at("road.crg") + " -o " + at("first"));
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto report = nlohmann::json::parse(folder.read("first/report.json"));
+  ASSERT_EQ(report["extra"].size(), 3u);
+  EXPECT_EQ(report["extra"][1]["title"], "The trajectory's drift");
+  EXPECT_EQ(report["comparisons"][0]["key"], "against");
+
+  ran = lidar2mesh(folder, "map " + scans + " --base " + at("first/refined.ply") + " -o " +
+                               at("second") + " --stl --no-report");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_TRUE(std::filesystem::exists(folder.path("second/refined.stl")));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("second/refined.ply")));
+  const auto summary = nlohmann::json::parse(folder.read("second/summary.json"));
+  EXPECT_TRUE(summary["registration"]["converged"]);
+  EXPECT_LT(summary["registration"]["rms_after_m"], 0.004);
+  EXPECT_GT(summary["grid"]["from_points"], 50000);
+
+  ran = lidar2mesh(folder, "map " + scans + " --base " + at("first/refined.ply") +
+                               " --unit cm -o " + at("third"));
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path("third/refined.crg")));
+
+  ran = lidar2mesh(folder, "map " + scans + " -o " + at("points_alone") + " --v-max-m 4");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_GT(crg::read(folder.path("points_alone/refined.crg")).grid.rows(), 1500u);
+}
+
+TEST(Command, AFullDiskLeavesNoHalfFile) {
+  const support::TemporaryFolder folder;
+  write_road(folder.path("road.crg"));
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
+                                   " --laps 1 --from-m 20 --to-m 80 --azimuths 64");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  // Files of more than 64 KB are refused by the system as on a full disk.
+  ran = lidar2mesh(folder,
+                   "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                       " --base " + at("road.crg") + " -o " + at("out"),
+                   "trap '' XFSZ; ulimit -f 64;");
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("refined.crg"));
+  EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path("out")))
+    ADD_FAILURE() << entry.path() << " was left behind";
+}
+
+TEST(Command, SaysWhatIsMissing) {
+  const support::TemporaryFolder folder;
+  folder.file("survey.laz", "LASF");
+  const std::string laz = "'" + folder.path("survey.laz") + "'";
+  Ran ran = lidar2mesh(folder, "info " + laz);
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("laszip -i"));
+  folder.file("points.xyz", "0 0 0\n1 0 0\n");
+  ran = lidar2mesh(folder, "map '" + folder.path("points.xyz") + "' -o '" + folder.path("o") + "'");
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("--centreline"));
+}
+
+}  // namespace
+}  // namespace cloud
