@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fuzz/cloud_fuzz.h"
+#include "fuzz/mutated.h"
 #include "support/cloud_files.h"
 
 namespace {

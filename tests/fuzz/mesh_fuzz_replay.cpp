@@ -6,6 +6,7 @@
 #include <random>
 
 #include "fuzz/mesh_fuzz.h"
+#include "fuzz/mutated.h"
 #include "support/mesh_files.h"
 
 namespace {
