@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <Eigen/Geometry>
 #include <new>
 
 #include "road/error.h"
+#include "wide.h"
 
 namespace road {
 
@@ -67,6 +69,18 @@ struct RaySurface::Scene {
   }
 };
 
+/// Embree's form of the packet. What never changes in it is written at the first cast only: Embree reads 64
+/// bytes at once, and would wait for many small stores just before.
+RTCRayHit16& RaySurface::embree_packet(RayPacket16& packet) {
+  static_assert(sizeof(RTCRayHit16) <= sizeof(packet.embree_));
+  if (packet.ready_) return *std::launder(reinterpret_cast<RTCRayHit16*>(packet.embree_.data()));
+  auto* ray = new (packet.embree_.data()) RTCRayHit16{};
+  std::fill_n(ray->ray.dir_z, 16, -1.0f);
+  std::fill_n(ray->ray.mask, 16, 0xffffffffu);
+  packet.ready_ = true;
+  return *ray;
+}
+
 RaySurface::RaySurface(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
   // One build thread: the tree, and with it the triangle answered on a shared edge, is then the same
   // on every machine. 30,000 triangles take some 10 ms.
@@ -119,27 +133,22 @@ void RaySurface::cast_down(RayPacket16& packet) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  RTCRayHit16 ray;
-  for (std::size_t i = 0; i < 16; ++i) {
-    ray.ray.org_x[i] = packet.x_m[i];
-    ray.ray.org_y[i] = packet.y_m[i];
-    ray.ray.org_z[i] = packet.z_top_m[i];
-    ray.ray.dir_x[i] = 0.0f;
-    ray.ray.dir_y[i] = 0.0f;
-    ray.ray.dir_z[i] = -1.0f;
-    ray.ray.tnear[i] = 0.0f;
-    ray.ray.tfar[i] = packet.max_depth_m;
-    ray.ray.time[i] = 0.0f;
-    ray.ray.mask[i] = 0xffffffffu;
-    ray.ray.flags[i] = 0;
-    ray.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-  }
+  RTCRayHit16& ray = embree_packet(packet);
+  wide([&]() __attribute__((always_inline)) {
+    for (std::size_t i = 0; i < 16; ++i) ray.ray.org_x[i] = packet.x_m[i];
+    for (std::size_t i = 0; i < 16; ++i) ray.ray.org_y[i] = packet.y_m[i];
+    for (std::size_t i = 0; i < 16; ++i) ray.ray.org_z[i] = packet.z_top_m[i];
+    for (std::size_t i = 0; i < 16; ++i) ray.ray.tfar[i] = packet.max_depth_m;
+    for (std::size_t i = 0; i < 16; ++i) ray.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+  });
   rtcIntersect16(packet.active.data(), scene_->scene.get(), &context, &ray);
-  for (std::size_t i = 0; i < 16; ++i) {
-    const bool hit = packet.active[i] != 0 && ray.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-    packet.z_m[i] = hit ? packet.z_top_m[i] - ray.ray.tfar[i] : std::numeric_limits<float>::quiet_NaN();
-    packet.triangle[i] = ray.hit.primID[i];
-  }
+  wide([&]() __attribute__((always_inline)) {
+    for (std::size_t i = 0; i < 16; ++i) {
+      const float z = packet.z_top_m[i] - ray.ray.tfar[i];
+      packet.z_m[i] = ray.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID ? z : std::numeric_limits<float>::quiet_NaN();
+    }
+    for (std::size_t i = 0; i < 16; ++i) packet.triangle[i] = ray.hit.primID[i];
+  });
 }
 
 std::optional<SurfaceHit> RaySurface::nearest_hit(double x_m, double y_m, double z_near_m,

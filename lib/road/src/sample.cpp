@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <unordered_map>
 
 #include "road/error.h"
 #include "road/parallel.h"
+#include "row_walk.h"
 
 namespace road {
 
@@ -15,17 +17,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr float kRayStart_m = 2.0f;    // above the predicted road: lower than any bridge, Embree's best precision
 constexpr double kLayerGap_m = 2.5;    // legs of the track closer in height than this are neighbours, else bridges
 constexpr double kFoldMargin = 0.1;    // rows keep at least this share of their spacing
 constexpr double kCrossingReach = 2.0; // times the grid's half width: how far from its middle a level crossing is one
 constexpr double kCoarseStep_m = 1.0;  // of the search for folds and neighbours along u
-constexpr std::size_t kLanes = 16;
-
-/// z and half width of the road per row, from the centreline stations by share of length.
-struct RowGuide {
-  std::vector<double> z_m, half_width_m;
-};
 
 RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline) {
   const std::size_t n = centreline.points_m.size();
@@ -47,14 +42,6 @@ RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline
   }
   return guide;
 }
-
-/// How far a row may reach to each side before it folds over itself or comes nearer to another leg
-/// of the line: the smallest circle that touches the line at the row and passes through another point
-/// of it (nearby points give the osculating circle, hence the fold).
-struct RowLimits {
-  std::vector<float> left_m, right_m;
-  std::vector<char> left_is_fold, right_is_fold;
-};
 
 RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, const std::vector<Crossing>& crossings, double v_max_m) {
   const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kCoarseStep_m / line.u_step_m)));
@@ -97,12 +84,14 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
           const Vector2d d = Vector2d(line.x_m[j], line.y_m[j]) - here;
           const double across = d.dot(normal);
           if (std::abs(across) < 1e-9) continue;
+          Side& side = across > 0.0 ? left[k] : right[k];
+          // Surely no nearer than what is known, fold or not; most are not, and a division is dear.
+          if ((1.0 - kFoldMargin) * d.squaredNorm() > 2.001 * std::abs(across) * side.limit_m) continue;
           const double du = along_m(static_cast<double>(i) * line.u_step_m, static_cast<double>(j) * line.u_step_m);
           // Half a circle round the touching circle is the same bend; further is another leg.
           const double radius_m = d.squaredNorm() / (2.0 * std::abs(across));
           const bool fold = du < 3.2 * radius_m;
           const double limit_m = fold ? (1.0 - kFoldMargin) * radius_m : radius_m;
-          Side& side = across > 0.0 ? left[k] : right[k];
           if (limit_m < side.limit_m) side = {limit_m, fold};
         }
       }
@@ -125,153 +114,46 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
   return limits;
 }
 
-/// 16 neighbouring rows walking outwards together, each on its own layer of the surface.
-class RowWalk {
- public:
-  RowWalk(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line, const RowGuide& guide,
-          const SampleOptions& options, std::size_t first_row, std::size_t rows, SampledGrid& out)
-      : road_(road), surface_(surface), options_(options), guide_(guide), first_row_(first_row), rows_(rows), out_(out) {
-    const Eigen::Vector3d& origin = surface.origin_m();
-    for (std::size_t k = 0; k < rows_; ++k) {
-      const crg::Point2 p = crg::node_position(line, first_row + k, 0.0), q = crg::node_position(line, first_row + k, 1.0);
-      x0_[k] = p.x_m - origin.x();
-      y0_[k] = p.y_m - origin.y();
-      nx_[k] = q.x_m - p.x_m;
-      ny_[k] = q.y_m - p.y_m;
-      start_z_m_[k] = static_cast<float>(guide.z_m[first_row + k] - origin.z());
-    }
-    packet_.max_depth_m = 2.0f * kRayStart_m;
-  }
-
-  /// Walks columns first, first + step, ... while |v| stays within limit_m of each row.
-  /// Returns the lanes that were still on the surface when their limit ended them.
-  std::array<bool, kLanes> walk(std::ptrdiff_t first, std::ptrdiff_t step, const float* limit_m) {
-    const auto& v = out_.grid.v_m;
-    std::array<double, kLanes> last_v;
-    std::array<float, kLanes> last_z = start_z_m_;
-    std::array<bool, kLanes> on{}, cut{};
-    last_v.fill(0.0);
-    for (std::size_t k = 0; k < rows_; ++k) on[k] = true;
-    for (auto j = first; j >= 0 && j < static_cast<std::ptrdiff_t>(v.size()); j += step) {
-      const double at_v = v[static_cast<std::size_t>(j)];
-      bool any = false;
-      for (std::size_t k = 0; k < kLanes; ++k) {
-        if (on[k] && std::abs(at_v) > static_cast<double>(limit_m[k])) {
-          on[k] = false;
-          cut[k] = std::abs(at_v - last_v[k]) < 2.0 * options_.v_step_m;
-        }
-        packet_.active[k] = on[k] ? -1 : 0;
-        any = any || on[k];
-        packet_.x_m[k] = static_cast<float>(x0_[k] + at_v * nx_[k]);
-        packet_.y_m[k] = static_cast<float>(y0_[k] + at_v * ny_[k]);
-        packet_.z_top_m[k] = last_z[k] + kRayStart_m;
-      }
-      if (!any) break;
-      surface_.cast_down(packet_);
-      for (std::size_t k = 0; k < rows_; ++k) {
-        if (!on[k]) continue;
-        const double gap_m = std::abs(at_v - last_v[k]);
-        // Across a gap the surface may have climbed with any slope a road has.
-        const double reach_m = options_.max_step_m + 0.5 * std::max(0.0, gap_m - options_.v_step_m);
-        float z = packet_.z_m[k];
-        std::uint32_t triangle = packet_.triangle[k];
-        if (!(std::abs(z - last_z[k]) <= static_cast<float>(reach_m)) && !std::isnan(z)) {
-          const auto& origin = surface_.origin_m();
-          const auto other = surface_.nearest_hit(static_cast<double>(packet_.x_m[k]) + origin.x(),
-                                                  static_cast<double>(packet_.y_m[k]) + origin.y(),
-                                                  static_cast<double>(last_z[k]) + origin.z(), reach_m);
-          z = other ? static_cast<float>(other->z_m - origin.z()) : std::numeric_limits<float>::quiet_NaN();
-          if (other) triangle = other->triangle;
-        }
-        if (!std::isnan(z)) {
-          const std::size_t node = (first_row_ + k) * v.size() + static_cast<std::size_t>(j);
-          out_.grid.z_m[node] = static_cast<float>(static_cast<double>(z) + surface_.origin_m().z());
-          out_.provenance[node] = Provenance::mesh;
-          out_.surface_class[node] = road_.class_of_triangle[triangle];
-          last_z[k] = z;
-          last_v[k] = at_v;
-        } else if (gap_m > options_.max_gap_m + options_.v_step_m &&
-                   std::abs(at_v) > guide_.half_width_m[first_row_ + k]) {
-          on[k] = false;  // outside the known road, a gap ends the surface; inside it is a hole
-        }
-      }
-    }
-    return cut;
-  }
-
-  /// From the line outwards, the line itself first so that both sides start from what it found.
-  void start_from(std::size_t column) {
-    for (std::size_t k = 0; k < rows_; ++k) {
-      const float z = out_.grid.at(first_row_ + k, column);
-      if (!std::isnan(z)) start_z_m_[k] = static_cast<float>(static_cast<double>(z) - surface_.origin_m().z());
-    }
-  }
-
- private:
-  const RoadMesh& road_;
-  const RaySurface& surface_;
-  const SampleOptions& options_;
-  const RowGuide& guide_;
-  std::size_t first_row_, rows_;
-  SampledGrid& out_;
-  RayPacket16 packet_{};
-  std::array<double, kLanes> x0_{}, y0_{}, nx_{}, ny_{};
-  std::array<float, kLanes> start_z_m_{};
+/// Columns of the outermost nodes of a row with a height (none when first > last) and the nodes without one between.
+struct Span {
+  std::size_t first, last, holes;
+  bool empty() const { return first > last; }
+  bool operator==(const Span&) const = default;
 };
 
-void drop_empty_columns(SampledGrid& sampled) {
+Span span_of(const Provenance* row, std::size_t columns) {
+  std::size_t first = 0, end = columns;
+  while (first < columns && row[first] == Provenance::none) ++first;
+  if (first == columns) return {1, 0, 0};
+  while (row[end - 1] == Provenance::none) --end;
+  // Nearly every row is whole, which is quickly seen.
+  if (std::memchr(row + first, static_cast<int>(Provenance::none), end - first) == nullptr) return {first, end - 1, 0};
+  return {first, end - 1, static_cast<std::size_t>(std::count(row + first, row + end, Provenance::none))};
+}
+
+/// Leaves out the columns before first and after last.
+void keep_columns(SampledGrid& sampled, std::size_t first, std::size_t last, std::vector<Span>& spans) {
   const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
-  std::size_t first = columns, last = 0;
-  for (std::size_t i = 0; i < rows; ++i) {
-    const Provenance* row = sampled.provenance.data() + i * columns;
-    for (std::size_t j = 0; j < first; ++j) {
-      if (row[j] != Provenance::none) first = j;
-    }
-    for (std::size_t j = columns; j-- > last + 1;) {
-      if (row[j] != Provenance::none) {
-        last = j;
-        break;
-      }
-    }
-  }
-  if (first >= last || (first == 0 && last + 1 == columns)) return;
+  if (first == last || (first == 0 && last + 1 == columns)) return;
   const std::size_t kept = last - first + 1;
   for (std::size_t i = 0; i < rows; ++i) {
-    for (std::size_t j = 0; j < kept; ++j) {
-      const std::size_t from = i * columns + first + j, to = i * kept + j;
-      sampled.grid.z_m[to] = sampled.grid.z_m[from];
-      sampled.provenance[to] = sampled.provenance[from];
-      sampled.surface_class[to] = sampled.surface_class[from];
-    }
+    const std::size_t from = i * columns + first, to = i * kept;
+    std::memmove(&sampled.grid.z_m[to], &sampled.grid.z_m[from], kept * sizeof(float));
+    std::memmove(&sampled.provenance[to], &sampled.provenance[from], kept);
+    std::memmove(&sampled.surface_class[to], &sampled.surface_class[from], kept);
   }
   sampled.grid.v_m = {sampled.grid.v_m.begin() + static_cast<std::ptrdiff_t>(first),
                       sampled.grid.v_m.begin() + static_cast<std::ptrdiff_t>(last) + 1};
   sampled.grid.z_m.resize(rows * kept);
   sampled.provenance.resize(rows * kept);
   sampled.surface_class.resize(rows * kept);
+  for (Span& span : spans) {
+    if (!span.empty()) span = {span.first - first, span.last - first, span.holes};
+  }
 }
 
-/// Columns of the outermost nodes with a height; none when first > last.
-struct Span {
-  std::size_t first, last;
-};
-
-Span span_of(const Provenance* row, std::size_t columns) {
-  Span span{0, columns};
-  while (span.first < columns && row[span.first] == Provenance::none) span.first += 1;
-  while (span.last > span.first && row[span.last - 1] == Provenance::none) span.last -= 1;
-  if (span.first == columns) return {1, 0};
-  return {span.first, span.last - 1};
-}
-
-std::size_t holes_in(const Provenance* row, const Span& span) {
-  return span.first > span.last
-             ? 0
-             : static_cast<std::size_t>(std::count(row + span.first, row + span.last + 1, Provenance::none));
-}
-
-/// Fills runs of missing nodes between two nodes of one class, first across, then along.
-std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
+/// Fills runs of missing nodes between two nodes of one class, first across, then along. `spans` of the rows before.
+std::size_t fill_gaps(SampledGrid& sampled, const std::vector<Span>& spans, double max_gap_m) {
   const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
   std::size_t filled = 0;
   const auto fill = [&](std::size_t a, std::size_t b, std::size_t stride, const auto& coordinate) {
@@ -294,8 +176,8 @@ std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
   // Nearly every row is whole and like the one before it: both passes look closely at the others only.
   for (std::size_t i = 0; i < rows; ++i) {
     const Provenance* row = sampled.provenance.data() + i * columns;
-    const Span span = span_of(row, columns);
-    if (holes_in(row, span) == 0) continue;
+    const Span& span = spans[i];
+    if (span.holes == 0) continue;
     std::size_t known = span.first;
     for (std::size_t j = span.first; j <= span.last; ++j) {
       if (row[j] == Provenance::none) continue;
@@ -308,7 +190,7 @@ std::size_t fill_gaps(SampledGrid& sampled, double max_gap_m) {
   const auto reach = static_cast<std::size_t>(std::floor(max_gap_m / sampled.grid.u_step_m + 1e-9));
   for (std::size_t i = 1; i < rows; ++i) {
     const Provenance *row = sampled.provenance.data() + i * columns, *before = row - columns;
-    if (std::equal(row, row + columns, before)) continue;
+    if (spans[i].holes == 0 && spans[i] == spans[i - 1]) continue;
     for (std::size_t j = 0; j < columns; ++j) {
       if (row[j] == Provenance::none || before[j] != Provenance::none) continue;
       // A gap of this column ends here: where did it begin?
@@ -395,7 +277,7 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   out.grid.u_step_m = line.u_step_m;
   const auto half = static_cast<std::ptrdiff_t>(std::floor(options.v_max_m / options.v_step_m + 1e-9));
   for (std::ptrdiff_t j = -half; j <= half; ++j) out.grid.v_m.push_back(static_cast<double>(j) * options.v_step_m);
-  const std::size_t columns = out.grid.v_m.size(), middle = static_cast<std::size_t>(half);
+  const std::size_t columns = out.grid.v_m.size();
   out.grid.z_m.assign(line.size() * columns, std::numeric_limits<float>::quiet_NaN());
   out.provenance.assign(line.size() * columns, Provenance::none);
   out.surface_class.assign(line.size() * columns, SurfaceClass::road);
@@ -403,29 +285,32 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   // The last node of a closed line stands for the first: it is copied, not cast.
   const std::size_t rows = line.closed ? line.size() - 1 : line.size();
   std::vector<char> folded(rows, 0), neighboured(rows, 0);
-  parallel_for(rows, 4 * kLanes, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t first = begin; first < end; first += kLanes) {
-      const std::size_t count = std::min(kLanes, end - first);
-      RowWalk walk(road, surface, line, guide, options, first, count, out);
-      std::array<float, kLanes> left{}, right{}, none{};
-      for (std::size_t k = 0; k < count; ++k) {
-        left[k] = limits.left_m[first + k];
-        right[k] = limits.right_m[first + k];
-      }
-      walk.walk(half, static_cast<std::ptrdiff_t>(columns), none.data());
-      walk.start_from(middle);
-      const auto cut_left = walk.walk(half + 1, 1, left.data());
-      const auto cut_right = walk.walk(half - 1, -1, right.data());
+  std::vector<Span> spans(line.size(), Span{1, 0, 0});
+  parallel_for(rows, 4 * kWalkRows, options.threads, [&](std::size_t begin, std::size_t end) {
+    RowWalk walk(road, surface, line, guide, limits, options, out);
+    for (std::size_t first = begin; first < end; first += kWalkRows) {
+      const std::size_t count = std::min(kWalkRows, end - first);
+      const RowsCut cut = walk.sample(first, count);
       for (std::size_t k = 0; k < count; ++k) {
         const std::size_t i = first + k;
-        folded[i] = (cut_left[k] && limits.left_is_fold[i]) || (cut_right[k] && limits.right_is_fold[i]);
-        neighboured[i] = (cut_left[k] && !limits.left_is_fold[i]) || (cut_right[k] && !limits.right_is_fold[i]);
+        folded[i] = (cut.left[k] && limits.left_is_fold[i]) || (cut.right[k] && limits.right_is_fold[i]);
+        spans[i] = span_of(&out.provenance[i * columns], columns);
+        neighboured[i] = (cut.left[k] && !limits.left_is_fold[i]) || (cut.right[k] && !limits.right_is_fold[i]);
       }
     }
   });
-  drop_empty_columns(out);
+  std::size_t first_column = columns, last_column = 0;
+  for (const Span& span : spans) {
+    if (span.empty()) continue;
+    first_column = std::min(first_column, span.first);
+    last_column = std::max(last_column, span.last);
+  }
+  if (first_column > last_column) {
+    throw Error("no ray met the road: the centreline and the mesh do not lie in the same place (frame, unit or up axis differ)");
+  }
+  keep_columns(out, first_column, last_column, spans);
   const std::size_t kept = out.grid.columns();
-  const std::size_t filled = fill_gaps(out, options.max_gap_m);
+  const std::size_t filled = fill_gaps(out, spans, options.max_gap_m);
   if (line.closed) {
     const std::size_t last = (line.size() - 1) * kept;
     std::copy_n(out.grid.z_m.begin(), kept, out.grid.z_m.begin() + static_cast<std::ptrdiff_t>(last));
@@ -436,13 +321,12 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   SampleReport result;
   result.nodes = out.grid.z_m.size();
   result.filled = filled;
-  result.nodes_with_z = result.nodes - static_cast<std::size_t>(std::count(out.provenance.begin(), out.provenance.end(), Provenance::none));
+  if (line.closed) spans.back() = spans.front();
   for (std::size_t i = 0; i < line.size(); ++i) {
-    const Provenance* row = out.provenance.data() + i * kept;
-    result.holes += holes_in(row, span_of(row, kept));
-  }
-  if (result.nodes_with_z == 0) {
-    throw Error("no ray met the road: the centreline and the mesh do not lie in the same place (frame, unit or up axis differ)");
+    const Span span = filled > 0 ? span_of(out.provenance.data() + i * kept, kept) : spans[i];
+    if (span.empty()) continue;
+    result.holes += span.holes;
+    result.nodes_with_z += span.last - span.first + 1 - span.holes;
   }
   result.folds = ranges_of(folded, line.u_step_m);
   result.neighbours = ranges_of(neighboured, line.u_step_m);
