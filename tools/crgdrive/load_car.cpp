@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "files/sha256.h"
@@ -24,6 +25,29 @@ vehicle::StepOptions step_options(const CarOptions& options) {
           options.integrator == "explicit" ? vehicle::Integrator::kExplicitEuler
                                            : vehicle::Integrator::kSemiImplicit,
           options.stop_off_road};
+}
+
+void require_on_road(const crg::Surface& road, const std::string& road_path,
+                     const vehicle::Table& table, const std::string& table_path) {
+  const auto* const x = table.find("x_m");
+  const auto* const y = table.find("y_m");
+  if (x == nullptr || y == nullptr) return;  // said by those who need them
+  const auto& v_m = road.file().grid.v_m;
+  std::size_t places = 0, beside = 0;
+  // A thousand places tell; the cursor would follow a drive along the road, so each looks anew.
+  const std::size_t every = std::max<std::size_t>(1, table.rows() / 1000);
+  for (std::size_t i = 0; i < table.rows(); i += every) {
+    if (!std::isfinite((*x)[i]) || !std::isfinite((*y)[i])) continue;
+    crg::Cursor cursor;
+    const crg::UV at = road.uv_of_xy((*x)[i], (*y)[i], cursor);
+    ++places;
+    if (!(at.v_m >= v_m.front() && at.v_m <= v_m.back())) ++beside;
+  }
+  if (2 * beside > places)
+    throw vehicle::Error(fmt::format(
+        "{}: {:.0f} % of the places lie beside the road {}; give the road of this "
+        "drive, in the same frame",
+        table_path, 100.0 * static_cast<double>(beside) / static_cast<double>(places), road_path));
 }
 
 std::size_t steps_per_row(double rate_hz, double step_s) {

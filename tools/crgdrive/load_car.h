@@ -2,7 +2,9 @@
 #pragma once
 
 #include "commands.h"
+#include "crg/surface.h"
 #include "vehicle/step.h"
+#include "vehicle/table.h"
 #include "vehicle/vehicle_file.h"
 
 namespace crgdrive {
@@ -14,6 +16,11 @@ vehicle::StepOptions step_options(const CarOptions& options);
 
 /// Whole steps between two rows of telemetry; throws vehicle::Error when the rate asks for a part.
 std::size_t steps_per_row(double rate_hz, double step_s);
+
+/// Throws vehicle::Error when most places (columns x_m, y_m of a recording) lie beside the road: it
+/// is another one, or its frame is.
+void require_on_road(const crg::Surface& road, const std::string& road_path,
+                     const vehicle::Table& table, const std::string& table_path);
 
 /// What made a run, as remarks before its table: the files with their SHA-256 (those of the car and
 /// `more`), settings, terms.

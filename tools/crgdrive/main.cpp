@@ -36,6 +36,7 @@ void add_live_options(CLI::App& app, crgdrive::LiveOptions& live) {
 int main(int argc, char** argv) {
   CLI::App app{"Kerbstone's simulated car on an OpenCRG road", "crgdrive"};
   app.require_subcommand(1);
+  app.option_defaults()->always_capture_default();  // so that --help shows them
   std::function<int()> run;
 
   crgdrive::TyreCommand tyre;
@@ -150,7 +151,10 @@ int main(int argc, char** argv) {
   manoeuvre_app
       ->add_option("kind", manoeuvre.kind,
                    "step-steer, sine, chirp, ramp, braking, coast-down, kerb, bump, split-friction")
-      ->required();
+      ->required()
+      ->check(CLI::IsMember({"step-steer", "sine", "chirp", "ramp", "braking", "coast-down", "kerb",
+                             "bump", "split-friction"})
+                  .description(""));
   add_car_options(*manoeuvre_app, manoeuvre.car);
   add_live_options(*manoeuvre_app, manoeuvre.live);
   manoeuvre_app->add_option("-o,--out", manoeuvre.out_path, "Telemetry to write, CSV");
@@ -201,6 +205,10 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
+      std::fprintf(stderr, "crgdrive: there is no command '%.60s'; see crgdrive --help\n", argv[1]);
+      return 2;
+    }
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {

@@ -26,9 +26,10 @@ int manoeuvre(const ManoeuvreCommand& command) {
   m.low_grip = command.low_grip;
   m.fuel_kg = command.fuel_kg;
   m.step = step_options(command.car);
-  m.record_every = steps_per_row(command.rate_hz, m.step.step_s);
 
   Live live(command.live);
+  if (live.wanted() || !command.out_path.empty())
+    m.record_every = steps_per_row(command.rate_hz, m.step.step_s);
   if (live.wanted()) m.on_row = [&](const vehicle::Table& table) { live.row(table); };
   vehicle::DeviceFile devices;
   std::vector<std::string> files;

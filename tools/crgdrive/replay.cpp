@@ -43,6 +43,7 @@ int replay(const ReplayCommand& command) {
   vehicle::Mapping mapping;
   if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
   const vehicle::Recording recording = vehicle::read_recording(command.recording_path, mapping);
+  require_on_road(surface, command.track_path, recording.table, command.recording_path);
   print_notes(recording);
   vehicle::ReplayOptions options;
   options.window_s = command.window_s;

@@ -9,6 +9,7 @@
 #include "crg/surface.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
+#include "load_car.h"
 #include "report/plot_page.h"
 #include "vehicle/error.h"
 #include "vehicle/recording.h"
@@ -25,7 +26,8 @@ struct AlongRoad {
   vehicle::Recording recording;
 };
 
-AlongRoad see(const crg::Surface& road, const std::string& path, const std::string& mapping_path) {
+AlongRoad see(const crg::Surface& road, const std::string& road_path, const std::string& path,
+              const std::string& mapping_path) {
   AlongRoad out;
   out.name = path;
   vehicle::Mapping mapping;
@@ -36,6 +38,7 @@ AlongRoad see(const crg::Surface& road, const std::string& path, const std::stri
   const auto* const y = t.find("y_m");
   if (x == nullptr || y == nullptr)
     throw vehicle::Error(path + ": no channels x_m and y_m; name their columns in a mapping");
+  require_on_road(road, road_path, t, path);
   const auto* const yaw = t.find("yaw_rad");
   const auto* const vx = t.find("vx_mps");
   const auto* const vy = t.find("vy_mps");
@@ -68,7 +71,8 @@ int report(const ReportCommand& command) {
   const crg::Surface road(crg::read(command.track_path));
   std::vector<AlongRoad> drives;
   for (std::size_t i = 0; i < command.telemetry.size(); ++i)
-    drives.push_back(see(road, command.telemetry[i], i == 0 ? command.mapping_path : ""));
+    drives.push_back(
+        see(road, command.track_path, command.telemetry[i], i == 0 ? command.mapping_path : ""));
   report::PlotPage page;
   page.title = "Drives along " + command.track_path;
   const auto add = [&](const char* title, const char* unit, const auto& values) {

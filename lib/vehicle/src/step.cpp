@@ -67,6 +67,9 @@ std::string describe(const StepResult& result, double time_s, double u_m, double
   switch (result.problem) {
     case StepResult::Problem::kNotFinite:
       return fmt::format("{} stopped being a number {}", kStateNames[result.index], place);
+    case StepResult::Problem::kRanAway:
+      return fmt::format("{} ran away beyond 1000 {}; this car needs a smaller step",
+                         kStateNames[result.index], place);
     case StepResult::Problem::kNoRoad:
       return fmt::format("no road under the {} wheel {}", kWheelNames[result.index], place);
     case StepResult::Problem::kRolledOver:

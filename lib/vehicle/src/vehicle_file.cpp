@@ -121,6 +121,8 @@ Vehicle read_vehicle(const std::string& path) {
   vehicle.name = top.text("name");
   const auto file = [&](const std::string& name) {
     const std::string full = (std::filesystem::path(path).parent_path() / name).string();
+    if (!std::filesystem::exists(full))
+      throw Error(fmt::format("{}: '{}' is named here, but {} does not exist", path, name, full));
     vehicle.read_files.push_back(full);
     return full;
   };

@@ -67,8 +67,8 @@ struct Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): read i
 
 /// How a step ended.
 struct StepResult {
-  enum class Problem { kNone, kNotFinite, kNoRoad, kRolledOver } problem = Problem::kNone;
-  std::size_t index = 0;  ///< the state (kNotFinite) or the wheel (kNoRoad) concerned
+  enum class Problem { kNone, kNotFinite, kRanAway, kNoRoad, kRolledOver } problem = Problem::kNone;
+  std::size_t index = 0;  ///< the state (kNotFinite, kRanAway) or the wheel (kNoRoad) concerned
   bool ok() const { return problem == Problem::kNone; }
 };
 
@@ -341,6 +341,9 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
   sim.time_s = static_cast<double>(sim.discrete.step) * options.step_s;
   for (std::size_t i = 0; i < kStateSize; ++i)
     if (!std::isfinite(value_of(sim.state[i]))) return {StepResult::Problem::kNotFinite, i};
+  // No car is that fast: numbers that will soon not be finite.
+  for (std::size_t i = kVx; i <= kVz; ++i)
+    if (std::abs(value_of(sim.state[i])) > 1000.0) return {StepResult::Problem::kRanAway, i};
   // Euler angles end at 90 degrees of pitch; a car ends before.
   if (std::abs(value_of(sim.state[kPitch])) > 1.4 || std::abs(value_of(sim.state[kRoll])) > 1.4)
     return {StepResult::Problem::kRolledOver, 0};
