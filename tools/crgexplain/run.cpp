@@ -10,6 +10,7 @@
 #include "explain/discs.h"
 #include "explain/explain.h"
 #include "explain/page.h"
+#include "explain/plausible_car.h"
 #include "explain/short_waves.h"
 #include "explain/simulate.h"
 #include "explain/write_back.h"
@@ -24,10 +25,12 @@ int run(const RunCommand& command) {
   std::vector<explain::Signals> logs;
   std::vector<vehicle::Table> tables;
   explain::Mapping mapping, used;
+  std::vector<std::string> notes;
   if (!command.mapping_path.empty()) mapping = {vehicle::read_mapping(command.mapping_path), {}};
   for (const std::string& path : command.recording_paths) {
     tables.push_back(vehicle::read_table(path));
     used = command.mapping_path.empty() ? explain::identity_mapping(tables.back()) : mapping;
+    for (const std::string& note : used.notes) notes.push_back(path + ": " + note);
     logs.push_back(explain::make_signals(tables.back(), used, surface, path));
   }
   explain::ExplainOptions options;
@@ -42,6 +45,8 @@ int run(const RunCommand& command) {
   for (std::size_t k = 0; k < logs.size(); ++k) recorded.push_back({&tables[k], &logs[k]});
   explain::add_short_waves(findings, recorded, used, surface, car);
   explain::add_discs(findings, recorded, used, car);
+  explain::doubt_the_car(findings);
+  findings.remarks.insert(findings.remarks.begin(), notes.begin(), notes.end());
   std::filesystem::create_directories(command.out_path);
   // The corrected inputs, and nothing left over from an earlier run.
   std::string track = command.track_path, vehicle = command.vehicle_path, again, friction;

@@ -230,8 +230,23 @@ Mapping identity_mapping(const Table& table) {
   Mapping mapping;
   const auto& known = analysed_channels();
   for (const std::string& name : table.names)
-    if (std::find(known.begin(), known.end(), name) != known.end())
+    if (std::find(known.begin(), known.end(), name) != known.end()) {
       mapping.columns.push_back({.column = name, .channel = name});
+      // Samples of motion that repeat the one before exactly are no measurements.
+      const bool motion = name.ends_with("mps") || name.ends_with("radps") || name.ends_with("mps2");  // a place may stay on a straight along an axis
+      std::size_t repeats = 0, finite = 0;
+      double last = std::nan("");
+      for (const double value : *table.find(name)) {
+        if (!std::isfinite(value)) continue;
+        repeats += value == last ? 1 : 0;
+        ++finite;
+        last = value;
+      }
+      if (motion && repeats * 10 > finite * 3 && repeats + 20 < finite) {
+        mapping.columns.back().held = true;
+        mapping.notes.push_back(fmt::format("'{}': {:.0f} % of the samples repeat the one before: taken for missing", name, 100.0 * static_cast<double>(repeats) / static_cast<double>(finite)));
+      }
+    }
   return mapping;
 }
 

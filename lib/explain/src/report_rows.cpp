@@ -81,7 +81,7 @@ void Analysis::describe(Findings& out) {
         u_m.push_back(rows_.row[static_cast<std::size_t>(i)].u_m);
         energy.push_back(part * part);
       }
-      f.where = concentrated(u_m, energy, logs_.front().length_m);
+      if (u.kind == "vehicle") f.where = concentrated(u_m, energy, logs_.front().length_m);
       ++everywhere;
     } else {
       double mean = 0, count = 0;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "plausible.h"
 #include "vehicle/error.h"
 
 namespace explain {
@@ -211,11 +212,22 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
     throw Error(fmt::format("{}: {:.1f} samples a second; at least 10 are wanted", name, s.sample_hz));
   s.n = static_cast<std::size_t>(duration / Signals::kStep_s) + 1;
   // Wide enough for ten samples, not wider than needed.
-  const double half_s = std::max(0.15, 4.0 / s.sample_hz);
-
   const auto read = [&](const std::string& channel) { return samples_of(table, mapping, channel, time); };
+  constexpr double kSlowest_hz = 5.0;
+  double slowest = s.sample_hz;
+  for (const char* motion : {"vx_mps", "vy_mps", "yaw_rate_radps", "ax_mps2", "ay_mps2", "az_mps2"})
+    if (const double hz = static_cast<double>(read(motion).t.size()) / duration; hz > 1.2 * kSlowest_hz) slowest = std::min(slowest, hz);
+  const double half_s = std::max({0.15, 4.0 / s.sample_hz, slowest < 0.7 * s.sample_hz ? 2.2 / slowest : 0.0});
   const auto put = [&](Channel c, const Samples& samples) {
     if (samples.t.size() < 20) return false;
+    // The kernel is that of all channels: slower ones would widen it too much.
+    if (const double hz = static_cast<double>(samples.t.size()) / duration; hz < 1.2 * kSlowest_hz && hz < 0.5 * s.sample_hz) {
+      const std::string what = fmt::format("{}: '{}' has {:.1f} measurements a second (repeats not counted) in a log of {:.0f} rows a second; at least {:.0f} are wanted", name,
+                                           samples.column, hz, s.sample_hz, 1.2 * kSlowest_hz);
+      if (c == kX || c == kY || c == kVx) throw Error(what);
+      s.remarks.push_back(what + ": not used");
+      return false;
+    }
     smooth(samples, 0.0, s.n, half_s, s.x[c], s.dx[c]);
     s.present[c] = true;
     s.column[c] = samples.column;
@@ -354,6 +366,7 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
   if (backwards * 2 > moving)
     throw Error(fmt::format("{}: the car drives against u; crgbuild reverse turns the road round", name));
   count_laps(s);
+  leave_out_implausible(s);
   return s;
 }
 

@@ -295,8 +295,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   } else {
     no("road.misplaced", "the road file has no slopes whose place could be compared");
   }
-  no("road.kerb_or_roughness", "0.3 s means do not see it; add_short_waves() does");
-  no("vehicle.multi_point_contact", "0.3 s means do not see it; add_short_waves() does");
+  no("road.kerb_or_roughness", "outside what means of 0.3 s show");
+  no("vehicle.multi_point_contact", "outside what means of 0.3 s show");
 
   // Car.
   const auto physics = [&](const char* id, const char* kind, const char* name, const char* unit, double step, double least, bool one_sided,
@@ -380,7 +380,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   no("vehicle.aero_downforce", "the stated car has downforce: see parameter.downforce");
   no("vehicle.mass", "the same change as parameter.mass: see there");
   no("vehicle.aero_slipstream", "the log names no opponent");
-  no("vehicle.brake_disc_conductance", "only add_discs() looks at disc temperatures");
+  no("vehicle.brake_disc_conductance", "outside what means of 0.3 s show");
   if (!any(logs, kWheelRearDifference)) no("vehicle.differential", "the rear wheels' speeds are not both logged");
   else if (car.terms[Term::locked_differential] != 0.0 || car.terms[Term::limited_slip] != 0.0)
     no("vehicle.differential", "the stated car has a limited-slip or locked differential; only an open one is tested");
@@ -395,6 +395,15 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   for (Unknown& u : out.unknowns)
     for (const auto& [id, most] : kMost)
       if (u.id == id) u.most = most;
+  // One lap shows every place once: nothing comes back there.
+  std::ptrdiff_t whole = 0;
+  bool closed = false;
+  for (const Signals& s : logs) whole += std::count(s.whole.begin(), s.whole.end(), true), closed = closed || s.closed;
+  if (closed && whole < 2) {
+    for (const Unknown& u : out.unknowns)
+      if (u.along_road) no(u.id.c_str(), "less than two whole laps");
+    std::erase_if(out.unknowns, [](const Unknown& u) { return u.along_road; });
+  }
   return out;
 }
 

@@ -102,6 +102,7 @@ std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& fin
 }
 
 std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings) {
+  if (findings.doubtful_car) return "";
   // What each finding means in the words of a vehicle file.
   std::map<std::string, double> parameters, terms;
   bool strip = false;

@@ -91,6 +91,7 @@ struct Findings {
   std::size_t null_replicates = 0;
   double threshold = 0.0;         ///< of the first step, in standard deviations
   std::size_t laps = 0;
+  bool doubtful_car = false;      ///< see doubt_the_car()
   std::vector<double> recorded_lap_s;                       ///< whole laps
   double simulated_lap_before_s = 0.0, simulated_lap_after_s = 0.0;  ///< of the built-in driver; 0: not driven
 };

@@ -1,0 +1,12 @@
+// Is the vehicle file that of the car in the recordings?
+#pragma once
+
+#include "explain/findings.h"
+
+namespace explain {
+
+/// Two or more parameters beyond their priors and more than 30 % off: a remark, verdict `unknown`,
+/// and corrected_vehicle() gives nothing.
+void doubt_the_car(Findings& findings);
+
+}  // namespace explain

@@ -1,0 +1,164 @@
+#include "plausible.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "explain/plausible_car.h"
+
+namespace explain {
+namespace {
+
+struct Match {
+  double correlation = 0.0, slope = 0.0, lag_s = 0.0;
+  bool known = false;  ///< enough was going on to say
+};
+
+/// How `x` follows `reference`, at the shift within 3 s at which it does so best.
+Match match(const std::vector<double>& x, const std::vector<double>& reference, double least_swing) {
+  Match best;
+  constexpr int kMost = 60;
+  for (int lag = -kMost; lag <= kMost; ++lag) {
+    double n = 0, sx = 0, sr = 0, xx = 0, rr = 0, xr = 0;
+    for (std::size_t i = kMost; i + kMost < reference.size(); i += 2) {
+      const double r = reference[i], v = x[static_cast<std::size_t>(static_cast<int>(i) + lag)];
+      if (!std::isfinite(r) || !std::isfinite(v)) continue;
+      n += 1, sx += v, sr += r, xx += v * v, rr += r * r, xr += v * r;
+    }
+    if (n < 100) continue;
+    const double vx = xx / n - sx * sx / n / n, vr = rr / n - sr * sr / n / n, c = xr / n - sx * sr / n / n;
+    if (!(vr > least_swing * least_swing) || !(vx > 0)) continue;
+    const double correlation = c / std::sqrt(vx * vr);
+    // A clock is only doubted for a clear gain over none.
+    const double worth = std::abs(correlation) - 0.0002 * std::abs(lag);
+    if (!best.known || worth > std::abs(best.correlation) - 0.0002 * std::abs(best.lag_s / Signals::kStep_s)) best = {correlation, c / vr, lag * Signals::kStep_s, true};
+  }
+  return best;
+}
+
+}  // namespace
+
+void leave_out_implausible(Signals& s) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> turn(s.n, kNaN), along(s.n, kNaN), across(s.n, kNaN), curvature(s.n, kNaN), slowing(s.n, kNaN), slip(s.n, kNaN);
+  for (std::size_t i = 2; i + 2 < s.n; ++i) {
+    const double speed = std::hypot(s.dx[kX][i], s.dx[kY][i]);
+    if (!(speed > 6)) continue;
+    const double before = std::atan2(s.dx[kY][i - 2], s.dx[kX][i - 2]), after = std::atan2(s.dx[kY][i + 2], s.dx[kX][i + 2]);
+    turn[i] = std::remainder(after - before, 2 * std::numbers::pi) / (4 * Signals::kStep_s);
+    along[i] = s.dx[kVx][i];
+    slowing[i] = -along[i];
+    across[i] = turn[i] * speed;
+    curvature[i] = 3.0 * turn[i] / speed;  // of a car with a wheelbase of 3 m
+    if (s.present[kYaw]) slip[i] = s.x[kVx][i] * std::sin(std::remainder(std::atan2(s.dx[kY][i], s.dx[kX][i]) - s.x[kYaw][i], 2 * std::numbers::pi));
+  }
+  bool forces = true;
+  const auto out = [&](Channel c, const std::string& why) {
+    for (const Channel force : {kYawRate, kVy, kSteer, kThrottle, kBrakeFront, kBrakeRear}) forces = forces && c != force;
+    s.remarks.push_back(fmt::format("{}: '{}' {}: not used; correct it in the mapping", s.name, s.column[c], why));
+    s.present[c] = false;
+    std::fill(s.x[c].begin(), s.x[c].end(), kNaN);
+    std::fill(s.dx[c].begin(), s.dx[c].end(), kNaN);
+  };
+  const auto unit_of = [](double slope) -> std::string {
+    const double k = std::abs(slope);
+    if (k > 40 && k < 80) return "looks like degrees where radians are wanted";
+    if (k > 0.07 && k < 0.14) return "looks like multiples of g where m/s2 are wanted";
+    return fmt::format("is {:.3g} times what the path asks for", k);
+  };
+  const auto check = [&](Channel c, const std::vector<double>& values, const std::vector<double>& reference, double swing, const char* what, double low, double high, double least) {
+    if (!s.present[c]) return;
+    const Match m = match(values, reference, swing);
+    if (!m.known) return;
+    if (std::abs(m.correlation) < least) return out(c, fmt::format("does not follow {} of the path (correlation {:.2f})", what, m.correlation));
+    // A slow filter is late too, but it also flattens: that is a finding, no wrong clock.
+    if (std::abs(m.lag_s) > 0.5 && std::abs(m.correlation) > 0.9 && m.slope > 0.75 && m.slope < 1.33) return out(c, fmt::format("runs on another clock: {:.2f} s {}", std::abs(m.lag_s), m.lag_s > 0 ? "late" : "early"));
+    if (m.slope < 0) return out(c, fmt::format("has the other sign than {} of the path", what));
+    if (m.slope < low || m.slope > high) return out(c, unit_of(m.slope));
+  };
+  // Swapped axes first: each then follows the other's reference.
+  if (s.present[kAx] && s.present[kAy]) {
+    const Match xx = match(s.x[kAx], along, 0.5), xy = match(s.x[kAx], across, 0.5), yx = match(s.x[kAy], along, 0.5);
+    if (xx.known && xy.known && std::abs(xx.correlation) < 0.5 && std::abs(xy.correlation) > 0.8 && std::abs(yx.correlation) > 0.8) {
+      out(kAx, fmt::format("follows the lateral acceleration, and '{}' the one along the path: they are swapped", s.column[kAy]));
+      out(kAy, "is swapped with it");
+    }
+  }
+  if (s.present[kThrottle] && s.present[kBrakeFront]) {
+    const Match t = match(s.x[kThrottle], along, 0.3), b = match(s.x[kBrakeFront], slowing, 0.3);
+    if (t.known && b.known && t.correlation < -0.4 && b.correlation < -0.2) {
+      out(kThrottle, fmt::format("slows the car down, and '{}' speeds it up: they are swapped", s.column[kBrakeFront]));
+      out(kBrakeFront, "is swapped with the throttle");
+      s.present[kBrakeRear] = false;
+    }
+  }
+  check(kYawRate, s.x[kYawRate], turn, 0.02, "the turning", 0.67, 1.5, 0.7);
+  if (s.present[kYaw]) {
+    check(kYaw, s.dx[kYaw], turn, 0.02, "the turning", 0.67, 1.5, 0.7);
+    double sum_c = 0, sum_s = 0;
+    for (std::size_t i = 0; i < s.n; ++i)
+      if (std::isfinite(turn[i]) && s.present[kYaw] && std::isfinite(s.x[kYaw][i])) {
+        const double d = std::atan2(s.dx[kY][i], s.dx[kX][i]) - s.x[kYaw][i];
+        sum_c += std::cos(d), sum_s += std::sin(d);
+      }
+    const double offset = std::atan2(sum_s, sum_c);
+    if (s.present[kYaw] && std::abs(offset) > 0.26) out(kYaw, fmt::format("has another zero: {:.3f} rad from the course on average", offset));
+  }
+  const Match flattened = match(s.x[kAx], along, 0.5);
+  // The flattening of a slow filter is no unit either; only a sign or a g is.
+  if (flattened.correlation < 0 || std::abs(flattened.correlation) > 0.9) check(kAx, s.x[kAx], along, 0.5, "the acceleration along", 0.5, 1.6, 0.3);
+  check(kAy, s.x[kAy], across, 0.5, "the acceleration across", 0.67, 1.5, 0.7);
+  if (s.present[kVy] && s.present[kYaw]) {
+    const Match m = match(s.x[kVy], slip, 0.1);
+    if (m.known && m.correlation < -0.3) out(kVy, "has the other sign than the path against the heading");
+  }
+  if (!s.commanded[kSteer]) check(kSteer, s.x[kSteer], curvature, 0.005, "the curvature", 0.2, 5.0, 0.5);
+  const auto largest = [&](Channel c) {
+    double most = 0;
+    for (const double v : s.x[c])
+      if (std::isfinite(v)) most = std::max(most, std::abs(v));
+    return most;
+  };
+  if (s.present[kThrottle] && largest(kThrottle) > 1.5)
+    out(kThrottle, fmt::format("reaches {:.3g}: {} where a share from 0 to 1 is wanted", largest(kThrottle), largest(kThrottle) < 150 ? "per cent" : "another unit or channel"));
+  for (const Channel c : {kBrakeFront, kBrakeRear})
+    if (s.present[c] && largest(c) < 2000) out(c, fmt::format("reaches {:.3g}: bar or another unit where pascal are wanted", largest(c)));
+  for (const Channel c : {kWheelFront, kWheelRear}) {
+    if (!s.present[c]) continue;
+    double vv = 0, vw = 0;
+    for (std::size_t i = 0; i < s.n; ++i)
+      if (std::isfinite(s.x[c][i]) && std::isfinite(along[i])) vv += s.x[kVx][i] * s.x[kVx][i], vw += s.x[kVx][i] * s.x[c][i];
+    // A wheel of 0.2 to 0.5 m, or metres per second.
+    const double ratio = vv > 0 ? vw / vv : 0.0;
+    if (s.wheels_in_mps ? ratio < 0.7 || ratio > 1.4 : ratio < 2.0 || ratio > 5.0) out(c, fmt::format("is {:.3g} times the speed: another unit, or no wheel speed", ratio));
+  }
+  if (!forces) {
+    // What moves the car would be explained without one of its causes.
+    s.remarks.push_back(s.name + ": forces are not compared until that is mended; sensors and kinematics are");
+    for (const Channel c : {kSteer, kThrottle, kBrakeFront, kBrakeRear}) s.present[c] = false;
+  }
+  if (!s.present[kWheelRear]) s.present[kWheelRearDifference] = false;
+  const auto whole = std::count(s.whole.begin(), s.whole.end(), true);
+  if (s.closed && whole < 2) s.remarks.push_back(fmt::format("{}: {} whole lap: what comes back every lap cannot be told from what happens once, so that the road is not tested", s.name, whole));
+  double gap = 0, longest = 0;
+  for (std::size_t i = 0; i < s.n; ++i) {
+    gap = std::isfinite(s.x[kX][i]) ? 0.0 : gap + Signals::kStep_s;
+    longest = std::max(longest, gap);
+  }
+  if (longest > 0.5) s.remarks.push_back(fmt::format("{}: a gap of {:.1f} s: nothing is interpolated over it", s.name, longest));
+}
+
+void doubt_the_car(Findings& findings) {
+  std::string far;
+  int count = 0;
+  for (const ParameterValue& p : findings.parameters)
+    if (p.beyond_prior && p.stated != 0 && std::abs(p.value / p.stated - 1) > 0.3) far += (count++ > 0 ? ", " : "") + p.name;
+  if (count < 2) return;
+  findings.remarks.push_back(fmt::format("{} are each more than 30 % off what the vehicle file states: is it the file of this car? Nothing is written back", far));
+  findings.verdict = "unknown";
+  findings.doubtful_car = true;
+}
+
+}  // namespace explain

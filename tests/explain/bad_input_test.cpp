@@ -1,0 +1,199 @@
+// What is wrong with a log is recognised, named, and limits the analysis.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <random>
+
+#include "crg/file.h"
+#include "explain/explain.h"
+#include "explain/plausible_car.h"
+#include "support/temporary_folder.h"
+#include "vehicle/error.h"
+#include "vehicle/vehicle_file.h"
+
+namespace explain {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A log in which nothing is wrong, its road and car.
+class BadInput : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (folder_ != nullptr) return;
+    folder_ = new support::TemporaryFolder;
+    ASSERT_EQ(std::system(fmt::format("{} --scenario none {}", MAKE_TRIALS, folder_->path(".")).c_str()), 0);
+    road_ = new crg::Surface(crg::read(folder_->path("none/track.crg")));
+    log_ = new vehicle::Table(vehicle::read_table(folder_->path("none/run.csv")));
+  }
+  static void TearDownTestSuite() {
+    delete log_;
+    delete road_;
+    delete folder_;
+  }
+
+  static std::vector<double>& column(vehicle::Table& t, const std::string& name) {
+    for (std::size_t k = 0; k < t.names.size(); ++k)
+      if (t.names[k] == name) return t.columns[k];
+    throw std::runtime_error(name);
+  }
+  template <class Change>
+  static vehicle::Table changed(const std::string& name, Change change) {
+    vehicle::Table t = *log_;
+    for (double& v : column(t, name)) v = change(v);
+    return t;
+  }
+  static Signals signals(const vehicle::Table& t) { return make_signals(t, identity_mapping(t), *road_, "log.csv"); }
+  static std::string said(const vehicle::Table& t) {
+    try {
+      std::string out;
+      for (const std::string& remark : signals(t).remarks) out += remark + "\n";
+      return out;
+    } catch (const vehicle::Error& error) {
+      return error.what();
+    }
+  }
+  static vehicle::Table rows(std::size_t begin, std::size_t end, std::size_t every = 1) {
+    vehicle::Table t = *log_;
+    for (std::size_t k = 0; k < t.columns.size(); ++k) {
+      t.columns[k].clear();
+      for (std::size_t i = begin; i < std::min(end, log_->rows()); i += every) t.columns[k].push_back(log_->columns[k][i]);
+    }
+    return t;
+  }
+
+  static support::TemporaryFolder* folder_;
+  static crg::Surface* road_;
+  static vehicle::Table* log_;
+};
+support::TemporaryFolder* BadInput::folder_ = nullptr;
+crg::Surface* BadInput::road_ = nullptr;
+vehicle::Table* BadInput::log_ = nullptr;
+
+TEST_F(BadInput, AGoodLogHasNoRemarks) { EXPECT_EQ(said(*log_), ""); }
+
+TEST_F(BadInput, WrongUnitsAreNamed) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  for (const char* name : {"yaw_rate_radps", "yaw_rad", "steer_rad"})
+    EXPECT_THAT(said(changed(name, [](double v) { return v * kDegrees; })), HasSubstr(fmt::format("'{}' looks like degrees", name)));
+  for (const char* name : {"ax_mps2", "ay_mps2"})
+    EXPECT_THAT(said(changed(name, [](double v) { return v / 9.81; })), HasSubstr(fmt::format("'{}' looks like multiples of g", name)));
+  EXPECT_THAT(said(changed("throttle", [](double v) { return 100 * v; })), HasSubstr("per cent"));
+  EXPECT_THAT(said(changed("vx_mps", [](double v) { return 3.6 * v; })), HasSubstr("another unit"));
+  vehicle::Table bar = *log_, wheels = *log_;
+  for (const char* wheel : {"fl", "fr", "rl", "rr"}) {
+    for (double& v : column(bar, fmt::format("brake_{}_pa", wheel))) v *= 1e-5;
+    for (double& v : column(wheels, fmt::format("wheel_{}_radps", wheel))) v *= 60 / (2 * std::numbers::pi);
+  }
+  EXPECT_THAT(said(bar), HasSubstr("bar or another unit"));
+  EXPECT_THAT(said(wheels), HasSubstr("times the speed: another unit"));
+}
+
+TEST_F(BadInput, WrongSignsAreNamedAndForcesLeftAlone) {
+  for (const char* name : {"yaw_rate_radps", "steer_rad", "vy_mps"}) {
+    const vehicle::Table t = changed(name, [](double v) { return -v; });
+    EXPECT_THAT(said(t), HasSubstr(fmt::format("'{}' has the other sign", name)));
+    EXPECT_THAT(said(t), HasSubstr("forces are not compared"));
+    EXPECT_FALSE(signals(t).present[kSteer]);
+  }
+  EXPECT_THAT(said(changed("yaw_rad", [](double v) { return v + 1.0; })), HasSubstr("another zero"));
+}
+
+TEST_F(BadInput, SwappedChannelsAreNamed) {
+  vehicle::Table t = *log_;
+  std::swap(column(t, "ax_mps2"), column(t, "ay_mps2"));
+  EXPECT_THAT(said(t), HasSubstr("they are swapped"));
+  EXPECT_FALSE(signals(t).present[kAx]);
+  t = *log_;
+  std::swap(column(t, "vx_mps"), column(t, "vy_mps"));
+  EXPECT_THAT(said(t), HasSubstr("not the forward speed"));
+  t = *log_;
+  std::swap(column(t, "yaw_rate_radps"), column(t, "throttle"));
+  EXPECT_THAT(said(t), HasSubstr("'yaw_rate_radps' does not follow"));
+}
+
+TEST_F(BadInput, ClocksAreNamed) {
+  vehicle::Table t = *log_;
+  std::vector<double>& rate = column(t, "yaw_rate_radps");
+  rate.insert(rate.begin(), 50, 0.0);  // one second late
+  rate.resize(log_->rows());
+  // The course follows the heading by up to a tenth of a second.
+  EXPECT_THAT(said(t), ::testing::ContainsRegex("'yaw_rate_radps' runs on another clock: (0.9|1.0). s late"));
+  t = *log_;
+  for (std::size_t i = 5000; i < t.rows(); ++i) column(t, "time_s")[i] -= 90.0;
+  EXPECT_THAT(said(t), HasSubstr("row 5001: the clock goes back"));
+}
+
+TEST_F(BadInput, GapsConstantsAndRepeatsAreNamed) {
+  vehicle::Table gap = rows(0, 3000);
+  const vehicle::Table later = rows(3400, log_->rows());
+  for (std::size_t k = 0; k < gap.columns.size(); ++k) gap.columns[k].insert(gap.columns[k].end(), later.columns[k].begin(), later.columns[k].end());
+  EXPECT_THAT(said(gap), HasSubstr("a gap of 8"));
+  EXPECT_THAT(said(changed("ay_mps2", [](double) { return 1.0; })), HasSubstr("'ay_mps2' is constant: not used"));
+  vehicle::Table held = *log_;
+  for (std::size_t i = 0; i < held.rows(); ++i) column(held, "ax_mps2")[i] = column(*log_, "ax_mps2")[i / 2 * 2];
+  const Mapping mapping = identity_mapping(held);
+  ASSERT_EQ(mapping.notes.size(), 1u);
+  EXPECT_THAT(mapping.notes[0], HasSubstr("'ax_mps2': 50 % of the samples repeat"));
+  EXPECT_TRUE(signals(held).present[kAx]);
+  for (std::size_t i = 0; i < held.rows(); ++i) column(held, "ax_mps2")[i] = column(*log_, "ax_mps2")[i / 10 * 10];
+  EXPECT_THAT(said(held), HasSubstr("'ax_mps2' has 5.0 measurements a second"));
+}
+
+TEST_F(BadInput, RatesFrom10To1000AreTaken) {
+  const vehicle::Table slow = rows(0, log_->rows(), 5);
+  EXPECT_NEAR(signals(slow).sample_hz, 10, 0.1);
+  EXPECT_EQ(said(slow), "");
+  vehicle::Table fast = *log_;
+  std::mt19937 random(1);
+  for (std::size_t k = 0; k < fast.columns.size(); ++k) {
+    fast.columns[k].clear();
+    for (std::size_t i = 0; i + 1 < 5000; ++i)
+      for (int part = 0; part < 20; ++part) fast.columns[k].push_back(log_->columns[k][i] + part / 20.0 * (log_->columns[k][i + 1] - log_->columns[k][i]));
+  }
+  EXPECT_NEAR(signals(fast).sample_hz, 1000, 1);
+  EXPECT_THAT(said(fast), Not(HasSubstr("not used")));
+}
+
+TEST_F(BadInput, TooShortAndOneLapOnly) {
+  EXPECT_THAT(said(rows(0, 450)), HasSubstr("at least 10 s are wanted"));
+  const vehicle::Vehicle car = vehicle::read_vehicle(folder_->path("none/vehicle.yaml"));
+  const vehicle::Table lap = rows(0, 2600);  // a lap takes 44 s
+  EXPECT_THAT(said(lap), HasSubstr("1 whole lap"));
+  ExplainOptions options;
+  options.nulls = 200;
+  const Findings found = explain({signals(lap)}, car, options);
+  for (const char* road : {"road.banking", "road.grade", "road.friction"})
+    EXPECT_TRUE(std::any_of(found.untestable.begin(), found.untestable.end(), [&](const Untestable& u) { return u.mechanism == road && u.reason == "less than two whole laps"; })) << road;
+}
+
+TEST_F(BadInput, AnotherTrackAndAnotherFrame) {
+  vehicle::Table t = *log_;
+  for (std::size_t i = 0; i < t.rows(); ++i) {
+    const double x = column(*log_, "x_m")[i], y = column(*log_, "y_m")[i];
+    column(t, "x_m")[i] = 0.6 * x - 0.8 * y + 4000;
+    column(t, "y_m")[i] = 0.8 * x + 0.6 * y - 300;
+  }
+  EXPECT_THAT(said(t), AllOf(HasSubstr("another frame"), HasSubstr("turned by"), HasSubstr("fits within")));
+  for (double& y : column(t, "y_m")) y = -y;
+  EXPECT_THAT(said(t), AllOf(HasSubstr("another track"), Not(HasSubstr("fits within"))));
+}
+
+TEST_F(BadInput, AnotherCar) {
+  const vehicle::Vehicle car = vehicle::read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+  ExplainOptions options;
+  options.nulls = 200;
+  Findings found = explain({signals(*log_)}, car, options);
+  doubt_the_car(found);
+  EXPECT_EQ(found.verdict, "unknown");
+  ASSERT_FALSE(found.remarks.empty());
+  EXPECT_THAT(found.remarks.back(), HasSubstr("is it the file of this car?"));
+}
+
+}  // namespace
+}  // namespace explain
