@@ -210,9 +210,9 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, c
                       lever * lever * left.var_slope;
           const Eigen::Vector2d slope = frame.gradient({static_cast<double>(i), v}, 0.15);
           if (slope.allFinite()) {
-            const double heading = frame.heading_rad(static_cast<double>(i));
-            const double along = slope.x() * std::cos(heading) + slope.y() * std::sin(heading),
-                         across = slope.y() * std::cos(heading) - slope.x() * std::sin(heading);
+            const Eigen::Vector2d ahead = frame.ahead(static_cast<double>(i));
+            const double along = slope.dot(ahead),
+                         across = slope.y() * ahead.x() - slope.x() * ahead.y();
             variance += along * along * left.var_along + across * across * left.var_across;
           }
         }

@@ -86,9 +86,8 @@ void JointProblem::linearise(const std::vector<Correction>& at) {
             const Eigen::Vector2d slope = slope_of(i, j);
             const double beyond = slope.x() * (a - static_cast<double>(i) - 0.5) * kSectionCell_m +
                                   slope.y() * (b - static_cast<double>(j) - 0.5) * kSectionCell_m;
-            const double heading = frame_.heading_rad(place->row);
-            g += slope.x() * Eigen::Vector2d(std::cos(heading), std::sin(heading)) +
-                 slope.y() * Eigen::Vector2d(-std::sin(heading), std::cos(heading));
+            const Eigen::Vector2d ahead = frame_.ahead(place->row);
+            g += slope.x() * ahead + slope.y() * Eigen::Vector2d(-ahead.y(), ahead.x());
             const Eigen::Vector3d normal(-g.x(), -g.y(), 1.0),
                 arm = p - section.position_m - at[s].head<3>();
             const Eigen::Vector3d moment = arm.cross(normal);
@@ -145,9 +144,10 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
                             const JointScales& scales, Stretch& out) {
   const std::size_t from = stretch_begin_[stretch], to = stretch_begin_[stretch + 1];
   out.sections.clear();
-  for (std::size_t k = from; k < to; ++k) out.sections.push_back(views_[order_[k]].section);
-  std::sort(out.sections.begin(), out.sections.end());
-  out.sections.erase(std::unique(out.sections.begin(), out.sections.end()), out.sections.end());
+  std::vector<std::uint8_t> sees(sections_.list.size(), 0);
+  for (std::size_t k = from; k < to; ++k) sees[views_[order_[k]].section] = 1;
+  for (std::size_t k = 0; k < sees.size(); ++k)
+    if (sees[k] != 0) out.sections.push_back(static_cast<std::uint32_t>(k));
   out.nodes.clear();
   const auto first_node = static_cast<Eigen::Index>(6 * out.sections.size());
   const Eigen::Index dimension = first_node + 6;  // three nodes

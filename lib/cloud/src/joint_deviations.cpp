@@ -21,7 +21,7 @@ double median(std::vector<float>& values) {
 
 JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales) {
   // A part of the cells is enough for medians.
-  const std::size_t every = 1 + order_.size() / 2'000'000;
+  const std::size_t every = 1 + order_.size() / 500'000;
   std::vector<float> cells, views, views_m, residuals, passes;
   double believed = 0.0, all = 0.0;
   std::size_t cell_index = 0;

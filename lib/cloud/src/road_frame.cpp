@@ -57,6 +57,11 @@ double RoadFrame::heading_rad(double row) const {
   return std::atan2(ty_[i], tx_[i]);
 }
 
+Eigen::Vector2d RoadFrame::ahead(double row) const {
+  const auto i = static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(rows() - 1)));
+  return {tx_[i], ty_[i]};
+}
+
 double RoadFrame::wrapped(double row) const {
   const auto period = static_cast<double>(rows() - 1);
   if (!closed_) return row;

@@ -36,6 +36,8 @@ class RoadFrame {
   float node(std::size_t row, std::size_t column) const { return z_m_[row * v_m_.size() + column]; }
   Eigen::Vector2d node_position(std::size_t row, double v_m) const;
   double heading_rad(double row) const;
+  /// Unit vector along the road.
+  Eigen::Vector2d ahead(double row) const;
 
   /// (u, v) of a map point whose row is within some 100 m of `hint` along the road; empty where the
   /// walk does not settle, or beyond the ends of an open road. Legs of a track that cross do not
