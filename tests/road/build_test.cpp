@@ -154,9 +154,9 @@ TEST(Build, SaysWhatItDid) {
                            &built.result.picture_path, &built.result.classes_path}) {
     EXPECT_TRUE(std::filesystem::exists(*file)) << *file;
   }
-  // Nothing else lies in the folder but the world file of the classes: no temporary files.
+  // Nothing else lies in the folder but the world file of the classes and the cleaned mesh: no temporary files.
   const std::filesystem::path dir = std::filesystem::path(built.result.crg_path).parent_path();
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir), std::filesystem::directory_iterator{}), 7);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir), std::filesystem::directory_iterator{}), 8);
 }
 
 TEST(Build, KnowsNoRoadBesideTheRoad) {

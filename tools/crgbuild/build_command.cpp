@@ -79,7 +79,10 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       1e3 * number(s.at("smooth").at("largest_change_road_m")), smoothed_waves(s.at("smooth")),
       validation.at("points").get<std::size_t>(), 1e3 * number(validation.at("z_error_m").at("p99")),
       1e3 * number(validation.at("z_error_m").at("max")), number(s.at("seconds").at("total")), number(s.at("peak_memory_mb")),
-      result.reused ? "; reused: nothing has changed since then (--force builds again)" : "", result.crg_path, result.picture_path,
+      result.reused         ? "; reused: nothing has changed since then (--force builds again)"
+      : result.clean_reused ? "; the mesh was cleaned before and has not changed (--force cleans again)"
+                            : "",
+      result.crg_path, result.picture_path,
       result.summary_path);
   if (!result.patches_path.empty()) text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path, s.at("patches").size());
   if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
@@ -107,15 +110,17 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 int run_build(const BuildCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
-  const auto build = [&](bool reuse) {
+  using enum road::Reuse;
+  const auto build = [&](road::Reuse reuse) {
     return road::build_track(recipe, command.output_dir, terminal.progress(), command.no_report ? nullptr : &evidence, reuse);
   };
-  road::BuildResult result = build(!command.force && (command.no_report || has_report(command.output_dir)));
+  road::BuildResult result =
+      build(command.force ? nothing : command.no_report || has_report(command.output_dir) ? everything : stages);
   std::string text;
   try {
     text = build_text(recipe, result);
   } catch (const nlohmann::json::exception&) {  // an old summary that somebody cut
-    result = build(false);
+    result = build(nothing);
     text = build_text(recipe, result);
   }
   terminal.progress_done();

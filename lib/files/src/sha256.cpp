@@ -8,10 +8,47 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <utility>
 
 #include "files/error.h"
 
 namespace files {
+
+namespace {
+
+/// One hash in the making. `what` stands in front of its errors.
+class Hash {
+ public:
+  explicit Hash(std::string what) : what_(std::move(what)) {
+    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1)
+      throw Error(fmt::format("{}: SHA-256 is not available in this OpenSSL", what_));
+  }
+
+  void add(const char* bytes, std::size_t count) {
+    if (count > 0 && EVP_DigestUpdate(context_.get(), bytes, count) != 1) throw Error(fmt::format("{}: SHA-256 failed", what_));
+  }
+
+  std::string hex() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
+    unsigned int size = 0;
+    if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1) throw Error(fmt::format("{}: SHA-256 failed", what_));
+    std::string text;
+    for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
+    return text;
+  }
+
+ private:
+  std::string what_;
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
+};
+
+}  // namespace
+
+std::string sha256(std::string_view bytes) {
+  Hash hash("bytes in memory");
+  hash.add(bytes.data(), bytes.size());
+  return hash.hex();
+}
 
 std::string sha256_of_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -19,29 +56,15 @@ std::string sha256_of_file(const std::string& path) {
     throw Error(
         fmt::format("{}: cannot read: {}; give a file that exists", path, std::strerror(errno)));
   }
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
-                                                                        &EVP_MD_CTX_free);
-  if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) {
-    throw Error(fmt::format("{}: SHA-256 is not available in this OpenSSL", path));
-  }
+  Hash hash(path);
   std::array<char, 1 << 16> buffer;
   while (in) {
     in.read(buffer.data(), buffer.size());
-    const auto count = static_cast<std::size_t>(in.gcount());
-    if (count > 0 && EVP_DigestUpdate(context.get(), buffer.data(), count) != 1) {
-      throw Error(fmt::format("{}: SHA-256 failed", path));
-    }
+    hash.add(buffer.data(), static_cast<std::size_t>(in.gcount()));
   }
   if (in.bad() || !in.eof())
     throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
-  unsigned int size = 0;
-  if (EVP_DigestFinal_ex(context.get(), digest.data(), &size) != 1) {
-    throw Error(fmt::format("{}: SHA-256 failed", path));
-  }
-  std::string hex;
-  for (unsigned int i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
+  return hash.hex();
 }
 
 }  // namespace files

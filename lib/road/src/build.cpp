@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "build_steps.h"
+#include "clean_cache.h"
 #include "crg/file.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
@@ -19,6 +20,8 @@
 namespace road {
 
 namespace {
+
+constexpr std::size_t kTrianglesWorthKeeping = 50'000;  // smaller meshes are cleaned in 0.1 s
 
 /// The line with the heights of the grid on it: what a trajectory is compared with.
 crg::ReferenceLine line_with_heights(crg::ReferenceLine line, const SampledGrid& sampled) {
@@ -69,7 +72,7 @@ crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
 }
 
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress,
-                        BuildEvidence* evidence, bool reuse) {
+                        BuildEvidence* evidence, Reuse reuse) {
   const Clock::time_point start = Clock::now();
   const std::filesystem::path dir(output_dir);
   BuildResult paths;
@@ -90,13 +93,14 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   };
   if (!recipe.recipe_path.empty()) add("recipe", recipe.recipe_path);
   add("mesh", recipe.mesh_path);
+  const std::string mesh_sha256 = summary.inputs.back().sha256;
   add("control_points", recipe.control_points_path);
   add("trajectory", recipe.trajectory_path);
   if (recipe.friction.wanted) {
     add("friction_picture", recipe.friction.picture_path);
     add("friction_zones", recipe.friction.zones_path);
   }
-  if (reuse) {
+  if (reuse == Reuse::everything) {
     if (const auto text = unchanged_summary(paths.summary_path, summary)) {
       paths.summary_json = *text;
       paths.validation_failures = failures_in_summary(*text);
@@ -111,9 +115,18 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     return read_mesh(recipe.mesh_path, recipe.read, &summary.read);
   });
   const RoadMesh road = stage("clean", [&] {
-    RoadMesh cleaned = clean(mesh, recipe.clean, &summary.clean);
-    write_road_mesh(cleaned, paths.stl_path);
-    return cleaned;
+    const std::string cache_path = (dir / (recipe.name + ".clean.cache")).string();
+    const std::string key = clean_key(recipe, program_name(), mesh_sha256);
+    std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, cache_path);
+    paths.clean_reused = cleaned.has_value();
+    if (!cleaned) {
+      cleaned.emplace();
+      cleaned->road = clean(mesh, recipe.clean, &cleaned->report);
+      if (mesh.triangles.size() >= kTrianglesWorthKeeping) write_clean_cache(*cleaned, key, cache_path);
+    }
+    write_road_mesh(cleaned->road, paths.stl_path);
+    summary.clean = std::move(cleaned->report);
+    return std::move(cleaned->road);
   });
   const Centreline centreline = stage("centreline", [&] {
     Centreline traced = trace_centreline(road, recipe.centreline);

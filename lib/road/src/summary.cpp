@@ -186,12 +186,18 @@ Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
           {"remarks", report.remarks}};
 }
 
+}  // namespace
+
+std::string program_name() { return fmt::format("crgbuild {}", KERBSTONE_VERSION); }
+
+namespace {
+
 /// What every summary begins and ends with.
 template <class Summary>
 Json head_of(const Summary& summary) {
   Json out;
   out["schema"] = 1;
-  out["program"] = fmt::format("crgbuild {}", KERBSTONE_VERSION);
+  out["program"] = program_name();
   out["versions"] = {{"compiler", KERBSTONE_COMPILER},
                      {"assimp", KERBSTONE_ASSIMP},
                      {"cgal", KERBSTONE_CGAL},

@@ -1,10 +1,14 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace files {
 
 /// SHA-256 of a file's bytes as 64 hex digits. Throws Error.
 std::string sha256_of_file(const std::string& path);
+
+/// The same of bytes in memory.
+std::string sha256(std::string_view bytes);
 
 }  // namespace files

@@ -24,6 +24,7 @@ struct BuildResult {
   std::string patches_path;   ///< index of the road and its patches; empty without patches
   std::string summary_json;   ///< the text written to summary_path
   bool reused = false;        ///< nothing had changed since the build that wrote these files
+  bool clean_reused = false;  ///< nor had the mesh since it was cleaned last
   std::vector<std::string> validation_failures;  ///< why the road must not be used; empty = validation passed
 };
 
@@ -39,12 +40,22 @@ constexpr std::size_t kMaxBeforeNodes = 40'000'000;  ///< 160 MB
 /// beside and beyond the grid is no road (the standard's default repeats the height of its border).
 crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid);
 
+/// What an earlier build in the same folder is good for.
+enum class Reuse {
+  nothing,
+  /// Cleaning, which takes most of the time of large meshes: from 50,000 triangles on its result lies in
+  /// <name>.clean.cache and is taken when the program, the mesh (by hash) and what is said of reading and cleaning
+  /// are the same. The other stages take less time than reading their result would.
+  stages,
+  /// Everything as well: nothing is built (and no evidence filled) when the summary.json that lies there was written by
+  /// the same program from the same inputs (by hash) with the same recipe, and the files are still those that it names.
+  everything,
+};
+
 /// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json, <name>.png and <name>.classes.png (.pgw) into
-/// `output_dir` (made if missing). Each file appears whole or not at all. Fills `evidence` where given. With
-/// `reuse`, nothing is built (and no evidence filled) when the summary.json that lies there was written by the same
-/// program from the same inputs (by hash) with the same recipe, and the files are still those that it names (by hash).
+/// `output_dir` (made if missing). Each file appears whole or not at all. Fills `evidence` where given.
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress = {},
-                        BuildEvidence* evidence = nullptr, bool reuse = false);
+                        BuildEvidence* evidence = nullptr, Reuse reuse = Reuse::nothing);
 
 /// Two surveyed edges in place of a mesh.
 struct EdgeRecipe {

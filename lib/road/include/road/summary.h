@@ -84,6 +84,9 @@ struct BuildSummary {
   std::vector<InputFile> outputs;  ///< role and name of each file beside summary.json, hash of its bytes
 };
 
+/// "crgbuild 1.2.3".
+std::string program_name();
+
 /// JSON text, two spaces of indentation, keys in a fixed order (docs/formats.md). NaN becomes null.
 /// Peak memory and the versions of the libraries are added here.
 std::string summary_json(const BuildSummary& summary);

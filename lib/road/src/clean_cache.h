@@ -1,0 +1,25 @@
+// The result of cleaning, kept beside the road so that a later build of the same mesh need not clean again. Private.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "road/recipe.h"
+
+namespace road {
+
+/// Everything that cleaning depends on, as text: program, bytes of the mesh (by hash), how it is read and cleaned.
+std::string clean_key(const Recipe& recipe, const std::string& program, const std::string& mesh_sha256);
+
+struct Cleaned {
+  RoadMesh road;
+  CleanReport report;
+};
+
+/// Bit for bit what was cleaned, behind its key and before the SHA-256 of both.
+void write_clean_cache(const Cleaned& cleaned, const std::string& key, const std::string& path);
+
+/// Nothing when there is no such file, when it has another key, or when it is damaged in any way.
+std::optional<Cleaned> read_clean_cache(const std::string& key, const std::string& path);
+
+}  // namespace road

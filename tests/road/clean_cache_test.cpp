@@ -1,0 +1,73 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "road/build.h"
+#include "road/export_mesh.h"
+#include "support/strip_road.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+using road::Reuse;
+
+/// 54,000 triangles: enough that their cleaning is kept.
+std::string fine_mesh(const support::TemporaryFolder& folder) {
+  road::RoadMesh strip = support::make_strip(support::straight, 150.0, 0.05, false, {-5, -4, -3, -2, -1, 0, 1, 2, 3, 5},
+                                             [](double s, double v) { return 0.01 * s + 0.001 * v * v; });
+  const std::string path = folder.path("fine.obj");
+  road::export_mesh(strip.mesh, path);
+  return path;
+}
+
+TEST(CleanCache, AMeshThatHasNotChangedIsNotCleanedAgain) {
+  const support::TemporaryFolder folder;
+  road::Recipe recipe = road::recipe_for_mesh(fine_mesh(folder));
+  recipe.read.up = road::UpAxis::z;
+  recipe.read.unit = road::Unit::m;
+  const auto build = [&](const road::Recipe& r, const std::string& out, Reuse reuse) { return road::build_track(r, folder.path(out), {}, nullptr, reuse); };
+  EXPECT_FALSE(build(recipe, "out", Reuse::stages).clean_reused);
+
+  road::Recipe smoother = recipe;
+  smoother.smooth.window_u_m = 1.0;
+  EXPECT_TRUE(build(smoother, "out", Reuse::stages).clean_reused);
+  EXPECT_FALSE(build(smoother, "fresh", Reuse::stages).clean_reused);
+  for (const char* file : {"fine.crg", "fine.stl", "fine.png", "fine.classes.png", "centreline.csv"})
+    EXPECT_TRUE(folder.read(std::string("out/") + file) == folder.read(std::string("fresh/") + file)) << file;
+  EXPECT_FALSE(build(smoother, "out", Reuse::nothing).clean_reused);
+
+  road::Recipe other = recipe;
+  other.clean.weld_tolerance_m = 0.002;
+  EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused);
+  other.clean.name_rules.insert(other.clean.name_rules.begin(), {road::NameRule::Field::object, "nothing", road::SurfaceClass::kerb});
+  EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused);
+  EXPECT_TRUE(build(other, "out", Reuse::stages).clean_reused);
+
+  // Damage anywhere: cleaned again, and the file mended.
+  const std::string whole = folder.read("out/fine.clean.cache");
+  for (const std::size_t at : {std::size_t{7}, whole.size() / 2, whole.size() - 1}) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x40);
+    folder.file("out/fine.clean.cache", damaged);
+    EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused) << at;
+    EXPECT_TRUE(folder.read("out/fine.clean.cache") == whole);
+  }
+  for (const std::size_t kept : {std::size_t{0}, std::size_t{100}}) {
+    folder.file("out/fine.clean.cache", whole.substr(0, kept));
+    EXPECT_FALSE(build(other, "out", Reuse::stages).clean_reused) << kept;
+  }
+}
+
+TEST(CleanCache, SmallMeshesLeaveNone) {
+  const support::TemporaryFolder folder;
+  const road::RoadMesh strip = support::make_strip(support::straight, 150.0, 1.0, false, {-5, 0, 5}, support::flat);
+  road::export_mesh(strip.mesh, folder.path("small.obj"));
+  road::Recipe recipe = road::recipe_for_mesh(folder.path("small.obj"));
+  recipe.read.up = road::UpAxis::z;
+  road::build_track(recipe, folder.path("out"), {}, nullptr, Reuse::stages);
+  EXPECT_FALSE(std::filesystem::exists(folder.path("out/small.clean.cache")));
+}
+
+}  // namespace
