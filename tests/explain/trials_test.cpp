@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -56,6 +57,30 @@ TEST(Trials, ARealLogWithoutUnitsOfItsOwnIsMapped) {
   ASSERT_EQ(shell(std::string(CRGEXPLAIN) + " map " + log + " -o " + folder.path("mapping.yaml") + " > " + folder.path("log")), 0);
   EXPECT_THAT(folder.read("log"), ::testing::HasSubstr("15 of 16 columns used"));
   EXPECT_THAT(folder.read("mapping.yaml"), ::testing::HasSubstr("\"wheel_fl(kmph)\": {channel: wheel_fl_mps, scale: 0.277777777778}"));
+}
+
+TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
+  const std::string data = KERBSTONE_DATA "/recordings/", log = data + "putnam_run4_2.csv";
+  if (!std::filesystem::exists(log)) GTEST_SKIP() << "skipped: " << log << " is not there";
+  const support::TemporaryFolder folder;
+  ASSERT_EQ(shell(std::string(CRGBUILD) + " from-edges " + data + "putnam_inner_bound.csv " + data + "putnam_outer_bound.csv -o " + folder.path("edges") + " > " + folder.path("log") + " 2>&1"), 0)
+      << folder.read("log");
+  const std::string car = KERBSTONE_SOURCE "/vehicles/av21/";
+  ASSERT_EQ(shell(std::string(CRGEXPLAIN) + " run --skip-simulation --nulls 200 --hold-out 1 --track " + folder.path("edges/putnam.crg") + " --vehicle " + car + "vehicle.yaml --mapping " + car +
+                  "putnam_mapping.yaml --recordings " + log + " -o " + folder.path("out") + " > " + folder.path("log") + " 2>&1"),
+            0)
+      << folder.read("log");
+  const json found = json::parse(folder.read("out/findings.json"));
+  ASSERT_FALSE(found.at("findings").empty());
+  EXPECT_EQ(found["findings"][0].at("mechanism"), "sensor.low_pass");
+  EXPECT_EQ(found["findings"][0].at("channel"), "ax(m/s^2)");
+  for (const json& h : found["findings"][0].at("held_out"))
+    if (h.at("channel") == "ax") {
+      EXPECT_LT(h.at("rmse_after").get<double>(), 0.4 * h.at("rmse_before").get<double>());
+    }
+  // What the log cannot show is listed.
+  for (const char* id : {"vehicle.brake_disc_conductance", "vehicle.multi_point_contact", "road.kerb_or_roughness", "sensor.lever_arm"})
+    EXPECT_TRUE(std::any_of(found.at("untestable").begin(), found.at("untestable").end(), [&](const json& u) { return u.at("mechanism") == id && !u.at("reason").empty(); })) << id;
 }
 
 }  // namespace
