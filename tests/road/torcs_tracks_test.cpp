@@ -8,10 +8,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "crg/surface.h"
 #include "road/build.h"
 #include "road/export_mesh.h"
+#include "support/brute_force.h"
 #include "support/temporary_folder.h"
 #include "support/torcs_track.h"
 
@@ -77,6 +79,44 @@ std::vector<double> distances(const std::vector<Vector2d>& design, const crg::Re
   return off;
 }
 
+struct Heights {
+  double largest_m = 0.0, largest_unnamed_m = 0.0, unnamed_u_m = 0.0, unnamed_v_m = 0.0;
+  std::size_t points = 0, unnamed = 0;  ///< beyond 15 mm: in all, and where the tool did not name the u range
+};
+
+/// 20,000 random points between the nodes against an independent caster on the whole mesh.
+Heights check_heights(const crg::Surface& road, const support::BruteForce& all, const nlohmann::json& rough) {
+  Heights result;
+  const crg::Grid& grid = road.file().grid;
+  const crg::ReferenceLine& line = road.reference_line();
+  std::mt19937_64 random(7);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
+  const double length_m = line.u_step_m * static_cast<double>(line.size() - 1);
+  for (std::size_t tries = 0; tries < 60000 && result.points < 20000; ++tries) {
+    const double u = length_m * uniform(), v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
+    const double z = road.z_at_uv(u, v);
+    if (std::isnan(z)) continue;
+    ++result.points;
+    const crg::Point2 p = road.xy_of_uv(u, v);
+    const auto truth = all.nearest(p.x_m, p.y_m, z);
+    if (!truth) continue;  // filled: counted by the tool as points_without_mesh
+    const double error = std::abs(*truth - z);
+    result.largest_m = std::max(result.largest_m, error);
+    if (error <= 0.015) continue;
+    const bool named = std::any_of(rough.begin(), rough.end(), [&](const auto& place) {
+      return u > place["u_begin_m"].template get<double>() - 0.5 && u < place["u_end_m"].template get<double>() + 0.5;
+    });
+    if (named) continue;
+    ++result.unnamed;
+    if (error > result.largest_unnamed_m) {
+      result.largest_unnamed_m = error;
+      result.unnamed_u_m = u;
+      result.unnamed_v_m = v;
+    }
+  }
+  return result;
+}
+
 class TorcsTracks : public testing::TestWithParam<std::string> {};
 
 TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
@@ -85,7 +125,9 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
   const fs::path mesh_path = fs::exists(folder / (name + ".acc")) ? folder / (name + ".acc") : folder / (name + ".ac");
   const support::TorcsTrack design = support::read_torcs_track((folder / (name + ".xml")).string());
   const support::TemporaryFolder out;
-  road::export_mesh(road::read_mesh(mesh_path.string()), out.path(name + ".stl"), {road::UpAxis::z, road::Unit::m});
+  const road::Mesh mesh = road::read_mesh(mesh_path.string());
+  const support::BruteForce all(mesh);
+  road::export_mesh(mesh, out.path(name + ".stl"), {road::UpAxis::z, road::Unit::m});
   for (const bool nameless : {false, true}) {
     road::Recipe recipe = road::recipe_for_mesh(nameless ? out.path(name + ".stl") : mesh_path.string());
     if (nameless) recipe.read.up = road::UpAxis::z;
@@ -117,7 +159,12 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
     std::printf("| %s%s | %.1f | %.4f | %.1f | %.0f | %.3f | %.2f | %.1f |", name.c_str(), nameless ? " .stl" : "", length, 100.0 * length_error,
                 1e3 * off[off.size() * 99 / 100], 1e3 * off.back(), 100.0 * share, 1e3 * p99, 1e3 * largest);
     if (share < 0.9995) std::printf(" without height between u = %.1f and %.1f m", first_gap_u, last_gap_u);
+    const Heights heights = check_heights(road, all, summary["validation"]["rough_places"]);
+    std::printf(" %.1f | %zu | %.1f |", 1e3 * heights.largest_m, summary["validation"]["rough_places"].size(), 1e3 * heights.largest_unnamed_m);
+    if (heights.unnamed > 0) std::printf(" unnamed at u = %.1f, v = %.2f m", heights.unnamed_u_m, heights.unnamed_v_m);
     std::printf("\n");
+    EXPECT_EQ(heights.points, 20000u) << name;
+    EXPECT_EQ(heights.unnamed, 0u) << name << ": " << heights.largest_unnamed_m << " m at u = " << heights.unnamed_u_m << ", v = " << heights.unnamed_v_m;
     EXPECT_LE(length_error, 5e-4) << name;
     EXPECT_LE(off[off.size() * 99 / 100], 0.15) << name << ": the design leaves " << design.closing_gap_m << " m open";
     EXPECT_GE(share, 0.9995) << name;

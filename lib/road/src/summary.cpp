@@ -173,6 +173,15 @@ Json json_of(const GridReport& report) {
 Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
   const std::vector<std::string> failures = validation_failures(report, limits);
   const ErrorQuantiles& z = report.z_error_m;
+  Json rough = Json::array();
+  for (const RoughPlace& place : report.rough_places) {
+    rough.push_back({{"u_begin_m", place.u_begin_m},
+                     {"u_end_m", place.u_end_m},
+                     {"v_min_m", place.v_min_m},
+                     {"v_max_m", place.v_max_m},
+                     {"largest_error_m", place.largest_error_m},
+                     {"reason", place.reason}});
+  }
   return {{"passed", failures.empty()},
           {"failures", failures},
           {"points", report.points},
@@ -183,6 +192,7 @@ Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
           {"worst_v_m", report.worst_v_m},
           {"seam_z_step_m", report.seam_z_step_m},
           {"seam_heading_step_rad", report.seam_heading_step_rad},
+          {"rough_places", rough},
           {"remarks", report.remarks}};
 }
 

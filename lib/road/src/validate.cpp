@@ -9,6 +9,7 @@
 #include "crg/surface.h"
 #include "road/error.h"
 #include "road/ray_surface.h"
+#include "rough_places.h"
 
 namespace road {
 
@@ -55,24 +56,21 @@ ValidateReport validate(const std::string& crg_path, const Mesh& original, const
   check_seam(road, report);
   std::mt19937_64 random(options.seed);
   std::vector<double> errors;
+  std::vector<RoughPoint> rough;
   double sum = 0.0, worst = -1.0;
-  const double cosine = std::cos(options.T_global_mesh.yaw_rad), sine = std::sin(options.T_global_mesh.yaw_rad);
-  const auto& shift = options.T_global_mesh.translation_m;
   const double u_length_m = static_cast<double>(grid.rows() - 1) * grid.u_step_m;
   // Points fall evenly over the box of the grid; those without road do not count, but bound the tries.
   for (std::size_t tries = 0; tries < 50 * options.points && errors.size() + report.points_without_mesh < options.points; ++tries) {
     const double u_m = grid.u_begin_m + u_length_m * uniform(random);
     const double v_m = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform(random);
-    const double z_m = road.z_at_uv(u_m, v_m);
-    if (std::isnan(z_m)) continue;
-    const crg::Point2 p = road.xy_of_uv(u_m, v_m);
-    const double dx = p.x_m - shift.x(), dy = p.y_m - shift.y(), z_mesh = z_m - shift.z();
-    const auto hit = mesh.nearest_hit(cosine * dx + sine * dy, -sine * dx + cosine * dy, z_mesh, options.reach_m);
-    if (!hit) {
+    if (std::isnan(road.z_at_uv(u_m, v_m))) continue;
+    const auto found = error_at(road, mesh, options, u_m, v_m);
+    if (!found) {
       ++report.points_without_mesh;
       continue;
     }
-    const double error = z_mesh - hit->z_m;
+    const double error = *found;
+    if (std::abs(error) > options.named_error_m) rough.push_back({u_m, v_m, std::abs(error)});
     sum += error;
     errors.push_back(std::abs(error));
     if (std::abs(error) > worst) {
@@ -84,6 +82,7 @@ ValidateReport validate(const std::string& crg_path, const Mesh& original, const
   report.points = errors.size();
   if (!errors.empty()) report.mean_error_m = sum / static_cast<double>(errors.size());
   report.z_error_m = quantiles(errors);
+  report.rough_places = find_rough_places(road, mesh, options, std::move(rough));
   if (report.points + report.points_without_mesh < options.points) {
     report.remarks.push_back(fmt::format("only {} of {} random points fell on the road", report.points + report.points_without_mesh, options.points));
   }

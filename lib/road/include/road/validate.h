@@ -13,8 +13,16 @@ namespace road {
 struct ValidateOptions {
   std::size_t points = 20000;     ///< random (u, v) between the nodes, not on them
   std::uint64_t seed = 1;
+  double named_error_m = 0.015;   ///< places with a larger error are named one by one
   double reach_m = 1.0;           ///< a mesh surface further than this above or below does not count
   RotoTranslation T_global_mesh;  ///< how the file was moved against the mesh
+};
+
+/// A stretch where the file leaves the mesh by more than ValidateOptions::named_error_m, and why.
+struct RoughPlace {
+  double u_begin_m = 0.0, u_end_m = 0.0, v_min_m = 0.0, v_max_m = 0.0;
+  double largest_error_m = 0.0;
+  std::string reason;
 };
 
 struct ErrorQuantiles { double p50 = 0, p95 = 0, p99 = 0, max = 0; };
@@ -27,6 +35,10 @@ struct ValidateReport {
   double worst_u_m = 0.0, worst_v_m = 0.0;
   double seam_z_step_m = 0.0;           ///< closed roads: largest |z(last row) - z(first row)|
   double seam_heading_step_rad = 0.0;
+  /// Ascending in u_begin_m. Looked for at every random point, and inside the cells of the grid at whose nodes the
+  /// heights bend by a third of named_error_m (16 a row): what is narrower than a cell and touches no node is
+  /// found by the random points only.
+  std::vector<RoughPlace> rough_places;
   std::vector<std::string> remarks;
 };
 
