@@ -16,6 +16,13 @@ double amount(const TruthCar& car, const char* mechanism) {
   return sum;
 }
 
+/// The factor on a term of this car: 1 where no trial is about it.
+double factor(const TruthCar& car, const char* mechanism) {
+  for (const Effect& e : car.effects)
+    if (e.mechanism == mechanism) return e.amount;
+  return 1;
+}
+
 /// A cosine bell of height 1 over the stretch, flat in the middle half.
 double bell(const Effect& e, double s, double length) {
   const double u = std::fmod(s + length, length);
@@ -54,16 +61,15 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
   const double grip = 1 + road_extra(car, "road.friction", s, track.length_m);
   const double wheelbase = car.a + car.b;
   double mass = car.mass - amount(car, "vehicle.fuel_burn") * x[16];
-  const double extra_mass = amount(car, "parameter.mass");
-  mass *= 1 + extra_mass;
+  mass *= 1 + amount(car, "parameter.mass");
 
   double wx = 0, wy = 0;
   for (const Effect& e : car.effects)
     if (e.mechanism == "environment.wind") wx += e.amount * std::cos(e.extra), wy += e.amount * std::sin(e.extra);
   const double air_x = vx - (wx * std::cos(x[2]) + wy * std::sin(x[2])), air_y = vy - (-wx * std::sin(x[2]) + wy * std::cos(x[2]));
   const double q = 0.5 * car.density * air_x * std::hypot(air_x, air_y);
-  const double drag = q * car.drag * (1 + amount(car, "parameter.drag")), side_air = 0.5 * car.density * 1.2 * std::hypot(air_x, air_y) * air_y;
-  const double down = 1 + amount(car, "parameter.downforce");
+  const double drag = q * car.drag * factor(car, "vehicle.aero_drag") * (1 + amount(car, "parameter.drag")), side_air = 0.5 * car.density * 1.2 * std::hypot(air_x, air_y) * air_y;
+  const double down = factor(car, "vehicle.aero_downforce") * (1 + amount(car, "parameter.downforce")) * (1 - amount(car, "vehicle.aero_ride_height") * (1 - std::exp(-q / 1500)));
   const double plus = kGravity + vertical * vx * vx + bank * r * vx;
   const double front = mass * plus * car.b / wheelbase + q * car.lift_f * down - x[12];
   const double rear = mass * plus * car.a / wheelbase + q * car.lift_r * down + x[12];
@@ -71,6 +77,8 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
 
   double torque = car.engine_nm(0.5 * (x[7] + x[8]) * car.ratio[static_cast<std::size_t>(std::max(1, c.gear) - 1)] * car.final_drive, c.throttle);
   torque *= 1 + amount(car, "parameter.engine_torque") * (torque > 0 ? 1 : 0);
+  for (const Effect& e : car.effects)
+    if (e.mechanism == "outside.misfire" && std::fmod(x[16], 23.0) < 2.0) torque *= 1 - e.amount * c.throttle;
   d.fill(0);
   for (const Effect& e : car.effects)
     if (e.mechanism == "vehicle.turbo_lag") {
@@ -93,16 +101,27 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
   const double cd = std::cos(c.steer), sd = std::sin(c.steer);
   const double alpha_f = (vy + car.a * r) / vx, alpha_r = (vy - car.b * r) / vx;
   const double slip_f = std::tan(std::atan(alpha_f) - c.steer), slip_r = alpha_r;
-  d[14] = (slip_f - x[14]) * vx / 0.22;
-  d[15] = (slip_r - x[15]) * vx / 0.25;
+  const double relax = std::max(0.15, factor(car, "vehicle.tyre_relaxation"));
+  d[14] = (slip_f - x[14]) * vx / (car.relaxation_f * relax);
+  d[15] = (slip_r - x[15]) * vx / (car.relaxation_r * relax);
+  const double loads = factor(car, "vehicle.tyre_load_sensitivity"), combined = factor(car, "vehicle.tyre_combined_slip");
+  const double thrust = amount(car, "vehicle.tyre_camber") * car.camber;
   const auto axle = [&](double load, double transfer, double nominal, double mu0, double cn, double kl, double kr, double slip, double& fxl, double& fxr) {
     double fy = 0;
     for (const bool left : {true, false}) {
       const double fz = std::max(100.0, load / 2 - (left ? transfer : -transfer)), n = fz / nominal;
-      const double mu = mu0 * (1 - car.mu_load * (n - 1)) * grip * warm * (1 + amount(car, "parameter.tyre_grip"));
+      const double mu = mu0 * (1 - loads * car.mu_load * (n - 1)) * grip * warm * (1 + amount(car, "parameter.tyre_grip"));
       const double cy = cn * nominal * 1.15 * n * std::exp(-0.14 * n) * (0.5 + 0.5 * warm), cx = car.ck * fz;
       double fx = 0, side = 0;
       brush(fz, mu, cx, cy, left ? kl : kr, slip, fx, side);
+      if (combined != 1) {
+        double fx_alone = 0, side_alone = 0, none = 0;
+        brush(fz, mu, cx, cy, left ? kl : kr, 0, fx_alone, none);
+        brush(fz, mu, cx, cy, 0, slip, none, side_alone);
+        fx = combined * fx + (1 - combined) * fx_alone;
+        side = combined * side + (1 - combined) * side_alone;
+      }
+      side += (left ? -1 : 1) * thrust * fz;
       (left ? fxl : fxr) = fx;
       fy += side;
     }
@@ -169,11 +188,13 @@ Track::Point Track::at(double s) const {
 }
 
 double Track::height(double s) const {
+  s -= shift_m;
   double z = 0;
   for (std::size_t k = 0; k < 3; ++k) z += hill[k] * std::sin(kTwoPi * static_cast<double>(k + 1) * s / length_m + hill_phase[k]);
   return z;
 }
 double Track::grade(double s) const {
+  s -= shift_m;
   double z = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double w = kTwoPi * static_cast<double>(k + 1) / length_m;
@@ -182,6 +203,7 @@ double Track::grade(double s) const {
   return z;
 }
 double Track::vertical(double s) const {
+  s -= shift_m;
   double z = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double w = kTwoPi * static_cast<double>(k + 1) / length_m;
@@ -201,7 +223,10 @@ double Track::rough(double s, double v) const {
   }
   return z;
 }
-double Track::bank(double s) const { return bank_base * std::sin(kTwoPi * 2 * s / length_m + 1.0) - 0.5 * at(s).curvature; }
+double Track::bank(double s) const {
+  s -= shift_m;
+  return bank_base * std::sin(kTwoPi * 2 * s / length_m + 1.0) - 0.5 * at(s).curvature;
+}
 
 Track make_track(double radius_m, double a2, double a3, double a5, double phase) {
   const auto point = [&](double t) {

@@ -23,6 +23,7 @@ struct Track {
     bool teeth;
   };
   std::vector<Feature> feature;
+  double shift_m = 0.0;  ///< heights and banking lie this much further along than the reference line says
 
   struct Point {
     double x, y, heading, curvature;
@@ -36,7 +37,8 @@ struct Track {
 };
 Track make_track(double radius_m, double a2, double a3, double a5, double phase);
 
-/// What the simulation will not know about.
+/// What the simulation will not know about. An amount of 0 is the car without it; that of a term which
+/// every tyre has (load sensitivity, combined slip, relaxation) is a factor on what this car has.
 struct Effect {
   std::string mechanism, channel;
   double amount = 0.0;
@@ -55,6 +57,8 @@ struct TruthCar {
   std::array<double, 6> ratio{2.9, 2.1, 1.65, 1.36, 1.16, 1.02};
   double brake_f = 2.0e-4 * 4, brake_r = 1.25e-4 * 4;  ///< N m per Pa and axle
   double efficiency = 0.95;
+  double relaxation_f = 0.22, relaxation_r = 0.25;  ///< m
+  double camber = 0.0;                              ///< rad, tops leaning inwards
   std::vector<Effect> effects;
 
   double engine_nm(double omega, double throttle) const;

@@ -34,7 +34,12 @@ class Analysis {
   Model model() const;
   std::vector<Family> candidates() const;
   std::vector<Family> structures() const;
-  bool step(Findings& out);                     ///< finds and adds one; false: nothing more
+  bool step(Findings& out, bool first);         ///< finds and adds one; false: nothing more
+  Eigen::VectorXd weights() const;              ///< of the rows that the present stage looks at
+  bool in_stage(std::size_t candidate) const;
+  bool kinematic_ = false;                      ///< sensors and road, in relations without tyres and forces
+  void untouched(Findings& out) const;          ///< lists what left no trace
+  void free_parameters();                       ///< lets those go that are far from their stated values
   void describe(Findings& out);
   void leftovers(Findings& out);
   void prove(Findings& out);
@@ -56,6 +61,12 @@ class Analysis {
   Rows rows_;
   std::vector<bool> training_;
   std::vector<std::size_t> refit_;              ///< places of parameters and curves
+  struct Freed {
+    std::size_t place = 0;                      ///< in refit_
+    std::vector<std::size_t> rivals;            ///< places that would have done as well
+  };
+  std::vector<Freed> freed_;
+  double width(std::size_t place) const;        ///< of the prior in the refit
   Eigen::VectorXd amounts_;                     ///< of refit_, then of accepted_ that act everywhere
   std::vector<Accepted> accepted_;
   Eigen::VectorXd r_;                           ///< rows at the current setting, not whitened

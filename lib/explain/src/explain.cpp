@@ -109,8 +109,7 @@ Analysis::Model Analysis::model() const {
   x.leftCols(moves_.cols()) = moves_;
   for (Index k = 0; k < moves_.cols(); ++k)
     if (k < static_cast<Index>(refit_.size())) {
-      const double width = inventory_.unknowns[refit_[static_cast<std::size_t>(k)]].width;
-      m.precision[k] = 1.0 / (width * width);
+      m.precision[k] = 1.0 / (width(static_cast<std::size_t>(k)) * width(static_cast<std::size_t>(k)));
       before[k] = amounts_[k];
     }
   Index at = moves_.cols();
@@ -120,8 +119,83 @@ Analysis::Model Analysis::model() const {
     m.precision.segment(at, a.columns.cols()).setConstant(a.width > 0 ? 1.0 / (a.width * a.width) : 0.0);
     at += a.columns.cols();
   }
-  m.fitted = fit(weight_.asDiagonal() * x, weight_.cwiseProduct(r_), m.precision, before);
+  const VectorXd w = weights();
+  m.fitted = fit(w.asDiagonal() * x, w.cwiseProduct(r_), m.precision, before);
   return m;
+}
+
+VectorXd Analysis::weights() const {
+  if (!kinematic_) return weight_;
+  VectorXd w = weight_;
+  for (Index i = 0; i < w.size(); ++i)
+    if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only) w[i] = 0.0;
+  return w;
+}
+
+bool Analysis::in_stage(std::size_t candidate) const {
+  // A sensor that redundant channels can judge is judged by them alone, before any force.
+  const Unknown& u = inventory_.unknowns[candidate_[candidate]];
+  if (u.kind == "road") return true;
+  double kinematic = 0, all = 0;
+  for (Index i = 0; i < weight_.size(); ++i) {
+    const double c = weight_[i] * candidate_moves_(i, static_cast<Index>(candidate));
+    all += c * c;
+    if (relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only) kinematic += c * c;
+  }
+  const bool redundant = u.kind == "sensor" && kinematic > 0.1 * all;
+  return redundant == kinematic_;
+}
+
+namespace {
+
+constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
+constexpr double kLetGo = 4.5;    ///< of prior cost that letting one go must save
+constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
+
+}  // namespace
+
+double Analysis::width(std::size_t place) const {
+  // What quasi-static relations get wrong adds to what the vehicle file leaves open.
+  const Unknown& u = inventory_.unknowns[refit_[place]];
+  const bool freed = std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
+  return freed ? kFreed * std::hypot(u.width, u.form) : u.held > 0 ? u.held : std::hypot(u.width, u.form);
+}
+
+void Analysis::free_parameters() {
+  // A normal prior would share one large error among all parameters that can take a part of it. Few
+  // parameters are far off: the one whose freedom saves most prior cost goes first.
+  for (int round = 0; round < 2; ++round) {
+    const Model m = model();
+    const MatrixXd gram = m.fitted.x.transpose() * m.fitted.x;
+    const VectorXd right = m.fitted.x.transpose() * m.fitted.r;
+    VectorXd before = VectorXd::Zero(gram.rows());
+    before.head(amounts_.size()) = amounts_;
+    for (Index k = static_cast<Index>(refit_.size()); k < before.size(); ++k) before[k] = 0;
+    const auto loss = [&](const VectorXd& precision) {
+      MatrixXd a = gram;
+      a.diagonal() += precision;
+      steady(a);
+      const VectorXd b = right - precision.cwiseProduct(before), move = a.ldlt().solve(b);
+      return move.dot(gram * move) - 2 * move.dot(right) + precision.dot((before + move).cwiseAbs2());
+    };
+    const double held = loss(m.precision);
+    std::vector<std::pair<double, std::size_t>> saved;
+    for (std::size_t k = 0; k < refit_.size(); ++k) {
+      const Unknown& u = inventory_.unknowns[refit_[k]];
+      if (u.role != Role::kParameter || u.assumed || u.fixed || std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
+      VectorXd precision = m.precision;
+      const double free = kFreed * std::hypot(u.width, u.form);
+      precision[static_cast<Index>(k)] = 1.0 / (free * free);
+      saved.emplace_back(held - loss(precision), k);
+    }
+    std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    if (saved.empty() || saved.front().first < kLetGo) return;
+    Freed f;
+    f.place = saved.front().second;
+    for (std::size_t k = 1; k < saved.size() && saved[k].first > saved.front().first - kAsGood; ++k) f.rivals.push_back(saved[k].second);
+    freed_.push_back(f);
+    refit(2);
+  }
 }
 
 void Analysis::refit(int rounds) {
@@ -129,16 +203,25 @@ void Analysis::refit(int rounds) {
   for (const std::size_t k : refit_) free.push_back(&inventory_.unknowns[k]);
   for (const Accepted& a : accepted_)
     if (a.cells.empty()) free.push_back(&inventory_.unknowns[a.unknown]);
+  // One Jacobian serves all rounds (chord method); only columns that are new are computed again.
+  const bool fresh = moves_.size() == 0;
+  const auto known = static_cast<std::size_t>(moves_.cols());
+  const auto reckon = [&](std::size_t from) {
+    const std::vector<const Unknown*> wanted(free.begin() + static_cast<std::ptrdiff_t>(from), free.end());
+    const MatrixXd columns = derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads, [&](double share) { progress("refit of the parameters", share); });
+    moves_.conservativeResize(columns.rows(), static_cast<Index>(free.size()));
+    moves_.rightCols(columns.cols()) = columns;
+  };
+  r_ = rows_at(setting_with(amounts_));
+  if (fresh) reckon(0);
+  else if (known < free.size()) reckon(known);
   for (int round = 0; round < rounds; ++round) {
-    const Setting at = setting_with(amounts_);
-    r_ = rows_at(at);
-    moves_ = derivatives(logs_, car_, at, free, rows_, options_.threads, [&](double share) { progress("refit of the parameters", share); });
     if (weight_.size() == 0) weigh();
     const Model m = model();
     VectorXd move = m.fitted.amount.head(moves_.cols());
     // No further than 1.5 prior widths at once: the relations are not linear in everything.
     for (Index k = 0; k < static_cast<Index>(refit_.size()); ++k) {
-      const double most = 1.5 * free[static_cast<std::size_t>(k)]->width;
+      const double most = 1.5 * std::min(width(static_cast<std::size_t>(k)), 2 * free[static_cast<std::size_t>(k)]->width);
       move[k] = std::clamp(move[k], -most, most);
       const double far = 8 * free[static_cast<std::size_t>(k)]->width;
       amounts_[k] = std::clamp(amounts_[k] + move[k], -far, far);
@@ -147,7 +230,7 @@ void Analysis::refit(int rounds) {
     r_ = rows_at(setting_with(amounts_));
     weigh();
   }
-  moves_ = derivatives(logs_, car_, setting_with(amounts_), free, rows_, options_.threads, {});
+  if (fresh) reckon(0);
   // The amounts of accepted unknowns are where they are wanted.
   auto at = static_cast<Index>(refit_.size());
   for (Accepted& a : accepted_)
@@ -162,13 +245,13 @@ std::vector<Family> Analysis::candidates() const {
     Family f;
     f.id = candidate_[k];
     const Unknown& u = inventory_.unknowns[f.id];
-    f.column = weight_.cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
+    f.column = weights().cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
     f.sign = u.one_sided ? 1 : 0;
     const bool used = std::any_of(accepted_.begin(), accepted_.end(), [&](const Accepted& a) {
       const Unknown& other = inventory_.unknowns[a.unknown];
       return other.id == u.id && other.channel == u.channel && other.name == u.name;
     });
-    if (used) f.column.setZero();
+    if (used || !in_stage(k)) f.column.setZero();
     if (u.along_road) {
       f.cell = cell;
       f.cells = cells_;
@@ -190,7 +273,7 @@ Analysis::Exact Analysis::exact(std::size_t unknown, double start, const Model& 
     if (std::abs(amount) < 1e-12) break;
     Setting moved = base;
     u.set(moved, amount);
-    const VectorXd change = weight_.cwiseProduct(r_ - rows_at(moved));  // what the amount explains
+    const VectorXd change = weights().cwiseProduct(r_ - rows_at(moved));  // what the amount explains
     const VectorXd c = beyond(m.fitted, change);
     const double loss = (e0 - c).squaredNorm(), gain = e0.squaredNorm() - loss;
     if (gain > best.gain) best = {amount, gain, change / amount};
@@ -207,17 +290,15 @@ constexpr double kGrouped = 4.0;  ///< standard deviations between groups that a
 
 }  // namespace
 
-bool Analysis::step(Findings& out) {
+bool Analysis::step(Findings& out, bool first) {
   const Model m = model();
   const std::vector<Family> families = candidates();
   const Scan s = scan(m.fitted, families, rows_, options_.nulls);
-  const bool first = accepted_.empty();
   if (first) {
+    // Both stages may raise an alarm.
     out.threshold = s.threshold;
     out.null_replicates = s.null_max.size();
-    std::size_t over = 0;
-    for (const double z : s.null_max) over += z > s.threshold ? 1 : 0;
-    out.null_false_alarm = s.null_max.empty() ? 0.0 : static_cast<double>(over) / static_cast<double>(s.null_max.size());
+    out.null_false_alarm += s.false_alarms;
   }
   // One judgement per family; the most promising ones that act everywhere are refitted exactly.
   struct Tried {
@@ -264,12 +345,12 @@ bool Analysis::step(Findings& out) {
       const Unknown& u = inventory_.unknowns[t.unknown];
       Evidence e{u.id, u.channel, u.name, t.amount, t.test.z, t.gain > 9 ? total(gains(t)).first : 0.0, u.unit};
       if (u.along_road) e.detail += fmt::format(", u {:.0f} to {:.0f} m", t.test.begin * kCell_m, t.test.end * kCell_m);
-      out.evidence.push_back(e);
+      if (!kinematic_ || !u.along_road) out.evidence.push_back(e);
     }
   for (std::size_t k = 0; k < std::min<std::size_t>(tried.size(), 6); ++k) {
     const Tried& t = tried[k];
     const Unknown& u = inventory_.unknowns[t.unknown];
-    if (std::abs(t.test.z) < s.threshold && std::sqrt(t.gain) < s.threshold) continue;
+    if (u.along_road ? std::abs(t.test.local_z) < s.threshold : std::abs(t.test.z) < s.threshold && std::sqrt(t.gain) < s.threshold) continue;
     if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     const std::vector<double> g = gains(t);
     const auto [cv, se] = total(g);
@@ -358,10 +439,22 @@ bool Analysis::step(Findings& out) {
       amounts_[amounts_.size() - 1] = t.amount;
       // amounts_ lists those that act everywhere in the order of accepted_.
     }
+    kinematic_ = false;
     refit(2);
     return true;
   }
   return false;
+}
+
+void Analysis::untouched(Findings& out) const {
+  // What was asked and left no trace: tested where these recordings could have shown it, else named.
+  for (std::size_t k = 0; k < candidate_.size(); ++k) {
+    const Unknown& u = inventory_.unknowns[candidate_[k]];
+    const auto same = [&](const Evidence& e) { return e.mechanism == u.id && e.channel == u.channel && e.detail.starts_with(u.name); };
+    if (std::any_of(out.evidence.begin(), out.evidence.end(), same)) continue;
+    if (weight_.cwiseProduct(candidate_moves_.col(static_cast<Index>(k))).squaredNorm() > 0) out.evidence.push_back({u.id, u.channel, u.name, 0.0, 0.0, 0.0, u.unit});
+    else out.untestable.push_back({u.id, "it would change nothing in these recordings with the stated car"});
+  }
 }
 
 Findings Analysis::run() {
@@ -370,13 +463,25 @@ Findings Analysis::run() {
   for (const Signals& s : logs_)
     for (const std::string& remark : s.remarks) out.remarks.push_back(remark);
   refit(4);
+  if (!options_.mechanisms) {
+    prove(out);
+    return out;
+  }
+  free_parameters();
   std::vector<const Unknown*> wanted;
   for (const std::size_t k : candidate_) wanted.push_back(&inventory_.unknowns[k]);
   candidate_moves_ = derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
                                  [&](double share) { progress("one derivative per mechanism", share); });
   constexpr int kMost = 4;
-  for (int k = 0; k < kMost && step(out); ++k) {
+  for (const bool kinematic : {true, false}) {
+    bool more = true;
+    for (int k = 0; k < kMost && more; ++k) {
+      kinematic_ = kinematic;
+      more = step(out, k == 0);
+      kinematic_ = false;
+    }
   }
+  untouched(out);
   describe(out);
   leftovers(out);
   prove(out);
@@ -388,7 +493,7 @@ Findings Analysis::run() {
       a.parameters.insert(a.parameters.end(), b.parameters.begin(), b.parameters.end());
       out.findings.erase(out.findings.begin() + static_cast<std::ptrdiff_t>(l));
     }
-  out.untestable = inventory_.untestable;
+  out.untestable.insert(out.untestable.begin(), inventory_.untestable.begin(), inventory_.untestable.end());
   bool tie = false;
   for (const Finding& f : out.findings)
     for (const Rival& r : f.rivals) tie = tie || !r.separable;

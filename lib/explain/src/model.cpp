@@ -187,7 +187,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
         out.r[Relation::kGyro][i] = r - std::remainder(after - before, 2 * std::numbers::pi) / (4 * kStep) + slip;
       }
     }
-    if (has(kYaw)) out.r[Relation::kCourse][i] = std::remainder(course - x[kYaw][i] - std::atan2(vy, vx), 2 * std::numbers::pi);
+    if (has(kYaw) && has(kVy)) out.r[Relation::kCourse][i] = std::remainder(course - x[kYaw][i] - std::atan2(vy, vx), 2 * std::numbers::pi);
     out.r[Relation::kSpeed][i] = std::hypot(px, py) - std::hypot(vx, vy);
     const double brake_log = has(kBrakeFront) ? s.x[kBrakeFront][i] : 0.0;
     const double delta = has(kSteer) ? steer[i] : 0.0;
@@ -197,7 +197,9 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       out.r[Relation::kFrontWheels][i] = x[kWheelFront][i] * factor - at_wheel;
     }
     // Specific force of the body: what an accelerometer in the centre of mass would say.
-    const double sfx = dvx - r * vy + g * grade;
+    // Without a logged side slip, that of the path over the heading.
+    const double across = has(kVy) || !has(kYaw) ? vy : vx * std::tan(std::clamp(std::remainder(course - x[kYaw][i], 2 * std::numbers::pi), -0.3, 0.3));
+    const double sfx = dvx - r * across + g * grade;
     const double sfy = dvy + r * vx + g * bank;
     const double cy = std::cos(s.imu_yaw_rad + set.imu_yaw), sy = std::sin(s.imu_yaw_rad + set.imu_yaw);
     const double ahead = s.imu_ahead_m + set.imu_ahead;
@@ -232,9 +234,9 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     const double ride_loss = 1.0 - set.ride * pressure / 1000.0;
     down[0] *= ride_loss;
     down[1] *= ride_loss;
-    down[0] *= car.terms[vehicle::Term::aero_downforce];
-    down[1] *= car.terms[vehicle::Term::aero_downforce];
-    drag *= car.terms[vehicle::Term::aero_drag];
+    down[0] *= car.terms[vehicle::Term::aero_downforce] + set.down;
+    down[1] *= car.terms[vehicle::Term::aero_downforce] + set.down;
+    drag *= car.terms[vehicle::Term::aero_drag] + set.drag;
     const double transfer_x = mass * sfx * h / wheelbase;
     std::array<double, 2> axle{mass * (g + plus_g) * b / wheelbase + down[0] - transfer_x,
                                mass * (g + plus_g) * a / wheelbase + down[1] + transfer_x};
@@ -247,6 +249,17 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     if (has(kGear)) {
       for (std::size_t k = i > 5 ? i - 5 : 0; k < std::min(s.n, i + 4); ++k) shifting = shifting || x[kGear][k] != gear;
       shifting = shifting || gear < 1 || gear > 6;
+    } else if (has(kEngine)) {
+      // The gear whose ratio joins engine and wheels; between two of them the clutch is open.
+      const double wheel = has(kWheelRear) ? s.x[kWheelRear][i] / (s.wheels_in_mps ? radius[1] : 1.0) : speed0 / radius[1];
+      const double ratio = s.x[kEngine][i] / std::max(1.0, wheel) / p[P::gearbox_final];
+      double nearest = 1e300;
+      for (int k = 1; k <= 6; ++k) {
+        const double stated = p[static_cast<P>(static_cast<std::size_t>(P::gearbox_ratio_1) + static_cast<std::size_t>(k) - 1)];
+        const double off = stated > 0 ? std::abs(std::log(ratio / stated)) : 1e300;
+        if (off < nearest) nearest = off, gear = k;
+      }
+      shifting = !(nearest < 0.05);
     } else {
       if (!shell_made) {
         shell.files = &car.files;
@@ -315,6 +328,9 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     double side_drag = 0.0;
     if (slips) {
       std::array<double, 2> alpha{std::tan(std::atan2(vy + a * r, vx) - delta), std::tan(std::atan2(vy - b * r, vx))};
+      // Lateral forces per mass do not depend on the mass but for the curvature of the tyre over load,
+      // which no stated tyre has right: it must not pass for a mass.
+      const double heavier = p[P::chassis_mass_kg] / car.parameters[P::chassis_mass_kg];
       const double grip_state = set.thermal != 0 ? 1.0 - set.thermal * (1.0 - wear) : 1.0;
       for (std::size_t k = 0; k < 2; ++k) {
         const vehicle::TyreCoefficients& tyre = car.files.tyre[k];
@@ -338,7 +354,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
         last_alpha[k] = raw;
         double peak = 0.0;
         for (const double side : {1.0, -1.0}) {  // left, right
-          const double fz = std::max(50.0, axle[k] / 2 - side * transfer_y);
+          const double fz = std::max(50.0, (axle[k] / 2 - side * transfer_y) / heavier);
           vehicle::TyreInput<double> in;
           in.fz_n = fz;
           in.tan_alpha = slip;
@@ -347,19 +363,19 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
           const double camber = p.axle(k, P::front_camber_rad) + p.axle(k, P::front_camber_gain_radpm) * (-side * transfer_y) / roll_spring[k];
           in.gamma_rad = -side * camber;
           const auto origin = vehicle::tyre_stiffness(tyre, fz, in.pressure_pa, f);
-          in.kappa = std::clamp(0.5 * fx_axle[k] / std::max(1.0, origin.slip_n), -0.15, 0.15);
+          in.kappa = std::clamp(0.5 * fx_axle[k] / heavier / std::max(1.0, origin.slip_n), -0.15, 0.15);
           vehicle::TyreOptions options;
           options.alpha = car.files.alpha;
           options.mirrored = (side > 0) != tyre.left_side;
           options.moments = false;
           const auto force = vehicle::tyre_forces(tyre, in, f, options);
-          fy[k] += force.fy_n;
-          peak += force.mu_y * fz;
+          fy[k] += heavier * force.fy_n;
+          peak += heavier * force.mu_y * fz;
         }
         // What no stated curve has right: uncertain shape over use of grip and over load.
         const double use = std::clamp(fy[k] / std::max(1.0, peak), -1.0, 1.0);
         const double load = axle[k] / (2 * load0[k]) - 1.0;
-        fy[k] *= 1.0 + set.curve[k] * (std::abs(use) - 0.5) + set.curve2[k] * (use * use * 3 - 1) + set.load_curve[k] * load;
+        fy[k] *= 1.0 + set.curve[k] * std::abs(use) + set.curve2[k] * use * use + set.load_curve[k] * load;
         fy[k] += set.drop[k] * mass0 * (k == 0 ? b : a) / wheelbase;
       }
       side_drag = fy[0] * std::sin(delta);
@@ -370,10 +386,18 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       const double force = fx_axle[0] * std::cos(delta) + fx_axle[1] - side_drag - drag * air_x / std::max(1.0, air) - rolling - inertia;
       out.r[Relation::kForceX][i] = sfx - force / mass;
     }
+    // Slip of the driven wheels: from the force that the motion shows and the stated car, so that
+    // what is wrong about slips never moves the engine or the drag.
+    double slip = 0.0;
+    if (has(kWheelRear)) {
+      const vehicle::Parameters<double>& q = car.parameters;
+      const double air_stated = 0.5 * q[P::aero_density_kgpm3] * q[P::aero_drag_area_m2] * speed0 * speed0;
+      const double pull = q[P::chassis_mass_kg] * (s.dx[kVx][i] - (has(kVy) && has(kYawRate) ? s.x[kVy][i] * s.x[kYawRate][i] : 0.0) + g * s.grade[i]);
+      const double stiffness = 2 * vehicle::tyre_stiffness(car.files.tyre[1], q[P::chassis_mass_kg] * g * a / wheelbase / 2, q.axle(1, P::front_tyre_pressure_pa)).slip_n;
+      const double lateral = speed0 * r / 15.0;
+      if (std::isfinite(pull)) slip = (set.slip + set.slip_turning * lateral * lateral) * (pull + air_stated) / std::max(1e3, stiffness);
+    }
     if (has(kWheelRear) && has(kThrottle) && !shifting && !(brake_log > 3e4)) {
-      const double stiffness = vehicle::tyre_stiffness(car.files.tyre[1], axle[1] / 2, p.axle(1, P::front_tyre_pressure_pa)).slip_n *
-                               p.axle(1, P::front_tyre_slip_stiffness) * 2;
-      const double slip = set.slip * fx_axle[1] / std::max(1e3, stiffness);
       const double factor = wheels_turn ? radius[1] : set.wheel_radius[1];
       out.r[Relation::kRearWheels][i] = x[kWheelRear][i] * factor - vx * (1 + slip);
     }
@@ -383,7 +407,10 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       out.r[Relation::kForceY][i] = sfy - total / mass;
       if (std::isfinite(dr)) {
         const double moment = a * (fy[0] * std::cos(delta) + fx_axle[0] * std::sin(delta)) - b * fy[1] + side_air * p[P::aero_side_behind_cog_m];
-        out.r[Relation::kMomentZ][i] = dr - moment / p[P::chassis_yaw_inertia_kgm2];
+        // The tyres' moment is the uncertain side: divided by the stated inertia and by the mass alone, so that
+        // no inertia and no mass can make its error small.
+        const double heavier = mass0 / car.parameters[P::chassis_mass_kg];
+        out.r[Relation::kMomentZ][i] = (dr * p[P::chassis_yaw_inertia_kgm2] - moment) / (heavier * car.parameters[P::chassis_yaw_inertia_kgm2]);
       }
     }
     if (has(kWheelRearDifference)) {
@@ -392,9 +419,9 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       // Equal torques at unequal loads slip unequally, with an open differential too.
       const double stiffness = vehicle::tyre_stiffness(car.files.tyre[1], axle[1] / 2, p.axle(1, P::front_tyre_pressure_pa)).slip_n *
                                p.axle(1, P::front_tyre_slip_stiffness) * 2;
-      const double slip = set.slip * fx_axle[1] / std::max(1e3, stiffness);
+      const double driven = set.slip_across * fx_axle[1] / std::max(1e3, stiffness);
       const double moved = std::clamp(mass * sfy * h * (1 - roll_share_front) / track[1] / (axle[1] / 2), -0.8, 0.8);
-      const double unequal = vx * slip * (1 / (1 - moved) - 1 / (1 + moved)) * (1 - locked);
+      const double unequal = vx * driven * (1 / (1 - moved) - 1 / (1 + moved)) * (1 - locked);
       if (!shifting && has(kThrottle)) out.r[Relation::kDifferential][i] = x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal;
     }
   }

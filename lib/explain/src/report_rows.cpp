@@ -43,7 +43,8 @@ void Analysis::describe(Findings& out) {
       out.remarks.push_back(fmt::format("{}: the refit runs into its limit at {:.4g} {}; these recordings do not determine it", u.name, value, u.unit));
       p.beyond_prior = false;
     }
-    p.beyond_prior = p.beyond_prior && !u.assumed;
+    const auto let_go = std::find_if(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; });
+    p.beyond_prior = p.beyond_prior && !u.assumed && let_go != freed_.end();
     out.parameters.push_back(p);
     if (!p.beyond_prior) continue;
     Finding f;
@@ -55,6 +56,10 @@ void Analysis::describe(Findings& out) {
     f.parameters.push_back({u.name, u.unit, value, value - half, value + half});
     f.statistic = amounts_[i] / std::max(1e-300, half / k90);
     f.stability = 1.0;
+    for (const std::size_t rival : let_go->rivals) {
+      const Unknown& other = inventory_.unknowns[refit_[rival]];
+      if (other.id != u.id) f.rivals.push_back({other.id, "", "vary speed, load and throttle independently: coast down, and hold constant speeds", 0.0, false});
+    }
     // Another parameter that does nearly the same: what is left of this column without it.
     for (std::size_t o = 0; o < refit_.size(); ++o) {
       const Unknown& other = inventory_.unknowns[refit_[o]];
@@ -160,7 +165,7 @@ void Analysis::leftovers(Findings& out) {
     return std::min(1.0, t.gain / std::max(1e-300, energy * spread_[families[t.family].id / 10]));
   };
   for (const Test& t : s.best) {
-    if (std::abs(t.z) < s.threshold) continue;
+    if (std::abs(t.local_z) < s.threshold) continue;
     const std::size_t relation = families[t.family].id / 10, what = families[t.family].id % 10;
     if (std::abs(t.amount) < kLeast[relation]) continue;
     Unexplained x;
@@ -346,6 +351,7 @@ void Analysis::prove(Findings& out) {
     h.drop_high = drops[379];
     proof.push_back(h);
   }
+  out.held_out = proof;
   for (Finding& f : out.findings) f.held_out = proof;
   // For the page.
   for (std::size_t relation = 0; relation < kRelationCount; ++relation) {

@@ -9,6 +9,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+void steady(MatrixXd& normal) { normal.diagonal() = normal.diagonal() * (1 + 1e-9) + VectorXd::Constant(normal.rows(), 1e-12); }
+
 Fitted fit(const MatrixXd& x, const VectorXd& r, const VectorXd& precision, const VectorXd& before) {
   Fitted out;
   out.x = x;
@@ -17,7 +19,7 @@ Fitted fit(const MatrixXd& x, const VectorXd& r, const VectorXd& precision, cons
   normal.selfadjointView<Eigen::Lower>().rankUpdate(x.transpose());
   normal = normal.selfadjointView<Eigen::Lower>();
   normal.diagonal() += precision;
-  normal.diagonal().array() += 1e-9 * (normal.diagonal().maxCoeff() + 1e-300);
+  steady(normal);
   out.normal.compute(normal);
   out.amount = out.normal.solve(x.transpose() * r - precision.cwiseProduct(before));
   out.e = r - x * out.amount;
@@ -57,6 +59,7 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
     const std::vector<int> whole{cells};
     for (const int length : family.cell.empty() ? whole : family.lengths) {
       if (length > cells) continue;
+      std::vector<Test> here;
       for (int begin = 0; begin + length <= cells; begin += std::max(1, length / 2)) {
         double energy = 0, product = 0;
         VectorXd a = VectorXd::Zero(p);
@@ -73,10 +76,22 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
         test.z = product / std::sqrt(left);
         test.gain = test.z * test.z;
         if (family.sign > 0 && test.amount < 0) test.gain = 0.0;
-        if (test.gain > best.gain) best = test;
+        here.push_back(test);
         VectorXd q = -(block_x.transpose() * t);
         for (int k = begin; k < begin + length; ++k) q += cb.row(k).transpose();
         shares.push_back((q / std::sqrt(left)).cast<float>());
+      }
+      std::vector<double> size;
+      for (const Test& t : here) size.push_back(std::abs(t.z));
+      double spread = 1.0;
+      if (size.size() >= 12) {
+        const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
+        std::nth_element(size.begin(), middle, size.end());
+        spread = std::max(1.0, 1.4826 * *middle);
+      }
+      for (Test& t : here) {
+        t.local_z = t.z / spread;
+        if (t.gain > 0 && (std::abs(t.local_z) > std::abs(best.local_z))) best = t;
       }
     }
     out.best.push_back(best);
@@ -88,16 +103,22 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
     for (Index k = 0; k < tests; ++k) q.row(k) = shares[static_cast<std::size_t>(k)].transpose();
     Dice dice{20240607};
     constexpr std::size_t kAtOnce = 100;
-    for (std::size_t done = 0; done < nulls; done += kAtOnce) {
-      const auto now = static_cast<Index>(std::min(kAtOnce, nulls - done));
+    std::vector<double> drawn;
+    for (std::size_t done = 0; done < 2 * nulls; done += kAtOnce) {
+      const auto now = static_cast<Index>(std::min(kAtOnce, 2 * nulls - done));
       Eigen::MatrixXf signs(blocks, now);
       for (Index j = 0; j < now; ++j)
         for (Index b = 0; b < blocks; ++b) signs(b, j) = dice.roll() < 0.5 ? -1.0f : 1.0f;
       const Eigen::MatrixXf z = q * signs;
-      for (Index j = 0; j < now; ++j) out.null_max.push_back(z.col(j).cwiseAbs().maxCoeff());
+      for (Index j = 0; j < now; ++j) drawn.push_back(z.col(j).cwiseAbs().maxCoeff());
     }
+    // The first half sets the threshold, the second half says what it is worth.
+    out.null_max.assign(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(nulls));
     std::sort(out.null_max.begin(), out.null_max.end());
     out.threshold = out.null_max[static_cast<std::size_t>(0.985 * static_cast<double>(out.null_max.size() - 1))];
+    double over = 0;
+    for (std::size_t k = nulls; k < drawn.size(); ++k) over += drawn[k] > out.threshold ? 1 : 0;
+    out.false_alarms = over / static_cast<double>(drawn.size() - nulls);
   }
   return out;
 }
@@ -130,12 +151,11 @@ std::vector<double> cross_validate(const Fitted& model, const MatrixXd& more, co
   VectorXd lambda(all);
   lambda.head(p) = precision;
   lambda.tail(q) = more_precision;
-  const double tiny = 1e-9 * sum.diagonal().maxCoeff();
   for (std::size_t f = 0; f < folds; ++f) {
     MatrixXd a = sum - normal[f];
     const VectorXd b = sum_right - right[f];
     a.diagonal() += lambda;
-    a.diagonal().array() += tiny;
+    steady(a);
     const VectorXd with = a.ldlt().solve(b);
     VectorXd without = VectorXd::Zero(all);
     without.head(p) = a.topLeftCorner(p, p).ldlt().solve(b.head(p));

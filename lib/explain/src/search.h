@@ -19,6 +19,9 @@ struct Fitted {
   double loss = 0.0;        ///< e'e plus the prior's part
 };
 
+/// Keeps a normal matrix solvable; relative to each column, whose units differ by many powers of ten.
+void steady(Eigen::MatrixXd& normal);
+
 /// `precision` is the prior's 1/width^2, `before` the amounts already spent.
 Fitted fit(const Eigen::MatrixXd& x, const Eigen::VectorXd& r, const Eigen::VectorXd& precision,
            const Eigen::VectorXd& before);
@@ -37,16 +40,19 @@ struct Test {
   std::size_t family = 0;
   int begin = 0, end = 0;             ///< cells
   double amount = 0.0, z = 0.0, gain = 0.0;
+  double local_z = 0.0;               ///< z over the spread of z of the other places, where that is wider than noise
 };
 
 struct Scan {
   std::vector<Test> best;             ///< the best of each family
   double threshold = 0.0;             ///< of |z|: exceeded by 1.5 % of the nulls, over all families
+  double false_alarms = 0.0;          ///< share of as many other nulls that exceed it
   std::vector<double> null_max;       ///< sorted
 };
 
 /// Every family's best run, and the distribution of the largest |z| of all when the signs of the
-/// blocks of the residual are flipped at random (fixed seed).
+/// blocks of the residual are flipped at random (fixed seed). Errors of the stated curves return
+/// every lap at many places: a place must stand out from the others (local_z), not only from noise.
 Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls);
 
 /// Loss saved by the columns `more` on folds that were left out: one value per fold.

@@ -72,7 +72,11 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     };
     out.unknowns.push_back(u);
   };
-  if (engine || lateral) parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.02);
+  if (engine || lateral) {
+    // A mass that is off is nearly the same as all forces being off; it moves when that is cheaper.
+    parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.03);
+    out.unknowns.back().held = 0.01 * car.parameters[P::chassis_mass_kg];
+  }
   else no("parameter.mass", "neither throttle nor steering with lateral speed is logged");
   if (engine) {
     parameter("parameter.drag", "aero.drag_area_m2", {P::aero_drag_area_m2}, 0.1);
@@ -84,15 +88,19 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (brake && engine) parameter("parameter.brake_gain", "brake.gain", {P::brake_gain}, 0.02);
   else no("parameter.brake_gain", "no brake pressure or no throttle in the log");
   if (lateral) {
-    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.08);
-    parameter("parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", {P::chassis_yaw_inertia_kgm2}, 0.05);
-    parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.12);
-    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.12);
-    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.15);
-    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.15);
-    parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.12);
+    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.045);
+    parameter("parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", {P::chassis_yaw_inertia_kgm2}, 0.1);
+    // What curves of tyres get wrong in transients is more than what it would move.
+    out.unknowns.back().held = 0.005 * car.parameters[P::chassis_yaw_inertia_kgm2];
+    out.unknowns.back().fixed = true;
+    no("parameter.yaw_inertia", "held near its stated value: errors of the tyre curves in transients are larger than its effect");
+    parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.1);
+    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.2);
+    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.25);
+    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.25);
+    parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.06);
     parameter("parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", {P::rear_tyre_cornering_stiffness}, 0.12);
-    if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.04);
+    if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.05);
     else no("parameter.steering_ratio", "the log has the road wheels' angle itself: see sensor.gain of it");
   } else {
     for (const char* id : {"parameter.cog", "parameter.yaw_inertia", "parameter.downforce", "parameter.tyre_grip", "parameter.tyre_stiffness", "parameter.steering_ratio"})
@@ -133,14 +141,18 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     for (std::size_t k = 0; k < 4; ++k)
       curve("engine map", 0.08, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });
     curve("rolling resistance", 0.5, [](Setting& s, double amount) { s.rolling += amount; });
-    if (any(logs, kWheelRear)) curve("slip stiffness", 0.3, [](Setting& s, double amount) { s.slip += amount; });
+    if (any(logs, kWheelRear)) {
+      curve("slip stiffness", 0.5, [](Setting& s, double amount) { s.slip += amount; });
+      curve("slip stiffness, left to right", 0.5, [](Setting& s, double amount) { s.slip_across += amount; });
+      curve("slip stiffness in turns", 1.0, [](Setting& s, double amount) { s.slip_turning += amount; });
+    }
   }
   if (lateral && car.terms[Term::tyre_combined_slip] > 0)
     curve("combined slip", 0.5, [](Setting& s, double amount) { s.combined += amount; });
   if (lateral)
     for (std::size_t k = 0; k < 2; ++k) {
       curve("tyre curve", 0.25, [k](Setting& s, double amount) { s.curve[k] += amount; });
-      curve("tyre curve", 0.15, [k](Setting& s, double amount) { s.curve2[k] += amount; });
+      curve("tyre curve", 0.25, [k](Setting& s, double amount) { s.curve2[k] += amount; });
       curve("tyre load", 0.2, [k](Setting& s, double amount) { s.load_curve[k] += amount; });
       curve("side force", 0.1, [k](Setting& s, double amount) { s.drop[k] += amount; });
     }
@@ -169,8 +181,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
       one("bias", "bias", unit, bias_step, bias_least, false, "logged = true + bias", [c](Setting& s, double v) { s.sensor[c].bias += v; });
     if (gain) one("gain", "gain error", "1", 0.01, 0.007, false, "logged = (1 + gain error) * true", [c](Setting& s, double v) { s.sensor[c].gain += v; });
     if (timing) {
-      one("delay", "delay", "s", 0.02, 0.006, true, "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; });
-      one("low_pass", "time constant", "s", 0.05, 0.006, true, "T d(logged)/dt = true - logged", [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; });
+      one("delay", "delay", "s", 0.02, 0.001, true, "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; });
+      one("low_pass", "time constant", "s", 0.05, 0.001, true, "T d(logged)/dt = true - logged", [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; });
       for (std::size_t k = out.unknowns.size() - 2; k < out.unknowns.size(); ++k)
         out.unknowns[k].separating = "swing the quantity ever faster, for steering 0.5 to 2 Hz: a delay keeps the amplitude, a filter does not";
     }
@@ -193,7 +205,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     sensor(kSteer, "rad", 0.002, 0.002, true, true);
     for (Unknown& u : out.unknowns)
       if (u.id == "sensor.gain" && u.channel == column(logs, kSteer)) u.least = 0.06;
-    at_least(kSteer, 0.015);
+    at_least(kSteer, 0.05);
   }
   if (brake && engine && !commanded(logs, kBrakeFront)) {
     // Both circuits have one clock.
@@ -260,7 +272,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     add(u);
   };
   if (vy || any(logs, kAy))
-    road("road.banking", "banking added", "m/m", 0.01, 0.006, "the road leans more (or less) than the file says",
+    road("road.banking", "banking added", "m/m", 0.01, vy && any(logs, kAy) ? 0.006 : 0.015, "the road leans more (or less) than the file says",
          "dvy/dt + r vx = Fy/m - g bank", "survey the cross slope with a level at the place", [](Setting& s, double v) { s.bank += v; });
   else no("road.banking", "needs the lateral speed");
   if (engine || any(logs, kAx))
@@ -376,8 +388,16 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
                            "vehicle.tyre_camber", "vehicle.tyre_combined_slip", "vehicle.tyre_relaxation", "vehicle.aero_ride_height"})
       no(id, "side slip or steering is not logged");
   }
-  no("vehicle.aero_drag", "the stated car has drag: see parameter.drag");
-  no("vehicle.aero_downforce", "the stated car has downforce: see parameter.downforce");
+  if (car.terms[Term::aero_drag] != 0.0) no("vehicle.aero_drag", "the stated car has drag: see parameter.drag");
+  else if (!engine) no("vehicle.aero_drag", "no throttle in the log");
+  else
+    physics("vehicle.aero_drag", "vehicle", "aero_drag", "1", 0.1, 0.03, true, "the air holds the car back, which the simulation leaves out", "F = -q A",
+            "coast down from high speed", [](Setting& s, double v) { s.drag += v; });
+  if (car.terms[Term::aero_downforce] != 0.0) no("vehicle.aero_downforce", "the stated car has downforce: see parameter.downforce");
+  else if (!lateral && !any(logs, kLoadFront)) no("vehicle.aero_downforce", "neither wheel loads nor side slip are logged");
+  else
+    physics("vehicle.aero_downforce", "vehicle", "aero_downforce", "1", 0.1, 0.05, true, "the air presses the car down, which the simulation leaves out", "Fz += q A",
+            "constant-radius cornering at several speeds", [](Setting& s, double v) { s.down += v; });
   no("vehicle.mass", "the same change as parameter.mass: see there");
   no("vehicle.aero_slipstream", "the log names no opponent");
   no("vehicle.brake_disc_conductance", "outside what means of 0.3 s show");

@@ -13,6 +13,7 @@ namespace explain {
 struct ExplainOptions {
   std::set<int> hold_out;     ///< laps (counted from 0 over all recordings) only used for proof; empty: rotation
   unsigned threads = 0;       ///< 0: as many as the machine has; never changes the result
+  bool mechanisms = true;     ///< false: only the refit of the parameters, and its proof
   std::size_t nulls = 1000;   ///< null replicates
   std::function<void(const std::string& stage, double share)> progress;
 };

@@ -86,6 +86,7 @@ struct Findings {
   std::vector<Unexplained> unexplained;
   std::vector<Evidence> evidence;
   std::vector<Trace> traces;
+  std::vector<HeldOut> held_out;  ///< as in every finding; there without findings too
   std::vector<std::string> remarks;
   double null_false_alarm = 0.0;  ///< share of null replicates that the thresholds would have let through
   std::size_t null_replicates = 0;

@@ -41,6 +41,8 @@ struct Setting {
   std::array<double, 2> wheel_radius{1, 1};    ///< factors, front and rear
   std::array<double, 4> engine_shape{};        ///< curve of the engine: over throttle, speed, both
   double rolling = 1.0, slip = 1.0;            ///< factors on rolling resistance and rear slip
+  double slip_across = 1.0;                    ///< factor on the same slip in the difference of left and right
+  double slip_turning = 0.0;                   ///< rear slip gained in a turn of 15 m/s2
   std::array<double, 2> curve{}, curve2{};     ///< side force of an axle: over its use of grip
   std::array<double, 2> load_curve{};          ///< the same over its load
   std::array<double, 2> drop{};                ///< camber-like constant side force of an axle, m/s2
@@ -51,6 +53,7 @@ struct Setting {
   double wind_x = 0.0, wind_y = 0.0;           ///< m/s
   double burn = 0.0;                           ///< kg/s
   double lock = 0.0;                           ///< 1: the rear wheels turn together
+  double drag = 0.0, down = 0.0;               ///< shares of stated drag and downforce that are switched off
   double load_sensitivity = 0.0, camber = 0.0, combined = 0.0, relaxation = 0.0;  ///< amplitudes
   double ride = 0.0;                           ///< drag and downforce lost per dynamic pressure
   double bank = 0.0, grade = 0.0, vertical = 0.0, friction = 0.0;  ///< of the road, everywhere

@@ -1,0 +1,395 @@
+// Draws the recordings of the blind trials: make_trials COUNT SEED DIR. Every trial gets a track, a
+// stated car that is wrong by a few per cent everywhere, a recording of the truth, and under sealed/
+// the truth and the same drive without the effect.
+#include "blind.h"
+
+#include <crg/file.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "blind_drive.h"
+
+namespace trials::blind {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string tir(const char* side, double load, double mu, double mu_load, double c, double ck, double radius, double camber, double relaxation) {
+  char text[3000];
+  std::snprintf(text, sizeof text,
+                "[MDI_HEADER]\nFILE_TYPE = 'tir'\nFILE_VERSION = 3\nFILE_FORMAT = 'ASCII'\n[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radians'\nMASS = 'kg'\nTIME = 'second'\n"
+                "[MODEL]\nFITTYP = 62\nTYRESIDE = '%s'\nLONGVL = 30\n[DIMENSION]\nUNLOADED_RADIUS = %.5f\n[VERTICAL]\nFNOMIN = %.1f\nVERTICAL_STIFFNESS = 240000\n"
+                "VERTICAL_DAMPING = 250\n[LONGITUDINAL_COEFFICIENTS]\nPCX1 = 1.3\nPDX1 = %.4f\nPDX2 = %.4f\nPEX1 = 0.4\nPKX1 = %.3f\nRBX1 = 12\nRBX2 = 10\nRCX1 = 1\n"
+                "[LATERAL_COEFFICIENTS]\nPCY1 = 1.3\nPDY1 = %.4f\nPDY2 = %.4f\nPEY1 = 0.4\nPKY1 = %.4f\nPKY2 = 3\nPKY4 = 2\nPKY6 = %.3f\nPTY1 = %.4f\nPTY2 = 3\nRBY1 = 12\nRBY2 = 8\nRCY1 = 1\n[ROLLING_COEFFICIENTS]\nQSY1 = 0.0125\n[ALIGNING_COEFFICIENTS]\nQBZ1 = 10\nQCZ1 = 1.1\nQDZ1 = 0.1\n",
+                side, radius, load, mu, -mu_load * mu, ck, mu, -mu_load * mu, -c * 1.0 / 0.6, -camber, relaxation / (0.6 * radius));
+  return text;
+}
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  if (!out) std::fprintf(stderr, "cannot write %s\n", path.c_str()), std::exit(1);
+}
+
+struct Choice {
+  const char* mechanism;
+  const char* channel;
+  double unit, most;  ///< first guess and largest amount
+};
+const std::vector<Choice> kSingle{
+    {"vehicle.turbo_lag", "", 0.4, 0.75}, {"vehicle.throttle_dead_time", "", 0.08, 0.2}, {"vehicle.brake_dead_time", "", 0.06, 0.2},
+    {"vehicle.steering_dead_time", "", 0.04, 0.12}, {"vehicle.steering_lag", "", 0.05, 0.15}, {"vehicle.tyre_thermal", "", 0.15, 0.35},
+    {"vehicle.brake_friction_temperature", "", 0.15, 0.5}, {"vehicle.differential", "", 0.5, 1}, {"vehicle.fuel_burn", "", 0.1, 0.3},
+    {"vehicle.tyre_load_sensitivity", "", 1, 3}, {"vehicle.tyre_camber", "", 1, 2}, {"vehicle.tyre_combined_slip", "", 0.7, 1},
+    {"vehicle.tyre_relaxation", "", 1.5, 6}, {"vehicle.aero_drag", "", 0.1, 1}, {"vehicle.aero_downforce", "", 0.3, 1},
+    {"vehicle.aero_ride_height", "", 0.2, 0.6}, {"environment.wind", "", 4, 12}, {"road.banking", "", 0.03, 0.12}, {"road.grade", "", 0.03, 0.1},
+    {"road.friction", "", -0.15, 0.4}, {"road.vertical_curvature", "", 0.002, 0.01}, {"road.misplaced", "", 8, 60},
+    {"sensor.bias", "yaw_rate_radps", 0.004, 0.1}, {"sensor.bias", "ax_mps2", 0.15, 3}, {"sensor.bias", "ay_mps2", 0.15, 3},
+    {"sensor.gain", "yaw_rate_radps", 0.02, 0.3}, {"sensor.gain", "ay_mps2", 0.02, 0.3}, {"sensor.gain", "ax_mps2", 0.02, 0.3},
+    {"sensor.delay", "yaw_rate_radps", 0.04, 0.3}, {"sensor.delay", "ax_mps2", 0.06, 0.3}, {"sensor.delay", "ay_mps2", 0.06, 0.3},
+    {"sensor.low_pass", "yaw_rate_radps", 0.06, 0.5}, {"sensor.low_pass", "ax_mps2", 0.1, 0.5},
+    {"sensor.misalignment", "ax_mps2,ay_mps2", 0.03, 0.2}, {"sensor.lever_arm", "ax_mps2,ay_mps2", 0.5, 2.5}};
+const std::vector<Choice> kOutside{{"outside.slip_drag", "", 1, 50}, {"outside.torque_steer", "", 1, 20}, {"outside.brake_pull", "", 1, 20},
+                                   {"outside.surge", "", 0.3, 5}, {"outside.gust", "", 0.5, 8}, {"outside.misfire", "", 0.3, 1},
+                                   {"outside.heading_drift", "", 1, 10}};
+/// Pairs that the data cannot tell apart when they are small enough.
+struct Pair {
+  const char *one, *other, *channel;
+};
+const std::vector<Pair> kPairs{{"sensor.delay", "sensor.low_pass", "yaw_rate_radps"}, {"sensor.delay", "sensor.low_pass", "ax_mps2"},
+                               {"parameter.engine_torque", "parameter.throttle_gain", ""}};
+/// Parameters of the stated car, with what they are in the truth car.
+struct Parameter {
+  const char *id, *name;
+  bool commanded;  ///< can be seen only where the log has commands
+  void (*scale)(Variant&, double);
+};
+const std::vector<Parameter> kParameters{
+    {"parameter.mass", "chassis.mass_kg", false, [](Variant& v, double f) { v.car.mass *= f; }},
+    {"parameter.cog", "chassis.cog_behind_front_m", false, [](Variant& v, double f) { v.car.b -= v.car.a * (f - 1); v.car.a *= f; }},
+    {"parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", false, [](Variant& v, double f) { v.car.inertia *= f; }},
+    {"parameter.drag", "aero.drag_area_m2", false, [](Variant& v, double f) { v.car.drag *= f; }},
+    {"parameter.downforce", "front.lift_area_m2", false, [](Variant& v, double f) { v.car.lift_f *= f; }},
+    {"parameter.downforce", "rear.lift_area_m2", false, [](Variant& v, double f) { v.car.lift_r *= f; }},
+    {"parameter.engine_torque", "engine.torque", false, [](Variant& v, double f) { v.car.torque *= f; v.car.engine_drag *= f; }},
+    {"parameter.brake_gain", "brake.gain", false, [](Variant& v, double f) { v.car.brake_f *= f; v.car.brake_r *= f; }},
+    {"parameter.tyre_grip", "front.tyre_grip", false, [](Variant& v, double f) { v.car.mu_f *= f; }},
+    {"parameter.tyre_grip", "rear.tyre_grip", false, [](Variant& v, double f) { v.car.mu_r *= f; }},
+    {"parameter.tyre_stiffness", "front.tyre_cornering_stiffness", false, [](Variant& v, double f) { v.car.c_f *= f; }},
+    {"parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", false, [](Variant& v, double f) { v.car.c_r *= f; }},
+    {"parameter.wheel_radius", "front wheel radius, share", false, [](Variant& v, double f) { v.car.radius_f *= f; }},
+    {"parameter.wheel_radius", "rear wheel radius, share", false, [](Variant& v, double f) { v.car.radius_r *= f; }},
+    {"parameter.steering_ratio", "steering.ratio", true, [](Variant& v, double f) { v.steer_gain /= f; }},
+    {"parameter.throttle_gain", "throttle.gain", true, [](Variant& v, double f) { v.throttle_gain *= f; }}};
+
+int channel_of(const std::string& column) { return column == "yaw_rate_radps" ? kR : column == "ay_mps2" ? kAy : column == "yaw_rad" ? kYaw : kAx; }
+
+/// The car with these effects; what acts between driver and car becomes part of the variant.
+Variant with(Variant v, const std::vector<Effect>& effects, const Track& moved) {
+  v.car.effects = effects;
+  for (const Effect& e : effects) {
+    if (e.mechanism == "vehicle.throttle_dead_time") v.throttle_dead_s += e.amount;
+    if (e.mechanism == "vehicle.brake_dead_time") v.brake_dead_s += e.amount;
+    if (e.mechanism == "vehicle.steering_dead_time") v.steer_dead_s += e.amount;
+    if (e.mechanism == "vehicle.steering_lag") v.steer_lag_s += e.amount;
+    if (e.mechanism == "road.misplaced") v.track = &moved;
+  }
+  return v;
+}
+std::vector<Effect> nothing_of(std::vector<Effect> effects) {
+  for (Effect& e : effects) e.amount = 0;
+  return effects;
+}
+
+/// RMS difference that sensor effects make, in standard deviations of the noise, and the sum of squares per row.
+double sensor_size(const Drive& d, const std::vector<Effect>& a, const std::vector<Effect>& b, const std::string& column) {
+  double worst = 0;
+  for (std::size_t begin = 0; begin < column.size();) {
+    const std::size_t end = std::min(column.find(',', begin), column.size());
+    const std::string name = column.substr(begin, end - begin);
+    const int channel = channel_of(name);
+    double sum = 0, count = 0;
+    for (std::size_t i = 200; i < d.row.size(); i += 8) {
+      const double change = sensed(d, i, channel, a, name) - sensed(d, i, channel, b, name);
+      sum += change * change;
+      count += 1;
+    }
+    worst = std::max(worst, std::sqrt(sum / std::max(1.0, count)) / kNoise[static_cast<std::size_t>(channel)]);
+    begin = end + 1;
+  }
+  return worst;
+}
+
+}  // namespace
+
+void draw(int id, unsigned long long seed, const std::filesystem::path& folder) {
+  Random dice{seed * 1000003ull + static_cast<unsigned long long>(id)};
+  for (int k = 0; k < 5; ++k) dice.uniform();
+  const Track track = [&] {
+    Track t = make_track(dice.in(160, 300), dice.in(0.12, 0.28), dice.in(0.06, 0.16), dice.in(0.02, 0.05), dice.in(0, 6));
+    for (std::size_t k = 0; k < 3; ++k) t.hill[k] = dice.in(0, 4.0 / static_cast<double>((k + 1) * (k + 1))), t.hill_phase[k] = dice.in(0, 6);
+    t.bank_base = dice.in(0, 0.02);
+    return t;
+  }();
+  Variant nominal;
+  for (double* p : {&nominal.car.mass, &nominal.car.inertia, &nominal.car.mu_f, &nominal.car.mu_r, &nominal.car.c_f, &nominal.car.c_r, &nominal.car.drag,
+                    &nominal.car.lift_f, &nominal.car.lift_r, &nominal.car.torque})
+    *p *= dice.in(0.9, 1.1);
+
+  const int kind = id % 8;  // 0, 1 nothing; 2, 3, 4 single; 5 two; 6 outside; 7 a pair that looks alike
+  const char* kinds[] = {"none", "none", "single", "single", "single", "two", "outside", "alike"};
+  const int laps = 2 + static_cast<int>(dice.below(7));
+  const double hz = std::array{25.0, 50.0, 100.0}[dice.below(3)];
+  const unsigned long long route = seed * 7919 + static_cast<unsigned long long>(id);
+  const std::array<double, 4> kSizes{0.25, 0.5, 1.0, 2.0};
+  std::vector<Choice> chosen;
+  std::vector<double> wanted;
+  std::vector<std::size_t> parameters;  // of the stated car, off by more than a few per cent
+  // One in four is a parameter that is off, the others are drawn evenly.
+  const auto draw = [&](std::size_t smallest) {
+    if (dice.uniform() < 0.25) {
+      parameters.push_back(dice.below(kParameters.size()));
+      return;
+    }
+    chosen.push_back(kSingle[dice.below(kSingle.size())]);
+    wanted.push_back(kSizes[smallest + dice.below(4 - smallest)]);
+  };
+  if (kind >= 2 && kind <= 4) draw(0);
+  if (kind == 5)
+    while (chosen.size() + parameters.size() < 2) {
+      const std::size_t before = chosen.size();
+      draw(1);
+      if (chosen.size() == 2 && before == 1 && std::string(chosen[0].mechanism) == chosen[1].mechanism) chosen.pop_back(), wanted.pop_back();
+      if (parameters.size() == 2 && std::string(kParameters[parameters[0]].id) == kParameters[parameters[1]].id) parameters.pop_back();
+    }
+  if (kind == 6) chosen.push_back(kOutside[dice.below(kOutside.size())]), wanted.push_back(kSizes[1 + dice.below(3)]);
+  std::vector<std::string> alike;
+  Pair pair{};
+  bool second = false;
+  if (kind == 7) {
+    pair = kPairs[dice.below(kPairs.size())];
+    second = dice.uniform() < 0.5;
+    if (pair.channel[0] != 0) {
+      chosen.push_back({second ? pair.other : pair.one, pair.channel, 0.012, 0.05});
+      wanted.push_back(0);
+    } else {  // below full throttle one does what the other does
+      for (std::size_t k = 0; k < kParameters.size(); ++k)
+        if (std::string(kParameters[k].id) == (second ? pair.other : pair.one)) parameters.push_back(k);
+    }
+    alike = {pair.one, pair.other};
+  }
+
+  // Effects, sized. What a trial about a term is measured against is the car without it.
+  Track moved = track;
+  std::vector<Effect> effects;
+  std::vector<double> sizes;
+  double apart = 0;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    Effect e{chosen[k].mechanism, chosen[k].channel, chosen[k].unit};
+    if (e.mechanism == "vehicle.turbo_lag") e.extra = dice.in(0.2, 0.6);
+    if (e.mechanism == "vehicle.tyre_thermal") e.extra = dice.in(25, 90);
+    if (e.mechanism == "vehicle.tyre_camber") nominal.car.camber = dice.in(0.02, 0.05);
+    if (e.mechanism == "environment.wind") e.extra = dice.in(0, 6.28);
+    if (e.mechanism.starts_with("road.") && e.mechanism != "road.misplaced") {
+      const double length = dice.in(60, 220);
+      e.begin_m = dice.in(60, track.length_m - length - 60);
+      e.end_m = e.begin_m + length;
+    }
+    if ((e.mechanism.starts_with("road.") || e.mechanism == "sensor.bias" || e.mechanism == "sensor.gain" || e.mechanism == "sensor.misalignment") && dice.uniform() < 0.5)
+      e.amount = -e.amount;
+    const bool sensor = e.mechanism.starts_with("sensor.") || e.mechanism == "outside.heading_drift";
+    const Drive plain = sensor ? drive(nominal, track, 1, route, nullptr) : Drive{};
+    const auto size_of = [&](const Effect& x) {
+      if (sensor) return sensor_size(plain, {x}, {}, x.mechanism.starts_with("outside.") ? "yaw_rad" : x.channel);
+      moved.shift_m = x.mechanism == "road.misplaced" ? x.amount : 0.0;
+      const Variant one = with(nominal, {x}, moved), none = with(nominal, nothing_of({x}), track);
+      Variant still = none;
+      still.track = &track;
+      return drive(one, track, 1, route, &still).size;
+    };
+    double size = size_of(e);
+    if (kind == 7) {
+      // So small that an ideal observer of all samples is at 1.2 standard deviations between the two.
+      Effect other = e;
+      other.mechanism = second ? pair.one : pair.other;
+      const double samples = 40.0 * laps * hz;
+      for (int round = 0; round < 3; ++round) {
+        apart = sensor_size(plain, {e}, {other}, e.channel) * std::sqrt(samples);
+        if (round == 2) break;
+        e.amount = std::min(chosen[k].most, e.amount * std::sqrt(1.2 / std::max(1e-3, apart)));
+        other.amount = e.amount;
+      }
+      size = size_of(e);
+    } else {
+      for (int round = 0; round < 3 && size > 0 && std::abs(size / wanted[k] - 1) > 0.1; ++round) {
+        e.amount = std::copysign(std::min(chosen[k].most, std::abs(e.amount) * std::clamp(wanted[k] / size, 0.1, 10.0)), e.amount);
+        size = size_of(e);
+      }
+    }
+    if (e.mechanism == "road.misplaced") moved.shift_m = e.amount;
+    effects.push_back(e);
+    sizes.push_back(size);
+  }
+  const Variant real = with(nominal, effects, moved);
+  Variant without = with(nominal, nothing_of(effects), track);
+  without.track = &track;
+  const Drive d = drive(real, track, laps, route, nullptr);
+  if (d.row.size() < 4000) {
+    std::fprintf(stderr, "trial %d: no drive\n", id);
+    return;
+  }
+
+  char name[16];
+  std::snprintf(name, sizeof name, "%04d", id);
+  const std::filesystem::path here = folder / name;
+  std::filesystem::create_directories(here);
+  // The road as the simulation knows it.
+  crg::ReferenceLine line;
+  crg::Grid grid;
+  line.u_step_m = grid.u_step_m = track.step_m;
+  line.closed = true;
+  for (int j = -20; j <= 20; ++j) grid.v_m.push_back(0.5 * j);
+  const std::size_t n = track.x.size();
+  for (std::size_t i = 0; i <= n; ++i) {
+    line.x_m.push_back(track.x[i % n]);
+    line.y_m.push_back(track.y[i % n]);
+    const std::size_t before = (i + n - 1) % n;
+    line.heading_rad.push_back(std::atan2(track.y[i % n] - track.y[before], track.x[i % n] - track.x[before]));
+    const double s = static_cast<double>(i % n) * track.step_m;
+    for (const double v : grid.v_m) grid.z_m.push_back(static_cast<float>(track.height(s) + v * track.bank(s)));
+  }
+  crg::write(crg::make_crg(line, grid), (here / "track.crg").string(), crg::Format::KRBI);
+
+  // The stated car: a few per cent off everywhere, further in what the trial is about.
+  std::vector<double> deviation;  // truth over stated, less one
+  for (const Parameter& p : kParameters) deviation.push_back(p.commanded ? 0.0 : dice.in(-0.04, 0.04)), deviation.back() *= std::string(p.id) == "parameter.cog" ? 0.4 : 1.0;
+  for (const std::size_t k : parameters) {
+    const bool inside = kind != 5 && kind != 7 && dice.uniform() < 0.3;  // within the prior width: listed, and nothing is missing
+    deviation[k] = inside ? dice.in(0.01, 0.045) : dice.in(0.12, 0.25);
+    if (dice.uniform() < 0.5) deviation[k] = -deviation[k];
+  }
+  // An effect that tuning has hidden: the parameter that makes up for most of it is off in that direction.
+  std::string compensated;
+  const std::vector<std::pair<const char*, std::pair<std::size_t, double>>> kTuned{
+      {"vehicle.turbo_lag", {6, 0.05}}, {"vehicle.brake_friction_temperature", {7, 0.05}}, {"vehicle.tyre_thermal", {9, 0.05}},
+      {"vehicle.fuel_burn", {0, 0.04}}, {"vehicle.aero_ride_height", {5, 0.05}}};
+  for (const auto& [mechanism, how] : kTuned)
+    if (kind >= 2 && kind <= 4 && !effects.empty() && effects[0].mechanism == mechanism && dice.uniform() < 0.5)
+      deviation[how.first] = how.second, compensated = kParameters[how.first].id;
+  Variant stated = nominal, before_tuning = nominal;
+  for (std::size_t k = 0; k < kParameters.size(); ++k) kParameters[k].scale(stated, 1 / (1 + deviation[k]));
+  std::vector<double> parameter_sizes;
+  for (const std::size_t k : parameters) {
+    before_tuning = nominal;
+    kParameters[k].scale(before_tuning, 1 / (1 + deviation[k]));
+    parameter_sizes.push_back(drive(nominal, track, 1, route, &before_tuning).size);
+  }
+  const auto off = [&](double share = 0.04) { return dice.in(1 - share, 1 + share); };
+  const TruthCar& t = nominal.car;
+  const TruthCar& c = stated.car;
+  // The radii of the truth are rolling radii; the stated tyre rolls a little closer to the road.
+  write(here / "front.tir", tir("LEFT", t.load_f, c.mu_f, t.mu_load * off(0.2), c.c_f, t.ck * off(), c.radius_f * 1.0075, 1.0, t.relaxation_f * off(0.2)));
+  write(here / "rear.tir", tir("LEFT", t.load_r, c.mu_r, t.mu_load * off(0.2), c.c_r, t.ck * off(), c.radius_r * 1.0075, 1.0, t.relaxation_r * off(0.2)));
+  std::string engine = "engine_radps:throttle,0,0.25,0.5,0.75,1\n";
+  const double tilt = dice.in(-0.03, 0.03);
+  for (int omega = 100; omega <= 850; omega += 50) {
+    engine += std::to_string(omega);
+    for (const double thr : {0.0, 0.25, 0.5, 0.75, 1.0}) engine += "," + std::to_string(c.engine_nm(omega, thr) * (1 + tilt * (omega - 500) / 300.0));
+    engine += "\n";
+  }
+  write(here / "engine.csv", engine);
+  const auto about_term = [&](const char* mechanism) { return std::any_of(effects.begin(), effects.end(), [&](const Effect& e) { return e.mechanism == mechanism; }) ? 0 : 1; };
+  char yaml[4000];
+  std::snprintf(yaml, sizeof yaml,
+                "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: {engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n"
+                "  chassis.mass_kg: %.2f\n  chassis.wheelbase_m: %.3f\n  chassis.cog_behind_front_m: %.4f\n  chassis.cog_height_m: %.4f\n  chassis.yaw_inertia_kgm2: %.1f\n"
+                "  front.track_m: %.3f\n  rear.track_m: %.3f\n  aero.drag_area_m2: %.4f\n  front.lift_area_m2: %.4f\n  rear.lift_area_m2: %.4f\n"
+                "  engine.inertia_kgm2: %.4f\n  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  rear.wheel_inertia_kgm2: 0.9\n  gearbox.efficiency: 0.95\n"
+                "  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: 2.1\n  gearbox.ratio_3: 1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  gearbox.ratio_6: 1.02\n"
+                "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n  rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
+                "  front.camber_rad: %.4f\n  rear.camber_rad: %.4f\n  front.camber_gain_radpm: 0\n  rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n"
+                "  steering.ratio: %.4f\n  throttle.gain: %.4f\n"
+                "terms: {aero_drag: %d, aero_downforce: %d, tyre_load_sensitivity: %d, tyre_combined_slip: %d, tyre_relaxation: %d, aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, locked_differential: 0, "
+                "steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0}\n",
+                c.mass, t.a + t.b, c.a, t.h * off(), c.inertia, t.track_f, t.track_r, c.drag, c.lift_f, c.lift_r, t.engine_inertia * off(),
+                c.brake_f / (4 * 0.004 * 0.125) * off(0.02), c.brake_r / (4 * 0.003 * 0.115) * off(0.02), t.camber, t.camber, 1 / stated.steer_gain, stated.throttle_gain,
+                about_term("vehicle.aero_drag"), about_term("vehicle.aero_downforce"), about_term("vehicle.tyre_load_sensitivity"),
+                about_term("vehicle.tyre_combined_slip"), about_term("vehicle.tyre_relaxation"));
+  write(here / "vehicle.yaml", yaml);
+
+  // The recording. Some logs lack channels; what a trial is about stays in.
+  const auto about = [&](const char* what) {
+    return std::any_of(effects.begin(), effects.end(), [&](const Effect& e) { return e.mechanism == what || e.channel.find(what) != std::string::npos; });
+  };
+  const bool loads = dice.uniform() < 0.3, vertical = dice.uniform() < 0.5 || about("road.vertical_curvature"), engine_speed = dice.uniform() < 0.6,
+             gear = dice.uniform() < 0.85;
+  const bool ax = dice.uniform() < 0.85 || about("ax_mps2"), ay = dice.uniform() < 0.8 || about("ay_mps2");
+  const bool lateral = dice.uniform() < 0.92 || !effects.empty() || !parameters.empty();  // side slip is rarely logged in earnest
+  const bool commands = dice.uniform() < 0.4 || about("vehicle.steering_dead_time") || about("vehicle.steering_lag") ||
+                        kind == 7 || std::any_of(parameters.begin(), parameters.end(), [](std::size_t k) { return kParameters[k].commanded; });
+  struct Column { std::string name; int channel; };
+  std::vector<Column> columns{{"time_s", kT}, {"x_m", kX}, {"y_m", kY}, {"yaw_rad", kYaw}, {"vx_mps", kVx}};
+  if (lateral) columns.push_back({"vy_mps", kVy});
+  columns.push_back({"yaw_rate_radps", kR});
+  if (ax) columns.push_back({"ax_mps2", kAx});
+  if (ay) columns.push_back({"ay_mps2", kAy});
+  if (vertical) columns.push_back({"az_mps2", kAz});
+  columns.push_back({commands ? "steer_command_rad" : "steer_rad", kSteer});
+  columns.push_back({commands ? "throttle_command" : "throttle", kThrottle});
+  for (const char* wheel : {"fl", "fr", "rl", "rr"}) columns.push_back({std::string("brake_") + wheel + (commands ? "_command_pa" : "_pa"), kBrake});
+  if (gear) columns.push_back({"gear", kGear});
+  if (engine_speed || !gear) columns.push_back({"engine_radps", kEngine});
+  for (const auto& [wheel, channel] : {std::pair{"fl", kWfl}, {"fr", kWfr}, {"rl", kWrl}, {"rr", kWrr}}) columns.push_back({std::string("wheel_") + wheel + "_radps", channel});
+  if (loads) {
+    for (const auto& [wheel, channel] : {std::pair{"fl", kFzF}, {"fr", kFzF}, {"rl", kFzR}, {"rr", kFzR}}) columns.push_back({std::string("fz_") + wheel + "_n", channel});
+  }
+  const auto log = [&](const Drive& run, const std::vector<Effect>& errors, Random noise) {
+    std::string csv;
+    for (std::size_t k = 0; k < columns.size(); ++k) csv += (k ? "," : "") + columns[k].name;
+    csv += "\n";
+    const auto every = static_cast<std::size_t>(200.0 / hz);
+    for (std::size_t i = 0; i < run.row.size(); i += every) {
+      for (std::size_t k = 0; k < columns.size(); ++k) {
+        const int channel = columns[k].channel;
+        double value = sensed(run, i, channel, errors, columns[k].name);
+        if (channel == kFzF || channel == kFzR) value *= 0.5;
+        value += kNoise[static_cast<std::size_t>(channel)] * noise.normal();
+        if (channel == kBrake || channel == kThrottle) value = std::max(0.0, value);
+        if (columns[k].name.find("_command") != std::string::npos) value = run.row[i][static_cast<std::size_t>(channel)];
+        char text[40];
+        std::snprintf(text, sizeof text, "%s%.7g", k ? "," : "", value);
+        csv += text;
+      }
+      csv += "\n";
+    }
+    return csv;
+  };
+  const Random noise = dice;
+  write(here / "run.csv", log(d, effects, noise));
+  if (!effects.empty() && kind != 7) {
+    const Drive clean = drive(without, track, laps, route, nullptr);
+    if (clean.row.size() > 4000) write(folder / "sealed" / (std::string(name) + ".csv"), log(clean, {}, noise));
+  }
+
+  Json truth{{"id", id}, {"class", kinds[kind]}, {"laps", laps}, {"hz", hz}, {"length_m", track.length_m}, {"effects", Json::array()}, {"alike", alike},
+             {"apart_sd", apart}, {"compensated", compensated}, {"parameters", Json::array()}};
+  for (std::size_t k = 0; k < effects.size(); ++k) {
+    const Effect& e = effects[k];
+    Json item{{"mechanism", e.mechanism}, {"channel", e.channel}, {"amount", e.amount}, {"extra", e.extra}, {"size_sd", sizes[k]}};
+    if (e.end_m > 0) item["where"] = {e.begin_m, e.end_m};
+    truth["effects"].push_back(item);
+  }
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const Parameter& p = kParameters[parameters[k]];
+    truth["effects"].push_back({{"mechanism", p.id}, {"name", p.name}, {"channel", ""}, {"amount", deviation[parameters[k]]}, {"size_sd", parameter_sizes[k]}});
+  }
+  for (std::size_t k = 0; k < kParameters.size(); ++k) truth["parameters"].push_back({{"name", kParameters[k].name}, {"deviation", deviation[k]}});
+  write(folder / "sealed" / (std::string(name) + ".json"), truth.dump(1) + "\n");
+}
+
+}  // namespace trials::blind
+
