@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -64,6 +65,20 @@ int make(const TrialsCommand& c) {
   return 0;
 }
 
+/// A trial's recording explained with what the simulation knows.
+explain::Findings explained(const fs::path& trial, const fs::path& recording, bool mechanisms) {
+  const std::string here = trial.string();
+  const vehicle::Vehicle car = vehicle::read_vehicle(here + "/vehicle.yaml");
+  const crg::Surface surface(crg::read(here + "/track.crg"));
+  const vehicle::Table table = vehicle::read_table(recording.string());
+  std::vector<explain::Signals> logs;
+  logs.push_back(explain::make_signals(table, explain::identity_mapping(table), surface, recording.string()));
+  explain::ExplainOptions options;
+  options.threads = 1;
+  options.mechanisms = mechanisms;
+  return explain::explain(logs, car, options);
+}
+
 int run_all(const TrialsCommand& c) {
   const std::vector<fs::path> all = folders(c.folder);
   std::atomic<std::size_t> next{0};
@@ -73,14 +88,7 @@ int run_all(const TrialsCommand& c) {
       if (fs::exists(here + "/findings.json")) continue;  // a run that was stopped goes on
       std::string result;
       try {
-        const vehicle::Vehicle car = vehicle::read_vehicle(here + "/vehicle.yaml");
-        const crg::Surface surface(crg::read(here + "/track.crg"));
-        const vehicle::Table table = vehicle::read_table(here + "/run.csv");
-        std::vector<explain::Signals> logs;
-        logs.push_back(explain::make_signals(table, explain::identity_mapping(table), surface, here + "/run.csv"));
-        explain::ExplainOptions options;
-        options.threads = 1;
-        result = explain::findings_json(explain::explain(logs, car, options));
+        result = explain::findings_json(explained(all[k], here + "/run.csv", true));
       } catch (const std::exception& error) {
         result = json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}.dump(1) + "\n";
       }
@@ -131,6 +139,21 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
+/// Share of the drop of the held-out error that taking the effect away reaches which the finding
+/// reaches, in the channel where that drop is largest; NaN where no channel drops by a twentieth.
+double share_of_drop(const fs::path& trial, const fs::path& twin, const json& finding) {
+  const explain::Findings best = explained(trial, twin, false);
+  double largest = 0.05, share = NAN;
+  for (const json& h : finding.at("held_out"))
+    for (const explain::HeldOut& t : best.held_out) {
+      const double before = h.at("rmse_before"), after = h.at("rmse_after");
+      if (t.channel != h.at("channel") || !(before > 0)) continue;
+      const double drop = 1 - t.rmse_before / before;
+      if (drop > largest) largest = drop, share = (before - after) / (before - t.rmse_before);
+    }
+  return share;
+}
+
 int score(const TrialsCommand& c) {
   const fs::path folder(c.folder);
   // The seals first: a truth that changed since it was drawn is no truth.
@@ -139,8 +162,9 @@ int score(const TrialsCommand& c) {
   std::string hash, name;
   while (sums >> hash >> name)
     if (files::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");
-  Count alarm, half, full, slight, wrong, tie, outside, both, one, cover;
-  std::vector<double> overlap, error;
+  Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, one, cover;
+  std::vector<double> overlap, error, improvement;
+  std::map<std::string, Count> by_mechanism;  ///< single effects of 0.5 sd or more
   std::string failures;
   for (const fs::path& here : folders(folder)) {
     const json truth = read_json(folder / "sealed" / (here.filename().string() + ".json"));
@@ -164,11 +188,21 @@ int score(const TrialsCommand& c) {
     if (kind == "none") alarm.add(verdict != "none"), failed = failed || verdict != "none";
     if (kind == "single") {
       const double size = truth.at("effects")[0].at("size_sd");
-      // Within about twice its prior width a parameter is no finding: none is right, and so is its name.
-      const bool within = truths.front().starts_with("parameter.") && std::abs(truth["effects"][0].at("amount").get<double>()) < 0.12;
-      if (within) slight.add(verdict == "none" || first), failed = failed || !(verdict == "none" || first);
+      // Within its prior width a parameter is listed, and nothing is missing.
+      const bool within = truths.front().starts_with("parameter.") && std::abs(truth["effects"][0].at("amount").get<double>()) <= 0.05;
+      if (within) inside.add(verdict == "none"), failed = failed || verdict != "none";
       else if (size >= 0.49) half.add(first), failed = failed || !first;
-      if (!within && size >= 0.99) full.add(first);
+      else weak.add(first || verdict == "none"), failed = failed || !(first || verdict == "none");
+      if (!within && size >= 0.98) full.add(first);
+      const bool among = !names.empty() && std::any_of(found["findings"][0].at("rivals").begin(), found["findings"][0].at("rivals").end(),
+                                                       [&](const json& r) { return !r.at("separable") && is_true(label(r)); });
+      if (!within && size >= 0.49) tied.add(first || among);
+      if (!within && size >= 0.49) by_mechanism[truths.front()].add(first);
+      const fs::path twin = folder / "sealed" / (here.filename().string() + ".csv");
+      if (first && fs::exists(twin)) {
+        const double share = share_of_drop(here, twin, found.at("findings")[0]);
+        if (std::isfinite(share)) improvement.push_back(share);
+      }
     }
     if (kind == "alike") tie.add(verdict == "tie"), failed = failed || verdict != "tie";
     if (kind == "outside") outside.add(verdict == "none" || verdict == "unknown"), failed = failed || (verdict != "none" && verdict != "unknown");
@@ -191,10 +225,28 @@ int score(const TrialsCommand& c) {
         }
         // Amounts that mean the same on both sides.
         const std::string m = e.at("mechanism");
-        if (m.starts_with("sensor.") || m.ends_with("dead_time") || m == "vehicle.fuel_burn") {
-          const double wanted = e.at("amount"), value = f.at("parameters")[0].at("value");
-          error.push_back(std::abs(value / wanted - 1));
-          cover.add(f["parameters"][0]["ci90"][0] <= wanted && f["parameters"][0]["ci90"][1] >= wanted);
+        const bool parameter = m.starts_with("parameter.");
+        const bool road = m == "road.banking" || m == "road.grade" || m == "road.vertical_curvature";
+        if (m.starts_with("sensor.") || m.ends_with("dead_time") || m == "vehicle.steering_lag" || m == "vehicle.fuel_burn" || m == "vehicle.aero_drag" ||
+            m == "vehicle.aero_downforce" || parameter) {
+          double wanted = e.at("amount");
+          const json& p = f.at("parameters")[0];
+          if (parameter) {
+            // The truth in the parameter's unit: the stated value times one plus the deviation.
+            if (p.at("name") != e.at("name")) continue;
+            double stated = NAN;
+            for (const json& q : found.at("parameters"))
+              if (q.at("name") == e.at("name")) stated = q.at("stated");
+            const double value = p.at("value");
+            error.push_back(std::abs((value / stated - 1) / wanted - 1));
+            wanted = stated * (1 + wanted);
+          } else {
+            error.push_back(std::abs(p.at("value").get<double>() / wanted - 1));
+          }
+          cover.add(p["ci90"][0] <= wanted && p["ci90"][1] >= wanted);
+        } else if (road) {
+          // The mean over a stretch whose flanks take 15 % at either end is 0.85 of its top.
+          error.push_back(std::abs(f.at("parameters")[0].at("value").get<double>() / (0.85 * e.at("amount").get<double>()) - 1));
         }
       }
     if (failed) {
@@ -216,7 +268,9 @@ int score(const TrialsCommand& c) {
   line("false alarm when nothing is missing", alarm, "at most 5 %");
   line("right name first, effect of 0.5 sd or more", half, "80 %");
   line("right name first, effect of 1 sd or more", full, "90 %");
-  line("parameter off by less than 12 %: none, or its name", slight, "");
+  line("the same, 0.5 sd or more, or among those that it could not be told from", tied, "");
+  line("effect below 0.5 sd: none, or its name first", weak, "");
+  line("parameter off within its prior width: none", inside, "");
   line("wrong name stated as explained, all trials", wrong, "at most 5 %");
   line("pairs that look alike reported as tie", tie, "80 %");
   line("not in the library: unknown or none", outside, "80 %");
@@ -225,6 +279,9 @@ int score(const TrialsCommand& c) {
   line("90 % intervals that hold the truth", cover, "80 to 97 %");
   fmt::print("| intersection over union of road findings, median of {} | | {:.2f} | | 0.6 |\n", overlap.size(), median(overlap));
   fmt::print("| error of the amount, median of {} | | {:.0f} % | | at most 15 % |\n", error.size(), 100 * median(error));
+  fmt::print("| held-out improvement over what taking the effect away reaches, median of {} | | {:.0f} % | | 70 % |\n", improvement.size(), 100 * median(improvement));
+  fmt::print("\n| single effect of 0.5 sd or more | named first |\n|---|---|\n");
+  for (const auto& [mechanism, count] : by_mechanism) fmt::print("| {} | {} of {} |\n", mechanism, count.hits, count.of);
   fmt::print("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures);
   return 0;
 }
