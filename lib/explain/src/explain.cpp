@@ -149,7 +149,8 @@ bool Analysis::in_stage(std::size_t candidate) const {
 namespace {
 
 constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
-constexpr double kLetGo = 4.5;    ///< of prior cost that letting one go must save
+constexpr double kLetGo = 8.0;    ///< of prior cost that letting one go must save
+constexpr double kLetMassGo = 45; ///< the same for one that is nearly the same as all forces being off
 constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
 
 }  // namespace
@@ -186,10 +187,11 @@ void Analysis::free_parameters() {
       VectorXd precision = m.precision;
       const double free = kFreed * std::hypot(u.width, u.form);
       precision[static_cast<Index>(k)] = 1.0 / (free * free);
-      saved.emplace_back(held - loss(precision), k);
+      const double save = held - loss(precision);
+      if (save > (u.held > 0 ? kLetMassGo : kLetGo)) saved.emplace_back(save, k);
     }
     std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (saved.empty() || saved.front().first < kLetGo) return;
+    if (saved.empty()) return;
     Freed f;
     f.place = saved.front().second;
     for (std::size_t k = 1; k < saved.size() && saved[k].first > saved.front().first - kAsGood; ++k) f.rivals.push_back(saved[k].second);

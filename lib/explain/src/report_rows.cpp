@@ -165,7 +165,7 @@ void Analysis::leftovers(Findings& out) {
     return std::min(1.0, t.gain / std::max(1e-300, energy * spread_[families[t.family].id / 10]));
   };
   for (const Test& t : s.best) {
-    if (std::abs(t.local_z) < s.threshold) continue;
+    if (std::abs(t.z) < s.threshold) continue;
     const std::size_t relation = families[t.family].id / 10, what = families[t.family].id % 10;
     if (std::abs(t.amount) < kLeast[relation]) continue;
     Unexplained x;

@@ -56,6 +56,7 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
     }
     Test best;
     best.family = f;
+    std::vector<Test> peers;
     const std::vector<int> whole{cells};
     for (const int length : family.cell.empty() ? whole : family.lengths) {
       if (length > cells) continue;
@@ -81,19 +82,20 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
         for (int k = begin; k < begin + length; ++k) q += cb.row(k).transpose();
         shares.push_back((q / std::sqrt(left)).cast<float>());
       }
-      std::vector<double> size;
-      for (const Test& t : here) size.push_back(std::abs(t.z));
-      double spread = 1.0;
-      if (size.size() >= 12) {
-        const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
-        std::nth_element(size.begin(), middle, size.end());
-        spread = std::max(1.0, 1.4826 * *middle);
-      }
-      for (Test& t : here) {
-        t.local_z = t.z / spread;
-        if (t.gain > 0 && (std::abs(t.local_z) > std::abs(best.local_z))) best = t;
-      }
+      for (const Test& t : here)
+        if (t.gain > best.gain) best = t, peers = here;
     }
+    // How large such a sum gets elsewhere on the road: noise alone would make it 1.
+    std::vector<double> elsewhere;
+    for (const Test& t : peers)
+      if (t.end <= best.begin || t.begin >= best.end) elsewhere.push_back(std::abs(t.z));
+    double spread = 1.0;
+    if (elsewhere.size() >= 8) {
+      const auto middle = elsewhere.begin() + static_cast<std::ptrdiff_t>(elsewhere.size() / 2);
+      std::nth_element(elsewhere.begin(), middle, elsewhere.end());
+      spread = std::max(1.0, 1.4826 * *middle);
+    }
+    best.local_z = best.z / spread;
     out.best.push_back(best);
   }
   // Null: the same residuals with blocks turned round.

@@ -363,7 +363,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (lateral) {
     physics("vehicle.steering_dead_time", "vehicle", "steering.dead_time_s", "s", 0.03, 0.01, true, "the wheels follow the steering late",
             "delta(t) = command(t - T)", "step steer at constant speed", [](Setting& s, double v) { s.steer_s += v; });
-    physics("vehicle.steering_lag", "vehicle", "steering.lag_s", "s", 0.05, 0.015, true, "the wheels follow the steering through a lag",
+    physics("vehicle.steering_lag", "vehicle", "steering.lag_s", "s", 0.05, 0.03, true, "the wheels follow the steering through a lag",
             "T d(delta)/dt = command - delta", "sine steer at two frequencies", [](Setting& s, double v) { s.steer_lag_s += v; });
     if (car.terms[Term::tyre_thermal] == 0.0)
       for (const double time : {25.0, 80.0, 250.0})
