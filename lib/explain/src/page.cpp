@@ -127,7 +127,7 @@ std::string findings_page(const Findings& f, const std::vector<Signals>& logs, c
   out += "<h2>Parameters, refitted</h2><table><tr><th>parameter</th><th class=n>stated</th><th class=n>value</th><th class=n>90 %</th><th>unit</th></tr>";
   for (const ParameterValue& p : f.parameters)
     out += fmt::format("<tr><td>{}</td><td class=n>{:.4g}</td><td class=n>{:.4g}</td><td class=n>{:.4g} to {:.4g}</td><td>{}</td></tr>", escape(p.name), p.stated, p.value, p.low, p.high, escape(p.unit));
-  out += fmt::format("</table><h2>Everything that was tried</h2><p class='small'>Score in standard deviations; {:.1f} is exceeded by 1.5 % of {} null replicates of this log over all mechanisms together.</p><table><tr><th>mechanism</th><th>channel</th><th>amount</th><th class=n>score</th><th class=n>gain on laps left out</th></tr>",
+  out += fmt::format("</table><h2>Everything that was tried</h2><p class='small'>Score in standard deviations; {:.1f} is exceeded by 0.7 % of {} null replicates of this log over all mechanisms together.</p><table><tr><th>mechanism</th><th>channel</th><th>amount</th><th class=n>score</th><th class=n>gain on laps left out</th></tr>",
                      f.threshold, f.null_replicates);
   for (const Evidence& e : f.evidence)
     out += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.3g} {} <span class='small'>{}</span></td><td class=n>{:.1f}</td><td class=n>{:.1f}</td></tr>", escape(e.mechanism), escape(e.channel), e.amount, escape(e.unit),

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 namespace {
 
 /// Below these a leftover is of no use to anyone who drives or tunes: in the relation's unit.
-constexpr std::array<double, kRelationCount> kLeast{0.004, 0.004, 0.08, 0.2, 0.5, 0.12, 0.15, 0.3, 0.25, 0.4, 0.3, 0.4, 0.4, 0.15};
+constexpr std::array<double, kRelationCount> kLeast{0.004, 0.004, 0.08, 0.2, 0.5, 0.12, 0.15, 0.3, 0.25, 0.4, 0.3, 0.4, 0.4, 0.4};
 
 }  // namespace
 
