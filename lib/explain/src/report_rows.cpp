@@ -44,9 +44,9 @@ void Analysis::describe(Findings& out) {
       p.beyond_prior = false;
     }
     const auto let_go = std::find_if(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; });
-    p.beyond_prior = p.beyond_prior && !u.assumed && let_go != freed_.end();
+    p.beyond_prior = p.beyond_prior && !u.assumed;
     out.parameters.push_back(p);
-    if (!p.beyond_prior) continue;
+    if (!p.beyond_prior || let_go == freed_.end()) continue;
     Finding f;
     f.unknown = refit_[k];
     f.mechanism = u.id;
