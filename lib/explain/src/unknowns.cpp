@@ -76,6 +76,11 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     // A mass that is off is nearly the same as all forces being off; it moves when that is cheaper.
     parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.03);
     out.unknowns.back().held = 0.01 * car.parameters[P::chassis_mass_kg];
+    if (!any(logs, kLoadFront) && !any(logs, kLoadRear)) {
+      // Nothing else gives forces a scale: torque, brakes, drag and grip that are off alike are the same.
+      out.unknowns.back().fixed = true;
+      no("parameter.mass", "held near its stated value: without wheel loads a mass that is off is the same as all forces being off");
+    }
   }
   else no("parameter.mass", "neither throttle nor steering with lateral speed is logged");
   if (engine) {
