@@ -23,6 +23,13 @@ TEST(PlotPage, DrawsLinesWhereTheirNumbersAre) {
   EXPECT_EQ(html, report::plot_page(page));
 }
 
+TEST(PlotPage, MarksStretchesWithinTheFrame) {
+  report::Plot plot{"p", "x", "y", {{"one", {0, 10}, {0, 1}}}, {{5, 20}, {30, 40}}};
+  const std::string html = report::plot_section(plot);
+  EXPECT_THAT(html, HasSubstr("<rect class=band x=506 y=10 width=442 height='210'/>"));
+  EXPECT_EQ(html.find("<rect", html.find("<rect") + 1), std::string::npos);
+}
+
 TEST(PlotPage, BreaksAtNaNAndKeepsPeaksOfLongLines) {
   report::PlotPage page;
   report::PlotLine line{"spike", {}, {}};

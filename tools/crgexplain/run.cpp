@@ -80,6 +80,7 @@ int run(const RunCommand& command) {
         explain::check_simulation(recorded, {&car, &surface, used}, {&improved, &road, corrected ? *corrected : used}, options.hold_out);
     for (explain::Finding& f : findings.findings) f.held_out.insert(f.held_out.end(), check.held_out.begin(), check.held_out.end());
     findings.remarks.insert(findings.remarks.end(), check.remarks.begin(), check.remarks.end());
+    findings.driven = check.driven;
     findings.recorded_lap_s = check.recorded_lap_s;
     if (std::isfinite(check.lap_before_s)) findings.simulated_lap_before_s = check.lap_before_s;
     if (std::isfinite(check.lap_after_s)) findings.simulated_lap_after_s = check.lap_after_s;

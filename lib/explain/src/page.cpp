@@ -4,140 +4,342 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "report/plot_page.h"
 
 namespace explain {
 namespace {
 
-std::string escape(const std::string& text) {
+using report::html_text;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kCell_m = 10.0;        ///< of the means along the road
+constexpr std::size_t kMostPlaces = 8;  ///< that a sentence or cell lists
+
+std::string figure(double value) {
+  return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–";
+}
+std::string cell(const std::string& text) { return "<td>" + html_text(text); }
+std::string number_cell(const std::string& text) { return "<td class=n>" + html_text(text); }
+/// Numbers without a unit have "1" in findings.json.
+std::string unit_of(const std::string& unit) { return unit == "1" ? "" : unit; }
+std::string number_cell(double value) { return number_cell(figure(value)); }
+
+std::string named(const std::string& mechanism, const std::string& channel) {
+  return channel.empty() ? mechanism : mechanism + " in " + channel;
+}
+
+/// "u 160 to 320 m, 400 to 420 m and 12 more"
+std::string places(const std::vector<Place>& where) {
   std::string out;
-  for (const char c : text) {
-    if (c == '&') out += "&amp;";
-    else if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '"') out += "&quot;";
-    else if (static_cast<unsigned char>(c) < 32) out += ' ';
-    else out += c;
-  }
+  for (std::size_t i = 0; i < std::min(where.size(), kMostPlaces); ++i)
+    out += fmt::format("{}{:.0f} to {:.0f} m", i == 0 ? "u " : ", ", where[i].u_begin_m,
+                       where[i].u_end_m);
+  if (where.size() > kMostPlaces) out += fmt::format(" and {} more", where.size() - kMostPlaces);
   return out;
 }
 
-constexpr const char* kStyle = R"(body{font:15px/1.45 system-ui,sans-serif;color:#1c2430;max-width:1080px;margin:2em auto;padding:0 1em}
-h1{font-size:1.5em}h2{font-size:1.15em;margin-top:2em;border-bottom:1px solid #d5dbe3}table{border-collapse:collapse;width:100%}
-td,th{text-align:left;padding:.25em .6em;border-bottom:1px solid #e6eaef;vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
-.verdict{display:inline-block;padding:.15em .7em;border-radius:1em;color:#fff;background:#3d6fb4}.none{background:#2e8b57}.unknown{background:#b5472f}.tie{background:#a3742a}
-.small{color:#5a6675;font-size:.9em}svg{background:#fbfcfd;border:1px solid #e1e6ec;display:block;margin:.5em 0})";
-
-const char* meaning(const std::string& verdict) {
-  if (verdict == "none") return "Nothing is missing that these recordings can show.";
-  if (verdict == "explained") return "What was found explains everything significant.";
-  if (verdict == "tie") return "Something is missing, but these recordings cannot tell two explanations apart.";
-  return "Something is missing that no mechanism tried here explains.";
+/// A table within a section that may be longer than a sheet of paper. head: `<th>` cells.
+std::string table(const std::string& title, const std::string& words, const std::string& head,
+                  const std::string& rows) {
+  return "<section class=long><h2>" + title + "</h2>" +
+         (words.empty() ? "" : "<p><small>" + words + "</small></p>") + "<table><thead><tr>" +
+         head + "</thead><tbody>" + rows + "</tbody></table></section>\n";
 }
 
-std::string map_of(const Findings& f, const Signals& s) {
-  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
-  for (std::size_t i = 0; i < s.n; ++i)
-    if (std::isfinite(s.u_m[i])) {
-      x0 = std::min(x0, s.x[kX][i]), x1 = std::max(x1, s.x[kX][i]);
-      y0 = std::min(y0, s.x[kY][i]), y1 = std::max(y1, s.x[kY][i]);
-    }
-  if (!(x1 > x0)) return "";
-  const double width = 620, scale = (width - 40) / std::max(1.0, x1 - x0), height = (y1 - y0) * scale + 40;
-  const auto point = [&](std::size_t i) { return fmt::format("{:.1f},{:.1f} ", 20 + (s.x[kX][i] - x0) * scale, height - 20 - (s.x[kY][i] - y0) * scale); };
-  std::string out = fmt::format("<svg width='{:.0f}' height='{:.0f}' role='img' aria-label='track map'>", width, height), all;
-  for (std::size_t i = 0; i < s.n; i += 4)
-    if (std::isfinite(s.u_m[i])) all += point(i);
-  out += "<polyline fill='none' stroke='#c3ccd6' stroke-width='5' points='" + all + "'/>";
-  const auto stretch = [&](const std::vector<Place>& where, const char* colour) {
-    for (const Place& p : where) {
-      std::string part;
-      double last = -1;
-      for (std::size_t i = 0; i < s.n; i += 2) {
-        const bool in = s.u_m[i] >= p.u_begin_m && s.u_m[i] < p.u_end_m;
-        if ((!in || s.u_m[i] < last) && !part.empty()) {
-          out += fmt::format("<polyline fill='none' stroke='{}' stroke-width='5' points='{}'/>", colour, part);
-          part.clear();
-          break;
-        }
-        if (in) part += point(i), last = s.u_m[i];
-      }
-      if (!part.empty()) out += fmt::format("<polyline fill='none' stroke='{}' stroke-width='5' points='{}'/>", colour, part);
-    }
-  };
-  for (const Unexplained& u : f.unexplained) stretch(u.where, "#b5472f");
-  for (const Finding& x : f.findings) stretch(x.where, "#3d6fb4");
-  return out + "</svg><p class='small'>Blue: found on the road. Red: unexplained. Grey: driven.</p>";
+std::string verdict_of(const Findings& f) {
+  const char *colour = "bad",
+             *meaning = "Something is missing that no mechanism tried here explains.";
+  if (f.verdict == "none")
+    colour = "good", meaning = "Nothing is missing that these recordings can show.";
+  else if (f.verdict == "explained")
+    colour = "good", meaning = "What was found explains everything significant.";
+  else if (f.verdict == "tie")
+    colour = "warn",
+    meaning = "Something is missing, but these recordings cannot tell two explanations apart.";
+  std::string out = fmt::format("<section class='verdict {}'><strong>{}</strong>{}", colour,
+                                html_text(f.verdict), meaning);
+  out += fmt::format(
+      "<p>{} laps. Of {} null replicates of these recordings the limits would have let {:.1f} % "
+      "pass.</p>",
+      f.laps, f.null_replicates, 100 * f.null_false_alarm);
+  if (!f.recorded_lap_s.empty())
+    out += fmt::format("<p>Whole laps as recorded: {:.2f} to {:.2f} s.",
+                       *std::min_element(f.recorded_lap_s.begin(), f.recorded_lap_s.end()),
+                       *std::max_element(f.recorded_lap_s.begin(), f.recorded_lap_s.end()));
+  if (f.simulated_lap_before_s > 0 && f.simulated_lap_after_s > 0)
+    out += fmt::format(" The built-in driver's lap: {:.2f} s before, {:.2f} s after.",
+                       f.simulated_lap_before_s, f.simulated_lap_after_s);
+  for (const std::string& remark : f.remarks)
+    out += "<p><small>" + html_text(remark) + "</small></p>";
+  return out + "</section>\n";
 }
 
-/// Means over 10 m of u, before and after.
-std::string plot(const Trace& t, double length_m) {
-  const auto cells = static_cast<std::size_t>(length_m / 10) + 1;
-  std::vector<double> b(cells), a(cells), n(cells);
-  for (std::size_t i = 0; i < t.u_m.size(); ++i) {
-    const std::size_t k = std::min(cells - 1, static_cast<std::size_t>(std::max(0.0, t.u_m[i]) / 10));
-    b[k] += t.before[i], a[k] += t.after[i], n[k] += 1;
+/// Where the car went, as a drawing; u every few hundred metres.
+class Map {
+ public:
+  explicit Map(const Signals& s) : s_(s) {
+    for (std::size_t i = 0; i < s.n; ++i) {
+      if (!std::isfinite(s.u_m[i]) || !std::isfinite(s.x[kX][i]) || !std::isfinite(s.x[kY][i]))
+        continue;
+      x0_ = std::min(x0_, s.x[kX][i]), x1_ = std::max(x1_, s.x[kX][i]);
+      y0_ = std::min(y0_, s.x[kY][i]), y1_ = std::max(y1_, s.x[kY][i]);
+    }
+    scale_ = (kSize - 2 * kRoom) / std::max({1.0, x1_ - x0_, y1_ - y0_});
   }
-  double most = 1e-9;
-  for (std::size_t k = 0; k < cells; ++k)
-    if (n[k] > 0) most = std::max({most, std::abs(b[k] / n[k]), std::abs(a[k] / n[k])});
-  constexpr double kWidth = 1000, kHeight = 130;
-  const auto line = [&](const std::vector<double>& v, const char* colour) {
+  bool empty() const { return !(x1_ > x0_); }
+
+  std::string draw(const Findings& f) const {
+    std::string out = fmt::format(
+        "<section><h2>Where</h2><p class=legend><span class=s1>found</span><span "
+        "class=sb>unexplained</span>"
+        "<span class=s0>driven</span></p><svg class=map viewBox='0 0 {:.0f} {:.0f}' role=img "
+        "aria-label='track map'>",
+        (x1_ - x0_) * scale_ + 2 * kRoom, (y1_ - y0_) * scale_ + 2 * kRoom);
+    out += line("s0", 0, std::numeric_limits<double>::infinity(), s_.n, "");
+    for (const Unexplained& u : f.unexplained)
+      for (const Place& p : u.where) out += place("sb", p, u.channel);
+    for (const Finding& x : f.findings)
+      for (const Place& p : x.where) out += place("s1", p, named(x.mechanism, x.channel));
+    double step = 100;
+    while (s_.length_m / step > 12) step *= step < 300 ? 2.5 : 2;
+    double next = 0;
+    for (std::size_t i = 0; i < s_.n && next < s_.length_m; ++i)
+      if (s_.u_m[i] >= next && s_.u_m[i] < next + 30) {
+        const auto [px, py] = pixel(i);
+        out += fmt::format("<text x={:.1f} y={:.1f}>{}{:.0f}</text>", px + 8, py - 6,
+                           next == 0 ? "u = " : "", next);
+        next += step;
+      }
+    return out + "</svg></section>\n";
+  }
+
+ private:
+  static constexpr double kSize = 900, kRoom = 40;
+
+  std::array<double, 2> pixel(std::size_t i) const {
+    return {kRoom + (s_.x[kX][i] - x0_) * scale_, kRoom + (y1_ - s_.x[kY][i]) * scale_};
+  }
+  /// The first time that the car was there.
+  std::string place(const char* colour, const Place& p, const std::string& name) const {
+    return line(colour, p.u_begin_m, p.u_end_m, s_.n,
+                fmt::format("{}, u {:.0f} to {:.0f} m", name, p.u_begin_m, p.u_end_m));
+  }
+  std::string line(const char* colour, double begin_m, double end_m, std::size_t n,
+                   const std::string& name) const {
     std::string points;
-    for (std::size_t k = 0; k < cells; ++k)
-      if (n[k] > 0) points += fmt::format("{:.1f},{:.1f} ", 60 + (kWidth - 70) * static_cast<double>(k) / static_cast<double>(cells), kHeight / 2 - 0.42 * kHeight * v[k] / n[k] / most);
-    return fmt::format("<polyline fill='none' stroke='{}' stroke-width='1.5' points='{}'/>", colour, points);
+    double last = -1;
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool in = s_.u_m[i] >= begin_m && s_.u_m[i] < end_m;
+      const bool once = std::isfinite(end_m);
+      if (once && !points.empty() && (!in || s_.u_m[i] < last)) break;
+      if (!in || (!once && i % 4 != 0)) continue;
+      const auto [px, py] = pixel(i);
+      points += fmt::format("{}{:.1f} {:.1f}", points.empty() ? "M" : "L", px, py);
+      last = s_.u_m[i];
+    }
+    if (points.empty()) return "";
+    return fmt::format("<path class='line {}' d='{}'><title>{}</title></path>", colour, points,
+                       html_text(name));
+  }
+
+  const Signals& s_;
+  double x0_ = 1e300, x1_ = -1e300, y0_ = 1e300, y1_ = -1e300, scale_ = 1.0;
+};
+
+std::string found(const Finding& x) {
+  std::string out = "<section><h2>" + html_text(named(x.mechanism, x.channel)) + " <small>" +
+                    html_text(x.kind) + "</small></h2><p>" + html_text(x.physics) + ". <small>" +
+                    html_text(x.equation) + "</small></p><table>";
+  for (const FoundParameter& p : x.parameters)
+    out += "<tr>" + cell(p.name) + "<td><b>" + html_text(figure(p.value) + " " + unit_of(p.unit)) +
+           "</b>" + cell(fmt::format("90 %: {} to {}", figure(p.low), figure(p.high)));
+  out += "</table>";
+  if (!x.where.empty()) out += "<p>Where: " + html_text(places(x.where)) + "</p>";
+  out += "<p>How sure: ";
+  // Findings of their own stages (short waves, discs) have other measures than the score.
+  if (x.threshold > 0)
+    out += fmt::format("score {:.1f} where {:.1f} is needed, ", x.statistic, x.threshold);
+  out +=
+      fmt::format("gain of {:.3g} on laps left out, the same sign in {:.0f} % of half samples.</p>",
+                  x.cv_gain, 100 * x.stability);
+  std::string worse;
+  for (const Rival& r : x.rivals) {
+    const std::string name = html_text(named(r.mechanism, r.channel));
+    if (r.separable)
+      worse += (worse.empty() ? "<p>Rivals that fit worse: " : ", ") + name;
+    else
+      out += "<p><b>Cannot be told from " + name + ".</b>" +
+             (r.separating_experiment.empty()
+                  ? ""
+                  : " What would separate them: " + html_text(r.separating_experiment)) +
+             "</p>";
+  }
+  return out + (worse.empty() ? "" : worse + ".</p>") + "</section>\n";
+}
+
+std::string held_out(const std::vector<HeldOut>& list) {
+  std::string rows;
+  for (const HeldOut& h : list)
+    rows += "<tr>" + cell(h.whole_car ? "whole simulated car" : "one relation") + cell(h.channel) +
+            cell(h.unit) + number_cell(h.horizon_s > 0 ? figure(h.horizon_s) : "at once") +
+            number_cell(h.rmse_before) + number_cell(h.rmse_after) + number_cell(h.trivial_rmse) +
+            number_cell(fmt::format("{:.1f} to {:.1f} %", 100 * h.drop_low, 100 * h.drop_high));
+  return table(
+      "Laps that were not used",
+      "RMS errors. Before: the stated car with its parameters refitted on the other laps. After: "
+      "the same with "
+      "what was found. Trivial: nothing changes within the time (at once: the stated car without "
+      "refit). One "
+      "relation: measured motion against that relation alone; whole simulated car: lib/vehicle on "
+      "the "
+      "recorded commands from recorded states.",
+      "<th>judged by<th>channel<th>unit<th class=n>horizon, s<th class=n>before<th class=n>after"
+      "<th class=n>trivial<th class=n>drop, 90 %",
+      rows);
+}
+
+std::string mismatches(const std::vector<Mismatch>& list) {
+  std::string rows;
+  for (const Mismatch& m : list)
+    rows += "<tr>" + cell(m.channel) + cell(places(m.where)) + cell(m.regime) +
+            number_cell(fmt::format("{} {}", figure(m.size), unit_of(m.unit))) +
+            number_cell(fmt::format("{:.2g}", m.p_adjusted)) +
+            number_cell(fmt::format("{:.0f} %", 100 * m.share_of_residual));
+  return table("Where simulation and recording differ",
+               "Before anything is explained: the stretches that stand out, after the refit of the "
+               "parameters.",
+               "<th>relation<th>where<th>there<th class=n>size<th class=n>p, adjusted<th "
+               "class=n>share of the residual",
+               rows);
+}
+
+std::string unexplained(const std::vector<Unexplained>& list) {
+  if (list.empty())
+    return "<section><h2>What stays unexplained</h2><p>Nothing significant.</p></section>\n";
+  std::string rows;
+  for (const Unexplained& u : list)
+    rows += "<tr>" + cell(u.channel) + cell(u.locked_to) + cell(places(u.where)) +
+            number_cell(fmt::format("{} {}", figure(u.size), unit_of(u.unit))) +
+            number_cell(fmt::format("{:.0f} %", 100 * u.share));
+  return table("What stays unexplained", "",
+               "<th>relation<th>a pattern over<th>where<th class=n>size<th class=n>share of the "
+               "residual there",
+               rows);
+}
+
+std::string parameters(const std::vector<ParameterValue>& list) {
+  std::string rows;
+  for (const ParameterValue& p : list)
+    rows += "<tr>" + cell(p.name) + number_cell(p.stated) + number_cell(p.value) +
+            number_cell(figure(p.low) + " to " + figure(p.high)) + cell(unit_of(p.unit)) +
+            cell(p.beyond_prior ? "beyond its prior width" : "");
+  return table("Parameters, refitted", "",
+               "<th>parameter<th class=n>stated<th class=n>value<th class=n>90 %<th>unit<th>",
+               rows);
+}
+
+std::string tried(const Findings& f) {
+  std::string rows;
+  for (const Evidence& e : f.evidence)
+    rows += "<tr>" + cell(e.mechanism) + cell(e.channel) +
+            number_cell(fmt::format("{:.3g}", e.amount)) + cell(unit_of(e.unit)) + cell(e.detail) +
+            number_cell(fmt::format("{:.1f}", e.statistic)) +
+            number_cell(fmt::format("{:.1f}", e.cv_gain));
+  return table("Everything that was tried",
+               fmt::format("Each alone, at the first step. Score in standard deviations; {:.1f} is "
+                           "exceeded by 0.7 % of {} null "
+                           "replicates of these recordings, over all mechanisms together.",
+                           f.threshold, f.null_replicates),
+               "<th>mechanism<th>channel<th class=n>amount<th>unit<th>where<th class=n>score<th "
+               "class=n>gain on laps left out",
+               rows);
+}
+
+std::string untestable(const std::vector<Untestable>& list) {
+  std::string rows;
+  for (const Untestable& u : list) rows += "<tr>" + cell(u.mechanism) + cell(u.reason);
+  return table("Not testable with these recordings", "", "<th>mechanism<th>why", rows);
+}
+
+std::vector<std::array<double, 2>> bands(const Findings& f) {
+  std::vector<std::array<double, 2>> out;
+  for (const Finding& x : f.findings)
+    for (const Place& p : x.where) out.push_back({p.u_begin_m, p.u_end_m});
+  return out;
+}
+
+/// One lap of the whole simulated car, and what it is off by.
+void plot_driven(std::string& out, const DrivenTrace& t, const Findings& f) {
+  const auto off = [](const DrivenTrace::Side& side) {
+    std::vector<double> e(side.simulated.size());
+    for (std::size_t i = 0; i < e.size(); ++i) e[i] = side.simulated[i] - side.recorded[i];
+    return e;
   };
-  return fmt::format("<h3>{} <span class='small'>({}; mean over the laps, held out in turn)</span></h3><svg width='{}' height='{}' role='img' aria-label='{} along u'>"
-                     "<line x1='60' x2='{}' y1='{}' y2='{}' stroke='#d5dbe3'/><text x='4' y='16' font-size='11'>{:.3g}</text><text x='4' y='{}' font-size='11'>{:.3g}</text>"
-                     "<text x='60' y='{}' font-size='11'>u = 0</text><text x='{}' y='{}' font-size='11' text-anchor='end'>{:.0f} m</text>{}{}</svg>",
-                     escape(t.channel), escape(t.unit), kWidth, kHeight, escape(t.channel), kWidth - 10, kHeight / 2, kHeight / 2, most, kHeight - 16, -most, kHeight - 3, kWidth - 10,
-                     kHeight - 3, length_m, line(b, "#d08a3a"), line(a, "#3d6fb4"));
+  report::Plot plot{
+      fmt::format("{} on lap {}", t.channel, t.lap + 1), "u, m", t.unit, {}, bands(f)};
+  plot.lines = {{"simulated, before", t.before.u_m, t.before.simulated},
+                {"simulated, after", t.after.u_m, t.after.simulated},
+                {"recorded", t.before.u_m, t.before.recorded}};
+  out += report::plot_section(plot);
+  plot.title = fmt::format("{} on lap {}, simulated less recorded", t.channel, t.lap + 1);
+  plot.lines = {{"before", t.before.u_m, off(t.before)}, {"after", t.after.u_m, off(t.after)}};
+  out += report::plot_section(plot);
+}
+
+/// Means of a relation over 10 m of u.
+std::string plot_relation(const Trace& t, double length_m, const Findings& f) {
+  const auto cells = static_cast<std::size_t>(length_m / kCell_m) + 1;
+  std::vector<double> u(cells), before(cells), after(cells), n(cells);
+  for (std::size_t i = 0; i < t.u_m.size(); ++i) {
+    const std::size_t k =
+        std::min(cells - 1, static_cast<std::size_t>(std::max(0.0, t.u_m[i]) / kCell_m));
+    before[k] += t.before[i], after[k] += t.after[i], n[k] += 1;
+  }
+  for (std::size_t k = 0; k < cells; ++k) {
+    u[k] = (static_cast<double>(k) + 0.5) * kCell_m;
+    before[k] = n[k] > 0 ? before[k] / n[k] : kNaN;
+    after[k] = n[k] > 0 ? after[k] / n[k] : kNaN;
+  }
+  return report::plot_section(
+      {t.channel, "u, m", t.unit, {{"before", u, before}, {"after", u, after}}, bands(f)});
+}
+
+std::string along_the_road(const Findings& f, double length_m) {
+  std::string out;
+  if (!f.driven.empty())
+    out +=
+        "<h2>The whole simulated car along the road</h2><p><small>A lap that was left out of the "
+        "refit: recorded commands, "
+        "restarted from the recording every 8 s. Shaded: found there.</small></p>\n";
+  for (const DrivenTrace& t : f.driven) plot_driven(out, t, f);
+  if (!f.traces.empty())
+    out +=
+        "<h2>The relations along the road</h2><p><small>What each leaves over: means over 10 m "
+        "and the laps, each predicted from "
+        "the others. Where one colour is seen both are the same. Shaded: found "
+        "there.</small></p>\n";
+  for (const Trace& t : f.traces) out += plot_relation(t, length_m, f);
+  return out;
 }
 
 }  // namespace
 
-std::string findings_page(const Findings& f, const std::vector<Signals>& logs, const std::string& title) {
-  std::string out = fmt::format("<!doctype html><html lang='en'><head><meta charset='utf-8'><title>{}</title><style>{}</style></head><body>", escape(title), kStyle);
-  out += fmt::format("<h1>{}</h1><p><span class='verdict {}'>{}</span> {}</p>", escape(title), escape(f.verdict), escape(f.verdict), meaning(f.verdict));
-  if (!logs.empty()) out += map_of(f, logs.front());
-  out += "<h2>Found</h2>";
-  if (f.findings.empty()) out += "<p>Nothing.</p>";
-  for (const Finding& x : f.findings) {
-    out += fmt::format("<h3>{}{}</h3><p>{}. <span class='small'>{}</span></p><ul>", escape(x.mechanism), x.channel.empty() ? "" : " in " + escape(x.channel), escape(x.physics), escape(x.equation));
-    for (const FoundParameter& p : x.parameters)
-      out += fmt::format("<li>{} = {:.4g} {} <span class='small'>(90 %: {:.4g} to {:.4g})</span></li>", escape(p.name), p.value, escape(p.unit), p.low, p.high);
-    for (const Place& w : x.where) out += fmt::format("<li>u from {:.0f} to {:.0f} m</li>", w.u_begin_m, w.u_end_m);
-    for (const Rival& r : x.rivals)
-      out += fmt::format("<li>{} <b>{}</b>{}{}</li>", r.separable ? "Fits worse:" : "Cannot be told from", escape(r.mechanism), r.channel.empty() ? "" : " in " + escape(r.channel), r.separable ? "" : ": " + escape(r.separating_experiment));
-    out += "</ul>";
-  }
-  if (!f.findings.empty() && !f.findings.front().held_out.empty()) {
-    out += "<h2>Laps that were not used</h2><p class='small'>Before: the stated car with its parameters refitted. After: the same with the findings. Trivial: nothing changes within the horizon "
-           "(horizon 0: the stated car without refit).</p><table><tr><th>channel</th><th class=n>horizon, s</th><th class=n>before</th><th class=n>after</th><th class=n>trivial</th><th class=n>drop, 90 %</th></tr>";
-    for (const HeldOut& h : f.findings.front().held_out)
-      out += fmt::format("<tr><td>{}, {}</td><td class=n>{:.1f}</td><td class=n>{:.4g}</td><td class=n>{:.4g}</td><td class=n>{:.4g}</td><td class=n>{:.1f} to {:.1f} %</td></tr>", escape(h.channel), escape(h.unit),
-                         h.horizon_s, h.rmse_before, h.rmse_after, h.trivial_rmse, 100 * h.drop_low, 100 * h.drop_high);
-    out += "</table>";
-  }
-  out += "<h2>Unexplained</h2>";
-  if (f.unexplained.empty()) out += "<p>Nothing significant.</p>";
-  for (const Unexplained& u : f.unexplained)
-    out += fmt::format("<p>{}: a pattern over {}{} ({:.0f} % of the residual there)</p>", escape(u.channel), escape(u.locked_to),
-                       u.where.empty() ? "" : fmt::format(", u {:.0f} to {:.0f} m", u.where[0].u_begin_m, u.where[0].u_end_m), 100 * u.share);
-  out += "<h2>Parameters, refitted</h2><table><tr><th>parameter</th><th class=n>stated</th><th class=n>value</th><th class=n>90 %</th><th>unit</th></tr>";
-  for (const ParameterValue& p : f.parameters)
-    out += fmt::format("<tr><td>{}</td><td class=n>{:.4g}</td><td class=n>{:.4g}</td><td class=n>{:.4g} to {:.4g}</td><td>{}</td></tr>", escape(p.name), p.stated, p.value, p.low, p.high, escape(p.unit));
-  out += fmt::format("</table><h2>Everything that was tried</h2><p class='small'>Score in standard deviations; {:.1f} is exceeded by 0.7 % of {} null replicates of this log over all mechanisms together.</p><table><tr><th>mechanism</th><th>channel</th><th>amount</th><th class=n>score</th><th class=n>gain on laps left out</th></tr>",
-                     f.threshold, f.null_replicates);
-  for (const Evidence& e : f.evidence)
-    out += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.3g} {} <span class='small'>{}</span></td><td class=n>{:.1f}</td><td class=n>{:.1f}</td></tr>", escape(e.mechanism), escape(e.channel), e.amount, escape(e.unit),
-                       escape(e.detail), e.statistic, e.cv_gain);
-  out += "</table><h2>Not testable with these recordings</h2><table>";
-  for (const Untestable& u : f.untestable) out += fmt::format("<tr><td>{}</td><td>{}</td></tr>", escape(u.mechanism), escape(u.reason));
-  out += "</table><h2>Along the road</h2><p class='small'>Orange: before. Blue: after.</p>";
+std::string findings_page(const Findings& f, const std::vector<Signals>& logs,
+                          const std::string& title) {
+  std::string out = report::page_head(title) + verdict_of(f);
   if (!logs.empty())
-    for (const Trace& t : f.traces) out += plot(t, logs.front().length_m);
-  return out + "</body></html>\n";
+    if (const Map map(logs.front()); !map.empty()) out += map.draw(f);
+  for (const Finding& x : f.findings) out += found(x);
+  out += unexplained(f.unexplained);
+  const std::vector<HeldOut>& proof = f.findings.empty() ? f.held_out : f.findings.front().held_out;
+  if (!proof.empty()) out += held_out(proof);
+  if (!f.mismatches.empty()) out += mismatches(f.mismatches);
+  if (!f.parameters.empty()) out += parameters(f.parameters);
+  if (!f.evidence.empty()) out += tried(f);
+  if (!f.untestable.empty()) out += untestable(f.untestable);
+  if (!logs.empty()) out += along_the_road(f, logs.front().length_m);
+  return out + "</html>\n";
 }
 
 }  // namespace explain

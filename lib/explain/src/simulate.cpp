@@ -36,9 +36,29 @@ struct WindowEnd {
   std::array<double, 4> error{kNaN, kNaN, kNaN, kNaN}, square{}, hold{};
 };
 
+/// Every sample of the windows, one after the other; a row of NaN after each window.
+struct Driven {
+  std::vector<double> t_s;
+  std::array<std::vector<double>, kCompared.size()> recorded, simulated;
+};
+
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row, const vehicle::Table& sim, std::size_t sim_row) {
+  driven.t_s.push_back(t_s);
+  for (std::size_t c = 0; c < kCompared.size(); ++c) {
+    const auto value = [&](const vehicle::Table& table, std::size_t i) {
+      const auto* column = i == kNone ? nullptr : table.find(kCompared[c].channel);
+      return column == nullptr ? kNaN : (*column)[i];
+    };
+    driven.recorded[c].push_back(value(log, row));
+    driven.simulated[c].push_back(value(sim, sim_row));
+  }
+}
+
 /// Simulated minus recorded up to `horizon_s` after each window's begin.
 std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::Parameters<double>& parameters, const crg::Surface& surface, const vehicle::Recording& recording,
-                             double window_s, double horizon_s) {
+                             double window_s, double horizon_s, Driven* driven = nullptr) {
   const auto made = vehicle::make_car(car.files, parameters, car.terms, car.contact);
   vehicle::ReplayOptions options;
   options.window_s = window_s;
@@ -66,8 +86,9 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::Paramet
     const std::size_t row0 = row_of(time[begin]);
     std::array<double, 4> count{};
     for (std::size_t k = begin; k <= i; ++k) {
-      if (time[k] - time[begin] < 0.5 * horizon_s) continue;
       const std::size_t row = row_of(time[k]);
+      if (driven != nullptr) note(*driven, time[k] - log_time.front(), recording.table, row, sim, k);
+      if (time[k] - time[begin] < 0.5 * horizon_s) continue;
       const auto take = [&](std::size_t c, double error, double hold) {
         if (!std::isfinite(error) || !std::isfinite(hold)) return;
         if (k == i) end.error[c] = error;
@@ -85,6 +106,7 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::Paramet
       take(3, -sy * (sim_x[k] - x[row]) + cy * (sim_y[k] - y[row]),
            -sy * (x[row0] + gone * std::cos(yaw[row0]) - x[row]) + cy * (y[row0] + gone * std::sin(yaw[row0]) - y[row]));
     }
+    if (driven != nullptr) note(*driven, end.t_s, recording.table, kNone, sim, kNone);
     for (std::size_t c = 0; c < 4; ++c) end.square[c] /= std::max(1.0, count[c]), end.hold[c] /= std::max(1.0, count[c]);
     out.push_back(end);
   }
@@ -94,13 +116,14 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::Paramet
 struct Judge {
   const std::vector<RecordedLog>* logs;
   std::set<int> judged;  ///< laps over all logs
-  bool is_judged(std::size_t log, double t_s) const {
+  int lap_at(std::size_t log, double t_s) const {
     int lap = 0;
     for (std::size_t k = 0; k < log; ++k) lap += (*logs)[k].signals->lap.empty() ? 1 : (*logs)[k].signals->lap.back() + 1;
     const auto& laps = (*logs)[log].signals->lap;
     if (!laps.empty()) lap += laps[std::min(laps.size() - 1, static_cast<std::size_t>(std::max(0.0, t_s) / Signals::kStep_s))];
-    return judged.count(lap) > 0;
+    return lap;
   }
+  bool is_judged(std::size_t log, double t_s) const { return judged.count(lap_at(log, t_s)) > 0; }
 };
 
 /// Three steps of Gauss and Newton from the stated parameters, on the windows of training laps.
@@ -163,6 +186,7 @@ constexpr std::array<double, 3> kHorizons{0.6, 2.0, 8.0};
 
 struct Side {
   std::array<std::vector<std::vector<WindowEnd>>, kHorizons.size()> ends;  ///< per horizon and log
+  std::vector<Driven> driven;                                              ///< per log, at the longest horizon
   double lap_s = kNaN;
   std::string problem;
 };
@@ -173,8 +197,10 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
     std::vector<vehicle::Recording> recordings;
     for (const RecordedLog& log : logs) recordings.push_back(vehicle::make_recording(*log.table, log.signals->name, in.mapping));
     const vehicle::Parameters<double> p = refitted(in, recordings, judge);
+    out.driven.resize(recordings.size());
     for (std::size_t h = 0; h < kHorizons.size(); ++h)
-      for (const vehicle::Recording& recording : recordings) out.ends[h].push_back(drive(*in.car, p, *in.surface, recording, std::max(2.0, kHorizons[h]), kHorizons[h]));
+      for (std::size_t k = 0; k < recordings.size(); ++k)
+        out.ends[h].push_back(drive(*in.car, p, *in.surface, recordings[k], std::max(2.0, kHorizons[h]), kHorizons[h], h + 1 == kHorizons.size() ? &out.driven[k] : nullptr));
     const auto made = vehicle::make_car(in.car->files, p, in.car->terms, in.car->contact);
     vehicle::LapOptions lap;
     lap.record_every = 0;
@@ -183,6 +209,23 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
     else out.problem = "the built-in driver did not finish a lap: " + result.problem;
   } catch (const std::exception& error) {
     out.problem = error.what();
+  }
+  return out;
+}
+
+/// The samples of one lap.
+DrivenTrace::Side lap_of(const Side& side, const Judge& judge, int lap, std::size_t channel) {
+  DrivenTrace::Side out;
+  for (std::size_t k = 0; k < side.driven.size(); ++k) {
+    const Driven& d = side.driven[k];
+    const Signals& s = *(*judge.logs)[k].signals;
+    for (std::size_t i = 0; i < d.t_s.size(); ++i) {
+      const auto place = static_cast<std::size_t>(std::max(0.0, d.t_s[i]) / Signals::kStep_s);
+      if (place >= s.n || judge.lap_at(k, d.t_s[i]) != lap) continue;
+      out.u_m.push_back(s.u_m[place]);
+      out.recorded.push_back(d.recorded[channel][i]);
+      out.simulated.push_back(d.simulated[channel][i]);
+    }
   }
   return out;
 }
@@ -218,6 +261,12 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const Sim
   out.lap_after_s = sides[1].lap_s;
   for (std::size_t k = 0; k < 2; ++k)
     if (!sides[k].problem.empty()) out.remarks.push_back(fmt::format("whole simulation, {}: {}", k == 0 ? "before" : "after", sides[k].problem));
+  for (std::size_t c = 0; c < kCompared.size(); ++c) {
+    const int lap = *judge.judged.begin();
+    out.driven.push_back({kCompared[c].channel, kCompared[c].unit, lap, lap_of(sides[0], judge, lap, c), lap_of(sides[1], judge, lap, c)});
+    const auto& recorded = out.driven.back().before.recorded;
+    if (std::none_of(recorded.begin(), recorded.end(), [](double v) { return std::isfinite(v); })) out.driven.pop_back();
+  }
   for (std::size_t h = 0; h < kHorizons.size(); ++h) {
     if (sides[0].ends[h].size() != logs.size() || sides[1].ends[h].size() != logs.size()) continue;
     for (std::size_t c = 0; c < 4; ++c) {

@@ -76,6 +76,16 @@ struct Trace {
   std::vector<double> u_m, before, after;
   std::vector<int> lap;
 };
+/// One lap of the whole simulated car on recorded commands, restarted from the recording every 8 s
+/// (NaN between); for the page. Recorded: as the mapping of that side has it.
+struct DrivenTrace {
+  struct Side {
+    std::vector<double> u_m, recorded, simulated;
+  };
+  std::string channel, unit;
+  int lap = 0;
+  Side before, after;
+};
 
 struct Findings {
   std::string verdict = "none";  ///< none, explained, tie, unknown
@@ -86,6 +96,7 @@ struct Findings {
   std::vector<Unexplained> unexplained;
   std::vector<Evidence> evidence;
   std::vector<Trace> traces;
+  std::vector<DrivenTrace> driven;
   std::vector<HeldOut> held_out;  ///< as in every finding; there without findings too
   std::vector<std::string> remarks;
   double null_false_alarm = 0.0;  ///< share of null replicates that the thresholds would have let through

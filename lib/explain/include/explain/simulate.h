@@ -25,6 +25,7 @@ struct RecordedLog {
 
 struct SimulationCheck {
   std::vector<HeldOut> held_out;  ///< vx, yaw rate and place over 0.6, 2 and 8 s
+  std::vector<DrivenTrace> driven;  ///< the first lap that judges
   double lap_before_s = 0.0, lap_after_s = 0.0;  ///< of the built-in driver; NaN: did not finish
   std::vector<double> recorded_lap_s;            ///< whole laps of the recordings
   std::vector<std::string> remarks;              ///< why something could not be driven

@@ -1,6 +1,7 @@
 // Curves on one page that opens anywhere: HTML with drawings inside, no scripts, nothing from outside.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct PlotLine {
 struct Plot {
   std::string title, x_name, y_name;  ///< names with units
   std::vector<PlotLine> lines;        ///< at most four are told apart by colour
+  std::vector<std::array<double, 2>> bands{};  ///< stretches of x to mark behind the lines
 };
 
 struct PlotPage {
@@ -30,5 +32,11 @@ struct PlotPage {
 /// with more points than the drawing has columns keep the lowest and highest of each column. The
 /// same input gives the same bytes.
 std::string plot_page(const PlotPage& page);
+
+/// For pages with more than that: everything before the first paragraph, with the style sheet; a plot
+/// as one section; text that no browser takes for markup. "</html>" ends the page.
+std::string page_head(const std::string& title);
+std::string plot_section(const Plot& plot);
+std::string html_text(const std::string& text);
 
 }  // namespace report
