@@ -123,7 +123,7 @@ constexpr const char* kStyle =
     ".legend span::before{content:'';display:inline-block;width:18px;height:3px;margin-right:6px;vertical-align:middle;background:var(--c)}"
     // On a phone a drawing keeps its text readable and is moved sideways.
     "@media screen and (max-width:760px){body{padding:0 10px 40px}section{padding:10px}svg{min-width:640px}svg.map{min-width:0}.map text{font-size:24px}}"
-    "@media print{@page{size:A4;margin:14mm}body{max-width:none;padding:0;background:#fff;font-size:11px}section{border-color:#ccc;padding:8px}h2,h3{break-after:avoid}}";
+    "@media print{@page{size:A4;margin:14mm}body{max-width:none;padding:0;background:#fff;font-size:11px}section{border-color:#ccc;padding:8px;overflow:visible}td,th{padding-right:8px}section td{overflow-wrap:anywhere}th{white-space:normal}h2,h3{break-after:avoid}}";
 
 }  // namespace
 
