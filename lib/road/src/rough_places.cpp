@@ -96,7 +96,8 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
         if (bends_at(i, j) || bends_at(i, j + 1) || bends_at(i + 1, j) || bends_at(i + 1, j + 1)) bent.push_back(j);
       }
       const std::size_t stride = bent.size() / kCellsPerRow + 1;
-      for (std::size_t k = 0; k < bent.size(); k += stride) {
+      // Another of them in every row, so that neighbouring rows together look at all.
+      for (std::size_t k = i % stride; k < bent.size(); k += stride) {
         const std::size_t j = bent[k];
         RoughPoint worst{0.0, 0.0, 0.0};
         for (const double s : {0.15, 0.5, 0.85}) {
