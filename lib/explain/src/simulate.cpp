@@ -195,6 +195,7 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
   Side out;
   try {
     std::vector<vehicle::Recording> recordings;
+    recordings.reserve(logs.size());
     for (const RecordedLog& log : logs) recordings.push_back(vehicle::make_recording(*log.table, log.signals->name, in.mapping));
     const vehicle::Parameters<double> p = refitted(in, recordings, judge);
     out.driven.resize(recordings.size());
