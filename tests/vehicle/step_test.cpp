@@ -405,6 +405,43 @@ TEST(Step, ShiftsWithoutTorqueForTheShiftTime) {
   EXPECT_EQ(d.gear, 3);
 }
 
+TEST(Step, EngineControlTakesTheKickOutOfAShift) {
+  const CarFiles files = straight_files();
+  // Engine speed over that of the new gear when the shift ends, and the jump of the car's speed
+  // that follows: on an upshift the engine's spin pushes, on a downshift it holds back.
+  const auto shift = [&](int from, int to, double match) {
+    Parameters<double> p = straight_parameters();
+    p[P::gearbox_rev_match] = match;
+    StartOptions begin;
+    begin.speed_mps = 35;
+    begin.gear = from;
+    Amplitudes<double> terms = default_amplitudes();
+    terms[Term::aero_drag] = terms[Term::throttle_actuator] = 0.0;
+    Ride run(files, p, terms, begin);
+    Controls<double> controls;
+    controls.gear_command = from;
+    run.drive(0.5, controls);
+    controls.gear_command = to;
+    run.drive(0.05, controls);
+    const auto ratio =
+        static_cast<std::size_t>(P::gearbox_ratio_1) + static_cast<std::size_t>(to) - 1;
+    const double wheels = 0.5 * (run.sim.state[kSpin + 2] + run.sim.state[kSpin + 3]);
+    const double over =
+        run.sim.state[kEngine] / (wheels * p[static_cast<P>(ratio)] * p[P::gearbox_final]);
+    const double before = run.sim.state[kVx];
+    run.drive(0.2, controls);
+    return std::pair{over, run.sim.state[kVx] - before};
+  };
+  for (const auto& [from, to] : {std::pair{2, 3}, std::pair{3, 2}}) {
+    const auto [free_over, free_jump] = shift(from, to, 0.0);
+    const auto [over, jump] = shift(from, to, 1.0);
+    EXPECT_GT(std::abs(free_over - 1.0), 0.15);
+    EXPECT_NEAR(over, 1.0, 0.01);
+    EXPECT_GT(std::abs(free_jump - jump), 0.1);
+    EXPECT_EQ(free_jump > jump, to > from);
+  }
+}
+
 TEST(Step, NamesTheStateThatStoppedBeingANumber) {
   const CarFiles files = test_car_files();
   Ride run(files, test_parameters(), default_amplitudes(), {});

@@ -571,6 +571,20 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   T idle = p[P::engine_idle_gain_nms] * (p[P::engine_idle_radps] - engine_speed);
   if (idle < T(0)) idle = T(0);
   detail.engine_nm = map_torque + idle;
+  if (in.next_gear >= 1 && in.next_gear <= 6 && !is_exactly_zero(p[P::gearbox_rev_match]) &&
+      p[P::gearbox_shift_s] > T(0)) {
+    // Engine control between two gears: of the speed difference this share is gone after the shift.
+    using std::log;
+    const T ratio = p[static_cast<Parameter>(static_cast<std::size_t>(P::gearbox_ratio_1) +
+                                             static_cast<std::size_t>(in.next_gear) - 1)] *
+                    p[P::gearbox_final];
+    const T& share = p[P::gearbox_rev_match];
+    const T rate_1ps = -log(T(1.0 - 0.99 * share)) / p[P::gearbox_shift_s];
+    if (ratio > T(0))
+      detail.engine_nm =
+          (1.0 - share) * detail.engine_nm +
+          p[P::engine_inertia_kgm2] * rate_1ps * (ratio * 0.5 * (spin[2] + spin[3]) - engine_speed);
+  }
   engine_torque += detail.engine_nm;
   power.engine += detail.engine_nm * engine_speed;
 

@@ -192,6 +192,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     d.gear = d.gear_wanted;
   }
   in.gear = d.gear;
+  in.next_gear = d.gear == 0 ? d.gear_wanted : 0;
   ++d.step;
   return in;
 }
