@@ -18,6 +18,7 @@
 namespace explain {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -193,6 +194,13 @@ TEST_F(BadInput, AnotherCar) {
   EXPECT_EQ(found.verdict, "unknown");
   ASSERT_FALSE(found.remarks.empty());
   EXPECT_THAT(found.remarks.back(), HasSubstr("is it the file of this car?"));
+}
+
+TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {
+  const std::string before = folder_->read("none/vehicle.yaml");
+  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/run.csv -o {1} 2> {2}", CRGEXPLAIN, folder_->path("none"), folder_->path("log")).c_str()), 0);
+  EXPECT_THAT(folder_->read("log"), AllOf(HasSubstr("none/vehicle.yaml: is read"), HasSubstr("choose another folder")));
+  EXPECT_EQ(folder_->read("none/vehicle.yaml"), before);
 }
 
 }  // namespace

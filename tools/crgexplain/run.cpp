@@ -18,9 +18,29 @@
 #include "vehicle/error.h"
 
 namespace crgexplain {
+namespace {
+
+/// The corrected inputs, as they are called in the folder of the result.
+constexpr const char* kCorrected[]{"track.crg", "friction.crg", "vehicle.yaml", "engine.csv", "mapping.yaml"};
+
+/// Nothing that is read may lie where a corrected input will be written.
+void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder) {
+  for (const std::string& input : inputs)
+    for (const char* name : kCorrected) {
+      std::error_code none;
+      const std::filesystem::path written = std::filesystem::path(folder) / name;
+      if (!input.empty() && std::filesystem::equivalent(input, written, none))
+        throw vehicle::Error(fmt::format("{}: is read, and -o {} would overwrite it; choose another folder", input, folder));
+    }
+}
+
+}  // namespace
 
 int run(const RunCommand& command) {
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
+  std::vector<std::string> inputs = car.read_files;
+  inputs.insert(inputs.end(), {command.track_path, command.mapping_path});
+  refuse_to_overwrite(inputs, command.out_path);
   const crg::Surface surface(crg::read(command.track_path));
   std::vector<explain::Signals> logs;
   std::vector<vehicle::Table> tables;
@@ -50,7 +70,7 @@ int run(const RunCommand& command) {
   std::filesystem::create_directories(command.out_path);
   // The corrected inputs, and nothing left over from an earlier run.
   std::string track = command.track_path, vehicle = command.vehicle_path, again, friction;
-  for (const char* name : {"/track.crg", "/friction.crg", "/vehicle.yaml", "/mapping.yaml"}) std::filesystem::remove(command.out_path + name);
+  for (const char* name : kCorrected) std::filesystem::remove(std::filesystem::path(command.out_path) / name);
   if (const auto road = explain::corrected_road(surface.file(), findings)) {
     track = command.out_path + "/track.crg";
     crg::write(*road, track, surface.file().format);
@@ -84,6 +104,11 @@ int run(const RunCommand& command) {
     findings.recorded_lap_s = check.recorded_lap_s;
     if (std::isfinite(check.lap_before_s)) findings.simulated_lap_before_s = check.lap_before_s;
     if (std::isfinite(check.lap_after_s)) findings.simulated_lap_after_s = check.lap_after_s;
+    // What was driven is what is handed out.
+    if (vehicle != command.vehicle_path && check.after && !check.after->changed.empty()) {
+      files::write_file(command.out_path + "/engine.csv", explain::engine_map_csv(check.after->engine_torque_nm));
+      files::write_file(vehicle, explain::corrected_vehicle(command.vehicle_path, car, findings, &*check.after));
+    }
     if (terminal) std::fprintf(stderr, "\r\033[K");
   }
   files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
@@ -114,8 +139,10 @@ int run(const RunCommand& command) {
   fmt::print("{0}/report.html, {0}/findings.json\n", command.out_path);
   if (!findings.findings.empty()) {
     std::string recordings;
+    // The stated mass is then that of the whole car.
+    const bool fuel_logged = logs.front().present[explain::kFuel];
     for (const std::string& path : command.recording_paths) recordings += " " + path;
-    fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {}{} -o {}/lap.csv\n", track, vehicle, friction.empty() ? "" : " --friction " + friction, command.out_path);
+    fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {}{}{} -o {}/lap.csv\n", track, vehicle, fuel_logged ? "" : " --fuel-kg 0", friction.empty() ? "" : " --friction " + friction, command.out_path);
     fmt::print("look again: crgexplain run --track {} --vehicle {} --recordings{}{} -o {}/again\n", track, vehicle, recordings, again, command.out_path);
   }
   return 0;

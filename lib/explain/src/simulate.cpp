@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <thread>
 
+#include "refit_car.h"
 #include "search.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
@@ -56,14 +55,34 @@ void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row
   }
 }
 
+/// The laws of lib/vehicle's boost driven by recorded throttle and engine speed from the log's begin:
+/// a window that begins in the middle of a tip-in must not begin with what it had a window ago.
+void add_boost(vehicle::Recording& recording, const vehicle::Vehicle& car) {
+  const std::vector<double>* throttle = recording.table.find("throttle");
+  if (throttle == nullptr) throttle = recording.table.find("throttle_command");
+  if (car.terms[vehicle::Term::turbo_lag] == 0.0 || throttle == nullptr || recording.table.find("boost") != nullptr) return;
+  const auto& p = car.parameters;
+  const std::vector<double>& time = *recording.table.find("time_s");
+  const std::vector<double> opening = vehicle::fill_gaps(time, *throttle);
+  const auto* const engine = recording.table.find("engine_radps");
+  const std::vector<double> speed = engine == nullptr ? std::vector<double>(time.size(), p[P::turbo_reference_radps]) : vehicle::fill_gaps(time, *engine);
+  std::vector<double> boost(time.size(), opening.front());
+  for (std::size_t i = 1; i < time.size(); ++i) {
+    const double lacking = opening[i - 1] - boost[i - 1];
+    const double flow = std::clamp(speed[i - 1] / p[P::turbo_reference_radps], 0.02, 10.0) * (p[P::turbo_idle_flow] + (1 - p[P::turbo_idle_flow]) * opening[i - 1]);
+    boost[i] = opening[i - 1] - lacking * std::exp(-(time[i] - time[i - 1]) * (lacking > 0 ? flow / p[P::turbo_rise_s] : 1 / p[P::turbo_fall_s]));
+  }
+  if (std::isfinite(boost.back())) recording.table.add("boost", boost);
+}
+
 /// Simulated minus recorded up to `horizon_s` after each window's begin.
-std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::Parameters<double>& parameters, const crg::Surface& surface, const vehicle::Recording& recording,
-                             double window_s, double horizon_s, Driven* driven = nullptr) {
-  const auto made = vehicle::make_car(car.files, parameters, car.terms, car.contact);
+std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFiles& files, const vehicle::Parameters<double>& parameters, const crg::Surface& surface,
+                             const vehicle::Recording& recording, double window_s, double horizon_s, Driven* driven = nullptr) {
+  const auto made = vehicle::make_car(files, parameters, car.terms, car.contact);
   vehicle::ReplayOptions options;
   options.window_s = window_s;
-  // Boost is hardly ever recorded: it needs longer to forget where it began.
-  if (car.terms[vehicle::Term::turbo_lag] > 0) options.settle_s = 1.5;
+  // The relations take the stated mass for the whole car too where no fuel is logged.
+  options.fuel_kg = 0.0;
   const vehicle::ReplayResult result = vehicle::replay(made, vehicle::Road(surface), recording, options);
   const vehicle::Table& sim = result.telemetry;
   const auto &time = *sim.find("time_s"), &window = *sim.find("window");
@@ -126,85 +145,72 @@ struct Judge {
   bool is_judged(std::size_t log, double t_s) const { return judged.count(lap_at(log, t_s)) > 0; }
 };
 
-/// Three steps of Gauss and Newton from the stated parameters, on the windows of training laps.
-vehicle::Parameters<double> refitted(const SimulationInputs& in, const std::vector<vehicle::Recording>& recordings, const Judge& judge) {
-  // Each changes by one factor; the brakes' of both axles together.
-  const std::vector<std::vector<P>> free{{P::engine_torque}, {P::aero_drag_area_m2}, {P::front_brake_friction, P::rear_brake_friction}, {P::front_tyre_cornering_stiffness},
-                                         {P::rear_tyre_cornering_stiffness}};
-  const auto residual = [&](const vehicle::Parameters<double>& p) {
-    std::vector<double> r;
-    for (std::size_t k = 0; k < recordings.size(); ++k)
-      for (const WindowEnd& w : drive(*in.car, p, *in.surface, recordings[k], 2.0, 2.0)) {
-        if (judge.is_judged(k, w.t_s)) continue;
-        for (std::size_t c = 0; c < kCompared.size(); ++c) r.push_back(std::isfinite(w.error[c]) ? std::clamp(w.error[c] / kCompared[c].worth, -10.0, 10.0) : 0.0);
-      }
-    return r;
-  };
-  vehicle::Parameters<double> p = in.car->parameters;
-  const std::vector<double> base = residual(p);
-  const auto n = static_cast<Eigen::Index>(base.size());
-  if (n < 30) return p;
-  Eigen::MatrixXd jacobian(n, static_cast<Eigen::Index>(free.size()));
-  const Eigen::VectorXd r0 = Eigen::Map<const Eigen::VectorXd>(base.data(), n);
-  constexpr double kMove = 0.03;
-  for (std::size_t j = 0; j < free.size(); ++j) {
-    vehicle::Parameters<double> other = p;
-    for (const P which : free[j]) other[which] *= 1 + kMove;
-    const std::vector<double> there = residual(other);
-    if (there.size() != base.size()) return p;
-    jacobian.col(static_cast<Eigen::Index>(j)) = (Eigen::Map<const Eigen::VectorXd>(there.data(), n) - r0) / kMove;
-  }
-  Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
-  for (std::size_t j = 0; j < free.size(); ++j) {
-    const double width = std::max(0.01, in.car->prior[static_cast<std::size_t>(free[j].front())]);
-    normal(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(j)) += 1 / (width * width);
-  }
-  // The derivatives of the first step serve the other two as well.
-  const auto solver = normal.ldlt();
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(jacobian.cols()), r = r0;
-  for (int round = 0; round < 3; ++round) {
-    Eigen::VectorXd pull = jacobian.transpose() * r;
-    for (std::size_t j = 0; j < free.size(); ++j) {
-      const double width = std::max(0.01, in.car->prior[static_cast<std::size_t>(free[j].front())]);
-      pull[static_cast<Eigen::Index>(j)] += moved[static_cast<Eigen::Index>(j)] / (width * width);
-    }
-    moved -= solver.solve(pull);
-    for (std::size_t j = 0; j < free.size(); ++j) {
-      double& change = moved[static_cast<Eigen::Index>(j)];
-      change = std::clamp(change, -0.3, 0.3);
-      for (const P which : free[j]) p[which] = in.car->parameters[which] * (1 + change);
-    }
-    if (round == 2) break;
-    const std::vector<double> now = residual(p);
-    if (now.size() != base.size()) break;
-    r = Eigen::Map<const Eigen::VectorXd>(now.data(), n);
-  }
-  return p;
-}
-
 constexpr std::array<double, 3> kHorizons{0.6, 2.0, 8.0};
 
 struct Side {
   std::array<std::vector<std::vector<WindowEnd>>, kHorizons.size()> ends;  ///< per horizon and log
   std::vector<Driven> driven;                                              ///< per log, at the longest horizon
   double lap_s = kNaN;
+  std::optional<RefittedCar> car;
   std::string problem;
 };
 
-Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, const Judge& judge) {
+/// The rows of the laps that judge, or of the others; all of them where temperatures, which no
+/// window's begin sets, have to be carried along.
+vehicle::Recording part(const vehicle::Recording& whole, const Judge& judge, std::size_t log, bool judged) {
+  vehicle::Recording out = whole;
+  const std::vector<double>& time = *whole.table.find("time_s");
+  out.stretches.clear();
+  for (const vehicle::Stretch& stretch : whole.stretches)
+    for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
+      if (judge.is_judged(log, time[i] - time.front()) != judged) continue;
+      if (out.stretches.empty() || out.stretches.back().end != i) out.stretches.push_back({i, i});
+      out.stretches.back().end = i + 1;
+    }
+  return out;
+}
+
+bool remembers_heat(const vehicle::Vehicle& car) {
+  return car.terms[vehicle::Term::brake_friction_temperature] > 0 || car.terms[vehicle::Term::tyre_thermal] > 0;
+}
+
+Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, const Judge& judge, bool in_parts) {
   Side out;
   try {
-    std::vector<vehicle::Recording> recordings;
-    recordings.reserve(logs.size());
-    for (const RecordedLog& log : logs) recordings.push_back(vehicle::make_recording(*log.table, log.signals->name, in.mapping));
-    const vehicle::Parameters<double> p = refitted(in, recordings, judge);
-    out.driven.resize(recordings.size());
+    std::vector<vehicle::Recording> train, test;
+    double fuel_kg = 0.0;
+    for (std::size_t k = 0; k < logs.size(); ++k) {
+      vehicle::Recording whole = vehicle::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
+      add_boost(whole, *in.car);
+      if (const auto* const fuel = whole.table.find("fuel_kg"); fuel != nullptr && k == 0 && std::isfinite(fuel->front())) fuel_kg = fuel->front();
+      train.push_back(in_parts ? part(whole, judge, k, false) : whole);
+      test.push_back(in_parts ? part(whole, judge, k, true) : whole);
+    }
+    const auto errors = [&](const vehicle::CarFiles& files, const vehicle::Parameters<double>& p) {
+      std::vector<double> r;
+      for (std::size_t k = 0; k < train.size(); ++k) {
+        if (train[k].stretches.empty()) continue;
+        for (const WindowEnd& w : drive(*in.car, files, p, *in.surface, train[k], 2.0, 2.0))
+          if (!judge.is_judged(k, w.t_s)) r.insert(r.end(), w.error.begin(), w.error.begin() + kCompared.size());
+      }
+      return r;
+    };
+    std::vector<double> worth;
+    for (const Compared& c : kCompared) worth.push_back(c.worth);
+    out.car = refitted(*in.car, errors, worth);
+    vehicle::CarFiles files = in.car->files;
+    files.engine_torque_nm = out.car->engine_torque_nm;
+    const vehicle::Parameters<double>& p = out.car->parameters;
+    out.driven.resize(test.size());
     for (std::size_t h = 0; h < kHorizons.size(); ++h)
-      for (std::size_t k = 0; k < recordings.size(); ++k)
-        out.ends[h].push_back(drive(*in.car, p, *in.surface, recordings[k], std::max(2.0, kHorizons[h]), kHorizons[h], h + 1 == kHorizons.size() ? &out.driven[k] : nullptr));
-    const auto made = vehicle::make_car(in.car->files, p, in.car->terms, in.car->contact);
+      for (std::size_t k = 0; k < test.size(); ++k) {
+        if (test[k].stretches.empty()) out.ends[h].emplace_back();
+        else out.ends[h].push_back(drive(*in.car, files, p, *in.surface, test[k], std::max(2.0, kHorizons[h]), kHorizons[h], h + 1 == kHorizons.size() ? &out.driven[k] : nullptr));
+      }
+    const auto made = vehicle::make_car(files, p, in.car->terms, in.car->contact);
     vehicle::LapOptions lap;
     lap.record_every = 0;
+    lap.fuel_kg = fuel_kg;
     const vehicle::LapResult result = vehicle::drive_laps(made, vehicle::Road(*in.surface), lap);
     if (result.complete && !result.lap_s.empty()) out.lap_s = result.lap_s.front();
     else out.problem = "the built-in driver did not finish a lap: " + result.problem;
@@ -255,11 +261,20 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const Sim
     }
   }
   Side sides[2];
-  std::thread other([&] { sides[1] = one_side(after, logs, judge); });
-  sides[0] = one_side(before, logs, judge);
+  const bool in_parts = !remembers_heat(*before.car) && !remembers_heat(*after.car);
+  std::thread other([&] { sides[1] = one_side(after, logs, judge, in_parts); });
+  sides[0] = one_side(before, logs, judge, in_parts);
   other.join();
+  out.before = sides[0].car;
+  out.after = sides[1].car;
   out.lap_before_s = sides[0].lap_s;
   out.lap_after_s = sides[1].lap_s;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (!sides[k].car || sides[k].car->changed.empty()) continue;
+    std::string values;
+    for (const P p : sides[k].car->changed) values += fmt::format("{} {} {:.4g}", values.empty() ? "" : ",", vehicle::parameter_list()[static_cast<std::size_t>(p)].name, sides[k].car->parameters[p]);
+    out.remarks.push_back(fmt::format("whole simulation, {}, refitted to the laps that do not judge:{}; and the shape of the engine map", k == 0 ? "before" : "after", values));
+  }
   for (std::size_t k = 0; k < 2; ++k)
     if (!sides[k].problem.empty()) out.remarks.push_back(fmt::format("whole simulation, {}: {}", k == 0 ? "before" : "after", sides[k].problem));
   for (std::size_t c = 0; c < kCompared.size(); ++c) {

@@ -101,7 +101,17 @@ std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& fin
   return out;
 }
 
-std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings) {
+std::string engine_map_csv(const vehicle::Map2& map) {
+  std::string out = "engine_radps:throttle";
+  for (const double y : map.y) out += fmt::format(",{:.9g}", y);
+  for (std::size_t i = 0; i < map.x.size(); ++i) {
+    out += fmt::format("\n{:.9g}", map.x[i]);
+    for (std::size_t j = 0; j < map.y.size(); ++j) out += fmt::format(",{:.9g}", map.z[i * map.y.size() + j]);
+  }
+  return out + "\n";
+}
+
+std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings, const RefittedCar* refit) {
   if (findings.doubtful_car) return "";
   // What each finding means in the words of a vehicle file.
   std::map<std::string, double> parameters, terms;
@@ -156,6 +166,12 @@ std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Ve
     if (root[section])
       for (auto entry : root[section])
         if (entry.first.as<std::string>() != "alpha") entry.second = (folder / entry.second.as<std::string>()).lexically_normal().string();
+  if (refit != nullptr) {
+    root["maps"]["engine_torque_nm"] = "engine.csv";
+    for (const vehicle::Parameter p : refit->changed)
+      if (refit->parameters[p] != car.parameters[p]) parameters[std::string(vehicle::parameter_list()[static_cast<std::size_t>(p)].name)] = refit->parameters[p];
+    remarks.push_back("engine map, drag, brakes, tyre stiffness, grip and gear shift are refitted together with what was found.");
+  }
   // A setup sheet is read after the parameters and would undo them: its values move into the file.
   if (root["setup"]) {
     for (std::size_t k = 0; k < vehicle::kParameterCount; ++k)

@@ -1,6 +1,7 @@
 // Before and after in the whole simulated car: replays of the recordings, and laps.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -23,19 +24,30 @@ struct RecordedLog {
   const Signals* signals = nullptr;  ///< of the same table: places and laps
 };
 
+/// A car whose parameters and engine map were refitted to recordings.
+struct RefittedCar {
+  vehicle::Parameters<double> parameters;
+  vehicle::Map2 engine_torque_nm;
+  std::vector<vehicle::Parameter> changed;  ///< what was free, beside the map; empty: too few windows
+};
+
 struct SimulationCheck {
   std::vector<HeldOut> held_out;  ///< vx, yaw rate and place over 0.6, 2 and 8 s
   std::vector<DrivenTrace> driven;  ///< the first lap that judges
   double lap_before_s = 0.0, lap_after_s = 0.0;  ///< of the built-in driver; NaN: did not finish
   std::vector<double> recorded_lap_s;            ///< whole laps of the recordings
+  std::optional<RefittedCar> before, after;      ///< what was driven
   std::vector<std::string> remarks;              ///< why something could not be driven
 };
 
 /// Drives the recorded commands with lib/vehicle from recorded states, in windows of 2 and 8 s,
-/// once with each inputs. In both, engine torque, drag, brakes and cornering stiffness are refitted
-/// with their prior widths to the training laps' windows of 2 s, so that a retuned parameter cannot
-/// pose as a finding; errors are those in the second half of the way to 0.6, 2 and 8 s after the begin of the windows of the other laps (`hold_out`, or every
-/// second lap). Trivial: nothing changes within the window. The same inputs give the same result.
+/// once with each inputs. In both, engine torque and the shape of its map, drag, brakes, cornering
+/// stiffness, grip and the gear shift are refitted with their prior widths to the training laps'
+/// windows of 2 s, so that a retuned parameter cannot pose as a finding; errors are those in the
+/// second half of the way to 0.6, 2 and 8 s after the begin of the windows of the other laps
+/// (`hold_out`, or every second lap). Boost, which no log has, begins as the recorded throttle
+/// drives it. Without a logged fuel mass none is added. Trivial: nothing changes within the window.
+/// The same inputs give the same result.
 SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out);
 
 }  // namespace explain

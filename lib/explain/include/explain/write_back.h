@@ -7,6 +7,7 @@
 #include "crg/file.h"
 #include "explain/findings.h"
 #include "explain/mapping.h"
+#include "explain/simulate.h"
 #include "vehicle/vehicle_file.h"
 
 namespace explain {
@@ -21,8 +22,12 @@ std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& fin
 std::optional<crg::Crg> friction_map(const crg::Crg& road, const Findings& findings);
 
 /// The vehicle file's text with terms and parameters as found: paths as in the original, made
-/// absolute. Empty when nothing about the car was found.
-std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings);
+/// absolute. Empty when nothing about the car was found. With `refit`, the parameters that it changed
+/// as well, and `engine.csv` beside the file as engine map: engine_map_csv() writes it.
+std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings, const RefittedCar* refit = nullptr);
+
+/// A map of engine torque as vehicle files have it (docs/vehicle_files.md).
+std::string engine_map_csv(const vehicle::Map2& map);
 
 /// The mapping with sensor findings taken out; nothing when there are none.
 std::optional<Mapping> corrected_mapping(const Mapping& mapping, const Findings& findings);
