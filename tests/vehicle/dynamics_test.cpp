@@ -371,4 +371,39 @@ TEST(Dynamics, BuildsBoostFasterAtHighEngineSpeed) {
   EXPECT_GT(answer(car, s, in).detail.engine_nm, fast.detail.engine_nm);
 }
 
+TEST(Dynamics, BrakesFadeWithTheHeatOfTheirPadsAndHotDiscsConductBetter) {
+  const CarFiles files = test_car_files();
+  Parameters<double> p = default_parameters();
+  p[Parameter::brake_fade_1pmj] = 0.25;
+  p[Parameter::brake_fade_s] = 20;
+  p[Parameter::brake_conductance_slope_1pk] = 0.002;
+  Amplitudes<double> terms = default_amplitudes();
+  terms[Term::brake_convection] = terms[Term::brake_radiation] = 0.0;
+  terms[Term::brake_heat_capacity] = 0.0;
+  const Car<double> car = make_car(files, p, terms);
+  std::mt19937 random(11);
+  State<double> s = random_state(random);
+  s[kPadHeat] = 0;
+  Inputs<double> in;
+  for (double& pressure : in.brake_pa) pressure = 2e6;
+  const auto cold = answer(car, s, in);
+  s[kPadHeat] = 1.2e6;
+  const auto hot = answer(car, s, in);
+  // 1.2 MJ take 30 %.
+  for (std::size_t i = 0; i < kWheels; ++i)
+    EXPECT_NEAR(hot.detail.wheel[i].brake_nm / cold.detail.wheel[i].brake_nm, 0.7, 1e-12);
+  EXPECT_NEAR(cold.rate[kPadHeat], -cold.detail.power.brake, 1e-6);
+  EXPECT_NEAR(hot.rate[kPadHeat], -hot.detail.power.brake - 1.2e6 / 20, 1e-6);
+  // Without brakes only conduction heats the cores: at a mean of 700 K 1.4 times as well as at 500.
+  in.brake_pa = {};
+  const auto into_core = [&](double mean_k) {
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      s[kDiscSurface + i] = mean_k + 50;
+      s[kDiscCore + i] = mean_k - 50;
+    }
+    return answer(car, s, in).rate[kDiscCore];
+  };
+  EXPECT_NEAR(into_core(700) / into_core(500), 1.4, 1e-9);
+}
+
 }  // namespace

@@ -29,6 +29,7 @@ inline vehicle::Parameters<double> test_parameters() {
   vehicle::Parameters<double> p = vehicle::default_parameters();
   p[vehicle::Parameter::environment_wind_mps] = 3.0;
   p[vehicle::Parameter::environment_wind_heading_rad] = 0.7;
+  p[vehicle::Parameter::brake_fade_1pmj] = 0.2;
   return p;
 }
 
@@ -74,6 +75,7 @@ inline vehicle::State<double> random_state(std::mt19937& random) {
   s[vehicle::kEngine] = around(500, 300);
   s[vehicle::kBoost] = around(0.5, 0.5);
   s[vehicle::kFuel] = around(40, 20);
+  s[vehicle::kPadHeat] = 1e6;
   return s;
 }
 

@@ -291,6 +291,7 @@ RecordedStates recorded_states(const Source& source) {
   state(kEngine, "engine_radps");
   state(kBoost, "boost");
   state(kFuel, "fuel_kg");
+  state(kPadHeat, "pad_heat_j");  // no sensor's channel: callers that have worked it out give it
   for (std::size_t i = 0; i < kWheels; ++i) {
     state(kSpin + i, fmt::format("wheel_{}_radps", kWheelNames[i]));
     state(kTyre + i, fmt::format("tyre_{}_k", kWheelNames[i]));
@@ -471,6 +472,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
       for (std::size_t i = kTyre; i < kEngine; ++i) sim.state[i] = last.state[i];
       sim.state[kBoost] = last.state[kBoost];
       sim.state[kFuel] = last.state[kFuel];
+      sim.state[kPadHeat] = last.state[kPadHeat];
     }
     put_on(road, window.settle, states, sim);
     comparison.begin(window);

@@ -55,7 +55,8 @@ constexpr std::array<std::string_view, kStateSize> kStateNames{"x_m",
                                                                "disc_core_rr_k",
                                                                "engine_radps",
                                                                "boost",
-                                                               "fuel_kg"};
+                                                               "fuel_kg",
+                                                               "pad_heat_j"};
 
 }  // namespace
 

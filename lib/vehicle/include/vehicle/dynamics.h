@@ -640,6 +640,10 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   T car_cooling = T(0);
   const bool cooled = active(Term::brake_convection);
   constexpr double kAirConductivity = 0.026, kAirViscosity = 1.6e-5;  // W/(m K), m2/s, near 300 K
+  T bite = T(1);  // what fade leaves of the friction
+  if (active(Term::brake_fade))
+    bite -= amplitude(Term::brake_fade) *
+            clip(T(1e-6 * p[P::brake_fade_1pmj] * s[kPadHeat]), -1.0, 0.95);
   for (std::size_t i = 0; i < kWheels; ++i) {
     const std::size_t a = axle_of(i);
     WheelDetail<T>& w = detail.wheel[i];
@@ -650,6 +654,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     if (active(Term::brake_friction_temperature) && !files.pad_friction.empty())
       friction += amplitude(Term::brake_friction_temperature) *
                   (evaluate(files.pad_friction, pressure, surface) - friction);
+    friction *= bite;
     const T capacity = 2.0 * friction * pressure * p.axle(a, P::front_brake_area_m2) *
                        p.axle(a, P::front_brake_radius_m);
     const T grip = tanh(spin[i] / p[P::brake_stop_radps]);
@@ -664,8 +669,10 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       into_surface -=
           amplitude(Term::brake_heating) * p[P::brake_disc_share] * w.brake_nm * spin[i];
     if (active(Term::brake_conduction)) {
-      const T flow = amplitude(Term::brake_conduction) * p.axle(a, P::front_disc_conductance_wpk) *
-                     (surface - core);
+      T flow = amplitude(Term::brake_conduction) * p.axle(a, P::front_disc_conductance_wpk) *
+               (surface - core);
+      flow *= clip(T(1.0 + p[P::brake_conductance_slope_1pk] * (0.5 * (surface + core) - 500.0)),
+                   0.05, 100.0);
       into_surface -= flow;
       into_core += flow;
     }
@@ -696,6 +703,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     out[kDiscSurface + i] = into_surface / capacity_surface;
     out[kDiscCore + i] = into_core / capacity_core;
   }
+
+  out[kPadHeat] = T(0);
+  if (active(Term::brake_fade)) out[kPadHeat] = -power.brake - s[kPadHeat] / p[P::brake_fade_s];
 
   // 9. Fuel.
   out[kFuel] = T(0);

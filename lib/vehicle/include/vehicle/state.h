@@ -37,6 +37,7 @@ enum StateIndex : std::size_t {
   kEngine = kDiscCore + kWheels,       ///< rad/s
   kBoost,                              ///< 0 to 1
   kFuel,                               ///< kg
+  kPadHeat,                            ///< J that the pads of all wheels hold, see brake.fade_1pmj
   kStateSize
 };
 

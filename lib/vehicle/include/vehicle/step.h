@@ -323,6 +323,7 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   for (std::size_t i = kTyre; i < kEngine; ++i) s[i] += h * rate[i];
   s[kBoost] += h * rate[kBoost];
   s[kFuel] += h * rate[kFuel];
+  s[kPadHeat] += h * rate[kPadHeat];
 }
 
 /// One step: actuators, derivative, integration, and a look at the result. `detail` describes the
