@@ -157,11 +157,15 @@ TEST(Proofs, BrakeFadeWithoutATemperature) {
   Proof proof("fade");
   const std::string log = proof.folder.read("fade/run.csv");
   EXPECT_EQ(log.substr(0, log.find('\n')).find("disc"), std::string::npos);
-  const json found = proof.explain();
+  const json found = proof.explain("run.csv", "out", "");
   EXPECT_EQ(found.at("verdict"), "explained");
   const json fade = finding(found, "vehicle.brake_friction_temperature");
   EXPECT_GT(value(fade), 0);  // friction is lost, not gained
   EXPECT_LT(left_of(fade, "vx_mps"), 0.9);
+  for (const double horizon : {0.6, 2.0, 8.0}) expect_better(fade, "vx_mps", horizon);
+  // Written back, nothing is missing.
+  EXPECT_EQ(proof.printed("look again: ", "--skip-simulation"), 0) << proof.folder.read("again.log");
+  EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
 TEST(Proofs, DiscsConductBetterWhenHot) {
@@ -179,6 +183,8 @@ TEST(Proofs, DiscsConductBetterWhenHot) {
                  h.at("rmse_after").get<double>());
       EXPECT_LT(h.at("rmse_after").get<double>(), 0.9 * h.at("rmse_before").get<double>());
     }
+  EXPECT_EQ(proof.printed("look again: ", "--skip-simulation"), 0) << proof.folder.read("again.log");
+  EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
 TEST(Proofs, DiscsThatDoNotAreLeftAlone) {

@@ -56,7 +56,7 @@ std::vector<double> temperature(const Stop& s, const vehicle::Vehicle& car, cons
     if (car.terms[vehicle::Term::brake_friction_temperature] > 0 && !car.files.pad_friction.empty()) friction = vehicle::evaluate(car.files.pad_friction, pressure, surface);
     const double power = 2 * friction * pressure * of(P::front_brake_area_m2) * of(P::front_brake_radius_m) * v / radius;
     const double mean = 0.5 * (surface + core);
-    const double conductance = of(P::front_disc_conductance_wpk) * std::exp(a[kConductance]) * std::max(0.05, 1 + a[kRise] * (mean - kReference_k) / kReference_k);
+    const double conductance = of(P::front_disc_conductance_wpk) * std::exp(a[kConductance]) * std::max(0.05, 1 + (p[P::brake_conductance_slope_1pk] + a[kRise] / kReference_k) * (mean - kReference_k));
     constexpr double kAirConductivity = 0.026, kAirViscosity = 1.6e-5;
     const double nusselt = p[P::brake_nusselt_still] + p[P::brake_nusselt_car] * std::pow(v * d / kAirViscosity + 1e-9, 0.8) +
                            p[P::brake_nusselt_disc] * std::pow(v / radius * d / 2 * d / kAirViscosity + 1e-9, 0.8);
@@ -260,7 +260,8 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
   found.kind = "vehicle";
   found.physics = "heat flows from the discs' surface to their core the better the hotter they are";
   found.equation = "flow = G (1 + k (T_mean - 500 K) / 500 K) (T_surface - T_core)";
-  found.parameters.push_back({"slope of the conductance k", "1", amount, amount - 1.645 * spread, amount + 1.645 * spread});
+  const double whole = amount + kReference_k * car.parameters[P::brake_conductance_slope_1pk];
+  found.parameters.push_back({"slope of the conductance k", "1", whole, whole - 1.645 * spread, whole + 1.645 * spread});
   for (std::size_t axle = 0; axle < 2; ++axle) {
     const double g = car.parameters.axle(axle, P::front_disc_conductance_wpk) * std::exp(f.a[axle][kConductance]);
     found.parameters.push_back({axle == 0 ? "front.disc_conductance_wpk" : "rear.disc_conductance_wpk", "W/K", g, g, g});
@@ -276,7 +277,6 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
   bool tie = findings.verdict == "tie";
   for (const Rival& r : found.rivals) tie = tie || !r.separable;
   findings.findings.push_back(found);
-  findings.remarks.push_back("the vehicle file has one conductance per axle and no slope over temperature: the finding is not written back");
   if (tie) findings.verdict = "tie";
   else if (findings.verdict == "none") findings.verdict = "explained";
 }

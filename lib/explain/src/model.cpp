@@ -308,17 +308,19 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       inertia += p[P::engine_inertia_kgm2] * ratio * ratio * spin_rear / radius[1];
     }
     std::array<double, 2> brake{};
-    double friction = 1.0;
-    if (set.fade != 0) friction -= set.fade * heat;
+    // Heat of the pads: 1 is 0.75 MJ.
+    const double fades = 0.75 * car.terms[vehicle::Term::brake_fade] * p[P::brake_fade_1pmj], fade_s = fades != 0 ? p[P::brake_fade_s] : set.fade_s;
+    const double friction = std::max(0.05, 1.0 - (fades + set.fade) * heat);
     if (has(kBrakeFront)) {
+      // A measured pressure needs no gain to reach the pads; a change of it stands for their friction.
+      const double brake_gain = p[P::brake_gain] / (s.commanded[kBrakeFront] ? 1.0 : car.parameters[P::brake_gain]);
       const auto force = [&](std::size_t k, double pa) {
-        return 2 * 2 * p.axle(k, P::front_brake_friction) * p[P::brake_gain] * friction * positive(pa) * p.axle(k, P::front_brake_area_m2) *
+        return 2 * 2 * p.axle(k, P::front_brake_friction) * brake_gain * friction * positive(pa) * p.axle(k, P::front_brake_area_m2) *
                p.axle(k, P::front_brake_radius_m) / radius[k];
       };
       if (std::isfinite(brake_front[i])) brake[0] = force(0, brake_front[i]);
       if (std::isfinite(brake_rear[i])) brake[1] = force(1, brake_rear[i]);
-      // Heat of the pads: 1 is what 3 MJ in one go would bring.
-      heat += kStep * ((brake[0] + brake[1]) * vx / 3e6 * 4.0 - heat / set.fade_s);
+      heat += kStep * ((brake[0] + brake[1]) * vx / 0.75e6 - heat / fade_s);
     }
     std::array<double, 2> fx_axle{-brake[0], drive - brake[1]};
 

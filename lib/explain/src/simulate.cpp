@@ -75,6 +75,34 @@ void add_boost(vehicle::Recording& recording, const vehicle::Vehicle& car) {
   if (std::isfinite(boost.back())) recording.table.add("boost", boost);
 }
 
+/// The same for the heat of pads that fade: the brakes' power by recorded pressures and speed.
+void add_pad_heat(vehicle::Recording& recording, const vehicle::Vehicle& car) {
+  const auto& p = car.parameters;
+  if (car.terms[vehicle::Term::brake_fade] * p[P::brake_fade_1pmj] == 0.0) return;
+  const std::vector<double>& time = *recording.table.find("time_s");
+  const std::vector<double> speed = vehicle::fill_gaps(time, *recording.table.find("vx_mps"));
+  std::vector<double> torque(time.size(), 0.0);  // over what is left of the friction, and over the radius
+  for (std::size_t wheel = 0; wheel < vehicle::kWheels; ++wheel)
+    for (const char* ending : {"_pa", "_command_pa"}) {
+      const std::string name = fmt::format("{}{}", wheel == 0 ? "brake_fl" : wheel == 1 ? "brake_fr" : wheel == 2 ? "brake_rl" : "brake_rr", ending);
+      const auto* const column = recording.table.find(name);
+      if (column == nullptr) continue;
+      const std::size_t axle = vehicle::axle_of(wheel);
+      const std::vector<double> pressure = vehicle::fill_gaps(time, *column);
+      for (std::size_t i = 0; i < time.size(); ++i)
+        torque[i] += 2 * p.axle(axle, P::front_brake_friction) * (ending[1] == 'c' ? p[P::brake_gain] : 1.0) * std::max(0.0, pressure[i]) * p.axle(axle, P::front_brake_area_m2) *
+                     p.axle(axle, P::front_brake_radius_m) / car.files.tyre[axle].unloaded_radius_m;
+      break;
+    }
+  std::vector<double> heat(time.size(), 0.0);
+  for (std::size_t i = 1; i < time.size(); ++i) {
+    const double bite = 1 - std::clamp(1e-6 * p[P::brake_fade_1pmj] * heat[i - 1], -1.0, 0.95), step_s = time[i] - time[i - 1];
+    heat[i] = heat[i - 1] + step_s * (bite * torque[i - 1] * std::max(0.0, speed[i - 1]) - heat[i - 1] / p[P::brake_fade_s]);
+    if (step_s > 1) heat[i] = heat[i - 1] * std::exp(-step_s / p[P::brake_fade_s]);
+  }
+  if (std::isfinite(heat.back())) recording.table.add("pad_heat_j", heat);
+}
+
 /// Simulated minus recorded up to `horizon_s` after each window's begin.
 std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFiles& files, const vehicle::Parameters<double>& parameters, const crg::Surface& surface,
                              const vehicle::Recording& recording, double window_s, double horizon_s, Driven* driven = nullptr) {
@@ -182,6 +210,7 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
     for (std::size_t k = 0; k < logs.size(); ++k) {
       vehicle::Recording whole = vehicle::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
       add_boost(whole, *in.car);
+      add_pad_heat(whole, *in.car);
       if (const auto* const fuel = whole.table.find("fuel_kg"); fuel != nullptr && k == 0 && std::isfinite(fuel->front())) fuel_kg = fuel->front();
       train.push_back(in_parts ? part(whole, judge, k, false) : whole);
       test.push_back(in_parts ? part(whole, judge, k, true) : whole);

@@ -349,11 +349,14 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
       physics("vehicle.brake_dead_time", "vehicle", "brake.dead_time_s", "s", 0.04, 0.015, true, "deceleration follows the pressure late",
               "force(t) = k p(t - T)", "short brake pulses on a straight", [](Setting& s, double v) { s.brake_s += v; });
     else no("vehicle.brake_dead_time", "no brake pressure in the log");
-    if (brake)
+    if (brake && car.terms[Term::brake_fade] * car.parameters[P::brake_fade_1pmj] != 0.0)
+      no("vehicle.brake_friction_temperature", "the stated car has it; its parameters are not refitted");
+    else if (brake)
       for (const double time : {2.5, 10.0, 40.0})
         physics("vehicle.brake_friction_temperature", "vehicle", "friction lost per 0.75 MJ of heat", "1", 0.1, 0.02, false,
                 "the pads' friction changes with their heat", "mu = mu0 (1 - k heat); d(heat)/dt = power - heat/T",
-                "repeat equal stops with short and long pauses, or log the disc temperature", [time](Setting& s, double v) { s.fade += v; s.fade_s = time; });
+                "repeat equal stops with short and long pauses, or log the disc temperature", [time](Setting& s, double v) { s.fade += v; s.fade_s = time; }),
+            out.unknowns.back().equation += fmt::format("; T {} s", time);
     else no("vehicle.brake_friction_temperature", "no brake pressure in the log");
     for (const double angle : {0.0, 90.0})
       physics("environment.wind", "environment", angle == 0 ? "wind towards +x" : "wind towards +y", "m/s", 1.5, 0.8, false,

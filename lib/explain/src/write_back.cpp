@@ -101,6 +101,17 @@ std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& fin
   return out;
 }
 
+namespace {
+
+/// The number that an equation names last after these words.
+double after(const std::string& equation, const std::string& words) {
+  const std::size_t at = equation.rfind(words);
+  if (at == std::string::npos) throw vehicle::Error(equation + ": says no " + words);
+  return std::atof(equation.c_str() + at + words.size());
+}
+
+}  // namespace
+
 std::string engine_map_csv(const vehicle::Map2& map) {
   std::string out = "engine_radps:throttle";
   for (const double y : map.y) out += fmt::format(",{:.9g}", y);
@@ -121,14 +132,19 @@ std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Ve
     const auto value = [&](std::size_t k) { return f.parameters.at(k).value; };
     const auto set = [&](const char* name, double x) { parameters[name] = x; };
     if (f.parameters.empty()) continue;
-    if (f.kind == "parameter") {
+    if (f.kind == "parameter" && f.parameters[0].name == "brake.gain") {
+      // As friction of the pads it acts on measured pressures too, which the gain does not.
+      using P = vehicle::Parameter;
+      const double grown = value(0) / car.parameters[P::brake_gain];
+      set("front.brake_friction", grown * car.parameters[P::front_brake_friction]);
+      set("rear.brake_friction", grown * car.parameters[P::rear_brake_friction]);
+    } else if (f.kind == "parameter") {
       if (vehicle::find_parameter(f.parameters[0].name)) set(f.parameters[0].name.c_str(), value(0));
       else remarks.push_back(fmt::format("{}: {} = {:.5g}; change the tyre's radius by this share", f.mechanism, f.parameters[0].name, value(0)));
     } else if (f.mechanism == "vehicle.turbo_lag") {
       terms["turbo_lag"] = 1;
       set("turbo.share", std::clamp(value(0), 0.0, 0.95));
-      const std::size_t at = f.equation.rfind("rise ");
-      if (at != std::string::npos) set("turbo.rise_s", std::atof(f.equation.c_str() + at + 5));
+      set("turbo.rise_s", after(f.equation, "rise "));
     } else if (f.mechanism == "vehicle.throttle_dead_time" || f.mechanism == "vehicle.brake_dead_time" || f.mechanism == "vehicle.steering_dead_time") {
       const std::string name = f.mechanism.substr(8, f.mechanism.find("_dead") - 8);
       const bool had = car.terms[*vehicle::find_term(name + "_actuator")] > 0;
@@ -145,6 +161,13 @@ std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Ve
       terms["wind"] = 1;
       set("environment.wind_mps", std::hypot(x, y));
       set("environment.wind_heading_rad", std::atan2(y, x));
+    } else if (f.mechanism == "vehicle.brake_friction_temperature") {
+      terms["brake_fade"] = 1;
+      set("brake.fade_1pmj", value(0) / 0.75);
+      set("brake.fade_s", after(f.equation, "; T "));
+    } else if (f.mechanism == "vehicle.brake_disc_conductance") {
+      set("brake.conductance_slope_1pk", value(0) / 500.0);
+      for (std::size_t k = 1; k < f.parameters.size(); ++k) set(f.parameters[k].name.c_str(), value(k));
     } else if (f.mechanism == "vehicle.multi_point_contact") {
       strip = true;
     } else if (f.mechanism == "vehicle.differential") {
