@@ -12,6 +12,7 @@
 #include "road/export_mesh.h"
 #include "support/analytic_roads.h"
 #include "support/mutate_mesh.h"
+#include "support/ring_strips.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -71,6 +72,76 @@ TEST(RoughPlaces, AStepNarrowerThanACellIsNamedWithItsRange) {
   EXPECT_NEAR(covered_m, 200.0, 3.0);
   EXPECT_GT(largest_m, 0.015);
   EXPECT_LE(largest_m, 0.08);
+}
+
+/// Every stretch of `places` with this reason; the others are counted.
+nlohmann::json with_reason(const nlohmann::json& places, const std::string& reason) {
+  auto some = nlohmann::json::array();
+  for (const auto& place : places) {
+    if (place["reason"].get<std::string>().find(reason) != std::string::npos) some.push_back(place);
+  }
+  return some;
+}
+
+TEST(RoughPlaces, TwoSurfacesAreNamedWhereTheFileChangesFromOneToTheOther) {
+  // A plate that grows out of the road to the left until it is 60 mm above it, and ends: the file drops within a cell.
+  const support::TemporaryFolder folder;
+  road::Mesh mesh;
+  support::add_ring_strip(mesh, "TKMN1", -5.0, 1.0, 0.0, 0.0);
+  support::add_ring_strip(mesh, "TKMN2", 1.0, 5.0, 0.0, 0.0);
+  support::add_ring_strip(mesh, "TKMN3", 1.0, 3.04, 0.0, 0.06);
+  const auto all = build(mesh, folder, "obj")["validation"]["rough_places"];
+  const auto places = with_reason(all, "two surfaces");
+  ASSERT_FALSE(places.empty());
+  double covered_m = 0.0;
+  for (const auto& place : places) {
+    EXPECT_GT(place["largest_error_m"], 0.015);
+    EXPECT_LE(place["largest_error_m"], 0.0361);  // beside the plate's edge the ramp from v = 3.0 to 3.1 m still has 36 mm
+    covered_m += place["u_end_m"].get<double>() - place["u_begin_m"].get<double>();
+  }
+  EXPECT_NEAR(covered_m, support::kRingLength_m, 5.0);
+  EXPECT_EQ(places.size(), all.size());
+}
+
+TEST(RoughPlaces, NodesOffTheMeshAreNamedWhereAGapWasFilledUnderSomething) {
+  // The road has a gap of 0.2 m, and all that the mesh has there is a beam half a metre above: the nodes are even, the
+  // file is smooth, and only a look at the mesh tells.
+  const support::TemporaryFolder folder;
+  road::Mesh mesh;
+  support::add_ring_strip(mesh, "TKMN1", -5.0, 2.0, 0.0, 0.0);
+  support::add_ring_strip(mesh, "TKMN2", 2.2, 5.0, 0.0, 0.0, 100.0, 400.0);
+  support::add_ring_strip(mesh, "TKMN3", 2.0, 5.0, 0.0, 0.0, 400.0, support::kRingLength_m + 100.0);
+  support::add_ring_strip(mesh, "B0LT1", 2.0, 2.2, 0.5, 0.5, 200.0, 300.0);
+  const auto all = build(mesh, folder, "obj")["validation"]["rough_places"];
+  const auto places = with_reason(all, "own nodes are off the mesh");
+  ASSERT_FALSE(places.empty());
+  double covered_m = 0.0;
+  for (const auto& place : all) {
+    EXPECT_NEAR(std::abs(place["v_min_m"].get<double>()), 2.1, 0.15);
+    EXPECT_NEAR(std::abs(place["v_max_m"].get<double>()), 2.1, 0.15);
+    EXPECT_NEAR(place["largest_error_m"].get<double>(), 0.5, 1e-3);
+    covered_m += place["u_end_m"].get<double>() - place["u_begin_m"].get<double>();
+  }
+  EXPECT_NEAR(covered_m, 100.0, 3.0);
+}
+
+TEST(RoughPlaces, SmoothingBeyondItsBoundIsNamed) {
+  // Bumps of 30 mm every 6 m, and a window of 6 m that may move the road by 40 mm.
+  const support::TemporaryFolder folder;
+  const road::Mesh mesh = ring({-5, 0, 5}, [](double u, double) { return u > 200.0 && u < 300.0 ? 0.03 * std::sin(2.0 * M_PI * u / 6.0) : 0.0; });
+  const std::string file = folder.path("mesh.obj");
+  road::export_mesh(mesh, file, {road::UpAxis::z, road::Unit::m});
+  road::Recipe recipe = road::recipe_for_mesh(file);
+  recipe.read.up = road::UpAxis::z;
+  recipe.smooth.window_u_m = 6.0;
+  recipe.smooth.max_change_road_m = 0.04;
+  const auto summary = nlohmann::json::parse(road::build_track(recipe, folder.path("out")).summary_json);
+  const auto& all = summary["validation"]["rough_places"];
+  ASSERT_FALSE(all.empty());
+  EXPECT_EQ(with_reason(all, "own nodes are off the mesh").size(), all.size());
+  double largest_m = 0.0;
+  for (const auto& place : all) largest_m = std::max(largest_m, place["largest_error_m"].get<double>());
+  EXPECT_NEAR(largest_m, 0.03, 0.006);  // the chords of the mesh, 1 m long, cut up to 4 mm off the bumps; a window of one wave leaves nothing
 }
 
 TEST(RoughPlaces, BothDecksOfAFigureOfEightAreRight) {

@@ -16,6 +16,7 @@
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
+#include "road/walls.h"
 
 namespace road {
 
@@ -139,7 +140,9 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   });
   const RaySurface surface(road.mesh);
   SampledGrid sampled = stage("sample", [&] {
-    return sample_grid(road, surface, line, centreline, recipe.sample, &summary.sample);
+    SampledGrid all = sample_grid(road, surface, line, centreline, recipe.sample, &summary.sample);
+    end_at_walls(all, line, mesh, recipe.sample.threads, summary.sample);
+    return all;
   });
   std::optional<crg::Grid> before;
   if (evidence && sampled.grid.z_m.size() <= kMaxBeforeNodes) before = sampled.grid;

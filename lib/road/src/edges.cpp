@@ -10,6 +10,7 @@
 #include "edge_curve.h"
 #include "road/error.h"
 #include "road/reference_line.h"
+#include "u_ranges.h"
 
 namespace road {
 
@@ -278,17 +279,6 @@ double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   std::sort(values.begin(), values.end());
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
-std::vector<URange> ranges_of(const std::vector<char>& flags, double u_step_m) {
-  std::vector<URange> ranges;
-  for (std::size_t i = 0; i < flags.size(); ++i) {
-    if (flags[i] == 0) continue;
-    const double u = static_cast<double>(i) * u_step_m;
-    if (ranges.empty() || u - ranges.back().u_end_m > 2.0) ranges.push_back({u, u});
-    ranges.back().u_end_m = u;
-  }
-  return ranges;
 }
 
 void check_pair(const EdgeCurve& left, const EdgeCurve& right, const Edge& left_edge, const Edge& right_edge) {

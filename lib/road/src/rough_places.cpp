@@ -15,6 +15,7 @@ constexpr double kTwoSurfacesApart_m = 0.01;
 constexpr double kNodeOff_m = 0.005;       // a node this far from the mesh is not on it
 constexpr std::size_t kCellsPerRow = 16;   // looked at in a row; evenly spread where more of them bend
 constexpr std::size_t kPlacesBack = 64;    // how many stretches may be open at once
+constexpr double kSweep_m = 0.5;           // along u between rows of which every cell is looked at
 
 struct Place3 {
   double x_m, y_m, z_m;
@@ -61,6 +62,43 @@ std::string reason_at(const crg::Surface& road, const RaySurface& mesh, const Va
                    : "the mesh steps or folds between neighbouring nodes, which are on it";
 }
 
+/// The middle of every cell of row i against the mesh, 16 at once: finds what leaves the nodes even, as a wall whose foot
+/// was filled.
+void sweep_row(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options, std::size_t i, RayPacket16& packet,
+               std::vector<RoughPoint>& found) {
+  const crg::Grid& grid = road.file().grid;
+  const double u_m = grid.u_of(i) + 0.5 * grid.u_step_m;
+  // A row is straight: two places of it give all.
+  const Place3 middle = on_mesh(road, options, u_m, 0.0), one = on_mesh(road, options, u_m, 1.0);
+  const Eigen::Vector3d& origin = mesh.origin_m();
+  packet.max_depth_m = static_cast<float>(2.0 * options.reach_m);
+  std::array<double, 16> v_m{}, z_m{};
+  std::size_t count = 0;
+  const auto cast = [&] {
+    for (std::size_t k = 0; k < 16; ++k) packet.active[k] = k < count ? -1 : 0;
+    mesh.cast_down(packet);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double hit_m = static_cast<double>(packet.z_m[k]) + origin.z();
+      if (std::abs(hit_m - z_m[k]) <= options.named_error_m) continue;
+      // Something above, or nothing.
+      const double error = std::abs(error_at(road, mesh, options, u_m, v_m[k]).value_or(0.0));
+      if (error > options.named_error_m) found.push_back({u_m, v_m[k], error});
+    }
+    count = 0;
+  };
+  for (std::size_t j = 0; j + 1 < grid.columns(); ++j) {
+    const double v = 0.5 * (grid.v_m[j] + grid.v_m[j + 1]), z = road.z_at_uv(u_m, v);
+    if (std::isnan(z)) continue;
+    v_m[count] = v;
+    z_m[count] = z - options.T_global_mesh.translation_m.z();
+    packet.x_m[count] = static_cast<float>(middle.x_m + v * (one.x_m - middle.x_m) - origin.x());
+    packet.y_m[count] = static_cast<float>(middle.y_m + v * (one.y_m - middle.y_m) - origin.y());
+    packet.z_top_m[count] = static_cast<float>(z_m[count] + options.reach_m - origin.z());
+    if (++count == 16) cast();
+  }
+  if (count > 0) cast();
+}
+
 /// Deviation of node b from the line through its neighbours a and c; 0 where one is missing.
 double bend(double at_a, double a, double at_b, double b, double at_c, double c) {
   const double deviation = std::abs(b - (a + (c - a) * (at_b - at_a) / (at_c - at_a)));
@@ -87,10 +125,13 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
     const bool across = j > 0 && j + 1 < columns && bend(grid.v_m[j - 1], z(i, j - 1), grid.v_m[j], z(i, j), grid.v_m[j + 1], z(i, j + 1)) > screen_m;
     return across || (i > 0 && i + 1 < rows && bend(0.0, z(i - 1, j), 1.0, z(i, j), 2.0, z(i + 1, j)) > screen_m);
   };
+  const std::size_t sweep = std::max<std::size_t>(1, static_cast<std::size_t>(kSweep_m / grid.u_step_m + 1e-9));
   std::vector<std::vector<RoughPoint>> of_row(rows);
   parallel_for(rows - 1, 256, 0, [&](std::size_t begin, std::size_t end) {
     std::vector<std::size_t> bent;
+    RayPacket16 packet;
     for (std::size_t i = begin; i < end; ++i) {
+      if (i % sweep == 0) sweep_row(road, mesh, options, i, packet, of_row[i]);
       bent.clear();
       for (std::size_t j = 0; j + 1 < columns; ++j) {
         if (bends_at(i, j) || bends_at(i, j + 1) || bends_at(i + 1, j) || bends_at(i + 1, j + 1)) bent.push_back(j);

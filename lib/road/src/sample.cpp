@@ -10,6 +10,7 @@
 #include "road/error.h"
 #include "road/parallel.h"
 #include "row_walk.h"
+#include "u_ranges.h"
 
 namespace road {
 
@@ -207,21 +208,6 @@ std::size_t fill_gaps(SampledGrid& sampled, const std::vector<Span>& spans, doub
     }
   }
   return filled;
-}
-
-std::vector<URange> ranges_of(const std::vector<char>& flags, double u_step_m) {
-  std::vector<URange> ranges;
-  constexpr double kJoin_m = 2.0;
-  for (std::size_t i = 0; i < flags.size(); ++i) {
-    if (flags[i] == 0) continue;
-    const double u = static_cast<double>(i) * u_step_m;
-    if (!ranges.empty() && u - ranges.back().u_end_m <= kJoin_m) {
-      ranges.back().u_end_m = u;
-    } else {
-      ranges.push_back({u, u});
-    }
-  }
-  return ranges;
 }
 
 /// Rays are cast in float32 about the surface's origin.

@@ -104,7 +104,8 @@ Json json_of(const SampleReport& report) {
   return {{"nodes", report.nodes},          {"nodes_with_z", report.nodes_with_z},
           {"filled", report.filled},        {"holes", report.holes},
           {"folds", json_of(report.folds)}, {"neighbours", json_of(report.neighbours)},
-          {"crossings", crossings},         {"remarks", remarks}};
+          {"walls", json_of(report.walls)}, {"crossings", crossings},
+          {"remarks", remarks}};
 }
 
 Json json_of(const KerbReport& report) {

@@ -35,6 +35,7 @@ struct SampleReport {
   std::size_t holes = 0;           ///< nodes without z between the outermost nodes with z of their row
   std::vector<URange> folds;       ///< rows trimmed because 1 - curvature * v <= margin
   std::vector<URange> neighbours;  ///< rows trimmed at the middle to another leg of the track
+  std::vector<URange> walls;       ///< rows that end at a wall in a gap of the surface: end_at_walls()
   std::vector<Crossing> crossings; ///< where the road passes over, under or through itself
 };
 

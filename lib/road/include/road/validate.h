@@ -35,9 +35,9 @@ struct ValidateReport {
   double worst_u_m = 0.0, worst_v_m = 0.0;
   double seam_z_step_m = 0.0;           ///< closed roads: largest |z(last row) - z(first row)|
   double seam_heading_step_rad = 0.0;
-  /// Ascending in u_begin_m. Looked for at every random point, and inside the cells of the grid at whose nodes the
-  /// heights bend by a third of named_error_m (16 a row): what is narrower than a cell and touches no node is
-  /// found by the random points only.
+  /// Ascending in u_begin_m. Looked for at every random point, inside the cells of the grid at whose nodes the heights bend
+  /// by a third of named_error_m (16 a row), and in the middle of every cell of the rows 0.5 m apart: what is shorter
+  /// than that or narrower than a cell, and touches no node, is found by the random points only.
   std::vector<RoughPlace> rough_places;
   std::vector<std::string> remarks;
 };

@@ -1,0 +1,104 @@
+#include "road/walls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "road/parallel.h"
+#include "road/ray_surface.h"
+#include "u_ranges.h"
+
+namespace road {
+
+namespace {
+
+constexpr double kLowest_m = 0.05;   // what lies lower is the ground itself, a millimetre or a kerb off
+constexpr double kHighest_m = 3.0;   // what begins higher spans the track
+constexpr double kBeside_m = 0.5;    // from the gap: what stands here too is no wall
+constexpr double kWidest_m = 1.0;    // of a gap; sampling ends the surface at wider ones
+
+struct Row {
+  SampledGrid& sampled;
+  const crg::ReferenceLine& line;
+  const RaySurface& everything;
+  std::size_t i;
+
+  std::size_t node(std::ptrdiff_t j) const { return i * sampled.grid.columns() + static_cast<std::size_t>(j); }
+  Provenance provenance(std::ptrdiff_t j) const { return sampled.provenance[node(j)]; }
+  double v_m(std::ptrdiff_t j) const { return sampled.grid.v_m[static_cast<std::size_t>(j)]; }
+  double z_m(std::ptrdiff_t j) const { return static_cast<double>(sampled.grid.z_m[node(j)]); }
+
+  bool stands_above(double at_v_m, double ground_m) const {
+    const crg::Point2 p = crg::node_position(line, i, at_v_m);
+    const double middle_m = ground_m + 0.5 * (kLowest_m + kHighest_m);
+    return everything.nearest_hit(p.x_m, p.y_m, middle_m, 0.5 * (kHighest_m - kLowest_m)).has_value();
+  }
+
+  bool is_wall(std::ptrdiff_t inner, std::ptrdiff_t outer) const {
+    const auto is_road = [&](std::ptrdiff_t j) { return sampled.surface_class[node(j)] == SurfaceClass::road; };
+    if (std::abs(v_m(outer) - v_m(inner)) > kWidest_m || (is_road(inner) && is_road(outer))) return false;
+    const std::ptrdiff_t step = outer > inner ? 1 : -1;
+    const double beside_m = kBeside_m * static_cast<double>(step);
+    if (stands_above(v_m(inner) - beside_m, z_m(inner)) && stands_above(v_m(outer) + beside_m, z_m(outer))) return false;
+    for (std::ptrdiff_t j = inner + step; j != outer; j += step) {
+      const double t = (v_m(j) - v_m(inner)) / (v_m(outer) - v_m(inner));
+      if (stands_above(v_m(j), z_m(inner) + t * (z_m(outer) - z_m(inner)))) return true;
+    }
+    return false;
+  }
+
+  /// Whether the row ended at a wall on this side.
+  bool end_side(std::ptrdiff_t start, std::ptrdiff_t step) {
+    const auto columns = static_cast<std::ptrdiff_t>(sampled.grid.columns());
+    std::ptrdiff_t inner = -1;
+    for (std::ptrdiff_t j = start; j >= 0 && j < columns; j += step) {
+      if (provenance(j) != Provenance::mesh) continue;
+      if (inner >= 0 && std::abs(j - inner) > 1 && is_wall(inner, j)) {
+        for (std::ptrdiff_t k = inner + step; k >= 0 && k < columns; k += step) {
+          sampled.grid.z_m[node(k)] = std::numeric_limits<float>::quiet_NaN();
+          sampled.provenance[node(k)] = Provenance::none;
+        }
+        return true;
+      }
+      inner = j;
+    }
+    return false;
+  }
+};
+
+}  // namespace
+
+void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Mesh& everything, unsigned threads, SampleReport& report) {
+  if (report.filled == 0 && report.holes == 0) return;
+  const RaySurface surface(everything);
+  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
+  const auto& v_m = sampled.grid.v_m;
+  const auto middle = std::min(std::lower_bound(v_m.begin(), v_m.end(), 0.0) - v_m.begin(), static_cast<std::ptrdiff_t>(columns) - 1);
+  std::vector<char> ended(rows, 0);
+  parallel_for(rows, 256, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Row row{sampled, line, surface, i};
+      const bool left = row.end_side(middle, 1), right = row.end_side(middle, -1);
+      ended[i] = left || right ? 1 : 0;
+    }
+  });
+  report.walls = ranges_of(ended, line.u_step_m);
+  if (report.walls.empty()) return;
+  report.nodes_with_z = report.filled = report.holes = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::size_t with_z = 0, first = columns, last = 0;
+    for (std::size_t j = 0; j < columns; ++j) {
+      const Provenance provenance = sampled.provenance[i * columns + j];
+      if (provenance == Provenance::none) continue;
+      report.filled += provenance == Provenance::filled ? 1 : 0;
+      first = std::min(first, j);
+      last = j;
+      ++with_z;
+    }
+    report.nodes_with_z += with_z;
+    if (with_z > 0) report.holes += last - first + 1 - with_z;
+  }
+}
+
+}  // namespace road
