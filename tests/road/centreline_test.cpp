@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "road/error.h"
+#include "support/ring_strips.h"
 #include "support/strip_road.h"
 #include "support/temporary_folder.h"
 
@@ -50,6 +51,20 @@ TEST(Centreline, FindsTheMiddleOfARing) {
   for (std::size_t i = 0; i < line.points_m.size(); ++i) {
     EXPECT_NEAR(line.points_m[i].head<2>().norm(), 100.0, 1e-3) << i;
     EXPECT_NEAR(line.half_width_m[i], 4.0, 1e-3) << i;
+  }
+}
+
+TEST(Centreline, PassesThroughTheMiddleOfSidewaysSteps) {
+  // Two halves of a ring that meet 6 cm beside each other: the borders step, the line must not swing out.
+  road::RoadMesh road;
+  support::add_ring_strip(road.mesh, "road", -5.0, 5.0, 0.0, 0.0, 0.0, 300.0);
+  support::add_ring_strip(road.mesh, "road", -4.94, 5.06, 0.0, 0.0, 300.0, support::kRingLength_m);
+  road.class_of_triangle.assign(road.mesh.triangles.size(), SurfaceClass::road);
+  const auto line = trace_centreline(road);
+  EXPECT_TRUE(line.closed);
+  for (std::size_t i = 0; i < line.points_m.size(); ++i) {
+    EXPECT_NEAR(line.points_m[i].head<2>().norm(), 99.97, 0.04) << i;
+    EXPECT_NEAR(line.half_width_m[i], 5.0, 0.04) << i;
   }
 }
 

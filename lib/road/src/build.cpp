@@ -12,11 +12,11 @@
 #include "files/sha256.h"
 #include "files/write_file.h"
 #include "road/error.h"
+#include "road/gaps.h"
 #include "road/place.h"
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
-#include "road/walls.h"
 
 namespace road {
 
@@ -141,6 +141,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   const RaySurface surface(road.mesh);
   SampledGrid sampled = stage("sample", [&] {
     SampledGrid all = sample_grid(road, surface, line, centreline, recipe.sample, &summary.sample);
+    close_cracks(all, surface, road, line, summary.sample);
     end_at_walls(all, line, mesh, recipe.sample.threads, summary.sample);
     return all;
   });

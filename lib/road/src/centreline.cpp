@@ -28,6 +28,7 @@ constexpr double kLost_m = 25.0;          // without either edge
 constexpr double kMaxHalfWidth_m = 40.0;
 constexpr double kMinWidth_m = 2.0;
 constexpr double kMaxWidth_m = 60.0;
+constexpr double kLargestStep_m = 0.5;    // of a border, sideways
 constexpr double kLayerReach_m = 1.0;     // the road goes on where z continues within this
 
 Vector2d left_of(const Vector2d& direction) { return {-direction.y(), direction.x()}; }
@@ -532,11 +533,17 @@ void collect_edges(const Mesh& mesh, const Walk& walk, const std::vector<double>
     std::sort(side->begin(), side->end(), [](const EdgePoint& a, const EdgePoint& b) {
       return std::tie(a.s_m, a.point.x(), a.point.y()) < std::tie(b.s_m, b.point.x(), b.point.y());
     });
-    // Welded twins and vertices pushed out of order by noise are left out.
+    // Welded twins and vertices pushed out of order by noise are left out. Where the border steps sideways (two ends of a
+    // track that meet beside each other) its direction would be that of the step: the edge passes through the middle.
     std::vector<EdgePoint> clean;
     for (const EdgePoint& p : *side) {
-      if (!clean.empty() && (p.point - clean.back().point).head<2>().norm() < 0.05) continue;
-      clean.push_back(p);
+      const double apart_m = clean.empty() ? kLargestStep_m : (p.point - clean.back().point).head<2>().norm();
+      if (apart_m < 0.05) continue;
+      if (apart_m < kLargestStep_m && p.s_m - clean.back().s_m < 0.5 * apart_m) {
+        clean.back() = {0.5 * (clean.back().s_m + p.s_m), 0.5 * (clean.back().point + p.point)};
+      } else {
+        clean.push_back(p);
+      }
     }
     if (walk.closed && clean.size() > 2 && (clean.back().point - clean.front().point).head<2>().norm() < 0.05) {
       clean.pop_back();

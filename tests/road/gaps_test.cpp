@@ -1,5 +1,5 @@
-// A wall whose foot the ground leaves out ends the surface; what only hangs over a crack does not.
-#include "road/walls.h"
+// Cracks are closed; a wall whose foot the ground leaves out ends the surface, what only hangs over a gap does not.
+#include "road/gaps.h"
 
 #include <gtest/gtest.h>
 
@@ -90,6 +90,34 @@ TEST(Walls, DoNotEndTheRoadItself) {
   const Built built = build(mesh, folder);
   for (double s = 1.0; s < 627.0; s += 0.5) EXPECT_TRUE(built.has_height(s, 4.8)) << s;
   EXPECT_TRUE(built.summary["sample"]["walls"].empty());
+}
+
+TEST(Cracks, AreClosedBetweenRoadAndRunOffToo) {
+  // Run-off that keeps 4 mm away from the road, whose edge at 5 m is a column of the grid: every ray there falls through.
+  const support::TemporaryFolder folder;
+  road::Mesh mesh;
+  add_ring_strip(mesh, "TKMN1", -5.0, 4.998, 0.0, 0.0);
+  add_ring_strip(mesh, "TKRS1", -9.0, -5.0, 0.0, 0.0);
+  add_ring_strip(mesh, "TKLS1", 5.002, 9.0, 0.01, 0.01, 0.0, 300.0);  // 10 mm higher, so that it is not snapped
+  add_ring_strip(mesh, "TKLS2", 4.998, 9.0, 0.0, 0.0, 300.0, support::kRingLength_m);
+  const Built built = build(mesh, folder);
+  for (double s = 1.0; s < 627.0; s += 0.5) {
+    for (const double left : {4.95, 5.0, 5.05}) EXPECT_TRUE(built.has_height(s, left)) << s << ", " << left;
+  }
+  EXPECT_EQ(built.summary["sample"]["holes"], 0);
+  EXPECT_GT(built.summary["sample"]["filled"], 1500);  // 2349; the chords of the facets close some of the crack
+}
+
+TEST(Cracks, AreNoHoles) {
+  // The same, 0.35 m wide: wider than what is filled.
+  const support::TemporaryFolder folder;
+  road::Mesh mesh;
+  add_ring_strip(mesh, "TKMN1", -5.0, 4.96, 0.0, 0.0);
+  add_ring_strip(mesh, "TKRS1", -9.0, -5.0, 0.0, 0.0);
+  add_ring_strip(mesh, "TKLS1", 5.34, 9.0, 0.0, 0.0, 100.0, 300.0);
+  add_ring_strip(mesh, "TKLS2", 4.96, 9.0, 0.0, 0.0, 300.0, support::kRingLength_m + 100.0);
+  const Built built = build(mesh, folder);
+  for (double s = 101.0; s < 299.0; s += 0.5) EXPECT_FALSE(built.has_height(s, 5.15)) << s;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
-#include "road/walls.h"
+#include "road/gaps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -13,10 +14,47 @@ namespace road {
 
 namespace {
 
+constexpr std::array<double, 3> kAside_m{0.001, 0.003, 0.01};  // from the node in a crack, to meet its sides
+constexpr double kCrackStep_m = 0.02;  // between its sides
+constexpr double kCrackOff_m = 0.1;    // from the height of the row
 constexpr double kLowest_m = 0.05;   // what lies lower is the ground itself, a millimetre or a kerb off
 constexpr double kHighest_m = 3.0;   // what begins higher spans the track
 constexpr double kBeside_m = 0.5;    // from the gap: what stands here too is no wall
 constexpr double kWidest_m = 1.0;    // of a gap; sampling ends the surface at wider ones
+
+/// Counts again what has a height.
+void count_nodes(const SampledGrid& sampled, SampleReport& report) {
+  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
+  report.nodes_with_z = report.filled = report.holes = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::size_t with_z = 0, first = columns, last = 0;
+    for (std::size_t j = 0; j < columns; ++j) {
+      const Provenance provenance = sampled.provenance[i * columns + j];
+      if (provenance == Provenance::none) continue;
+      report.filled += provenance == Provenance::filled ? 1 : 0;
+      first = std::min(first, j);
+      last = j;
+      ++with_z;
+    }
+    report.nodes_with_z += with_z;
+    if (with_z > 0) report.holes += last - first + 1 - with_z;
+  }
+}
+
+/// Both sides of the crack at (u, v) of row i; nothing when it is none.
+std::optional<std::array<SurfaceHit, 2>> sides_of_crack(const RaySurface& surface, const crg::ReferenceLine& line, std::size_t i, double v_m,
+                                                        double z_m) {
+  const crg::Point2 p = crg::node_position(line, i, v_m), q = crg::node_position(line, i, v_m + 1.0);
+  const double nx = q.x_m - p.x_m, ny = q.y_m - p.y_m;
+  for (const double aside_m : kAside_m) {
+    for (const auto& [dx, dy] : {std::pair{nx, ny}, {ny, -nx}}) {
+      const auto a = surface.nearest_hit(p.x_m - aside_m * dx, p.y_m - aside_m * dy, z_m, kCrackOff_m);
+      const auto b = surface.nearest_hit(p.x_m + aside_m * dx, p.y_m + aside_m * dy, z_m, kCrackOff_m);
+      if (a && b && std::abs(a->z_m - b->z_m) <= kCrackStep_m) return std::array{*a, *b};
+    }
+  }
+  return std::nullopt;
+}
 
 struct Row {
   SampledGrid& sampled;
@@ -69,6 +107,30 @@ struct Row {
 
 }  // namespace
 
+void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road, const crg::ReferenceLine& line, SampleReport& report) {
+  if (report.holes == 0) return;
+  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::size_t known = columns;  // the last node of the row with a height
+    for (std::size_t j = 0; j < columns; ++j) {
+      const std::size_t node = i * columns + j;
+      if (sampled.provenance[node] == Provenance::none) continue;
+      for (std::size_t k = known + 1; k < j; ++k) {
+        const auto& v_m = sampled.grid.v_m;
+        const double t = (v_m[k] - v_m[known]) / (v_m[j] - v_m[known]), from = sampled.grid.at(i, known), to = sampled.grid.at(i, j);
+        const auto sides = sides_of_crack(surface, line, i, v_m[k], from + t * (to - from));
+        if (!sides) continue;
+        const std::size_t open = i * columns + k;
+        sampled.grid.z_m[open] = static_cast<float>(0.5 * ((*sides)[0].z_m + (*sides)[1].z_m));
+        sampled.provenance[open] = Provenance::filled;
+        sampled.surface_class[open] = road.class_of_triangle[(*sides)[0].triangle];
+      }
+      known = j;
+    }
+  }
+  count_nodes(sampled, report);
+}
+
 void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Mesh& everything, unsigned threads, SampleReport& report) {
   if (report.filled == 0 && report.holes == 0) return;
   const RaySurface surface(everything);
@@ -85,20 +147,7 @@ void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Me
   });
   report.walls = ranges_of(ended, line.u_step_m);
   if (report.walls.empty()) return;
-  report.nodes_with_z = report.filled = report.holes = 0;
-  for (std::size_t i = 0; i < rows; ++i) {
-    std::size_t with_z = 0, first = columns, last = 0;
-    for (std::size_t j = 0; j < columns; ++j) {
-      const Provenance provenance = sampled.provenance[i * columns + j];
-      if (provenance == Provenance::none) continue;
-      report.filled += provenance == Provenance::filled ? 1 : 0;
-      first = std::min(first, j);
-      last = j;
-      ++with_z;
-    }
-    report.nodes_with_z += with_z;
-    if (with_z > 0) report.holes += last - first + 1 - with_z;
-  }
+  count_nodes(sampled, report);
 }
 
 }  // namespace road
