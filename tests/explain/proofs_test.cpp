@@ -11,6 +11,7 @@
 
 #include "crg/file.h"
 #include "crg/surface.h"
+#include "explain/write_back.h"
 #include "support/temporary_folder.h"
 #include "vehicle/table.h"
 
@@ -285,6 +286,67 @@ TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
     if (u > rest["where"][0].at("u_begin_m").get<double>() && u < rest["where"][0].at("u_end_m").get<double>()) most = std::max(most, brake[i]);
   }
   EXPECT_GT(most, 5e5);
+}
+
+TEST(Proofs, AFrictionMapIsReadAndCorrected) {
+  Proof proof("none");
+  // The map has 0.7 of the grip over a corner where the truth has all of it.
+  crg::Crg map = crg::read(proof.path("track.crg"));
+  map.z_double_m.clear();
+  const auto in = [&](std::size_t row) {
+    const double u = static_cast<double>(row) * map.grid.u_step_m;
+    return u > 900 && u < 1150;
+  };
+  const auto write = [&](float there) {
+    for (std::size_t i = 0; i < map.grid.rows(); ++i)
+      for (std::size_t j = 0; j < map.grid.columns(); ++j) map.grid.at(i, j) = in(i) ? there : 1.0f;
+    crg::write(map, proof.folder.path("grip.crg"), crg::Format::KRBI);
+  };
+  const std::string with_map = "--skip-simulation --friction " + proof.folder.path("grip.crg");
+  write(1.0f);
+  EXPECT_EQ(proof.explain("run.csv", "right", with_map).at("verdict"), "none");
+  write(0.7f);
+  const json found = proof.explain("run.csv", "wrong", with_map);
+  EXPECT_NE(found.at("verdict"), "none");
+  // Whether it is named or left over: it is placed there.
+  const json where = found.at("unexplained").empty() ? finding(found, "road.friction").at("where")[0] : found["unexplained"][0].at("where")[0];
+  EXPECT_GT(where.at("u_end_m").get<double>(), 900);
+  EXPECT_LT(where.at("u_begin_m").get<double>(), 1150);
+  // A finding multiplies the map that was stated: 1 / 0.7 there gives the true one back.
+  explain::Findings findings;
+  explain::Finding grip;
+  grip.mechanism = "road.friction";
+  grip.kind = "road";
+  for (int k = 0; k < 147; ++k) grip.profile.push_back({10.0 * k + 5.0, k >= 90 && k < 115 ? 1 / 0.7 - 1 : 0.0, 0.0});
+  findings.findings.push_back(grip);
+  const crg::Crg corrected = *explain::friction_map(crg::read(proof.path("track.crg")), &map, findings);
+  for (const double u : {100.0, 950.0, 1000.0, 1100.0, 1300.0}) EXPECT_NEAR(corrected.grid.at(static_cast<std::size_t>(u / map.grid.u_step_m), 20), 1.0, 1e-3) << u;
+}
+
+TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {
+  Proof proof("fade");
+  // A bit more than two laps are enough here.
+  std::string log = proof.folder.read("fade/run.csv");
+  std::size_t at = 0;
+  for (int line = 0; line < 5501; ++line) at = log.find('\n', at) + 1;
+  proof.folder.file("fade/run.csv", log.substr(0, at));
+  const std::string run = fmt::format("{} run --nulls 200 --track {} --vehicle {} --recordings {} -o {}/", CRGEXPLAIN, proof.path("track.crg"), proof.path("vehicle.yaml"), proof.path("run.csv"),
+                                      proof.folder.path("."));
+  // Killed as soon as the first stage is on disk.
+  EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1 & pid=$!; while kill -0 $pid 2> /dev/null && ! ls {}/killed/.unfinished/relations-* > /dev/null 2>&1; do sleep 0.02; done; kill -9 $pid", run,
+                                    proof.folder.path("log"), proof.folder.path("."))
+                            .c_str()),
+            0);
+  EXPECT_EQ(proof.folder.read("killed/findings.json"), "");
+  EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1", run, proof.folder.path("log")).c_str()), 0);
+  EXPECT_THAT(proof.folder.read("log"), HasSubstr("goes on where a run was stopped; finished: relations"));
+  EXPECT_EQ(std::system(fmt::format("{}whole > {} 2>&1", run, proof.folder.path("log")).c_str()), 0);
+  EXPECT_THAT(proof.folder.read("log"), ::testing::Not(HasSubstr("goes on")));
+  for (const char* file : {"findings.json", "report.html", "vehicle.yaml", "engine.csv"}) {
+    EXPECT_FALSE(proof.folder.read(std::string("whole/") + file).empty()) << file;
+    EXPECT_EQ(proof.folder.read(std::string("killed/") + file), proof.folder.read(std::string("whole/") + file)) << file;
+  }
+  EXPECT_EQ(std::system(fmt::format("test ! -e {}/killed/.unfinished", proof.folder.path(".")).c_str()), 0);
 }
 
 }  // namespace

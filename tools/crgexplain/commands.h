@@ -4,6 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "explain/explain.h"
+#include "explain/simulate.h"
+
 namespace crgexplain {
 
 struct MapCommand {
@@ -12,7 +15,7 @@ struct MapCommand {
 int map(const MapCommand& command);
 
 struct RunCommand {
-  std::string track_path, vehicle_path, mapping_path, out_path;
+  std::string track_path, friction_path, vehicle_path, mapping_path, out_path;
   std::vector<std::string> recording_paths;
   std::vector<int> hold_out;
   unsigned threads = 0;
@@ -21,9 +24,14 @@ struct RunCommand {
 };
 int run(const RunCommand& command);
 
+/// All that can be said without driving the whole simulated car: relations, short waves, discs.
+explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
+                       const vehicle::Vehicle& car, const explain::ExplainOptions& options);
+
 struct TrialsCommand {
   std::string what;       ///< make, run or score
   std::string folder, generator;
+  bool waves = false;     ///< make: trials about short waves and brake discs
   int count = 64;
   long long seed = 1;
   unsigned threads = 0;

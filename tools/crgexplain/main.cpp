@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   crgexplain::RunCommand analysis;
   CLI::App* const run_app = app.add_subcommand("run", "Locates, names and sizes what the simulation lacks");
   run_app->add_option("--track", analysis.track_path, "CRG file of the road")->required();
+  run_app->add_option("--friction", analysis.friction_path, "CRG file of the same shape whose heights are grip factors");
   run_app->add_option("--vehicle", analysis.vehicle_path, "vehicle.yaml of the simulated car")->required();
   run_app->add_option("--recordings", analysis.recording_paths, "CSV files")->required();
   run_app->add_option("--mapping", analysis.mapping_path, "mapping.yaml; without: canonical columns");
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
   trials_app->require_subcommand(1);
   CLI::App* const make_app = trials_app->add_subcommand("make", "Draws recordings and seals the truths (SHA256SUMS)");
   make_app->add_option("--generator", trials.generator, "The program make_trials of the tests")->required();
+  make_app->add_flag("--waves", trials.waves, "Logs with suspension and disc channels, about short waves, contact and discs");
   make_app->add_option("--count", trials.count, "How many")->check(CLI::Range(1, 9999));
   make_app->add_option("--seed", trials.seed, "Another seed, other trials");
   CLI::App* const trial_run_app = trials_app->add_subcommand("run", "Explains every recording; sees no truth");

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -9,12 +10,15 @@
 #include "crg/file.h"
 #include "explain/discs.h"
 #include "explain/explain.h"
+#include "explain/kept.h"
 #include "explain/page.h"
 #include "explain/plausible_car.h"
 #include "explain/short_waves.h"
 #include "explain/simulate.h"
 #include "explain/write_back.h"
+#include "files/sha256.h"
 #include "files/write_file.h"
+#include "stages.h"
 #include "vehicle/error.h"
 
 namespace crgexplain {
@@ -34,14 +38,35 @@ void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::stri
     }
 }
 
+/// Everything that the result depends on: this program, names and bytes of all inputs, options.
+std::string hash_of(const RunCommand& command, const std::vector<std::string>& inputs) {
+  std::string all = files::sha256_of_file("/proc/self/exe");
+  for (const std::string& input : inputs)
+    if (!input.empty()) all += fmt::format("\n{} {}", input, files::sha256_of_file(input));
+  all += fmt::format("\n{} {}", command.nulls, fmt::join(command.hold_out, ","));
+  return files::sha256(all);
+}
+
 }  // namespace
+
+explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
+                       const vehicle::Vehicle& car, const explain::ExplainOptions& options) {
+  explain::Findings findings = explain::explain(logs, car, options);
+  explain::add_short_waves(findings, recorded, mapping, surface, car);
+  explain::add_discs(findings, recorded, mapping, car);
+  explain::doubt_the_car(findings);
+  return findings;
+}
 
 int run(const RunCommand& command) {
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
   std::vector<std::string> inputs = car.read_files;
-  inputs.insert(inputs.end(), {command.track_path, command.mapping_path});
+  inputs.insert(inputs.end(), {command.track_path, command.friction_path, command.mapping_path});
+  inputs.insert(inputs.end(), command.recording_paths.begin(), command.recording_paths.end());
   refuse_to_overwrite(inputs, command.out_path);
-  const crg::Surface surface(crg::read(command.track_path));
+  crg::SurfaceOptions known;
+  if (!command.friction_path.empty()) known.friction_map = crg::read(command.friction_path);
+  const crg::Surface surface(crg::read(command.track_path), known);
   std::vector<explain::Signals> logs;
   std::vector<vehicle::Table> tables;
   explain::Mapping mapping, used;
@@ -60,22 +85,23 @@ int run(const RunCommand& command) {
   const bool terminal = isatty(2) != 0;
   if (terminal)
     options.progress = [](const std::string& stage, double share) { std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage.c_str(), 100 * share); };
-  explain::Findings findings = explain::explain(logs, car, options);
   std::vector<explain::RecordedLog> recorded;
   for (std::size_t k = 0; k < logs.size(); ++k) recorded.push_back({&tables[k], &logs[k]});
-  explain::add_short_waves(findings, recorded, used, surface, car);
-  explain::add_discs(findings, recorded, used, car);
-  explain::doubt_the_car(findings);
-  findings.remarks.insert(findings.remarks.begin(), notes.begin(), notes.end());
   std::filesystem::create_directories(command.out_path);
+  const Stages stages(command.out_path, hash_of(command, inputs));
+  if (const auto taken = stages.taken_up(); !taken.empty())
+    fmt::print(stderr, "goes on where a run was stopped; finished: {}\n", fmt::join(taken, ", "));
+  auto findings = stages.get<explain::Findings>(
+      "relations", [&] { return look(recorded, logs, used, surface, car, options); }, explain::findings_from_bytes, [](const auto& f) { return explain::to_bytes(f); });
+  findings.remarks.insert(findings.remarks.begin(), notes.begin(), notes.end());
   // The corrected inputs, and nothing left over from an earlier run.
-  std::string track = command.track_path, vehicle = command.vehicle_path, again, friction;
+  std::string track = command.track_path, vehicle = command.vehicle_path, again, friction = command.friction_path;
   for (const char* name : kCorrected) std::filesystem::remove(std::filesystem::path(command.out_path) / name);
   if (const auto road = explain::corrected_road(surface.file(), findings)) {
     track = command.out_path + "/track.crg";
     crg::write(*road, track, surface.file().format);
   }
-  if (const auto grip = explain::friction_map(surface.file(), findings)) {
+  if (const auto grip = explain::friction_map(surface.file(), known.friction_map ? &*known.friction_map : nullptr, findings)) {
     friction = command.out_path + "/friction.crg";
     crg::write(*grip, friction, surface.file().format);
   }
@@ -97,7 +123,11 @@ int run(const RunCommand& command) {
     if (!friction.empty()) grip.friction_map = crg::read(friction);
     const crg::Surface road(crg::read(track), grip);
     const explain::SimulationCheck check =
-        explain::check_simulation(recorded, {&car, &surface, used}, {&improved, &road, corrected ? *corrected : used}, options.hold_out);
+        explain::check_simulation(recorded, {&car, &surface, used}, {&improved, &road, corrected ? *corrected : used}, options.hold_out,
+                                  [&](bool after, const std::function<explain::RefittedCar()>& make) {
+                                    return stages.get<explain::RefittedCar>(after ? "refit after" : "refit before", make, explain::car_from_bytes,
+                                                                            [](const auto& c) { return explain::to_bytes(c); });
+                                  });
     for (explain::Finding& f : findings.findings) f.held_out.insert(f.held_out.end(), check.held_out.begin(), check.held_out.end());
     findings.remarks.insert(findings.remarks.end(), check.remarks.begin(), check.remarks.end());
     findings.driven = check.driven;
@@ -113,6 +143,7 @@ int run(const RunCommand& command) {
   }
   files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
   files::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, car.name + " on " + std::filesystem::path(command.track_path).stem().string()));
+  stages.done();
 
   fmt::print("verdict: {}\n", findings.verdict);
   for (const explain::Finding& f : findings.findings) {
@@ -128,7 +159,7 @@ int run(const RunCommand& command) {
                u.where.empty() ? "" : fmt::format(" from {:.0f} to {:.0f} m", u.where[0].u_begin_m, u.where[0].u_end_m), u.size, u.unit);
   for (const std::string& remark : findings.remarks) fmt::print("  {}\n", remark);
   if (track != command.track_path) fmt::print("corrected road: {}\n", track);
-  if (!friction.empty()) fmt::print("grip of the road: {}\n", friction);
+  if (friction != command.friction_path) fmt::print("grip of the road: {}\n", friction);
   if (vehicle != command.vehicle_path) fmt::print("corrected car: {}\n", vehicle);
   if (!findings.findings.empty())
     for (const explain::HeldOut& h : findings.findings.front().held_out)
@@ -143,7 +174,7 @@ int run(const RunCommand& command) {
     const bool fuel_logged = logs.front().present[explain::kFuel];
     for (const std::string& path : command.recording_paths) recordings += " " + path;
     fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {}{}{} -o {}/lap.csv\n", track, vehicle, fuel_logged ? "" : " --fuel-kg 0", friction.empty() ? "" : " --friction " + friction, command.out_path);
-    fmt::print("look again: crgexplain run --track {} --vehicle {} --recordings{}{} -o {}/again\n", track, vehicle, recordings, again, command.out_path);
+    fmt::print("look again: crgexplain run --track {}{} --vehicle {} --recordings{}{} -o {}/again\n", track, friction.empty() ? "" : " --friction " + friction, vehicle, recordings, again, command.out_path);
   }
   return 0;
 }

@@ -53,7 +53,7 @@ int make(const TrialsCommand& c) {
     for (const char x : text) out += x == '\'' ? std::string("'\\''") : std::string(1, x);
     return out + "'";
   };
-  if (std::system(fmt::format("{} {} {} {}", quoted(c.generator), c.count, c.seed, quoted(c.folder)).c_str()) != 0)
+  if (std::system(fmt::format("{}{} {} {} {}", quoted(c.generator), c.waves ? " --waves" : "", c.count, c.seed, quoted(c.folder)).c_str()) != 0)
     throw Error(c.generator + ": failed; the message above says why");
   std::string sums;
   std::vector<fs::path> sealed;
@@ -76,7 +76,8 @@ explain::Findings explained(const fs::path& trial, const fs::path& recording, bo
   explain::ExplainOptions options;
   options.threads = 1;
   options.mechanisms = mechanisms;
-  return explain::explain(logs, car, options);
+  // Without mechanisms only the refit and its proof are asked for.
+  return mechanisms ? look({{&table, &logs.front()}}, logs, explain::identity_mapping(table), surface, car, options) : explain::explain(logs, car, options);
 }
 
 int run_all(const TrialsCommand& c) {
@@ -277,9 +278,12 @@ int score(const TrialsCommand& c) {
   line("two at once: both named", both, "60 %");
   line("two at once: at least one named", one, "90 %");
   line("90 % intervals that hold the truth", cover, "80 to 97 %");
-  fmt::print("| intersection over union of road findings, median of {} | | {:.2f} | | 0.6 |\n", overlap.size(), median(overlap));
-  fmt::print("| error of the amount, median of {} | | {:.0f} % | | at most 15 % |\n", error.size(), 100 * median(error));
-  fmt::print("| held-out improvement over what taking the effect away reaches, median of {} | | {:.0f} % | | 70 % |\n", improvement.size(), 100 * median(improvement));
+  const auto middle = [](const char* what, const std::vector<double>& values, double scale, const char* unit, const char* floor) {
+    fmt::print("| {}, median of {} | | {} | | {} |\n", what, values.size(), values.empty() ? "" : fmt::format("{:.{}f}{}", scale * median(values), scale == 1 ? 2 : 0, unit), floor);
+  };
+  middle("intersection over union of road findings", overlap, 1, "", "0.6");
+  middle("error of the amount", error, 100, " %", "at most 15 %");
+  middle("held-out improvement over what taking the effect away reaches", improvement, 100, " %", "70 %");
   fmt::print("\n| single effect of 0.5 sd or more | named first |\n|---|---|\n");
   for (const auto& [mechanism, count] : by_mechanism) fmt::print("| {} | {} of {} |\n", mechanism, count.hits, count.of);
   fmt::print("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures);

@@ -340,7 +340,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
         const double transfer_y = mass * sfy * h * share / track[k];
         const double raw = alpha[k];
         vehicle::TyreFactors<double> f;
-        f.grip_x = f.grip_y = p.axle(k, P::front_tyre_grip) * (1 + set.friction) * grip_state;
+        f.grip_x = f.grip_y = p.axle(k, P::front_tyre_grip) * s.grip[i] * (1 + set.friction) * grip_state;
         f.stiffness_x = p.axle(k, P::front_tyre_slip_stiffness);
         f.stiffness_y = p.axle(k, P::front_tyre_cornering_stiffness) * (0.5 + 0.5 * grip_state);
         f.load_sensitivity = car.terms[vehicle::Term::tyre_load_sensitivity] + set.load_sensitivity;

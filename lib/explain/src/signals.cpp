@@ -326,6 +326,7 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
   s.length_m = line.u_step_m * static_cast<double>(line.size() - 1);
   s.closed = line.closed;
   for (auto* v : {&s.u_m, &s.v_m, &s.grade, &s.bank, &s.curvature_v, &s.heading_rad}) v->assign(s.n, kNaN);
+  s.grip.assign(s.n, 1.0);
   crg::Cursor cursor, other;
   std::size_t moving = 0, beside = 0, backwards = 0;
   for (std::size_t i = 0; i < s.n; ++i) {
@@ -344,6 +345,7 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
     if (cx * std::cos(at.heading_rad) + cy * std::sin(at.heading_rad) < 0) ++backwards;
     s.u_m[i] = at.u_m - line.u_begin_m;
     s.v_m[i] = at.v_m;
+    if (std::isfinite(at.friction)) s.grip[i] = at.friction;
     s.heading_rad[i] = at.heading_rad;
     // Slopes over a car's length and track, not of single cells.
     const auto z = [&](double ahead, double left) {

@@ -202,7 +202,7 @@ bool remembers_heat(const vehicle::Vehicle& car) {
   return car.terms[vehicle::Term::brake_friction_temperature] > 0 || car.terms[vehicle::Term::tyre_thermal] > 0;
 }
 
-Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, const Judge& judge, bool in_parts) {
+Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, const Judge& judge, bool in_parts, const std::function<RefittedCar(const std::function<RefittedCar()>&)>& refit) {
   Side out;
   try {
     std::vector<vehicle::Recording> train, test;
@@ -226,7 +226,7 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
     };
     std::vector<double> worth;
     for (const Compared& c : kCompared) worth.push_back(c.worth);
-    out.car = refitted(*in.car, errors, worth);
+    out.car = refit([&] { return refitted(*in.car, errors, worth); });
     vehicle::CarFiles files = in.car->files;
     files.engine_torque_nm = out.car->engine_torque_nm;
     const vehicle::Parameters<double>& p = out.car->parameters;
@@ -268,7 +268,7 @@ DrivenTrace::Side lap_of(const Side& side, const Judge& judge, int lap, std::siz
 
 }  // namespace
 
-SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out) {
+SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out, const Refit& refit) {
   SimulationCheck out;
   out.lap_before_s = out.lap_after_s = kNaN;
   Judge judge{&logs, hold_out};
@@ -291,8 +291,11 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const Sim
   }
   Side sides[2];
   const bool in_parts = !remembers_heat(*before.car) && !remembers_heat(*after.car);
-  std::thread other([&] { sides[1] = one_side(after, logs, judge, in_parts); });
-  sides[0] = one_side(before, logs, judge, in_parts);
+  const auto side = [&](bool is_after) {
+    return one_side(is_after ? after : before, logs, judge, in_parts, [&](const std::function<RefittedCar()>& make) { return refit ? refit(is_after, make) : make(); });
+  };
+  std::thread other([&] { sides[1] = side(true); });
+  sides[0] = side(false);
   other.join();
   out.before = sides[0].car;
   out.after = sides[1].car;

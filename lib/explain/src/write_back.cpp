@@ -45,7 +45,7 @@ void add_patch(const HeightPatch& patch, crg::Grid& grid) {
 
 }  // namespace
 
-std::optional<crg::Crg> friction_map(const crg::Crg& road, const Findings& findings) {
+std::optional<crg::Crg> friction_map(const crg::Crg& road, const crg::Crg* known, const Findings& findings) {
   std::optional<crg::Crg> out;
   for (const Finding& f : findings.findings) {
     if (f.mechanism != "road.friction" || f.profile.size() < 2) continue;
@@ -53,6 +53,9 @@ std::optional<crg::Crg> friction_map(const crg::Crg& road, const Findings& findi
       out = crg::crop(road, {});
       out->z_double_m.clear();
       std::fill(out->grid.z_m.begin(), out->grid.z_m.end(), 1.0f);
+      if (known != nullptr)
+        for (std::size_t i = 0; i < std::min(out->grid.z_m.size(), known->grid.z_m.size()); ++i)
+          if (std::isfinite(known->grid.z_m[i])) out->grid.z_m[i] = known->grid.z_m[i];
       out->comment.push_back("factors on the grip, found by crgexplain from recordings");
     }
     const std::size_t rows = out->grid.rows();

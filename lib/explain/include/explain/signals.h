@@ -35,6 +35,7 @@ struct Signals {
   std::vector<double> u_m, v_m, grade, bank, curvature_v; ///< road under the car: rise along the car,
                                                           ///< rise to its left, second derivative along it
   std::vector<double> heading_rad;                        ///< of the reference line
+  std::vector<double> grip;                               ///< factor of the road's friction map under the car; 1 without one
   std::vector<int> lap;                                   ///< 0, 1, ...: counted at the line
   std::vector<bool> whole;                                ///< per lap: begins and ends at the line
   double sample_hz = 0.0;

@@ -1,6 +1,7 @@
 // Before and after in the whole simulated car: replays of the recordings, and laps.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -48,6 +49,11 @@ struct SimulationCheck {
 /// (`hold_out`, or every second lap). Boost, which no log has, begins as the recorded throttle
 /// drives it. Without a logged fuel mass none is added. Trivial: nothing changes within the window.
 /// The same inputs give the same result.
-SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out);
+///
+/// `refit`, if given, is called for each side with what makes its refit, from two threads: it may
+/// give one that was kept.
+using Refit = std::function<RefittedCar(bool after, const std::function<RefittedCar()>& make)>;
+SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out,
+                                 const Refit& refit = {});
 
 }  // namespace explain

@@ -17,9 +17,9 @@ namespace explain {
 /// error when the file's modifiers cannot be worked in.
 std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& findings);
 
-/// A friction map (docs/crgdrive.md) of the road's shape with the findings about its grip; nothing
-/// when there are none.
-std::optional<crg::Crg> friction_map(const crg::Crg& road, const Findings& findings);
+/// A friction map (docs/crgdrive.md) of the road's shape with the findings about its grip, times the
+/// map that was known, if one was; nothing when there are none.
+std::optional<crg::Crg> friction_map(const crg::Crg& road, const crg::Crg* known, const Findings& findings);
 
 /// The vehicle file's text with terms and parameters as found: paths as in the original, made
 /// absolute. Empty when nothing about the car was found. With `refit`, the parameters that it changed
