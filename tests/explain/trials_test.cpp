@@ -56,6 +56,23 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   EXPECT_NE(shell(tool + " trials score " + here + " > " + folder.path("log") + " 2>&1"), 0);
 }
 
+TEST(Trials, LogsWithSuspensionAndDiscsAreExplainedBlindToo) {
+  const support::TemporaryFolder folder;
+  const std::string tool = CRGEXPLAIN, here = folder.path("t");
+  ASSERT_EQ(shell(tool + " trials make --waves --generator " MAKE_TRIALS " --count 5 --seed 101 " + here + " > " + folder.path("log")), 0);
+  ASSERT_EQ(shell(tool + " trials run " + here + " >> " + folder.path("log")), 0);
+  // 0 to 3 nothing, 4 waves of some millimetres that the file does not have.
+  for (const char* id : {"0000", "0001", "0002", "0003", "0004"}) {
+    const json found = json::parse(folder.read(std::string("t/") + id + "/findings.json"));
+    EXPECT_EQ(found.at("verdict"), std::string(id) == "0004" ? "explained" : "none") << id;
+    for (const json& item : found.at("untestable"))
+      for (const char* tested : {"road.kerb_or_roughness", "vehicle.brake_disc_conductance"}) EXPECT_NE(item.at("mechanism"), tested) << id << ": " << item.at("reason");
+  }
+  ASSERT_EQ(shell(tool + " trials score " + here + " > " + folder.path("score")), 0);
+  EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| road.kerb_or_roughness | 1 of 1 |"));
+  EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| error of the amount, median of 0 | |  | | at most 15 % |"));
+}
+
 TEST(Trials, ARealLogWithoutUnitsOfItsOwnIsMapped) {
   const std::string log = KERBSTONE_DATA "/recordings/putnam_run4_2.csv";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << "skipped: " << log << " is not there";
