@@ -99,6 +99,15 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   folder.file("wet.pgw", "1\n0\n0\n-1\n0\n0\n");
   folder.file("wet.png", "no picture");
   EXPECT_THROW(read_friction_picture(*recipe.friction.picture_path), Error);
+  // Before the mesh is even looked at.
+  recipe.mesh_path = folder.path("none.obj");
+  folder.file("none.obj", "no mesh");
+  try {
+    build_track(recipe, folder.path("refused"));
+    FAIL() << "took a damaged picture";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("wet.png"), std::string::npos) << error.what();
+  }
 }
 
 TEST(Friction, NamesTellConcreteAndGravelApart) {

@@ -48,44 +48,74 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
   first.centreline.start_near_m = Eigen::Vector2d(mesh.origin_m.x() + mesh.vertices_m[0].x(), mesh.origin_m.y() + mesh.vertices_m[0].y());
   const BuildResult built = build_track(first, folder.path("first"));
 
-  Mesh other = mesh;
-  other.origin_m = moved(mesh.origin_m);
-  for (Vector3d& p : other.vertices_m) p = Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p;
-  export_mesh(other, folder.path("utm.obj"), {UpAxis::y, Unit::mm});
-  std::vector<Vector3d> global, local;
-  for (int k = 0; k < 12; ++k) {
-    const std::size_t i = mesh.vertices_m.size() * static_cast<std::size_t>(k) / 12;
-    global.push_back(mesh.origin_m + mesh.vertices_m[i]);
-    local.push_back(moved(global.back()));
-  }
-  Recipe second = recipe_for_mesh(folder.path("utm.obj"));
-  second.read.up = UpAxis::y;
-  second.read.unit = Unit::mm;
-  const Vector3d start = moved({first.centreline.start_near_m->x(), first.centreline.start_near_m->y(), 0.0});
-  second.centreline.start_near_m = Eigen::Vector2d(start.x(), start.y());
-  second.control_points_path = folder.file("points.csv", control_points(local, global));
-  const BuildResult again = build_track(second, folder.path("second"));
+  // About z alone, and tilted by 1.5 degrees and scaled by 1.01 before.
+  for (const bool tilted : {false, true}) {
+    const Eigen::Matrix3d linear = tilted ? Eigen::Matrix3d(1.01 * Eigen::AngleAxisd(0.026, Vector3d(0.6, 0.8, 0.0)).toRotationMatrix()) : Eigen::Matrix3d::Identity();
+    const auto change = [&](const Vector3d& p) { return Vector3d(linear * moved(p) - linear * kShift + kShift); };
+    Mesh other = mesh;
+    other.origin_m = change(mesh.origin_m);
+    for (Vector3d& p : other.vertices_m) p = linear * (Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p);
+    export_mesh(other, folder.path("utm.obj"), {UpAxis::y, Unit::mm});
+    std::vector<Vector3d> global, local;
+    for (int k = 0; k < 12; ++k) {
+      const std::size_t i = mesh.vertices_m.size() * static_cast<std::size_t>(k) / 12;
+      global.push_back(mesh.origin_m + mesh.vertices_m[i]);
+      local.push_back(change(global.back()));
+    }
+    Recipe second = recipe_for_mesh(folder.path("utm.obj"));
+    second.read.up = UpAxis::y;
+    second.read.unit = Unit::mm;
+    if (tilted) second.align = {.rotation = AlignOptions::Rotation::free, .scale = true};
+    const Vector3d start = change(mesh.origin_m + mesh.vertices_m[0]);
+    second.centreline.start_near_m = Eigen::Vector2d(start.x(), start.y());
+    second.control_points_path = folder.file("points.csv", control_points(local, global));
+    const BuildResult again = build_track(second, folder.path("second"));
 
-  const crg::Surface a(crg::read(built.crg_path)), b(crg::read(again.crg_path));
-  const auto& line = a.reference_line();
-  EXPECT_NEAR(line.u_step_m * static_cast<double>(line.size()), b.reference_line().u_step_m * static_cast<double>(b.reference_line().size()), 0.02);
-  std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> u(0.0, line.u_step_m * static_cast<double>(line.size() - 2)), v(-7.0, 7.0);
-  crg::Cursor cursor;
-  std::vector<double> difference;
-  double offset = 0.0;
-  for (int k = 0; k < 20'000; ++k) {
-    const double at_u = u(random), at_v = v(random);
-    const crg::Point2 p = a.xy_of_uv(at_u, at_v);
-    const crg::Sample there = b.at_xy(p.x_m, p.y_m, cursor);
-    ASSERT_TRUE(there.valid) << "u = " << at_u << ", v = " << at_v;
-    difference.push_back(std::abs(there.z_m - a.z_at_uv(at_u, at_v)));
-    offset = std::max(offset, std::abs(there.v_m - at_v));
+    const crg::Surface a(crg::read(built.crg_path)), b(crg::read(again.crg_path));
+    const auto& line = a.reference_line();
+    EXPECT_NEAR(line.u_step_m * static_cast<double>(line.size()), b.reference_line().u_step_m * static_cast<double>(b.reference_line().size()), 0.02);
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> u(0.0, line.u_step_m * static_cast<double>(line.size() - 2)), v(-7.0, 7.0);
+    crg::Cursor cursor;
+    std::vector<double> difference;
+    double offset = 0.0;
+    for (int k = 0; k < 20'000; ++k) {
+      const double at_u = u(random), at_v = v(random);
+      const crg::Point2 p = a.xy_of_uv(at_u, at_v);
+      const crg::Sample there = b.at_xy(p.x_m, p.y_m, cursor);
+      ASSERT_TRUE(there.valid) << "u = " << at_u << ", v = " << at_v;
+      difference.push_back(std::abs(there.z_m - a.z_at_uv(at_u, at_v)));
+      offset = std::max(offset, std::abs(there.v_m - at_v));
+    }
+    std::sort(difference.begin(), difference.end());
+    std::printf("moved%s and back: z p50 %.4f mm, p99 %.4f mm, max %.4f mm; line within %.3f mm\n", tilted ? ", tilted, scaled" : "",
+                1e3 * difference[difference.size() / 2], 1e3 * difference[difference.size() * 99 / 100], 1e3 * difference.back(), 1e3 * offset);
+    EXPECT_LE(difference.back(), 2e-4);
+    const auto align = nlohmann::json::parse(again.summary_json)["align"];
+    EXPECT_EQ(align["tilt_and_scale"].is_null(), !tilted);
+    EXPECT_NEAR(align["scale"].get<double>(), tilted ? 1.0 / 1.01 : 1.0, 1e-6);
+    EXPECT_NEAR(align["tilt_rad"].get<double>(), tilted ? 0.026 : 0.0, 1e-6);
+    // The single stage reads the mesh as it lies there and comes to the same.
+    if (tilted) {
+      Mesh read = read_mesh(second.mesh_path, second.read);
+      const auto placement = place_mesh(second);
+      apply_to_mesh(placement->align.tilt_and_scale, read);
+      ValidateOptions options;
+      options.T_global_mesh = placement->align.T_global_mesh;
+      EXPECT_LE(validate(again.crg_path, read, options).z_error_m.p99, 1.5e-3);
+    }
   }
-  std::sort(difference.begin(), difference.end());
-  std::printf("moved and back: z p50 %.4f mm, p99 %.4f mm, max %.4f mm; line within %.3f mm\n", 1e3 * difference[difference.size() / 2],
-              1e3 * difference[difference.size() * 99 / 100], 1e3 * difference.back(), 1e3 * offset);
-  EXPECT_LE(difference.back(), 2e-4);
+}
+
+TEST(Place, TiltAndScaleNeedControlPoints) {
+  Recipe recipe = recipe_for_mesh("none.obj");
+  recipe.align.scale = true;
+  try {
+    place_mesh(recipe);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("give control_points too"));
+  }
 }
 
 /// The stadium of tests/cli with control points in latitude and longitude.

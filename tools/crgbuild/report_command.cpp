@@ -44,7 +44,8 @@ void place_mesh(const road::Recipe& recipe, road::ReportRequest& request) {
   request.mesh_path = recipe.mesh_path;
   request.read = recipe.read;
   request.threads = recipe.sample.threads;
-  if (recipe.control_points_path) request.control_points = road::read_control_points(*recipe.control_points_path);
+  request.align = recipe.align;
+  if (recipe.control_points_path) request.control_points = road::read_control_point_file(*recipe.control_points_path, recipe.projection).points;
   if (recipe.T_global_mesh) request.T_global_mesh = *recipe.T_global_mesh;
 }
 

@@ -66,11 +66,13 @@ road::SampledGrid classified(Track& track, const road::RoadMesh& mesh,
   return sampled;
 }
 
-void report(Terminal& terminal, const nlohmann::ordered_json& numbers, const std::string& text) {
+void report(Terminal& terminal, const std::string& json, const std::string& text) {
   terminal.progress_done();
-  terminal.print(terminal.json
-                     ? numbers.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
-                     : text);
+  terminal.print(terminal.json ? json : text);
+}
+
+void report(Terminal& terminal, const nlohmann::ordered_json& numbers, const std::string& text) {
+  report(terminal, numbers.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", text);
 }
 
 }  // namespace
@@ -226,16 +228,7 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
       numbers.halved_waves_m ? fmt::format("waves of {:.1f} to {:.1f} m lost more than half of their power\n",
                                            numbers.halved_waves_m->shortest_m, numbers.halved_waves_m->longest_m)
                              : "";
-  nlohmann::ordered_json bands = nlohmann::ordered_json::array();
-  for (const road::SmoothedBand& band : numbers.bands)
-    bands.push_back({{"n_cpm", band.n_cpm}, {"before_m3", band.before_m3}, {"after_m3", band.after_m3}});
-  report(terminal,
-         {{"largest_change_road_m", numbers.largest_change_road_m},
-          {"largest_change_u_m", numbers.largest_change_u_m},
-          {"largest_change_v_m", numbers.largest_change_v_m},
-          {"largest_change_kerb_m", numbers.largest_change_kerb_m},
-          {"nodes_at_bound", numbers.nodes_at_bound},
-          {"wheel_path_psd", bands}},
+  report(terminal, road::json_text(numbers, options),
          fmt::format("largest change {:.2f} mm on the road (u = {:.1f} m, v = {:.1f} m), {:.2f} mm on kerbs; {} "
                      "nodes at the bound\n{}road  {}\n",
                      1e3 * numbers.largest_change_road_m, numbers.largest_change_u_m, numbers.largest_change_v_m,
@@ -248,6 +241,9 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
   if (!recipe.control_points_path && !recipe.trajectory_path && !recipe.T_global_mesh)
     throw UsageError(
         "nothing to align with: give --control-points, --trajectory, or --yaw-deg and --translation-m");
+  if (recipe.align.rotation != road::AlignOptions::Rotation::about_z || recipe.align.scale)
+    throw UsageError("a finished road can be turned about z and moved; what tilts or scales it has to be done to its mesh: build with "
+                     "--align-rotation free or --align-scale instead");
   Track track = read_track(command.crg);
   const auto placement = road::place_road(recipe, track.line);
   const road::AlignReport& numbers = placement->align;
@@ -259,16 +255,7 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
     terminal.remark("control point left out, it contradicts the others: " + name);
   const Eigen::Vector3d& t = numbers.T_global_mesh.translation_m;
   const double yaw_deg = numbers.T_global_mesh.yaw_rad * 180.0 / M_PI;
-  report(terminal,
-         {{"by", placement->by},
-          {"yaw_deg", yaw_deg},
-          {"translation_m", {t.x(), t.y(), t.z()}},
-          {"points", placement->point_names},
-          {"residual_m", numbers.residual_m},
-          {"rms_m", numbers.rms_m},
-          {"outliers", numbers.outliers},
-          {"tilt_rad", numbers.tilt_rad},
-          {"scale", numbers.scale}},
+  report(terminal, road::json_text(*placement),
          fmt::format(
              "turned by {:.6f} deg, moved by {:.4f}, {:.4f}, {:.4f} m; rms {:.4f} m\nroad  {}\n",
              yaw_deg, t.x(), t.y(), t.z(), numbers.rms_m, command.output));
@@ -279,15 +266,17 @@ int run_validate(const ValidateCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.mesh, command.flags);
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
-  const road::Mesh mesh = road::read_mesh(recipe.mesh_path, recipe.read);
+  road::Mesh mesh = road::read_mesh(recipe.mesh_path, recipe.read);
   progress("validate", 0.5);
   road::ValidateOptions options = recipe.validate;
   if (recipe.trajectory_path)
     throw UsageError(
         "a trajectory does not tell where the mesh of a finished road lies; give --yaw-deg and --translation-m "
         "as summary.json of the build has them under align");
-  if (const auto placement = road::place_road(recipe, {}))
+  if (const auto placement = road::place_mesh(recipe)) {
     options.T_global_mesh = placement->align.T_global_mesh;
+    road::apply_to_mesh(placement->align.tilt_and_scale, mesh);
+  }
   const road::ValidateReport numbers = road::validate(command.crg, mesh, options);
   const std::vector<std::string> failures = road::validation_failures(numbers, recipe.limits);
   const road::ErrorQuantiles& z = numbers.z_error_m;
@@ -299,19 +288,7 @@ int run_validate(const ValidateCommand& command, Terminal& terminal) {
       numbers.worst_v_m, numbers.points_without_mesh, 1e3 * numbers.seam_z_step_m,
       1e3 * numbers.seam_heading_step_rad);
   for (const std::string& remark : numbers.remarks) text += one_line(remark) + "\n";
-  report(terminal,
-         {{"passed", failures.empty()},
-          {"failures", failures},
-          {"points", numbers.points},
-          {"points_without_mesh", numbers.points_without_mesh},
-          {"z_error_m", {{"p50", z.p50}, {"p95", z.p95}, {"p99", z.p99}, {"max", z.max}}},
-          {"mean_error_m", numbers.mean_error_m},
-          {"worst_u_m", numbers.worst_u_m},
-          {"worst_v_m", numbers.worst_v_m},
-          {"seam_z_step_m", numbers.seam_z_step_m},
-          {"seam_heading_step_rad", numbers.seam_heading_step_rad},
-          {"remarks", numbers.remarks}},
-         text);
+  report(terminal, road::json_text(numbers, recipe.limits), text);
   if (!failures.empty()) throw_validation_failed(command.crg, failures);
   return kOk;
 }

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <numbers>
 #include <numeric>
+#include <random>
 #include <sstream>
 
 #include "road/csv.h"
@@ -25,6 +26,9 @@ constexpr double kSmallestSpread_m = 3.0;
 // An alignment that leaves more than this share of the extent is none; surveys leave a thousandth.
 constexpr double kWorstFit = 0.02;
 constexpr double kWorstFit_m = 1.0;
+constexpr double kSteepestTilt_rad = 20.0 * std::numbers::pi / 180.0;  // more is another axis that points up
+constexpr double kLargestScale = 2.0;                                  // more, or less than its inverse, is another unit
+constexpr std::size_t kMostTriples = 5000;
 
 using Indices = std::vector<std::size_t>;
 
@@ -84,54 +88,155 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Least median of squares (Rousseeuw 1984) over all pairs, then least squares over what agrees
-/// with it.
+using Rotation = AlignOptions::Rotation;
+
+double residual(const Similarity& T, const ControlPoint& point) {
+  return (T.scale * (T.rotation * point.mesh_m) + T.translation_m - point.global_m).norm();
+}
+
+double rms(const Similarity& T, const std::vector<ControlPoint>& points, const Indices& used) {
+  double sum = 0.0;
+  for (const std::size_t i : used) sum += std::pow(residual(T, points[i]), 2);
+  return std::sqrt(sum / static_cast<double>(used.size()));
+}
+
+/// Least squares over the points used, as the options want it. Throws Error on a degenerate set.
+Similarity fit_as(const AlignOptions& options, const std::vector<ControlPoint>& points, const Indices& used) {
+  if (options.rotation == Rotation::free) {
+    std::vector<ControlPoint> some;
+    for (const std::size_t i : used) some.push_back(points[i]);
+    return fit_similarity(some, options.scale);
+  }
+  Similarity T;
+  T.rotation = Eigen::AngleAxisd(fit(points, used).yaw_rad, Eigen::Vector3d::UnitZ());
+  Eigen::Vector3d mesh_mean = Eigen::Vector3d::Zero(), global_mean = Eigen::Vector3d::Zero();
+  for (const std::size_t i : used) {
+    mesh_mean += points[i].mesh_m / static_cast<double>(used.size());
+    global_mean += points[i].global_m / static_cast<double>(used.size());
+  }
+  if (options.scale) {
+    double product = 0.0, square = 0.0;
+    for (const std::size_t i : used) {
+      const Eigen::Vector3d a = T.rotation * (points[i].mesh_m - mesh_mean);
+      product += a.dot(points[i].global_m - global_mean);
+      square += a.squaredNorm();
+    }
+    T.scale = product / square;
+  }
+  T.translation_m = global_mean - T.scale * (T.rotation * mesh_mean);
+  return T;
+}
+
+/// The smallest sets of points that fix a motion, spread over all: pairs, or triples for a free rotation.
+std::vector<Indices> smallest_sets(const AlignOptions& options, const std::vector<ControlPoint>& points) {
+  const std::size_t n = points.size();
+  const auto apart = [&](std::size_t i, std::size_t j) { return (points[i].mesh_m - points[j].mesh_m).head<2>().norm() >= kSmallestSpread_m; };
+  std::vector<Indices> sets;
+  if (options.rotation == Rotation::about_z) {
+    // Pairs far apart fix the rotation; more than 20,000 pairs tell nothing new.
+    const std::size_t step = std::max<std::size_t>(1, n * n / 40'000);
+    std::size_t pair = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = i + 1; j < n; ++j) {
+        if (pair++ % step == 0 && apart(i, j)) sets.push_back({i, j});
+      }
+    }
+    return sets;
+  }
+  const auto add = [&](std::size_t i, std::size_t j, std::size_t k) {
+    const Eigen::Vector3d a = points[j].mesh_m - points[i].mesh_m, b = points[k].mesh_m - points[i].mesh_m;
+    // Twice as high over its longest side as points have to be apart.
+    if (apart(i, j) && apart(i, k) && apart(j, k) && a.cross(b).norm() >= 2.0 * kSmallestSpread_m * std::max({a.norm(), b.norm(), (a - b).norm()}))
+      sets.push_back({i, j, k});
+  };
+  if (n * n * n <= 6 * kMostTriples) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = i + 1; j < n; ++j) {
+        for (std::size_t k = j + 1; k < n; ++k) add(i, j, k);
+      }
+    }
+    return sets;
+  }
+  std::mt19937_64 random(1);
+  for (std::size_t tries = 0; tries < kMostTriples; ++tries) {
+    const std::size_t i = random() % n, j = random() % n, k = random() % n;
+    if (i != j && j != k && k != i) add(i, j, k);
+  }
+  return sets;
+}
+
+/// Least median of squares (Rousseeuw 1984) over the smallest sets, then least squares over what agrees with it.
 Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& options) {
   Indices all(points.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  if (!options.reject_outliers || points.size() < 4) return all;
-  // Pairs far apart fix the rotation; more than 20,000 pairs tell nothing new.
-  const std::size_t step = std::max<std::size_t>(1, points.size() * points.size() / 40'000);
+  const std::size_t least = options.rotation == Rotation::free ? 3 : 2;
+  if (!options.reject_outliers || points.size() < least + 2) return all;
   double best = std::numeric_limits<double>::infinity();
-  RotoTranslation best_T;
-  std::size_t pair = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    for (std::size_t j = i + 1; j < points.size(); ++j) {
-      if (pair++ % step != 0 ||
-          (points[i].mesh_m - points[j].mesh_m).head<2>().norm() < kSmallestSpread_m)
-        continue;
-      const RotoTranslation T = fit(points, {i, j});
-      std::vector<double> distances;
-      for (const ControlPoint& point : points) distances.push_back(residual(T, point));
-      const double middle = median(std::move(distances));
-      if (middle < best) {
-        best = middle;
-        best_T = T;
-      }
+  Similarity best_T;
+  for (const Indices& set : smallest_sets(options, points)) {
+    const Similarity T = fit_as(options, points, set);
+    std::vector<double> distances;
+    for (const ControlPoint& point : points) distances.push_back(residual(T, point));
+    const double middle = median(std::move(distances));
+    if (middle < best) {
+      best = middle;
+      best_T = T;
     }
   }
   Indices used;
   for (int pass = 0; pass < 3; ++pass) {
-    // 1.48 medians are one standard deviation of normal noise; a pair fits a little worse than all.
+    // 1.48 medians are one standard deviation of normal noise; so few points fit a little worse than all.
     const double limit_m = std::max(options.smallest_outlier_m, 4.0 * 1.48 * best);
     used.clear();
     std::vector<double> distances;
     for (const std::size_t i : all) {
       if (residual(best_T, points[i]) <= limit_m) used.push_back(i);
     }
-    if (used.size() < 2) break;
-    best_T = fit(points, used);
+    if (used.size() < least) break;
+    best_T = fit_as(options, points, used);
     for (const std::size_t i : used) distances.push_back(residual(best_T, points[i]));
     best = median(std::move(distances));
   }
   return used.size() * 2 > points.size() ? used : all;
 }
 
+/// Why nothing fits, where the reason has a name.
+std::string reason_of_misfit(const std::vector<ControlPoint>& points, const Indices& used, double rms_m) {
+  const double mirrored_m = rms(fit(points, used, -1.0), points, used, -1.0);
+  double mesh_m = 0.0, global_m = 0.0;
+  for (const std::size_t i : used) {
+    for (const std::size_t j : used) {
+      mesh_m += (points[i].mesh_m - points[j].mesh_m).head<2>().norm();
+      global_m += (points[i].global_m - points[j].global_m).head<2>().norm();
+    }
+  }
+  const double ratio = global_m / mesh_m;
+  if (mirrored_m < 0.2 * rms_m) return "their mirror image fits; look for latitude and longitude swapped, a wrong hemisphere or a wrong axis";
+  if (std::abs(ratio - 1.0) > kWorstFit) return fmt::format("their distances are {:.4g} times those in the mesh; look for a wrong unit", ratio);
+  return "check which point is which";
+}
+
+/// The motion as what the mesh does and what the road does after it.
+void take_apart(const Similarity& T, const Eigen::Vector3d& about_m, AlignReport& report) {
+  const Eigen::Quaterniond all(T.rotation);
+  const Eigen::Quaterniond about_z = Eigen::Quaterniond(all.w(), 0.0, 0.0, all.z()).normalized();
+  const Eigen::Quaterniond tilt = about_z.conjugate() * all;
+  report.T_global_mesh.yaw_rad = std::remainder(2.0 * std::atan2(about_z.z(), about_z.w()), 2.0 * std::numbers::pi);
+  report.tilt_and_scale.about_m = about_m;
+  report.tilt_and_scale.linear = T.scale * tilt.toRotationMatrix();
+  report.T_global_mesh.translation_m = T.scale * (T.rotation * about_m) + T.translation_m - about_z * about_m;
+  report.tilt_rad = Eigen::AngleAxisd(tilt).angle();
+  report.scale = T.scale;
+}
+
 }  // namespace
 
 AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOptions& options) {
-  if (points.size() < 2)
-    throw Error(fmt::format("{} control points; an alignment needs at least 2", points.size()));
+  const bool free = options.rotation == Rotation::free;
+  if (points.size() < (free ? 3 : 2)) {
+    throw Error(free ? fmt::format("{} control points; a free rotation needs at least 3, not all on one line", points.size())
+                     : fmt::format("{} control points; an alignment needs at least 2", points.size()));
+  }
   Indices all(points.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const auto refuse_narrow = [&](const Indices& used) {
@@ -146,55 +251,58 @@ AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOp
     return spread_m;
   };
   refuse_narrow(all);
+  fit_as(options, points, all);  // refuses points on one line before any is left out
   const Indices used = inliers(points, options);
   const double spread_m = refuse_narrow(used);
 
+  const Similarity motion = fit_as(options, points, used);
   AlignReport report;
-  report.T_global_mesh = fit(points, used);
-  report.rms_m = rms(report.T_global_mesh, points, used);
+  report.rms_m = rms(motion, points, used);
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < points.size(); ++i) {
-    report.residual_m.push_back(residual(report.T_global_mesh, points[i]));
+    report.residual_m.push_back(residual(motion, points[i]));
+    middle_m += points[i].mesh_m / static_cast<double>(points.size());
     if (!std::binary_search(used.begin(), used.end(), i)) report.outliers.push_back(points[i].name);
   }
   const double worst_m = std::max(kWorstFit_m, kWorstFit * spread_m);
   if (report.rms_m > worst_m) {
-    // Is there a reason that has a name?
-    std::string reason = "check which point is which";
-    const double mirrored_m = rms(fit(points, used, -1.0), points, used, -1.0);
-    double mesh_m = 0.0, global_m = 0.0;
-    for (const std::size_t i : used) {
-      for (const std::size_t j : used) {
-        mesh_m += (points[i].mesh_m - points[j].mesh_m).head<2>().norm();
-        global_m += (points[i].global_m - points[j].global_m).head<2>().norm();
-      }
-    }
-    const double ratio = global_m / mesh_m;
-    if (mirrored_m < 0.2 * report.rms_m) {
-      reason =
-          "their mirror image fits; look for latitude and longitude swapped, a wrong hemisphere or "
-          "a wrong axis";
-    } else if (std::abs(ratio - 1.0) > kWorstFit) {
-      reason = fmt::format(
-          "their distances are {:.4g} times those in the mesh; look for a wrong unit", ratio);
-    }
     throw Error(
         fmt::format("no rotation and translation fits the {} control points: {:.2f} m rms left "
                     "over {:.0f} m; wanted at most "
                     "{:.2f} m; {}",
-                    used.size(), report.rms_m, spread_m, worst_m, reason));
+                    used.size(), report.rms_m, spread_m, worst_m, reason_of_misfit(points, used, report.rms_m)));
   }
+  if (free || options.scale) take_apart(motion, middle_m, report);
+  if (free && report.tilt_rad > kSteepestTilt_rad) {
+    throw Error(fmt::format("the {} control points tilt the mesh by {:.1f} degrees; wanted at most {:.0f}; look for another axis that points "
+                            "up (--up), or latitude and longitude swapped", used.size(), report.tilt_rad * 180.0 / std::numbers::pi,
+                            kSteepestTilt_rad * 180.0 / std::numbers::pi));
+  }
+  if (options.scale && !(motion.scale <= kLargestScale && motion.scale >= 1.0 / kLargestScale)) {
+    throw Error(fmt::format("the {} control points scale the mesh by {:.4g}; wanted {} to {}; look for a wrong unit (--unit)", used.size(),
+                            motion.scale, 1.0 / kLargestScale, kLargestScale));
+  }
+  if (free) return report;
+  report.tilt_rad = std::numeric_limits<double>::quiet_NaN();
+  if (!options.scale) report.T_global_mesh = fit(points, used);
   if (used.size() >= 3) {
     std::vector<ControlPoint> kept;
     for (const std::size_t i : used) kept.push_back(points[i]);
     try {
-      const Similarity free = fit_similarity(kept, true);
-      report.scale = free.scale;
-      report.tilt_rad = std::acos(std::clamp(free.rotation(2, 2), -1.0, 1.0));
+      const Similarity check = fit_similarity(kept, true);
+      report.scale = options.scale ? motion.scale : check.scale;
+      report.tilt_rad = std::acos(std::clamp(check.rotation(2, 2), -1.0, 1.0));
     } catch (const Error&) {
-      // On a line: the two stay NaN, as the header says.
+      // On a line: what was not applied stays NaN, as the header says.
     }
   }
   return report;
+}
+
+void apply_to_mesh(const TiltAndScale& tilt_and_scale, Mesh& mesh) {
+  if (tilt_and_scale.is_identity()) return;
+  mesh.origin_m = tilt_and_scale(mesh.origin_m);
+  for (Eigen::Vector3d& p : mesh.vertices_m) p = tilt_and_scale.linear * p;
 }
 
 Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_scale) {
@@ -226,10 +334,7 @@ Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_sca
     }
   }
   throw Error(
-      fmt::format("{} control points that span no plane; a free rotation needs at least 3, none of "
-                  "them on the line of the "
-                  "others",
-                  points.size()));
+      fmt::format("{} control points that span no plane; a free rotation needs at least 3, not all on one line", points.size()));
 }
 
 AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool closed,

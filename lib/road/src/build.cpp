@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "build_steps.h"
 #include "clean_cache.h"
@@ -34,6 +35,16 @@ crg::ReferenceLine line_with_heights(crg::ReferenceLine line, const SampledGrid&
     line.z_m[i] = std::isnan(z) ? (i > 0 ? line.z_m[i - 1] : 0.0) : static_cast<double>(z);
   }
   return line;
+}
+
+/// Where a point in plan of the mesh goes when that is tilted and scaled; as high as the nearest vertex.
+Eigen::Vector2d moved(const Eigen::Vector2d& near_m, const Mesh& mesh, const TiltAndScale& change) {
+  double best = std::numeric_limits<double>::infinity(), z_m = 0.0;
+  for (const Eigen::Vector3d& p : mesh.vertices_m) {
+    const double square = ((mesh.origin_m + p).head<2>() - near_m).squaredNorm();
+    if (square < best) best = square, z_m = mesh.origin_m.z() + p.z();
+  }
+  return change({near_m.x(), near_m.y(), z_m}).head<2>();
 }
 
 std::string index_of_patches(const std::filesystem::path& dir, const Recipe& recipe) { return (dir / (recipe.name + ".patches")).string(); }
@@ -112,17 +123,29 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     }
   }
 
+  // Everything small first: a damaged one is refused before the mesh costs seconds.
+  summary.placement = place_mesh(recipe);
+  const TiltAndScale tilt_and_scale = summary.placement ? summary.placement->align.tilt_and_scale : TiltAndScale{};
+  const std::optional<FrictionPaint> paint = recipe.friction.wanted ? std::optional(read_friction_paint(recipe.friction)) : std::nullopt;
+  CleanOptions clean_options = recipe.clean;
+  CentrelineOptions centreline_options = recipe.centreline;
   Mesh mesh = stage("read", [&] {
-    return read_mesh(recipe.mesh_path, recipe.read, &summary.read);
+    Mesh read = read_mesh(recipe.mesh_path, recipe.read, &summary.read);
+    if (tilt_and_scale.is_identity()) return read;
+    for (auto* near_m : {&clean_options.near_m, &centreline_options.start_near_m}) {
+      if (*near_m) **near_m = moved(**near_m, read, tilt_and_scale);
+    }
+    apply_to_mesh(tilt_and_scale, read);
+    return read;
   });
   const RoadMesh road = stage("clean", [&] {
     const std::string cache_path = (dir / (recipe.name + ".clean.cache")).string();
-    const std::string key = clean_key(recipe, program_name(), mesh_sha256);
+    const std::string key = clean_key(recipe, tilt_and_scale, program_name(), mesh_sha256);
     std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, cache_path);
     paths.clean_reused = cleaned.has_value();
     if (!cleaned) {
       cleaned.emplace();
-      cleaned->road = clean(mesh, recipe.clean, &cleaned->report);
+      cleaned->road = clean(mesh, clean_options, &cleaned->report);
       if (mesh.triangles.size() >= kTrianglesWorthKeeping) write_clean_cache(*cleaned, key, cache_path);
     }
     write_road_mesh(cleaned->road, paths.stl_path);
@@ -130,7 +153,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     return std::move(cleaned->road);
   });
   const Centreline centreline = stage("centreline", [&] {
-    Centreline traced = trace_centreline(road, recipe.centreline);
+    Centreline traced = trace_centreline(road, centreline_options);
     write_centreline_csv(traced, paths.centreline_path);
     return traced;
   });
@@ -161,14 +184,14 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   std::optional<crg::Grid> friction;
   if (recipe.friction.wanted) {
     friction = stage("friction", [&] {
-      return friction_grid(sampled, surface, road, line, recipe.friction, recipe.sample.threads, &summary.friction);
+      return friction_grid(sampled, surface, road, line, recipe.friction, *paint, recipe.sample.threads, &summary.friction);
     });
     paths.friction_path = (dir / (recipe.name + ".friction.crg")).string();
     summary.friction_file = recipe.name + ".friction.crg";
   }
   ValidateOptions validate_options = recipe.validate;
   stage("align", [&] {
-    summary.placement = place_road(recipe, line_with_heights(line, sampled));
+    if (recipe.trajectory_path) summary.placement = place_road(recipe, line_with_heights(line, sampled));
     if (!summary.placement) return;
     validate_options.T_global_mesh = summary.placement->align.T_global_mesh;
     apply_alignment(validate_options.T_global_mesh, line);

@@ -8,8 +8,8 @@
 
 namespace road {
 
-/// Everything that cleaning depends on, as text: program, bytes of the mesh (by hash), how it is read and cleaned.
-std::string clean_key(const Recipe& recipe, const std::string& program, const std::string& mesh_sha256);
+/// Everything that cleaning depends on, as text: program, bytes of the mesh (by hash), how it is read, tilted, scaled and cleaned.
+std::string clean_key(const Recipe& recipe, const TiltAndScale& tilt_and_scale, const std::string& program, const std::string& mesh_sha256);
 
 struct Cleaned {
   RoadMesh road;

@@ -110,11 +110,15 @@ FrictionPicture read_friction_picture(const std::string& path) {
   return picture;
 }
 
+FrictionPaint read_friction_paint(const FrictionOptions& options) {
+  FrictionPaint paint;
+  if (options.zones_path) paint.zones = read_friction_zones(*options.zones_path);
+  if (options.picture_path) paint.picture = read_friction_picture(*options.picture_path);
+  return paint;
+}
+
 crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road, const crg::ReferenceLine& line,
-                        const FrictionOptions& options, unsigned threads, FrictionReport* report) {
-  const std::vector<FrictionZone> zones = options.zones_path ? read_friction_zones(*options.zones_path) : std::vector<FrictionZone>{};
-  const std::optional<FrictionPicture> picture =
-      options.picture_path ? std::optional(read_friction_picture(*options.picture_path)) : std::nullopt;
+                        const FrictionOptions& options, const FrictionPaint& paint, unsigned threads, FrictionReport* report) {
   std::vector<ObjectKind> kinds;
   for (const MeshObject& object : road.mesh.objects) kinds.push_back(kind_of(object));
   bool named = false;
@@ -142,14 +146,14 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
           }
         }
         double friction = value[static_cast<std::size_t>(kind)];
-        if (picture) {
+        if (paint.picture) {
           const crg::Point2 p = crg::node_position(line, i, grid.v_m[j]);
-          if (const auto painted = picture->at(p.x_m, p.y_m)) {
+          if (const auto painted = paint.picture->at(p.x_m, p.y_m)) {
             friction = *painted;
             kind = Kind::painted;
           }
         }
-        for (const FrictionZone& zone : zones) {
+        for (const FrictionZone& zone : paint.zones) {
           const bool along = zone.u_begin_m <= zone.u_end_m ? u >= zone.u_begin_m && u <= zone.u_end_m : u >= zone.u_begin_m || u <= zone.u_end_m;
           if (!along || grid.v_m[j] < zone.v_begin_m || grid.v_m[j] > zone.v_end_m) continue;
           friction = zone.friction;

@@ -25,30 +25,30 @@ auto naming(const std::string& path, const Body& body) {
 
 /// Whether the points fit when their latitudes and longitudes are changed like this.
 template <class Change>
-bool fits_when(ControlPoints file, const Change& change) {
+bool fits_when(ControlPoints file, const AlignOptions& options, const Change& change) {
   try {
     for (std::size_t i = 0; i < file.points.size(); ++i) {
       const Eigen::Vector2d at = change(file.latitude_longitude_deg[i]);
       if (i == 0) file.projection = projection_at(file.projection.kind, at.x(), at.y());
       file.points[i].global_m.head<2>() = project(file.projection, at.x(), at.y());
     }
-    fit_alignment(file.points);
+    fit_alignment(file.points, options);
     return true;
   } catch (const Error&) {
     return false;
   }
 }
 
-AlignReport fit_naming_the_reason(const ControlPoints& file) {
+AlignReport fit_naming_the_reason(const ControlPoints& file, const AlignOptions& options) {
   try {
-    return fit_alignment(file.points);
+    return fit_alignment(file.points, options);
   } catch (const Error& error) {
     if (file.latitude_longitude_deg.empty()) throw;
     using Degrees = Eigen::Vector2d;
-    if (fits_when(file, [](const Degrees& at) { return Degrees(at.y(), at.x()); }))
+    if (fits_when(file, options, [](const Degrees& at) { return Degrees(at.y(), at.x()); }))
       throw Error("no rotation and translation fits, but it does with latitude and longitude swapped; exchange the two columns");
     // North for south and east for west are the same mirror, half a turn apart.
-    if (fits_when(file, [](const Degrees& at) { return Degrees(-at.x(), at.y()); }))
+    if (fits_when(file, options, [](const Degrees& at) { return Degrees(-at.x(), at.y()); }))
       throw Error("no rotation and translation fits, but it does in another hemisphere; check the signs of lat_deg and lon_deg");
     throw;
   }
@@ -58,9 +58,16 @@ Placement by_control_points(const Recipe& recipe, const std::string& path) {
   Placement placement;
   placement.by = "control_points";
   const ControlPoints file = read_control_point_file(path, recipe.projection);
-  placement.align = naming(path, [&] { return fit_naming_the_reason(file); });
+  placement.align = naming(path, [&] { return fit_naming_the_reason(file, recipe.align); });
   placement.projection = file.projection;
   for (const ControlPoint& point : file.points) placement.point_names.push_back(point.name);
+  return placement;
+}
+
+Placement by_values(const RotoTranslation& T_global_mesh) {
+  Placement placement;
+  placement.by = "values";
+  placement.align.T_global_mesh = T_global_mesh;
   return placement;
 }
 
@@ -79,21 +86,31 @@ Placement by_trajectory(const Recipe& recipe, const std::string& path, const crg
   return placement;
 }
 
+/// What projected coordinates do not say themselves.
+void set_zone(const Recipe& recipe, Placement& placement) {
+  if (placement.projection.kind != Projection::Kind::none || !recipe.utm_zone) return;
+  placement.projection.kind = Projection::Kind::utm;
+  placement.projection.zone = *recipe.utm_zone;
+}
+
 }  // namespace
 
-std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line) {
+std::optional<Placement> place_mesh(const Recipe& recipe) {
+  if (!recipe.control_points_path && (recipe.align.rotation != AlignOptions::Rotation::about_z || recipe.align.scale))
+    throw Error("align_rotation and align_scale are fitted to control points, and there are none; give control_points too");
   std::optional<Placement> placement;
   if (recipe.control_points_path) placement = by_control_points(recipe, *recipe.control_points_path);
-  if (recipe.trajectory_path) placement = by_trajectory(recipe, *recipe.trajectory_path, line);
-  if (recipe.T_global_mesh) {
-    placement.emplace();
-    placement->by = "values";
-    placement->align.T_global_mesh = *recipe.T_global_mesh;
-  }
-  if (placement && placement->projection.kind == Projection::Kind::none && recipe.utm_zone) {
-    placement->projection.kind = Projection::Kind::utm;
-    placement->projection.zone = *recipe.utm_zone;
-  }
+  if (recipe.T_global_mesh) placement = by_values(*recipe.T_global_mesh);
+  if (placement) set_zone(recipe, *placement);
+  // Refused here rather than after the mesh was cleaned.
+  if (recipe.trajectory_path) read_trajectory(*recipe.trajectory_path, recipe.projection);
+  return placement;
+}
+
+std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line) {
+  if (!recipe.trajectory_path) return place_mesh(recipe);
+  Placement placement = by_trajectory(recipe, *recipe.trajectory_path, line);
+  set_zone(recipe, placement);
   return placement;
 }
 

@@ -319,6 +319,11 @@ std::vector<RecipeKey> make_keys() {
                     recipe.trajectory_path = text;
                   },
                   [](const Recipe& recipe) { return recipe.trajectory_path.value_or(""); }});
+  keys.push_back(choice<AlignOptions::Rotation>("align", "align_rotation", {{"z", AlignOptions::Rotation::about_z}, {"free", AlignOptions::Rotation::free}},
+                                                "fitted to control points: about z, or free, which also tilts the mesh",
+                                                [](Recipe& r) -> AlignOptions::Rotation& { return r.align.rotation; }));
+  keys.push_back(yes_or_no("align", "align_scale", "a scale is fitted to control points too",
+                           [](Recipe& r) -> bool& { return r.align.scale; }));
   keys.push_back(choice<Projection::Kind>("align", "projection", {{"utm", Projection::Kind::utm}, {"tm", Projection::Kind::tm}},
                                           "of latitudes and longitudes: UTM, or transverse Mercator of scale 1 about the first",
                                           [](Recipe& r) -> Projection::Kind& { return r.projection; }));

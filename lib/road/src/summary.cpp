@@ -142,6 +142,12 @@ Json json_of(const Placement& placement) {
     projection = fmt::format("UTM_{:02}{}", placement.projection.zone.number, placement.projection.zone.north ? 'N' : 'S');
   if (placement.projection.kind == Projection::Kind::tm)
     projection = fmt::format("TM about {}, {} deg", placement.projection.latitude_deg, placement.projection.longitude_deg);
+  Json tilt_and_scale = nullptr;
+  if (!report.tilt_and_scale.is_identity()) {
+    const Eigen::Vector3d& about = report.tilt_and_scale.about_m;
+    const Eigen::Matrix3d rows = report.tilt_and_scale.linear.transpose();  // Eigen counts down the columns
+    tilt_and_scale = {{"about_m", {about.x(), about.y(), about.z()}}, {"linear", std::vector<double>(rows.data(), rows.data() + 9)}};
+  }
   return {{"by", placement.by},
           {"yaw_deg", report.T_global_mesh.yaw_rad * 180.0 / std::numbers::pi},
           {"translation_m", {t.x(), t.y(), t.z()}},
@@ -149,6 +155,7 @@ Json json_of(const Placement& placement) {
           {"residual_m", report.residual_m},
           {"rms_m", report.rms_m},
           {"outliers", report.outliers},
+          {"tilt_and_scale", tilt_and_scale},
           {"tilt_rad", report.tilt_rad},
           {"scale", report.scale},
           {"projection", projection}};
@@ -293,6 +300,17 @@ GridReport describe(const crg::Grid& grid) {
   }
   return report;
 }
+
+namespace {
+
+/// Object names of a mesh need not be UTF-8.
+std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+}  // namespace
+
+std::string json_text(const SmoothReport& report, const SmoothOptions& options) { return text_of(json_of(report, options)); }
+std::string json_text(const Placement& placement) { return text_of(json_of(placement)); }
+std::string json_text(const ValidateReport& report, const ValidateLimits& limits) { return text_of(json_of(report, limits)); }
 
 std::string summary_json(const BuildSummary& summary) {
   Json out = head_of(summary);

@@ -499,9 +499,11 @@ report::TrackReport make_report(const ReportRequest& request) {
   // Everything there is to compare with.
   Loaded loaded;
   RotoTranslation T_global_mesh = request.T_global_mesh;
+  TiltAndScale tilt_and_scale;
   if (!request.control_points.empty()) {
-    const AlignReport aligned = fit_alignment(request.control_points);
+    const AlignReport aligned = fit_alignment(request.control_points, request.align);
     T_global_mesh = aligned.T_global_mesh;
+    tilt_and_scale = aligned.tilt_and_scale;
     for (std::size_t k = 0; k < request.control_points.size(); ++k) {
       const ControlPoint& point = request.control_points[k];
       report.control_points.push_back({point.name, point.global_m.x(), point.global_m.y(), aligned.residual_m[k]});
@@ -517,7 +519,10 @@ report::TrackReport make_report(const ReportRequest& request) {
   };
   const auto read_surface = [&](const std::string& path) { return crg::Surface(crg::read(path)); };
   if (request.mesh != nullptr || !request.mesh_path.empty()) {
-    if (request.mesh == nullptr) loaded.mesh = read_mesh(request.mesh_path, request.read);
+    if (request.mesh == nullptr) {
+      loaded.mesh = read_mesh(request.mesh_path, request.read);
+      apply_to_mesh(tilt_and_scale, *loaded.mesh);
+    }
     if (!request.mesh_path.empty()) also("mesh", request.mesh_path);
     loaded.rays.emplace(request.mesh != nullptr ? *request.mesh : *loaded.mesh);
     compare_with("mesh", "mesh", reference_of(*loaded.rays, T_global_mesh), true);

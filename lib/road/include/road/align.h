@@ -1,4 +1,4 @@
-// From the mesh's frame to global coordinates by a roto-translation.
+// From the mesh's frame to global coordinates.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +9,7 @@
 
 #include "crg/file.h"
 #include "crg/reference_line.h"
+#include "road/mesh.h"
 
 namespace road {
 
@@ -24,26 +25,45 @@ struct ControlPoint {
   Eigen::Vector3d global_m;
 };
 
+/// What a road cannot do and its mesh must: p becomes about_m + linear (p - about_m). The rotation in `linear` is about a
+/// level axis; what turns about z is in the RotoTranslation that comes after.
+struct TiltAndScale {
+  Eigen::Vector3d about_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d linear = Eigen::Matrix3d::Identity();
+
+  bool is_identity() const { return linear == Eigen::Matrix3d::Identity(); }
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p_m) const {
+    return is_identity() ? p_m : Eigen::Vector3d(about_m + linear * (p_m - about_m));
+  }
+};
+
 struct AlignOptions {
-  /// Points that contradict the others are named and left out; needs at least 4 points, of which
-  /// more than half agree.
+  enum class Rotation : std::uint8_t {
+    about_z,  ///< z stays up
+    free      ///< at least 3 points, none of them on the line of the others; tilts of at most 20 degrees
+  } rotation = Rotation::about_z;
+  bool scale = false;  ///< one factor for all axes, 0.5 to 2
+  /// Points that contradict the others are named and left out; needs at least 4 points (5 for a free rotation), of
+  /// which more than half agree.
   bool reject_outliers = true;
   /// Nothing nearer than this is called an outlier, however well the others agree.
   double smallest_outlier_m = 0.05;
 };
 
 struct AlignReport {
+  TiltAndScale tilt_and_scale;  ///< done to the mesh first; identity unless AlignOptions asks for more than the other
   RotoTranslation T_global_mesh;
   std::vector<double> residual_m;     ///< per control point, outliers too
   double rms_m = 0.0;                 ///< over the points that were used
   std::vector<std::string> outliers;  ///< names of the points left out
-  /// What a free rotation and scale would add, as a check of units and plumb; NaN when fewer than 3
-  /// points were used or they lie on a line.
+  /// What was applied of them; otherwise what a free rotation and scale would add, as a check of units and plumb, NaN when
+  /// fewer than 3 points were used or they lie on a line.
   double tilt_rad = std::numeric_limits<double>::quiet_NaN();
   double scale = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Least squares over >= 2 control points (>= 3 m apart): rotation about z and translation.
+/// Least squares over >= 2 control points (>= 3 m apart): rotation about z and translation; free rotation (>= 3 points that
+/// span a plane) and scale where the options ask for them.
 /// Throws Error on a degenerate set, and when no such motion fits: says whether the points are a
 /// mirror image (latitude and longitude swapped, wrong hemisphere) or scaled (units).
 AlignReport fit_alignment(const std::vector<ControlPoint>& points,
@@ -130,6 +150,9 @@ struct Trajectory {
 Trajectory read_trajectory(const std::string& path, Projection::Kind kind = Projection::Kind::utm);
 /// The points alone.
 std::vector<ControlPoint> read_control_points(const std::string& path);
+
+/// Tilts and scales every vertex.
+void apply_to_mesh(const TiltAndScale& tilt_and_scale, Mesh& mesh);
 
 /// Moves the line, and with it the heights that it carries, to the global frame.
 void apply_alignment(const RotoTranslation& T_global_mesh, crg::ReferenceLine& line);

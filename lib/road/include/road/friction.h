@@ -52,16 +52,25 @@ struct FrictionPicture {
 /// A PNG with its world file beside it: the same name with .pgw or .wld. Throws Error.
 FrictionPicture read_friction_picture(const std::string& path);
 
+/// What lies over the classes.
+struct FrictionPaint {
+  std::vector<FrictionZone> zones;
+  std::optional<FrictionPicture> picture;
+};
+
+/// The files that the options name, read. Throws Error.
+FrictionPaint read_friction_paint(const FrictionOptions& options);
+
 struct FrictionReport {
   std::map<std::string, std::size_t> nodes;  ///< "road", "kerb", "grass", "gravel", "paint", "concrete", "painted" -> nodes
 };
 
 /// The sampled grid with friction in place of heights; NaN where there is no road. What a node is: its
 /// class, and words in the object, material and texture names of the triangle below it (paint, line,
-/// marking; concrete; gravel, sand; asphalt, tarmac on run-off). Without names the class alone. The picture and the
-/// zones of the options lie over that; `line` is in the frame of the mesh. Throws Error for files that cannot be read.
+/// marking; concrete; gravel, sand; asphalt, tarmac on run-off). Without names the class alone. `paint` lies over that;
+/// `line` is in the frame of the mesh.
 crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road,
-                        const crg::ReferenceLine& line, const FrictionOptions& options, unsigned threads,
+                        const crg::ReferenceLine& line, const FrictionOptions& options, const FrictionPaint& paint, unsigned threads,
                         FrictionReport* report = nullptr);
 
 }  // namespace road

@@ -17,7 +17,12 @@ struct Placement {
   Projection projection;
 };
 
-/// From the recipe's control points, trajectory or values; empty when it has none. `line` is the road's
+/// From the recipe's control points or values, which need no road; empty when it has none. A trajectory is only read, so
+/// that a damaged one is refused early. Throws Error as fit_alignment(), naming the file, and for a free rotation or scale
+/// without control points.
+std::optional<Placement> place_mesh(const Recipe& recipe);
+
+/// The same, or from the recipe's trajectory. `line` is the road's
 /// in the frame of the mesh, its z_m may be empty (a trajectory then fits in plan, and its mean height
 /// is not used). Throws Error as fit_alignment() and fit_to_trajectory(), naming the file.
 std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line);

@@ -91,6 +91,11 @@ std::string program_name();
 /// Peak memory and the versions of the libraries are added here.
 std::string summary_json(const BuildSummary& summary);
 
+/// The objects under "smooth", "align" and "validation" in it, as the single stages print them.
+std::string json_text(const SmoothReport& report, const SmoothOptions& options);
+std::string json_text(const Placement& placement);
+std::string json_text(const ValidateReport& report, const ValidateLimits& limits);
+
 /// The text of the summary at `path` when it was written by this program from the inputs and the recipe of
 /// `fresh`, and every output that it names still lies beside it unchanged. Nothing otherwise.
 std::optional<std::string> unchanged_summary(const std::string& path, const BuildSummary& fresh);

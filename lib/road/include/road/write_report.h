@@ -31,6 +31,7 @@ struct ReportRequest {
   const Mesh* mesh = nullptr;              ///< the same, already read; mesh_path then only names it
   MeshReadOptions read;                    ///< how to read mesh_path
   std::vector<ControlPoint> control_points;  ///< fitted: residuals on the plan, and where the mesh lies
+  AlignOptions align;                      ///< how; a mesh already read is tilted and scaled already
   RotoTranslation T_global_mesh;           ///< where the mesh lies, when there are no control points
   std::string against_path;                ///< another road file
   std::string cloud_path;                  ///< measured points: names those in cloud_points_m; its files belong in sources
