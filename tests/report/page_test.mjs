@@ -101,11 +101,22 @@ try {
   {
     const { page, context, problems } = await open('defects');
     check((await page.innerText('[data-view="verdict"]')).startsWith('Not usable'), 'the road with defects is not usable');
-    for (const view of ['heat-mesh', 'heat-against', 'heat-before', 'histogram-mesh', 'worst', 'curve-largest_error_mesh_m']) {
+    for (const view of ['rough', 'heat-mesh', 'heat-against', 'heat-before', 'histogram-mesh', 'worst', 'curve-largest_error_mesh_m']) {
       check(await page.$(`[data-view="${view}"]`) !== null, `view ${view} is present`);
     }
     check((await page.$$('[data-view="worst"]')).length === 30, 'ten worst places for each of three comparisons');
     check(await painted(page, '[data-view="heat-mesh"] canvas') > 0.05, 'the heat map is drawn');
+    const rough = await page.innerText('[data-view="rough"]');
+    check(rough.includes('more than 15 mm') && rough.includes('nodes are off the mesh'), `the stretches that leave the mesh say why: ${rough.slice(0, 200)}`);
+    // The bump of 100 mm at u = 120 m is the largest.
+    const [roughBegin, roughEnd] = await page.$eval('[data-view="rough"] button.place', (node) => [Number(node.dataset.begin), Number(node.dataset.end)]);
+    check(roughBegin > 118.5 && roughEnd < 121.5, `the largest stretch is the bump (${roughBegin} to ${roughEnd})`);
+    const framed = await picture(page, '[data-view="plan"] canvas');
+    await page.click('[data-view="rough"] button.place >> nth=0');
+    await settle(page);
+    check(await picture(page, '[data-view="plan"] canvas') !== framed, 'its link moves the plan');
+    await page.click('[data-role="reset"]');
+    await settle(page);
 
     // Every link among the findings moves every view.
     const links = await page.$$('[data-view="findings"] button.place');

@@ -158,6 +158,30 @@ TEST_F(WriteReport, MeshComparisonAndControlPointsAreThere) {
   EXPECT_EQ(report["control_points"].size(), 3u);
   EXPECT_EQ(report["along_u"]["largest_error_mesh_m"].size(), clean_oval().grid.rows());
   EXPECT_EQ(report["kerbs"][0]["profile"]["lines"].size(), 2u);
+  EXPECT_EQ(report["rough"]["limit_m"], 0.015);
+}
+
+TEST_F(WriteReport, StretchesOffTheMeshAreNamedOrTakenAsGiven) {
+  const road::Mesh mesh = test_support::mesh_of(clean_oval(), 2);
+  Oval bad = clean_oval();
+  test_support::plant(bad, [](double u, double v) { return u > 120.0 && u < 125.0 && std::abs(v) < 2.0 ? 0.05 : 0.0; });
+  road::ReportRequest request;
+  request.crg_path = write(bad, "bad.crg");
+  EXPECT_TRUE(report_of(request)["rough"].is_null());
+  request.mesh = &mesh;
+  const json places = report_of(request)["rough"]["places"];
+  ASSERT_FALSE(places.empty());
+  double first_m = 1e9, last_m = 0.0;
+  for (const json& place : places) {
+    if (place["largest_error_m"] < 0.04) continue;
+    EXPECT_NE(place["reason"].get<std::string>().find("own nodes are off the mesh"), std::string::npos);
+    first_m = std::min(first_m, place["u_begin_m"].get<double>());
+    last_m = std::max(last_m, place["u_end_m"].get<double>());
+  }
+  EXPECT_NEAR(first_m, 120.0, 0.6);
+  EXPECT_NEAR(last_m, 125.0, 0.6);
+  request.rough_places = {{1.0, 2.0, -1.0, 1.0, 0.5, "told"}};
+  EXPECT_EQ(report_of(request)["rough"]["places"][0]["reason"], "told");
 }
 
 TEST_F(WriteReport, OneAndManyThreadsGiveTheSameBytes) {

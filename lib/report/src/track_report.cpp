@@ -182,6 +182,19 @@ Json roughness_json(const TrackReport& report) {
   return list;
 }
 
+Json rough_json(const TrackReport& report) {
+  Json places = Json::array();
+  for (const RoughPlaceView& p : report.rough_places) {
+    places.push_back({{"u_begin_m", number(p.u_begin_m)},
+                      {"u_end_m", number(p.u_end_m)},
+                      {"v_min_m", number(p.v_min_m)},
+                      {"v_max_m", number(p.v_max_m)},
+                      {"largest_error_m", number(p.largest_error_m)},
+                      {"reason", p.reason}});
+  }
+  return {{"limit_m", number(report.rough_limit_m)}, {"places", std::move(places)}};
+}
+
 Json inputs_json(const TrackReport& report) {
   Json list = Json::array();
   for (const ReportInputFile& input : report.inputs) list.push_back({{"role", input.role}, {"path", input.path}, {"sha256", input.sha256}});
@@ -217,6 +230,7 @@ Json common_json(const TrackReport& report) {
           {"u_end_m", report.u_end_m},
           {"closed", report.closed},
           {"comparisons", std::move(comparisons)},
+          {"rough", report.rough_limit_m > 0.0 ? rough_json(report) : Json(nullptr)},
           {"kerbs", kerbs_json(report)},
           {"roughness", roughness_json(report)},
           {"file", facts_json(report.file)},

@@ -21,6 +21,7 @@
 #include "road/parallel.h"
 #include "road/ray_surface.h"
 #include "road/roughness.h"
+#include "rough_places.h"
 
 namespace road {
 
@@ -526,6 +527,11 @@ report::TrackReport make_report(const ReportRequest& request) {
     if (!request.mesh_path.empty()) also("mesh", request.mesh_path);
     loaded.rays.emplace(request.mesh != nullptr ? *request.mesh : *loaded.mesh);
     compare_with("mesh", "mesh", reference_of(*loaded.rays, T_global_mesh), true);
+    ValidateOptions validation;
+    validation.T_global_mesh = T_global_mesh;
+    report.rough_limit_m = validation.named_error_m;
+    for (const RoughPlace& p : request.rough_places ? *request.rough_places : find_rough_places(surface, *loaded.rays, validation, {}))
+      report.rough_places.push_back({p.u_begin_m, p.u_end_m, p.v_min_m, p.v_max_m, p.largest_error_m, p.reason});
   }
   if (!request.against_path.empty()) {
     loaded.against.emplace(read_surface(request.against_path));

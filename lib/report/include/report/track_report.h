@@ -81,6 +81,12 @@ struct ComparisonView {
   std::vector<CrossPlot> worst;
 };
 
+/// A stretch where the road leaves its mesh, and why.
+struct RoughPlaceView {
+  double u_begin_m = 0.0, u_end_m = 0.0, v_min_m = 0.0, v_max_m = 0.0, largest_error_m = 0.0;
+  std::string reason;
+};
+
 struct KerbView {
   double u_begin_m = 0.0, u_end_m = 0.0, v_begin_m = 0.0, v_end_m = 0.0, height_m = 0.0, width_m = 0.0;
   std::string side;
@@ -131,6 +137,8 @@ struct TrackReport {
   Sheet sheet;                 ///< the whole road, decimated
   std::vector<Sheet> windows;  ///< full detail where it matters
   std::vector<ComparisonView> comparisons;
+  std::vector<RoughPlaceView> rough_places;  ///< beyond rough_limit_m from the mesh
+  double rough_limit_m = 0.0;                ///< 0: not looked for
   std::vector<KerbView> kerbs;
   std::vector<RoughnessTrack> roughness;
   std::vector<Fact> file;                   ///< what the file is: format, rows, bytes, ...

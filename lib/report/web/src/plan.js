@@ -129,6 +129,22 @@ export function makePlan(sheet, windows, data, state) {
       context.arc(x, y, 7, 0, 2 * Math.PI);
       context.stroke();
     }
+    // Where the road leaves its mesh: along the stretch, never shorter than a dot.
+    context.strokeStyle = css('--s4');
+    context.lineWidth = 4;
+    context.lineCap = 'round';
+    for (const place of data.rough?.places ?? []) {
+      const v = 0.5 * (place.v_min_m + place.v_max_m);
+      const j = Math.max(0, sheet.v.findIndex((w) => w >= v));
+      context.beginPath();
+      for (let i = sheet.rowOf(place.u_begin_m); i <= sheet.rowOf(place.u_end_m); ++i) {
+        const [x, y] = toScreen(sheet.px[i * sheet.columns + j], sheet.py[i * sheet.columns + j]);
+        context.lineTo(x, y);
+        if (i === sheet.rowOf(place.u_begin_m)) context.lineTo(x + 0.1, y);
+      }
+      context.stroke();
+    }
+    context.lineCap = 'butt';
     for (const point of data.control_points) {
       const [x, y] = toScreen(point.x_m - data.x_base_m, point.y_m - data.y_base_m);
       context.strokeStyle = text;
@@ -240,6 +256,11 @@ export function makePlan(sheet, windows, data, state) {
     field = sheet.fields.find((f) => f.key === state.field) ?? sheet.fields[0];
     scale = scaleOf(field, sheet.rowOf(state.range[0]) * sheet.columns, (sheet.rowOf(state.range[1]) + 1) * sheet.columns);
     drawLegend(legend, field, scale, el);
+    if ((data.rough?.places.length ?? 0) > 0) {
+      const dot = el('i');
+      dot.style.background = 'var(--s4)';
+      legend.append(dot, `leaves the mesh by more than ${(1000 * data.rough.limit_m).toFixed(0)} mm`);
+    }
   }
 
   state.subscribe((what) => {

@@ -43,7 +43,7 @@ export function seam(data, state) {
   placeButton(state, data.u_end_m - 2, data.u_end_m), ' ', placeButton(state, data.u_begin_m, data.u_begin_m + 2));
 }
 
-function heatMap(comparison, state) {
+function heatMap(comparison, places, state) {
   const map = comparison.map;
   const columns = map.v_m.length;
   const error = unpackRows(map.error, columns);
@@ -97,6 +97,15 @@ function heatMap(comparison, state) {
         context.clip();
         context.imageSmoothingEnabled = x1 - x0 < 2 * width;
         context.drawImage(picture, x0, y0, x1 - x0, y1 - y0);
+        // Frames around the stretches that leave the mesh, large enough to be seen.
+        context.strokeStyle = css('--s4');
+        context.lineWidth = 1.5 * (window.devicePixelRatio || 1);
+        const least = 3 * context.lineWidth;
+        for (const place of places) {
+          const u0 = plot.valToPos(place.u_begin_m, 'x', true), u1 = plot.valToPos(place.u_end_m, 'x', true);
+          const top = plot.valToPos(place.v_max_m, 'y', true), bottom = plot.valToPos(place.v_min_m, 'y', true);
+          context.strokeRect(u0 - least, top - least, u1 - u0 + 2 * least, bottom - top + 2 * least);
+        }
         context.restore();
       }],
     },
@@ -108,8 +117,37 @@ function heatMap(comparison, state) {
   };
   const legend = el('div', { class: 'legend' },
     swatch('rgb(30,80,190)', `${mm(limit)} below`), swatch('var(--mid)', 'equal'), swatch('rgb(190,30,40)', `${mm(limit)} above`),
-    swatch('rgb(225,190,60)', 'nothing within reach to compare with'));
+    swatch('rgb(225,190,60)', 'nothing within reach to compare with'),
+    places.length > 0 ? swatch('var(--s4)', 'framed: named below') : null);
   return [chart, legend];
+}
+
+/// Where the road leaves its mesh: how much of it and why, and every stretch, the largest first.
+function roughPlaces(data, state) {
+  const { limit_m: limit, places } = data.rough;
+  const root = el('div', { 'data-view': 'rough' }, el('h3', {}, `Where the road leaves the mesh by more than ${mm(limit)}`));
+  if (places.length === 0) {
+    root.append(el('p', {}, 'Nowhere that was looked at: the middle of every cell of the rows 0.5 m apart, and every cell where the heights bend.'));
+    return root;
+  }
+  const reasons = [...new Set(places.map((place) => place.reason))].map((reason) => {
+    const some = places.filter((place) => place.reason === reason);
+    return [reason, some, some.reduce((sum, place) => sum + place.u_end_m - place.u_begin_m, 0)];
+  }).sort((a, b) => b[1].length - a[1].length);
+  root.append(table(['why', { number: 'places' }, { number: 'length along u' }, { number: 'largest error' }], reasons.map(([reason, some, length]) => [
+    reason, { number: some.length }, { number: `${metres(length)} m` }, { number: mm(Math.max(...some.map((place) => place.largest_error_m))) }])));
+  const sorted = [...places].sort((a, b) => b.largest_error_m - a.largest_error_m);
+  const row = (place) => el('tr', {}, el('td', {}, placeButton(state, place.u_begin_m, place.u_end_m)),
+    el('td', { class: 'number' }, place.v_max_m - place.v_min_m < 0.05 ? place.v_min_m.toFixed(2) : `${place.v_min_m.toFixed(2)} … ${place.v_max_m.toFixed(2)}`),
+    el('td', { class: 'number' }, mm(place.largest_error_m)), el('td', {}, place.reason));
+  const body = el('tbody', {}, sorted.slice(0, 12).map(row));
+  root.append(el('div', { class: 'scroll' }, el('table', { class: 'rough' }, el('thead', {}, el('tr', {},
+    el('th', {}, 'place'), el('th', { class: 'number' }, 'v / m'), el('th', { class: 'number' }, 'largest error'), el('th', {}, 'why'))), body)));
+  if (sorted.length > 12) {
+    const more = el('button', { type: 'button', onclick: () => { more.remove(); body.append(...sorted.slice(12).map(row)); } }, `Show the other ${sorted.length - 12} places`);
+    root.append(more);
+  }
+  return root;
 }
 
 function histogram(comparison) {
@@ -136,7 +174,8 @@ export function errors(data, state) {
       comparison.points.toLocaleString('en'), mm(comparison.abs_error_m.p50), mm(comparison.abs_error_m.p95), mm(comparison.abs_error_m.p99),
       mm(comparison.abs_error_m.max), mm(comparison.mean_m), `${(100 * comparison.share_without_reference).toFixed(3)} %`,
     ].map((number) => ({ number }))]),
-    el('h3', {}, 'Error over u and v'), heatMap(comparison, state),
+    el('h3', {}, 'Error over u and v'), heatMap(comparison, comparison.key === 'mesh' && data.rough ? data.rough.places : [], state),
+    comparison.key === 'mesh' && data.rough ? roughPlaces(data, state) : null,
     el('div', { class: 'two' },
       el('div', {}, el('h3', {}, 'Distribution'), histogram(comparison)),
       el('div', {}, el('h3', {}, 'Worst places'), table(['place', { number: 'error' }], comparison.worst.map((cut) => [

@@ -1,6 +1,7 @@
 // The validation report of a road file: every number computed once, then report.json and report.html.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "road/mesh.h"
 #include "road/read_mesh.h"
 #include "road/sample.h"
+#include "road/validate.h"
 
 namespace report {
 struct TrackReport;
@@ -33,6 +35,7 @@ struct ReportRequest {
   std::vector<ControlPoint> control_points;  ///< fitted: residuals on the plan, and where the mesh lies
   AlignOptions align;                      ///< how; a mesh already read is tilted and scaled already
   RotoTranslation T_global_mesh;           ///< where the mesh lies, when there are no control points
+  std::optional<std::vector<RoughPlace>> rough_places;  ///< as validate() found them; looked for here when empty
   std::string against_path;                ///< another road file
   std::string cloud_path;                  ///< measured points: names those in cloud_points_m; its files belong in sources
   std::span<const Eigen::Vector3d> cloud_points_m;  ///< in the map frame; those far from the road do no harm
