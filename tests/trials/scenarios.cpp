@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 
 #include "write_trial.h"
 
 namespace trials {
 namespace {
+
+/// Of the driver: how he drives each lap.
+unsigned long long route = 20;
 
 /// A track and a car, nothing missing, all channels.
 Trial plain(const std::string& name, double hz = 50, int laps = 5) {
@@ -19,7 +23,7 @@ Trial plain(const std::string& name, double hz = 50, int laps = 5) {
   t.track.hill_phase = {1, 3, 5};
   t.track.bank_base = 0.01;
   t.style.laps = laps;
-  t.style.seed = 20;
+  t.style.seed = route;
   t.hz = hz;
   t.every_channel = true;
   t.off = 0.02;
@@ -165,14 +169,17 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
                                                {"alike", [] { return alike(false); }},
                                                {"alike-apart", [] { return alike(true); }},
                                                {"outside", outside}};
-  const auto found = all.find(name);
+  const std::size_t colon = name.find(':');
+  if (colon != std::string::npos) route = std::strtoull(name.c_str() + colon + 1, nullptr, 10);
+  const auto found = all.find(name.substr(0, colon));
   if (found == all.end()) {
     std::fprintf(stderr, "make_trials: no scenario %s; there are", name.c_str());
     for (const auto& [known, make] : all) std::fprintf(stderr, " %s", known.c_str());
     std::fprintf(stderr, "\n");
     return false;
   }
-  const Trial trial = found->second();
+  Trial trial = found->second();
+  if (colon != std::string::npos) trial.name += name.substr(colon + 1);
   std::filesystem::create_directories(folder / "sealed");
   Random dice{7};
   return write_trial(trial, dice, folder);

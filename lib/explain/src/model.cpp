@@ -390,13 +390,20 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     }
     // Slip of the driven wheels: from the force that the motion shows and the stated car, so that
     // what is wrong about slips never moves the engine or the drag.
-    double slip = 0.0;
+    double slip = 0.0, inner_use = 0.0;
     if (has(kWheelRear)) {
       const vehicle::Parameters<double>& q = car.parameters;
       const double air_stated = 0.5 * q[P::aero_density_kgpm3] * q[P::aero_drag_area_m2] * speed0 * speed0;
       const double pull = q[P::chassis_mass_kg] * (s.dx[kVx][i] - (has(kVy) && has(kYawRate) ? s.x[kVy][i] * s.x[kYawRate][i] : 0.0) + g * s.grade[i]);
       const double stiffness = 2 * vehicle::tyre_stiffness(car.files.tyre[1], q[P::chassis_mass_kg] * g * a / wheelbase / 2, q.axle(1, P::front_tyre_pressure_pa)).slip_n;
       const double lateral = speed0 * r / 15.0;
+      // Use of grip of the driven wheel inside: near its limit a slip says nothing about a force.
+      const double lean = q[P::chassis_mass_kg] * speed0 * (has(kYawRate) ? s.x[kYawRate][i] : s.dx[kYaw][i]);
+      const double pressed = 0.5 * q[P::aero_density_kgpm3] * q[P::rear_lift_area_m2] * car.terms[vehicle::Term::aero_downforce] * speed0 * speed0;
+      const double load = q[P::chassis_mass_kg] * (g * a + s.dx[kVx][i] * h) / wheelbase + pressed;
+      const double inside = 0.5 * load - std::abs(lean) * h * (1 - roll_share_front) / track[1];
+      inner_use = std::hypot(0.5 * (pull + air_stated) / std::max(50.0, inside), lean * a / wheelbase / std::max(50.0, load)) /
+                  (car.files.tyre[1].pdx1 * q.axle(1, P::front_tyre_grip));
       if (std::isfinite(pull)) slip = (set.slip + set.slip_turning * lateral * lateral) * (pull + air_stated) / std::max(1e3, stiffness);
     }
     if (has(kWheelRear) && has(kThrottle) && !shifting && !(brake_log > 3e4)) {
@@ -424,7 +431,8 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       const double driven = set.slip_across * fx_axle[1] / std::max(1e3, stiffness);
       const double moved = std::clamp(mass * sfy * h * (1 - roll_share_front) / track[1] / (axle[1] / 2), -0.8, 0.8);
       const double unequal = vx * driven * (1 / (1 - moved) - 1 / (1 + moved)) * (1 - locked);
-      if (!shifting && has(kThrottle)) out.r[Relation::kDifferential][i] = x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal;
+      if (getenv("DBGD") && std::abs(x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal)>0.25) fprintf(stderr,"DBG u %.0f use %.2f left %.2f vx %.1f ax %.1f ay %.1f\n", s.u_m[i], inner_use, x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal, vx, dvx, vx*r);
+      if (!shifting && has(kThrottle) && !(inner_use > 0.8)) out.r[Relation::kDifferential][i] = x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal;
     }
   }
   return out;
