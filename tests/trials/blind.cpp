@@ -12,22 +12,12 @@
 #include <nlohmann/json.hpp>
 
 #include "blind_drive.h"
+#include "stated_tyre.h"
 
 namespace trials::blind {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string tir(const char* side, double load, double mu, double mu_load, double c, double ck, double radius, double camber, double relaxation) {
-  char text[3000];
-  std::snprintf(text, sizeof text,
-                "[MDI_HEADER]\nFILE_TYPE = 'tir'\nFILE_VERSION = 3\nFILE_FORMAT = 'ASCII'\n[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radians'\nMASS = 'kg'\nTIME = 'second'\n"
-                "[MODEL]\nFITTYP = 62\nTYRESIDE = '%s'\nLONGVL = 30\n[DIMENSION]\nUNLOADED_RADIUS = %.5f\n[VERTICAL]\nFNOMIN = %.1f\nVERTICAL_STIFFNESS = 240000\n"
-                "VERTICAL_DAMPING = 250\n[LONGITUDINAL_COEFFICIENTS]\nPCX1 = 1.3\nPDX1 = %.4f\nPDX2 = %.4f\nPEX1 = 0.4\nPKX1 = %.3f\nRBX1 = 12\nRBX2 = 10\nRCX1 = 1\n"
-                "[LATERAL_COEFFICIENTS]\nPCY1 = 1.3\nPDY1 = %.4f\nPDY2 = %.4f\nPEY1 = 0.4\nPKY1 = %.4f\nPKY2 = 3\nPKY4 = 2\nPKY6 = %.3f\nPTY1 = %.4f\nPTY2 = 3\nRBY1 = 12\nRBY2 = 8\nRCY1 = 1\n[ROLLING_COEFFICIENTS]\nQSY1 = 0.0125\n[ALIGNING_COEFFICIENTS]\nQBZ1 = 10\nQCZ1 = 1.1\nQDZ1 = 0.1\n",
-                side, radius, load, mu, -mu_load * mu, ck, mu, -mu_load * mu, -c * 1.0 / 0.6, -camber, relaxation / (0.6 * radius));
-  return text;
-}
 
 void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream out(path, std::ios::binary);
@@ -56,12 +46,18 @@ const std::vector<Choice> kSingle{
 const std::vector<Choice> kOutside{{"outside.slip_drag", "", 1, 50}, {"outside.torque_steer", "", 1, 20}, {"outside.brake_pull", "", 1, 20},
                                    {"outside.surge", "", 0.3, 5}, {"outside.gust", "", 0.5, 8}, {"outside.misfire", "", 0.3, 1},
                                    {"outside.heading_drift", "", 1, 10}};
-/// Pairs that the data cannot tell apart when they are small enough.
+/// Pairs that the data cannot tell apart when they are small enough. What a sensor should have said is known
+/// from other channels only, whose noise grows with frequency: `reference` is the frequency's reciprocal
+/// (rad/s) from which on it is larger than the sensor's own, `noise` what else they add, as a factor.
 struct Pair {
   const char *one, *other, *channel;
+  double reference_s, noise;
 };
-const std::vector<Pair> kPairs{{"sensor.delay", "sensor.low_pass", "yaw_rate_radps"}, {"sensor.delay", "sensor.low_pass", "ax_mps2"},
-                               {"parameter.engine_torque", "parameter.throttle_gain", ""}};
+const double kAyOfYawRate = std::hypot(kNoise[kAy], 35 * kNoise[kR]);  // r vx at 35 m/s
+const std::vector<Pair> kPairs{{"sensor.delay", "sensor.low_pass", "yaw_rate_radps", kNoise[kYaw] / kNoise[kR], 1},
+                               {"sensor.delay", "sensor.low_pass", "ax_mps2", kNoise[kVx] / kNoise[kAx], 1},
+                               {"sensor.delay", "sensor.low_pass", "ay_mps2", kNoise[kVy] / kAyOfYawRate, kAyOfYawRate / kNoise[kAy]},
+                               {"vehicle.steering_dead_time", "vehicle.steering_lag", "", 0, 1}};
 /// Parameters of the stated car, with what they are in the truth car.
 struct Parameter {
   const char *id, *name;
@@ -105,17 +101,21 @@ std::vector<Effect> nothing_of(std::vector<Effect> effects) {
   return effects;
 }
 
-/// RMS difference that sensor effects make, in standard deviations of the noise, and the sum of squares per row.
-double sensor_size(const Drive& d, const std::vector<Effect>& a, const std::vector<Effect>& b, const std::string& column) {
+/// RMS difference that sensor effects make, in standard deviations of the noise. With `reference_s` that of
+/// an observer whose reference is noisy too (see Pair): the difference behind a first-order low pass.
+double sensor_size(const Drive& d, const std::vector<Effect>& a, const std::vector<Effect>& b, const std::string& column, double reference_s = 0) {
   double worst = 0;
+  const std::size_t stride = 8;
+  const double keep = reference_s > 0 ? std::exp(-static_cast<double>(stride) * kRow_s / reference_s) : 0;
   for (std::size_t begin = 0; begin < column.size();) {
     const std::size_t end = std::min(column.find(',', begin), column.size());
     const std::string name = column.substr(begin, end - begin);
     const int channel = channel_of(name);
-    double sum = 0, count = 0;
-    for (std::size_t i = 200; i < d.row.size(); i += 8) {
+    double sum = 0, count = 0, seen = 0;
+    for (std::size_t i = 200; i < d.row.size(); i += stride) {
       const double change = sensed(d, i, channel, a, name) - sensed(d, i, channel, b, name);
-      sum += change * change;
+      seen = change + keep * (seen - change);
+      sum += seen * seen;
       count += 1;
     }
     worst = std::max(worst, std::sqrt(sum / std::max(1.0, count)) / kNoise[static_cast<std::size_t>(channel)]);
@@ -173,13 +173,9 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   if (kind == 7) {
     pair = kPairs[dice.below(kPairs.size())];
     second = dice.uniform() < 0.5;
-    if (pair.channel[0] != 0) {
-      chosen.push_back({second ? pair.other : pair.one, pair.channel, 0.012, 0.05});
-      wanted.push_back(0);
-    } else {  // below full throttle one does what the other does
-      for (std::size_t k = 0; k < kParameters.size(); ++k)
-        if (std::string(kParameters[k].id) == (second ? pair.other : pair.one)) parameters.push_back(k);
-    }
+    const bool sensor = pair.channel[0] != 0;
+    chosen.push_back({second ? pair.other : pair.one, pair.channel, sensor ? 0.012 : 0.02, sensor ? 0.12 : 0.1});
+    wanted.push_back(0);
     alike = {pair.one, pair.other};
   }
 
@@ -213,15 +209,22 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
     };
     double size = size_of(e);
     if (kind == 7) {
-      // So small that an ideal observer of all samples is at 1.2 standard deviations between the two.
+      // So small that an observer of all samples is at 1.2 standard deviations between the two. The
+      // difference of two that begin alike grows with the square of the amount.
       Effect other = e;
       other.mechanism = second ? pair.one : pair.other;
       const double samples = 40.0 * laps * hz;
-      for (int round = 0; round < 3; ++round) {
-        apart = sensor_size(plain, {e}, {other}, e.channel) * std::sqrt(samples);
-        if (round == 2) break;
-        e.amount = std::min(chosen[k].most, e.amount * std::sqrt(1.2 / std::max(1e-3, apart)));
+      for (int round = 0; round < 4; ++round) {
         other.amount = e.amount;
+        double between = 0;
+        if (sensor) {
+          between = sensor_size(plain, {e}, {other}, e.channel, pair.reference_s) / pair.noise;
+        } else {
+          const Variant rival = with(nominal, {other}, track);
+          between = drive(with(nominal, {e}, track), track, 1, route, &rival).size;
+        }
+        apart = between * std::sqrt(samples);
+        if (round < 3) e.amount = std::min(chosen[k].most, e.amount * std::sqrt(1.2 / std::max(1e-3, apart)));
       }
       size = size_of(e);
     } else {
@@ -289,11 +292,16 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
     parameter_sizes.push_back(drive(nominal, track, 1, route, &before_tuning).size);
   }
   const auto off = [&](double share = 0.04) { return dice.in(1 - share, 1 + share); };
+  const auto shape = [&] {
+    std::array<double, 8> out{};
+    for (double& o : out) o = off();
+    return out;
+  };
   const TruthCar& t = nominal.car;
   const TruthCar& c = stated.car;
   // The radii of the truth are rolling radii; the stated tyre rolls a little closer to the road.
-  write(here / "front.tir", tir("LEFT", t.load_f, c.mu_f, t.mu_load * off(0.2), c.c_f, t.ck * off(), c.radius_f * 1.0075, 1.0, t.relaxation_f * off(0.2)));
-  write(here / "rear.tir", tir("LEFT", t.load_r, c.mu_r, t.mu_load * off(0.2), c.c_r, t.ck * off(), c.radius_r * 1.0075, 1.0, t.relaxation_r * off(0.2)));
+  write(here / "front.tir", tir({t.load_f, c.mu_f, t.mu_load * off(0.2), c.c_f, t.ck * off(), c.radius_f * 1.0075, t.relaxation_f * off(0.2), shape()}));
+  write(here / "rear.tir", tir({t.load_r, c.mu_r, t.mu_load * off(0.2), c.c_r, t.ck * off(), c.radius_r * 1.0075, t.relaxation_r * off(0.2), shape()}));
   std::string engine = "engine_radps:throttle,0,0.25,0.5,0.75,1\n";
   const double tilt = dice.in(-0.03, 0.03);
   for (int omega = 100; omega <= 850; omega += 50) {

@@ -7,21 +7,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "stated_tyre.h"
+
 namespace trials {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string tir(const char* side, double load, double mu, double mu_load, double c, double ck, double radius) {
-  char text[3000];
-  std::snprintf(text, sizeof text,
-                "[MDI_HEADER]\nFILE_TYPE = 'tir'\nFILE_VERSION = 3\nFILE_FORMAT = 'ASCII'\n[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radians'\nMASS = 'kg'\nTIME = 'second'\n"
-                "[MODEL]\nFITTYP = 62\nTYRESIDE = '%s'\nLONGVL = 30\n[DIMENSION]\nUNLOADED_RADIUS = %.5f\n[VERTICAL]\nFNOMIN = %.1f\nVERTICAL_STIFFNESS = 240000\n"
-                "VERTICAL_DAMPING = 250\n[LONGITUDINAL_COEFFICIENTS]\nPCX1 = 1.3\nPDX1 = %.4f\nPDX2 = %.4f\nPEX1 = 0.4\nPKX1 = %.3f\nRBX1 = 12\nRBX2 = 10\nRCX1 = 1\n"
-                "[LATERAL_COEFFICIENTS]\nPCY1 = 1.3\nPDY1 = %.4f\nPDY2 = %.4f\nPEY1 = 0.4\nPKY1 = %.4f\nPKY2 = 3\nPKY4 = 2\nRBY1 = 12\nRBY2 = 8\nRCY1 = 1\n[ROLLING_COEFFICIENTS]\nQSY1 = 0.0125\n[ALIGNING_COEFFICIENTS]\nQBZ1 = 10\nQCZ1 = 1.1\nQDZ1 = 0.1\n",
-                side, radius, load, mu, -mu_load * mu, ck, mu, -mu_load * mu, -c * 1.0 / 0.6);
-  return text;
-}
 
 void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream out(path, std::ios::binary);
@@ -81,8 +72,8 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   // The stated car: a few per cent off everywhere.
   const auto off = [&](double share = 1.0) { return dice.in(1 - share * trial.off, 1 + share * trial.off); };
   const TruthCar& t = trial.nominal;
-  write(here / "front.tir", tir("LEFT", t.load_f, t.mu_f * off(), t.mu_load * off(5), t.c_f * off(), t.ck * off(), 0.325));
-  write(here / "rear.tir", tir("LEFT", t.load_r, t.mu_r * off(), t.mu_load * off(5), t.c_r * off(), t.ck * off(), 0.328));
+  write(here / "front.tir", tir({t.load_f, t.mu_f * off(), t.mu_load * off(5), t.c_f * off(), t.ck * off(), 0.325, t.relaxation_f}));
+  write(here / "rear.tir", tir({t.load_r, t.mu_r * off(), t.mu_load * off(5), t.c_r * off(), t.ck * off(), 0.328, t.relaxation_r}));
   std::string engine = "engine_radps:throttle,0,0.25,0.5,0.75,1\n";
   const double tilt = dice.in(-0.75, 0.75) * trial.off, scale = off();
   for (int omega = 100; omega <= 850; omega += 50) {

@@ -31,7 +31,7 @@ class Analysis {
   };
   void refit(int rounds);                       ///< Gauss-Newton of parameters, curves and what was accepted
   void weigh();                                 ///< noise of each relation and its correlation in time
-  Model model() const;
+  Model model(bool careful = false) const;
   std::vector<Family> candidates() const;
   std::vector<Family> structures() const;
   bool step(Findings& out, bool first);         ///< finds and adds one; false: nothing more
@@ -39,7 +39,10 @@ class Analysis {
   bool in_stage(std::size_t candidate) const;
   bool kinematic_ = false;                      ///< sensors and road, in relations without tyres and forces
   void untouched(Findings& out) const;          ///< lists what left no trace
-  void free_parameters();                       ///< lets those go that are far from their stated values
+  void free_parameters(bool rivals_first);      ///< lets those go that are far from their stated values; `rivals_first`: not where a mechanism does better
+  double best_mechanism(const Model& m) const;  ///< loss that one of car or air would save
+  Eigen::VectorXd careful_weights() const;      ///< with forces counting as few
+  Eigen::VectorXd careful_;                     ///< those at the first fit
   void describe(Findings& out);
   void leftovers(Findings& out);
   void prove(Findings& out);

@@ -98,7 +98,7 @@ void Analysis::weigh() {
   }
 }
 
-Analysis::Model Analysis::model() const {
+Analysis::Model Analysis::model(bool careful) const {
   Model m;
   m.refitted = refit_.size();
   Index columns = moves_.cols();
@@ -119,9 +119,23 @@ Analysis::Model Analysis::model() const {
     m.precision.segment(at, a.columns.cols()).setConstant(a.width > 0 ? 1.0 / (a.width * a.width) : 0.0);
     at += a.columns.cols();
   }
-  const VectorXd w = weights();
+  const VectorXd w = careful ? careful_weights() : weights();
   m.fitted = fit(w.asDiagonal() * x, w.cwiseProduct(r_), m.precision, before);
   return m;
+}
+
+VectorXd Analysis::careful_weights() const {
+  // Errors of the stated curves come back in every state and every lap: more rows do not make them
+  // smaller, so that a relation with forces counts as no more than this many independent ones.
+  constexpr double kIndependent = 60.0;
+  std::array<double, kRelationCount> rows{};
+  for (const Row& row : rows_.row) rows[row.relation] += 1;
+  VectorXd w = weights();
+  for (Index i = 0; i < w.size(); ++i) {
+    const std::size_t k = rows_.row[static_cast<std::size_t>(i)].relation;
+    if (!relations()[k].sensors_only) w[i] *= std::sqrt(std::min(1.0, kIndependent * spread_[k] / rows[k]));
+  }
+  return w;
 }
 
 VectorXd Analysis::weights() const {
@@ -138,7 +152,7 @@ bool Analysis::in_stage(std::size_t candidate) const {
   if (u.kind == "road") return true;
   double kinematic = 0, all = 0;
   for (Index i = 0; i < weight_.size(); ++i) {
-    const double c = weight_[i] * candidate_moves_(i, static_cast<Index>(candidate));
+    const double c = careful_[i] * candidate_moves_(i, static_cast<Index>(candidate));
     all += c * c;
     if (relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only) kinematic += c * c;
   }
@@ -150,23 +164,22 @@ namespace {
 
 constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
 constexpr double kLetGo = 8.0;    ///< of prior cost that letting one go must save
-constexpr double kLetMassGo = 45; ///< the same for one that is nearly the same as all forces being off
 constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
 
 }  // namespace
 
 double Analysis::width(std::size_t place) const {
-  // What quasi-static relations get wrong adds to what the vehicle file leaves open.
+  // The file's width is where two standard deviations end; what quasi-static relations get wrong adds to it.
   const Unknown& u = inventory_.unknowns[refit_[place]];
   const bool freed = std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
-  return freed ? kFreed * std::hypot(u.width, u.form) : u.held > 0 ? u.held : std::hypot(u.width, u.form);
+  return freed ? kFreed * u.width : u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form);
 }
 
-void Analysis::free_parameters() {
+void Analysis::free_parameters(bool rivals_first) {
   // A normal prior would share one large error among all parameters that can take a part of it. Few
   // parameters are far off: the one whose freedom saves most prior cost goes first.
   for (int round = 0; round < 2; ++round) {
-    const Model m = model();
+    const Model m = model(true);
     const MatrixXd gram = m.fitted.x.transpose() * m.fitted.x;
     const VectorXd right = m.fitted.x.transpose() * m.fitted.r;
     VectorXd before = VectorXd::Zero(gram.rows());
@@ -183,21 +196,35 @@ void Analysis::free_parameters() {
     std::vector<std::pair<double, std::size_t>> saved;
     for (std::size_t k = 0; k < refit_.size(); ++k) {
       const Unknown& u = inventory_.unknowns[refit_[k]];
-      if (u.role != Role::kParameter || u.assumed || u.fixed || std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
+      if (u.role != Role::kParameter || u.assumed || u.held > 0 || std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
       VectorXd precision = m.precision;
-      const double free = kFreed * std::hypot(u.width, u.form);
+      const double free = kFreed * u.width;
       precision[static_cast<Index>(k)] = 1.0 / (free * free);
       const double save = held - loss(precision);
-      if (save > (u.held > 0 ? kLetMassGo : kLetGo)) saved.emplace_back(save, k);
+      if (save > kLetGo) saved.emplace_back(save, k);
     }
     std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (saved.empty()) return;
+    if (saved.empty() || (rivals_first && best_mechanism(m) > saved.front().first)) return;
     Freed f;
     f.place = saved.front().second;
     for (std::size_t k = 1; k < saved.size() && saved[k].first > saved.front().first - kAsGood; ++k) f.rivals.push_back(saved[k].second);
     freed_.push_back(f);
     refit(2);
   }
+}
+
+double Analysis::best_mechanism(const Model& m) const {
+  const VectorXd w = careful_weights();
+  double best = 0.0;
+  for (std::size_t k = 0; k < candidate_.size(); ++k) {
+    const Unknown& u = inventory_.unknowns[candidate_[k]];
+    if (u.kind != "vehicle" && u.kind != "environment") continue;
+    const VectorXd c = beyond(m.fitted, w.cwiseProduct(candidate_moves_.col(static_cast<Index>(k))));
+    const double product = c.dot(m.fitted.e), energy = c.squaredNorm();
+    if (!(energy > 1e-12) || (u.one_sided && product < 0) || std::abs(product / energy) < u.least) continue;
+    best = std::max(best, product * product / energy);
+  }
+  return best;
 }
 
 void Analysis::refit(int rounds) {
@@ -219,7 +246,7 @@ void Analysis::refit(int rounds) {
   else if (known < free.size()) reckon(known);
   for (int round = 0; round < rounds; ++round) {
     if (weight_.size() == 0) weigh();
-    const Model m = model();
+    const Model m = model(true);
     VectorXd move = m.fitted.amount.head(moves_.cols());
     // No further than 1.5 prior widths at once: the relations are not linear in everything.
     for (Index k = 0; k < static_cast<Index>(refit_.size()); ++k) {
@@ -295,7 +322,7 @@ constexpr double kGrouped = 4.0;  ///< standard deviations between groups that a
 bool Analysis::step(Findings& out, bool first) {
   const Model m = model();
   const std::vector<Family> families = candidates();
-  const Scan s = scan(m.fitted, families, rows_, options_.nulls);
+  const Scan s = scan(m.fitted, families, rows_, options_.nulls, true);
   if (first) {
     // Both stages may raise an alarm.
     out.threshold = s.threshold;
@@ -469,11 +496,12 @@ Findings Analysis::run() {
     prove(out);
     return out;
   }
-  free_parameters();
   std::vector<const Unknown*> wanted;
   for (const std::size_t k : candidate_) wanted.push_back(&inventory_.unknowns[k]);
   candidate_moves_ = derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
                                  [&](double share) { progress("one derivative per mechanism", share); });
+  careful_ = careful_weights();
+  free_parameters(true);
   constexpr int kMost = 4;
   for (const bool kinematic : {true, false}) {
     bool more = true;
@@ -483,6 +511,7 @@ Findings Analysis::run() {
       kinematic_ = false;
     }
   }
+  free_parameters(false);
   untouched(out);
   describe(out);
   leftovers(out);

@@ -51,15 +51,18 @@ void correct(const Signals& s, const Setting& set, Channel c, std::vector<double
   }
 }
 
-/// First-order lag; starts settled, holds over gaps.
+/// First-order lag, exact for what is straight between steps; starts settled, holds over gaps.
 std::vector<double> lagged(const std::vector<double>& x, double time_s) {
   if (time_s <= 0) return x;
-  std::vector<double> out(x.size());
+  std::vector<double> out(x.size(), kNaN);
   const double keep = std::exp(-kStep / time_s);
-  double state = kNaN;
+  double state = kNaN, last = kNaN;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    if (std::isfinite(x[i])) state = std::isfinite(state) ? x[i] + keep * (state - x[i]) : x[i];
-    out[i] = std::isfinite(x[i]) ? state : kNaN;
+    if (!std::isfinite(x[i])) continue;
+    const double behind = std::isfinite(last) ? time_s * (x[i] - last) / kStep : 0.0;  // of a ramp, once settled
+    state = std::isfinite(state) ? x[i] - behind + keep * (state - last + behind) : x[i];
+    last = x[i];
+    out[i] = state;
   }
   return out;
 }
@@ -370,7 +373,12 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
           options.alpha = car.files.alpha;
           options.mirrored = (side > 0) != tyre.left_side;
           options.moments = false;
-          const auto force = vehicle::tyre_forces(tyre, in, f, options);
+          auto force = vehicle::tyre_forces(tyre, in, f, options);
+          // The force along is known, not the slip: slip stiffness alone has too little of it near the limit.
+          if (const double wanted = 0.5 * fx_axle[k] / heavier; std::abs(wanted) > 0.02 * fz && wanted * force.fx_n > 0) {
+            in.kappa = std::clamp(in.kappa * std::min(2.0, wanted / force.fx_n), -0.15, 0.15);
+            force = vehicle::tyre_forces(tyre, in, f, options);
+          }
           fy[k] += heavier * force.fy_n;
           peak += heavier * force.mu_y * fz;
         }

@@ -31,12 +31,14 @@ void Analysis::describe(Findings& out) {
   for (Index i = 0; i < m.fitted.e.size(); ++i) pull.col(stretch(rows_.row[static_cast<std::size_t>(i)])) += m.fitted.e[i] * m.fitted.x.row(i).transpose();
   const MatrixXd influence = m.fitted.normal.solve(pull);
   const VectorXd spread = influence.rowwise().squaredNorm();
+  const Model careful = model(true);
+  const MatrixXd careful_covariance = careful.fitted.normal.solve(MatrixXd::Identity(m.fitted.x.cols(), m.fitted.x.cols()));
   const auto deviation = [&](Index j) { return std::sqrt(std::max({0.0, covariance(j, j), spread[j]})); };
   for (std::size_t k = 0; k < refit_.size(); ++k) {
     const Unknown& u = inventory_.unknowns[refit_[k]];
     if (u.role != Role::kParameter) continue;
     const auto i = static_cast<Index>(k);
-    const double value = u.stated + amounts_[i], half = k90 * std::hypot(deviation(i), u.form);
+    const double value = u.stated + amounts_[i], half = k90 * std::hypot(std::sqrt(std::max(0.0, careful_covariance(i, i))), u.form);
     ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false};
     p.beyond_prior = std::abs(amounts_[i]) - half > u.width;
     if (std::abs(amounts_[i]) > 7.9 * u.width) {

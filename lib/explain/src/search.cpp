@@ -31,11 +31,25 @@ VectorXd beyond(const Fitted& model, const VectorXd& column) {
   return column - model.x * model.normal.solve(model.x.transpose() * column);
 }
 
-Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls) {
+Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, bool without_best) {
+  VectorXd noise = model.e;
+  if (without_best) {
+    const Test* best = nullptr;
+    const Scan plain = scan(model, families, rows, 0);
+    for (const Test& t : plain.best)
+      if (best == nullptr || t.gain > best->gain) best = &t;
+    if (best != nullptr) {
+      const Family& f = families[best->family];
+      VectorXd c = f.column;
+      for (Index i = 0; i < c.size() && !f.cell.empty(); ++i)
+        if (const int cell = f.cell[static_cast<std::size_t>(i)]; cell < best->begin || cell >= best->end) c[i] = 0.0;
+      noise -= best->amount * beyond(model, c);
+    }
+  }
   const auto n = static_cast<Index>(rows.row.size());
   const Index p = model.x.cols(), blocks = rows.blocks;
   MatrixXd block_x = MatrixXd::Zero(p, blocks);  // X'e of each block
-  for (Index i = 0; i < n; ++i) block_x.col(rows.row[static_cast<std::size_t>(i)].block) += model.e[i] * model.x.row(i).transpose();
+  for (Index i = 0; i < n; ++i) block_x.col(rows.row[static_cast<std::size_t>(i)].block) += noise[i] * model.x.row(i).transpose();
 
   Scan out;
   std::vector<Eigen::VectorXf> shares;  // per test: what each block adds to z
@@ -52,7 +66,7 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
       cx.col(cell) += c * model.x.row(i).transpose();
       cc[cell] += c * c;
       ce[cell] += c * model.e[i];
-      cb(cell, rows.row[static_cast<std::size_t>(i)].block) += c * model.e[i];
+      cb(cell, rows.row[static_cast<std::size_t>(i)].block) += c * noise[i];
     }
     Test best;
     best.family = f;

@@ -53,7 +53,9 @@ struct Scan {
 /// Every family's best run, and the distribution of the largest |z| of all when the signs of the
 /// blocks of the residual are flipped at random (fixed seed). Errors of the stated curves return
 /// every lap at many places: a place must stand out from the others (local_z), not only from noise.
-Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls);
+/// `without_best`: what the best test explains is taken out of the residual that is flipped; a large
+/// effect would otherwise hide itself.
+Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, bool without_best = false);
 
 /// Loss saved by the columns `more` on folds that were left out: one value per fold.
 std::vector<double> cross_validate(const Fitted& model, const Eigen::MatrixXd& more, const Eigen::VectorXd& precision,

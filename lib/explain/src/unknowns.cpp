@@ -73,39 +73,31 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     out.unknowns.push_back(u);
   };
   if (engine || lateral) {
-    // A mass that is off is nearly the same as all forces being off; it moves when that is cheaper.
-    parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.03);
-    out.unknowns.back().held = 0.01 * car.parameters[P::chassis_mass_kg];
-    if (!any(logs, kLoadFront) && !any(logs, kLoadRear)) {
-      // Nothing else gives forces a scale: torque, brakes, drag and grip that are off alike are the same.
-      out.unknowns.back().fixed = true;
-      no("parameter.mass", "held near its stated value: without wheel loads a mass that is off is the same as all forces being off");
-    }
+    parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.015);
   }
   else no("parameter.mass", "neither throttle nor steering with lateral speed is logged");
   if (engine) {
-    parameter("parameter.drag", "aero.drag_area_m2", {P::aero_drag_area_m2}, 0.1);
-    parameter("parameter.engine_torque", "engine.torque", {P::engine_torque}, 0.03);
-    parameter("parameter.throttle_gain", "throttle.gain", {P::throttle_gain}, 0.05);
+    parameter("parameter.drag", "aero.drag_area_m2", {P::aero_drag_area_m2}, 0.025);
+    parameter("parameter.engine_torque", "engine.torque", {P::engine_torque}, 0.01);
+    parameter("parameter.throttle_gain", "throttle.gain", {P::throttle_gain}, 0.01);
   } else {
     for (const char* id : {"parameter.drag", "parameter.engine_torque", "parameter.throttle_gain"}) no(id, "no throttle in the log");
   }
-  if (brake && engine) parameter("parameter.brake_gain", "brake.gain", {P::brake_gain}, 0.02);
+  if (brake && engine) parameter("parameter.brake_gain", "brake.gain", {P::brake_gain}, 0.015);
   else no("parameter.brake_gain", "no brake pressure or no throttle in the log");
   if (lateral) {
-    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.045);
+    parameter("parameter.cog", "chassis.cog_behind_front_m", {P::chassis_cog_behind_front_m}, 0.01);
     parameter("parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", {P::chassis_yaw_inertia_kgm2}, 0.1);
     // What curves of tyres get wrong in transients is more than what it would move.
     out.unknowns.back().held = 0.005 * car.parameters[P::chassis_yaw_inertia_kgm2];
-    out.unknowns.back().fixed = true;
     no("parameter.yaw_inertia", "held near its stated value: errors of the tyre curves in transients are larger than its effect");
-    parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.1);
-    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.2);
-    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.25);
-    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.25);
-    parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.06);
-    parameter("parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", {P::rear_tyre_cornering_stiffness}, 0.12);
-    if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.05);
+    parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.04);
+    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.06);
+    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.08);
+    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.1);
+    parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.012);
+    parameter("parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", {P::rear_tyre_cornering_stiffness}, 0.02);
+    if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.02);
     else no("parameter.steering_ratio", "the log has the road wheels' angle itself: see sensor.gain of it");
   } else {
     for (const char* id : {"parameter.cog", "parameter.yaw_inertia", "parameter.downforce", "parameter.tyre_grip", "parameter.tyre_stiffness", "parameter.steering_ratio"})
@@ -144,8 +136,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (!any(logs, kWheelFront) && !any(logs, kWheelRear)) no("parameter.wheel_radius", "no wheel speeds in the log");
   if (engine) {
     for (std::size_t k = 0; k < 4; ++k)
-      curve("engine map", 0.08, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });
-    curve("rolling resistance", 0.5, [](Setting& s, double amount) { s.rolling += amount; });
+      curve("engine map", 0.02, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });
+    curve("rolling resistance", 0.1, [](Setting& s, double amount) { s.rolling += amount; });
     if (any(logs, kWheelRear)) {
       curve("slip stiffness", 0.5, [](Setting& s, double amount) { s.slip += amount; });
       curve("slip stiffness, left to right", 0.5, [](Setting& s, double amount) { s.slip_across += amount; });
@@ -153,13 +145,15 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     }
   }
   if (lateral && car.terms[Term::tyre_combined_slip] > 0)
-    curve("combined slip", 0.5, [](Setting& s, double amount) { s.combined += amount; });
+    curve("combined slip", 0.1, [](Setting& s, double amount) { s.combined += amount; });
+  if (lateral && car.terms[Term::tyre_relaxation] > 0)
+    curve("relaxation length", 0.2, [](Setting& s, double amount) { s.relaxation += amount; });
   if (lateral)
     for (std::size_t k = 0; k < 2; ++k) {
-      curve("tyre curve", 0.25, [k](Setting& s, double amount) { s.curve[k] += amount; });
-      curve("tyre curve", 0.25, [k](Setting& s, double amount) { s.curve2[k] += amount; });
-      curve("tyre load", 0.2, [k](Setting& s, double amount) { s.load_curve[k] += amount; });
-      curve("side force", 0.1, [k](Setting& s, double amount) { s.drop[k] += amount; });
+      curve("tyre curve", 0.015, [k](Setting& s, double amount) { s.curve[k] += amount; });
+      curve("tyre curve", 0.015, [k](Setting& s, double amount) { s.curve2[k] += amount; });
+      curve("tyre load", 0.02, [k](Setting& s, double amount) { s.load_curve[k] += amount; });
+      curve("side force", 0.01, [k](Setting& s, double amount) { s.drop[k] += amount; });
     }
 
   // Sensors: whatever a redundant relation sees.
@@ -343,10 +337,10 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     } else {
       no("vehicle.turbo_lag", "the stated car has it; its parameters are not refitted");
     }
-    physics("vehicle.throttle_dead_time", "vehicle", "throttle.dead_time_s", "s", 0.04, 0.015, true, "torque follows the throttle late",
+    physics("vehicle.throttle_dead_time", "vehicle", "throttle.dead_time_s", "s", 0.04, 0.009, true, "torque follows the throttle late",
             "torque(t) = map(throttle(t - T))", "short throttle pulses at constant speed", [](Setting& s, double v) { s.throttle_s += v; });
     if (brake)
-      physics("vehicle.brake_dead_time", "vehicle", "brake.dead_time_s", "s", 0.04, 0.015, true, "deceleration follows the pressure late",
+      physics("vehicle.brake_dead_time", "vehicle", "brake.dead_time_s", "s", 0.04, 0.009, true, "deceleration follows the pressure late",
               "force(t) = k p(t - T)", "short brake pulses on a straight", [](Setting& s, double v) { s.brake_s += v; });
     else no("vehicle.brake_dead_time", "no brake pressure in the log");
     if (brake && car.terms[Term::brake_fade] * car.parameters[P::brake_fade_1pmj] != 0.0)
@@ -371,7 +365,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (lateral) {
     physics("vehicle.steering_dead_time", "vehicle", "steering.dead_time_s", "s", 0.03, 0.01, true, "the wheels follow the steering late",
             "delta(t) = command(t - T)", "step steer at constant speed", [](Setting& s, double v) { s.steer_s += v; });
-    physics("vehicle.steering_lag", "vehicle", "steering.lag_s", "s", 0.05, 0.03, true, "the wheels follow the steering through a lag",
+    physics("vehicle.steering_lag", "vehicle", "steering.lag_s", "s", 0.05, 0.01, true, "the wheels follow the steering through a lag",
             "T d(delta)/dt = command - delta", "sine steer at two frequencies", [](Setting& s, double v) { s.steer_lag_s += v; });
     if (car.terms[Term::tyre_thermal] == 0.0)
       for (const double time : {25.0, 80.0, 250.0})

@@ -26,7 +26,6 @@ struct Unknown {
   bool assumed = false;  ///< the vehicle file says that nobody knows it: refitted, never a finding
   double stated = 0.0;   ///< value in the simulation
   double held = 0.0;     ///< tighter width of the refit where only a comparison of causes can move it; 0: none
-  bool fixed = false;    ///< never let go: these relations do not determine it
   double width = 0.0;    ///< prior: one standard deviation, in the unit
   double step = 0.01;    ///< of the derivative; about the size that matters
   double least = 0.0;    ///< smaller amounts are not worth a finding
