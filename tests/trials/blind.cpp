@@ -56,8 +56,7 @@ struct Pair {
 const double kAyOfYawRate = std::hypot(kNoise[kAy], 35 * kNoise[kR]);  // r vx at 35 m/s
 const std::vector<Pair> kPairs{{"sensor.delay", "sensor.low_pass", "yaw_rate_radps", kNoise[kYaw] / kNoise[kR], 1},
                                {"sensor.delay", "sensor.low_pass", "ax_mps2", kNoise[kVx] / kNoise[kAx], 1},
-                               {"sensor.delay", "sensor.low_pass", "ay_mps2", kNoise[kVy] / kAyOfYawRate, kAyOfYawRate / kNoise[kAy]},
-                               {"vehicle.steering_dead_time", "vehicle.steering_lag", "", 0, 1}};
+                               {"sensor.delay", "sensor.low_pass", "ay_mps2", kNoise[kVy] / kAyOfYawRate, kAyOfYawRate / kNoise[kAy]}};
 /// Parameters of the stated car, with what they are in the truth car.
 struct Parameter {
   const char *id, *name;
@@ -173,8 +172,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   if (kind == 7) {
     pair = kPairs[dice.below(kPairs.size())];
     second = dice.uniform() < 0.5;
-    const bool sensor = pair.channel[0] != 0;
-    chosen.push_back({second ? pair.other : pair.one, pair.channel, sensor ? 0.012 : 0.02, sensor ? 0.12 : 0.1});
+    chosen.push_back({second ? pair.other : pair.one, pair.channel, 0.012, 0.12});
     wanted.push_back(0);
     alike = {pair.one, pair.other};
   }
@@ -216,14 +214,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
       const double samples = 40.0 * laps * hz;
       for (int round = 0; round < 4; ++round) {
         other.amount = e.amount;
-        double between = 0;
-        if (sensor) {
-          between = sensor_size(plain, {e}, {other}, e.channel, pair.reference_s) / pair.noise;
-        } else {
-          const Variant rival = with(nominal, {other}, track);
-          between = drive(with(nominal, {e}, track), track, 1, route, &rival).size;
-        }
-        apart = between * std::sqrt(samples);
+        apart = sensor_size(plain, {e}, {other}, e.channel, pair.reference_s) / pair.noise * std::sqrt(samples);
         if (round < 3) e.amount = std::min(chosen[k].most, e.amount * std::sqrt(1.2 / std::max(1e-3, apart)));
       }
       size = size_of(e);

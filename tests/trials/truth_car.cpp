@@ -52,12 +52,23 @@ void brush(double fz, double mu, double cx, double cy, double kappa, double tan_
   fy = -f * gy / g;
 }
 
-void rates(const TruthCar& car, const Track& track, const State& x, const Commands& c, double s, State& d, Output* out) {
+/// What banking that changes along the road adds beside its middle: z = height(s) + v bank(s).
+struct Warp {
+  double grade = 0, vertical = 0;
+};
+Warp warp(const TruthCar& car, const Track& track, double s, double v) {
+  constexpr double h = 2.0;
+  const double before = true_bank(car, track, s - h), here = true_bank(car, track, s), after = true_bank(car, track, s + h);
+  return {v * (after - before) / (2 * h), v * (after - 2 * here + before) / (h * h)};
+}
+
+void rates(const TruthCar& car, const Track& track, const State& x, const Commands& c, double s, const Warp& warped, State& d, Output* out) {
   const double vx = std::max(3.0, x[3]), vy = x[4], r = x[5];
-  const double bank = true_bank(car, track, s);
-  const double along = std::cos(x[2] - track.at(s).heading);
-  const double grade = (track.grade(s) + road_extra(car, "road.grade", s, track.length_m)) * along;
-  const double vertical = track.vertical(s) + road_extra(car, "road.vertical_curvature", s, track.length_m);
+  const double turned = x[2] - track.at(s).heading;
+  const double up_along = track.grade(s) + road_extra(car, "road.grade", s, track.length_m) + warped.grade, up_across = true_bank(car, track, s);
+  const double grade = up_along * std::cos(turned) + up_across * std::sin(turned);
+  const double bank = up_across * std::cos(turned) - up_along * std::sin(turned);
+  const double vertical = warped.vertical + track.vertical(s) + road_extra(car, "road.vertical_curvature", s, track.length_m);
   const double grip = 1 + road_extra(car, "road.friction", s, track.length_m);
   const double wheelbase = car.a + car.b;
   double mass = car.mass - amount(car, "vehicle.fuel_burn") * x[16];
@@ -290,13 +301,14 @@ std::pair<double, double> project(const Track& track, double x, double y, double
 void advance(const TruthCar& car, const Track& track, State& x, const Commands& c, double& s_m, Output* out) {
   constexpr double h = 0.001;
   State k1, k2, k3, k4, y;
-  rates(car, track, x, c, s_m, k1, out);
+  const Warp warped = warp(car, track, s_m, project(track, x[0], x[1], s_m).second);
+  rates(car, track, x, c, s_m, warped, k1, out);
   for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] + 0.5 * h * k1[i];
-  rates(car, track, y, c, s_m, k2, nullptr);
+  rates(car, track, y, c, s_m, warped, k2, nullptr);
   for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] + 0.5 * h * k2[i];
-  rates(car, track, y, c, s_m, k3, nullptr);
+  rates(car, track, y, c, s_m, warped, k3, nullptr);
   for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] + h * k3[i];
-  rates(car, track, y, c, s_m, k4, nullptr);
+  rates(car, track, y, c, s_m, warped, k4, nullptr);
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
   s_m += h * x[3];
   if (out != nullptr) {

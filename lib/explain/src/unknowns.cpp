@@ -279,7 +279,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
          "dvx/dt - r vy = Fx/m - g grade", "drive the place in both directions, or coast through it", [](Setting& s, double v) { s.grade += v; });
   else no("road.grade", "needs throttle or ax");
   if (any(logs, kAz) || any(logs, kLoadFront))
-    road("road.vertical_curvature", "curvature added", "1/m", 0.0005, 0.0003, "a crest or dip that the file does not have",
+    road("road.vertical_curvature", "curvature added", "1/m", 0.0005, 0.0002, "a crest or dip that the file does not have",
          "az = g + curvature v^2", "pass the place at another speed", [](Setting& s, double v) { s.vertical += v; });
   else no("road.vertical_curvature", "needs az or wheel loads");
   if (lateral)
@@ -337,7 +337,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     } else {
       no("vehicle.turbo_lag", "the stated car has it; its parameters are not refitted");
     }
-    physics("vehicle.throttle_dead_time", "vehicle", "throttle.dead_time_s", "s", 0.04, 0.009, true, "torque follows the throttle late",
+    physics("vehicle.throttle_dead_time", "vehicle", "throttle.dead_time_s", "s", 0.04, 0.01, true, "torque follows the throttle late",
             "torque(t) = map(throttle(t - T))", "short throttle pulses at constant speed", [](Setting& s, double v) { s.throttle_s += v; });
     if (brake)
       physics("vehicle.brake_dead_time", "vehicle", "brake.dead_time_s", "s", 0.04, 0.009, true, "deceleration follows the pressure late",

@@ -25,7 +25,7 @@ struct Unknown {
   Role role = Role::kCandidate;
   bool assumed = false;  ///< the vehicle file says that nobody knows it: refitted, never a finding
   double stated = 0.0;   ///< value in the simulation
-  double held = 0.0;     ///< tighter width of the refit where only a comparison of causes can move it; 0: none
+  double held = 0.0;     ///< tighter standard deviation in the refit of what these relations do not determine, never let go; 0: none
   double width = 0.0;    ///< prior: one standard deviation, in the unit
   double step = 0.01;    ///< of the derivative; about the size that matters
   double least = 0.0;    ///< smaller amounts are not worth a finding
