@@ -312,6 +312,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
                 "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n  rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
                 "  front.camber_rad: %.4f\n  rear.camber_rad: %.4f\n  front.camber_gain_radpm: 0\n  rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n"
                 "  steering.ratio: %.4f\n  throttle.gain: %.4f\n"
+                "  front.tyre_cornering_stiffness: {value: 1, prior: 0.05}\n  rear.tyre_cornering_stiffness: {value: 1, prior: 0.05}\n"
                 "terms: {aero_drag: %d, aero_downforce: %d, tyre_load_sensitivity: %d, tyre_combined_slip: %d, tyre_relaxation: %d, aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, locked_differential: 0, "
                 "steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0}\n",
                 c.mass, t.a + t.b, c.a, t.h * off(), c.inertia, t.track_f, t.track_r, c.drag, c.lift_f, c.lift_r, t.engine_inertia * off(),

@@ -127,7 +127,7 @@ Analysis::Model Analysis::model(bool careful) const {
 VectorXd Analysis::careful_weights() const {
   // Errors of the stated curves come back in every state and every lap: more rows do not make them
   // smaller, so that a relation with forces counts as no more than this many independent ones.
-  constexpr double kIndependent = 100.0;
+  constexpr double kIndependent = 60.0;
   std::array<double, kRelationCount> rows{};
   for (const Row& row : rows_.row) rows[row.relation] += 1;
   VectorXd w = weights();
@@ -163,7 +163,7 @@ bool Analysis::in_stage(std::size_t candidate) const {
 namespace {
 
 constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
-constexpr double kLetGo = 4.0;    ///< of prior cost that letting one go must save
+constexpr double kLetGo = 8.0;    ///< of prior cost that letting one go must save
 constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
 
 }  // namespace
@@ -284,7 +284,7 @@ std::vector<Family> Analysis::candidates() const {
     if (u.along_road) {
       f.cell = cell;
       f.cells = cells_;
-      f.lengths = {2, 4, 8, 16, 32, 64};
+      f.lengths = {4, 8, 16, 32, 64};
     }
     out.push_back(std::move(f));
   }

@@ -337,10 +337,10 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     } else {
       no("vehicle.turbo_lag", "the stated car has it; its parameters are not refitted");
     }
-    physics("vehicle.throttle_dead_time", "vehicle", "throttle.dead_time_s", "s", 0.04, 0.01, true, "torque follows the throttle late",
+    physics("vehicle.throttle_dead_time", "vehicle", "throttle.dead_time_s", "s", 0.04, 0.013, true, "torque follows the throttle late",
             "torque(t) = map(throttle(t - T))", "short throttle pulses at constant speed", [](Setting& s, double v) { s.throttle_s += v; });
     if (brake)
-      physics("vehicle.brake_dead_time", "vehicle", "brake.dead_time_s", "s", 0.04, 0.009, true, "deceleration follows the pressure late",
+      physics("vehicle.brake_dead_time", "vehicle", "brake.dead_time_s", "s", 0.04, 0.013, true, "deceleration follows the pressure late",
               "force(t) = k p(t - T)", "short brake pulses on a straight", [](Setting& s, double v) { s.brake_s += v; });
     else no("vehicle.brake_dead_time", "no brake pressure in the log");
     if (brake && car.terms[Term::brake_fade] * car.parameters[P::brake_fade_1pmj] != 0.0)
