@@ -328,7 +328,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   };
   if (engine) {
     if (car.terms[Term::turbo_lag] == 0.0) {
-      for (const double rise : {0.12, 0.35, 0.9}) {
+      for (const double rise : {0.12, 0.2, 0.35, 0.55, 0.9}) {
         physics("vehicle.turbo_lag", "vehicle", "turbo.share", "1", 0.2, 0.06, true, "torque waits for boost after tip-in",
                 "d(boost)/dt = (throttle - boost) flow / rise; torque *= 1 - share (throttle - boost)", "tip in at two engine speeds and compare the delay",
                 [rise](Setting& s, double v) { s.turbo += v; s.turbo_rise_s = rise; });
