@@ -24,7 +24,7 @@ std::vector<Free> free_amounts(const vehicle::Vehicle& car) {
   std::vector<Free> out;
   for (const std::vector<P>& together : std::vector<std::vector<P>>{{P::engine_torque}, {P::aero_drag_area_m2}, {P::front_brake_friction, P::rear_brake_friction},
                                                                     {P::front_tyre_cornering_stiffness}, {P::rear_tyre_cornering_stiffness}, {P::front_tyre_grip}, {P::rear_tyre_grip}})
-    out.push_back({.factor = together, .width = std::max(0.01, car.prior[static_cast<std::size_t>(together.front())])});
+    out.push_back({.factor = together, .width = std::max(0.01, 0.5 * car.prior[static_cast<std::size_t>(together.front())])});
   for (int k = 0; k < 4; ++k) out.push_back({.shape = k, .width = 0.08});
   // What happens between two gears is stated by hardly anyone: both are as good as unknown.
   out.push_back({.factor = {P::gearbox_shift_s}, .width = 0.3, .move = 0.2});
