@@ -209,7 +209,9 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     const double at_x = sfx - ahead * r * r, at_y = sfy + (std::isfinite(dr) ? ahead * dr : 0.0);
     if (has(kAx)) out.r[Relation::kAccelX][i] = x[kAx][i] - (cy * at_x + sy * at_y);
     if (has(kAy) && has(kVy)) out.r[Relation::kAccelY][i] = x[kAy][i] - (cy * at_y - sy * at_x);
-    const double plus_g = vertical * vx * vx + bank * r * vx;
+    // The file's heights were read along the tangent, which the path leaves sideways; and what leans feels
+    // a part of the turn.
+    const double plus_g = vertical * vx * vx + s.bank[i] * r * vx + bank * r * vx;
     if (has(kAz)) out.r[Relation::kAccelZ][i] = x[kAz][i] - (g + plus_g);
 
     // Forces.
