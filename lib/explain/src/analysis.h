@@ -12,6 +12,7 @@ namespace explain {
 struct Accepted {
   std::size_t unknown = 0;
   double amount = 0.0;            ///< of an unknown that acts everywhere
+  bool kinematic = false;         ///< a sensor that relations without forces judge: they alone say how much
   Eigen::MatrixXd columns;        ///< of a road unknown: one per cell, not whitened, constant
   std::vector<int> cells;         ///< their cells
   double width = 0.0;             ///< prior of each cell's amount

@@ -112,6 +112,13 @@ Analysis::Model Analysis::model(bool careful) const {
       m.precision[k] = 1.0 / (width(static_cast<std::size_t>(k)) * width(static_cast<std::size_t>(k)));
       before[k] = amounts_[k];
     }
+  auto everywhere = static_cast<Index>(refit_.size());
+  for (const Accepted& a : accepted_) {
+    if (!a.cells.empty()) continue;
+    for (Index i = 0; i < x.rows() && a.kinematic && everywhere < moves_.cols(); ++i)
+      if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only) x(i, everywhere) = 0.0;
+    ++everywhere;
+  }
   Index at = moves_.cols();
   for (const Accepted& a : accepted_) {
     if (a.cells.empty()) continue;
@@ -452,6 +459,7 @@ bool Analysis::step(Findings& out, bool first) {
     Accepted a;
     a.unknown = t.unknown;
     a.amount = t.amount;
+    a.kinematic = kinematic_ && u.kind == "sensor";
     if (u.along_road) {
       // A profile: every cell near the run that was found, held together by a prior.
       const auto which = static_cast<Index>(std::find(candidate_.begin(), candidate_.end(), t.unknown) - candidate_.begin());

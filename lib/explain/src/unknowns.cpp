@@ -74,6 +74,11 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   };
   if (engine || lateral) {
     parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.015);
+    if (!any(logs, kLoadFront) && !any(logs, kLoadRear)) {
+      // Nothing else gives forces a scale: torque, brakes, drag and grip that are off alike are the same.
+      out.unknowns.back().held = 0.01 * car.parameters[P::chassis_mass_kg];
+      no("parameter.mass", "held near its stated value: without wheel loads a mass that is off is the same as all forces being off");
+    }
   }
   else no("parameter.mass", "neither throttle nor steering with lateral speed is logged");
   if (engine) {
