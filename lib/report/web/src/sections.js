@@ -138,11 +138,11 @@ function roughPlaces(data, state) {
     reason, { number: some.length }, { number: `${metres(length)} m` }, { number: mm(Math.max(...some.map((place) => place.largest_error_m))) }])));
   const sorted = [...places].sort((a, b) => b.largest_error_m - a.largest_error_m);
   const row = (place) => el('tr', {}, el('td', {}, placeButton(state, place.u_begin_m, place.u_end_m)),
-    el('td', { class: 'number' }, place.v_max_m - place.v_min_m < 0.05 ? place.v_min_m.toFixed(2) : `${place.v_min_m.toFixed(2)} … ${place.v_max_m.toFixed(2)}`),
-    el('td', { class: 'number' }, mm(place.largest_error_m)), el('td', {}, place.reason));
+    el('td', { class: 'number' }, `v ${place.v_min_m.toFixed(2)}${place.v_max_m - place.v_min_m < 0.05 ? '' : ` … ${place.v_max_m.toFixed(2)}`} m`),
+    el('td', { class: 'number' }, mm(place.largest_error_m)), el('td', { class: 'text' }, place.reason));
   const body = el('tbody', {}, sorted.slice(0, 12).map(row));
-  root.append(el('div', { class: 'scroll' }, el('table', { class: 'rough' }, el('thead', {}, el('tr', {},
-    el('th', {}, 'place'), el('th', { class: 'number' }, 'v / m'), el('th', { class: 'number' }, 'largest error'), el('th', {}, 'why'))), body)));
+  root.append(el('div', { class: 'scroll' }, el('table', { class: 'findings rough' }, el('thead', {}, el('tr', {},
+    el('th', {}, 'place'), el('th', { class: 'number' }, 'across'), el('th', { class: 'number' }, 'largest error'), el('th', {}, 'why'))), body)));
   if (sorted.length > 12) {
     const more = el('button', { type: 'button', onclick: () => { more.remove(); body.append(...sorted.slice(12).map(row)); } }, `Show the other ${sorted.length - 12} places`);
     root.append(more);
