@@ -258,6 +258,12 @@ TEST_F(ReadMesh, NamesThePlaceOfUnusableCoordinates) {
   std::string acc = as_acc(road_);
   acc.replace(acc.find("10.000000 "), 10, "1e30 ");
   EXPECT_THAT(message_of(folder_.file("far.acc", acc)), HasSubstr("a coordinate is 1e+30"));
+  // assimp leaves memory unset for a surface without corners.
+  for (const char* bare : {"SURF 0x1\n", "SURF 0x1\nmat 0\nrefs 0\n"}) {
+    acc = as_acc(road_);
+    acc.insert(acc.find("SURF"), bare);
+    EXPECT_THAT(message_of(folder_.file("bare.acc", acc)), testing::AnyOf(HasSubstr("wanted 'refs COUNT' of the surface before it"), HasSubstr("wanted a surface of at least one corner")));
+  }
   Mesh broken = road_;
   broken.vertices_m[4].y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(message_of(folder_.file("nan.stl", as_stl(broken))),

@@ -117,11 +117,13 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
   append_line(text, line);
   std::vector<std::uint64_t> kids_left;  // per open object
   bool in_object = false;
+  bool in_surface = false;  // its corners are to come; assimp leaves memory unset for a surface without any
   bool has_texture = false;
   std::uint64_t vertices = 0;
   while (lines.next(line)) {
     std::string_view rest = line;
     const std::string_view word = take_word(rest);
+    if (in_surface && (word == "SURF" || word == "kids" || word == "OBJECT")) throw malformed("'refs COUNT' of the surface before it");
     if (word == "OBJECT") {
       if (in_object) throw malformed("'kids N' before the next OBJECT");
       if (kids_left.size() >= kMaxDepth) throw malformed("groups nested less than 256 deep");
@@ -172,8 +174,12 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
         append_line(text, line);
       }
       continue;
+    } else if (word == "SURF") {
+      in_surface = true;
     } else if (word == "refs") {
       const std::uint64_t refs = count_after(rest, "'refs COUNT'");
+      if (refs == 0) throw malformed("a surface of at least one corner");
+      in_surface = false;
       append_line(text, line);
       for (std::uint64_t i = 0; i < refs; ++i) {
         if (!lines.next(line))

@@ -180,6 +180,8 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
       open.push_back({child, visit.T_world_node * to_eigen(child->mTransformation)});
     }
     for (unsigned int k = 0; k < visit.node->mNumMeshes; ++k) {
+      if (visit.node->mMeshes[k] >= scene.mNumMeshes || scene.mMeshes[visit.node->mMeshes[k]] == nullptr)
+        throw Error(fmt::format("{}: object '{}' refers to a part that the file does not hold; export the mesh again", path, object_name(*visit.node)));
       const aiMesh& part = *scene.mMeshes[visit.node->mMeshes[k]];
       std::string name = object_name(*visit.node);
       if (name.empty() || visit.node == scene.mRootNode)
