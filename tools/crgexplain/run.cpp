@@ -142,7 +142,7 @@ int run(const RunCommand& command) {
     if (terminal) std::fprintf(stderr, "\r\033[K");
   }
   files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
-  files::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, car.name + " on " + std::filesystem::path(command.track_path).stem().string()));
+  files::write_file(command.out_path + "/report.html", explain::findings_page(findings, logs, fmt::format("Simulation and recording: {} on {}", car.name, std::filesystem::path(command.track_path).stem().string())));
   stages.done();
 
   fmt::print("verdict: {}\n", findings.verdict);

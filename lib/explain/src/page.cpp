@@ -47,6 +47,11 @@ std::string table(const std::string& title, const std::string& words, const std:
          head + "</thead><tbody>" + rows + "</tbody></table></section>\n";
 }
 
+/// What the whole car was refitted to stands beside its errors, not under the verdict.
+bool about_refit(const std::string& remark) {
+  return remark.find("refitted to the laps that do not judge") != std::string::npos;
+}
+
 std::string verdict_of(const Findings& f) {
   const char *colour = "bad",
              *meaning = "Something is missing that no mechanism tried here explains.";
@@ -71,7 +76,7 @@ std::string verdict_of(const Findings& f) {
     out += fmt::format(" The built-in driver's lap: {:.2f} s before, {:.2f} s after.",
                        f.simulated_lap_before_s, f.simulated_lap_after_s);
   for (const std::string& remark : f.remarks)
-    out += "<p><small>" + html_text(remark) + "</small></p>";
+    if (!about_refit(remark)) out += "<p><small>" + html_text(remark) + "</small></p>";
   return out + "</section>\n";
 }
 
@@ -107,7 +112,10 @@ class Map {
     for (std::size_t i = 0; i < s_.n && next < s_.length_m; ++i)
       if (s_.u_m[i] >= next && s_.u_m[i] < next + 30) {
         const auto [px, py] = pixel(i);
-        out += fmt::format("<text x={:.1f} y={:.1f}>{}{:.0f}</text>", px + 8, py - 6,
+        // At the right edge to the left of its place: a label beyond the drawing is cut off.
+        const bool left = px > (x1_ - x0_) * scale_ + 2 * kRoom - 3 * kRoom;
+        out += fmt::format("<text x={:.1f} y={:.1f}{}>{}{:.0f}</text>", left ? px - 8 : px + 8,
+                           std::max(py - 6, 0.5 * kRoom), left ? " text-anchor=end" : "",
                            next == 0 ? "u = " : "", next);
         next += step;
       }
@@ -178,8 +186,10 @@ std::string found(const Finding& x) {
   return out + (worse.empty() ? "" : worse + ".</p>") + "</section>\n";
 }
 
-std::string held_out(const std::vector<HeldOut>& list) {
-  std::string rows;
+std::string held_out(const std::vector<HeldOut>& list, const std::vector<std::string>& remarks) {
+  std::string rows, refits;
+  for (const std::string& remark : remarks)
+    if (about_refit(remark)) refits += "</small></p><p><small>" + html_text(remark);
   for (const HeldOut& h : list)
     rows += "<tr>" + cell(h.whole_car ? "whole simulated car" : "one relation") + cell(h.channel) +
             cell(h.unit) + number_cell(h.horizon_s > 0 ? figure(h.horizon_s) : "at once") +
@@ -187,13 +197,17 @@ std::string held_out(const std::vector<HeldOut>& list) {
             number_cell(fmt::format("{:.1f} to {:.1f} %", 100 * h.drop_low, 100 * h.drop_high));
   return table(
       "Laps that were not used",
-      "RMS errors. Before: the stated car with its parameters refitted on the other laps. After: "
-      "the same with "
-      "what was found. Trivial: nothing changes within the time (at once: the stated car without "
-      "refit). One "
-      "relation: measured motion against that relation alone; whole simulated car: lib/vehicle on "
-      "the "
-      "recorded commands from recorded states.",
+      std::string("RMS errors. Before: the stated car with its parameters refitted on the other "
+                  "laps. After: "
+                  "the same with "
+                  "what was found. Trivial: nothing changes within the time (at once: the stated "
+                  "car without "
+                  "refit). One "
+                  "relation: measured motion against that relation alone; whole simulated car: "
+                  "lib/vehicle on "
+                  "the "
+                  "recorded commands from recorded states.") +
+          refits,
       "<th>judged by<th>channel<th>unit<th class=n>horizon, s<th class=n>before<th class=n>after"
       "<th class=n>trivial<th class=n>drop, 90 %",
       rows);
@@ -333,7 +347,7 @@ std::string findings_page(const Findings& f, const std::vector<Signals>& logs,
   for (const Finding& x : f.findings) out += found(x);
   out += unexplained(f.unexplained);
   const std::vector<HeldOut>& proof = f.findings.empty() ? f.held_out : f.findings.front().held_out;
-  if (!proof.empty()) out += held_out(proof);
+  if (!proof.empty()) out += held_out(proof, f.remarks);
   if (!f.mismatches.empty()) out += mismatches(f.mismatches);
   if (!f.parameters.empty()) out += parameters(f.parameters);
   if (!f.evidence.empty()) out += tried(f);

@@ -22,7 +22,7 @@ struct Free {
 
 std::vector<Free> free_amounts(const vehicle::Vehicle& car) {
   std::vector<Free> out;
-  for (const std::vector<P>& together : std::vector<std::vector<P>>{{P::engine_torque}, {P::aero_drag_area_m2}, {P::front_brake_friction, P::rear_brake_friction},
+  for (const std::vector<P>& together : std::vector<std::vector<P>>{{P::engine_torque}, {P::aero_drag_area_m2}, brake_strength(car),
                                                                     {P::front_tyre_cornering_stiffness}, {P::rear_tyre_cornering_stiffness}, {P::front_tyre_grip}, {P::rear_tyre_grip}})
     out.push_back({.factor = together, .width = std::max(0.01, 0.5 * car.prior[static_cast<std::size_t>(together.front())])});
   for (int k = 0; k < 4; ++k) out.push_back({.shape = k, .width = 0.08});
@@ -69,6 +69,11 @@ Eigen::VectorXd weights(const Eigen::VectorXd& r, const std::vector<double>& wor
 }
 
 }  // namespace
+
+std::vector<P> brake_strength(const vehicle::Vehicle& car) {
+  const bool mapped = car.terms[vehicle::Term::brake_friction_temperature] > 0 && !car.files.pad_friction.empty();
+  return mapped ? std::vector{P::front_brake_area_m2, P::rear_brake_area_m2} : std::vector{P::front_brake_friction, P::rear_brake_friction};
+}
 
 vehicle::Map2 shaped_engine_map(const vehicle::Map2& stated, const std::array<double, 4>& shape, double limit_radps) {
   vehicle::Map2 out = stated;

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "crg/edit.h"
+#include "refit_car.h"
 #include "vehicle/error.h"
 
 namespace explain {
@@ -137,11 +138,9 @@ std::string corrected_vehicle(const std::string& vehicle_path, const vehicle::Ve
     const auto set = [&](const char* name, double x) { parameters[name] = x; };
     if (f.parameters.empty()) continue;
     if (f.kind == "parameter" && f.parameters[0].name == "brake.gain") {
-      // As friction of the pads it acts on measured pressures too, which the gain does not.
-      using P = vehicle::Parameter;
-      const double grown = value(0) / car.parameters[P::brake_gain];
-      set("front.brake_friction", grown * car.parameters[P::front_brake_friction]);
-      set("rear.brake_friction", grown * car.parameters[P::rear_brake_friction]);
+      // The gain would not act on measured pressures.
+      const double grown = value(0) / car.parameters[vehicle::Parameter::brake_gain];
+      for (const vehicle::Parameter p : brake_strength(car)) parameters[std::string(vehicle::parameter_list()[static_cast<std::size_t>(p)].name)] = grown * car.parameters[p];
     } else if (f.kind == "parameter") {
       if (vehicle::find_parameter(f.parameters[0].name)) set(f.parameters[0].name.c_str(), value(0));
       else remarks.push_back(fmt::format("{}: {} = {:.5g}; change the tyre's radius by this share", f.mechanism, f.parameters[0].name, value(0)));
