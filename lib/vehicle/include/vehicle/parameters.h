@@ -26,7 +26,7 @@ struct ParameterInfo {
   std::string_view unit;
   double value;      ///< default
   double low, high;  ///< bounds
-  double prior;      ///< one standard deviation: share of the value, or in the unit at value 0
+  double prior;      ///< two standard deviations: share of the value, or in the unit at value 0
   std::string_view text;
 };
 
