@@ -334,7 +334,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (engine) {
     if (car.terms[Term::turbo_lag] == 0.0) {
       for (const double rise : {0.12, 0.2, 0.35, 0.55, 0.9}) {
-        physics("vehicle.turbo_lag", "vehicle", "turbo.share", "1", 0.2, 0.06, true, "torque waits for boost after tip-in",
+        physics("vehicle.turbo_lag", "vehicle", "turbo.share", "1", 0.2, 0.085, true, "torque waits for boost after tip-in",
                 "d(boost)/dt = (throttle - boost) flow / rise; torque *= 1 - share (throttle - boost)", "tip in at two engine speeds and compare the delay",
                 [rise](Setting& s, double v) { s.turbo += v; s.turbo_rise_s = rise; });
         out.unknowns.back().equation += fmt::format("; rise {} s", rise);
@@ -352,7 +352,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
       no("vehicle.brake_friction_temperature", "the stated car has it; its parameters are not refitted");
     else if (brake)
       for (const double time : {2.5, 10.0, 40.0})
-        physics("vehicle.brake_friction_temperature", "vehicle", "friction lost per 0.75 MJ of heat", "1", 0.1, 0.02, false,
+        physics("vehicle.brake_friction_temperature", "vehicle", "friction lost per 0.75 MJ of heat", "1", 0.1, 0.02, true,
                 "the pads' friction changes with their heat", "mu = mu0 (1 - k heat); d(heat)/dt = power - heat/T",
                 "repeat equal stops with short and long pauses, or log the disc temperature", [time](Setting& s, double v) { s.fade += v; s.fade_s = time; }),
             out.unknowns.back().equation += fmt::format("; T {} s", time);
