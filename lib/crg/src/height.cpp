@@ -1,6 +1,6 @@
 #include "height.h"
 
-#include "huge_pages.h"
+#include "crg/huge_pages.h"
 #include "line_geometry.h"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "clearance.h"
-#include "huge_pages.h"
+#include "crg/huge_pages.h"
 
 namespace crg {
 namespace {

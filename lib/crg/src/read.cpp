@@ -18,7 +18,7 @@
 #include "crg/error.h"
 #include "crg/file.h"
 #include "header.h"
-#include "huge_pages.h"
+#include "crg/huge_pages.h"
 #include "text.h"
 
 namespace crg {

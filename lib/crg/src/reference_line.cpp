@@ -27,7 +27,9 @@ Point2 mitre_direction(const ReferenceLine& line, std::size_t row) {
   return {along.x_m / length, along.y_m / length};
 }
 
-SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row) {
+namespace {
+
+SegmentFrame frame_without_mitres(const ReferenceLine& line, std::size_t row) {
   SegmentFrame frame;
   frame.x_m = line.x_m[row];
   frame.y_m = line.y_m[row];
@@ -38,25 +40,33 @@ SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row) {
     frame.cos = dx / frame.length_m;
     frame.sin = dy / frame.length_m;
   }
-  // A mitre line is perpendicular to its direction T: in the frame of the segment it runs through
-  // (-T_across / T_along * v, v).
-  const auto lean = [&](std::size_t node) {
-    const Point2 T = mitre_direction(line, node);
-    const double along = T.x_m * frame.cos + T.y_m * frame.sin;
-    const double across = -T.x_m * frame.sin + T.y_m * frame.cos;
-    // A line that turns back on itself has no mitre; cut it square.
-    return along > 1e-3 ? -across / along : 0.0;
-  };
-  frame.begin_lean = lean(row);
-  frame.end_lean = lean(row + 1);
+  return frame;
+}
+
+/// A mitre line is perpendicular to its direction T: in the frame of the segment it runs through
+/// (-T_across / T_along * v, v).
+double lean(const ReferenceLine& line, const SegmentFrame& frame, std::size_t node) {
+  const Point2 T = mitre_direction(line, node);
+  const double along = T.x_m * frame.cos + T.y_m * frame.sin;
+  const double across = -T.x_m * frame.sin + T.y_m * frame.cos;
+  // A line that turns back on itself has no mitre; cut it square.
+  return along > 1e-3 ? -across / along : 0.0;
+}
+
+}  // namespace
+
+SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row) {
+  SegmentFrame frame = frame_without_mitres(line, row);
+  frame.begin_lean = lean(line, frame, row);
+  frame.end_lean = lean(line, frame, row + 1);
   return frame;
 }
 
 Point2 node_position(const ReferenceLine& line, std::size_t row, double v_m) {
   const bool last = row + 1 == line.size();
-  const SegmentFrame frame = segment_frame(line, last ? row - 1 : row);
-  const double s = last ? frame.length_m + v_m * frame.end_lean : v_m * frame.begin_lean;
-  return frame.point(s, v_m);
+  const SegmentFrame frame = frame_without_mitres(line, last ? row - 1 : row);
+  const double begin_m = last ? frame.length_m : 0.0;
+  return frame.point(begin_m + v_m * lean(line, frame, row), v_m);
 }
 
 Point2 position(const ReferenceLine& line, double u_m, double v_m) {
