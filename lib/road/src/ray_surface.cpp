@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstddef>
 #include <Eigen/Geometry>
 #include <new>
 
 #include "road/error.h"
-#include "wide.h"
 
 namespace road {
 
@@ -25,6 +24,14 @@ struct SceneDeleter {
 };
 
 }  // namespace
+
+// RayPacket16 begins with Embree's packet.
+static_assert(offsetof(RayPacket16, z_top_m) == offsetof(RTCRay16, org_z) && offsetof(RayPacket16, from_m) == offsetof(RTCRay16, tnear) &&
+              offsetof(RayPacket16, direction_z) == offsetof(RTCRay16, dir_z) && offsetof(RayPacket16, depth_m) == offsetof(RTCRay16, tfar) &&
+              offsetof(RayPacket16, mask) == offsetof(RTCRay16, mask) &&
+              offsetof(RayPacket16, triangle) == offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, primID) &&
+              offsetof(RayPacket16, geometry) == offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, geomID) &&
+              offsetof(RayPacket16, active) == sizeof(RTCRayHit16) && alignof(RayPacket16) == alignof(RTCRayHit16));
 
 struct RaySurface::Scene {
   std::unique_ptr<RTCDeviceTy, DeviceDeleter> device;
@@ -68,18 +75,6 @@ struct RaySurface::Scene {
     return result;
   }
 };
-
-/// Embree's form of the packet. What never changes in it is written at the first cast only: Embree reads 64
-/// bytes at once, and would wait for many small stores just before.
-RTCRayHit16& RaySurface::embree_packet(RayPacket16& packet) {
-  static_assert(sizeof(RTCRayHit16) <= sizeof(packet.embree_));
-  if (packet.ready_) return *std::launder(reinterpret_cast<RTCRayHit16*>(packet.embree_.data()));
-  auto* ray = new (packet.embree_.data()) RTCRayHit16{};
-  std::fill_n(ray->ray.dir_z, 16, -1.0f);
-  std::fill_n(ray->ray.mask, 16, 0xffffffffu);
-  packet.ready_ = true;
-  return *ray;
-}
 
 RaySurface::RaySurface(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
   // One build thread: the tree, and with it the triangle answered on a shared edge, is then the same
@@ -129,26 +124,21 @@ RaySurface& RaySurface::operator=(RaySurface&&) noexcept = default;
 
 const Eigen::Vector3d& RaySurface::origin_m() const noexcept { return scene_->origin_m; }
 
-void RaySurface::cast_down(RayPacket16& packet) const noexcept {
+void RaySurface::cast_prepared(RayPacket16& packet) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  RTCRayHit16& ray = embree_packet(packet);
-  wide([&]() __attribute__((always_inline)) {
-    for (std::size_t i = 0; i < 16; ++i) ray.ray.org_x[i] = packet.x_m[i];
-    for (std::size_t i = 0; i < 16; ++i) ray.ray.org_y[i] = packet.y_m[i];
-    for (std::size_t i = 0; i < 16; ++i) ray.ray.org_z[i] = packet.z_top_m[i];
-    for (std::size_t i = 0; i < 16; ++i) ray.ray.tfar[i] = packet.max_depth_m;
-    for (std::size_t i = 0; i < 16; ++i) ray.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-  });
-  rtcIntersect16(packet.active.data(), scene_->scene.get(), &context, &ray);
-  wide([&]() __attribute__((always_inline)) {
-    for (std::size_t i = 0; i < 16; ++i) {
-      const float z = packet.z_top_m[i] - ray.ray.tfar[i];
-      packet.z_m[i] = ray.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID ? z : std::numeric_limits<float>::quiet_NaN();
-    }
-    for (std::size_t i = 0; i < 16; ++i) packet.triangle[i] = ray.hit.primID[i];
-  });
+  rtcIntersect16(packet.active.data(), scene_->scene.get(), &context, reinterpret_cast<RTCRayHit16*>(&packet));
+}
+
+void RaySurface::cast_down(RayPacket16& packet) const noexcept {
+  packet.depth_m.fill(packet.max_depth_m);
+  packet.geometry.fill(RTC_INVALID_GEOMETRY_ID);
+  cast_prepared(packet);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const float z = packet.z_top_m[i] - packet.depth_m[i];
+    packet.z_m[i] = packet.geometry[i] != RTC_INVALID_GEOMETRY_ID ? z : std::numeric_limits<float>::quiet_NaN();
+  }
 }
 
 std::optional<SurfaceHit> RaySurface::nearest_hit(double x_m, double y_m, double z_near_m,

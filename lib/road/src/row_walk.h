@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "road/sample.h"
+#include "wide.h"
 
 namespace road {
 
@@ -24,9 +25,11 @@ struct RowLimits {
   std::vector<char> left_is_fold, right_is_fold;
 };
 
-/// Rows that were still on the surface when their limit ended them.
-struct RowsCut {
-  std::array<bool, kWalkRows> left, right;
+/// How far 16 rows came.
+struct RowsReached {
+  std::array<bool, kWalkRows> left_cut, right_cut;  // still on the surface when their limit ended them
+  std::size_t first_column, end_column;             // all their nodes with a height lie in between
+  bool empty() const { return first_column >= end_column; }
 };
 
 /// Every row walks on its own layer of the surface. What is done for all rows has neither branches nor calls,
@@ -38,39 +41,37 @@ class RowWalk {
   RowWalk(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line, const RowGuide& guide,
           const RowLimits& limits, const SampleOptions& options, SampledGrid& out);
 
-  /// Fills `rows` <= kWalkRows rows of the grid, all their columns.
-  RowsCut sample(std::size_t first_row, std::size_t rows);
+  /// Heights (local to the surface's origin, NaN without) and classes of `rows` <= kWalkRows rows, in the memory of
+  /// these rows in the grid but column by column: a column's nodes are written at once, and nothing is kept twice.
+  RowsReached sample(std::size_t first_row, std::size_t rows);
 
  private:
-  using Heights = std::array<float, kWalkRows>;
-  using Classes = std::array<SurfaceClass, kWalkRows>;
 
   /// The way to one side.
   struct Side {
     RayPacket16 packet;  // its active lanes are the rows that still walk
-    alignas(64) Heights last_z_m;
-    alignas(64) std::array<std::uint32_t, kWalkRows> triangle;
+    Floats16 last_z_m;
+    Ints16 triangle;
+    const SurfaceClass* surface_class = nullptr;  // of these triangles
     std::array<double, kWalkRows> last_v_m;
     std::array<bool, kWalkRows> cut;
     const float* limit_m = nullptr;
-    std::ptrdiff_t step = 0, column = 0;  // the column of the rays in the packet
-    std::size_t class_column = 0;         // where the classes of these triangles are
-    double nearest_limit_m = 0.0;         // infinity when no row walks any more
-    bool all_near = false;                // then last_v_m is not up to date: it is before_m everywhere
-    double before_m = 0.0;
+    std::ptrdiff_t step = 0, column = 0, end = 0;  // the column of the rays in the packet
+    double nearest_limit_m = 0.0;  // negative when no row walks any more
+    double all_near_v_m = 0.0;     // unless NaN, last_v_m is not up to date: it is this everywhere
   };
 
   void start_rows(std::size_t first_row, std::size_t rows);
   void start_side(Side& side, std::size_t column, std::ptrdiff_t step, const float* limit_m);
-  void walk_all();
+  RowsReached walk_all();
   bool cast(Side& side);
+  bool end_rows(Side& side, double v_m) const;
   void take(Side& side);
   bool take_if_all_near(Side& side);
   void take_one_by_one(Side& side);
   void update_last_v(Side& side) const;
   void find_nearest_limit(Side& side) const;
-  void write();
-  void write_tile(std::size_t first_column, std::size_t width);
+  void leave_out_empty_columns(RowsReached& reached) const;
 
   const RoadMesh& road_;
   const RaySurface& surface_;
@@ -79,18 +80,20 @@ class RowWalk {
   const RowLimits& limits_;
   const SampleOptions& options_;
   SampledGrid& out_;
-  const std::vector<double>& v_m_;  // of the columns
+  const double* v_m_;  // of the columns
+  std::size_t columns_;
   double origin_z_m_;
 
   std::size_t first_row_ = 0, rows_ = 0;
-  Side left_, right_;
   alignas(64) std::array<double, kWalkRows> x0_m_{}, y0_m_{}, normal_x_{}, normal_y_{};
-  Heights start_z_m_{};
-  // What was found, column by column: written to the rows of the grid at the end, a whole row at a time.
-  // Single nodes written to 16 rows at once would keep the next cast waiting for memory.
-  std::vector<Heights> z_m_;
-  std::vector<Classes> class_;
-  std::vector<char> whole_;  // columns where all 16 rows have a height
+  Floats16 start_z_m_{};
+  float* z_m_ = nullptr;           // of these rows, column by column
+  SurfaceClass* class_ = nullptr;  // likewise
 };
+
+/// Makes rows of what walks left column by column in the first `rows` rows, with the columns from `first_column` to before
+/// `end_column` only: heights in the map frame, and where they come from.
+void turn_into_rows(SampledGrid& out, std::size_t rows, const std::vector<RowsReached>& reached, std::size_t first_column,
+                    std::size_t end_column, double origin_z_m);
 
 }  // namespace road

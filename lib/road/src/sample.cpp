@@ -7,6 +7,7 @@
 #include <cstring>
 #include <unordered_map>
 
+#include "crg/huge_pages.h"
 #include "road/error.h"
 #include "road/parallel.h"
 #include "row_walk.h"
@@ -31,6 +32,8 @@ RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline
     s.push_back(s.back() + (centreline.points_m[(i + 1) % n] - centreline.points_m[i]).head<2>().norm());
   }
   RowGuide guide;
+  guide.z_m.reserve(line.size());
+  guide.half_width_m.reserve(line.size());
   std::size_t at = 0;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const double here = s.back() * static_cast<double>(i) / static_cast<double>(line.size() - 1);
@@ -50,10 +53,11 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
   for (std::size_t i = 0; i + (line.closed ? 1 : 0) < line.size(); i += stride) coarse.push_back(i);
 
   const double cell_m = 2.0 * v_max_m;
-  std::unordered_map<std::int64_t, std::vector<std::size_t>> cells;
+  struct Place { Vector2d p_m; std::size_t row; };
+  std::unordered_map<std::int64_t, std::vector<Place>> cells;
   const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_m)); };
   const auto key = [](std::int64_t ix, std::int64_t iy) { return (ix << 32) ^ (iy & 0xffffffff); };
-  for (const std::size_t i : coarse) cells[key(index(line.x_m[i]), index(line.y_m[i]))].push_back(i);
+  for (const std::size_t i : coarse) cells[key(index(line.x_m[i]), index(line.y_m[i]))].push_back({{line.x_m[i], line.y_m[i]}, i});
 
   const double period_m = static_cast<double>(line.size() - 1) * line.u_step_m;
   const auto along_m = [&](double u, double other_u) {
@@ -80,14 +84,13 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
       for (std::int64_t dy = -1; dy <= 1; ++dy) {
         const auto found = cells.find(key(index(here.x()) + dx, index(here.y()) + dy));
         if (found == cells.end()) continue;
-        for (const std::size_t j : found->second) {
-          if (i == j || std::abs(guide.z_m[i] - guide.z_m[j]) > kLayerGap_m || cross_here(i, j)) continue;
-          const Vector2d d = Vector2d(line.x_m[j], line.y_m[j]) - here;
+        for (const auto& [p_m, j] : found->second) {
+          const Vector2d d = p_m - here;
           const double across = d.dot(normal);
-          if (std::abs(across) < 1e-9) continue;
           Side& side = across > 0.0 ? left[k] : right[k];
-          // Surely no nearer than what is known, fold or not; most are not, and a division is dear.
-          if ((1.0 - kFoldMargin) * d.squaredNorm() > 2.001 * std::abs(across) * side.limit_m) continue;
+          // Surely no nearer than what is known, fold or not; most are not, so this is asked first.
+          if ((1.0 - kFoldMargin) * d.squaredNorm() > 2.001 * std::abs(across) * side.limit_m || std::abs(across) < 1e-9) continue;
+          if (std::abs(guide.z_m[i] - guide.z_m[j]) > kLayerGap_m || cross_here(i, j)) continue;
           const double du = along_m(static_cast<double>(i) * line.u_step_m, static_cast<double>(j) * line.u_step_m);
           // Half a circle round the touching circle is the same bend; further is another leg.
           const double radius_m = d.squaredNorm() / (2.0 * std::abs(across));
@@ -122,35 +125,14 @@ struct Span {
   bool operator==(const Span&) const = default;
 };
 
-Span span_of(const Provenance* row, std::size_t columns) {
-  std::size_t first = 0, end = columns;
-  while (first < columns && row[first] == Provenance::none) ++first;
-  if (first == columns) return {1, 0, 0};
+/// Of a row whose nodes with a height lie in [first, end).
+Span span_of(const Provenance* row, std::size_t first, std::size_t end) {
+  while (first < end && row[first] == Provenance::none) ++first;
+  if (first >= end) return {1, 0, 0};
   while (row[end - 1] == Provenance::none) --end;
   // Nearly every row is whole, which is quickly seen.
   if (std::memchr(row + first, static_cast<int>(Provenance::none), end - first) == nullptr) return {first, end - 1, 0};
   return {first, end - 1, static_cast<std::size_t>(std::count(row + first, row + end, Provenance::none))};
-}
-
-/// Leaves out the columns before first and after last.
-void keep_columns(SampledGrid& sampled, std::size_t first, std::size_t last, std::vector<Span>& spans) {
-  const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
-  if (first == last || (first == 0 && last + 1 == columns)) return;
-  const std::size_t kept = last - first + 1;
-  for (std::size_t i = 0; i < rows; ++i) {
-    const std::size_t from = i * columns + first, to = i * kept;
-    std::memmove(&sampled.grid.z_m[to], &sampled.grid.z_m[from], kept * sizeof(float));
-    std::memmove(&sampled.provenance[to], &sampled.provenance[from], kept);
-    std::memmove(&sampled.surface_class[to], &sampled.surface_class[from], kept);
-  }
-  sampled.grid.v_m = {sampled.grid.v_m.begin() + static_cast<std::ptrdiff_t>(first),
-                      sampled.grid.v_m.begin() + static_cast<std::ptrdiff_t>(last) + 1};
-  sampled.grid.z_m.resize(rows * kept);
-  sampled.provenance.resize(rows * kept);
-  sampled.surface_class.resize(rows * kept);
-  for (Span& span : spans) {
-    if (!span.empty()) span = {span.first - first, span.last - first, span.holes};
-  }
 }
 
 /// Fills runs of missing nodes between two nodes of one class, first across, then along. `spans` of the rows before.
@@ -264,38 +246,44 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   const auto half = static_cast<std::ptrdiff_t>(std::floor(options.v_max_m / options.v_step_m + 1e-9));
   for (std::ptrdiff_t j = -half; j <= half; ++j) out.grid.v_m.push_back(static_cast<double>(j) * options.v_step_m);
   const std::size_t columns = out.grid.v_m.size();
-  out.grid.z_m.assign(line.size() * columns, std::numeric_limits<float>::quiet_NaN());
-  out.provenance.assign(line.size() * columns, Provenance::none);
-  out.surface_class.assign(line.size() * columns, SurfaceClass::road);
+  crg::reserve_huge(out.grid.z_m, line.size() * columns);
+  crg::reserve_huge(out.surface_class, line.size() * columns);
+  out.grid.z_m.resize(line.size() * columns);
+  out.surface_class.resize(line.size() * columns);
 
   // The last node of a closed line stands for the first: it is copied, not cast.
   const std::size_t rows = line.closed ? line.size() - 1 : line.size();
   std::vector<char> folded(rows, 0), neighboured(rows, 0);
-  std::vector<Span> spans(line.size(), Span{1, 0, 0});
+  std::vector<RowsReached> reached((rows + kWalkRows - 1) / kWalkRows);
   parallel_for(rows, 4 * kWalkRows, options.threads, [&](std::size_t begin, std::size_t end) {
     RowWalk walk(road, surface, line, guide, limits, options, out);
     for (std::size_t first = begin; first < end; first += kWalkRows) {
       const std::size_t count = std::min(kWalkRows, end - first);
-      const RowsCut cut = walk.sample(first, count);
+      const RowsReached& ends = reached[first / kWalkRows] = walk.sample(first, count);
       for (std::size_t k = 0; k < count; ++k) {
         const std::size_t i = first + k;
-        folded[i] = (cut.left[k] && limits.left_is_fold[i]) || (cut.right[k] && limits.right_is_fold[i]);
-        spans[i] = span_of(&out.provenance[i * columns], columns);
-        neighboured[i] = (cut.left[k] && !limits.left_is_fold[i]) || (cut.right[k] && !limits.right_is_fold[i]);
+        folded[i] = (ends.left_cut[k] && limits.left_is_fold[i]) || (ends.right_cut[k] && limits.right_is_fold[i]);
+        neighboured[i] = (ends.left_cut[k] && !limits.left_is_fold[i]) || (ends.right_cut[k] && !limits.right_is_fold[i]);
       }
     }
   });
-  std::size_t first_column = columns, last_column = 0;
-  for (const Span& span : spans) {
-    if (span.empty()) continue;
-    first_column = std::min(first_column, span.first);
-    last_column = std::max(last_column, span.last);
+  std::size_t first_column = columns, end_column = 0;
+  for (const RowsReached& ends : reached) {
+    if (ends.empty()) continue;
+    first_column = std::min(first_column, ends.first_column);
+    end_column = std::max(end_column, ends.end_column);
   }
-  if (first_column > last_column) {
+  if (first_column >= end_column) {
     throw Error("no ray met the road: the centreline and the mesh do not lie in the same place (frame, unit or up axis differ)");
   }
-  keep_columns(out, first_column, last_column, spans);
+  if (first_column + 1 == end_column) first_column = 0, end_column = columns;  // a grid has two columns or more
+  turn_into_rows(out, rows, reached, first_column, end_column, surface.origin_m().z());
   const std::size_t kept = out.grid.columns();
+  std::vector<Span> spans(line.size(), Span{1, 0, 0});
+  for (std::size_t i = 0; i < rows; ++i) {
+    const RowsReached& ends = reached[i / kWalkRows];
+    if (!ends.empty()) spans[i] = span_of(&out.provenance[i * kept], ends.first_column - first_column, ends.end_column - first_column);
+  }
   const std::size_t filled = fill_gaps(out, spans, options.max_gap_m);
   if (line.closed) {
     const std::size_t last = (line.size() - 1) * kept;
@@ -309,7 +297,7 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   result.filled = filled;
   if (line.closed) spans.back() = spans.front();
   for (std::size_t i = 0; i < line.size(); ++i) {
-    const Span span = filled > 0 ? span_of(out.provenance.data() + i * kept, kept) : spans[i];
+    const Span span = filled > 0 ? span_of(&out.provenance[i * kept], 0, kept) : spans[i];
     if (span.empty()) continue;
     result.holes += span.holes;
     result.nodes_with_z += span.last - span.first + 1 - span.holes;
