@@ -2,14 +2,16 @@
 //
 //   sample_bench [MESH]          default: g-track-1 of torcs-data, else the demo circuit
 //
-// Both are timed alternately in one run on one thread, so that the ratio holds on a busy machine.
+// Both are timed alternately in one run on one thread, so that the ratio holds on a busy machine. The rays are those that
+// the sampler has Embree cast, written down in a run before: the same packets in the same order.
+#include <dlfcn.h>
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <ctime>
-#include <cmath>
 #include <filesystem>
 
 #include "road/circuit.h"
@@ -63,85 +65,65 @@ struct Rays16 {
   alignas(64) std::array<int, 16> active;
 };
 
-/// The rays of the grid in the order in which the sampler casts: 16 rows at a time, column by column to the left
-/// and to the right. Where a row ends it casts on until the gap is too wide to be a hole, and so do these.
-std::vector<Rays16> rays_of(const road::SampledGrid& sampled, const crg::ReferenceLine& line, const Eigen::Vector3d& origin,
-                            const road::SampleOptions& options) {
-  std::vector<Rays16> packets;
-  const crg::Grid& grid = sampled.grid;
-  const std::size_t columns = grid.columns(), middle = static_cast<std::size_t>(
-      std::lower_bound(grid.v_m.begin(), grid.v_m.end(), -1e-9) - grid.v_m.begin());
-  std::array<float, 16> last_z;
-  std::array<double, 16> last_v;
-  const auto cast = [&](std::size_t first, std::size_t j) {
-      Rays16 packet{};
-      bool any = false;
-      for (std::size_t k = 0; k < 16; ++k) {
-        float z = grid.at(first + k, j);
-        if (!std::isnan(z)) {
-          last_z[k] = z;
-          last_v[k] = grid.v_m[j];
-        } else if (std::abs(grid.v_m[j] - last_v[k]) < options.max_gap_m + 2.0 * options.v_step_m) {
-          z = last_z[k];
-        }
-        if (std::isnan(z)) continue;
-        const crg::Point2 p = crg::node_position(line, first + k, grid.v_m[j]);
-        packet.x_m[k] = static_cast<float>(p.x_m - origin.x());
-        packet.y_m[k] = static_cast<float>(p.y_m - origin.y());
-        packet.z_top_m[k] = static_cast<float>(static_cast<double>(z) - origin.z()) + 2.0f;
-        packet.active[k] = -1;
-        any = true;
-      }
-      if (any) packets.push_back(packet);
-  };
-  for (std::size_t first = 0; first + 16 <= grid.rows(); first += 16) {
-    last_z.fill(std::numeric_limits<float>::quiet_NaN());
-    last_v.fill(0.0);
-    cast(first, middle);
-    const auto middle_z = last_z;
-    for (std::size_t j = middle + 1; j < columns; ++j) cast(first, j);
-    last_z = middle_z;
-    last_v.fill(0.0);
-    for (std::size_t j = middle; j-- > 0;) cast(first, j);
-  }
-  return packets;
-}
+std::vector<Rays16>* written_down = nullptr;  // where casts are written down; null: nowhere
 
-/// Casts them all and reads every height; the constant parts of the rays are written once.
-/// Returns how many hit and the sum of their heights.
-std::pair<std::size_t, double> cast_bare(RTCScene scene, const std::vector<Rays16>& packets) {
+/// What the bare casts found, so that none of it can be left out.
+struct Found {
+  std::size_t hits = 0;
+  double sum_z_m = 0.0;
+};
+
+/// Casts them all and reads every height and triangle; the constant parts of the rays are written once.
+Found cast_bare(RTCScene scene, const std::vector<Rays16>& packets) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   RTCRayHit16 ray{};
   std::fill_n(ray.ray.dir_z, 16, -1.0f);
   std::fill_n(ray.ray.mask, 16, 0xffffffffu);
-  std::size_t hits = 0;
-  double sum = 0.0;
-  for (const Rays16& packet : packets) {
-    // Stored as widely as Embree loads, or it waits.
-    road::wide([&]() __attribute__((always_inline)) {
-      for (std::size_t k = 0; k < 16; ++k) ray.ray.org_x[k] = packet.x_m[k];
-      for (std::size_t k = 0; k < 16; ++k) ray.ray.org_y[k] = packet.y_m[k];
-      for (std::size_t k = 0; k < 16; ++k) ray.ray.org_z[k] = packet.z_top_m[k];
-      for (std::size_t k = 0; k < 16; ++k) ray.ray.tfar[k] = 4.0f;
-      for (std::size_t k = 0; k < 16; ++k) ray.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
-    });
-    rtcIntersect16(packet.active.data(), scene, &context, &ray);
-    float z = 0.0f;
-    unsigned met = 0;
-    for (std::size_t k = 0; k < 16; ++k) {
-      const bool hit = packet.active[k] != 0 && ray.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
-      z += hit ? packet.z_top_m[k] - ray.ray.tfar[k] : 0.0f;
-      met += hit ? 1 : 0;
+  Found found;
+  road::wide([&]() __attribute__((always_inline)) {
+    using road::lanes, road::Floats16, road::Ints16;
+    Floats16 sum_z_m{};
+    Ints16 hits{};
+    std::size_t casts = 0;
+    for (const Rays16& packet : packets) {
+      // Stored as widely as Embree loads, or it waits.
+      lanes<Floats16>(ray.ray.org_x) = lanes<const Floats16>(packet.x_m.data());
+      lanes<Floats16>(ray.ray.org_y) = lanes<const Floats16>(packet.y_m.data());
+      lanes<Floats16>(ray.ray.org_z) = lanes<const Floats16>(packet.z_top_m.data());
+      lanes<Floats16>(ray.ray.tfar) = Floats16{} + 4.0f;
+      lanes<Ints16>(ray.hit.geomID) = Ints16{} - 1;
+      rtcIntersect16(packet.active.data(), scene, &context, &ray);
+      // There is one geometry: 0 where its triangles were hit, else -1.
+      const Ints16 hit = ~lanes<Ints16>(ray.hit.geomID);
+      const Floats16 z_m = lanes<const Floats16>(packet.z_top_m.data()) - lanes<Floats16>(ray.ray.tfar);
+      hits -= hit;
+      sum_z_m += reinterpret_cast<Floats16>(reinterpret_cast<Ints16>(z_m) & hit);
+      if (++casts % 256 != 0 && casts != packets.size()) continue;
+      for (std::size_t k = 0; k < 16; ++k) found.sum_z_m += static_cast<double>(sum_z_m[k]);
+      sum_z_m = Floats16{};
     }
-    hits += met;
-    sum += static_cast<double>(z);
-  }
-  return {hits, sum};
+    for (std::size_t k = 0; k < 16; ++k) found.hits += static_cast<std::size_t>(hits[k]);
+  });
+  return found;
 }
 
 }  // namespace
+
+const auto embree = reinterpret_cast<decltype(&rtcIntersect16)>(dlsym(RTLD_NEXT, "rtcIntersect16"));
+
+/// Stands before Embree's: the sampler and the bare casts both come by here.
+void rtcIntersect16(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRayHit16* packet) {
+  if (written_down != nullptr) [[unlikely]] {
+    Rays16& rays = written_down->emplace_back();
+    std::copy_n(packet->ray.org_x, 16, rays.x_m.data());
+    std::copy_n(packet->ray.org_y, 16, rays.y_m.data());
+    std::copy_n(packet->ray.org_z, 16, rays.z_top_m.data());
+    std::copy_n(valid, 16, rays.active.data());
+  }
+  embree(valid, scene, context, packet);
+}
 
 int main(int argc, char** argv) {
   const std::string torcs = std::string(TORCS_TRACKS) + "/road/g-track-1/g-track-1.acc";
@@ -156,14 +138,16 @@ int main(int argc, char** argv) {
   road::SampleOptions options;
   options.threads = 1;
   road::SampleReport report;
+  std::vector<Rays16> packets;
+  written_down = &packets;
   auto sampled = road::sample_grid(road, surface, line, centreline, options, &report);
-  const auto packets = rays_of(sampled, line, surface.origin_m(), options);
+  written_down = nullptr;
   const BareScene bare(road.mesh, surface.origin_m());
   std::size_t rays = 0;
   for (const auto& packet : packets) rays += static_cast<std::size_t>(std::count(packet.active.begin(), packet.active.end(), -1));
 
   std::vector<double> sample_s, bare_s;
-  std::pair<std::size_t, double> check;
+  Found check;
   for (int round = 0; round < 25; ++round) {
     double start = now_s();
     sampled = road::sample_grid(road, surface, line, centreline, options);
@@ -180,7 +164,7 @@ int main(int argc, char** argv) {
   const double nodes = static_cast<double>(report.nodes), cast = static_cast<double>(rays);
   fmt::print("{} triangles, {:.3g} nodes, {:.3g} rays in {} packets, one thread, best of {}\n", road.mesh.triangles.size(), nodes, cast,
              packets.size(), sample_s.size());
-  fmt::print("bare casts hit {} times, mean height {:.3f} m over the local origin\n", check.first, check.second / static_cast<double>(check.first));
+  fmt::print("bare casts hit {} times, mean height {:.3f} m over the local origin\n", check.hits, check.sum_z_m / static_cast<double>(check.hits));
   fmt::print("sample_grid       {:6.1f} M nodes/s  {:6.1f} M rays/s\n", nodes / sample_s[0] * 1e-6, cast / sample_s[0] * 1e-6);
   fmt::print("bare Embree casts {:6.1f} M rays/s\n", cast / bare_s[0] * 1e-6);
   fmt::print("share of the limit {:.1f} % (median of the rounds; {:.1f} to {:.1f} %)\n", 100.0 * share[share.size() / 2], 100.0 * share.front(),
