@@ -262,7 +262,7 @@ std::string tried(const Findings& f) {
             number_cell(fmt::format("{:.1f}", e.cv_gain));
   return table("Everything that was tried",
                fmt::format("Each alone, at the first step. Score in standard deviations; {:.1f} is "
-                           "exceeded by 0.7 % of {} null "
+                           "exceeded by 0.45 % of {} null "
                            "replicates of these recordings, over all mechanisms together.",
                            f.threshold, f.null_replicates),
                "<th>mechanism<th>channel<th class=n>amount<th>unit<th>where<th class=n>score<th "

@@ -45,7 +45,7 @@ struct Test {
 
 struct Scan {
   std::vector<Test> best;             ///< the best of each family
-  double threshold = 0.0;             ///< of |z|: exceeded by 0.7 % of the nulls, over all families
+  double threshold = 0.0;             ///< of |z|: exceeded by 0.45 % of the nulls, over all families
   double false_alarms = 0.0;          ///< share of as many other nulls that exceed it
   std::vector<double> null_max;       ///< sorted
 };
