@@ -7,6 +7,9 @@ import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
+/// Machines that build beside it are slow; nothing here waits for long on a calm one.
+const kPatience_ms = 180000;
+
 const [maker, web, shots] = process.argv.slice(2);
 const chromiumPath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
 if (!chromiumPath || !existsSync(join(web, 'node_modules/playwright-core'))) {
@@ -36,6 +39,7 @@ const browser = await chromium.launch({
 
 async function open(name, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, offline: true, ...options });
+  context.setDefaultTimeout(kPatience_ms);
   const page = await context.newPage();
   const problems = [];
   page.on('console', (message) => { if (['error', 'warning'].includes(message.type())) problems.push(message.text()); });
@@ -43,7 +47,7 @@ async function open(name, options = {}) {
   page.on('request', (request) => { if (!/^(file|data|blob):/.test(request.url())) problems.push(`request: ${request.url()}`); });
   page.on('dialog', (dialog) => { problems.push(`dialog: ${dialog.message()}`); dialog.dismiss(); });
   await page.goto(pathToFileURL(join(dir, name, 'report.html')).href);
-  await page.waitForSelector('html[data-ready="yes"]', { timeout: 30000 });
+  await page.waitForSelector('html[data-ready="yes"]', { timeout: kPatience_ms });
   await page.waitForTimeout(300);
   return { page, context, problems };
 }
