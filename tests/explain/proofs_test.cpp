@@ -332,8 +332,8 @@ TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {
   proof.folder.file("fade/run.csv", log.substr(0, at));
   const std::string run = fmt::format("{} run --nulls 200 --track {} --vehicle {} --recordings {} -o {}/", CRGEXPLAIN, proof.path("track.crg"), proof.path("vehicle.yaml"), proof.path("run.csv"),
                                       proof.folder.path("."));
-  // Killed as soon as the first stage is on disk.
-  EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1 & pid=$!; while kill -0 $pid 2> /dev/null && ! ls {}/killed/.unfinished/relations-* > /dev/null 2>&1; do sleep 0.02; done; kill -9 $pid", run,
+  // Killed as soon as the first stage is on disk under its final name, which ends in 16 digits.
+  EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1 & pid=$!; while kill -0 $pid 2> /dev/null && ! ls {}/killed/.unfinished/relations-???????????????? > /dev/null 2>&1; do sleep 0.02; done; kill -9 $pid", run,
                                     proof.folder.path("log"), proof.folder.path("."))
                             .c_str()),
             0);
