@@ -156,7 +156,7 @@ int run(const RunCommand& command) {
   }
   for (const explain::Unexplained& u : findings.unexplained)
     fmt::print("  unexplained: {} over {}{}, {:.3g} {}\n", u.channel, u.locked_to,
-               u.where.empty() ? "" : fmt::format(" from {:.0f} to {:.0f} m", u.where[0].u_begin_m, u.where[0].u_end_m), u.size, u.unit);
+               u.where.empty() ? "" : fmt::format("{} from {:.0f} to {:.0f} m", u.locked_to == "u" ? "" : ", first at u", u.where[0].u_begin_m, u.where[0].u_end_m), u.size, u.unit);
   for (const std::string& remark : findings.remarks) fmt::print("  {}\n", remark);
   if (track != command.track_path) fmt::print("corrected road: {}\n", track);
   if (friction != command.friction_path) fmt::print("grip of the road: {}\n", friction);

@@ -175,7 +175,19 @@ void Analysis::leftovers(Findings& out) {
     x.locked_to = kOver[what];
     x.size = t.amount;
     x.unit = relations()[relation].unit;
-    if (what == 0) x.where.push_back({t.begin * kCell_m, t.end * kCell_m, {}});
+    if (what == 0) {
+      x.where.push_back({t.begin * kCell_m, t.end * kCell_m, {}});
+    } else {
+      // Where on the road that regime is driven, weighed by what is left there.
+      const Family& f = families[t.family];
+      std::vector<double> u_m, energy;
+      for (Index i = 0; i < f.column.size(); ++i)
+        if (const int cell = f.cell[static_cast<std::size_t>(i)]; f.column[i] != 0 && cell >= t.begin && cell < t.end) {
+          u_m.push_back(rows_.row[static_cast<std::size_t>(i)].u_m);
+          energy.push_back(m.fitted.e[i] * m.fitted.e[i]);
+        }
+      x.where = concentrated(u_m, energy, logs_.front().length_m);
+    }
     x.share = local_share(t);
     x.p_adjusted = p_of(t.z);
     out.unexplained.push_back(x);
