@@ -8,13 +8,13 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <regex>
 
 #include "crg/surface.h"
 #include "road/build.h"
 #include "road/csv.h"
 #include "support/brute_force.h"
 #include "support/temporary_folder.h"
+#include "support/torcs_track.h"
 
 namespace {
 
@@ -39,20 +39,6 @@ Edges read_edges(const std::string& path) {
   edges.left.pop_back();  // the last station is the first again
   edges.right.pop_back();
   return edges;
-}
-
-/// Only what the exporter named as something to drive on: main road, side strips, borders.
-road::Mesh drivable_by_name(const road::Mesh& mesh) {
-  static const std::regex kDrivable("^(TKMN|TK[LR]S|T[0-9][LR]B)");
-  road::Mesh result = mesh;
-  result.triangles.clear();
-  result.object_of_triangle.clear();
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!std::regex_search(mesh.objects[mesh.object_of_triangle[t]].name, kDrivable)) continue;
-    result.triangles.push_back(mesh.triangles[t]);
-    result.object_of_triangle.push_back(mesh.object_of_triangle[t]);
-  }
-  return result;
 }
 
 double distance_to_segment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
@@ -101,7 +87,7 @@ TEST_P(RealTrack, HoldsItsBounds) {
   const crg::ReferenceLine& line = road.reference_line();
   const crg::Grid& grid = road.file().grid;
   const road::Mesh mesh = road::read_mesh(mesh_path_);
-  const road::Mesh drivable = drivable_by_name(mesh);
+  const road::Mesh drivable = support::drivable_by_name(mesh);
   support::BruteForce ruler(drivable);
   ruler.find_folds(10.0);
 

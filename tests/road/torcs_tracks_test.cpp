@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <regex>
 
 #include "crg/surface.h"
 #include "road/build.h"
@@ -118,20 +117,6 @@ Heights check_heights(const crg::Surface& road, const support::BruteForce& all, 
   return result;
 }
 
-/// What the exporter named as something to drive on, and a start strip of corkscrew that is part of the road.
-road::Mesh drivable_by_name(const road::Mesh& mesh) {
-  static const std::regex kDrivable("^([tx](kmn|k[lr]s|[0-9][lr]b)|object801$)", std::regex::icase);
-  road::Mesh result = mesh;
-  result.triangles.clear();
-  result.object_of_triangle.clear();
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!std::regex_search(mesh.objects[mesh.object_of_triangle[t]].name, kDrivable)) continue;
-    result.triangles.push_back(mesh.triangles[t]);
-    result.object_of_triangle.push_back(mesh.object_of_triangle[t]);
-  }
-  return result;
-}
-
 struct Decks {
   std::size_t checked = 0;
   std::size_t wrong_deck = 0;  ///< more than 0.5 m off every named surface, while one lies above or below
@@ -179,7 +164,7 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
   const support::TorcsTrack design = support::read_torcs_track((folder / (name + ".xml")).string());
   const support::TemporaryFolder out;
   const road::Mesh mesh = road::read_mesh(mesh_path.string());
-  const road::Mesh named = drivable_by_name(mesh);
+  const road::Mesh named = support::drivable_by_name(mesh);
   const support::BruteForce all(mesh), drivable(named);
   road::export_mesh(mesh, out.path(name + ".stl"), {road::UpAxis::z, road::Unit::m});
   for (const bool nameless : {false, true}) {

@@ -111,4 +111,17 @@ TorcsTrack read_torcs_track(const std::string& xml_path) {
   return track;
 }
 
+road::Mesh drivable_by_name(const road::Mesh& mesh) {
+  static const std::regex kDrivable("^([tx](kmn|k[lr]s|[0-9][lr]b)|object801$)", std::regex::icase);
+  road::Mesh result = mesh;
+  result.triangles.clear();
+  result.object_of_triangle.clear();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!std::regex_search(mesh.objects[mesh.object_of_triangle[t]].name, kDrivable)) continue;
+    result.triangles.push_back(mesh.triangles[t]);
+    result.object_of_triangle.push_back(mesh.object_of_triangle[t]);
+  }
+  return result;
+}
+
 }  // namespace support

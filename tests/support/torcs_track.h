@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "road/mesh.h"
+
 namespace support {
 
 struct TorcsTrack {
@@ -17,5 +19,8 @@ struct TorcsTrack {
 /// Straights, arcs and spirals of "Main Track / Track Segments", as the simulator puts them together
 /// (spirals in steps whose radius changes linearly). Throws std::runtime_error.
 TorcsTrack read_torcs_track(const std::string& xml_path);
+
+/// What the exporter named as something to drive on, and a start strip of corkscrew that is part of the road.
+road::Mesh drivable_by_name(const road::Mesh& mesh);
 
 }  // namespace support
