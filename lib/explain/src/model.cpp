@@ -441,7 +441,6 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       const double driven = set.slip_across * fx_axle[1] / std::max(1e3, stiffness);
       const double moved = std::clamp(mass * sfy * h * (1 - roll_share_front) / track[1] / (axle[1] / 2), -0.8, 0.8);
       const double unequal = vx * driven * (1 / (1 - moved) - 1 / (1 + moved)) * (1 - locked);
-      if (getenv("DBGD") && std::abs(x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal)>0.25) fprintf(stderr,"DBG u %.0f use %.2f left %.2f vx %.1f ax %.1f ay %.1f\n", s.u_m[i], inner_use, x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal, vx, dvx, vx*r);
       if (!shifting && has(kThrottle) && !(inner_use > 0.8)) out.r[Relation::kDifferential][i] = x[kWheelRearDifference][i] * factor + track[1] * r * (1 - locked) - unequal;
     }
   }
