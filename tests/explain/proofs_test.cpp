@@ -7,67 +7,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
 #include "crg/file.h"
 #include "crg/surface.h"
 #include "explain/write_back.h"
-#include "support/temporary_folder.h"
+#include "proof.h"
 #include "vehicle/table.h"
 
 namespace {
 
+using explain_test::finding;
+using explain_test::json;
+using explain_test::Proof;
+using explain_test::value;
 using ::testing::HasSubstr;
-using nlohmann::json;
-
-/// A named scenario, drawn and explained.
-class Proof {
- public:
-  explicit Proof(std::string name) : name_(std::move(name)) {
-    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", MAKE_TRIALS, name_, folder.path("."), folder.path("log"))), 0) << folder.read("log");
-    truth = json::parse(folder.read("sealed/" + name_ + ".json"));
-  }
-  json explain(const std::string& recordings = "run.csv", const std::string& out = "out", const std::string& more = "--skip-simulation") {
-    std::string files;
-    for (std::size_t at = 0; at < recordings.size();) {
-      const std::size_t end = std::min(recordings.find(' ', at), recordings.size());
-      files += " " + path(recordings.substr(at, end - at));
-      at = end + 1;
-    }
-    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1", CRGEXPLAIN, path("track.crg"), path("vehicle.yaml"), files,
-                                folder.path(out), more, folder.path("log"))),
-              0)
-        << folder.read("log");
-    return json::parse(folder.read(out + "/findings.json"));
-  }
-  /// Runs the command that the last explain() printed after these words.
-  int printed(const std::string& words, const std::string& more) {
-    const std::string log = folder.read("log");
-    const std::size_t at = log.find(words);
-    if (at == std::string::npos) return -1;
-    const std::string command = log.substr(at + words.size(), log.find('\n', at) - at - words.size());
-    const std::string path = std::string(CRGDRIVE).substr(0, std::string(CRGDRIVE).rfind('/')) + ":" + std::string(CRGEXPLAIN).substr(0, std::string(CRGEXPLAIN).rfind('/'));
-    return shell(fmt::format("PATH={}:$PATH {} {} > {} 2>&1", path, command, more, folder.path("again.log")));
-  }
-  std::string path(const std::string& file) const { return folder.path(name_ + "/" + file); }
-  std::string sealed(const std::string& ending) const { return folder.path("sealed/" + name_ + ending); }
-
-  support::TemporaryFolder folder;
-  json truth;
-
- private:
-  static int shell(const std::string& command) { return std::system(command.c_str()); }
-  std::string name_;
-};
-
-json finding(const json& all, const std::string& mechanism) {
-  for (const json& f : all.at("findings"))
-    if (f.at("mechanism") == mechanism) return f;
-  ADD_FAILURE() << mechanism << " was not found; verdict " << all.at("verdict");
-  return json{{"parameters", {{{"value", NAN}, {"ci90", {NAN, NAN}}}}}, {"where", json::array()}, {"held_out", json::array()}};
-}
-
-double value(const json& f) { return f.at("parameters")[0].at("value"); }
 
 /// Error of the relation at its longest horizon, after over before.
 double left_of(const json& f, const std::string& channel) {
@@ -320,7 +273,34 @@ TEST(Proofs, AFrictionMapIsReadAndCorrected) {
   for (int k = 0; k < 147; ++k) grip.profile.push_back({10.0 * k + 5.0, k >= 90 && k < 115 ? 1 / 0.7 - 1 : 0.0, 0.0});
   findings.findings.push_back(grip);
   const crg::Crg corrected = *explain::friction_map(crg::read(proof.path("track.crg")), &map, findings);
-  for (const double u : {100.0, 950.0, 1000.0, 1100.0, 1300.0}) EXPECT_NEAR(corrected.grid.at(static_cast<std::size_t>(u / map.grid.u_step_m), 20), 1.0, 1e-3) << u;
+  // Steps of the map are drawn over some 20 m: no grip is known better.
+  for (const double u : {100.0, 1025.0, 1300.0}) EXPECT_NEAR(corrected.grid.at(static_cast<std::size_t>(u / map.grid.u_step_m), 20), 1.0, 1e-3) << u;
+}
+
+TEST(Proofs, AStretchOfLowGripIsFoundAndItsMapTakesItAway) {
+  Proof proof("slippery");
+  const json found = proof.explain("run.csv", "out", "");
+  EXPECT_EQ(found.at("verdict"), "explained");
+  const json grip = finding(found, "road.friction");
+  // True: 30 % less from 0.6 to 0.75 of the lap, fading in over an eighth of that at either end.
+  const json where = proof.truth.at("effects")[0].at("where");
+  ASSERT_EQ(grip.at("where").size(), 1u);
+  const double begin = grip["where"][0].at("u_begin_m"), end = grip["where"][0].at("u_end_m"), true_begin = where[0], true_end = where[1];
+  const double both = std::min(end, true_end) - std::max(begin, true_begin), either = std::max(end, true_end) - std::min(begin, true_begin);
+  const crg::Crg map = crg::read(proof.folder.path("out/friction.crg"));
+  double inside = 0, outside = 0, rows_inside = 0, rows_outside = 0;
+  for (std::size_t i = 0; i < map.grid.rows(); ++i) {
+    const double u = static_cast<double>(i) * map.grid.u_step_m, flat = 0.15 * (true_end - true_begin), factor = map.grid.at(i, map.grid.columns() / 2);
+    if (u > true_begin + flat && u < true_end - flat) inside += factor, rows_inside += 1;
+    if (u < true_begin - 100 || u > true_end + 100) outside += factor, rows_outside += 1;
+  }
+  fmt::print("grip found from {:.0f} to {:.0f} m, true {:.0f} to {:.0f}; map {:.3f} inside (true 0.7), {:.3f} outside\n", begin, end, true_begin, true_end, inside / rows_inside, outside / rows_outside);
+  EXPECT_GT(both / either, 0.6);
+  EXPECT_NEAR(inside / rows_inside, 0.7, 0.1);
+  expect_better(grip, "vy_mps", 2.0);
+  EXPECT_NEAR(outside / rows_outside, 1.0, 0.01);
+  EXPECT_EQ(proof.printed("look again: ", "--skip-simulation"), 0) << proof.folder.read("again.log");
+  EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
 }
 
 TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {

@@ -154,6 +154,14 @@ Trial outside() {
   return t;
 }
 
+/// One effect, and a stated car without these terms.
+Trial lacks(const std::string& name, const Effect& effect, std::vector<std::string> without = {}) {
+  Trial t = plain(name);
+  t.without = std::move(without);
+  add(t, effect);
+  return t;
+}
+
 }  // namespace
 
 bool make_scenario(const std::string& name, const std::filesystem::path& folder) {
@@ -168,7 +176,21 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
                                                {"discs-plain", [] { return discs("discs-plain", 0.0); }},
                                                {"alike", [] { return alike(false); }},
                                                {"alike-apart", [] { return alike(true); }},
-                                               {"outside", outside}};
+                                               {"outside", outside},
+                                               {"relaxation", [] { return lacks("relaxation", {"vehicle.tyre_relaxation", "", 1.0}, {"tyre_relaxation"}); }},
+                                               {"long", [] { return lacks("long", {"vehicle.tyre_relaxation", "", 3.0}, {"tyre_relaxation"}); }},
+                                               {"camber", [] { Trial t = plain("camber"); t.nominal.camber = t.car.camber = 0.05; add(t, {"vehicle.tyre_camber", "", 2.0}); return t; }},
+                                               {"combined", [] { return lacks("combined", {"vehicle.tyre_combined_slip", "", 1.0}, {"tyre_combined_slip"}); }},
+                                               {"load", [] { return lacks("load", {"vehicle.tyre_load_sensitivity", "", 1.0}, {"tyre_load_sensitivity"}); }},
+                                               {"drag", [] { return lacks("drag", {"vehicle.aero_drag", "", 1.0}, {"aero_drag"}); }},
+                                               {"downforce", [] { return lacks("downforce", {"vehicle.aero_downforce", "", 1.0}, {"aero_downforce"}); }},
+                                               {"ride", [] { return lacks("ride", {"vehicle.aero_ride_height", "", 0.3}); }},
+                                               {"coupled", [] { return lacks("coupled", {"vehicle.differential", "", 0.3}); }},
+                                               {"wind", [] { return lacks("wind", {"environment.wind", "", 6, 0, 0, 0.7}); }},
+                                               {"warm", [] { return lacks("warm", {"vehicle.tyre_thermal", "", 0.2, 0, 0, 50}); }},
+                                               {"burn", [] { return lacks("burn", {"vehicle.fuel_burn", "", 0.15}); }},
+                                               {"late", [] { Trial t = plain("late"); t.style.dead_throttle = 0.08; return t; }},
+                                               {"slippery", [] { Trial t = plain("slippery"); const double l = t.track.length_m; add(t, {"road.friction", "", -0.3, 0.6 * l, 0.75 * l}); return t; }}};
   const std::size_t colon = name.find(':');
   if (colon != std::string::npos) route = std::strtoull(name.c_str() + colon + 1, nullptr, 10);
   const auto found = all.find(name.substr(0, colon));

@@ -82,6 +82,8 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
     engine += "\n";
   }
   write(here / "engine.csv", engine);
+  std::string without;
+  for (const std::string& term : trial.without) without += ", " + term + ": 0";
   char yaml[4000];
   std::snprintf(yaml, sizeof yaml,
                 "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: {engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n"
@@ -90,11 +92,11 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
                 "  engine.inertia_kgm2: %.4f\n  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  rear.wheel_inertia_kgm2: 0.9\n  gearbox.efficiency: 0.95\n"
                 "  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: 2.1\n  gearbox.ratio_3: 1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  gearbox.ratio_6: 1.02\n"
                 "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n  rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
-                "  front.camber_rad: 0\n  rear.camber_rad: 0\n  front.camber_gain_radpm: 0\n  rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n"
+                "  front.camber_rad: %.4f\n  rear.camber_rad: %.4f\n  front.camber_gain_radpm: 0\n  rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n"
                 "terms: {aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, locked_differential: 0, "
-                "steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0}\n",
+                "steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0%s}\n",
                 t.mass * off(), t.a + t.b, t.a * off(0.375), t.h * off(), t.inertia * off(), t.track_f, t.track_r, t.drag * off(), t.lift_f * off(), t.lift_r * off(),
-                t.engine_inertia * off(), t.brake_f / (4 * 0.004 * 0.125) * off(), t.brake_r / (4 * 0.003 * 0.115) * off());
+                t.engine_inertia * off(), t.brake_f / (4 * 0.004 * 0.125) * off(), t.brake_r / (4 * 0.003 * 0.115) * off(), t.camber, t.camber, without.c_str());
   write(here / "vehicle.yaml", yaml);
 
   if (trial.ride) {

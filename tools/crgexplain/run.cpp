@@ -25,12 +25,22 @@ namespace crgexplain {
 namespace {
 
 /// The corrected inputs, as they are called in the folder of the result.
-constexpr const char* kCorrected[]{"track.crg", "friction.crg", "vehicle.yaml", "engine.csv", "mapping.yaml"};
+std::vector<std::string> corrected_names() {
+  std::vector<std::string> out{"track.crg", "friction.crg", "vehicle.yaml", "mapping.yaml"};
+  out.insert(out.end(), explain::kCarFiles.begin(), explain::kCarFiles.end());
+  return out;
+}
+
+/// vehicle.yaml comes last: whoever finds it finds what it names.
+void write_car(const explain::CorrectedCar& car, const std::string& folder) {
+  for (const auto& [name, text] : car.files) files::write_file(folder + "/" + name, text);
+  files::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
+}
 
 /// Nothing that is read may lie where a corrected input will be written.
 void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder) {
   for (const std::string& input : inputs)
-    for (const char* name : kCorrected) {
+    for (const std::string& name : corrected_names()) {
       std::error_code none;
       const std::filesystem::path written = std::filesystem::path(folder) / name;
       if (!input.empty() && std::filesystem::equivalent(input, written, none))
@@ -96,7 +106,7 @@ int run(const RunCommand& command) {
   findings.remarks.insert(findings.remarks.begin(), notes.begin(), notes.end());
   // The corrected inputs, and nothing left over from an earlier run.
   std::string track = command.track_path, vehicle = command.vehicle_path, again, friction = command.friction_path;
-  for (const char* name : kCorrected) std::filesystem::remove(std::filesystem::path(command.out_path) / name);
+  for (const std::string& name : corrected_names()) std::filesystem::remove(std::filesystem::path(command.out_path) / name);
   if (const auto road = explain::corrected_road(surface.file(), findings)) {
     track = command.out_path + "/track.crg";
     crg::write(*road, track, surface.file().format);
@@ -105,11 +115,11 @@ int run(const RunCommand& command) {
     friction = command.out_path + "/friction.crg";
     crg::write(*grip, friction, surface.file().format);
   }
-  if (const std::string text = explain::corrected_vehicle(command.vehicle_path, car, findings); !text.empty()) {
+  if (const auto made = explain::corrected_vehicle(command.vehicle_path, car, findings, logs)) {
     vehicle = command.out_path + "/vehicle.yaml";
-    files::write_file(vehicle, text);
+    write_car(*made, command.out_path);
   }
-  const auto corrected = explain::corrected_mapping(used, findings);
+  const auto corrected = explain::corrected_mapping(used, car, findings, logs);
   if (corrected) {
     again = " --mapping " + command.out_path + "/mapping.yaml";
     files::write_file(command.out_path + "/mapping.yaml", explain::format_mapping(*corrected));
@@ -135,10 +145,8 @@ int run(const RunCommand& command) {
     if (std::isfinite(check.lap_before_s)) findings.simulated_lap_before_s = check.lap_before_s;
     if (std::isfinite(check.lap_after_s)) findings.simulated_lap_after_s = check.lap_after_s;
     // What was driven is what is handed out.
-    if (vehicle != command.vehicle_path && check.after && !check.after->changed.empty()) {
-      files::write_file(command.out_path + "/engine.csv", explain::engine_map_csv(check.after->engine_torque_nm));
-      files::write_file(vehicle, explain::corrected_vehicle(command.vehicle_path, car, findings, &*check.after));
-    }
+    if (vehicle != command.vehicle_path && check.after && !check.after->changed.empty())
+      write_car(*explain::corrected_vehicle(command.vehicle_path, car, findings, logs, &*check.after), command.out_path);
     if (terminal) std::fprintf(stderr, "\r\033[K");
   }
   files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));

@@ -29,8 +29,6 @@ constexpr Entry kEntries[] = {
 #undef VEHICLE_TYRE_COEFFICIENT
 };
 
-constexpr std::size_t kLargestFileBytes = 4u << 20;  // real files are 20 kB
-
 std::string_view trim(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
   while (!text.empty() && blank(text.front())) text.remove_prefix(1);
@@ -234,8 +232,36 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
   return file;
 }
 
+std::string with_tyre_values(const std::string& text, const std::map<std::string, double>& values) {
+  std::string out, section;
+  std::set<std::string> written;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::size_t end = rest.find('\n');
+    const std::string_view whole = rest.substr(0, end), line = trim(whole);
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    if (line.starts_with('[')) section = upper(trim(line.substr(1, line.find(']') - 1)));
+    const std::size_t equals = line.find('=');
+    const bool entry = !line.empty() && line.front() != '$' && line.front() != '!' && line.front() != '[' && equals != std::string_view::npos && section != "UNITS";
+    const auto value = entry ? values.find(upper(trim(line.substr(0, equals)))) : values.end();
+    if (value != values.end()) {
+      out += fmt::format("{} = {:.9g}", value->first, value->second);
+      if (whole.ends_with('\r')) out += '\r';
+      written.insert(value->first);
+    } else {
+      out += whole;
+    }
+    if (end != std::string_view::npos) out += '\n';
+  }
+  if (written.size() == values.size()) return out;
+  if (!out.empty() && out.back() != '\n') out += '\n';
+  out += "[CORRECTED]\n";
+  for (const auto& [keyword, value] : values)
+    if (!written.contains(keyword)) out += fmt::format("{} = {:.9g}\n", keyword, value);
+  return out;
+}
+
 TyreFile read_tyre(const std::string& path) {
-  return parse_tyre(files::read_file(path, kLargestFileBytes), path);
+  return parse_tyre(files::read_file(path, kLargestTyreBytes), path);
 }
 
 }  // namespace vehicle

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -29,7 +31,15 @@ struct TyreFile {
 /// that are not finite or physically impossible, and on two different values for one keyword.
 TyreFile read_tyre(const std::string& path);
 
+/// No tyre file is read that is longer.
+inline constexpr std::size_t kLargestTyreBytes = std::size_t{4} << 20;
+
 /// The same from text; `name` stands for the path in errors.
 TyreFile parse_tyre(const std::string& text, const std::string& name);
+
+/// The text of a .tir file with other values: where a keyword has one outside [UNITS], in its place;
+/// else in a section of its own at the end. Everything else stays to the byte, remarks behind a
+/// value excepted. Keywords in capitals. Precondition: parse_tyre() takes the text.
+std::string with_tyre_values(const std::string& text, const std::map<std::string, double>& values);
 
 }  // namespace vehicle

@@ -1,0 +1,67 @@
+// A scenario of the second car, explained by the tool: what proofs and write-backs are shown with.
+#pragma once
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "support/temporary_folder.h"
+
+namespace explain_test {
+
+using nlohmann::json;
+
+/// A named scenario, drawn and explained.
+class Proof {
+ public:
+  explicit Proof(std::string name) : name_(std::move(name)) {
+    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", MAKE_TRIALS, name_, folder.path("."), folder.path("log"))), 0) << folder.read("log");
+    truth = json::parse(folder.read("sealed/" + name_ + ".json"));
+  }
+  json explain(const std::string& recordings = "run.csv", const std::string& out = "out", const std::string& more = "--skip-simulation") {
+    std::string files;
+    for (std::size_t at = 0; at < recordings.size();) {
+      const std::size_t end = std::min(recordings.find(' ', at), recordings.size());
+      files += " " + path(recordings.substr(at, end - at));
+      at = end + 1;
+    }
+    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1", CRGEXPLAIN, path("track.crg"), path("vehicle.yaml"), files,
+                                folder.path(out), more, folder.path("log"))),
+              0)
+        << folder.read("log");
+    return json::parse(folder.read(out + "/findings.json"));
+  }
+  /// Runs the command that the last explain() printed after these words.
+  int printed(const std::string& words, const std::string& more) {
+    const std::string log = folder.read("log");
+    const std::size_t at = log.find(words);
+    if (at == std::string::npos) return -1;
+    const std::string command = log.substr(at + words.size(), log.find('\n', at) - at - words.size());
+    const std::string path = std::string(CRGDRIVE).substr(0, std::string(CRGDRIVE).rfind('/')) + ":" + std::string(CRGEXPLAIN).substr(0, std::string(CRGEXPLAIN).rfind('/'));
+    return shell(fmt::format("PATH={}:$PATH {} {} > {} 2>&1", path, command, more, folder.path("again.log")));
+  }
+  std::string path(const std::string& file) const { return folder.path(name_ + "/" + file); }
+  std::string sealed(const std::string& ending) const { return folder.path("sealed/" + name_ + ending); }
+
+  support::TemporaryFolder folder;
+  json truth;
+
+ private:
+  static int shell(const std::string& command) { return std::system(command.c_str()); }
+  std::string name_;
+};
+
+inline json finding(const json& all, const std::string& mechanism) {
+  for (const json& f : all.at("findings"))
+    if (f.at("mechanism") == mechanism) return f;
+  ADD_FAILURE() << mechanism << " was not found; verdict " << all.at("verdict");
+  return json{{"parameters", {{{"value", NAN}, {"ci90", {NAN, NAN}}}}}, {"where", json::array()}, {"held_out", json::array()}};
+}
+
+inline double value(const json& f) { return f.at("parameters")[0].at("value"); }
+
+}  // namespace explain_test
