@@ -13,6 +13,7 @@
 #include "explain/write_back.h"
 #include "proof.h"
 #include "vehicle/table.h"
+#include "vehicle/vehicle_file.h"
 
 namespace {
 
@@ -301,6 +302,17 @@ TEST(Proofs, AStretchOfLowGripIsFoundAndItsMapTakesItAway) {
   EXPECT_NEAR(outside / rows_outside, 1.0, 0.01);
   EXPECT_EQ(proof.printed("look again: ", "--skip-simulation"), 0) << proof.folder.read("again.log");
   EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
+}
+
+TEST(Proofs, ColdTyresAreColdInTheSimulatedCarToo) {
+  Proof proof("warm");
+  const json cold = finding(proof.explain("run.csv", "out", ""), "vehicle.tyre_thermal");
+  EXPECT_NEAR(value(cold), 0.2, 0.15 * 0.2);
+  const vehicle::Vehicle car = vehicle::read_vehicle(proof.folder.path("out/vehicle.yaml"));
+  EXPECT_NEAR(car.parameters[vehicle::Parameter::tyre_warm_up_loss], value(cold), 1e-6);
+  // True: 50 s over a law of its own (0.3 + 0.7 |ay| / 8 in place of 0.2 + |ay| / 8); 25, 80 and 250 s are tried.
+  EXPECT_LE(std::abs(std::log(car.parameters[vehicle::Parameter::tyre_warm_up_s] / 50)), std::log(2.01));
+  expect_better(cold, "vy_mps", 2.0);
 }
 
 TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {

@@ -201,6 +201,11 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
   } else if (std::string(GetParam().scenario) == "late") {
     EXPECT_NEAR(car.parameters[P::throttle_dead_time_s], 0.08, 0.15 * 0.08);
     EXPECT_THAT(proof.folder.read("out/mapping.yaml"), HasSubstr("throttle_command"));
+  } else if (std::string(GetParam().scenario) == "burn") {
+    // The log lasts 215 s: what burns over it was taken from the mass.
+    const vehicle::Vehicle stated = vehicle::read_vehicle(proof.path("vehicle.yaml"));
+    EXPECT_NEAR(stated.parameters[P::chassis_mass_kg] - car.parameters[P::chassis_mass_kg], 215 * value(named), 3 * value(named));
+    EXPECT_EQ(car.terms[Term::fuel_burn], 1);
   } else if (value(named) <= 1) {
     EXPECT_NEAR(car.terms[*vehicle::find_term(std::string(GetParam().mechanism).substr(8))], value(named), 1e-6);
   }
@@ -210,7 +215,7 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
 
 INSTANTIATE_TEST_SUITE_P(SecondCar, WriteCarAgain,
                          ::testing::Values(RoundTrip{"long", "vehicle.tyre_relaxation"}, RoundTrip{"combined", "vehicle.tyre_combined_slip"}, RoundTrip{"downforce", "vehicle.aero_downforce"},
-                                           RoundTrip{"coupled", "vehicle.differential"}, RoundTrip{"late", "vehicle.throttle_dead_time"}),
+                                           RoundTrip{"coupled", "vehicle.differential"}, RoundTrip{"late", "vehicle.throttle_dead_time"}, RoundTrip{"burn", "vehicle.fuel_burn"}),
                          [](const auto& trip) { return trip.param.scenario; });
 
 }  // namespace

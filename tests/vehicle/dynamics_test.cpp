@@ -371,6 +371,38 @@ TEST(Dynamics, BuildsBoostFasterAtHighEngineSpeed) {
   EXPECT_GT(answer(car, s, in).detail.engine_nm, fast.detail.engine_nm);
 }
 
+TEST(Dynamics, ColdTyresGripLessUntilDrivingWarmsThem) {
+  CarFiles files = test_car_files();
+  files.tyre[0] = files.tyre[1] = symmetric_tyre();
+  Parameters<double> p = default_parameters();
+  p[Parameter::tyre_warm_up_loss] = 0.2;
+  p[Parameter::tyre_warm_up_s] = 50;
+  for (const Parameter angle : {Parameter::front_toe_rad, Parameter::rear_toe_rad, Parameter::front_camber_rad, Parameter::rear_camber_rad}) p[angle] = 0;
+  Amplitudes<double> terms = default_amplitudes();
+  terms[Term::tyre_relaxation] = terms[Term::suspension_kinematics] = 0.0;
+  const Car<double> car = make_car(files, p, terms);
+  std::mt19937 random(12);
+  State<double> s = random_state(random);
+  s[kRoll] = s[kPitch] = s[kRollRate] = s[kPitchRate] = s[kYawRate] = s[kVz] = 0;
+  s[kZ] = p[Parameter::chassis_cog_height_m];
+  for (std::size_t i = 0; i < kWheels; ++i) s[kTravel + i] = s[kTravelRate + i] = 0;
+  const auto cold_over_warm = [&](double vy_mps, std::size_t wheel) {
+    s[kVy] = vy_mps;
+    for (std::size_t i = 0; i < kWheels; ++i) s[kSpin + i] = s[kVx] / 0.29;
+    s[kTyreWarmth] = 1;
+    const auto warm = answer(car, s, {}, Road());
+    s[kTyreWarmth] = 0;
+    const auto cold = answer(car, s, {}, Road());
+    EXPECT_EQ(warm.rate[kTyreWarmth], 0);
+    EXPECT_NEAR(cold.rate[kTyreWarmth], std::min(3.0, 0.2 + std::abs(cold.detail.specific_force_mps2.y) / 8) / 50, 1e-12);
+    return cold.detail.wheel[wheel].fy_n / warm.detail.wheel[wheel].fy_n;
+  };
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    EXPECT_NEAR(cold_over_warm(1e-3, i), 0.9, 0.002) << i;  // sliding little: half of it is stiffness
+    EXPECT_NEAR(cold_over_warm(s[kVx], i), 0.8, 0.02) << i;  // sliding much: grip
+  }
+}
+
 TEST(Dynamics, BrakesFadeWithTheHeatOfTheirPadsAndHotDiscsConductBetter) {
   const CarFiles files = test_car_files();
   Parameters<double> p = default_parameters();

@@ -30,6 +30,7 @@ inline vehicle::Parameters<double> test_parameters() {
   p[vehicle::Parameter::environment_wind_mps] = 3.0;
   p[vehicle::Parameter::environment_wind_heading_rad] = 0.7;
   p[vehicle::Parameter::brake_fade_1pmj] = 0.2;
+  p[vehicle::Parameter::tyre_warm_up_loss] = 0.1;
   return p;
 }
 
@@ -76,6 +77,7 @@ inline vehicle::State<double> random_state(std::mt19937& random) {
   s[vehicle::kBoost] = around(0.5, 0.5);
   s[vehicle::kFuel] = around(40, 20);
   s[vehicle::kPadHeat] = 1e6;
+  s[vehicle::kTyreWarmth] = 0.4;
   return s;
 }
 

@@ -20,6 +20,7 @@ struct RunCommand {
   std::vector<int> hold_out;
   unsigned threads = 0;
   std::size_t nulls = 1000;
+  double fuel_kg = 0.0;
   bool skip_simulation = false;
 };
 int run(const RunCommand& command);

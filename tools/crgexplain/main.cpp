@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   run_app->add_option("--vehicle", analysis.vehicle_path, "vehicle.yaml of the simulated car")->required();
   run_app->add_option("--recordings", analysis.recording_paths, "CSV files")->required();
   run_app->add_option("--mapping", analysis.mapping_path, "mapping.yaml; without: canonical columns");
+  run_app->add_option("--fuel-kg", analysis.fuel_kg, "Fuel at the begin of each log, kg, where none is logged: it burns as vehicle.yaml says")->check(CLI::Range(0.0, 500.0));
   run_app->add_option("--hold-out", analysis.hold_out, "Laps (from 0, over all recordings) used only to judge the result")->delimiter(',');
   run_app->add_option("--threads", analysis.threads, "0: all; never changes the result")->check(CLI::Range(0, 256));
   run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")->check(CLI::Range(100, 100000));

@@ -10,6 +10,7 @@
 #include "crg/file.h"
 #include "explain/discs.h"
 #include "explain/explain.h"
+#include "explain/fuel.h"
 #include "explain/kept.h"
 #include "explain/page.h"
 #include "explain/plausible_car.h"
@@ -53,7 +54,7 @@ std::string hash_of(const RunCommand& command, const std::vector<std::string>& i
   std::string all = files::sha256_of_file("/proc/self/exe");
   for (const std::string& input : inputs)
     if (!input.empty()) all += fmt::format("\n{} {}", input, files::sha256_of_file(input));
-  all += fmt::format("\n{} {}", command.nulls, fmt::join(command.hold_out, ","));
+  all += fmt::format("\n{} {} {}", command.nulls, fmt::join(command.hold_out, ","), command.fuel_kg);
   return files::sha256(all);
 }
 
@@ -88,6 +89,13 @@ int run(const RunCommand& command) {
     for (const std::string& note : used.notes) notes.push_back(path + ": " + note);
     logs.push_back(explain::make_signals(tables.back(), used, surface, path));
   }
+  if (command.fuel_kg > 0)
+    for (std::size_t k = 0; k < logs.size(); ++k) {
+      explain::Mapping own = command.mapping_path.empty() ? explain::identity_mapping(tables[k]) : mapping;
+      explain::add_fuel(tables[k], own, logs[k], car, command.fuel_kg);
+      logs[k] = explain::make_signals(tables[k], own, surface, command.recording_paths[k]);
+      used = own;
+    }
   explain::ExplainOptions options;
   options.hold_out.insert(command.hold_out.begin(), command.hold_out.end());
   options.threads = command.threads;
@@ -115,9 +123,11 @@ int run(const RunCommand& command) {
     friction = command.out_path + "/friction.crg";
     crg::write(*grip, friction, surface.file().format);
   }
+  double fuel_kg = command.fuel_kg;
   if (const auto made = explain::corrected_vehicle(command.vehicle_path, car, findings, logs)) {
     vehicle = command.out_path + "/vehicle.yaml";
     write_car(*made, command.out_path);
+    if (made->fuel_kg > 0) fuel_kg = made->fuel_kg;
   }
   const auto corrected = explain::corrected_mapping(used, car, findings, logs);
   if (corrected) {
@@ -132,8 +142,15 @@ int run(const RunCommand& command) {
     crg::SurfaceOptions grip;
     if (!friction.empty()) grip.friction_map = crg::read(friction);
     const crg::Surface road(crg::read(track), grip);
+    explain::Mapping driven = corrected ? *corrected : used;
+    if (fuel_kg > command.fuel_kg)
+      for (std::size_t k = 0; k < logs.size(); ++k) {
+        explain::Mapping own = corrected ? *corrected : used;
+        explain::add_fuel(tables[k], own, logs[k], improved, fuel_kg);
+        driven = own;
+      }
     const explain::SimulationCheck check =
-        explain::check_simulation(recorded, {&car, &surface, used}, {&improved, &road, corrected ? *corrected : used}, options.hold_out,
+        explain::check_simulation(recorded, {&car, &surface, used}, {&improved, &road, driven}, options.hold_out,
                                   [&](bool after, const std::function<explain::RefittedCar()>& make) {
                                     return stages.get<explain::RefittedCar>(after ? "refit after" : "refit before", make, explain::car_from_bytes,
                                                                             [](const auto& c) { return explain::to_bytes(c); });
@@ -179,10 +196,12 @@ int run(const RunCommand& command) {
   if (!findings.findings.empty()) {
     std::string recordings;
     // The stated mass is then that of the whole car.
-    const bool fuel_logged = logs.front().present[explain::kFuel];
+    const bool fuel_logged = logs.front().present[explain::kFuel] && command.fuel_kg == 0;
+    const std::string fuel = fmt::format(" --fuel-kg {:.6g}", fuel_kg);
     for (const std::string& path : command.recording_paths) recordings += " " + path;
-    fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {}{}{} -o {}/lap.csv\n", track, vehicle, fuel_logged ? "" : " --fuel-kg 0", friction.empty() ? "" : " --friction " + friction, command.out_path);
-    fmt::print("look again: crgexplain run --track {}{} --vehicle {} --recordings{}{} -o {}/again\n", track, friction.empty() ? "" : " --friction " + friction, vehicle, recordings, again, command.out_path);
+    fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {}{}{} -o {}/lap.csv\n", track, vehicle, fuel_logged ? "" : fuel, friction.empty() ? "" : " --friction " + friction, command.out_path);
+    fmt::print("look again: crgexplain run --track {}{} --vehicle {}{} --recordings{}{} -o {}/again\n", track, friction.empty() ? "" : " --friction " + friction, vehicle,
+               fuel_kg > 0 ? fuel : "", recordings, again, command.out_path);
   }
   return 0;
 }

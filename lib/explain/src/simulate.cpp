@@ -103,6 +103,21 @@ void add_pad_heat(vehicle::Recording& recording, const vehicle::Vehicle& car) {
   if (std::isfinite(heat.back())) recording.table.add("pad_heat_j", heat);
 }
 
+/// The same for the warmth of tyres that were cold at the log's begin: by recorded speed and yaw rate.
+void add_warmth(vehicle::Recording& recording, const vehicle::Vehicle& car) {
+  const auto& p = car.parameters;
+  const auto* const rate = recording.table.find("yaw_rate_radps");
+  if (car.terms[vehicle::Term::tyre_warm_up] * p[P::tyre_warm_up_loss] == 0.0 || rate == nullptr) return;
+  const std::vector<double>& time = *recording.table.find("time_s");
+  const std::vector<double> speed = vehicle::fill_gaps(time, *recording.table.find("vx_mps")), turning = vehicle::fill_gaps(time, *rate);
+  std::vector<double> warmth(time.size(), 0.0);
+  for (std::size_t i = 1; i < time.size(); ++i) {
+    const double work = std::min(3.0, 0.2 + std::abs(speed[i - 1] * turning[i - 1]) / 8);
+    warmth[i] = 1 - (1 - warmth[i - 1]) * std::exp(-(time[i] - time[i - 1]) * work / p[P::tyre_warm_up_s]);
+  }
+  if (std::isfinite(warmth.back())) recording.table.add("tyre_warmth", warmth);
+}
+
 /// Simulated minus recorded up to `horizon_s` after each window's begin.
 std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFiles& files, const vehicle::Parameters<double>& parameters, const crg::Surface& surface,
                              const vehicle::Recording& recording, double window_s, double horizon_s, Driven* driven = nullptr) {
@@ -211,6 +226,7 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
       vehicle::Recording whole = vehicle::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
       add_boost(whole, *in.car);
       add_pad_heat(whole, *in.car);
+      add_warmth(whole, *in.car);
       if (const auto* const fuel = whole.table.find("fuel_kg"); fuel != nullptr && k == 0 && std::isfinite(fuel->front())) fuel_kg = fuel->front();
       train.push_back(in_parts ? part(whole, judge, k, false) : whole);
       test.push_back(in_parts ? part(whole, judge, k, true) : whole);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 
+#include "explain/fuel.h"
 #include "explain/write_back.h"
 #include "files/read_file.h"
 #include "late_actuator.h"
@@ -38,6 +39,7 @@ struct Changes {
   std::array<std::map<std::string, double>, 2> tyre{};  ///< keywords of the tyre files
   std::map<std::string, vehicle::Map2> maps;
   bool strip = false;
+  double fuel_kg = 0.0;
   std::vector<std::string> remarks;
 
   bool none() const { return parameters.empty() && terms.empty() && tyre[0].empty() && tyre[1].empty() && maps.empty() && !strip && remarks.empty(); }
@@ -221,6 +223,40 @@ void add_wheel_radius(Changes& out, const Finding& f) {
   out.tyre[k]["UNLOADED_RADIUS"] = radius_that_rolls(out.car.files.tyre[k], load, p.axle(k, P::front_tyre_pressure_pa), f.parameters[0].value);
 }
 
+/// Which of the times it was tried with is named by the place in the inventory alone.
+void add_warm_up(Changes& out, const Finding& f) {
+  const Inventory all = inventory(out.logs, out.car);
+  if (f.unknown >= all.unknowns.size() || all.unknowns[f.unknown].id != f.mechanism) throw vehicle::Error(f.mechanism + ": is not among what these logs can show");
+  Setting setting;
+  all.unknowns[f.unknown].set(setting, f.parameters[0].value);
+  out.terms["tyre_warm_up"] = 1;
+  out.set(P::tyre_warm_up_loss, setting.thermal);
+  out.set(P::tyre_warm_up_s, setting.thermal_s);
+}
+
+/// The car as stated is that of the log's begin: what burns over the log becomes fuel in its centre of
+/// mass. What the power does not explain burns without torque.
+void add_fuel_burn(Changes& out, const Finding& f) {
+  if (std::any_of(out.logs.begin(), out.logs.end(), [](const Signals& s) { return s.present[kFuel]; })) {
+    out.remarks.push_back(fmt::format("{}: {:.4g} kg/s beyond what the logged fuel loses; the fuel gauge or the mass is off", f.mechanism, f.parameters[0].value));
+    return;
+  }
+  const auto& p = out.car.parameters;
+  double longest = 0, work = 0, seconds = 1e-9;
+  for (const Signals& s : out.logs) {
+    longest = std::max(longest, Signals::kStep_s * static_cast<double>(s.n)), seconds += Signals::kStep_s * static_cast<double>(s.n);
+    for (const double power : useful_power_w(s, out.car)) work += power * Signals::kStep_s;
+  }
+  const double rate = f.parameters[0].value;
+  out.fuel_kg = rate * longest;
+  out.terms["fuel_burn"] = 1;
+  out.set(P::fuel_idle_kgps, std::max(0.0, rate - work / seconds / (p[P::fuel_efficiency] * p[P::fuel_energy_jpkg])));
+  out.set(P::chassis_mass_kg, out.now(P::chassis_mass_kg) - out.fuel_kg);
+  if (!out.car.stated[static_cast<std::size_t>(P::fuel_tank_behind_front_m)]) out.set(P::fuel_tank_behind_front_m, out.now(P::chassis_cog_behind_front_m));
+  if (!out.car.stated[static_cast<std::size_t>(P::fuel_tank_height_m)]) out.set(P::fuel_tank_height_m, out.now(P::chassis_cog_height_m));
+  out.remarks.push_back(fmt::format("chassis.mass_kg is less by the {:.4g} kg of fuel with which the log begins: drive with --fuel-kg {:.4g}", out.fuel_kg, out.fuel_kg));
+}
+
 void add_finding(Changes& out, const Finding& f) {
   const auto value = [&](std::size_t k) { return f.parameters.at(k).value; };
   if (f.parameters.empty()) return;
@@ -262,12 +298,14 @@ void add_finding(Changes& out, const Finding& f) {
     add_aero_term(out, f, {P::front_lift_area_m2, P::rear_lift_area_m2});
   } else if (f.mechanism == "vehicle.aero_ride_height") {
     add_ride_height(out, f);
-  } else if (f.mechanism.starts_with("vehicle.tyre_") && f.mechanism != "vehicle.tyre_thermal") {
+  } else if (f.mechanism == "vehicle.tyre_thermal") {
+    add_warm_up(out, f);
+  } else if (f.mechanism.starts_with("vehicle.tyre_")) {
     add_tyre_term(out, f);
+  } else if (f.mechanism == "vehicle.fuel_burn") {
+    add_fuel_burn(out, f);
   } else if (f.kind == "vehicle" || f.kind == "environment") {
-    out.remarks.push_back(fmt::format("{}: {} = {:.5g} {}; {}", f.mechanism, f.parameters[0].name, value(0), f.parameters[0].unit,
-                                      f.mechanism == "vehicle.tyre_thermal" ? "tyre_thermal here goes by the tread's temperature, which nobody logged: not switched on"
-                                                                            : "the mass here is that at the begin of the log, and the car drives without fuel: not switched on"));
+    out.remarks.push_back(fmt::format("{}: {} = {:.5g} {}; a vehicle file has nothing that holds it", f.mechanism, f.parameters[0].name, value(0), f.parameters[0].unit));
   }
 }
 
@@ -292,14 +330,16 @@ std::string map_csv(const vehicle::Map2& map, const std::string& axes) {
 std::optional<CorrectedCar> corrected_vehicle(const std::string& vehicle_path, const vehicle::Vehicle& car, const Findings& findings, const std::vector<Signals>& logs,
                                               const RefittedCar* refit) {
   if (findings.doubtful_car) return std::nullopt;
-  Changes changes{car, logs, {}, {}, {}, {}, false, {}};
-  // Ride heights come last: their map is made for the downforce as corrected.
-  for (const bool ride : {false, true})
+  Changes changes{car, logs, {}, {}, {}, {}, false, 0.0, {}};
+  // What needs mass and downforce as corrected comes last.
+  const auto last = [](const Finding& f) { return f.mechanism == "vehicle.aero_ride_height" || f.mechanism == "vehicle.fuel_burn"; };
+  for (const bool second : {false, true})
     for (const Finding& f : findings.findings)
-      if ((f.mechanism == "vehicle.aero_ride_height") == ride) add_finding(changes, f);
+      if (last(f) == second) add_finding(changes, f);
   if (changes.none()) return std::nullopt;
 
   CorrectedCar out;
+  out.fuel_kg = changes.fuel_kg;
   YAML::Node root = YAML::LoadFile(vehicle_path);
   if (changes.strip) root["contact"] = "strip";
   const std::filesystem::path folder = std::filesystem::absolute(vehicle_path).parent_path();

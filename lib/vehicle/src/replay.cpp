@@ -291,7 +291,9 @@ RecordedStates recorded_states(const Source& source) {
   state(kEngine, "engine_radps");
   state(kBoost, "boost");
   state(kFuel, "fuel_kg");
-  state(kPadHeat, "pad_heat_j");  // no sensor's channel: callers that have worked it out give it
+  // No sensor's channels: callers that have worked them out give them.
+  state(kPadHeat, "pad_heat_j");
+  state(kTyreWarmth, "tyre_warmth");
   for (std::size_t i = 0; i < kWheels; ++i) {
     state(kSpin + i, fmt::format("wheel_{}_radps", kWheelNames[i]));
     state(kTyre + i, fmt::format("tyre_{}_k", kWheelNames[i]));
@@ -473,6 +475,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
       sim.state[kBoost] = last.state[kBoost];
       sim.state[kFuel] = last.state[kFuel];
       sim.state[kPadHeat] = last.state[kPadHeat];
+      sim.state[kTyreWarmth] = last.state[kTyreWarmth];
     }
     put_on(road, window.settle, states, sim);
     comparison.begin(window);

@@ -56,7 +56,8 @@ constexpr std::array<std::string_view, kStateSize> kStateNames{"x_m",
                                                                "engine_radps",
                                                                "boost",
                                                                "fuel_kg",
-                                                               "pad_heat_j"};
+                                                               "pad_heat_j",
+                                                               "tyre_warmth"};
 
 }  // namespace
 

@@ -29,6 +29,7 @@ std::optional<crg::Crg> friction_map(const crg::Crg& road, const crg::Crg* known
 struct CorrectedCar {
   std::string vehicle_yaml;
   std::vector<std::pair<std::string, std::string>> files;  ///< name and text of every file that it names anew
+  double fuel_kg = 0.0;  ///< with which it drives a log from its begin, if that was found
 };
 
 /// Every file that a corrected car may bring beside vehicle.yaml.

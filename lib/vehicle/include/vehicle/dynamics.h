@@ -341,6 +341,14 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       factors.stiffness_y *= soft_factor;
     }
 
+    if (active(Term::tyre_warm_up)) {
+      const T missing = amplitude(Term::tyre_warm_up) * p[P::tyre_warm_up_loss] *
+                        (1.0 - clip(s[kTyreWarmth], 0.0, 1.0));
+      factors.grip_x *= 1.0 - missing;
+      factors.grip_y *= 1.0 - missing;
+      factors.stiffness_y *= 1.0 - 0.5 * missing;
+    }
+
     // The patch is carried through at the speed of travel, but its deflection never exceeds what a
     // slip of kLargestSlip gives: below a certain speed it is the sliding that renews it.
     constexpr double kLargestSlip = 1.5;
@@ -782,6 +790,10 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   out[kPitchRate] = angular.y;
   out[kYawRate] = angular.z;
   detail.specific_force_mps2 = acceleration - gravity;
+  out[kTyreWarmth] = T(0);
+  if (active(Term::tyre_warm_up))
+    out[kTyreWarmth] = (1.0 - s[kTyreWarmth]) / p[P::tyre_warm_up_s] *
+                       clip(T(0.2 + abs(detail.specific_force_mps2.y) / 8.0), 0.0, 3.0);
   for (std::size_t i = 0; i < kWheels; ++i) {
     const T& m = p.axle(axle_of(i), P::front_unsprung_mass_kg);
     const Vec3<T> a = acceleration + cross(angular, centre[i]) + bias[i];

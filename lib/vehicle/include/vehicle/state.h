@@ -38,6 +38,7 @@ enum StateIndex : std::size_t {
   kBoost,                              ///< 0 to 1
   kFuel,                               ///< kg
   kPadHeat,                            ///< J that the pads of all wheels hold, see brake.fade_1pmj
+  kTyreWarmth,                         ///< 0 cold to 1, of all tyres: see tyre.warm_up_loss
   kStateSize
 };
 

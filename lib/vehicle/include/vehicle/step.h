@@ -324,6 +324,7 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   s[kBoost] += h * rate[kBoost];
   s[kFuel] += h * rate[kFuel];
   s[kPadHeat] += h * rate[kPadHeat];
+  s[kTyreWarmth] += h * rate[kTyreWarmth];
 }
 
 /// One step: actuators, derivative, integration, and a look at the result. `detail` describes the
