@@ -158,6 +158,18 @@ TEST(Proofs, BankingThatTheFileDoesNotHave) {
   EXPECT_LT(after, 0.35 * before);
 }
 
+TEST(Proofs, HeightsThatLieShiftedAlongTheRoad) {
+  Proof proof("misplaced");
+  const json found = proof.explain();
+  EXPECT_EQ(found.at("verdict"), "explained");
+  EXPECT_NEAR(value(finding(found, "road.misplaced")), -20, 0.15 * 20);
+  const double before = difference(proof.path("track.crg"), proof.sealed(".crg")), after = difference(proof.folder.path("out/track.crg"), proof.sealed(".crg"));
+  fmt::print("heights within 5 m of the line, RMS error: {:.0f} mm before, {:.0f} mm after\n", 1e3 * before, 1e3 * after);
+  EXPECT_LT(after, 0.2 * before);
+  EXPECT_EQ(proof.printed("look again: ", "--skip-simulation"), 0) << proof.folder.read("again.log");
+  EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
+}
+
 TEST(Proofs, BumpsThatWereSmoothedAway) {
   Proof proof("bumps");
   const json found = proof.explain();

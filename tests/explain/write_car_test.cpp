@@ -158,6 +158,21 @@ TEST(WriteCar, AMeasuredPositionBecomesTheCommandOfTheDelayBehindIt) {
   EXPECT_FALSE(explain::corrected_vehicle(kStated, car, all, {log}));
 }
 
+TEST(WriteCar, AGainBehindAMeasuredThrottleIsTheEnginesTorqueAtPartThrottle) {
+  const vehicle::Vehicle stated = vehicle::read_vehicle(kStated);
+  const double gain = stated.parameters[P::throttle_gain];
+  const std::vector<Finding> more{found("parameter.throttle_gain", "parameter", "throttle.gain", 1.2 * gain)};
+  const Written measured(more, stated);
+  EXPECT_EQ(measured.car.parameters[P::throttle_gain], gain);
+  const auto torque = [](const vehicle::Vehicle& v, double throttle) { return vehicle::evaluate(v.files.engine_torque_nm, 500.0, throttle); };
+  // Half of the throttle: a tenth of the full torque more, as opening x (1 - opening) x 2 x the gain's change.
+  EXPECT_NEAR(torque(measured.car, 0.5) - torque(stated, 0.5), 0.1 * torque(stated, 1.0), 0.01 * torque(stated, 1.0));
+  for (const double end : {0.0, 1.0}) EXPECT_NEAR(torque(measured.car, end), torque(stated, end), 1e-6);
+  explain::Signals log = some_log();
+  log.commanded[explain::kThrottle] = true;
+  EXPECT_NEAR(Written(more, stated, log).car.parameters[P::throttle_gain], 1.2 * gain, 1e-9);
+}
+
 TEST(WriteCar, DownforceThatIsLostWithSpeedIsLostInTheSimulatedCar) {
   const vehicle::Vehicle stated = lacking(Term::aero_ride_height);
   const Written sinking({found("vehicle.aero_ride_height", "vehicle", "downforce lost per kPa", 0.12)}, stated);
@@ -206,6 +221,9 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
     const vehicle::Vehicle stated = vehicle::read_vehicle(proof.path("vehicle.yaml"));
     EXPECT_NEAR(stated.parameters[P::chassis_mass_kg] - car.parameters[P::chassis_mass_kg], 215 * value(named), 3 * value(named));
     EXPECT_EQ(car.terms[Term::fuel_burn], 1);
+  } else if (std::string(GetParam().scenario) == "radius") {
+    // True: 0.32 m and 12 % rolled on; the stated tyre rolls on 0.325 m.
+    EXPECT_NEAR(value(named), 1.12 * 0.32 / 0.3253, 0.005);
   } else if (value(named) <= 1) {
     EXPECT_NEAR(car.terms[*vehicle::find_term(std::string(GetParam().mechanism).substr(8))], value(named), 1e-6);
   }
@@ -215,7 +233,7 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
 
 INSTANTIATE_TEST_SUITE_P(SecondCar, WriteCarAgain,
                          ::testing::Values(RoundTrip{"long", "vehicle.tyre_relaxation"}, RoundTrip{"combined", "vehicle.tyre_combined_slip"}, RoundTrip{"downforce", "vehicle.aero_downforce"},
-                                           RoundTrip{"coupled", "vehicle.differential"}, RoundTrip{"late", "vehicle.throttle_dead_time"}, RoundTrip{"burn", "vehicle.fuel_burn"}),
+                                           RoundTrip{"coupled", "vehicle.differential"}, RoundTrip{"late", "vehicle.throttle_dead_time"}, RoundTrip{"burn", "vehicle.fuel_burn"}, RoundTrip{"radius", "parameter.wheel_radius"}),
                          [](const auto& trip) { return trip.param.scenario; });
 
 }  // namespace

@@ -189,6 +189,8 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
                                                {"wind", [] { return lacks("wind", {"environment.wind", "", 6, 0, 0, 0.7}); }},
                                                {"warm", [] { return lacks("warm", {"vehicle.tyre_thermal", "", 0.2, 0, 0, 50}); }},
                                                {"burn", [] { return lacks("burn", {"vehicle.fuel_burn", "", 0.15}); }},
+                                               {"misplaced", [] { Trial t = plain("misplaced"); t.stated_track = t.track; t.track.hill = t.stated_track->hill = {4, 2, 1}; t.track.shift_m = 20; return t; }},
+                                               {"radius", [] { Trial t = plain("radius"); t.car.radius_r *= 1.12; return t; }},
                                                {"late", [] { Trial t = plain("late"); t.style.dead_throttle = 0.08; return t; }},
                                                {"slippery", [] { Trial t = plain("slippery"); const double l = t.track.length_m; add(t, {"road.friction", "", -0.3, 0.6 * l, 0.75 * l}); return t; }}};
   const std::size_t colon = name.find(':');

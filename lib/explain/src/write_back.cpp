@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "crg/edit.h"
+#include "crg/surface.h"
 #include "late_actuator.h"
 
 namespace explain {
@@ -60,6 +61,21 @@ void add_patch(const HeightPatch& patch, crg::Grid& grid) {
     }
 }
 
+/// Heights from further along by `shift_m`; the reference line stays. Beyond the ends of an open road those
+/// of its ends.
+void shift_heights(crg::Crg& road, double shift_m, bool closed) {
+  const crg::Surface old(road);
+  crg::Grid& grid = road.grid;
+  const double length = static_cast<double>(grid.rows() - 1) * grid.u_step_m;
+  for (std::size_t i = 0; i < grid.rows(); ++i) {
+    const double u = static_cast<double>(i) * grid.u_step_m;
+    double from = u + shift_m;
+    from = closed ? from - length * std::floor(from / length) : std::clamp(from, 0.0, length);
+    for (std::size_t j = 0; j < grid.columns(); ++j)
+      grid.at(i, j) += static_cast<float>(old.z_at_uv(from + grid.u_begin_m, grid.v_m[j]) - old.z_at_uv(u + grid.u_begin_m, grid.v_m[j]));
+  }
+}
+
 /// Measured behind the actuator of this channel.
 bool is_outcome(const std::string& channel, Channel c) {
   if (c == kSteer) return channel == "steer_rad";
@@ -97,11 +113,15 @@ std::optional<crg::Crg> friction_map(const crg::Crg& road, const crg::Crg* known
 }
 
 std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& findings) {
-  const auto height = [](const Finding& f) { return !f.patch.dz_m.empty() || f.mechanism == "road.banking" || f.mechanism == "road.grade" || f.mechanism == "road.vertical_curvature"; };
+  const auto misplaced = [](const Finding& f) { return f.mechanism == "road.misplaced" && !f.parameters.empty(); };
+  const auto height = [&](const Finding& f) { return misplaced(f) || !f.patch.dz_m.empty() || f.mechanism == "road.banking" || f.mechanism == "road.grade" || f.mechanism == "road.vertical_curvature"; };
   if (std::none_of(findings.findings.begin(), findings.findings.end(), height)) return std::nullopt;
   crg::Crg out = crg::crop(road, {});  // works the modifiers in
   out.z_double_m.clear();
   const std::size_t rows = out.grid.rows(), columns = out.grid.columns();
+  // What else was found has its place on the true road.
+  for (const Finding& f : findings.findings)
+    if (misplaced(f)) shift_heights(out, f.parameters[0].value, crg::Surface(road).reference_line().closed);
   for (const Finding& f : findings.findings) {
     if (!f.patch.dz_m.empty()) add_patch(f.patch, out.grid);
     if (!height(f) || !f.patch.dz_m.empty() || f.profile.size() < 2) continue;

@@ -266,6 +266,10 @@ void add_finding(Changes& out, const Finding& f) {
     for (const P p : brake_strength(out.car)) out.set(p, grown * out.car.parameters[p]);
   } else if (f.mechanism == "parameter.wheel_radius") {
     add_wheel_radius(out, f);
+  } else if (f.mechanism == "parameter.throttle_gain" && !commanded(out.logs, kThrottle)) {
+    // Behind a measured throttle no gain acts: what was found is the engine's torque at part throttle.
+    const auto& p = out.car.parameters;
+    out.maps["engine_torque_nm"] = shaped_engine_map(out.car.files.engine_torque_nm, {0.5 * (value(0) / p[P::throttle_gain] - 1), 0, 0, 0}, p[P::engine_limit_radps]);
   } else if (f.kind == "parameter") {
     out.parameters[f.parameters[0].name] = value(0);
   } else if (f.mechanism == "vehicle.turbo_lag") {
@@ -354,8 +358,9 @@ std::optional<CorrectedCar> corrected_vehicle(const std::string& vehicle_path, c
     root["tyres"][axle] = file;
   }
   for (const auto& [name, map] : changes.maps) {
-    const std::string file = name.substr(0, name.find("_factor")) + ".csv";
-    out.files.emplace_back(file, map_csv(map, "ride_front_m:ride_rear_m"));
+    const bool engine = name == "engine_torque_nm";
+    const std::string file = engine ? "engine.csv" : name.substr(0, name.find("_factor")) + ".csv";
+    if (!engine || refit == nullptr) out.files.emplace_back(file, map_csv(map, engine ? "engine_radps:throttle" : "ride_front_m:ride_rear_m"));
     root["maps"][name] = file;
   }
   if (refit != nullptr) {

@@ -16,7 +16,7 @@
 namespace explain {
 
 /// The road with the profiles of the findings of kind road that are heights (banking, grade,
-/// vertical curvature) added to its grid; nothing when there are none. Throws crg's or vehicle's
+/// vertical curvature) added to its grid, and its heights moved along u where they are misplaced; nothing when there are none. Throws crg's or vehicle's
 /// error when the file's modifiers cannot be worked in.
 std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& findings);
 
