@@ -182,7 +182,6 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
                                                {"camber", [] { Trial t = plain("camber"); t.nominal.camber = t.car.camber = 0.05; add(t, {"vehicle.tyre_camber", "", 2.0}); return t; }},
                                                {"combined", [] { return lacks("combined", {"vehicle.tyre_combined_slip", "", 1.0}, {"tyre_combined_slip"}); }},
                                                {"load", [] { return lacks("load", {"vehicle.tyre_load_sensitivity", "", 1.0}, {"tyre_load_sensitivity"}); }},
-                                               {"drag", [] { return lacks("drag", {"vehicle.aero_drag", "", 1.0}, {"aero_drag"}); }},
                                                {"downforce", [] { return lacks("downforce", {"vehicle.aero_downforce", "", 1.0}, {"aero_downforce"}); }},
                                                {"ride", [] { return lacks("ride", {"vehicle.aero_ride_height", "", 0.3}); }},
                                                {"coupled", [] { return lacks("coupled", {"vehicle.differential", "", 0.3}); }},

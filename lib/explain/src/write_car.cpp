@@ -50,13 +50,13 @@ struct Changes {
   }
 };
 
-/// Calls f(speed, yaw rate) at every step where both are known.
+/// Calls f(speed, yaw rate, lateral speed) at every step where the first two are known; the third is 0 where it is not.
 template <class F>
 void at_speeds(const std::vector<Signals>& logs, F&& f) {
   for (const Signals& s : logs)
     for (std::size_t i = 0; i < s.n; ++i) {
       const double speed = s.x[kVx][i], rate = s.present[kYawRate] ? s.x[kYawRate][i] : s.dx[kYaw][i];
-      if (std::isfinite(speed) && std::isfinite(rate) && speed > 6) f(speed, rate);
+      if (std::isfinite(speed) && std::isfinite(rate) && speed > 6) f(speed, rate, std::isfinite(s.x[kVy][i]) ? s.x[kVy][i] : 0.0);
     }
 }
 
@@ -106,7 +106,7 @@ void add_aero_term(Changes& out, const Finding& f, std::initializer_list<P> area
 
 /// A coupling of the driven wheels whose torque grows with their speed difference, strong enough to take
 /// away the share that was found of what turning asks for, at the speeds and yaw rates of the logs:
-/// with slip stiffnesses K of the wheels, c v / R^2 (1 / K_left + 1 / K_right) = share / (1 - share).
+/// with slip stiffnesses K of the wheels, as loaded and slipping sideways, c v / R^2 (1 / K_left + 1 / K_right) = share / (1 - share).
 void add_differential(Changes& out, const Finding& f) {
   const double wanted = std::clamp(f.parameters[0].value, 0.02, 0.98);
   const vehicle::TyreCoefficients& tyre = out.car.files.tyre[1];
@@ -115,11 +115,27 @@ void add_differential(Changes& out, const Finding& f) {
   const double rear_roll = roll(P::rear_spring_npm, P::rear_anti_roll_npm, P::rear_track_m);
   const double lean = p[P::chassis_mass_kg] * p[P::chassis_cog_height_m] / p[P::rear_track_m] * rear_roll / (rear_roll + roll(P::front_spring_npm, P::front_anti_roll_npm, P::front_track_m));
   const double radius = tyre.unloaded_radius_m * tyre.qre0, weight = p[P::chassis_mass_kg] * p[P::environment_gravity_mps2] * p[P::chassis_cog_behind_front_m] / p[P::chassis_wheelbase_m];
+  const double behind = p[P::chassis_wheelbase_m] - p[P::chassis_cog_behind_front_m];
   std::vector<std::array<double, 2>> points;  // v / R^2 (1 / K_left + 1 / K_right), weight
-  at_speeds(out.logs, [&](double speed, double rate) {
+  at_speeds(out.logs, [&](double speed, double rate, double across) {
     const double down = 0.5 * p[P::aero_density_kgpm3] * p[P::rear_lift_area_m2] * out.car.terms[Term::aero_downforce] * speed * speed;
     const double load = 0.5 * (weight + down), moved = std::min(0.9 * load, lean * speed * std::abs(rate));
-    const auto stiffness = [&](double n) { return vehicle::tyre_stiffness(tyre, n, p[P::rear_tyre_pressure_pa]).slip_n * p[P::rear_tyre_slip_stiffness]; };
+    const auto stiffness = [&](double n) {
+      vehicle::TyreInput<double> in;
+      in.fz_n = n;
+      in.tan_alpha = (across - behind * rate) / speed;
+      in.vx_mps = speed;
+      in.pressure_pa = p[P::rear_tyre_pressure_pa];
+      vehicle::TyreFactors<double> factors;
+      factors.grip_x = factors.grip_y = p[P::rear_tyre_grip];
+      factors.stiffness_x = p[P::rear_tyre_slip_stiffness];
+      factors.stiffness_y = p[P::rear_tyre_cornering_stiffness];
+      const vehicle::TyreOptions options{.alpha = out.car.files.alpha, .moments = false};
+      in.kappa = 0.005;
+      const double driven = vehicle::tyre_forces(tyre, in, factors, options).fx_n;
+      in.kappa = -0.005;
+      return std::max(1e3, (driven - vehicle::tyre_forces(tyre, in, factors, options).fx_n) / 0.01);
+    };
     points.push_back({speed / (radius * radius) * (1 / stiffness(load + moved) + 1 / stiffness(load - moved)), rate * rate});
   });
   const auto share = [&](double coupling) {
@@ -163,7 +179,7 @@ std::array<double, 2> floor_at(const vehicle::Vehicle& stated, const vehicle::Am
 /// was mostly found.
 void add_ride_height(Changes& out, const Finding& f) {
   double sum = 0, all = 1e-300;
-  at_speeds(out.logs, [&](double speed, double) { sum += std::pow(speed, 9), all += std::pow(speed, 8); });  // in proportion to the square of the force that is missing
+  at_speeds(out.logs, [&](double speed, double, double) { sum += std::pow(speed, 9), all += std::pow(speed, 8); });  // in proportion to the square of the force that is missing
   const double speed = sum / all, pressure = 0.5 * out.now(P::aero_density_kgpm3) * speed * speed;
   const double left = 1 - f.parameters[0].value * pressure / 1000;
   vehicle::Parameters<double> parameters = out.car.parameters;
