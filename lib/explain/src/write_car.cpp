@@ -242,7 +242,10 @@ void add_wheel_radius(Changes& out, const Finding& f) {
 /// Which of the times it was tried with is named by the place in the inventory alone.
 void add_warm_up(Changes& out, const Finding& f) {
   const Inventory all = inventory(out.logs, out.car);
-  if (f.unknown >= all.unknowns.size() || all.unknowns[f.unknown].id != f.mechanism) throw vehicle::Error(f.mechanism + ": is not among what these logs can show");
+  if (f.unknown >= all.unknowns.size() || all.unknowns[f.unknown].id != f.mechanism) {
+    out.remarks.push_back(fmt::format("{}: {} = {:.4g}, found with other logs than these: not written", f.mechanism, f.parameters[0].name, f.parameters[0].value));
+    return;
+  }
   Setting setting;
   all.unknowns[f.unknown].set(setting, f.parameters[0].value);
   out.terms["tyre_warm_up"] = 1;
