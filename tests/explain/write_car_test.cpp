@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "explain/fuel.h"
 #include "proof.h"
 #include "vehicle/step.h"
 
@@ -171,6 +172,25 @@ TEST(WriteCar, AGainBehindAMeasuredThrottleIsTheEnginesTorqueAtPartThrottle) {
   explain::Signals log = some_log();
   log.commanded[explain::kThrottle] = true;
   EXPECT_NEAR(Written(more, stated, log).car.parameters[P::throttle_gain], 1.2 * gain, 1e-9);
+}
+
+TEST(WriteCar, FuelThatNobodyLoggedBurnsAsTheVehicleFileSays) {
+  vehicle::Vehicle car = vehicle::read_vehicle(kStated);
+  car.terms[Term::fuel_burn] = 1;
+  car.parameters[P::fuel_idle_kgps] = 0.5;
+  explain::Signals log = some_log();  // 10 s, throttle unknown: nothing burns but at idle
+  vehicle::Table table;
+  table.add("t_ms", {1000, 3000, 5000, 9000});
+  explain::Mapping mapping;
+  mapping.columns = {{"t_ms", "time_s", 0.001}};
+  explain::add_fuel(table, mapping, log, car, 3.0);
+  ASSERT_EQ(mapping.columns.size(), 2u);
+  EXPECT_EQ(mapping.columns[1].channel, "fuel_kg");
+  const std::vector<double>& left = *table.find(mapping.columns[1].column);
+  const double wanted[]{3.0, 2.0, 1.0, 0.0};  // none is left after 6 s
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(left[i], wanted[i], 1e-9) << i;
+  log.present[explain::kFuel] = true;
+  EXPECT_THROW(explain::add_fuel(table, mapping, log, car, 3.0), std::runtime_error);
 }
 
 TEST(WriteCar, DownforceThatIsLostWithSpeedIsLostInTheSimulatedCar) {
