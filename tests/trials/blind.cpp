@@ -316,7 +316,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
                 "terms: {aero_drag: %d, aero_downforce: %d, tyre_load_sensitivity: %d, tyre_combined_slip: %d, tyre_relaxation: %d, aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, locked_differential: 0, "
                 "steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0}\n",
                 c.mass, t.a + t.b, c.a, t.h * off(), c.inertia, t.track_f, t.track_r, c.drag, c.lift_f, c.lift_r, t.engine_inertia * off(),
-                c.brake_f / (4 * 0.004 * 0.125) * off(0.02), c.brake_r / (4 * 0.003 * 0.115) * off(0.02), t.camber, t.camber, 1 / stated.steer_gain, stated.throttle_gain,
+                c.brake_f / (4 * 0.004 * 0.125) * off(0.02), c.brake_r / (4 * 0.003 * 0.115) * off(0.02), -t.camber, -t.camber, 1 / stated.steer_gain, stated.throttle_gain,
                 about_term("vehicle.aero_drag"), about_term("vehicle.aero_downforce"), about_term("vehicle.tyre_load_sensitivity"),
                 about_term("vehicle.tyre_combined_slip"), about_term("vehicle.tyre_relaxation"));
   write(here / "vehicle.yaml", yaml);

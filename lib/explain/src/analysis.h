@@ -16,6 +16,12 @@ struct Accepted {
   Eigen::MatrixXd columns;        ///< of a road unknown: one per cell, not whitened, constant
   std::vector<int> cells;         ///< their cells
   double width = 0.0;             ///< prior of each cell's amount
+  bool by_cost = false;           ///< found where forces count as few: so are its limits
+};
+
+/// What an amount that is free would save.
+struct Saved {
+  double amount = 0.0, gain = 0.0;
 };
 
 class Analysis {
@@ -40,8 +46,25 @@ class Analysis {
   bool in_stage(std::size_t candidate) const;
   bool kinematic_ = false;                      ///< sensors and road, in relations without tyres and forces
   void untouched(Findings& out) const;          ///< lists what left no trace
-  void free_parameters(bool rivals_first);      ///< lets those go that are far from their stated values; `rivals_first`: not where a mechanism does better
-  double best_mechanism(const Model& m) const;  ///< loss that one of car or air would save
+  struct Freed {
+    std::size_t place = 0;                      ///< in refit_
+    std::vector<std::size_t> rivals;            ///< places that would have done as well
+    double saved = 0.0;                         ///< of loss; 0: none
+  };
+  struct Weighed {
+    std::size_t unknown = 0;
+    Saved saved;
+    Eigen::VectorXd column;                     ///< whitened secant
+  };
+  static Saved saved_by(const Model& m, const Eigen::VectorXd& column);
+  Freed best_parameter(const Model& m) const;   ///< whose freedom saves most
+  std::vector<Weighed> mechanisms_by_cost(const Model& m) const;  ///< of car and air, that which saves most first
+  void free_parameters();                       ///< lets those go that are far from their stated values, but not where a mechanism does better
+  bool step_by_cost(Findings& out);             ///< frees a parameter or adds a mechanism, whichever saves more; false: nothing more
+  bool used(const Unknown& u) const;            ///< already accepted
+  Finding finding_of(std::size_t unknown) const;
+  double stability(const Fitted& model, const Eigen::VectorXd& column, double amount) const;
+  void accept(Findings& out, Finding found, Accepted a);
   Eigen::VectorXd careful_weights() const;      ///< with forces counting as few
   Eigen::VectorXd careful_;                     ///< those at the first fit
   void describe(Findings& out);
@@ -53,7 +76,7 @@ class Analysis {
     double amount = 0.0, gain = 0.0;
     Eigen::VectorXd column;       ///< whitened secant
   };
-  Exact exact(std::size_t unknown, double start, const Model& m) const;
+  Exact exact(std::size_t unknown, double start, const Model& m, const Eigen::VectorXd& w) const;
   void progress(const std::string& stage, double share) const {
     if (options_.progress) options_.progress(stage, share);
   }
@@ -65,10 +88,6 @@ class Analysis {
   Rows rows_;
   std::vector<bool> training_;
   std::vector<std::size_t> refit_;              ///< places of parameters and curves
-  struct Freed {
-    std::size_t place = 0;                      ///< in refit_
-    std::vector<std::size_t> rivals;            ///< places that would have done as well
-  };
   std::vector<Freed> freed_;
   double width(std::size_t place) const;        ///< of the prior in the refit
   Eigen::VectorXd amounts_;                     ///< of refit_, then of accepted_ that act everywhere

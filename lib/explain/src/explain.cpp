@@ -172,6 +172,9 @@ namespace {
 constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
 constexpr double kLetGo = 8.0;    ///< of prior cost that letting one go must save
 constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
+/// Of loss that a mechanism of car or air must save where forces count as few: on 300 recordings without
+/// any effect none that reaches its least amount saved more than 10.
+constexpr double kNamed = 14.0;
 
 }  // namespace
 
@@ -182,56 +185,107 @@ double Analysis::width(std::size_t place) const {
   return freed ? kFreed * u.width : u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form);
 }
 
-void Analysis::free_parameters(bool rivals_first) {
+Analysis::Freed Analysis::best_parameter(const Model& m) const {
   // A normal prior would share one large error among all parameters that can take a part of it. Few
   // parameters are far off: the one whose freedom saves most prior cost goes first.
+  const MatrixXd gram = m.fitted.x.transpose() * m.fitted.x;
+  const VectorXd right = m.fitted.x.transpose() * m.fitted.r;
+  VectorXd before = VectorXd::Zero(gram.rows());
+  before.head(amounts_.size()) = amounts_;
+  for (Index k = static_cast<Index>(refit_.size()); k < before.size(); ++k) before[k] = 0;
+  const auto loss = [&](const VectorXd& precision) {
+    MatrixXd a = gram;
+    a.diagonal() += precision;
+    steady(a);
+    const VectorXd b = right - precision.cwiseProduct(before), move = a.ldlt().solve(b);
+    return move.dot(gram * move) - 2 * move.dot(right) + precision.dot((before + move).cwiseAbs2());
+  };
+  const double held = loss(m.precision);
+  std::vector<std::pair<double, std::size_t>> saved;
+  for (std::size_t k = 0; k < refit_.size(); ++k) {
+    const Unknown& u = inventory_.unknowns[refit_[k]];
+    if (u.role != Role::kParameter || u.assumed || u.held > 0 || std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
+    VectorXd precision = m.precision;
+    const double free = kFreed * u.width;
+    precision[static_cast<Index>(k)] = 1.0 / (free * free);
+    const double save = held - loss(precision);
+    if (save > kLetGo) saved.emplace_back(save, k);
+  }
+  std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  Freed f;
+  if (saved.empty()) return f;
+  f.saved = saved.front().first;
+  f.place = saved.front().second;
+  for (std::size_t k = 1; k < saved.size() && saved[k].first > saved.front().first - kAsGood; ++k) f.rivals.push_back(saved[k].second);
+  return f;
+}
+
+Saved Analysis::saved_by(const Model& m, const VectorXd& column) {
+  const VectorXd shared = m.fitted.x.transpose() * column;
+  const double left = column.squaredNorm() - shared.dot(m.fitted.normal.solve(shared)), product = column.dot(m.fitted.e);
+  return left > 1e-12 ? Saved{product / left, product * product / left} : Saved{};
+}
+
+std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) const {
+  const VectorXd w = careful_weights();
+  std::vector<Weighed> out;
+  for (std::size_t k = 0; k < candidate_.size(); ++k) {
+    const Unknown& u = inventory_.unknowns[candidate_[k]];
+    if ((u.kind != "vehicle" && u.kind != "environment") || used(u)) continue;
+    Weighed x{candidate_[k], saved_by(m, w.cwiseProduct(candidate_moves_.col(static_cast<Index>(k)))), {}};
+    if (x.saved.gain < 0.5 * kNamed || (u.one_sided && x.saved.amount < 0)) continue;
+    const Exact found = exact(x.unknown, x.saved.amount, m, w);
+    x.saved = {found.amount, found.gain};
+    x.column = found.column;
+    if (std::abs(x.saved.amount) < u.least || std::abs(x.saved.amount) > u.most) continue;
+    out.push_back(std::move(x));
+  }
+  std::stable_sort(out.begin(), out.end(), [](const Weighed& a, const Weighed& b) { return a.saved.gain > b.saved.gain; });
+  return out;
+}
+
+void Analysis::free_parameters() {
   for (int round = 0; round < 2; ++round) {
     const Model m = model(true);
-    const MatrixXd gram = m.fitted.x.transpose() * m.fitted.x;
-    const VectorXd right = m.fitted.x.transpose() * m.fitted.r;
-    VectorXd before = VectorXd::Zero(gram.rows());
-    before.head(amounts_.size()) = amounts_;
-    for (Index k = static_cast<Index>(refit_.size()); k < before.size(); ++k) before[k] = 0;
-    const auto loss = [&](const VectorXd& precision) {
-      MatrixXd a = gram;
-      a.diagonal() += precision;
-      steady(a);
-      const VectorXd b = right - precision.cwiseProduct(before), move = a.ldlt().solve(b);
-      return move.dot(gram * move) - 2 * move.dot(right) + precision.dot((before + move).cwiseAbs2());
-    };
-    const double held = loss(m.precision);
-    std::vector<std::pair<double, std::size_t>> saved;
-    for (std::size_t k = 0; k < refit_.size(); ++k) {
-      const Unknown& u = inventory_.unknowns[refit_[k]];
-      if (u.role != Role::kParameter || u.assumed || u.held > 0 || std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
-      VectorXd precision = m.precision;
-      const double free = kFreed * u.width;
-      precision[static_cast<Index>(k)] = 1.0 / (free * free);
-      const double save = held - loss(precision);
-      if (save > kLetGo) saved.emplace_back(save, k);
-    }
-    std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (saved.empty() || (rivals_first && best_mechanism(m) > saved.front().first)) return;
-    Freed f;
-    f.place = saved.front().second;
-    for (std::size_t k = 1; k < saved.size() && saved[k].first > saved.front().first - kAsGood; ++k) f.rivals.push_back(saved[k].second);
+    const Freed f = best_parameter(m);
+    const std::vector<Weighed> rivals = mechanisms_by_cost(m);
+    if (f.saved == 0 || (!rivals.empty() && rivals.front().saved.gain > f.saved)) return;
     freed_.push_back(f);
     refit(2);
   }
 }
 
-double Analysis::best_mechanism(const Model& m) const {
-  const VectorXd w = careful_weights();
-  double best = 0.0;
-  for (std::size_t k = 0; k < candidate_.size(); ++k) {
-    const Unknown& u = inventory_.unknowns[candidate_[k]];
-    if (u.kind != "vehicle" && u.kind != "environment") continue;
-    const VectorXd c = beyond(m.fitted, w.cwiseProduct(candidate_moves_.col(static_cast<Index>(k))));
-    const double product = c.dot(m.fitted.e), energy = c.squaredNorm();
-    if (!(energy > 1e-12) || (u.one_sided && product < 0) || std::abs(product / energy) < u.least) continue;
-    best = std::max(best, product * product / energy);
+bool Analysis::step_by_cost(Findings& out) {
+  const Model m = model(true);
+  const Freed f = best_parameter(m);
+  const std::vector<Weighed> rivals = mechanisms_by_cost(m);
+  const double best = rivals.empty() ? 0.0 : rivals.front().saved.gain;
+  if (f.saved >= best && f.saved > 0) {
+    freed_.push_back(f);
+    refit(2);
+    return true;
   }
-  return best;
+  if (best < kNamed) return false;
+  const Weighed& x = rivals.front();
+  const Unknown& u = inventory_.unknowns[x.unknown];
+  Finding found = finding_of(x.unknown);
+  found.statistic = std::copysign(std::sqrt(best), x.saved.amount);
+  found.threshold = std::sqrt(kNamed);
+  for (const double gain : cross_validate(m.fitted, x.column, m.precision, VectorXd::Zero(1), rows_)) found.cv_gain += gain;
+  found.stability = stability(m.fitted, x.column, x.saved.amount);
+  if (!(found.cv_gain > 0) || found.stability < 0.8) return false;
+  for (std::size_t k = 1; k < rivals.size(); ++k) {
+    const Unknown& o = inventory_.unknowns[rivals[k].unknown];
+    if (o.id == u.id || std::any_of(found.rivals.begin(), found.rivals.end(), [&](const Rival& r) { return r.mechanism == o.id; })) continue;
+    found.rivals.push_back({o.id, o.channel, o.separating.empty() || o.separating == u.separating ? u.separating : u.separating + "; or: " + o.separating,
+                            0.0, best - rivals[k].saved.gain > kAsGood});
+  }
+  Accepted a;
+  a.unknown = x.unknown;
+  a.amount = x.saved.amount;
+  a.by_cost = true;
+  accept(out, std::move(found), std::move(a));
+  return true;
 }
 
 void Analysis::refit(int rounds) {
@@ -273,6 +327,13 @@ void Analysis::refit(int rounds) {
     if (a.cells.empty()) a.amount = amounts_[at++];
 }
 
+bool Analysis::used(const Unknown& u) const {
+  return std::any_of(accepted_.begin(), accepted_.end(), [&](const Accepted& a) {
+    const Unknown& other = inventory_.unknowns[a.unknown];
+    return other.id == u.id && other.channel == u.channel && other.name == u.name;
+  });
+}
+
 std::vector<Family> Analysis::candidates() const {
   std::vector<Family> out;
   std::vector<int> cell(rows_.row.size());
@@ -283,11 +344,7 @@ std::vector<Family> Analysis::candidates() const {
     const Unknown& u = inventory_.unknowns[f.id];
     f.column = weights().cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
     f.sign = u.one_sided ? 1 : 0;
-    const bool used = std::any_of(accepted_.begin(), accepted_.end(), [&](const Accepted& a) {
-      const Unknown& other = inventory_.unknowns[a.unknown];
-      return other.id == u.id && other.channel == u.channel && other.name == u.name;
-    });
-    if (used || !in_stage(k)) f.column.setZero();
+    if (used(u) || !in_stage(k)) f.column.setZero();
     if (u.along_road) {
       f.cell = cell;
       f.cells = cells_;
@@ -298,10 +355,9 @@ std::vector<Family> Analysis::candidates() const {
   return out;
 }
 
-Analysis::Exact Analysis::exact(std::size_t unknown, double start, const Model& m) const {
+Analysis::Exact Analysis::exact(std::size_t unknown, double start, const Model& m, const VectorXd& w) const {
   const Unknown& u = inventory_.unknowns[unknown];
   const Setting base = setting_with(amounts_);
-  const VectorXd e0 = m.fitted.e;
   Exact best;
   double amount = start;
   for (int round = 0; round < 4; ++round) {
@@ -309,11 +365,13 @@ Analysis::Exact Analysis::exact(std::size_t unknown, double start, const Model& 
     if (std::abs(amount) < 1e-12) break;
     Setting moved = base;
     u.set(moved, amount);
-    const VectorXd change = weights().cwiseProduct(r_ - rows_at(moved));  // what the amount explains
-    const VectorXd c = beyond(m.fitted, change);
-    const double loss = (e0 - c).squaredNorm(), gain = e0.squaredNorm() - loss;
-    if (gain > best.gain) best = {amount, gain, change / amount};
-    const double scale = c.dot(e0) / std::max(1e-300, c.squaredNorm());
+    const VectorXd column = w.cwiseProduct(r_ - rows_at(moved)) / amount;  // what the amount explains, per unit
+    const Saved s = saved_by(m, column);
+    if (s.gain == 0) break;
+    // Away from the best place of the secant the gain is that of the parabola.
+    const double gain = s.gain * (1 - (1 - amount / s.amount) * (1 - amount / s.amount));
+    if (gain > best.gain) best = {amount, gain, column};
+    const double scale = s.amount / amount;
     if (std::abs(scale - 1.0) < 0.02) break;
     amount *= std::clamp(scale, 0.4, 2.5);
   }
@@ -328,6 +386,45 @@ constexpr double kMargin = 1.25;
 constexpr double kGrouped = 4.0;  ///< standard deviations between groups that a finding must reach
 
 }  // namespace
+
+Finding Analysis::finding_of(std::size_t unknown) const {
+  const Unknown& u = inventory_.unknowns[unknown];
+  Finding f;
+  f.unknown = unknown;
+  f.mechanism = u.id;
+  f.kind = u.kind;
+  f.channel = u.channel;
+  f.physics = u.physics;
+  f.equation = u.equation;
+  return f;
+}
+
+double Analysis::stability(const Fitted& model, const VectorXd& column, double amount) const {
+  // Half of the folds, twenty times: does it keep its sign and stand out?
+  Dice dice{77};
+  int kept = 0;
+  const VectorXd c = beyond(model, column);
+  for (int draw = 0; draw < 20; ++draw) {
+    std::vector<bool> in(static_cast<std::size_t>(rows_.folds));
+    for (std::size_t f = 0; f < in.size(); ++f) in[f] = dice.roll() < 0.5;
+    double product = 0, energy = 0;
+    for (Index i = 0; i < c.size(); ++i)
+      if (in[static_cast<std::size_t>(rows_.row[static_cast<std::size_t>(i)].fold)]) product += c[i] * model.e[i], energy += c[i] * c[i];
+    if (energy <= 0 || product * amount > 0) kept += 1;
+  }
+  return kept / 20.0;
+}
+
+void Analysis::accept(Findings& out, Finding found, Accepted a) {
+  out.findings.push_back(std::move(found));
+  if (a.cells.empty()) {
+    // amounts_ lists those that act everywhere in the order of accepted_.
+    amounts_.conservativeResize(amounts_.size() + 1);
+    amounts_[amounts_.size() - 1] = a.amount;
+  }
+  accepted_.push_back(std::move(a));
+  refit(2);
+}
 
 bool Analysis::step(Findings& out, bool first) {
   const Model m = model();
@@ -363,7 +460,7 @@ bool Analysis::step(Findings& out, bool first) {
     } else {
       t.column = families[t.family].column;
       if (k < 10 && t.gain > 9) {
-        const Exact x = exact(t.unknown, t.amount, m);
+        const Exact x = exact(t.unknown, t.amount, m, weights());
         if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
       }
     }
@@ -397,18 +494,7 @@ bool Analysis::step(Findings& out, bool first) {
     const auto [cv, se] = total(g);
     if (!(cv > 2 * se) && !(cv > 0.8 * t.gain && cv > 3 * se * 0.5)) continue;
     if (!(cv > 0)) continue;
-    // Half of the folds, twenty times: does it keep its sign and stand out?
-    Dice dice{77};
-    int kept = 0;
     const VectorXd c = beyond(m.fitted, t.column);
-    for (int draw = 0; draw < 20; ++draw) {
-      std::vector<bool> in(static_cast<std::size_t>(rows_.folds));
-      for (std::size_t f = 0; f < in.size(); ++f) in[f] = dice.roll() < 0.5;
-      double product = 0, energy = 0;
-      for (Index i = 0; i < c.size(); ++i)
-        if (in[static_cast<std::size_t>(rows_.row[static_cast<std::size_t>(i)].fold)]) product += c[i] * m.fitted.e[i], energy += c[i] * c[i];
-      if (energy <= 0 || product * t.amount > 0) kept += 1;
-    }
     // What is left once it is in, gathered by stretch of road (by time, for the road itself): errors
     // of the stated curves return every lap and must not pass for it.
     VectorXd groups = VectorXd::Zero(u.along_road ? static_cast<Index>(rows_.blocks) : stretches());
@@ -418,20 +504,12 @@ bool Analysis::step(Findings& out, bool first) {
       groups[u.along_road ? static_cast<Index>(row.block) : stretch(row)] += c[i] * (m.fitted.e[i] - strength * c[i]);
     }
     if (std::abs(c.dot(m.fitted.e)) < kGrouped * groups.norm()) continue;
-    const double stability = kept / 20.0;
-    if (stability < 0.8) continue;
-
-    Finding found;
-    found.unknown = t.unknown;
-    found.mechanism = u.id;
-    found.kind = u.kind;
-    found.channel = u.channel;
-    found.physics = u.physics;
-    found.equation = u.equation;
+    Finding found = finding_of(t.unknown);
+    found.stability = stability(m.fitted, t.column, t.amount);
+    if (found.stability < 0.8) continue;
     found.cv_gain = cv;
     found.statistic = std::copysign(std::sqrt(t.gain), t.amount);
     found.threshold = threshold;
-    found.stability = stability;
     // Rivals: nearly the same column, or nearly the same gain.
     for (const Tried& other : tried) {
       const Unknown& o = inventory_.unknowns[other.unknown];
@@ -474,15 +552,8 @@ bool Analysis::step(Findings& out, bool first) {
       for (int cell = begin; cell < end; ++cell) a.cells.push_back(cell);
       found.where.push_back({t.test.begin * kCell_m, t.test.end * kCell_m, {}});
     }
-    out.findings.push_back(found);
-    accepted_.push_back(std::move(a));
-    if (!u.along_road) {
-      amounts_.conservativeResize(amounts_.size() + 1);
-      amounts_[amounts_.size() - 1] = t.amount;
-      // amounts_ lists those that act everywhere in the order of accepted_.
-    }
     kinematic_ = false;
-    refit(2);
+    accept(out, std::move(found), std::move(a));
     return true;
   }
   return false;
@@ -514,7 +585,7 @@ Findings Analysis::run() {
   candidate_moves_ = derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
                                  [&](double share) { progress("one derivative per mechanism", share); });
   careful_ = careful_weights();
-  free_parameters(true);
+  free_parameters();
   constexpr int kMost = 4;
   for (const bool kinematic : {true, false}) {
     bool more = true;
@@ -524,7 +595,7 @@ Findings Analysis::run() {
       kinematic_ = false;
     }
   }
-  free_parameters(false);
+  for (int k = 0; k < kMost && step_by_cost(out); ++k) {}
   untouched(out);
   describe(out);
   leftovers(out);

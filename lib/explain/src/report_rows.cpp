@@ -79,7 +79,8 @@ void Analysis::describe(Findings& out) {
     Finding& f = out.findings[at++];
     const Unknown& u = inventory_.unknowns[a.unknown];
     if (a.cells.empty()) {
-      const double half = k90 * std::hypot(deviation(everywhere), 0.25 * u.least);
+      const double careful_deviation = a.by_cost ? std::sqrt(std::max(0.0, careful_covariance(everywhere, everywhere))) : 0.0;
+      const double half = k90 * std::max(careful_deviation, std::hypot(deviation(everywhere), 0.25 * u.least));
       const double value = amounts_[everywhere];
       f.parameters.push_back({u.name, u.unit, value, value - half, value + half});
       std::vector<double> u_m, energy;

@@ -387,7 +387,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     term("vehicle.tyre_combined_slip", Term::tyre_combined_slip, "tyre_combined_slip", 0.3, 0.3, "braking and driving take side force away", [](Setting& s, double v) { s.combined += v; });
     term("vehicle.tyre_relaxation", Term::tyre_relaxation, "tyre_relaxation", 0.3, 0.4, "side force builds up over a distance", [](Setting& s, double v) { s.relaxation += v; });
     if (car.terms[Term::aero_ride_height] == 0.0)
-      physics("vehicle.aero_ride_height", "vehicle", "downforce lost per kPa", "1", 0.05, 0.25, false, "downforce changes as the car sinks",
+      physics("vehicle.aero_ride_height", "vehicle", "downforce lost per kPa", "1", 0.05, 0.08, false, "downforce changes as the car sinks",
               "A = A0 (1 - k q)", "constant-speed runs at two ride heights", [](Setting& s, double v) { s.ride += v; });
     else no("vehicle.aero_ride_height", "the stated car has it; see parameter.downforce");
   } else {
@@ -412,7 +412,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   else if (car.terms[Term::locked_differential] != 0.0 || car.terms[Term::limited_slip] != 0.0)
     no("vehicle.differential", "the stated car has a limited-slip or locked differential; only an open one is tested");
   else
-    physics("vehicle.differential", "vehicle", "locked share", "1", 0.2, 0.15, true, "the driven wheels are coupled",
+    physics("vehicle.differential", "vehicle", "locked share", "1", 0.2, 0.08, true, "the driven wheels are coupled",
             "omega_l - omega_r = -(1 - k) track r / R", "slow tight circles, power on and off", [](Setting& s, double v) { s.lock += v; });
   static const std::vector<std::pair<std::string, double>> kMost{
       {"sensor.gain", 0.5}, {"sensor.delay", 1.0}, {"sensor.low_pass", 5.0}, {"sensor.misalignment", 0.3}, {"sensor.lever_arm", 4.0},
