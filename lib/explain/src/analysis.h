@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 
 #include "explain/explain.h"
 #include "search.h"
@@ -88,6 +89,8 @@ class Analysis {
   Rows rows_;
   std::vector<bool> training_;
   std::vector<std::size_t> refit_;              ///< places of parameters and curves
+  void let_go(const Freed& f);
+  std::set<std::size_t> undetermined_;          ///< places that ran to their limit when let go
   std::vector<Freed> freed_;
   double width(std::size_t place) const;        ///< of the prior in the refit
   Eigen::VectorXd amounts_;                     ///< of refit_, then of accepted_ that act everywhere

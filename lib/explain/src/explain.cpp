@@ -204,7 +204,8 @@ Analysis::Freed Analysis::best_parameter(const Model& m) const {
   std::vector<std::pair<double, std::size_t>> saved;
   for (std::size_t k = 0; k < refit_.size(); ++k) {
     const Unknown& u = inventory_.unknowns[refit_[k]];
-    if (u.role != Role::kParameter || u.assumed || u.held > 0 || std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
+    if (u.role != Role::kParameter || u.assumed || u.stays_held || undetermined_.count(k) > 0) continue;
+    if (std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
     VectorXd precision = m.precision;
     const double free = kFreed * u.width;
     precision[static_cast<Index>(k)] = 1.0 / (free * free);
@@ -250,9 +251,20 @@ void Analysis::free_parameters() {
     const Freed f = best_parameter(m);
     const std::vector<Weighed> rivals = mechanisms_by_cost(m);
     if (f.saved == 0 || (!rivals.empty() && rivals.front().saved.gain > f.saved)) return;
-    freed_.push_back(f);
-    refit(2);
+    let_go(f);
   }
+}
+
+void Analysis::let_go(const Freed& f) {
+  freed_.push_back(f);
+  refit(2);
+  // What was held for want of evidence and runs to its limit takes the blame for something else.
+  const Unknown& u = inventory_.unknowns[refit_[f.place]];
+  if (u.held == 0 || std::abs(amounts_[static_cast<Index>(f.place)]) < 7.9 * u.width) return;
+  freed_.pop_back();
+  undetermined_.insert(f.place);
+  amounts_[static_cast<Index>(f.place)] = 0.0;
+  refit(4);
 }
 
 bool Analysis::step_by_cost(Findings& out) {
@@ -261,8 +273,7 @@ bool Analysis::step_by_cost(Findings& out) {
   const std::vector<Weighed> rivals = mechanisms_by_cost(m);
   const double best = rivals.empty() ? 0.0 : rivals.front().saved.gain;
   if (f.saved >= best && f.saved > 0) {
-    freed_.push_back(f);
-    refit(2);
+    let_go(f);
     return true;
   }
   if (best < kNamed) return false;
@@ -450,19 +461,13 @@ bool Analysis::step(Findings& out, bool first) {
   for (std::size_t k = 0; k < tried.size(); ++k) {
     Tried& t = tried[k];
     const Unknown& u = inventory_.unknowns[t.unknown];
-    if (u.along_road) {
-      const Family& f = families[t.family];
-      t.column = f.column;
-      for (Index i = 0; i < t.column.size(); ++i) {
-        const int cell = f.cell[static_cast<std::size_t>(i)];
-        if (cell < t.test.begin || cell >= t.test.end) t.column[i] = 0.0;
-      }
-    } else {
-      t.column = families[t.family].column;
-      if (k < 10 && t.gain > 9) {
-        const Exact x = exact(t.unknown, t.amount, m, weights());
-        if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
-      }
+    VectorXd w = weights();
+    t.column = families[t.family].column;
+    for (Index i = 0; i < w.size() && u.along_road; ++i)
+      if (const int cell = families[t.family].cell[static_cast<std::size_t>(i)]; cell < t.test.begin || cell >= t.test.end) w[i] = t.column[i] = 0.0;
+    if (k < 10 && t.gain > 9) {
+      const Exact x = exact(t.unknown, t.amount, m, w);
+      if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
     }
     progress("tests of mechanisms", static_cast<double>(k) / static_cast<double>(tried.size()));
   }
@@ -487,7 +492,7 @@ bool Analysis::step(Findings& out, bool first) {
     const Tried& t = tried[k];
     const Unknown& u = inventory_.unknowns[t.unknown];
     const double threshold = s.threshold * (u.kind == "sensor" && kinematic_ ? 1.0 : kMargin);
-    if (std::abs(t.test.z) < threshold && (u.along_road || std::sqrt(t.gain) < threshold)) continue;
+    if (std::abs(t.test.z) < threshold && std::sqrt(t.gain) < threshold) continue;
     if (u.along_road && std::abs(t.test.local_z) < s.threshold) continue;
     if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     const std::vector<double> g = gains(t);
@@ -540,14 +545,16 @@ bool Analysis::step(Findings& out, bool first) {
     a.kinematic = kinematic_ && u.kind == "sensor";
     if (u.along_road) {
       // A profile: every cell near the run that was found, held together by a prior.
-      const auto which = static_cast<Index>(std::find(candidate_.begin(), candidate_.end(), t.unknown) - candidate_.begin());
+      Setting moved = setting_with(amounts_);
+      u.set(moved, t.amount);
+      const VectorXd secant = (r_ - rows_at(moved)) / t.amount;
       const int reach = std::max(3, (t.test.end - t.test.begin) / 2);
       const int begin = std::max(0, t.test.begin - reach), end = std::min(cells_, t.test.end + reach);
       a.width = 1.5 * std::abs(t.amount);
       a.columns = MatrixXd::Zero(r_.size(), end - begin);
       for (Index i = 0; i < r_.size(); ++i) {
         const int cell = families[t.family].cell[static_cast<std::size_t>(i)];
-        if (cell >= begin && cell < end) a.columns(i, cell - begin) = candidate_moves_(i, which);
+        if (cell >= begin && cell < end) a.columns(i, cell - begin) = secant[i];
       }
       for (int cell = begin; cell < end; ++cell) a.cells.push_back(cell);
       found.where.push_back({t.test.begin * kCell_m, t.test.end * kCell_m, {}});
@@ -608,6 +615,10 @@ Findings Analysis::run() {
       a.parameters.insert(a.parameters.end(), b.parameters.begin(), b.parameters.end());
       out.findings.erase(out.findings.begin() + static_cast<std::ptrdiff_t>(l));
     }
+  // What was held for want of evidence and found nevertheless was tested after all.
+  std::erase_if(inventory_.untestable, [&](const Untestable& u) {
+    return std::any_of(out.findings.begin(), out.findings.end(), [&](const Finding& f) { return f.mechanism == u.mechanism && f.kind == "parameter"; });
+  });
   out.untestable.insert(out.untestable.begin(), inventory_.untestable.begin(), inventory_.untestable.end());
   bool tie = false;
   for (const Finding& f : out.findings)

@@ -75,9 +75,9 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   if (engine || lateral) {
     parameter("parameter.mass", "chassis.mass_kg", {P::chassis_mass_kg}, 0.015);
     if (!any(logs, kLoadFront) && !any(logs, kLoadRear)) {
-      // Nothing else gives forces a scale: torque, brakes, drag and grip that are off alike are the same.
+      // Nothing else gives forces a scale: torque, brakes and drag that are off alike are the same, and less likely.
       out.unknowns.back().held = 0.01 * car.parameters[P::chassis_mass_kg];
-      no("parameter.mass", "held near its stated value: without wheel loads a mass that is off is the same as all forces being off");
+      no("parameter.mass", "held near its stated value: without wheel loads only torque, brakes and drag that are off alike would speak for another mass");
     }
   }
   else no("parameter.mass", "neither throttle nor steering with lateral speed is logged");
@@ -95,6 +95,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     parameter("parameter.yaw_inertia", "chassis.yaw_inertia_kgm2", {P::chassis_yaw_inertia_kgm2}, 0.1);
     // What curves of tyres get wrong in transients is more than what it would move.
     out.unknowns.back().held = 0.005 * car.parameters[P::chassis_yaw_inertia_kgm2];
+    out.unknowns.back().stays_held = true;
     no("parameter.yaw_inertia", "held near its stated value: errors of the tyre curves in transients are larger than its effect");
     parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.04);
     parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.06);

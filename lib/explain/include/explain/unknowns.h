@@ -25,7 +25,8 @@ struct Unknown {
   Role role = Role::kCandidate;
   bool assumed = false;  ///< the vehicle file says that nobody knows it: refitted, never a finding
   double stated = 0.0;   ///< value in the simulation
-  double held = 0.0;     ///< tighter standard deviation in the refit of what these relations do not determine, never let go; 0: none
+  double held = 0.0;     ///< tighter standard deviation in the refit of what these relations hardly determine; 0: none
+  bool stays_held = false;  ///< never let go
   double width = 0.0;    ///< prior: two standard deviations, in the unit
   double step = 0.01;    ///< of the derivative; about the size that matters
   double least = 0.0;    ///< smaller amounts are not worth a finding
