@@ -90,6 +90,7 @@ class Analysis {
   std::vector<bool> training_;
   std::vector<std::size_t> refit_;              ///< places of parameters and curves
   void let_go(const Freed& f);
+  static double limit(const Unknown& u);        ///< of a parameter's change in the refit
   std::set<std::size_t> undetermined_;          ///< places that ran to their limit when let go
   std::vector<Freed> freed_;
   double width(std::size_t place) const;        ///< of the prior in the refit

@@ -170,7 +170,8 @@ bool Analysis::in_stage(std::size_t candidate) const {
 namespace {
 
 constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
-constexpr double kLetGo = 8.0;    ///< of prior cost that letting one go must save
+constexpr double kLetGo = 5.0;    ///< of prior cost that letting one go must save
+constexpr double kHeldGo = 10.0;  ///< on top for what is held for want of evidence
 constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
 /// Of loss that a mechanism of car or air must save where forces count as few: on 300 recordings without
 /// any effect none that reaches its least amount saved more than 10.
@@ -184,6 +185,8 @@ double Analysis::width(std::size_t place) const {
   const bool freed = std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
   return freed ? kFreed * u.width : u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form);
 }
+
+double Analysis::limit(const Unknown& u) { return std::max(8 * u.width, 0.4 * std::abs(u.stated)); }
 
 Analysis::Freed Analysis::best_parameter(const Model& m) const {
   // A normal prior would share one large error among all parameters that can take a part of it. Few
@@ -209,7 +212,7 @@ Analysis::Freed Analysis::best_parameter(const Model& m) const {
     VectorXd precision = m.precision;
     const double free = kFreed * u.width;
     precision[static_cast<Index>(k)] = 1.0 / (free * free);
-    const double save = held - loss(precision);
+    const double save = held - loss(precision) - (u.held > 0 ? kHeldGo : 0.0);
     if (save > kLetGo) saved.emplace_back(save, k);
   }
   std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -260,7 +263,7 @@ void Analysis::let_go(const Freed& f) {
   refit(2);
   // What was held for want of evidence and runs to its limit takes the blame for something else.
   const Unknown& u = inventory_.unknowns[refit_[f.place]];
-  if (u.held == 0 || std::abs(amounts_[static_cast<Index>(f.place)]) < 7.9 * u.width) return;
+  if (u.held == 0 || std::abs(amounts_[static_cast<Index>(f.place)]) < 0.99 * limit(u)) return;
   freed_.pop_back();
   undetermined_.insert(f.place);
   amounts_[static_cast<Index>(f.place)] = 0.0;
@@ -324,7 +327,7 @@ void Analysis::refit(int rounds) {
     for (Index k = 0; k < static_cast<Index>(refit_.size()); ++k) {
       const double most = 1.5 * std::min(width(static_cast<std::size_t>(k)), 2 * free[static_cast<std::size_t>(k)]->width);
       move[k] = std::clamp(move[k], -most, most);
-      const double far = 8 * free[static_cast<std::size_t>(k)]->width;
+      const double far = limit(*free[static_cast<std::size_t>(k)]);
       amounts_[k] = std::clamp(amounts_[k] + move[k], -far, far);
     }
     for (Index k = static_cast<Index>(refit_.size()); k < moves_.cols(); ++k) amounts_[k] += move[k];

@@ -41,7 +41,7 @@ void Analysis::describe(Findings& out) {
     const double value = u.stated + amounts_[i], half = k90 * std::hypot(std::sqrt(std::max(0.0, careful_covariance(i, i))), u.form);
     ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false};
     p.beyond_prior = std::abs(amounts_[i]) - half > u.width;
-    if (std::abs(amounts_[i]) > 7.9 * u.width) {
+    if (std::abs(amounts_[i]) > 0.99 * limit(u)) {
       out.remarks.push_back(fmt::format("{}: the refit runs into its limit at {:.4g} {}; these recordings do not determine it", u.name, value, u.unit));
       p.beyond_prior = false;
     }
