@@ -64,7 +64,8 @@ TEST(Search, FalseAlarmsOfPureNoiseStayAtTheirRate) {
   int alarms = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
     const Problem p(seed);
-    const Scan s = scan(p.fitted(p.noise), p.families, p.rows, 300);
+    const Fitted m = p.fitted(p.noise);
+    const Scan s = scan(m, p.families, p.rows, 300, m.e);
     double most = 0;
     for (const explain::Test& t : s.best) most = std::max(most, std::abs(t.z));
     alarms += most > s.threshold ? 1 : 0;
@@ -80,7 +81,7 @@ TEST(Search, FindsAndSizesWhatWasPlanted) {
   }
   r += 2.0 * p.x.col(1);
   const Fitted m = p.fitted(r);
-  const Scan s = scan(m, p.families, p.rows, 300);
+  const Scan s = scan(m, p.families, p.rows, 300, m.e);
   EXPECT_GT(std::abs(s.best[8].z), s.threshold);
   EXPECT_LE(std::abs(s.best[8].begin - 12), 1);
   EXPECT_LE(std::abs(s.best[8].end - 16), 1);
@@ -102,7 +103,8 @@ TEST(Search, FindsAndSizesWhatWasPlanted) {
 TEST(Search, LeavesAloneWhatTheModelCanDoAlready) {
   Problem p(3);
   p.families[0].column = 5 * p.x.col(2);
-  const Scan s = scan(p.fitted(p.noise + 3 * p.x.col(2)), p.families, p.rows, 100);
+  const Fitted m = p.fitted(p.noise + 3 * p.x.col(2));
+  const Scan s = scan(m, p.families, p.rows, 100, m.e);
   EXPECT_EQ(s.best[0].gain, 0.0);
 }
 

@@ -46,6 +46,8 @@ const std::vector<Choice> kSingle{
 const std::vector<Choice> kOutside{{"outside.slip_drag", "", 1, 50}, {"outside.torque_steer", "", 1, 20}, {"outside.brake_pull", "", 1, 20},
                                    {"outside.surge", "", 0.3, 5}, {"outside.gust", "", 0.5, 8}, {"outside.misfire", "", 0.3, 1},
                                    {"outside.heading_drift", "", 1, 10}};
+/// Terms of the tyre that truth and stated car may both lack.
+const std::vector<std::string> kLacking{"vehicle.tyre_load_sensitivity", "vehicle.tyre_camber", "vehicle.tyre_combined_slip"};
 /// Pairs that the data cannot tell apart when they are small enough. What a sensor should have said is known
 /// from other channels only, whose noise grows with frequency: `reference` is the frequency's reciprocal
 /// (rad/s) from which on it is larger than the sensor's own, `noise` what else they add, as a factor.
@@ -228,8 +230,18 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
     effects.push_back(e);
     sizes.push_back(size);
   }
-  const Variant real = with(nominal, effects, moved);
-  Variant without = with(nominal, nothing_of(effects), track);
+  // A term that the stated car leaves out need not be missing: here and there the truth lacks it too.
+  std::vector<Effect> as_driven = effects;
+  std::string lacking;
+  if (dice.uniform() < 0.2) {
+    lacking = kLacking[dice.below(kLacking.size())];
+    const bool about = std::any_of(effects.begin(), effects.end(), [&](const Effect& e) { return e.mechanism == lacking; });
+    if (about) lacking.clear();
+    else as_driven.push_back({lacking, "", 0.0});
+    if (lacking == "vehicle.tyre_camber") nominal.car.camber = dice.in(0.02, 0.05);
+  }
+  const Variant real = with(nominal, as_driven, moved);
+  Variant without = with(nominal, nothing_of(as_driven), track);
   without.track = &track;
   const Drive d = drive(real, track, laps, route, nullptr);
   if (d.row.size() < 4000) {
@@ -301,7 +313,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
     engine += "\n";
   }
   write(here / "engine.csv", engine);
-  const auto about_term = [&](const char* mechanism) { return std::any_of(effects.begin(), effects.end(), [&](const Effect& e) { return e.mechanism == mechanism; }) ? 0 : 1; };
+  const auto about_term = [&](const char* mechanism) { return std::any_of(as_driven.begin(), as_driven.end(), [&](const Effect& e) { return e.mechanism == mechanism; }) ? 0 : 1; };
   char yaml[4000];
   std::snprintf(yaml, sizeof yaml,
                 "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: {engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n"
@@ -376,7 +388,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   }
 
   Json truth{{"id", id}, {"class", kinds[kind]}, {"laps", laps}, {"hz", hz}, {"length_m", track.length_m}, {"effects", Json::array()}, {"alike", alike},
-             {"apart_sd", apart}, {"compensated", compensated}, {"parameters", Json::array()}};
+             {"apart_sd", apart}, {"compensated", compensated}, {"lacking", lacking}, {"parameters", Json::array()}};
   for (std::size_t k = 0; k < effects.size(); ++k) {
     const Effect& e = effects[k];
     Json item{{"mechanism", e.mechanism}, {"channel", e.channel}, {"amount", e.amount}, {"extra", e.extra}, {"size_sd", sizes[k]}};

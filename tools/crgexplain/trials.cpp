@@ -163,7 +163,7 @@ int score(const TrialsCommand& c) {
   std::string hash, name;
   while (sums >> hash >> name)
     if (files::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");
-  Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, one, cover;
+  Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, one, cover;
   std::vector<double> overlap, error, improvement;
   std::map<std::string, Count> by_mechanism;  ///< single effects of 0.5 sd or more
   std::string failures;
@@ -211,6 +211,7 @@ int score(const TrialsCommand& c) {
       int right = 0;
       for (const std::string& t : truths) right += std::find(names.begin(), names.end(), t) != names.end() ? 1 : 0;
       both.add(right == 2);
+      if (std::all_of(truth["effects"].begin(), truth["effects"].end(), [](const json& e) { return e.at("size_sd").get<double>() >= 0.49; })) both_large.add(right == 2);
       one.add(right >= 1);
       failed = failed || right < 2;
     }
@@ -276,6 +277,7 @@ int score(const TrialsCommand& c) {
   line("pairs that look alike reported as tie", tie, "80 %");
   line("not in the library: unknown or none", outside, "80 %");
   line("two at once: both named", both, "60 %");
+  line("the same, both of 0.5 sd or more", both_large, "");
   line("two at once: at least one named", one, "90 %");
   line("90 % intervals that hold the truth", cover, "80 to 97 %");
   const auto middle = [](const char* what, const std::vector<double>& values, double scale, const char* unit, const char* floor) {

@@ -20,9 +20,10 @@ struct Accepted {
   bool by_cost = false;           ///< found where forces count as few: so are its limits
 };
 
-/// What an amount that is free would save.
+/// What an amount that is free would save of the loss.
 struct Saved {
   double amount = 0.0, gain = 0.0;
+  Eigen::VectorXd column;         ///< what it does per unit, whitened
 };
 
 class Analysis {
@@ -35,11 +36,12 @@ class Analysis {
   struct Model {
     Fitted fitted;
     Eigen::VectorXd precision;
-    std::size_t refitted = 0;     ///< parameters and curves, first
   };
   void refit(int rounds);                       ///< Gauss-Newton of parameters, curves and what was accepted
   void weigh();                                 ///< noise of each relation and its correlation in time
-  Model model(bool careful = false) const;
+  Model model(const Eigen::VectorXd& weights) const;  ///< parameters and curves first
+  Model model() const { return model(weights()); }
+  Model careful_model() const { return model(careful_weights()); }
   std::vector<Family> candidates() const;
   std::vector<Family> structures() const;
   bool step(Findings& out, bool first);         ///< finds and adds one; false: nothing more
@@ -55,12 +57,18 @@ class Analysis {
   struct Weighed {
     std::size_t unknown = 0;
     Saved saved;
-    Eigen::VectorXd column;                     ///< whitened secant
   };
-  static Saved saved_by(const Model& m, const Eigen::VectorXd& column);
+  static Saved saved_by(const Model& m, Eigen::VectorXd column);
+  /// The column as a secant to the best amount, in these weights; gain 0: none.
+  Saved exact(std::size_t unknown, double start, const Model& m, const Eigen::VectorXd& weights) const;
+  std::vector<Family> families_by_cost() const; ///< mechanisms of car and air
   Freed best_parameter(const Model& m) const;   ///< whose freedom saves most
   std::vector<Weighed> mechanisms_by_cost(const Model& m) const;  ///< of car and air, that which saves most first
   void free_parameters();                       ///< lets those go that are far from their stated values, but not where a mechanism does better
+  double alarms_by_cost() const;                ///< share of nulls in which a mechanism would save enough
+  void let_go(const Freed& f);
+  static double limit(const Unknown& u);        ///< of a parameter's change in the refit
+  double width(std::size_t place) const;        ///< of the prior in the refit
   bool step_by_cost(Findings& out);             ///< frees a parameter or adds a mechanism, whichever saves more; false: nothing more
   bool used(const Unknown& u) const;            ///< already accepted
   Finding finding_of(std::size_t unknown) const;
@@ -73,11 +81,6 @@ class Analysis {
   void prove(Findings& out);
   Setting setting_with(const Eigen::VectorXd& amounts) const;
   Eigen::VectorXd rows_at(const Setting& setting) const;
-  struct Exact {
-    double amount = 0.0, gain = 0.0;
-    Eigen::VectorXd column;       ///< whitened secant
-  };
-  Exact exact(std::size_t unknown, double start, const Model& m, const Eigen::VectorXd& w) const;
   void progress(const std::string& stage, double share) const {
     if (options_.progress) options_.progress(stage, share);
   }
@@ -89,11 +92,8 @@ class Analysis {
   Rows rows_;
   std::vector<bool> training_;
   std::vector<std::size_t> refit_;              ///< places of parameters and curves
-  void let_go(const Freed& f);
-  static double limit(const Unknown& u);        ///< of a parameter's change in the refit
   std::set<std::size_t> undetermined_;          ///< places that ran to their limit when let go
   std::vector<Freed> freed_;
-  double width(std::size_t place) const;        ///< of the prior in the refit
   Eigen::VectorXd amounts_;                     ///< of refit_, then of accepted_ that act everywhere
   std::vector<Accepted> accepted_;
   Eigen::VectorXd r_;                           ///< rows at the current setting, not whitened

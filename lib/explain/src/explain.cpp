@@ -98,9 +98,8 @@ void Analysis::weigh() {
   }
 }
 
-Analysis::Model Analysis::model(bool careful) const {
+Analysis::Model Analysis::model(const VectorXd& w) const {
   Model m;
-  m.refitted = refit_.size();
   Index columns = moves_.cols();
   for (const Accepted& a : accepted_) columns += a.columns.cols();
   MatrixXd x(r_.size(), columns);
@@ -126,7 +125,6 @@ Analysis::Model Analysis::model(bool careful) const {
     m.precision.segment(at, a.columns.cols()).setConstant(a.width > 0 ? 1.0 / (a.width * a.width) : 0.0);
     at += a.columns.cols();
   }
-  const VectorXd w = careful ? careful_weights() : weights();
   m.fitted = fit(w.asDiagonal() * x, w.cwiseProduct(r_), m.precision, before);
   return m;
 }
@@ -167,141 +165,6 @@ bool Analysis::in_stage(std::size_t candidate) const {
   return redundant == kinematic_;
 }
 
-namespace {
-
-constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
-constexpr double kLetGo = 5.0;    ///< of prior cost that letting one go must save
-constexpr double kHeldGo = 10.0;  ///< on top for what is held for want of evidence
-constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
-/// Of loss that a mechanism of car or air must save where forces count as few: on 300 recordings without
-/// any effect none that reaches its least amount saved more than 10.
-constexpr double kNamed = 14.0;
-
-}  // namespace
-
-double Analysis::width(std::size_t place) const {
-  // The file's width is where two standard deviations end; what quasi-static relations get wrong adds to it.
-  const Unknown& u = inventory_.unknowns[refit_[place]];
-  const bool freed = std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
-  return freed ? kFreed * u.width : u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form);
-}
-
-double Analysis::limit(const Unknown& u) { return std::max(8 * u.width, 0.4 * std::abs(u.stated)); }
-
-Analysis::Freed Analysis::best_parameter(const Model& m) const {
-  // A normal prior would share one large error among all parameters that can take a part of it. Few
-  // parameters are far off: the one whose freedom saves most prior cost goes first.
-  const MatrixXd gram = m.fitted.x.transpose() * m.fitted.x;
-  const VectorXd right = m.fitted.x.transpose() * m.fitted.r;
-  VectorXd before = VectorXd::Zero(gram.rows());
-  before.head(amounts_.size()) = amounts_;
-  for (Index k = static_cast<Index>(refit_.size()); k < before.size(); ++k) before[k] = 0;
-  const auto loss = [&](const VectorXd& precision) {
-    MatrixXd a = gram;
-    a.diagonal() += precision;
-    steady(a);
-    const VectorXd b = right - precision.cwiseProduct(before), move = a.ldlt().solve(b);
-    return move.dot(gram * move) - 2 * move.dot(right) + precision.dot((before + move).cwiseAbs2());
-  };
-  const double held = loss(m.precision);
-  std::vector<std::pair<double, std::size_t>> saved;
-  for (std::size_t k = 0; k < refit_.size(); ++k) {
-    const Unknown& u = inventory_.unknowns[refit_[k]];
-    if (u.role != Role::kParameter || u.assumed || u.stays_held || undetermined_.count(k) > 0) continue;
-    if (std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
-    VectorXd precision = m.precision;
-    const double free = kFreed * u.width;
-    precision[static_cast<Index>(k)] = 1.0 / (free * free);
-    const double save = held - loss(precision) - (u.held > 0 ? kHeldGo : 0.0);
-    if (save > kLetGo) saved.emplace_back(save, k);
-  }
-  std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  Freed f;
-  if (saved.empty()) return f;
-  f.saved = saved.front().first;
-  f.place = saved.front().second;
-  for (std::size_t k = 1; k < saved.size() && saved[k].first > saved.front().first - kAsGood; ++k) f.rivals.push_back(saved[k].second);
-  return f;
-}
-
-Saved Analysis::saved_by(const Model& m, const VectorXd& column) {
-  const VectorXd shared = m.fitted.x.transpose() * column;
-  const double left = column.squaredNorm() - shared.dot(m.fitted.normal.solve(shared)), product = column.dot(m.fitted.e);
-  return left > 1e-12 ? Saved{product / left, product * product / left} : Saved{};
-}
-
-std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) const {
-  const VectorXd w = careful_weights();
-  std::vector<Weighed> out;
-  for (std::size_t k = 0; k < candidate_.size(); ++k) {
-    const Unknown& u = inventory_.unknowns[candidate_[k]];
-    if ((u.kind != "vehicle" && u.kind != "environment") || used(u)) continue;
-    Weighed x{candidate_[k], saved_by(m, w.cwiseProduct(candidate_moves_.col(static_cast<Index>(k)))), {}};
-    if (x.saved.gain < 0.5 * kNamed || (u.one_sided && x.saved.amount < 0)) continue;
-    const Exact found = exact(x.unknown, x.saved.amount, m, w);
-    x.saved = {found.amount, found.gain};
-    x.column = found.column;
-    if (std::abs(x.saved.amount) < u.least || std::abs(x.saved.amount) > u.most) continue;
-    out.push_back(std::move(x));
-  }
-  std::stable_sort(out.begin(), out.end(), [](const Weighed& a, const Weighed& b) { return a.saved.gain > b.saved.gain; });
-  return out;
-}
-
-void Analysis::free_parameters() {
-  for (int round = 0; round < 2; ++round) {
-    const Model m = model(true);
-    const Freed f = best_parameter(m);
-    const std::vector<Weighed> rivals = mechanisms_by_cost(m);
-    if (f.saved == 0 || (!rivals.empty() && rivals.front().saved.gain > f.saved)) return;
-    let_go(f);
-  }
-}
-
-void Analysis::let_go(const Freed& f) {
-  freed_.push_back(f);
-  refit(2);
-  // What was held for want of evidence and runs to its limit takes the blame for something else.
-  const Unknown& u = inventory_.unknowns[refit_[f.place]];
-  if (u.held == 0 || std::abs(amounts_[static_cast<Index>(f.place)]) < 0.99 * limit(u)) return;
-  freed_.pop_back();
-  undetermined_.insert(f.place);
-  amounts_[static_cast<Index>(f.place)] = 0.0;
-  refit(4);
-}
-
-bool Analysis::step_by_cost(Findings& out) {
-  const Model m = model(true);
-  const Freed f = best_parameter(m);
-  const std::vector<Weighed> rivals = mechanisms_by_cost(m);
-  const double best = rivals.empty() ? 0.0 : rivals.front().saved.gain;
-  if (f.saved >= best && f.saved > 0) {
-    let_go(f);
-    return true;
-  }
-  if (best < kNamed) return false;
-  const Weighed& x = rivals.front();
-  const Unknown& u = inventory_.unknowns[x.unknown];
-  Finding found = finding_of(x.unknown);
-  found.statistic = std::copysign(std::sqrt(best), x.saved.amount);
-  found.threshold = std::sqrt(kNamed);
-  for (const double gain : cross_validate(m.fitted, x.column, m.precision, VectorXd::Zero(1), rows_)) found.cv_gain += gain;
-  found.stability = stability(m.fitted, x.column, x.saved.amount);
-  if (!(found.cv_gain > 0) || found.stability < 0.8) return false;
-  for (std::size_t k = 1; k < rivals.size(); ++k) {
-    const Unknown& o = inventory_.unknowns[rivals[k].unknown];
-    if (o.id == u.id || std::any_of(found.rivals.begin(), found.rivals.end(), [&](const Rival& r) { return r.mechanism == o.id; })) continue;
-    found.rivals.push_back({o.id, o.channel, o.separating.empty() || o.separating == u.separating ? u.separating : u.separating + "; or: " + o.separating,
-                            0.0, best - rivals[k].saved.gain > kAsGood});
-  }
-  Accepted a;
-  a.unknown = x.unknown;
-  a.amount = x.saved.amount;
-  a.by_cost = true;
-  accept(out, std::move(found), std::move(a));
-  return true;
-}
-
 void Analysis::refit(int rounds) {
   std::vector<const Unknown*> free;
   for (const std::size_t k : refit_) free.push_back(&inventory_.unknowns[k]);
@@ -321,7 +184,7 @@ void Analysis::refit(int rounds) {
   else if (known < free.size()) reckon(known);
   for (int round = 0; round < rounds; ++round) {
     if (weight_.size() == 0) weigh();
-    const Model m = model(true);
+    const Model m = careful_model();
     VectorXd move = m.fitted.amount.head(moves_.cols());
     // No further than 1.5 prior widths at once: the relations are not linear in everything.
     for (Index k = 0; k < static_cast<Index>(refit_.size()); ++k) {
@@ -367,29 +230,6 @@ std::vector<Family> Analysis::candidates() const {
     out.push_back(std::move(f));
   }
   return out;
-}
-
-Analysis::Exact Analysis::exact(std::size_t unknown, double start, const Model& m, const VectorXd& w) const {
-  const Unknown& u = inventory_.unknowns[unknown];
-  const Setting base = setting_with(amounts_);
-  Exact best;
-  double amount = start;
-  for (int round = 0; round < 4; ++round) {
-    if (u.one_sided) amount = std::max(amount, 0.0);
-    if (std::abs(amount) < 1e-12) break;
-    Setting moved = base;
-    u.set(moved, amount);
-    const VectorXd column = w.cwiseProduct(r_ - rows_at(moved)) / amount;  // what the amount explains, per unit
-    const Saved s = saved_by(m, column);
-    if (s.gain == 0) break;
-    // Away from the best place of the secant the gain is that of the parabola.
-    const double gain = s.gain * (1 - (1 - amount / s.amount) * (1 - amount / s.amount));
-    if (gain > best.gain) best = {amount, gain, column};
-    const double scale = s.amount / amount;
-    if (std::abs(scale - 1.0) < 0.02) break;
-    amount *= std::clamp(scale, 0.4, 2.5);
-  }
-  return best;
 }
 
 namespace {
@@ -443,7 +283,7 @@ void Analysis::accept(Findings& out, Finding found, Accepted a) {
 bool Analysis::step(Findings& out, bool first) {
   const Model m = model();
   const std::vector<Family> families = candidates();
-  const Scan s = scan(m.fitted, families, rows_, options_.nulls, true);
+  const Scan s = scan(m.fitted, families, rows_, options_.nulls, without_best(m.fitted, families, rows_));
   if (first) {
     // Both stages may raise an alarm.
     out.threshold = s.threshold;
@@ -469,7 +309,7 @@ bool Analysis::step(Findings& out, bool first) {
     for (Index i = 0; i < w.size() && u.along_road; ++i)
       if (const int cell = families[t.family].cell[static_cast<std::size_t>(i)]; cell < t.test.begin || cell >= t.test.end) w[i] = t.column[i] = 0.0;
     if (k < 10 && t.gain > 9) {
-      const Exact x = exact(t.unknown, t.amount, m, w);
+      const Saved x = exact(t.unknown, t.amount, m, w);
       if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
     }
     progress("tests of mechanisms", static_cast<double>(k) / static_cast<double>(tried.size()));
@@ -605,6 +445,7 @@ Findings Analysis::run() {
       kinematic_ = false;
     }
   }
+  out.null_false_alarm += alarms_by_cost();
   for (int k = 0; k < kMost && step_by_cost(out); ++k) {}
   untouched(out);
   describe(out);

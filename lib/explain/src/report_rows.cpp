@@ -31,7 +31,7 @@ void Analysis::describe(Findings& out) {
   for (Index i = 0; i < m.fitted.e.size(); ++i) pull.col(stretch(rows_.row[static_cast<std::size_t>(i)])) += m.fitted.e[i] * m.fitted.x.row(i).transpose();
   const MatrixXd influence = m.fitted.normal.solve(pull);
   const VectorXd spread = influence.rowwise().squaredNorm();
-  const Model careful = model(true);
+  const Model careful = careful_model();
   const MatrixXd careful_covariance = careful.fitted.normal.solve(MatrixXd::Identity(m.fitted.x.cols(), m.fitted.x.cols()));
   const auto deviation = [&](Index j) { return std::sqrt(std::max({0.0, covariance(j, j), spread[j]})); };
   for (std::size_t k = 0; k < refit_.size(); ++k) {
@@ -152,7 +152,7 @@ void Analysis::leftovers(Findings& out) {
   static constexpr const char* kOver[] = {"u", "speed", "ax", "ay", "throttle", "brake", "lap"};
   const Model m = model();
   const std::vector<Family> families = structures();
-  const Scan s = scan(m.fitted, families, rows_, options_.nulls);
+  const Scan s = scan(m.fitted, families, rows_, options_.nulls, m.fitted.e);
   const auto p_of = [&](double z) {
     const auto over = static_cast<double>(s.null_max.end() - std::lower_bound(s.null_max.begin(), s.null_max.end(), std::abs(z)));
     return (over + 1) / (static_cast<double>(s.null_max.size()) + 1);
@@ -200,7 +200,7 @@ void Analysis::leftovers(Findings& out) {
   raw = fit(raw.x, stated, VectorXd::Ones(1), VectorXd::Zero(1));
   std::vector<Family> along;
   for (const Family& f : families) if (f.id % 10 == 0) along.push_back(f);
-  const Scan before = scan(raw, along, rows_, options_.nulls);
+  const Scan before = scan(raw, along, rows_, options_.nulls, raw.e);
   for (const Test& t : before.best) {
     const std::size_t relation = along[t.family].id / 10;
     const auto over = static_cast<double>(before.null_max.end() - std::lower_bound(before.null_max.begin(), before.null_max.end(), std::abs(t.z)));

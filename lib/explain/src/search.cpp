@@ -31,21 +31,20 @@ VectorXd beyond(const Fitted& model, const VectorXd& column) {
   return column - model.x * model.normal.solve(model.x.transpose() * column);
 }
 
-Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, bool without_best) {
-  VectorXd noise = model.e;
-  if (without_best) {
-    const Test* best = nullptr;
-    const Scan plain = scan(model, families, rows, 0);
-    for (const Test& t : plain.best)
-      if (best == nullptr || t.gain > best->gain) best = &t;
-    if (best != nullptr) {
-      const Family& f = families[best->family];
-      VectorXd c = f.column;
-      for (Index i = 0; i < c.size() && !f.cell.empty(); ++i)
-        if (const int cell = f.cell[static_cast<std::size_t>(i)]; cell < best->begin || cell >= best->end) c[i] = 0.0;
-      noise -= best->amount * beyond(model, c);
-    }
-  }
+VectorXd without_best(const Fitted& model, const std::vector<Family>& families, const Rows& rows) {
+  const Test* best = nullptr;
+  const Scan plain = scan(model, families, rows, 0, model.e);
+  for (const Test& t : plain.best)
+    if (best == nullptr || t.gain > best->gain) best = &t;
+  if (best == nullptr) return model.e;
+  const Family& f = families[best->family];
+  VectorXd c = f.column;
+  for (Index i = 0; i < c.size() && !f.cell.empty(); ++i)
+    if (const int cell = f.cell[static_cast<std::size_t>(i)]; cell < best->begin || cell >= best->end) c[i] = 0.0;
+  return model.e - best->amount * beyond(model, c);
+}
+
+Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, const VectorXd& noise) {
   const auto n = static_cast<Index>(rows.row.size());
   const Index p = model.x.cols(), blocks = rows.blocks;
   MatrixXd block_x = MatrixXd::Zero(p, blocks);  // X'e of each block
@@ -82,7 +81,7 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
         if (!(energy > 0)) continue;
         const VectorXd t = model.normal.solve(a);
         const double left = energy - a.dot(t);
-        if (!(left > 0.05 * energy) || !(left > 1e-12)) continue;  // the model can do this already
+        if (!(left > family.least_left * energy) || !(left > 1e-12)) continue;  // the model can do this already
         Test test;
         test.family = f;
         test.begin = begin;

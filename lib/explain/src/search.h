@@ -34,6 +34,7 @@ struct Family {
   int cells = 0;
   std::vector<int> lengths;           ///< of the runs that are tried
   int sign = 0;                       ///< +1: only a positive amount counts
+  double least_left = 0.05;           ///< share of the column's square that the model must leave to it; less: it can do this already
 };
 
 struct Test {
@@ -53,9 +54,11 @@ struct Scan {
 /// Every family's best run, and the distribution of the largest |z| of all when the signs of the
 /// blocks of the residual are flipped at random (fixed seed). Errors of the stated curves return
 /// every lap at many places: a place must stand out from the others (local_z), not only from noise.
-/// `without_best`: what the best test explains is taken out of the residual that is flipped; a large
-/// effect would otherwise hide itself.
-Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, bool without_best = false);
+/// `noise`: the residual that is flipped.
+Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, const Eigen::VectorXd& noise);
+
+/// The residual without what the best test explains: flipped with it, a large effect would hide itself.
+Eigen::VectorXd without_best(const Fitted& model, const std::vector<Family>& families, const Rows& rows);
 
 /// Loss saved by the columns `more` on folds that were left out: one value per fold.
 std::vector<double> cross_validate(const Fitted& model, const Eigen::MatrixXd& more, const Eigen::VectorXd& precision,
