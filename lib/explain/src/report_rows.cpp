@@ -18,6 +18,10 @@ namespace {
 /// Below these a leftover is of no use to anyone who drives or tunes: in the relation's unit.
 constexpr std::array<double, kRelationCount> kLeast{0.004, 0.004, 0.08, 0.2, 0.5, 0.12, 0.15, 0.3, 0.25, 0.4, 0.3, 0.4, 0.4, 0.4};
 
+/// Standard deviations by which a parameter must lie beyond its prior width to be a finding: of 1,200 trial
+/// recordings without that error 9 in 10 that reached 1.6 stayed below.
+constexpr double kBeyond = 2.2;
+
 }  // namespace
 
 void Analysis::describe(Findings& out) {
@@ -34,13 +38,14 @@ void Analysis::describe(Findings& out) {
   const Model careful = careful_model();
   const MatrixXd careful_covariance = careful.fitted.normal.solve(MatrixXd::Identity(m.fitted.x.cols(), m.fitted.x.cols()));
   const auto deviation = [&](Index j) { return std::sqrt(std::max({0.0, covariance(j, j), spread[j]})); };
+  std::vector<std::pair<std::ptrdiff_t, Finding>> named;
   for (std::size_t k = 0; k < refit_.size(); ++k) {
     const Unknown& u = inventory_.unknowns[refit_[k]];
     if (u.role != Role::kParameter) continue;
     const auto i = static_cast<Index>(k);
     const double value = u.stated + amounts_[i], half = k90 * std::hypot(std::sqrt(std::max(0.0, careful_covariance(i, i))), u.form);
     ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false};
-    p.beyond_prior = std::abs(amounts_[i]) - half > u.width;
+    p.beyond_prior = std::abs(amounts_[i]) - kBeyond / k90 * half > u.width;
     if (std::abs(amounts_[i]) > 0.99 * limit(u)) {
       out.remarks.push_back(fmt::format("{}: the refit runs into its limit at {:.4g} {}; these recordings do not determine it", u.name, value, u.unit));
       p.beyond_prior = false;
@@ -71,8 +76,11 @@ void Analysis::describe(Findings& out) {
       if (std::abs(correlation) < 0.9) continue;
       f.rivals.push_back({other.id, "", "vary speed, load and throttle independently: coast down, and hold constant speeds", 0.0, std::abs(correlation) < 0.95});
     }
-    out.findings.push_back(f);
+    named.emplace_back(let_go - freed_.begin(), std::move(f));
   }
+  // What cost most comes first.
+  std::stable_sort(named.begin(), named.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (auto& [place, f] : named) out.findings.push_back(std::move(f));
   Index everywhere = static_cast<Index>(refit_.size()), cell_column = moves_.cols();
   std::size_t at = 0;
   for (const Accepted& a : accepted_) {
