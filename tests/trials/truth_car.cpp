@@ -122,7 +122,7 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
     for (const bool left : {true, false}) {
       const double fz = std::max(100.0, load / 2 - (left ? transfer : -transfer)), n = fz / nominal;
       const double mu = mu0 * (1 - loads * car.mu_load * (n - 1)) * grip * warm * (1 + amount(car, "parameter.tyre_grip"));
-      const double cy = cn * nominal * 1.15 * n * std::exp(-0.14 * n) * (0.5 + 0.5 * warm), cx = car.ck * fz;
+      const double cy = cn * nominal * n * std::exp(-0.14 * loads * (n - 1)) * (0.5 + 0.5 * warm), cx = car.ck * fz;
       double fx = 0, side = 0;
       brush(fz, mu, cx, cy, left ? kl : kr, slip, fx, side);
       if (combined != 1) {
