@@ -19,8 +19,8 @@ constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter 
 constexpr double kLetGo = 5.0;    ///< of prior cost that letting one go must save
 constexpr double kHeldGo = 10.0;  ///< on top for what is held for want of evidence
 constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
-/// Of loss that a mechanism of car or air must save where forces count as few: on 300 recordings without
-/// any effect none that reaches its least amount saved more than 10.
+/// Of loss that a mechanism of car or air must save where forces count as few: of 300 trial recordings
+/// without any effect none held one that did.
 constexpr double kNamed = 14.0;
 
 }  // namespace
