@@ -65,6 +65,7 @@ class Analysis {
   Freed best_parameter(const Model& m) const;   ///< whose freedom saves most
   std::vector<Weighed> mechanisms_by_cost(const Model& m) const;  ///< of car and air, that which saves most first
   void free_parameters();                       ///< lets those go that are far from their stated values, but not where a mechanism does better
+  bool apart_from_curves(std::size_t unknown) const;  ///< enough of it is left to test
   double alarms_by_cost() const;                ///< share of nulls in which a mechanism would save enough
   void let_go(const Freed& f);
   static double limit(const Unknown& u);        ///< of a parameter's change in the refit

@@ -412,8 +412,10 @@ void Analysis::untouched(Findings& out) const {
     const Unknown& u = inventory_.unknowns[candidate_[k]];
     const auto same = [&](const Evidence& e) { return e.mechanism == u.id && e.channel == u.channel && e.detail.starts_with(u.name); };
     if (std::any_of(out.evidence.begin(), out.evidence.end(), same)) continue;
-    if (weight_.cwiseProduct(candidate_moves_.col(static_cast<Index>(k))).squaredNorm() > 0) out.evidence.push_back({u.id, u.channel, u.name, 0.0, 0.0, 0.0, u.unit});
-    else out.untestable.push_back({u.id, "it would change nothing in these recordings with the stated car"});
+    const VectorXd column = weight_.cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
+    if (!(column.squaredNorm() > 0)) out.untestable.push_back({u.id, "it would change nothing in these recordings with the stated car"});
+    else if ((u.kind == "vehicle" || u.kind == "environment") && !apart_from_curves(candidate_[k])) out.untestable.push_back({u.id, "in these recordings the uncertain curves of the stated car can take its place"});
+    else out.evidence.push_back({u.id, u.channel, u.name, 0.0, 0.0, 0.0, u.unit});
   }
 }
 

@@ -186,8 +186,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
       one("bias", "bias", unit, bias_step, bias_least, false, "logged = true + bias", [c](Setting& s, double v) { s.sensor[c].bias += v; });
     if (gain) one("gain", "gain error", "1", 0.01, 0.007, false, "logged = (1 + gain error) * true", [c](Setting& s, double v) { s.sensor[c].gain += v; });
     if (timing) {
-      one("delay", "delay", "s", 0.02, 0.001, true, "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; });
-      one("low_pass", "time constant", "s", 0.05, 0.001, true, "T d(logged)/dt = true - logged", [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; });
+      one("delay", "delay", "s", 0.02, 0.0015, true, "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; });
+      one("low_pass", "time constant", "s", 0.05, 0.0015, true, "T d(logged)/dt = true - logged", [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; });
       for (std::size_t k = out.unknowns.size() - 2; k < out.unknowns.size(); ++k)
         out.unknowns[k].separating = "swing the quantity ever faster, for steering 0.5 to 2 Hz: a delay keeps the amplitude, a filter does not";
     }
@@ -419,6 +419,8 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
       {"sensor.gain", 0.5}, {"sensor.delay", 1.0}, {"sensor.low_pass", 5.0}, {"sensor.misalignment", 0.3}, {"sensor.lever_arm", 4.0},
       {"road.banking", 0.3}, {"road.grade", 0.2}, {"road.friction", 0.6}, {"vehicle.turbo_lag", 0.95}, {"vehicle.throttle_dead_time", 0.5},
       {"vehicle.brake_dead_time", 0.5}, {"vehicle.steering_dead_time", 0.3}, {"vehicle.steering_lag", 0.5}, {"vehicle.tyre_thermal", 0.6},
+      {"vehicle.tyre_load_sensitivity", 6.0}, {"vehicle.tyre_camber", 10.0}, {"vehicle.tyre_combined_slip", 3.0}, {"vehicle.tyre_relaxation", 15.0},
+      {"vehicle.aero_drag", 3.0}, {"vehicle.aero_downforce", 3.0}, {"vehicle.aero_ride_height", 0.8},
       {"vehicle.brake_friction_temperature", 0.9}, {"environment.wind", 25.0}, {"vehicle.fuel_burn", 0.6}, {"vehicle.differential", 1.3}};
   for (Unknown& u : out.unknowns)
     for (const auto& [id, most] : kMost)
