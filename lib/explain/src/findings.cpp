@@ -41,7 +41,7 @@ std::string findings_json(const Findings& f) {
   root["parameters"] = Json::array();
   for (const ParameterValue& p : f.parameters)
     root["parameters"].push_back({{"id", p.id}, {"name", p.name}, {"stated", number(p.stated)}, {"value", number(p.value)},
-                                  {"unit", p.unit}, {"ci90", {number(p.low), number(p.high)}}, {"beyond_prior", p.beyond_prior}});
+                                  {"unit", p.unit}, {"ci90", {number(p.low), number(p.high)}}, {"beyond_prior", p.beyond_prior}, {"at_limit", p.at_limit}});
   root["findings"] = Json::array();
   for (const Finding& x : f.findings) {
     Json item;

@@ -247,7 +247,7 @@ std::string parameters(const std::vector<ParameterValue>& list) {
   for (const ParameterValue& p : list)
     rows += "<tr>" + cell(p.name) + number_cell(p.stated) + number_cell(p.value) +
             number_cell(figure(p.low) + " to " + figure(p.high)) + cell(unit_of(p.unit)) +
-            cell(p.beyond_prior ? "beyond its prior width" : "");
+            cell(p.at_limit ? "at its limit: not determined" : p.beyond_prior ? "beyond its prior width" : "");
   return table("Parameters, refitted", "",
                "<th>parameter<th class=n>stated<th class=n>value<th class=n>90 %<th>unit<th>",
                rows);

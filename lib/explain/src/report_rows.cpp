@@ -44,12 +44,11 @@ void Analysis::describe(Findings& out) {
     if (u.role != Role::kParameter) continue;
     const auto i = static_cast<Index>(k);
     const double value = u.stated + amounts_[i], half = k90 * std::hypot(std::sqrt(std::max(0.0, careful_covariance(i, i))), u.form);
-    ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false};
-    p.beyond_prior = std::abs(amounts_[i]) - kBeyond / k90 * half > u.width;
-    if (std::abs(amounts_[i]) > 0.99 * limit(u)) {
+    ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false, false};
+    p.at_limit = !u.assumed && std::abs(amounts_[i]) > 0.99 * limit(u);
+    if (std::abs(amounts_[i]) > 0.99 * limit(u))
       out.remarks.push_back(fmt::format("{}: the refit runs into its limit at {:.4g} {}; these recordings do not determine it", u.name, value, u.unit));
-      p.beyond_prior = false;
-    }
+    p.beyond_prior = !p.at_limit && std::abs(amounts_[i]) - kBeyond / k90 * half > u.width;
     const auto let_go = std::find_if(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; });
     p.beyond_prior = p.beyond_prior && !u.assumed;
     out.parameters.push_back(p);

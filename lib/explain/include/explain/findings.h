@@ -22,6 +22,7 @@ struct ParameterValue {
   std::string id, name, unit;
   double stated = 0.0, value = 0.0, low = 0.0, high = 0.0;
   bool beyond_prior = false;
+  bool at_limit = false;  ///< of the refit: these recordings do not determine it
 };
 struct FoundParameter {
   std::string name, unit;
