@@ -108,5 +108,22 @@ TEST(Search, LeavesAloneWhatTheModelCanDoAlready) {
   EXPECT_EQ(s.best[0].gain, 0.0);
 }
 
+TEST(Search, FindsWhatTheModelCanNearlyDoIfAskedTo) {
+  // A tenth of a new pattern beside what a column of the model does: 1 % of the square is left.
+  Problem p(5);
+  const VectorXd fresh = p.families[3].column;
+  p.families[0].column = 5 * p.x.col(2) / p.x.col(2).norm() + 0.5 * fresh / fresh.norm();
+  const VectorXd planted = 30.0 * p.families[0].column;
+  const Fitted m = p.fitted(p.noise + planted);
+  EXPECT_EQ(scan(m, p.families, p.rows, 0, m.e).best[0].gain, 0.0);
+  p.families[0].least_left = 0.0;
+  const Test t = scan(m, p.families, p.rows, 0, m.e).best[0];
+  EXPECT_NEAR(t.amount, 30.0, 3 * 2.0);  // three standard deviations: 1 over the half that is left
+  EXPECT_GT(std::abs(t.z), 9.0);
+  // Flipped with it, the effect would be its own null.
+  const VectorXd left = without_best(m, p.families, p.rows);
+  EXPECT_LT(std::abs(left.dot(fresh)) / fresh.norm(), 3.0);
+}
+
 }  // namespace
 }  // namespace explain
