@@ -117,7 +117,7 @@ TEST(Search, FindsWhatTheModelCanNearlyDoIfAskedTo) {
   const Fitted m = p.fitted(p.noise + planted);
   EXPECT_EQ(scan(m, p.families, p.rows, 0, m.e).best[0].gain, 0.0);
   p.families[0].least_left = 0.0;
-  const Test t = scan(m, p.families, p.rows, 0, m.e).best[0];
+  const explain::Test t = scan(m, p.families, p.rows, 0, m.e).best[0];
   EXPECT_NEAR(t.amount, 30.0, 3 * 2.0);  // three standard deviations: 1 over the half that is left
   EXPECT_GT(std::abs(t.z), 9.0);
   // Flipped with it, the effect would be its own null.

@@ -148,6 +148,10 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
   double boost = 0.0, heat = 0.0;
   std::array<double, 2> last_alpha{kNaN, kNaN};
   double wear = 0.0;  // what the tyres have warmed up by, 0 cold to 1
+  const double cold_loss = car.terms[vehicle::Term::tyre_warm_up] * p[P::tyre_warm_up_loss], cold = cold_loss + set.thermal;
+  const double warming_s = cold_loss != 0 ? p[P::tyre_warm_up_s] : set.thermal_s;
+  const double wind = car.terms[vehicle::Term::wind] * p[P::environment_wind_mps];
+  const double wind_x = set.wind_x + wind * std::cos(p[P::environment_wind_heading_rad]), wind_y = set.wind_y + wind * std::sin(p[P::environment_wind_heading_rad]);
   int gear_now = 1;
   vehicle::Car<double> shell;  // only for choose_gear
   bool shell_made = false;
@@ -217,8 +221,8 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     // Forces.
     const double mass = mass0 + (has(kFuel) ? x[kFuel][i] : 0.0) - set.burn * kStep * static_cast<double>(i);
     const double heading = has(kYaw) ? x[kYaw][i] : course;
-    const double air_x = vx - (set.wind_x * std::cos(heading) + set.wind_y * std::sin(heading));
-    const double air_y = vy - (-set.wind_x * std::sin(heading) + set.wind_y * std::cos(heading));
+    const double air_x = vx - (wind_x * std::cos(heading) + wind_y * std::sin(heading));
+    const double air_y = vy - (-wind_x * std::sin(heading) + wind_y * std::cos(heading));
     const double air = std::hypot(air_x, air_y);
     const double pressure = 0.5 * p[P::aero_density_kgpm3] * air * air;
     std::array<double, 2> down{pressure * p[P::front_lift_area_m2], pressure * p[P::rear_lift_area_m2]};
@@ -338,7 +342,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       // Lateral forces per mass do not depend on the mass but for the curvature of the tyre over load,
       // which no stated tyre has right: it must not pass for a mass.
       const double heavier = p[P::chassis_mass_kg] / car.parameters[P::chassis_mass_kg];
-      const double grip_state = set.thermal != 0 ? 1.0 - set.thermal * (1.0 - wear) : 1.0;
+      const double grip_state = cold != 0 ? 1.0 - cold * (1.0 - wear) : 1.0;
       for (std::size_t k = 0; k < 2; ++k) {
         const vehicle::TyreCoefficients& tyre = car.files.tyre[k];
         const double share = k == 0 ? roll_share_front : 1 - roll_share_front;
@@ -391,7 +395,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
         fy[k] += set.drop[k] * mass0 * (k == 0 ? b : a) / wheelbase;
       }
       side_drag = fy[0] * std::sin(delta);
-      if (set.thermal != 0) wear += kStep * (1.0 - wear) / set.thermal_s * std::min(3.0, std::abs(sfy) / 8.0 + 0.2);
+      if (cold != 0) wear += kStep * (1.0 - wear) / warming_s * std::min(3.0, std::abs(sfy) / 8.0 + 0.2);
     }
     const double rolling = set.rolling * (car.files.tyre[0].qsy1 * axle[0] + car.files.tyre[1].qsy1 * axle[1]) * car.terms[vehicle::Term::rolling_resistance];
     if (has(kThrottle) && !shifting) {

@@ -373,7 +373,7 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
             "delta(t) = command(t - T)", "step steer at constant speed", [](Setting& s, double v) { s.steer_s += v; });
     physics("vehicle.steering_lag", "vehicle", "steering.lag_s", "s", 0.05, 0.01, true, "the wheels follow the steering through a lag",
             "T d(delta)/dt = command - delta", "sine steer at two frequencies", [](Setting& s, double v) { s.steer_lag_s += v; });
-    if (car.terms[Term::tyre_thermal] == 0.0)
+    if (car.terms[Term::tyre_thermal] == 0.0 && car.terms[Term::tyre_warm_up] * car.parameters[P::tyre_warm_up_loss] == 0.0)
       for (const double time : {25.0, 80.0, 250.0})
         physics("vehicle.tyre_thermal", "vehicle", "grip missing when cold", "1", 0.1, 0.025, false, "the tyres' grip and stiffness change as they warm up",
                 "grip = 1 - k (1 - warmth); d(warmth)/dt = work / T", "log the tyre temperature, or repeat the first laps on warm tyres",
