@@ -28,6 +28,7 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
   Setting stated;
   stated.p = car.parameters;
   std::vector<Residuals> base;
+  base.reserve(logs.size());
   for (const Signals& s : logs) base.push_back(residuals(s, car, stated));
   rows_ = make_rows(logs, base);
   if (rows_.row.size() < 200)
