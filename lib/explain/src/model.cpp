@@ -381,8 +381,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
           options.moments = false;
           auto force = vehicle::tyre_forces(tyre, in, f, options);
           // The force along is known, not the slip: slip stiffness alone has too little of it near the limit.
-          const double wanted = 0.5 * fx_axle[k] / heavier;
-          for (int round = 0; round < 4 && std::abs(wanted) > 0.02 * fz && wanted * force.fx_n > 0 && std::abs(wanted / force.fx_n - 1) > 0.01; ++round) {
+          if (const double wanted = 0.5 * fx_axle[k] / heavier; std::abs(wanted) > 0.02 * fz && wanted * force.fx_n > 0) {
             in.kappa = std::clamp(in.kappa * std::min(2.0, wanted / force.fx_n), -0.15, 0.15);
             force = vehicle::tyre_forces(tyre, in, f, options);
           }

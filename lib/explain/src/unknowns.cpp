@@ -98,9 +98,9 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     out.unknowns.back().stays_held = true;
     no("parameter.yaw_inertia", "held near its stated value: errors of the tyre curves in transients are larger than its effect");
     parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.04);
-    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.045);
-    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.055);
-    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.08);
+    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.06);
+    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.08);
+    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.1);
     parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.012);
     parameter("parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", {P::rear_tyre_cornering_stiffness}, 0.02);
     if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.02);
