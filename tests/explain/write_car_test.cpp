@@ -253,7 +253,8 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
 
 INSTANTIATE_TEST_SUITE_P(SecondCar, WriteCarAgain,
                          ::testing::Values(RoundTrip{"long", "vehicle.tyre_relaxation"}, RoundTrip{"combined", "vehicle.tyre_combined_slip"}, RoundTrip{"downforce", "vehicle.aero_downforce"},
-                                           RoundTrip{"coupled", "vehicle.differential"}, RoundTrip{"late", "vehicle.throttle_dead_time"}, RoundTrip{"burn", "vehicle.fuel_burn"}, RoundTrip{"radius", "parameter.wheel_radius"}),
+                                           RoundTrip{"coupled", "vehicle.differential"}, RoundTrip{"late", "vehicle.throttle_dead_time"}, RoundTrip{"burn", "vehicle.fuel_burn"}, RoundTrip{"radius", "parameter.wheel_radius"},
+                                           RoundTrip{"load", "vehicle.tyre_load_sensitivity"}, RoundTrip{"wind", "environment.wind"}, RoundTrip{"warm", "vehicle.tyre_thermal"}),
                          [](const auto& trip) { return trip.param.scenario; });
 
 }  // namespace
