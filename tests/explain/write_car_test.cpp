@@ -244,6 +244,8 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
   } else if (std::string(GetParam().scenario) == "radius") {
     // True: 0.32 m and 12 % rolled on; the stated tyre rolls on 0.325 m.
     EXPECT_NEAR(value(named), 1.12 * 0.32 / 0.3253, 0.005);
+  } else if (std::string(GetParam().scenario) == "warm") {
+    EXPECT_NEAR(car.terms[Term::tyre_warm_up] * car.parameters[P::tyre_warm_up_loss], value(named), 1e-6);
   } else if (value(named) <= 1) {
     EXPECT_NEAR(car.terms[*vehicle::find_term(std::string(GetParam().mechanism).substr(8))], value(named), 1e-6);
   }
