@@ -263,7 +263,8 @@ std::string tried(const Findings& f) {
   return table("Everything that was tried",
                fmt::format("Each alone, at the first step. Score in standard deviations; {:.1f} is "
                            "exceeded by 0.45 % of {} null "
-                           "replicates of these recordings, over all mechanisms together.",
+                           "replicates of these recordings, over all mechanisms together. Where a finding "
+                           "needs less, forces counted as few measurements.",
                            f.threshold, f.null_replicates),
                "<th>mechanism<th>channel<th class=n>amount<th>unit<th>where<th class=n>score<th "
                "class=n>gain on laps left out",
