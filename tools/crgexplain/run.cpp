@@ -70,6 +70,7 @@ explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const 
 }
 
 int run(const RunCommand& command) {
+  if (!std::isfinite(command.fuel_kg)) throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
   std::vector<std::string> inputs = car.read_files;
   inputs.insert(inputs.end(), {command.track_path, command.friction_path, command.mapping_path});
@@ -129,7 +130,10 @@ int run(const RunCommand& command) {
     write_car(*made, command.out_path);
     if (made->fuel_kg > 0) fuel_kg = made->fuel_kg;
   }
-  const auto corrected = explain::corrected_mapping(used, car, findings, logs);
+  // What is handed out is about the log as it was recorded, without the fuel that was given here.
+  explain::Mapping recorded_columns = used;
+  if (command.fuel_kg > 0) recorded_columns.columns.pop_back();
+  const auto corrected = explain::corrected_mapping(recorded_columns, car, findings, logs);
   if (corrected) {
     again = " --mapping " + command.out_path + "/mapping.yaml";
     files::write_file(command.out_path + "/mapping.yaml", explain::format_mapping(*corrected));
@@ -143,6 +147,7 @@ int run(const RunCommand& command) {
     if (!friction.empty()) grip.friction_map = crg::read(friction);
     const crg::Surface road(crg::read(track), grip);
     explain::Mapping driven = corrected ? *corrected : used;
+    if (corrected && command.fuel_kg > 0) driven.columns.push_back(used.columns.back());
     if (fuel_kg > command.fuel_kg)
       for (std::size_t k = 0; k < logs.size(); ++k) {
         explain::Mapping own = corrected ? *corrected : used;

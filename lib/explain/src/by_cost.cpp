@@ -19,8 +19,8 @@ constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter 
 constexpr double kLetGo = 5.0;    ///< of prior cost that letting one go must save
 constexpr double kHeldGo = 5.0;   ///< on top for what is held for want of evidence
 constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
-/// Of loss that a mechanism of car or air must save where forces count as few: of 300 trial recordings
-/// without any effect none held one that did.
+/// Of loss that a mechanism of car or air must save where forces count as few: in the 300 trial recordings
+/// without any effect that it was set on, none did.
 constexpr double kNamed = 14.0;
 /// Of a mechanism's square that curves and parameters must leave to it: below, as with inclined tyres in most
 /// recordings, what the stated curves get wrong passes for it.

@@ -32,8 +32,8 @@ void add_fuel(vehicle::Table& log, Mapping& mapping, const Signals& s, const veh
   for (std::size_t i = 1; i < s.n; ++i)
     left[i] = std::max(0.0, left[i - 1] - Signals::kStep_s * amount * (p[P::fuel_idle_kgps] + power[i - 1] / (p[P::fuel_efficiency] * p[P::fuel_energy_jpkg])));
   for (const double t : *stamps) {
-    const double place = std::max(0.0, time->scale * (t - stamps->front()) / Signals::kStep_s);
-    column.push_back(std::isfinite(place) ? left[std::min(s.n - 1, static_cast<std::size_t>(place))] : NAN);
+    const double place = std::clamp(time->scale * (t - stamps->front()) / Signals::kStep_s, 0.0, static_cast<double>(s.n - 1));
+    column.push_back(std::isfinite(place) ? left[static_cast<std::size_t>(place)] : NAN);
   }
   const std::string name = "fuel_kg of the simulated car";
   log.add(name, std::move(column));
