@@ -1,29 +1,16 @@
-// Draws the recordings of the blind trials: make_trials COUNT SEED DIR. Every trial gets a track, a
-// stated car that is wrong by a few per cent everywhere, a recording of the truth, and under sealed/
-// the truth and the same drive without the effect.
 #include "blind.h"
-
-#include <crg/file.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "blind_drive.h"
-#include "stated_tyre.h"
+#include "stated.h"
+#include "write_trial.h"
 
-namespace trials::blind {
+namespace trials {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-void write(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  if (!out) std::fprintf(stderr, "cannot write %s\n", path.c_str()), std::exit(1);
-}
 
 struct Choice {
   const char* mechanism;
@@ -114,7 +101,7 @@ double sensor_size(const Drive& d, const std::vector<Effect>& a, const std::vect
     const int channel = channel_of(name);
     double sum = 0, count = 0, seen = 0;
     for (std::size_t i = 200; i < d.row.size(); i += stride) {
-      const double change = sensed(d, i, channel, a, name) - sensed(d, i, channel, b, name);
+      const double change = sensed(d.row, i, channel, a, name) - sensed(d.row, i, channel, b, name);
       seen = change + keep * (seen - change);
       sum += seen * seen;
       count += 1;
@@ -127,7 +114,7 @@ double sensor_size(const Drive& d, const std::vector<Effect>& a, const std::vect
 
 }  // namespace
 
-void draw(int id, unsigned long long seed, const std::filesystem::path& folder) {
+void draw_blind(int id, unsigned long long seed, const std::filesystem::path& folder) {
   Random dice{seed * 1000003ull + static_cast<unsigned long long>(id)};
   for (int k = 0; k < 5; ++k) dice.uniform();
   const Track track = [&] {
@@ -145,7 +132,8 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   const char* kinds[] = {"none", "none", "single", "single", "single", "two", "outside", "alike"};
   const int laps = 2 + static_cast<int>(dice.below(7));
   const double hz = std::array{25.0, 50.0, 100.0}[dice.below(3)];
-  const unsigned long long route = seed * 7919 + static_cast<unsigned long long>(id);
+  const Style style{.laps = laps, .seed = seed * 7919 + static_cast<unsigned long long>(id)};
+  const Style one_lap{.laps = 1, .seed = style.seed};
   const std::array<double, 4> kSizes{0.25, 0.5, 1.0, 2.0};
   std::vector<Choice> chosen;
   std::vector<double> wanted;
@@ -198,14 +186,14 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
     if ((e.mechanism.starts_with("road.") || e.mechanism == "sensor.bias" || e.mechanism == "sensor.gain" || e.mechanism == "sensor.misalignment") && dice.uniform() < 0.5)
       e.amount = -e.amount;
     const bool sensor = e.mechanism.starts_with("sensor.") || e.mechanism == "outside.heading_drift";
-    const Drive plain = sensor ? drive(nominal, track, 1, route, nullptr) : Drive{};
+    const Drive plain = sensor ? drive(nominal, track, one_lap, nullptr) : Drive{};
     const auto size_of = [&](const Effect& x) {
       if (sensor) return sensor_size(plain, {x}, {}, x.mechanism.starts_with("outside.") ? "yaw_rad" : x.channel);
       moved.shift_m = x.mechanism == "road.misplaced" ? x.amount : 0.0;
       const Variant one = with(nominal, {x}, moved), none = with(nominal, nothing_of({x}), track);
       Variant still = none;
       still.track = &track;
-      return drive(one, track, 1, route, &still).size;
+      return drive(one, track, one_lap, &still).size;
     };
     double size = size_of(e);
     if (kind == 7) {
@@ -243,8 +231,8 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   const Variant real = with(nominal, as_driven, moved);
   Variant without = with(nominal, nothing_of(as_driven), track);
   without.track = &track;
-  const Drive d = drive(real, track, laps, route, nullptr);
-  if (d.row.size() < 4000) {
+  const Drive d = drive(real, track, style, nullptr);
+  if (d.row.size() < kShortestDrive) {
     std::fprintf(stderr, "trial %d: no drive\n", id);
     return;
   }
@@ -253,22 +241,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   std::snprintf(name, sizeof name, "%04d", id);
   const std::filesystem::path here = folder / name;
   std::filesystem::create_directories(here);
-  // The road as the simulation knows it.
-  crg::ReferenceLine line;
-  crg::Grid grid;
-  line.u_step_m = grid.u_step_m = track.step_m;
-  line.closed = true;
-  for (int j = -20; j <= 20; ++j) grid.v_m.push_back(0.5 * j);
-  const std::size_t n = track.x.size();
-  for (std::size_t i = 0; i <= n; ++i) {
-    line.x_m.push_back(track.x[i % n]);
-    line.y_m.push_back(track.y[i % n]);
-    const std::size_t before = (i + n - 1) % n;
-    line.heading_rad.push_back(std::atan2(track.y[i % n] - track.y[before], track.x[i % n] - track.x[before]));
-    const double s = static_cast<double>(i % n) * track.step_m;
-    for (const double v : grid.v_m) grid.z_m.push_back(static_cast<float>(track.height(s) + v * track.bank(s)));
-  }
-  crg::write(crg::make_crg(line, grid), (here / "track.crg").string(), crg::Format::KRBI);
+  write_road(track, track, TruthCar{}, here / "track.crg");  // as the simulation knows it
 
   // The stated car: a few per cent off everywhere, further in what the trial is about.
   std::vector<double> deviation;  // truth over stated, less one
@@ -292,7 +265,7 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   for (const std::size_t k : parameters) {
     before_tuning = nominal;
     kParameters[k].scale(before_tuning, 1 / (1 + deviation[k]));
-    parameter_sizes.push_back(drive(nominal, track, 1, route, &before_tuning).size);
+    parameter_sizes.push_back(drive(nominal, track, one_lap, &before_tuning).size);
   }
   const auto off = [&](double share = 0.04) { return dice.in(1 - share, 1 + share); };
   const auto shape = [&] {
@@ -302,99 +275,68 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   };
   const TruthCar& t = nominal.car;
   const TruthCar& c = stated.car;
+  StatedCar car;
   // The radii of the truth are rolling radii; the stated tyre rolls a little closer to the road.
-  write(here / "front.tir", tir({t.load_f, c.mu_f, t.mu_load * off(0.2), c.c_f, t.ck * off(), c.radius_f * 1.0075, t.relaxation_f * off(0.2), shape()}));
-  write(here / "rear.tir", tir({t.load_r, c.mu_r, t.mu_load * off(0.2), c.c_r, t.ck * off(), c.radius_r * 1.0075, t.relaxation_r * off(0.2), shape()}));
-  std::string engine = "engine_radps:throttle,0,0.25,0.5,0.75,1\n";
-  const double tilt = dice.in(-0.03, 0.03);
-  for (int omega = 100; omega <= 850; omega += 50) {
-    engine += std::to_string(omega);
-    for (const double thr : {0.0, 0.25, 0.5, 0.75, 1.0}) engine += "," + std::to_string(c.engine_nm(omega, thr) * (1 + tilt * (omega - 500) / 300.0));
-    engine += "\n";
-  }
-  write(here / "engine.csv", engine);
-  const auto about_term = [&](const char* mechanism) { return std::any_of(as_driven.begin(), as_driven.end(), [&](const Effect& e) { return e.mechanism == mechanism; }) ? 0 : 1; };
-  char yaml[4000];
-  std::snprintf(yaml, sizeof yaml,
-                "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: {engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n"
-                "  chassis.mass_kg: %.2f\n  chassis.wheelbase_m: %.3f\n  chassis.cog_behind_front_m: %.4f\n  chassis.cog_height_m: %.4f\n  chassis.yaw_inertia_kgm2: %.1f\n"
-                "  front.track_m: %.3f\n  rear.track_m: %.3f\n  aero.drag_area_m2: %.4f\n  front.lift_area_m2: %.4f\n  rear.lift_area_m2: %.4f\n"
-                "  engine.inertia_kgm2: %.4f\n  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  rear.wheel_inertia_kgm2: 0.9\n  gearbox.efficiency: 0.95\n"
-                "  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: 2.1\n  gearbox.ratio_3: 1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  gearbox.ratio_6: 1.02\n"
-                "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n  rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
-                "  front.camber_rad: %.4f\n  rear.camber_rad: %.4f\n  front.camber_gain_radpm: 0\n  rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n"
+  car.front = {t.load_f, c.mu_f, t.mu_load * off(0.2), c.c_f, t.ck * off(), c.radius_f * 1.0075, t.relaxation_f * off(0.2), shape()};
+  car.rear = {t.load_r, c.mu_r, t.mu_load * off(0.2), c.c_r, t.ck * off(), c.radius_r * 1.0075, t.relaxation_r * off(0.2), shape()};
+  car.engine = c;
+  car.torque_tilt = dice.in(-0.03, 0.03);
+  car.rear_brake_friction = rear_friction(c.brake_r) * off(0.02);
+  car.front_brake_friction = front_friction(c.brake_f) * off(0.02);
+  car.engine_inertia_kgm2 = t.engine_inertia * off();
+  car.cog_height_m = t.h * off();
+  car.mass_kg = c.mass;
+  car.wheelbase_m = t.a + t.b;
+  car.cog_behind_front_m = c.a;
+  car.yaw_inertia_kgm2 = c.inertia;
+  car.front_track_m = t.track_f;
+  car.rear_track_m = t.track_r;
+  car.drag_area_m2 = c.drag;
+  car.front_lift_area_m2 = c.lift_f;
+  car.rear_lift_area_m2 = c.lift_r;
+  car.camber_rad = -t.camber;
+  char text[300];
+  std::snprintf(text, sizeof text,
                 "  steering.ratio: %.4f\n  throttle.gain: %.4f\n"
-                "  front.tyre_cornering_stiffness: {value: 1, prior: 0.05}\n  rear.tyre_cornering_stiffness: {value: 1, prior: 0.05}\n"
-                "terms: {aero_drag: %d, aero_downforce: %d, tyre_load_sensitivity: %d, tyre_combined_slip: %d, tyre_relaxation: %d, aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, locked_differential: 0, "
-                "steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0}\n",
-                c.mass, t.a + t.b, c.a, t.h * off(), c.inertia, t.track_f, t.track_r, c.drag, c.lift_f, c.lift_r, t.engine_inertia * off(),
-                c.brake_f / (4 * 0.004 * 0.125) * off(0.02), c.brake_r / (4 * 0.003 * 0.115) * off(0.02), -t.camber, -t.camber, 1 / stated.steer_gain, stated.throttle_gain,
-                about_term("vehicle.aero_drag"), about_term("vehicle.aero_downforce"), about_term("vehicle.tyre_load_sensitivity"),
-                about_term("vehicle.tyre_combined_slip"), about_term("vehicle.tyre_relaxation"));
-  write(here / "vehicle.yaml", yaml);
+                "  front.tyre_cornering_stiffness: {value: 1, prior: 0.05}\n  rear.tyre_cornering_stiffness: {value: 1, prior: 0.05}\n",
+                1 / stated.steer_gain, stated.throttle_gain);
+  car.last_parameters = text;
+  // What a trial is about, the stated car leaves out.
+  std::string terms;
+  for (const std::string term : {"aero_drag", "aero_downforce", "tyre_load_sensitivity", "tyre_combined_slip", "tyre_relaxation"}) {
+    const bool left_out = std::any_of(as_driven.begin(), as_driven.end(), [&](const Effect& e) { return e.mechanism == "vehicle." + term; });
+    terms += term + (left_out ? ": 0, " : ": 1, ");
+  }
+  car.terms = terms + kTermsOff;
+  write_car(car, here);
 
   // The recording. Some logs lack channels; what a trial is about stays in.
   const auto about = [&](const char* what) {
     return std::any_of(effects.begin(), effects.end(), [&](const Effect& e) { return e.mechanism == what || e.channel.find(what) != std::string::npos; });
   };
-  const bool loads = dice.uniform() < 0.3, vertical = dice.uniform() < 0.5 || about("road.vertical_curvature"), engine_speed = dice.uniform() < 0.6,
-             gear = dice.uniform() < 0.85;
-  const bool ax = dice.uniform() < 0.85 || about("ax_mps2"), ay = dice.uniform() < 0.8 || about("ay_mps2");
-  const bool lateral = dice.uniform() < 0.92 || !effects.empty() || !parameters.empty();  // side slip is rarely logged in earnest
-  const bool commands = dice.uniform() < 0.4 || about("vehicle.steering_dead_time") || about("vehicle.steering_lag") ||
-                        kind == 7 || std::any_of(parameters.begin(), parameters.end(), [](std::size_t k) { return kParameters[k].commanded; });
-  struct Column { std::string name; int channel; };
-  std::vector<Column> columns{{"time_s", kT}, {"x_m", kX}, {"y_m", kY}, {"yaw_rad", kYaw}, {"vx_mps", kVx}};
-  if (lateral) columns.push_back({"vy_mps", kVy});
-  columns.push_back({"yaw_rate_radps", kR});
-  if (ax) columns.push_back({"ax_mps2", kAx});
-  if (ay) columns.push_back({"ay_mps2", kAy});
-  if (vertical) columns.push_back({"az_mps2", kAz});
-  columns.push_back({commands ? "steer_command_rad" : "steer_rad", kSteer});
-  columns.push_back({commands ? "throttle_command" : "throttle", kThrottle});
-  for (const char* wheel : {"fl", "fr", "rl", "rr"}) columns.push_back({std::string("brake_") + wheel + (commands ? "_command_pa" : "_pa"), kBrake});
-  if (gear) columns.push_back({"gear", kGear});
-  if (engine_speed || !gear) columns.push_back({"engine_radps", kEngine});
-  for (const auto& [wheel, channel] : {std::pair{"fl", kWfl}, {"fr", kWfr}, {"rl", kWrl}, {"rr", kWrr}}) columns.push_back({std::string("wheel_") + wheel + "_radps", channel});
-  if (loads) {
-    for (const auto& [wheel, channel] : {std::pair{"fl", kFzF}, {"fr", kFzF}, {"rl", kFzR}, {"rr", kFzR}}) columns.push_back({std::string("fz_") + wheel + "_n", channel});
-  }
-  const auto log = [&](const Drive& run, const std::vector<Effect>& errors, Random noise) {
-    std::string csv;
-    for (std::size_t k = 0; k < columns.size(); ++k) csv += (k ? "," : "") + columns[k].name;
-    csv += "\n";
-    const auto every = static_cast<std::size_t>(200.0 / hz);
-    for (std::size_t i = 0; i < run.row.size(); i += every) {
-      for (std::size_t k = 0; k < columns.size(); ++k) {
-        const int channel = columns[k].channel;
-        double value = sensed(run, i, channel, errors, columns[k].name);
-        if (channel == kFzF || channel == kFzR) value *= 0.5;
-        value += kNoise[static_cast<std::size_t>(channel)] * noise.normal();
-        if (channel == kBrake || channel == kThrottle) value = std::max(0.0, value);
-        if (columns[k].name.find("_command") != std::string::npos) value = run.row[i][static_cast<std::size_t>(channel)];
-        char text[40];
-        std::snprintf(text, sizeof text, "%s%.7g", k ? "," : "", value);
-        csv += text;
-      }
-      csv += "\n";
-    }
-    return csv;
-  };
+  Logged logged;
+  logged.axle_loads = dice.uniform() < 0.3;
+  logged.az = dice.uniform() < 0.5 || about("road.vertical_curvature");
+  logged.engine = dice.uniform() < 0.6;
+  logged.gear = dice.uniform() < 0.85;
+  logged.engine |= !logged.gear;
+  logged.ax = dice.uniform() < 0.85 || about("ax_mps2");
+  logged.ay = dice.uniform() < 0.8 || about("ay_mps2");
+  logged.vy = dice.uniform() < 0.92 || !effects.empty() || !parameters.empty();  // side slip is rarely logged in earnest
+  logged.commands = dice.uniform() < 0.4 || about("vehicle.steering_dead_time") || about("vehicle.steering_lag") ||
+                    kind == 7 || std::any_of(parameters.begin(), parameters.end(), [](std::size_t k) { return kParameters[k].commanded; });
+  const std::vector<Column> logged_columns = columns(logged);
+  const auto log = [&](const Drive& run, const std::vector<Effect>& errors, Random noise) { return csv(run.row, logged_columns, hz, errors, noise); };
   const Random noise = dice;
   write(here / "run.csv", log(d, effects, noise));
   if (!effects.empty() && kind != 7) {
-    const Drive clean = drive(without, track, laps, route, nullptr);
-    if (clean.row.size() > 4000) write(folder / "sealed" / (std::string(name) + ".csv"), log(clean, {}, noise));
+    const Drive clean = drive(without, track, style, nullptr);
+    if (clean.row.size() >= kShortestDrive) write(folder / "sealed" / (std::string(name) + ".csv"), log(clean, {}, noise));
   }
 
   Json truth{{"id", id}, {"class", kinds[kind]}, {"laps", laps}, {"hz", hz}, {"length_m", track.length_m}, {"effects", Json::array()}, {"alike", alike},
              {"apart_sd", apart}, {"compensated", compensated}, {"lacking", lacking}, {"parameters", Json::array()}};
-  for (std::size_t k = 0; k < effects.size(); ++k) {
-    const Effect& e = effects[k];
-    Json item{{"mechanism", e.mechanism}, {"channel", e.channel}, {"amount", e.amount}, {"extra", e.extra}, {"size_sd", sizes[k]}};
-    if (e.end_m > 0) item["where"] = {e.begin_m, e.end_m};
-    truth["effects"].push_back(item);
-  }
+  for (std::size_t k = 0; k < effects.size(); ++k) truth["effects"].push_back(truth_of(effects[k], sizes[k]));
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const Parameter& p = kParameters[parameters[k]];
     truth["effects"].push_back({{"mechanism", p.id}, {"name", p.name}, {"channel", ""}, {"amount", deviation[parameters[k]]}, {"size_sd", parameter_sizes[k]}});
@@ -403,5 +345,5 @@ void draw(int id, unsigned long long seed, const std::filesystem::path& folder) 
   write(folder / "sealed" / (std::string(name) + ".json"), truth.dump(1) + "\n");
 }
 
-}  // namespace trials::blind
+}  // namespace trials
 

@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-namespace trials::blind {
+namespace trials {
 
 /// Writes trial `id` of a seed: recording, road and stated car to folder/NNNN, the truth and the same
 /// drive without the effect to folder/sealed.
-void draw(int id, unsigned long long seed, const std::filesystem::path& folder);
+void draw_blind(int id, unsigned long long seed, const std::filesystem::path& folder);
 
-}  // namespace trials::blind
+}  // namespace trials

@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "make_trials [--waves] COUNT SEED DIR\nmake_trials --scenario NAME DIR\n");
     return 2;
   }
-  const auto draw = waves ? trials::draw_waves : trials::blind::draw;
+  const auto draw = waves ? trials::draw_waves : trials::draw_blind;
   const int count = std::atoi(argv[1]);
   const auto seed = static_cast<unsigned long long>(std::atoll(argv[2]));
   const std::filesystem::path folder = argv[3];

@@ -46,7 +46,6 @@ void draw_waves(int id, unsigned long long seed, const std::filesystem::path& fo
   t.style.pace_low = dice.in(0.62, 0.72);
   t.style.pace_high = dice.in(0.76, 0.86);
   t.hz = dice.uniform() < 0.5 ? 100 : 200;
-  t.every_channel = true;
   t.off = 0.03;
   t.ride.emplace();
   t.discs.emplace();
@@ -75,21 +74,21 @@ void draw_waves(int id, unsigned long long seed, const std::filesystem::path& fo
     t.discs->slope_1pk = effect.amount;
   }
   if (!effect.mechanism.empty()) {
-    Drive with = drive(t.car, t.track, t.style, false), without = with;
+    Drive with = drive(t.truth, t.track, t.style, nullptr), without = with;
     if (kind == 7) {
-      heat(with, t.car, *t.discs);
+      heat(with, t.truth.car, *t.discs);
       Discs plain = *t.discs;
       plain.slope_1pk = 0;
-      heat(without, t.car, plain);
+      heat(without, t.truth.car, plain);
       t.sizes.push_back(size_sd(with, without, kDisc, kDisc + 4, 0, 0));
     } else {
-      shake(with, t.track, t.car, *t.ride);
+      shake(with, t.track, t.truth.car, *t.ride);
       Ride other = *t.ride;
       if (kind == 6) other.envelops = false;
-      shake(without, kind == 6 ? t.track : *t.stated_track, t.car, other);
+      shake(without, kind == 6 ? t.track : *t.stated_track, t.truth.car, other);
       t.sizes.push_back(size_sd(with, without, kRollRate, kLoad + 4, effect.begin_m, effect.end_m));
     }
-    t.car.effects.push_back(effect);
+    t.truth.car.effects.push_back(effect);
   }
   if (!write_trial(t, dice, folder)) std::fprintf(stderr, "trial %s is left out\n", name);
 }

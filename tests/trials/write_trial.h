@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <utility>
 
@@ -14,14 +15,13 @@ struct Trial {
   std::string name, kind;       ///< folder; class of the truth file
   int id = 0;
   Track track;
-  TruthCar car;                 ///< with its effects
+  Variant truth;                ///< with its effects
   std::vector<double> sizes;    ///< of the effects, in standard deviations
   TruthCar nominal;             ///< what the stated car is made from
   double off = 0.04;            ///< how wrong the stated car is
   Style style;
   double hz = 50;
   std::vector<std::string> alike;
-  bool every_channel = false;   ///< else some are missing, by the dice
   std::optional<Track> stated_track;                    ///< the road as the simulation has it, where it differs
   std::optional<Ride> ride;                             ///< suspension, wheel loads, body rates in the log
   std::optional<Discs> discs;                           ///< disc temperatures in the log
@@ -29,6 +29,11 @@ struct Trial {
   std::optional<Style> experiment;                      ///< a second drive: experiment.csv
   std::vector<std::pair<std::string, double>> notes;    ///< further figures of the truth
 };
+
+inline constexpr std::size_t kShortestDrive = 4000;  ///< rows; what is shorter left the road
+
+/// An effect in a truth file.
+nlohmann::ordered_json truth_of(const Effect& effect, double size_sd);
 
 /// Drives and writes; false (and a line on stderr) when the car left the road. `dice` goes on.
 bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& folder);
