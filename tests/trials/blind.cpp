@@ -12,24 +12,32 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const std::array<const char*, 8> kKinds{"none", "none", "single", "single", "single", "two", "outside", "alike"};
+const std::array<const char*, 8> kKinds{"none",   "none", "single",  "single",
+                                        "single", "two",  "outside", "alike"};
 /// Terms of the tyre that truth and stated car may both lack.
-const std::vector<std::string> kLacking{"vehicle.tyre_load_sensitivity", "vehicle.tyre_camber", "vehicle.tyre_combined_slip"};
+const std::vector<std::string> kLacking{"vehicle.tyre_load_sensitivity", "vehicle.tyre_camber",
+                                        "vehicle.tyre_combined_slip"};
 
 Track draw_track(Random& dice) {
-  Track t = make_track(dice.in(160, 300), dice.in(0.12, 0.28), dice.in(0.06, 0.16), dice.in(0.02, 0.05), dice.in(0, 6));
-  for (std::size_t k = 0; k < 3; ++k) t.hill[k] = dice.in(0, 4.0 / static_cast<double>((k + 1) * (k + 1))), t.hill_phase[k] = dice.in(0, 6);
+  Track t = make_track(dice.in(160, 300), dice.in(0.12, 0.28), dice.in(0.06, 0.16),
+                       dice.in(0.02, 0.05), dice.in(0, 6));
+  for (std::size_t k = 0; k < 3; ++k)
+    t.hill[k] = dice.in(0, 4.0 / static_cast<double>((k + 1) * (k + 1))),
+    t.hill_phase[k] = dice.in(0, 6);
   t.bank_base = dice.in(0, 0.02);
   return t;
 }
 
 Variant draw_car(Random& dice) {
   Variant v;
-  for (double* p : {&v.car.mass, &v.car.inertia, &v.car.mu_f, &v.car.mu_r, &v.car.c_f, &v.car.c_r, &v.car.drag, &v.car.lift_f, &v.car.lift_r, &v.car.torque}) *p *= dice.in(0.9, 1.1);
+  for (double* p : {&v.car.mass, &v.car.inertia, &v.car.mu_f, &v.car.mu_r, &v.car.c_f, &v.car.c_r,
+                    &v.car.drag, &v.car.lift_f, &v.car.lift_r, &v.car.torque})
+    *p *= dice.in(0.9, 1.1);
   return v;
 }
 
-/// A term that the stated car leaves out need not be missing: here and there the truth lacks it too.
+/// A term that the stated car leaves out need not be missing: here and there the truth lacks it
+/// too.
 std::string draw_lacking(const std::vector<Effect>& effects, Variant& nominal, Random& dice) {
   if (dice.uniform() >= 0.2) return "";
   const std::string lacking = kLacking[dice.below(kLacking.size())];
@@ -40,9 +48,14 @@ std::string draw_lacking(const std::vector<Effect>& effects, Variant& nominal, R
 
 /// Some logs lack channels; what a trial is about stays in.
 Logged draw_logged(const Question& question, const std::vector<Effect>& effects, Random& dice) {
-  const auto needs = [&](const char* column) { return std::any_of(effects.begin(), effects.end(), [&](const Effect& e) { return e.channel.find(column) != std::string::npos; }); };
+  const auto needs = [&](const char* column) {
+    return std::any_of(effects.begin(), effects.end(), [&](const Effect& e) {
+      return e.channel.find(column) != std::string::npos;
+    });
+  };
   const bool nothing = effects.empty() && question.parameters.empty();
-  const bool commanded = std::any_of(question.parameters.begin(), question.parameters.end(), [](std::size_t k) { return kParameters[k].commanded; });
+  const bool commanded = std::any_of(question.parameters.begin(), question.parameters.end(),
+                                     [](std::size_t k) { return kParameters[k].commanded; });
   Logged logged;
   logged.axle_loads = dice.uniform() < 0.3;
   logged.az = dice.uniform() < 0.5 || is_about(effects, "road.vertical_curvature");
@@ -52,7 +65,9 @@ Logged draw_logged(const Question& question, const std::vector<Effect>& effects,
   logged.ax = dice.uniform() < 0.85 || needs("ax_mps2");
   logged.ay = dice.uniform() < 0.8 || needs("ay_mps2");
   logged.vy = dice.uniform() < 0.92 || !nothing;  // side slip is rarely logged in earnest
-  logged.commands = dice.uniform() < 0.4 || commanded || question.kind == "alike" || is_about(effects, "vehicle.steering_dead_time") || is_about(effects, "vehicle.steering_lag");
+  logged.commands = dice.uniform() < 0.4 || commanded || question.kind == "alike" ||
+                    is_about(effects, "vehicle.steering_dead_time") ||
+                    is_about(effects, "vehicle.steering_lag");
   return logged;
 }
 
@@ -94,19 +109,36 @@ void draw_blind(int id, unsigned long long seed, const std::filesystem::path& fo
   write(here / "run.csv", csv(real.row, logged, hz, sized.effects, noise));
   if (!sized.effects.empty() && question.kind != "alike") {
     const Drive clean = drive(without(nominal, as_driven, track), track, style, nullptr);
-    if (clean.row.size() >= kShortestDrive) write(sealed / (std::string(name) + ".csv"), csv(clean.row, logged, hz, {}, same_noise));
+    if (clean.row.size() >= kShortestDrive)
+      write(sealed / (std::string(name) + ".csv"), csv(clean.row, logged, hz, {}, same_noise));
   }
 
-  Json truth{{"id", id}, {"class", question.kind}, {"laps", laps}, {"hz", hz}, {"length_m", track.length_m}, {"effects", Json::array()}, {"alike", Json::array()},
-             {"apart_sd", sized.apart_sd}, {"compensated", deviations.compensated}, {"lacking", lacking}, {"parameters", Json::array()}};
+  Json truth{{"id", id},
+             {"class", question.kind},
+             {"laps", laps},
+             {"hz", hz},
+             {"length_m", track.length_m},
+             {"effects", Json::array()},
+             {"alike", Json::array()},
+             {"apart_sd", sized.apart_sd},
+             {"compensated", deviations.compensated},
+             {"lacking", lacking},
+             {"parameters", Json::array()}};
   if (question.kind == "alike") truth["alike"] = {question.pair.one, question.pair.other};
-  for (std::size_t k = 0; k < sized.effects.size(); ++k) truth["effects"].push_back(truth_of(sized.effects[k], sized.sizes_sd[k]));
+  for (std::size_t k = 0; k < sized.effects.size(); ++k)
+    truth["effects"].push_back(truth_of(sized.effects[k], sized.sizes_sd[k]));
   for (const std::size_t k : question.parameters) {
     const Variant as_stated = with_stated(nominal, k, deviations);
     const double size_sd = drive(nominal, track, one_lap, &as_stated).size;
-    truth["effects"].push_back({{"mechanism", kParameters[k].id}, {"name", kParameters[k].name}, {"channel", ""}, {"amount", deviations.share[k]}, {"size_sd", size_sd}});
+    truth["effects"].push_back({{"mechanism", kParameters[k].id},
+                                {"name", kParameters[k].name},
+                                {"channel", ""},
+                                {"amount", deviations.share[k]},
+                                {"size_sd", size_sd}});
   }
-  for (std::size_t k = 0; k < kParameters.size(); ++k) truth["parameters"].push_back({{"name", kParameters[k].name}, {"deviation", deviations.share[k]}});
+  for (std::size_t k = 0; k < kParameters.size(); ++k)
+    truth["parameters"].push_back(
+        {{"name", kParameters[k].name}, {"deviation", deviations.share[k]}});
   write(sealed / (std::string(name) + ".json"), truth.dump(1) + "\n");
 }
 

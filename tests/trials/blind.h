@@ -5,8 +5,8 @@
 
 namespace trials {
 
-/// Writes trial `id` of a seed: recording, road and stated car to folder/NNNN, the truth and the same
-/// drive without the effect to folder/sealed.
+/// Writes trial `id` of a seed: recording, road and stated car to folder/NNNN, the truth and the
+/// same drive without the effect to folder/sealed.
 void draw_blind(int id, unsigned long long seed, const std::filesystem::path& folder);
 
 }  // namespace trials

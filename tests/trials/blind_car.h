@@ -12,7 +12,7 @@ namespace trials {
 /// A parameter of the stated car.
 struct Parameter {
   const char *id, *name;
-  bool commanded;                  ///< can be seen only where the log has commands
+  bool commanded;                   ///< can be seen only where the log has commands
   void (*scale)(Variant&, double);  ///< multiplies it
 };
 extern const std::vector<Parameter> kParameters;
@@ -28,7 +28,9 @@ Deviations deviate(const Question& question, const std::vector<Effect>& effects,
 /// The truth with one parameter as stated.
 Variant with_stated(Variant nominal, std::size_t parameter, const Deviations& deviations);
 
-/// Its files, without the terms that `effects` are about; what has no parameter is a few per cent off too.
-StatedCar stated_car(const Variant& nominal, const Deviations& deviations, const std::vector<Effect>& effects, Random& dice);
+/// Its files, without the terms that `effects` are about; what has no parameter is a few per cent
+/// off too.
+StatedCar stated_car(const Variant& nominal, const Deviations& deviations,
+                     const std::vector<Effect>& effects, Random& dice);
 
 }  // namespace trials

@@ -22,8 +22,8 @@ State at_start(const TruthCar& car, const Track& track) {
   return x;
 }
 
-/// What reaches the wheels, the engine and the brakes of a variant: late, through a lag, scaled. `steer` is that
-/// of the millisecond before, and moved on.
+/// What reaches the wheels, the engine and the brakes of a variant: late, through a lag, scaled.
+/// `steer` is that of the millisecond before, and moved on.
 Commands arriving(const Variant& v, const std::vector<Commands>& history, double& steer) {
   const auto late = [&](double dead_s) -> const Commands& {
     const auto back = static_cast<std::size_t>(dead_s * 1000 + 0.5);
@@ -33,7 +33,8 @@ Commands arriving(const Variant& v, const std::vector<Commands>& history, double
   used.throttle = std::min(1.0, late(v.throttle_dead_s).throttle * v.throttle_gain);
   used.brake_pa = late(v.brake_dead_s).brake_pa;
   const double wanted = late(v.steer_dead_s).steer * v.steer_gain;
-  steer = v.steer_lag_s > 0 ? steer + (wanted - steer) * (1 - std::exp(-kStep_s / v.steer_lag_s)) : wanted;
+  steer = v.steer_lag_s > 0 ? steer + (wanted - steer) * (1 - std::exp(-kStep_s / v.steer_lag_s))
+                            : wanted;
   used.steer = steer;
   return used;
 }
@@ -46,7 +47,9 @@ struct Moving {
   double s_m = 0, steer = 0;
   Output o{};
 };
-Moving start(const Variant& v, const Track& track, const State& x) { return {v, v.track != nullptr ? *v.track : track, x}; }
+Moving start(const Variant& v, const Track& track, const State& x) {
+  return {v, v.track != nullptr ? *v.track : track, x};
+}
 
 /// Sums of squares over the moments at which two variants are compared.
 struct Difference {
@@ -54,7 +57,9 @@ struct Difference {
   double count = 0;
 };
 void compare(const Moving& one, const Moving& other, Difference& d) {
-  const auto add = [&](int channel, double change) { d.sum[static_cast<std::size_t>(channel)] += change * change; };
+  const auto add = [&](int channel, double change) {
+    d.sum[static_cast<std::size_t>(channel)] += change * change;
+  };
   add(kVx, one.x[3] - other.x[3]);
   add(kVy, one.x[4] - other.x[4]);
   add(kR, one.x[5] - other.x[5]);
@@ -78,7 +83,9 @@ Drive drive(const Variant& truth, const Track& track, const Style& style, const 
   long twin_end = -1;
   Difference difference;
   std::vector<Commands> history;
-  for (long step = 0; step < kLongestLap * style.laps && std::floor(real.s_m / track.length_m) < style.laps; ++step) {
+  for (long step = 0;
+       step < kLongestLap * style.laps && std::floor(real.s_m / track.length_m) < style.laps;
+       ++step) {
     act(driver, style, car, track, real.x, real.s_m, step);
     history.push_back(driver.now);
     Commands used = arriving(truth, history, real.steer);
@@ -86,13 +93,18 @@ Drive drive(const Variant& truth, const Track& track, const Style& style, const 
     if (other != nullptr) {
       Commands plain = arriving(*other, history, twin.steer);
       plain.gear = used.gear;
-      if (step % kCompareEvery == 0) twin.x = real.x, twin.s_m = real.s_m, twin_end = step + kCompareAfter;
-      if (twin_end > step) advance(other->car, twin.track, twin.x, plain, twin.s_m, twin_end == step + 1 ? &twin.o : nullptr);
+      if (step % kCompareEvery == 0)
+        twin.x = real.x, twin.s_m = real.s_m, twin_end = step + kCompareAfter;
+      if (twin_end > step)
+        advance(other->car, twin.track, twin.x, plain, twin.s_m,
+                twin_end == step + 1 ? &twin.o : nullptr);
     }
     const State before = real.x;
     advance(car, real.track, real.x, used, real.s_m, &real.o);
     if (other != nullptr && twin_end == step + 1) compare(real, twin, difference);
-    if (step % kStepsPerRow == 0) out.row.push_back(row_of(car, static_cast<double>(step) * kStep_s, before, real.o, driver.now, used.gear));
+    if (step % kStepsPerRow == 0)
+      out.row.push_back(
+          row_of(car, static_cast<double>(step) * kStep_s, before, real.o, driver.now, used.gear));
     if (!std::isfinite(real.x[3]) || std::abs(real.o.v) > 7) {
       std::fprintf(stderr, "the truth car left the road at s = %.0f m\n", real.s_m);
       out.row.clear();

@@ -1,4 +1,5 @@
-// A drive of the truth car: driver, what lies between him and the car, car and logger, millisecond by millisecond.
+// A drive of the truth car: driver, what lies between him and the car, car and logger, millisecond
+// by millisecond.
 #pragma once
 
 #include "driver.h"
@@ -17,14 +18,15 @@ struct Variant {
 struct Drive {
   std::vector<Row> row;  ///< every kRow_s; none where the car left the road
   double lap_s = 0.0;    ///< mean
-  /// RMS difference 0.45 s after both variants were set to the same state, in standard deviations of the
-  /// channel's noise: per channel that is compared, and of the most affected one. 0 with one variant only.
+  /// RMS difference 0.45 s after both variants were set to the same state, in standard deviations
+  /// of the channel's noise: per channel that is compared, and of the most affected one. 0 with one
+  /// variant only.
   std::array<double, kChannels> channel_size{};
   double size = 0.0;
 };
 
-/// Drives laps of the track. With `other` the two variants are compared: every 0.9 s the other is set to the
-/// state of the first and goes on for 0.45 s with the same driver.
+/// Drives laps of the track. With `other` the two variants are compared: every 0.9 s the other is
+/// set to the state of the first and goes on for 0.45 s with the same driver.
 Drive drive(const Variant& truth, const Track& track, const Style& style, const Variant* other);
 
 }  // namespace trials

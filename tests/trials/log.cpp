@@ -9,12 +9,16 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double at(const std::vector<Row>& rows, std::size_t k, int channel) { return rows[k][static_cast<std::size_t>(channel)]; }
+double at(const std::vector<Row>& rows, std::size_t k, int channel) {
+  return rows[k][static_cast<std::size_t>(channel)];
+}
 
 double delayed(const std::vector<Row>& rows, std::size_t k, int channel, double delay_s) {
   const double back = std::max(0.0, static_cast<double>(k) - delay_s / kRow_s);
   const auto i = static_cast<std::size_t>(back);
-  return at(rows, i, channel) + (back - static_cast<double>(i)) * (at(rows, std::min(i + 1, rows.size() - 1), channel) - at(rows, i, channel));
+  return at(rows, i, channel) +
+         (back - static_cast<double>(i)) *
+             (at(rows, std::min(i + 1, rows.size() - 1), channel) - at(rows, i, channel));
 }
 
 /// First order, exact for a signal that is straight between rows.
@@ -30,26 +34,34 @@ double low_passed(const std::vector<Row>& rows, std::size_t k, int channel, doub
 
 /// Of an accelerometer that sits ahead of the centre of gravity.
 double from_ahead(const std::vector<Row>& rows, std::size_t k, int channel, double ahead_m) {
-  const double r = at(rows, k, kR), rate = k > 0 && k + 1 < rows.size() ? (at(rows, k + 1, kR) - at(rows, k - 1, kR)) / (2 * kRow_s) : 0.0;
+  const double r = at(rows, k, kR),
+               rate = k > 0 && k + 1 < rows.size()
+                          ? (at(rows, k + 1, kR) - at(rows, k - 1, kR)) / (2 * kRow_s)
+                          : 0.0;
   return channel == kAx ? at(rows, k, kAx) - ahead_m * r * r : at(rows, k, kAy) + ahead_m * rate;
 }
 
 /// Of an accelerometer that is turned.
 double turned(const std::vector<Row>& rows, std::size_t k, int channel, double angle_rad) {
   const double ax = at(rows, k, kAx), ay = at(rows, k, kAy);
-  return channel == kAx ? std::cos(angle_rad) * ax + std::sin(angle_rad) * ay : std::cos(angle_rad) * ay - std::sin(angle_rad) * ax;
+  return channel == kAx ? std::cos(angle_rad) * ax + std::sin(angle_rad) * ay
+                        : std::cos(angle_rad) * ay - std::sin(angle_rad) * ax;
 }
 
 }  // namespace
 
-Row row_of(const TruthCar& car, double time_s, const State& x, const Output& o, const Commands& driver, int gear) {
+Row row_of(const TruthCar& car, double time_s, const State& x, const Output& o,
+           const Commands& driver, int gear) {
   Row row{};
   row[kT] = time_s;
-  for (int k = 0; k < 6; ++k) row[static_cast<std::size_t>(kX + k)] = x[static_cast<std::size_t>(k)];
+  for (int k = 0; k < 6; ++k)
+    row[static_cast<std::size_t>(kX + k)] = x[static_cast<std::size_t>(k)];
   row[kAx] = o.ax, row[kAy] = o.ay, row[kAz] = o.az;
   row[kSteer] = driver.steer, row[kThrottle] = driver.throttle, row[kBrake] = driver.brake_pa;
   row[kGear] = gear;
-  row[kEngine] = 0.5 * (x[7] + x[8]) * car.ratio[static_cast<std::size_t>(std::max(1, driver.gear) - 1)] * car.final_drive;
+  row[kEngine] = 0.5 * (x[7] + x[8]) *
+                 car.ratio[static_cast<std::size_t>(std::max(1, driver.gear) - 1)] *
+                 car.final_drive;
   row[kWfl] = x[6] - x[5] * car.track_f / 2 / car.radius_f;
   row[kWfr] = x[6] + x[5] * car.track_f / 2 / car.radius_f;
   row[kWrl] = x[7], row[kWrr] = x[8];
@@ -58,28 +70,39 @@ Row row_of(const TruthCar& car, double time_s, const State& x, const Output& o, 
   return row;
 }
 
-double sensed(const std::vector<Row>& rows, std::size_t k, int channel, const std::vector<Effect>& effects, const std::string& name) {
+double sensed(const std::vector<Row>& rows, std::size_t k, int channel,
+              const std::vector<Effect>& effects, const std::string& name) {
   double value = at(rows, k, channel);
   for (const Effect& e : effects) {
     // The accelerometer's place and direction concern both of its axes.
     const bool accelerometer = channel == kAx || channel == kAy;
-    if (accelerometer && e.mechanism == "sensor.lever_arm") value = from_ahead(rows, k, channel, e.amount);
-    if (accelerometer && e.mechanism == "sensor.misalignment") value = turned(rows, k, channel, e.amount);
-    if (e.mechanism == "outside.heading_drift" && channel == kYaw) value += e.amount * 0.02 * std::sin(2 * kPi * at(rows, k, kT) / 47.0);
+    if (accelerometer && e.mechanism == "sensor.lever_arm")
+      value = from_ahead(rows, k, channel, e.amount);
+    if (accelerometer && e.mechanism == "sensor.misalignment")
+      value = turned(rows, k, channel, e.amount);
+    if (e.mechanism == "outside.heading_drift" && channel == kYaw)
+      value += e.amount * 0.02 * std::sin(2 * kPi * at(rows, k, kT) / 47.0);
     if (e.channel != name) continue;
-    if (e.mechanism == "sensor.delay") value = delayed(rows, k, channel, e.amount);
-    else if (e.mechanism == "sensor.low_pass") value = low_passed(rows, k, channel, e.amount);
-    else if (e.mechanism == "sensor.gain") value *= 1 + e.amount;
-    else if (e.mechanism == "sensor.bias") value += e.amount;
+    if (e.mechanism == "sensor.delay")
+      value = delayed(rows, k, channel, e.amount);
+    else if (e.mechanism == "sensor.low_pass")
+      value = low_passed(rows, k, channel, e.amount);
+    else if (e.mechanism == "sensor.gain")
+      value *= 1 + e.amount;
+    else if (e.mechanism == "sensor.bias")
+      value += e.amount;
   }
   return value;
 }
 
 std::vector<Column> columns(const Logged& logged) {
-  std::vector<Column> out{{"time_s", kT}, {"x_m", kX}, {"y_m", kY}, {"yaw_rad", kYaw}, {"vx_mps", kVx}};
-  const auto per_wheel = [&](const std::string& before, const std::string& after, const std::array<int, 4>& channel) {
+  std::vector<Column> out{
+      {"time_s", kT}, {"x_m", kX}, {"y_m", kY}, {"yaw_rad", kYaw}, {"vx_mps", kVx}};
+  const auto per_wheel = [&](const std::string& before, const std::string& after,
+                             const std::array<int, 4>& channel) {
     std::size_t wheel = 0;
-    for (const char* name : {"fl", "fr", "rl", "rr"}) out.push_back({before + name + after, channel[wheel++]});
+    for (const char* name : {"fl", "fr", "rl", "rr"})
+      out.push_back({before + name + after, channel[wheel++]});
   };
   if (logged.vy) out.push_back({"vy_mps", kVy});
   out.push_back({"yaw_rate_radps", kR});
@@ -106,7 +129,8 @@ std::vector<Column> columns(const Logged& logged) {
   return out;
 }
 
-std::string csv(const std::vector<Row>& rows, const std::vector<Column>& columns, double hz, const std::vector<Effect>& effects, Random& dice) {
+std::string csv(const std::vector<Row>& rows, const std::vector<Column>& columns, double hz,
+                const std::vector<Effect>& effects, Random& dice) {
   std::string out;
   for (std::size_t k = 0; k < columns.size(); ++k) out += (k ? "," : "") + columns[k].name;
   out += "\n";

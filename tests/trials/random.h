@@ -17,8 +17,12 @@ struct Random {
     return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
   }
   double in(double low, double high) { return low + (high - low) * uniform(); }
-  double normal() { return std::sqrt(-2 * std::log(1 - uniform())) * std::cos(2 * std::numbers::pi * uniform()); }
-  std::size_t below(std::size_t n) { return static_cast<std::size_t>(uniform() * static_cast<double>(n)); }
+  double normal() {
+    return std::sqrt(-2 * std::log(1 - uniform())) * std::cos(2 * std::numbers::pi * uniform());
+  }
+  std::size_t below(std::size_t n) {
+    return static_cast<std::size_t>(uniform() * static_cast<double>(n));
+  }
 };
 
 }  // namespace trials

@@ -15,7 +15,8 @@ std::string engine_map(const StatedCar& car) {
   for (int omega = 100; omega <= 850; omega += 50) {
     out += std::to_string(omega);
     for (const double throttle : {0.0, 0.25, 0.5, 0.75, 1.0})
-      out += "," + std::to_string(car.engine.engine_nm(omega, throttle) * car.torque_scale * (1 + car.torque_tilt * (omega - 500) / 300.0));
+      out += "," + std::to_string(car.engine.engine_nm(omega, throttle) * car.torque_scale *
+                                  (1 + car.torque_tilt * (omega - 500) / 300.0));
     out += "\n";
   }
   return out;
@@ -23,17 +24,27 @@ std::string engine_map(const StatedCar& car) {
 
 std::string vehicle(const StatedCar& car) {
   char text[2000];
-  std::snprintf(text, sizeof text,
-                "  chassis.mass_kg: %.2f\n  chassis.wheelbase_m: %.3f\n  chassis.cog_behind_front_m: %.4f\n  chassis.cog_height_m: %.4f\n  chassis.yaw_inertia_kgm2: %.1f\n"
-                "  front.track_m: %.3f\n  rear.track_m: %.3f\n  aero.drag_area_m2: %.4f\n  front.lift_area_m2: %.4f\n  rear.lift_area_m2: %.4f\n"
-                "  engine.inertia_kgm2: %.4f\n  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  rear.wheel_inertia_kgm2: 0.9\n  gearbox.efficiency: 0.95\n"
-                "  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: 2.1\n  gearbox.ratio_3: 1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  gearbox.ratio_6: 1.02\n"
-                "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n  rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
-                "  front.camber_rad: %.4f\n  rear.camber_rad: %.4f\n  front.camber_gain_radpm: 0\n  rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n",
-                car.mass_kg, car.wheelbase_m, car.cog_behind_front_m, car.cog_height_m, car.yaw_inertia_kgm2, car.front_track_m, car.rear_track_m, car.drag_area_m2,
-                car.front_lift_area_m2, car.rear_lift_area_m2, car.engine_inertia_kgm2, car.front_brake_friction, car.rear_brake_friction, car.camber_rad, car.camber_rad);
-  return "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: {engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n" + car.first_parameters + text +
-         car.last_parameters + "terms: {" + car.terms + "}\n";
+  std::snprintf(
+      text, sizeof text,
+      "  chassis.mass_kg: %.2f\n  chassis.wheelbase_m: %.3f\n  chassis.cog_behind_front_m: %.4f\n  "
+      "chassis.cog_height_m: %.4f\n  chassis.yaw_inertia_kgm2: %.1f\n"
+      "  front.track_m: %.3f\n  rear.track_m: %.3f\n  aero.drag_area_m2: %.4f\n  "
+      "front.lift_area_m2: %.4f\n  rear.lift_area_m2: %.4f\n"
+      "  engine.inertia_kgm2: %.4f\n  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  "
+      "rear.wheel_inertia_kgm2: 0.9\n  gearbox.efficiency: 0.95\n"
+      "  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: 2.1\n  gearbox.ratio_3: "
+      "1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  gearbox.ratio_6: 1.02\n"
+      "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n "
+      " rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
+      "  front.camber_rad: %.4f\n  rear.camber_rad: %.4f\n  front.camber_gain_radpm: 0\n  "
+      "rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n",
+      car.mass_kg, car.wheelbase_m, car.cog_behind_front_m, car.cog_height_m, car.yaw_inertia_kgm2,
+      car.front_track_m, car.rear_track_m, car.drag_area_m2, car.front_lift_area_m2,
+      car.rear_lift_area_m2, car.engine_inertia_kgm2, car.front_brake_friction,
+      car.rear_brake_friction, car.camber_rad, car.camber_rad);
+  return "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: "
+         "{engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n" +
+         car.first_parameters + text + car.last_parameters + "terms: {" + car.terms + "}\n";
 }
 
 }  // namespace
@@ -44,7 +55,8 @@ void write(const std::filesystem::path& path, const std::string& text) {
   if (!out.flush()) std::fprintf(stderr, "cannot write %s\n", path.c_str()), std::exit(1);
 }
 
-void write_road(const Track& line_of, const Track& heights_of, const TruthCar& car, const std::filesystem::path& path) {
+void write_road(const Track& line_of, const Track& heights_of, const TruthCar& car,
+                const std::filesystem::path& path) {
   // Waves and teeth want a finer grid than hills.
   const std::size_t per_node = line_of.feature.empty() ? 1 : 10;
   const double v_step = line_of.feature.empty() ? 0.5 : 0.25;
@@ -61,7 +73,8 @@ void write_road(const Track& line_of, const Track& heights_of, const TruthCar& c
       line.x_m.push_back(line_of.x[i % n]);
       line.y_m.push_back(line_of.y[i % n]);
       const std::size_t before = (i + n - 1) % n;
-      line.heading_rad.push_back(std::atan2(line_of.y[i % n] - line_of.y[before], line_of.x[i % n] - line_of.x[before]));
+      line.heading_rad.push_back(
+          std::atan2(line_of.y[i % n] - line_of.y[before], line_of.x[i % n] - line_of.x[before]));
     } else {
       const Track::Point p = line_of.at(s);
       line.x_m.push_back(p.x);
@@ -70,7 +83,8 @@ void write_road(const Track& line_of, const Track& heights_of, const TruthCar& c
       line.heading_rad.push_back(std::atan2(p.y - before.y, p.x - before.x));
     }
     for (const double v : grid.v_m)
-      grid.z_m.push_back(static_cast<float>(heights_of.height(s) + v * true_bank(car, heights_of, s) + heights_of.rough(s, v)));
+      grid.z_m.push_back(static_cast<float>(
+          heights_of.height(s) + v * true_bank(car, heights_of, s) + heights_of.rough(s, v)));
   }
   crg::write(crg::make_crg(line, grid), path.string(), crg::Format::KRBI);
 }

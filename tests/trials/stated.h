@@ -12,26 +12,34 @@ namespace trials {
 /// Whole, or the program ends.
 void write(const std::filesystem::path& path, const std::string& text);
 
-/// A CRG with the line of one track and the heights of another, with what the effects of `car` add to them.
-void write_road(const Track& line_of, const Track& heights_of, const TruthCar& car, const std::filesystem::path& path);
+/// A CRG with the line of one track and the heights of another, with what the effects of `car` add
+/// to them.
+void write_road(const Track& line_of, const Track& heights_of, const TruthCar& car,
+                const std::filesystem::path& path);
 
 /// Terms that the truth car has none of unless a trial is about them.
 inline constexpr const char* kTermsOff =
-    "aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, "
-    "locked_differential: 0, steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, brake_actuator: 0, wind: 0";
+    "aero_ride_height: 0, aero_yaw: 0, turbo_lag: 0, tyre_thermal: 0, tyre_camber: 0, "
+    "brake_friction_temperature: 0, fuel_burn: 0, limited_slip: 0, "
+    "locked_differential: 0, steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, "
+    "brake_actuator: 0, wind: 0";
 
 struct StatedCar {
   StatedTyre front, rear;
-  TruthCar engine;                             ///< whose torque it has,
-  double torque_scale = 1, torque_tilt = 0;    ///< times a scale and 1 + tilt at 800 rad/s, 1 - tilt at 200
-  double mass_kg = 0, wheelbase_m = 0, cog_behind_front_m = 0, cog_height_m = 0, yaw_inertia_kgm2 = 0;
-  double front_track_m = 0, rear_track_m = 0, drag_area_m2 = 0, front_lift_area_m2 = 0, rear_lift_area_m2 = 0;
+  /// Has the torque of this car times a scale and 1 + tilt at 800 rad/s, 1 - tilt at 200.
+  TruthCar engine;
+  double torque_scale = 1, torque_tilt = 0;
+  double mass_kg = 0, wheelbase_m = 0, cog_behind_front_m = 0, cog_height_m = 0,
+         yaw_inertia_kgm2 = 0;
+  double front_track_m = 0, rear_track_m = 0, drag_area_m2 = 0, front_lift_area_m2 = 0,
+         rear_lift_area_m2 = 0;
   double engine_inertia_kgm2 = 0, front_brake_friction = 0, rear_brake_friction = 0, camber_rad = 0;
   std::string first_parameters, last_parameters;  ///< further lines before and behind these
   std::string terms = kTermsOff;
 };
 
-/// Friction of pads that give this torque per pressure and axle, with the calipers of the stated car.
+/// Friction of pads that give this torque per pressure and axle, with the calipers of the stated
+/// car.
 double front_friction(double brake_nm_per_pa);
 double rear_friction(double brake_nm_per_pa);
 

@@ -14,12 +14,16 @@ using Json = nlohmann::ordered_json;
 std::string suspension(const Ride& ride, const auto& off) {
   std::string out;
   for (const std::size_t k : {0u, 1u}) {
-    const double unsprung_kg = ride.unsprung[k] * off(), bar_npm = ride.bar[k] * off(), rebound_nspm = ride.damping[k] * off(), bump_nspm = ride.damping[k] * off(),
+    const double unsprung_kg = ride.unsprung[k] * off(), bar_npm = ride.bar[k] * off(),
+                 rebound_nspm = ride.damping[k] * off(), bump_nspm = ride.damping[k] * off(),
                  spring_npm = ride.spring[k] * off();
     const char* axle = k == 0 ? "front" : "rear";
     char text[250];
-    std::snprintf(text, sizeof text, "  %s.spring_npm: %.0f\n  %s.bump_damping_nspm: %.0f\n  %s.rebound_damping_nspm: %.0f\n  %s.anti_roll_npm: %.0f\n  %s.unsprung_mass_kg: %.2f\n",
-                  axle, spring_npm, axle, bump_nspm, axle, rebound_nspm, axle, bar_npm, axle, unsprung_kg);
+    std::snprintf(text, sizeof text,
+                  "  %s.spring_npm: %.0f\n  %s.bump_damping_nspm: %.0f\n  %s.rebound_damping_nspm: "
+                  "%.0f\n  %s.anti_roll_npm: %.0f\n  %s.unsprung_mass_kg: %.2f\n",
+                  axle, spring_npm, axle, bump_nspm, axle, rebound_nspm, axle, bar_npm, axle,
+                  unsprung_kg);
     out += text;
   }
   return out;
@@ -27,11 +31,15 @@ std::string suspension(const Ride& ride, const auto& off) {
 
 /// A few per cent off everywhere.
 StatedCar stated_car(const Trial& trial, Random& dice) {
-  const auto off = [&](double share = 1.0) { return dice.in(1 - share * trial.off, 1 + share * trial.off); };
+  const auto off = [&](double share = 1.0) {
+    return dice.in(1 - share * trial.off, 1 + share * trial.off);
+  };
   const TruthCar& t = trial.nominal;
   StatedCar car;
-  car.front = {t.load_f, t.mu_f * off(), t.mu_load * off(5), t.c_f * off(), t.ck * off(), 0.325, t.relaxation_f};
-  car.rear = {t.load_r, t.mu_r * off(), t.mu_load * off(5), t.c_r * off(), t.ck * off(), 0.328, t.relaxation_r};
+  car.front = {t.load_f,     t.mu_f * off(), t.mu_load * off(5), t.c_f * off(),
+               t.ck * off(), 0.325,          t.relaxation_f};
+  car.rear = {t.load_r,     t.mu_r * off(), t.mu_load * off(5), t.c_r * off(),
+              t.ck * off(), 0.328,          t.relaxation_r};
   car.engine = t;
   car.torque_tilt = dice.in(-0.75, 0.75) * trial.off;
   car.torque_scale = off();
@@ -56,8 +64,15 @@ StatedCar stated_car(const Trial& trial, Random& dice) {
 
 Json truth_of(const Trial& trial) {
   const std::vector<Effect>& effects = trial.truth.car.effects;
-  Json truth{{"id", trial.id}, {"class", trial.kind}, {"laps", trial.style.laps}, {"hz", trial.hz}, {"length_m", trial.track.length_m}, {"effects", Json::array()}, {"alike", trial.alike}};
-  for (std::size_t k = 0; k < effects.size(); ++k) truth["effects"].push_back(truth_of(effects[k], trial.sizes[k]));
+  Json truth{{"id", trial.id},
+             {"class", trial.kind},
+             {"laps", trial.style.laps},
+             {"hz", trial.hz},
+             {"length_m", trial.track.length_m},
+             {"effects", Json::array()},
+             {"alike", trial.alike}};
+  for (std::size_t k = 0; k < effects.size(); ++k)
+    truth["effects"].push_back(truth_of(effects[k], trial.sizes[k]));
   for (const auto& [name, value] : trial.notes) truth[name] = value;
   return truth;
 }
@@ -65,7 +80,11 @@ Json truth_of(const Trial& trial) {
 }  // namespace
 
 Json truth_of(const Effect& e, double size_sd) {
-  Json item{{"mechanism", e.mechanism}, {"channel", e.channel}, {"amount", e.amount}, {"extra", e.extra}, {"size_sd", size_sd}};
+  Json item{{"mechanism", e.mechanism},
+            {"channel", e.channel},
+            {"amount", e.amount},
+            {"extra", e.extra},
+            {"size_sd", size_sd}};
   if (e.end_m > 0) item["where"] = {e.begin_m, e.end_m};
   return item;
 }
@@ -84,13 +103,18 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   const std::filesystem::path here = folder / trial.name;
   std::filesystem::create_directories(here);
   // The road as the simulation knows it, and as it is.
-  write_road(track, trial.stated_track ? *trial.stated_track : track, TruthCar{}, here / "track.crg");
-  if (trial.kind == "proof") write_road(track, track, car, folder / "sealed" / (trial.name + ".crg"));
+  write_road(track, trial.stated_track ? *trial.stated_track : track, TruthCar{},
+             here / "track.crg");
+  if (trial.kind == "proof")
+    write_road(track, track, car, folder / "sealed" / (trial.name + ".crg"));
   write_car(stated_car(trial, dice), here);
 
-  const std::vector<Column> all = columns({.body = trial.ride.has_value(), .discs = trial.discs.has_value()});
+  const std::vector<Column> all =
+      columns({.body = trial.ride.has_value(), .discs = trial.discs.has_value()});
   write(here / "run.csv", csv(d.row, all, trial.hz, car.effects, dice));
-  if (trial.experiment) write(here / "experiment.csv", csv(drive(trial.truth, track, *trial.experiment, nullptr).row, all, trial.hz, car.effects, dice));
+  if (trial.experiment)
+    write(here / "experiment.csv", csv(drive(trial.truth, track, *trial.experiment, nullptr).row,
+                                       all, trial.hz, car.effects, dice));
   write(folder / "sealed" / (trial.name + ".json"), truth_of(trial).dump(1) + "\n");
   return true;
 }

@@ -1,4 +1,5 @@
-// Writes a trial: what the simulation is given, the recording, and the truth in a folder of its own.
+// Writes a trial: what the simulation is given, the recording, and the truth in a folder of its
+// own.
 #pragma once
 
 #include <filesystem>
@@ -12,22 +13,22 @@
 namespace trials {
 
 struct Trial {
-  std::string name, kind;       ///< folder; class of the truth file
+  std::string name, kind;  ///< folder; class of the truth file
   int id = 0;
   Track track;
-  Variant truth;                ///< with its effects
-  std::vector<double> sizes;    ///< of the effects, in standard deviations
-  TruthCar nominal;             ///< what the stated car is made from
-  double off = 0.04;            ///< how wrong the stated car is
+  Variant truth;              ///< with its effects
+  std::vector<double> sizes;  ///< of the effects, in standard deviations
+  TruthCar nominal;           ///< what the stated car is made from
+  double off = 0.04;          ///< how wrong the stated car is
   Style style;
   double hz = 50;
   std::vector<std::string> alike;
-  std::optional<Track> stated_track;                    ///< the road as the simulation has it, where it differs
-  std::optional<Ride> ride;                             ///< suspension, wheel loads, body rates in the log
-  std::optional<Discs> discs;                           ///< disc temperatures in the log
-  std::vector<std::string> without;                     ///< terms that the stated car has switched off
-  std::optional<Style> experiment;                      ///< a second drive: experiment.csv
-  std::vector<std::pair<std::string, double>> notes;    ///< further figures of the truth
+  std::optional<Track> stated_track;  ///< the road as the simulation has it, where it differs
+  std::optional<Ride> ride;           ///< suspension, wheel loads, body rates in the log
+  std::optional<Discs> discs;         ///< disc temperatures in the log
+  std::vector<std::string> without;   ///< terms that the stated car has switched off
+  std::optional<Style> experiment;    ///< a second drive: experiment.csv
+  std::vector<std::pair<std::string, double>> notes;  ///< further figures of the truth
 };
 
 inline constexpr std::size_t kShortestDrive = 4000;  ///< rows; what is shorter left the road
