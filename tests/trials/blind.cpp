@@ -19,8 +19,9 @@ const std::vector<std::string> kLacking{"vehicle.tyre_load_sensitivity", "vehicl
                                         "vehicle.tyre_combined_slip"};
 
 Track draw_track(Random& dice) {
-  Track t = make_track(dice.in(160, 300), dice.in(0.12, 0.28), dice.in(0.06, 0.16),
-                       dice.in(0.02, 0.05), dice.in(0, 6));
+  const double phase = dice.in(0, 6), a5 = dice.in(0.02, 0.05), a3 = dice.in(0.06, 0.16),
+               a2 = dice.in(0.12, 0.28), radius_m = dice.in(160, 300);
+  Track t = make_track(radius_m, a2, a3, a5, phase);
   for (std::size_t k = 0; k < 3; ++k)
     t.hill[k] = dice.in(0, 4.0 / static_cast<double>((k + 1) * (k + 1))),
     t.hill_phase[k] = dice.in(0, 6);

@@ -1,4 +1,5 @@
-// The dice of the trials: the same numbers for the same seed on every machine.
+// The dice of the trials: the same numbers for the same seed, whatever compiler built them. Draws
+// that are arguments of one call have no order of their own; give each a name first.
 #pragma once
 
 #include <cmath>
@@ -18,7 +19,8 @@ struct Random {
   }
   double in(double low, double high) { return low + (high - low) * uniform(); }
   double normal() {
-    return std::sqrt(-2 * std::log(1 - uniform())) * std::cos(2 * std::numbers::pi * uniform());
+    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+    return radius * std::cos(2 * std::numbers::pi * uniform());
   }
   std::size_t below(std::size_t n) {
     return static_cast<std::size_t>(uniform() * static_cast<double>(n));

@@ -36,7 +36,8 @@ void draw_waves(int id, unsigned long long seed, const std::filesystem::path& fo
   std::snprintf(name, sizeof name, "%04d", id);
   t.name = name;
   t.id = id;
-  t.track = make_track(dice.in(170, 260), dice.in(0.1, 0.24), dice.in(0.04, 0.13), dice.in(0.0, 0.035), dice.in(0, 6));
+  const double phase = dice.in(0, 6), a5 = dice.in(0.0, 0.035), a3 = dice.in(0.04, 0.13), a2 = dice.in(0.1, 0.24), radius_m = dice.in(170, 260);
+  t.track = make_track(radius_m, a2, a3, a5, phase);
   t.track.hill = {dice.in(0, 3), dice.in(0, 1), dice.in(0, 0.4)};
   t.track.hill_phase = {dice.in(0, 6), dice.in(0, 6), dice.in(0, 6)};
   t.track.bank_base = dice.in(0, 0.02);
@@ -65,7 +66,8 @@ void draw_waves(int id, unsigned long long seed, const std::filesystem::path& fo
     lay(effect.end_m, -10, 10, effect.amount, 0.0, dice.in(1.5, 8), false);
   } else if (kind == 5) {
     effect = {"road.kerb_or_roughness", "", dice.in(0.015, 0.04), begin, begin + dice.in(12, 30)};
-    lay(effect.end_m, 0.2, 3.0, effect.amount, dice.in(0.0, 0.4) * effect.amount, dice.in(0.8, 2), true);
+    const double wave_m = dice.in(0.8, 2), stated_m = dice.in(0.0, 0.4) * effect.amount;
+    lay(effect.end_m, 0.2, 3.0, effect.amount, stated_m, wave_m, true);
   } else if (kind == 6) {
     effect = {"vehicle.multi_point_contact", "", dice.in(0.015, 0.035), begin, begin + dice.in(15, 30)};
     lay(effect.end_m, -10, 10, effect.amount, effect.amount, dice.in(0.4, 0.9), true);
