@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "crg/file.h"
+#include "files/write_file.h"
+#include "run_steps.h"
+#include "vehicle/error.h"
+
+namespace crgexplain {
+namespace {
+
+/// The corrected inputs, as they are called in the folder of the result.
+std::vector<std::string> corrected_names() {
+  std::vector<std::string> out{"track.crg", "friction.crg", "vehicle.yaml", "mapping.yaml"};
+  out.insert(out.end(), explain::kCarFiles.begin(), explain::kCarFiles.end());
+  return out;
+}
+
+}  // namespace
+
+void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder) {
+  for (const std::string& input : inputs)
+    for (const std::string& name : corrected_names()) {
+      std::error_code none;
+      const std::filesystem::path written = std::filesystem::path(folder) / name;
+      if (!input.empty() && std::filesystem::equivalent(input, written, none))
+        throw vehicle::Error(fmt::format("{}: is read, and -o {} would overwrite it; choose another folder", input, folder));
+    }
+}
+
+void write_car(const explain::CorrectedCar& car, const std::string& folder) {
+  for (const auto& [name, text] : car.files) files::write_file(folder + "/" + name, text);
+  files::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
+}
+
+Corrected write_corrected(const RunCommand& command, const Road& stated, const vehicle::Vehicle& car, const Recordings& recordings, const explain::Findings& findings) {
+  const std::string& folder = command.out_path;
+  Corrected out{command.track_path, command.friction_path, command.vehicle_path, command.mapping_path, {}, command.fuel_kg};
+  for (const std::string& name : corrected_names()) std::filesystem::remove(std::filesystem::path(folder) / name);
+  const crg::Crg& road = stated.surface.file();
+  if (const auto made = explain::corrected_road(road, findings)) {
+    out.track_path = folder + "/track.crg";
+    crg::write(*made, out.track_path, road.format);
+  }
+  if (const auto made = explain::friction_map(road, stated.friction ? &*stated.friction : nullptr, findings)) {
+    out.friction_path = folder + "/friction.crg";
+    crg::write(*made, out.friction_path, road.format);
+  }
+  if (const auto made = explain::corrected_vehicle(command.vehicle_path, car, findings, recordings.logs)) {
+    out.vehicle_path = folder + "/vehicle.yaml";
+    write_car(*made, folder);
+    if (made->fuel_kg > 0) out.fuel_kg = made->fuel_kg;
+  }
+  if ((out.mapping = explain::corrected_mapping(recordings.recorded, car, findings, recordings.logs))) {
+    out.mapping_path = folder + "/mapping.yaml";
+    files::write_file(out.mapping_path, explain::format_mapping(*out.mapping));
+  }
+  return out;
+}
+
+}  // namespace crgexplain
