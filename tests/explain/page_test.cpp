@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace explain {
 namespace {
 
@@ -40,6 +42,31 @@ TEST(FindingsPage, ShortensLongListsAndSaysWhoJudged) {
   EXPECT_THAT(page, Not(HasSubstr("800 to 820")));
   EXPECT_THAT(page, HasSubstr("<td>one relation<td>vx_mps"));
   EXPECT_THAT(page, HasSubstr("<td>whole simulated car<td>vx_mps"));
+}
+
+TEST(FindingsPage, SaysHowSureWithTheFiguresThatEachKindHas) {
+  const auto page_of = [](const std::string& kind, double statistic, double threshold, double cv_gain, double stability) {
+    Findings f;
+    Finding x;
+    x.mechanism = "m";
+    x.kind = kind;
+    x.statistic = statistic;
+    x.threshold = threshold;
+    x.cv_gain = cv_gain;
+    x.stability = stability;
+    f.findings = {x};
+    return findings_page(f, {}, "t");
+  };
+  const std::string let_go = page_of("parameter", -7.25, 0, 0, 1);
+  EXPECT_THAT(let_go, HasSubstr("How sure: 7.2 standard deviations from what the vehicle file states, beyond its prior width.</p>"));
+  EXPECT_THAT(let_go, Not(HasSubstr("gain of")));
+  EXPECT_THAT(let_go, Not(HasSubstr("half samples")));
+  // A parameter that was searched for like a mechanism.
+  EXPECT_THAT(page_of("parameter", 9, 4, 120, 0.95),
+              HasSubstr("How sure: score 9.0 where 4.0 is needed, gain of 120 on laps left out, the same sign in 95 % of half samples.</p>"));
+  const std::string waves = page_of("road", 30, 5, 11.5, std::nan(""));
+  EXPECT_THAT(waves, HasSubstr("How sure: score 30.0 where 5.0 is needed, gain of 11.5 on laps left out.</p>"));
+  EXPECT_THAT(page_of("vehicle", 12, 0, 80, 0.75), HasSubstr("How sure: gain of 80 on laps left out, better in 75 % of them.</p>"));
 }
 
 }  // namespace

@@ -155,6 +155,22 @@ class Map {
   double x0_ = 1e300, x1_ = -1e300, y0_ = 1e300, y1_ = -1e300, scale_ = 1.0;
 };
 
+/// What was measured, and nothing else: each kind of finding has its own figures.
+std::string how_sure(const Finding& x) {
+  if (x.kind == "parameter" && x.threshold == 0)
+    return fmt::format("{:.1f} standard deviations from what the vehicle file states, beyond its "
+                       "prior width",
+                       std::abs(x.statistic));
+  const std::string gain = fmt::format("gain of {:.3g} on laps left out", x.cv_gain);
+  // Discs have no score that must be reached.
+  if (x.threshold == 0)
+    return gain + fmt::format(", better in {:.0f} % of them", 100 * x.stability);
+  return fmt::format("score {:.1f} where {:.1f} is needed, ", x.statistic, x.threshold) + gain +
+         (std::isfinite(x.stability)
+              ? fmt::format(", the same sign in {:.0f} % of half samples", 100 * x.stability)
+              : "");
+}
+
 std::string found(const Finding& x) {
   std::string out = "<section><h2>" + html_text(named(x.mechanism, x.channel)) + " <small>" +
                     html_text(x.kind) + "</small></h2><p>" + html_text(x.physics) + ". <small>" +
@@ -164,13 +180,7 @@ std::string found(const Finding& x) {
            "</b>" + cell(fmt::format("90 %: {} to {}", figure(p.low), figure(p.high)));
   out += "</table>";
   if (!x.where.empty()) out += "<p>Where: " + html_text(places(x.where)) + "</p>";
-  out += "<p>How sure: ";
-  // Findings of their own stages (short waves, discs) have other measures than the score.
-  if (x.threshold > 0)
-    out += fmt::format("score {:.1f} where {:.1f} is needed, ", x.statistic, x.threshold);
-  out +=
-      fmt::format("gain of {:.3g} on laps left out, the same sign in {:.0f} % of half samples.</p>",
-                  x.cv_gain, 100 * x.stability);
+  out += "<p>How sure: " + how_sure(x) + ".</p>";
   std::string worse;
   for (const Rival& r : x.rivals) {
     const std::string name = html_text(named(r.mechanism, r.channel));

@@ -310,7 +310,6 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
   f.where = joined(cells);
   f.statistic = z;
   f.threshold = threshold;
-  f.stability = 1.0;
   f.cv_gain = (point2 - (contact ? strip2 : patch2)) / (patch2 / count) / 10;
   HeldOut h;
   h.channel = "height under the wheels";

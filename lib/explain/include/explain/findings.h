@@ -1,6 +1,7 @@
 // What an analysis says, as plain values, and its JSON (docs/formats.md).
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,7 +55,7 @@ struct Finding {
   std::vector<ProfilePoint> profile;
   HeightPatch patch;  ///< of road.kerb_or_roughness; not in the JSON, it is in track.crg
   std::vector<Rival> rivals;
-  double stability = 0.0;
+  double stability = std::numeric_limits<double>::quiet_NaN();  ///< share of half samples with the same sign, for discs of laps left out that fit better; NaN: not measured
   double cv_gain = 0.0, statistic = 0.0, threshold = 0.0;
   std::vector<HeldOut> held_out;
   std::size_t unknown = 0;  ///< place in the inventory
