@@ -22,14 +22,14 @@ int main(int argc, char** argv) {
   run_app->add_option("--track", analysis.track_path, "CRG file of the road")->required();
   run_app->add_option("--friction", analysis.friction_path, "CRG file of the same shape whose heights are grip factors");
   run_app->add_option("--vehicle", analysis.vehicle_path, "vehicle.yaml of the simulated car")->required();
-  run_app->add_option("--recordings", analysis.recording_paths, "CSV files")->required();
-  run_app->add_option("--mapping", analysis.mapping_path, "mapping.yaml; without: canonical columns");
+  run_app->add_option("--recordings", analysis.recording_paths, "CSV files with the same columns, one header line each")->required();
+  run_app->add_option("--mapping", analysis.mapping_path, "Which column is which channel (crgexplain map proposes one); without: canonical columns");
   run_app->add_option("--fuel-kg", analysis.fuel_kg, "Fuel at the begin of each log, kg, where none is logged: it burns as vehicle.yaml says")->check(CLI::Range(0.0, 500.0));
-  run_app->add_option("--hold-out", analysis.hold_out, "Laps (from 0, over all recordings) used only to judge the result")->delimiter(',');
+  run_app->add_option("--hold-out", analysis.hold_out, "Laps (from 0, over all recordings) used only to judge the result")->delimiter(',')->check(CLI::Range(0, 100000));
   run_app->add_option("--threads", analysis.threads, "0: all; never changes the result")->check(CLI::Range(0, 256));
   run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")->check(CLI::Range(100, 100000));
   run_app->add_flag("--skip-simulation", analysis.skip_simulation, "Do not drive the whole simulated car before and after");
-  run_app->add_option("-o,--out", analysis.out_path, "Folder for findings.json and the corrected inputs")->required();
+  run_app->add_option("-o,--out", analysis.out_path, "Folder for report.html, findings.json and the corrected inputs")->required();
   run_app->callback([&] { run = [&] { return crgexplain::run(analysis); }; });
 
   crgexplain::TrialsCommand trials;
@@ -54,12 +54,20 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
+      std::fprintf(stderr, "crgexplain: there is no command '%.60s'; see crgexplain --help\n", argv[1]);
+      return 2;
+    }
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {
     return run();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "crgexplain: %s\n", error.what());
+    // One line, whatever bytes of a file it quotes.
+    std::string what = error.what();
+    for (char& c : what)
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+    std::fprintf(stderr, "crgexplain: %s\n", what.c_str());
     return 1;
   }
 }

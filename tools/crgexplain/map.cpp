@@ -1,12 +1,18 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "commands.h"
 #include "explain/mapping.h"
 #include "files/write_file.h"
+#include "vehicle/error.h"
 
 namespace crgexplain {
 
 int map(const MapCommand& command) {
+  std::error_code none;
+  if (std::filesystem::equivalent(command.log_path, command.out_path, none))
+    throw vehicle::Error(fmt::format("{}: is the log, and -o would overwrite it; choose another name", command.out_path));
   const vehicle::Table table = vehicle::read_table(command.log_path);
   const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
   fmt::print("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size());

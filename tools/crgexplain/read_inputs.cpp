@@ -1,12 +1,77 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "crg/file.h"
 #include "explain/fuel.h"
+#include "files/sha256.h"
 #include "run_steps.h"
+#include "vehicle/error.h"
 
 namespace crgexplain {
+namespace {
+
+using vehicle::Error;
+
+/// Heights in place of grip factors would be taken for a very slippery road.
+void want_grip_factors(const crg::Crg& map, const std::string& path) {
+  constexpr float kMost = 3.0F;
+  for (const float value : map.grid.z_m)
+    if (value < 0.0F || value > kMost)
+      throw Error(fmt::format("{}: a grip factor of {:.3g}, wanted 0 to {:.0f}; --friction is a file of grip factors in place of heights", path, value, kMost));
+}
+
+/// Laps of one drive that came twice would vouch for each other.
+void refuse_the_same_twice(const std::vector<std::string>& paths) {
+  std::vector<std::string> hashes;
+  for (const std::string& path : paths) {
+    const std::string hash = files::sha256_of_file(path);
+    if (const auto same = std::find(hashes.begin(), hashes.end(), hash); same != hashes.end())
+      throw Error(fmt::format("{}: the same recording as {}; give it once", path, paths[static_cast<std::size_t>(same - hashes.begin())]));
+    hashes.push_back(hash);
+  }
+}
+
+explain::Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths, const std::vector<vehicle::Table>& tables) {
+  const explain::Mapping out = {vehicle::read_mapping(path), {}};
+  for (std::size_t k = 0; k < tables.size(); ++k)
+    for (const explain::ColumnMapping& m : out.columns)
+      if (tables[k].find(m.column) == nullptr)
+        throw Error(fmt::format("{}: no column '{}', which {} takes for {}; correct the mapping to the columns that there are: '{}'", paths[k], m.column, path, m.channel,
+                                fmt::join(tables[k].names.begin(), tables[k].names.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(tables[k].names.size(), 30)), "', '")));
+  return out;
+}
+
+/// Canonical columns, the same in all recordings: mechanisms, the whole car and mapping.yaml know one
+/// mapping. Samples that repeat in one recording count as missing in all.
+explain::Mapping common_mapping(const std::vector<std::string>& paths, const std::vector<vehicle::Table>& tables, std::vector<std::string>& notes) {
+  explain::Mapping out;
+  const auto want = [&](const explain::Mapping& all, std::size_t here, std::size_t there) {
+    for (const explain::ColumnMapping& m : all.columns)
+      if (tables[there].find(m.column) == nullptr)
+        throw Error(fmt::format("{}: no column '{}', which {} has; recordings of one run want the same columns: take it out of the other, or give --mapping with what all have", paths[there], m.column, paths[here]));
+  };
+  for (std::size_t k = 0; k < tables.size(); ++k) {
+    const explain::Mapping own = explain::identity_mapping(tables[k]);
+    for (const std::string& note : own.notes) notes.push_back(paths[k] + ": " + note);
+    if (k == 0) out = own;
+    want(out, 0, k);
+    want(own, k, 0);
+    for (explain::ColumnMapping& m : out.columns)
+      m.held = m.held || std::any_of(own.columns.begin(), own.columns.end(), [&](const auto& o) { return o.held && o.column == m.column; });
+  }
+  return out;
+}
+
+}  // namespace
 
 Road read_road(const std::string& track_path, const std::string& friction_path) {
   crg::SurfaceOptions options;
-  if (!friction_path.empty()) options.friction_map = crg::read(friction_path);
+  if (!friction_path.empty()) {
+    options.friction_map = crg::read(friction_path);
+    want_grip_factors(*options.friction_map, friction_path);
+  }
   return {options.friction_map, crg::Surface(crg::read(track_path), options)};
 }
 
@@ -17,19 +82,18 @@ std::vector<explain::RecordedLog> Recordings::all() const {
 }
 
 Recordings read_recordings(const RunCommand& command, const crg::Surface& surface, const vehicle::Vehicle& car) {
+  const std::vector<std::string>& paths = command.recording_paths;
   Recordings out;
-  explain::Mapping given;
-  if (!command.mapping_path.empty()) given = {vehicle::read_mapping(command.mapping_path), {}};
-  for (const std::string& path : command.recording_paths) {
-    vehicle::Table& table = out.tables.emplace_back(vehicle::read_table(path));
-    out.recorded = command.mapping_path.empty() ? explain::identity_mapping(table) : given;
-    for (const std::string& note : out.recorded.notes) out.notes.push_back(path + ": " + note);
-    explain::Signals& log = out.logs.emplace_back(explain::make_signals(table, out.recorded, surface, path));
+  for (const std::string& path : paths) out.tables.push_back(vehicle::read_table(path));
+  refuse_the_same_twice(paths);
+  out.recorded = command.mapping_path.empty() ? common_mapping(paths, out.tables, out.notes) : given_mapping(command.mapping_path, paths, out.tables);
+  out.read = out.recorded;
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    out.logs.push_back(explain::make_signals(out.tables[k], out.recorded, surface, paths[k]));
+    if (command.fuel_kg == 0) continue;
     out.read = out.recorded;
-    if (command.fuel_kg > 0) {
-      explain::add_fuel(table, out.read, log, car, command.fuel_kg);
-      log = explain::make_signals(table, out.read, surface, path);
-    }
+    explain::add_fuel(out.tables[k], out.read, out.logs[k], car, command.fuel_kg);
+    out.logs[k] = explain::make_signals(out.tables[k], out.read, surface, paths[k]);
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 
 #include "crg/file.h"
 #include "explain/discs.h"
@@ -47,6 +48,22 @@ explain::ExplainOptions options_of(const RunCommand& command) {
   return out;
 }
 
+/// Laps that are held out exist, and some stay to find something with.
+void want_laps(const std::vector<int>& hold_out, const std::vector<explain::Signals>& logs) {
+  int laps = 0;
+  for (const explain::Signals& log : logs) laps += log.lap.empty() ? 1 : log.lap.back() + 1;
+  const std::set<int> held(hold_out.begin(), hold_out.end());
+  if (!held.empty() && *held.rbegin() >= laps) throw vehicle::Error(fmt::format("--hold-out {}: no such lap; these recordings have laps 0 to {}, begun ones too", *held.rbegin(), laps - 1));
+  if (static_cast<int>(held.size()) == laps) throw vehicle::Error(fmt::format("--hold-out {}: all laps that there are; leave some to find something with", fmt::join(held, ",")));
+}
+
+void make_folder(const std::string& path) {
+  std::error_code problem;
+  std::filesystem::create_directories(path, problem);
+  if (problem || !std::filesystem::is_directory(path))
+    throw vehicle::Error(fmt::format("-o '{}': {}; wanted a folder, which is made where there is none", path, problem ? problem.message() : "is a file"));
+}
+
 }  // namespace
 
 explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
@@ -65,8 +82,9 @@ int run(const RunCommand& command) {
   refuse_to_overwrite(inputs, command.out_path);
   const Road road = read_road(command.track_path, command.friction_path);
   Recordings recordings = read_recordings(command, road.surface, car);
+  want_laps(command.hold_out, recordings.logs);
+  make_folder(command.out_path);
 
-  std::filesystem::create_directories(command.out_path);
   const Stages stages(command.out_path, hash_of(command, inputs));
   if (const auto taken = stages.taken_up(); !taken.empty())
     fmt::print(stderr, "goes on where a run was stopped; finished: {}\n", fmt::join(taken, ", "));

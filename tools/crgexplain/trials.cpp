@@ -159,7 +159,7 @@ int score(const TrialsCommand& c) {
   const fs::path folder(c.folder);
   // The seals first: a truth that changed since it was drawn is no truth.
   std::ifstream sums(folder / "SHA256SUMS");
-  if (!sums) throw Error(c.folder + "/SHA256SUMS: cannot be opened");
+  if (!sums) throw Error(c.folder + "/SHA256SUMS: cannot be opened; crgexplain trials make writes it");
   std::string hash, name;
   while (sums >> hash >> name)
     if (files::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");

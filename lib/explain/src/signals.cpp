@@ -188,6 +188,8 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
   const ColumnMapping* clock = nullptr;
   for (const ColumnMapping& m : mapping.columns)
     if (m.channel == "time_s" && table.find(m.column) != nullptr) clock = &m;
+  if (clock == nullptr && !mapping.path.empty())
+    throw Error(fmt::format("{}: {} takes no column for time_s; crgexplain map proposes a mapping", name, mapping.path));
   if (clock == nullptr)
     throw Error(fmt::format("{}: no time_s; columns are '{}', ...: crgexplain map proposes a mapping", name,
                             table.names.empty() ? "" : table.names[0]));

@@ -74,12 +74,13 @@ Setting read_settings(const std::string& path) {
   try {
     return copy(YAML::Load(text), path, count);
   } catch (const YAML::Exception& error) {
-    throw Error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+    throw Error(fmt::format("{}:{}: no YAML: {}", path, error.mark.line + 1, error.msg));
   }
 }
 
 Section::Section(const Setting& node, std::string path, std::string name)
     : node_(&node), path_(std::move(path)), name_(std::move(name)) {
+  if (node.line == 0) throw Error(fmt::format("{}: is empty, wanted {}", path_, name_));
   if (node.kind != Setting::Kind::kKeys)
     throw Error(fmt::format("{}: {} is not a list of keys and values", where(node), name_));
 }
