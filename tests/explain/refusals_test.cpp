@@ -119,6 +119,22 @@ TEST_F(Refusals, AMappingInThePlaceOfItsLog) {
 
 TEST_F(Refusals, WordsThatAreNoCommand) { EXPECT_THAT(refused("explain", 2), HasSubstr("there is no command 'explain'")); }
 
+/// A table as loggers write it: semicolons, words, a last line that was cut off.
+TEST(LogsOfOthers, AreReadAsTheyAre) {
+  Proof proof("none");
+  std::size_t row = 0;
+  std::string log = changed(proof.folder.read("none/run.csv"), "gear", "gear", [&](const std::string& cell) { return row++ % 100 == 7 ? "N" : cell; });
+  std::replace(log.begin(), log.end(), ',', ';');
+  proof.folder.file("none/loggers.csv", log + "300.1;2");
+  const auto all = proof.explain("loggers.csv", "out", "--skip-simulation --nulls 100");
+  EXPECT_EQ(all.at("verdict"), "none");
+  EXPECT_THAT(all.at("remarks").dump(), HasSubstr(fmt::format("loggers.csv: {} of {} cells of 'gear' are no numbers: taken as empty", (row + 92) / 100, row)));
+  std::replace(log.begin(), log.end(), '.', ',');
+  proof.folder.file("none/commas.csv", log);
+  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/commas.csv -o {1}/out 2> {2}", CRGEXPLAIN, proof.path(""), proof.folder.path("said")).c_str()), 0);
+  EXPECT_THAT(proof.folder.read("said"), HasSubstr("no cell of 'x_m' is a number; wanted numbers with a decimal point"));
+}
+
 /// A column that repeats its samples in one of two recordings counts as repeating in the mapping for both.
 TEST(TwoRecordings, HaveOneMapping) {
   Proof proof("alike-apart");

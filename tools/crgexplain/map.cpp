@@ -13,10 +13,13 @@ int map(const MapCommand& command) {
   std::error_code none;
   if (std::filesystem::equivalent(command.log_path, command.out_path, none))
     throw vehicle::Error(fmt::format("{}: is the log, and -o would overwrite it; choose another name", command.out_path));
-  const vehicle::Table table = vehicle::read_table(command.log_path);
+  std::vector<std::size_t> words;
+  const vehicle::Table table = vehicle::read_log(command.log_path, &words);
   const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
   fmt::print("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size());
   for (const std::string& note : mapping.notes) fmt::print("  {}\n", note);
+  for (std::size_t c = 0; c < words.size(); ++c)
+    if (words[c] > 0) fmt::print("  {} of {} cells of '{}' are no numbers: taken as empty\n", words[c], table.rows(), table.names[c]);
   files::write_file(command.out_path, explain::format_mapping(mapping));
   fmt::print("{}: look through it and correct what was guessed wrong\n", command.out_path);
   return 0;

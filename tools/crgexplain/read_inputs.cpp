@@ -33,6 +33,17 @@ void refuse_the_same_twice(const std::vector<std::string>& paths) {
   }
 }
 
+/// Cells that are no numbers count as empty, unless nothing is left of what the analysis cannot do without.
+void note_words(const std::string& path, const vehicle::Table& table, const std::vector<std::size_t>& words, const explain::Mapping& mapping, std::vector<std::string>& notes) {
+  for (std::size_t c = 0; c < words.size(); ++c) {
+    const auto m = std::find_if(mapping.columns.begin(), mapping.columns.end(), [&](const auto& column) { return column.column == table.names[c]; });
+    if (m == mapping.columns.end() || words[c] == 0) continue;
+    if (words[c] == table.rows() && (m->channel == "time_s" || m->channel == "x_m" || m->channel == "y_m" || m->channel == "vx_mps"))
+      throw Error(fmt::format("{}: no cell of '{}' is a number; wanted numbers with a decimal point", path, m->column));
+    notes.push_back(fmt::format("{}: {} of {} cells of '{}' are no numbers: taken as empty", path, words[c], table.rows(), m->column));
+  }
+}
+
 explain::Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths, const std::vector<vehicle::Table>& tables) {
   const explain::Mapping out = {vehicle::read_mapping(path), {}};
   for (std::size_t k = 0; k < tables.size(); ++k)
@@ -84,9 +95,11 @@ std::vector<explain::RecordedLog> Recordings::all() const {
 Recordings read_recordings(const RunCommand& command, const crg::Surface& surface, const vehicle::Vehicle& car) {
   const std::vector<std::string>& paths = command.recording_paths;
   Recordings out;
-  for (const std::string& path : paths) out.tables.push_back(vehicle::read_table(path));
+  std::vector<std::vector<std::size_t>> words(paths.size());
+  for (std::size_t k = 0; k < paths.size(); ++k) out.tables.push_back(vehicle::read_log(paths[k], &words[k]));
   refuse_the_same_twice(paths);
   out.recorded = command.mapping_path.empty() ? common_mapping(paths, out.tables, out.notes) : given_mapping(command.mapping_path, paths, out.tables);
+  for (std::size_t k = 0; k < paths.size(); ++k) note_words(paths[k], out.tables[k], words[k], out.recorded, out.notes);
   out.read = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {
     out.logs.push_back(explain::make_signals(out.tables[k], out.recorded, surface, paths[k]));
