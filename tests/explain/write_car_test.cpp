@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "explain/fuel.h"
 #include "proof.h"
 #include "vehicle/step.h"
@@ -258,5 +260,19 @@ INSTANTIATE_TEST_SUITE_P(SecondCar, WriteCarAgain,
                                            RoundTrip{"coupled", "vehicle.differential"}, RoundTrip{"late", "vehicle.throttle_dead_time"}, RoundTrip{"burn", "vehicle.fuel_burn"}, RoundTrip{"radius", "parameter.wheel_radius"},
                                            RoundTrip{"load", "vehicle.tyre_load_sensitivity"}, RoundTrip{"wind", "environment.wind"}, RoundTrip{"warm", "vehicle.tyre_thermal"}),
                          [](const auto& trip) { return trip.param.scenario; });
+
+TEST(PrintedCommands, RunWithPathsThatAShellWouldTakeApart) {
+  Proof proof("banking");
+  const std::string here = proof.folder.path("it's here");
+  std::filesystem::copy(proof.path("."), here);
+  ASSERT_EQ(std::system(fmt::format("{0} run --track \"{1}/track.crg\" --vehicle \"{1}/vehicle.yaml\" --recordings \"{1}/run.csv\" --skip-simulation -o \"{1}/out\" > {2}", CRGEXPLAIN, here,
+                                    proof.folder.path("log"))
+                            .c_str()),
+            0);
+  EXPECT_EQ(proof.printed("look again: ", "--skip-simulation"), 0) << proof.folder.read("again.log");
+  EXPECT_THAT(proof.folder.read("again.log"), HasSubstr("verdict: none"));
+  EXPECT_EQ(proof.printed("simulate with the corrections: ", ""), 0) << proof.folder.read("again.log");
+  EXPECT_TRUE(std::filesystem::exists(here + "/out/lap.csv"));
+}
 
 }  // namespace

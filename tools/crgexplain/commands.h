@@ -9,6 +9,9 @@
 
 namespace crgexplain {
 
+/// A path as a shell takes it: in quotes where it needs them.
+std::string shell_word(const std::string& path);
+
 struct MapCommand {
   std::string log_path, out_path;
 };

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
 #include "run_steps.h"
 
 namespace crgexplain {
@@ -22,19 +26,27 @@ void print_unexplained(const explain::Unexplained& u) {
 
 /// How the corrected inputs are simulated with, and looked at again.
 void print_commands(const RunCommand& command, const Recordings& recordings, const Corrected& now) {
-  const std::string friction = now.friction_path.empty() ? "" : " --friction " + now.friction_path;
+  const auto option = [](const char* name, const std::string& path) { return path.empty() ? "" : fmt::format(" {} {}", name, shell_word(path)); };
+  const std::string track = option("--track", now.track_path), vehicle = option("--vehicle", now.vehicle_path), friction = option("--friction", now.friction_path);
   const std::string fuel = fmt::format(" --fuel-kg {:.6g}", now.fuel_kg);
   // Without a logged fuel the stated mass is that of the whole car.
   const bool fuel_logged = recordings.logs.front().present[explain::kFuel] && command.fuel_kg == 0;
-  fmt::print("simulate with the corrections: crgdrive lap --track {} --vehicle {}{}{} -o {}/lap.csv\n", now.track_path, now.vehicle_path, fuel_logged ? "" : fuel, friction, command.out_path);
+  fmt::print("simulate with the corrections: crgdrive lap{}{}{}{}{}\n", track, vehicle, fuel_logged ? "" : fuel, friction, option("-o", command.out_path + "/lap.csv"));
   std::string logs;
-  for (const std::string& path : command.recording_paths) logs += " " + path;
-  const std::string mapping = now.mapping_path.empty() ? "" : " --mapping " + now.mapping_path;
-  fmt::print("look again: crgexplain run --track {}{} --vehicle {}{} --recordings{}{} -o {}/again\n", now.track_path, friction, now.vehicle_path, now.fuel_kg > 0 ? fuel : "", logs, mapping,
-             command.out_path);
+  for (const std::string& path : command.recording_paths) logs += " " + shell_word(path);
+  fmt::print("look again: crgexplain run{}{}{}{} --recordings{}{}{}\n", track, friction, vehicle, now.fuel_kg > 0 ? fuel : "", logs, option("--mapping", now.mapping_path),
+             option("-o", command.out_path + "/again"));
 }
 
 }  // namespace
+
+std::string shell_word(const std::string& path) {
+  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("/._-+,:=@%").find(c) != std::string_view::npos; };
+  if (!path.empty() && std::all_of(path.begin(), path.end(), plain)) return path;
+  std::string out = "'";
+  for (const char c : path) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
 
 void print_result(const RunCommand& command, const Recordings& recordings, const explain::Findings& findings, const Corrected& now) {
   fmt::print("verdict: {}\n", findings.verdict);

@@ -48,12 +48,7 @@ json read_json(const fs::path& path) {
 int make(const TrialsCommand& c) {
   fs::create_directories(c.folder);
   if (!fs::is_empty(c.folder)) throw Error(c.folder + ": is not empty; trials want a folder of their own");
-  const auto quoted = [](const std::string& text) {
-    std::string out = "'";
-    for (const char x : text) out += x == '\'' ? std::string("'\\''") : std::string(1, x);
-    return out + "'";
-  };
-  if (std::system(fmt::format("{}{} {} {} {}", quoted(c.generator), c.waves ? " --waves" : "", c.count, c.seed, quoted(c.folder)).c_str()) != 0)
+  if (std::system(fmt::format("{}{} {} {} {}", shell_word(c.generator), c.waves ? " --waves" : "", c.count, c.seed, shell_word(c.folder)).c_str()) != 0)
     throw Error(c.generator + ": failed; the message above says why");
   std::string sums;
   std::vector<fs::path> sealed;

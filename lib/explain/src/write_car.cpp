@@ -257,7 +257,7 @@ void add_warm_up(Changes& out, const Finding& f) {
 /// mass. What the power does not explain burns without torque.
 void add_fuel_burn(Changes& out, const Finding& f) {
   if (std::any_of(out.logs.begin(), out.logs.end(), [](const Signals& s) { return s.present[kFuel]; })) {
-    out.remarks.push_back(fmt::format("{}: {:.4g} kg/s beyond what the logged fuel loses; the fuel gauge or the mass is off", f.mechanism, f.parameters[0].value));
+    out.remarks.push_back(fmt::format("{}: {:.4g} kg/s beyond what the fuel loses that was logged or given; the gauge, the mass or the stated fuel_burn is off", f.mechanism, f.parameters[0].value));
     return;
   }
   const auto& p = out.car.parameters;
