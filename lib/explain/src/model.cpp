@@ -368,7 +368,6 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
           const double fz = std::max(50.0, (axle[k] / 2 - side * transfer_y) / heavier);
           vehicle::TyreInput<double> in;
           in.fz_n = fz;
-          in.tan_alpha = slip;
           in.vx_mps = vx;
           in.pressure_pa = p.axle(k, P::front_tyre_pressure_pa);
           const double camber = p.axle(k, P::front_camber_rad) + p.axle(k, P::front_camber_gain_radpm) * (-side * transfer_y) / roll_spring[k];
@@ -379,19 +378,27 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
           options.alpha = car.files.alpha;
           options.mirrored = (side > 0) != tyre.left_side;
           options.moments = false;
-          auto force = vehicle::tyre_forces(tyre, in, f, options);
+          const auto at_slip = [&] {
+            in.tan_alpha = slip / (1 + set.rolling_slip * in.kappa);
+            return vehicle::tyre_forces(tyre, in, f, options);
+          };
+          auto force = at_slip();
           // The force along is known, not the slip: slip stiffness alone has too little of it near the limit.
-          if (const double wanted = 0.5 * fx_axle[k] / heavier; std::abs(wanted) > 0.02 * fz && wanted * force.fx_n > 0) {
+          const double wanted = 0.5 * fx_axle[k] / heavier;
+          for (int round = 0; round < 4 && std::abs(wanted) > 0.02 * fz && wanted * force.fx_n > 0; ++round) {
             in.kappa = std::clamp(in.kappa * std::min(2.0, wanted / force.fx_n), -0.15, 0.15);
-            force = vehicle::tyre_forces(tyre, in, f, options);
+            force = at_slip();
+            if (std::abs(force.fx_n - wanted) < 0.01 * std::abs(wanted)) break;
           }
           fy[k] += heavier * force.fy_n;
           peak += heavier * force.mu_y * fz;
         }
-        // What no stated curve has right: uncertain shape over use of grip and over load.
+        // What no stated curve has right: its shape between slope at the origin and peak, which are parameters of
+        // their own (a bend, and one to either side of its middle), and what it does over load.
         const double use = std::clamp(fy[k] / std::max(1.0, peak), -1.0, 1.0);
         const double load = axle[k] / (2 * load0[k]) - 1.0;
-        fy[k] *= 1.0 + set.curve[k] * std::abs(use) + set.curve2[k] * use * use + set.load_curve[k] * load;
+        const double used = std::abs(use), bend = 4 * used * (1 - used);
+        fy[k] *= 1.0 + set.curve[k] * bend + set.curve2[k] * 2.6 * bend * (1 - 2 * used) + set.load_curve[k] * load;
         fy[k] += set.drop[k] * mass0 * (k == 0 ? b : a) / wheelbase;
       }
       side_drag = fy[0] * std::sin(delta);

@@ -98,9 +98,11 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
     out.unknowns.back().stays_held = true;
     no("parameter.yaw_inertia", "held near its stated value: errors of the tyre curves in transients are larger than its effect");
     parameter("parameter.downforce", "front.lift_area_m2", {P::front_lift_area_m2}, 0.04);
-    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.06);
-    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, 0.08);
-    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, 0.1);
+    parameter("parameter.downforce", "rear.lift_area_m2", {P::rear_lift_area_m2}, 0.04);
+    // What the stated tyre's shape gets wrong, and what drive takes away where the stated car says that it takes nothing.
+    const double grip_form = car.terms[Term::tyre_combined_slip] > 0 ? 0.045 : 0.1;
+    parameter("parameter.tyre_grip", "front.tyre_grip", {P::front_tyre_grip}, grip_form);
+    parameter("parameter.tyre_grip", "rear.tyre_grip", {P::rear_tyre_grip}, grip_form);
     parameter("parameter.tyre_stiffness", "front.tyre_cornering_stiffness", {P::front_tyre_cornering_stiffness}, 0.012);
     parameter("parameter.tyre_stiffness", "rear.tyre_cornering_stiffness", {P::rear_tyre_cornering_stiffness}, 0.02);
     if (commanded(logs, kSteer)) parameter("parameter.steering_ratio", "steering.ratio", {P::steering_ratio}, 0.02);
@@ -152,12 +154,13 @@ Inventory inventory(const std::vector<Signals>& logs, const vehicle::Vehicle& ca
   }
   if (lateral && car.terms[Term::tyre_combined_slip] > 0)
     curve("combined slip", 0.1, [](Setting& s, double amount) { s.combined += amount; });
+  if (lateral && engine) curve("slip angle under drive", 1.0, [](Setting& s, double amount) { s.rolling_slip += amount; });
   if (lateral && car.terms[Term::tyre_relaxation] > 0)
     curve("relaxation length", 0.2, [](Setting& s, double amount) { s.relaxation += amount; });
   if (lateral)
     for (std::size_t k = 0; k < 2; ++k) {
-      curve("tyre curve", 0.015, [k](Setting& s, double amount) { s.curve[k] += amount; });
-      curve("tyre curve", 0.015, [k](Setting& s, double amount) { s.curve2[k] += amount; });
+      curve("tyre curve", 0.02, [k](Setting& s, double amount) { s.curve[k] += amount; });
+      curve("tyre curve", 0.02, [k](Setting& s, double amount) { s.curve2[k] += amount; });
       curve("tyre load", 0.02, [k](Setting& s, double amount) { s.load_curve[k] += amount; });
       curve("side force", 0.01, [k](Setting& s, double amount) { s.drop[k] += amount; });
     }

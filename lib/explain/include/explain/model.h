@@ -43,7 +43,7 @@ struct Setting {
   double rolling = 1.0, slip = 1.0;            ///< factors on rolling resistance and rear slip
   double slip_across = 1.0;                    ///< factor on the same slip in the difference of left and right
   double slip_turning = 0.0;                   ///< rear slip gained in a turn of 15 m/s2
-  std::array<double, 2> curve{}, curve2{};     ///< side force of an axle: over its use of grip
+  std::array<double, 2> curve{}, curve2{};     ///< side force of an axle: bend over its use of grip, and its skew
   std::array<double, 2> load_curve{};          ///< the same over its load
   std::array<double, 2> drop{};                ///< camber-like constant side force of an axle, m/s2
   double turbo = 0.0, turbo_rise_s = 0.35;     ///< share of torque that waits for boost
@@ -55,6 +55,7 @@ struct Setting {
   double lock = 0.0;                           ///< 1: the rear wheels turn together
   double drag = 0.0, down = 0.0;               ///< shares of stated drag and downforce that are switched off
   double load_sensitivity = 0.0, camber = 0.0, combined = 0.0, relaxation = 0.0;  ///< amplitudes
+  double rolling_slip = 0.0;                   ///< 1: slip angles refer to the wheel's own speed, tan alpha / (1 + kappa)
   double ride = 0.0;                           ///< drag and downforce lost per dynamic pressure
   double bank = 0.0, grade = 0.0, vertical = 0.0, friction = 0.0;  ///< of the road, everywhere
   double shift_u = 0.0;                        ///< of the road, m
