@@ -22,6 +22,8 @@ constexpr double kAsGood = 3.0;   ///< two that save this much alike are not tol
 /// Of loss that a mechanism of car or air must save where forces count as few: in the 300 trial recordings
 /// without any effect that it was set on, none did.
 constexpr double kNamed = 14.0;
+/// The same of a stretch of road that stands out less from what the stated curves get wrong elsewhere.
+constexpr double kPlaced = 30.0;
 /// Of a mechanism's square that curves and parameters must leave to it: below, as with inclined tyres in most
 /// recordings, what the stated curves get wrong passes for it.
 constexpr double kLeastLeft = 0.015;
@@ -102,14 +104,13 @@ Saved Analysis::exact(std::size_t unknown, double start, const Model& m, const V
 }
 
 std::vector<Family> Analysis::families_by_cost() const {
-  const VectorXd w = careful_weights();
   std::vector<Family> out;
-  for (std::size_t k = 0; k < candidate_.size(); ++k) {
-    const Unknown& u = inventory_.unknowns[candidate_[k]];
+  for (const std::size_t candidate : candidate_) {
+    const Unknown& u = inventory_.unknowns[candidate];
     if ((u.kind != "vehicle" && u.kind != "environment") || used(u)) continue;
     Family f;
-    f.id = candidate_[k];
-    f.column = w.cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
+    f.id = candidate;
+    f.column = careful_column(candidate);
     f.sign = u.one_sided ? 1 : 0;
     f.least_left = kLeastLeft;
     out.push_back(std::move(f));
@@ -117,10 +118,31 @@ std::vector<Family> Analysis::families_by_cost() const {
   return out;
 }
 
+VectorXd Analysis::careful_column(std::size_t unknown) const {
+  const auto k = std::find(candidate_.begin(), candidate_.end(), unknown) - candidate_.begin();
+  return careful_weights().cwiseProduct(candidate_moves_.col(k));
+}
+
+double Analysis::best_stretch(const Model& m) const {
+  std::vector<Family> along;
+  for (Family& f : candidates()) {
+    if (f.cell.empty() || used(inventory_.unknowns[f.id])) continue;
+    f.column = careful_column(f.id);
+    along.push_back(std::move(f));
+  }
+  double best = 0.0;
+  for (const Test& t : scan(m.fitted, along, rows_, 0, m.fitted.e).best)
+    if (const Unknown& u = inventory_.unknowns[along[t.family].id]; std::abs(t.amount) > u.least && std::abs(t.amount) < u.most) best = std::max(best, t.gain);
+  return best;
+}
+
+bool Analysis::placed(const Family& along, const Test& stretch) const {
+  return saved_by(careful_model(), within(careful_column(along.id), along.cell, stretch.begin, stretch.end)).gain > kPlaced;
+}
+
 bool Analysis::apart_from_curves(std::size_t unknown) const {
   const Model m = careful_model();
-  const auto k = std::find(candidate_.begin(), candidate_.end(), unknown) - candidate_.begin();
-  const VectorXd c = careful_weights().cwiseProduct(candidate_moves_.col(k)), shared = m.fitted.x.transpose() * c;
+  const VectorXd c = careful_column(unknown), shared = m.fitted.x.transpose() * c;
   return c.squaredNorm() - shared.dot(m.fitted.normal.solve(shared)) > kLeastLeft * c.squaredNorm();
 }
 
@@ -155,12 +177,17 @@ void Analysis::free_parameters() {
     const Freed f = best_parameter(m);
     const std::vector<Weighed> rivals = mechanisms_by_cost(m);
     if (f.saved == 0 || (!rivals.empty() && rivals.front().saved.gain > f.saved)) return;
+    // A stretch of road that says as much is looked at first: tyres that let go everywhere would hide it.
+    if (best_stretch(m) > f.saved) return;
     let_go(f);
   }
 }
 
 void Analysis::let_go(const Freed& f) {
   freed_.push_back(f);
+  refit(2);
+  // Far from what is stated a relation may answer differently: a pedal beyond its end no more.
+  moves_.col(static_cast<Index>(f.place)) = derivatives(logs_, car_, setting_with(amounts_), {&inventory_.unknowns[refit_[f.place]]}, rows_, options_.threads, {});
   refit(2);
   // What was held for want of evidence and runs to its limit takes the blame for something else.
   const Unknown& u = inventory_.unknowns[refit_[f.place]];
@@ -177,6 +204,8 @@ bool Analysis::step_by_cost(Findings& out) {
   const std::vector<Weighed> rivals = mechanisms_by_cost(m);
   const double best = rivals.empty() ? 0.0 : rivals.front().saved.gain;
   if (f.saved >= best && f.saved > 0) {
+    // As above; a place that could not be named is left over, and said to be.
+    if (best_stretch(m) > f.saved) return false;
     let_go(f);
     return true;
   }

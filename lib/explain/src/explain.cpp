@@ -305,9 +305,7 @@ bool Analysis::step(Findings& out, bool first) {
   for (std::size_t k = 0; k < tried.size(); ++k) {
     Tried& t = tried[k];
     const Unknown& u = inventory_.unknowns[t.unknown];
-    t.column = families[t.family].column;
-    for (Index i = 0; i < t.column.size() && u.along_road; ++i)
-      if (const int cell = families[t.family].cell[static_cast<std::size_t>(i)]; cell < t.test.begin || cell >= t.test.end) t.column[i] = 0.0;
+    t.column = within(families[t.family].column, families[t.family].cell, t.test.begin, t.test.end);
     if (!u.along_road && k < 10 && t.gain > 9) {
       const Saved x = exact(t.unknown, t.amount, m, weights());
       if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
@@ -336,7 +334,7 @@ bool Analysis::step(Findings& out, bool first) {
     const Unknown& u = inventory_.unknowns[t.unknown];
     const double threshold = s.threshold * (u.kind == "sensor" && kinematic_ ? 1.0 : kMargin);
     if (std::abs(t.test.z) < threshold && (u.along_road || std::sqrt(t.gain) < threshold)) continue;
-    if (u.along_road && std::abs(t.test.local_z) < s.threshold) continue;
+    if (u.along_road && std::abs(t.test.local_z) < s.threshold && !placed(families[t.family], t.test)) continue;
     if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     const std::vector<double> g = gains(t);
     const auto [cv, se] = total(g);
@@ -387,15 +385,18 @@ bool Analysis::step(Findings& out, bool first) {
     a.amount = t.amount;
     a.kinematic = kinematic_ && u.kind == "sensor";
     if (u.along_road) {
-      // A profile: every cell near the run that was found, held together by a prior.
-      const auto which = static_cast<Index>(std::find(candidate_.begin(), candidate_.end(), t.unknown) - candidate_.begin());
+      // A profile: every cell near the run that was found, held together by a prior; as secants, because the less
+      // grip there is, the more the next piece takes away.
+      Setting moved = setting_with(amounts_);
+      u.set(moved, t.amount);
+      const VectorXd per_unit = (r_ - rows_at(moved)) / t.amount;
       const int reach = std::max(3, (t.test.end - t.test.begin) / 2);
       const int begin = std::max(0, t.test.begin - reach), end = std::min(cells_, t.test.end + reach);
       a.width = 1.5 * std::abs(t.amount);
       a.columns = MatrixXd::Zero(r_.size(), end - begin);
       for (Index i = 0; i < r_.size(); ++i) {
         const int cell = families[t.family].cell[static_cast<std::size_t>(i)];
-        if (cell >= begin && cell < end) a.columns(i, cell - begin) = candidate_moves_(i, which);
+        if (cell >= begin && cell < end) a.columns(i, cell - begin) = per_unit[i];
       }
       for (int cell = begin; cell < end; ++cell) a.cells.push_back(cell);
       found.where.push_back({t.test.begin * kCell_m, t.test.end * kCell_m, {}});

@@ -31,6 +31,13 @@ VectorXd beyond(const Fitted& model, const VectorXd& column) {
   return column - model.x * model.normal.solve(model.x.transpose() * column);
 }
 
+VectorXd within(const VectorXd& column, const std::vector<int>& cell, int begin, int end) {
+  VectorXd out = column;
+  for (Index i = 0; i < out.size() && !cell.empty(); ++i)
+    if (const int here = cell[static_cast<std::size_t>(i)]; here < begin || here >= end) out[i] = 0.0;
+  return out;
+}
+
 VectorXd without_best(const Fitted& model, const std::vector<Family>& families, const Rows& rows) {
   const Test* best = nullptr;
   const Scan plain = scan(model, families, rows, 0, model.e);
@@ -38,10 +45,7 @@ VectorXd without_best(const Fitted& model, const std::vector<Family>& families, 
     if (best == nullptr || t.gain > best->gain) best = &t;
   if (best == nullptr) return model.e;
   const Family& f = families[best->family];
-  VectorXd c = f.column;
-  for (Index i = 0; i < c.size() && !f.cell.empty(); ++i)
-    if (const int cell = f.cell[static_cast<std::size_t>(i)]; cell < best->begin || cell >= best->end) c[i] = 0.0;
-  return model.e - best->amount * beyond(model, c);
+  return model.e - best->amount * beyond(model, within(f.column, f.cell, best->begin, best->end));
 }
 
 Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, const VectorXd& noise) {
@@ -98,10 +102,17 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
       for (const Test& t : here)
         if (t.gain > best.gain) best = t, peers = here;
     }
-    // How large such a sum gets elsewhere on the road: noise alone would make it 1.
+    // How large such a sum gets elsewhere on the road once the best is taken away: noise alone would make it 1.
     std::vector<double> elsewhere;
-    for (const Test& t : peers)
-      if (t.end <= best.begin || t.begin >= best.end) elsewhere.push_back(std::abs(t.z));
+    if (!family.cell.empty() && best.gain > 0) {
+      const VectorXd taken = best.amount * beyond(model, within(family.column, family.cell, best.begin, best.end));
+      VectorXd ct = VectorXd::Zero(cells);
+      for (Index i = 0; i < n; ++i)
+        if (const int cell = family.cell[static_cast<std::size_t>(i)]; cell >= 0) ct[cell] += family.column[i] * taken[i];
+      for (const Test& t : peers)
+        if (const double root_left = t.z / t.amount; (t.end <= best.begin || t.begin >= best.end) && std::isfinite(root_left))
+          elsewhere.push_back(std::abs(t.z - ct.segment(t.begin, t.end - t.begin).sum() / root_left));
+    }
     double spread = 1.0;
     if (elsewhere.size() >= 8) {
       const auto middle = elsewhere.begin() + static_cast<std::ptrdiff_t>(elsewhere.size() / 2);

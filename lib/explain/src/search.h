@@ -57,6 +57,9 @@ struct Scan {
 /// `noise`: the residual that is flipped.
 Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, const Eigen::VectorXd& noise);
 
+/// A family's column where it acts on cells begin to end - 1; zero elsewhere. A family without cells acts everywhere.
+Eigen::VectorXd within(const Eigen::VectorXd& column, const std::vector<int>& cell, int begin, int end);
+
 /// The residual without what the best test explains: flipped with it, a large effect would hide itself.
 Eigen::VectorXd without_best(const Fitted& model, const std::vector<Family>& families, const Rows& rows);
 
