@@ -61,7 +61,8 @@ class Analysis {
   static Saved saved_by(const Model& m, Eigen::VectorXd column);
   /// The column as a secant to the best amount, in these weights; gain 0: none.
   Saved exact(std::size_t unknown, double start, const Model& m, const Eigen::VectorXd& weights) const;
-  bool placed(const Family& along, const Test& stretch) const;  ///< holds where forces count as few too
+  /// From what the stated curves get wrong elsewhere, and where forces count as few.
+  bool stands_out(const Family& along, const Test& stretch, double threshold) const;
   double best_stretch(const Model& m) const;    ///< gain of the best stretch of road where forces count as few
   Eigen::VectorXd careful_column(std::size_t unknown) const;  ///< of a candidate, where forces count as few
   std::vector<Family> families_by_cost() const; ///< mechanisms of car and air

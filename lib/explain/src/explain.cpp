@@ -334,7 +334,7 @@ bool Analysis::step(Findings& out, bool first) {
     const Unknown& u = inventory_.unknowns[t.unknown];
     const double threshold = s.threshold * (u.kind == "sensor" && kinematic_ ? 1.0 : kMargin);
     if (std::abs(t.test.z) < threshold && (u.along_road || std::sqrt(t.gain) < threshold)) continue;
-    if (u.along_road && std::abs(t.test.local_z) < s.threshold && !placed(families[t.family], t.test)) continue;
+    if (u.along_road && !stands_out(families[t.family], t.test, s.threshold)) continue;
     if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     const std::vector<double> g = gains(t);
     const auto [cv, se] = total(g);
