@@ -108,6 +108,18 @@ TEST(Proofs, StrongerEngineHidesTurboLag) {
   EXPECT_LE(beyond, 2u);
 }
 
+TEST(Proofs, TenLapsDoNotTurnErrorsOfTyreCurvesIntoRoad) {
+  // What a stated tyre curve gets wrong in a corner comes back every lap: the more laps, the surer it looks.
+  Proof proof("compensated:21"), other("compensated:22");
+  proof.folder.file("compensated21/other.csv", other.folder.read("compensated22/run.csv"));
+  const json found = proof.explain("run.csv other.csv");
+  EXPECT_EQ(found.at("laps"), 10);
+  EXPECT_EQ(found.at("verdict"), "explained");
+  ASSERT_EQ(found.at("findings").size(), 2u);
+  EXPECT_NEAR(value(finding(found, "vehicle.turbo_lag")), 0.3, 0.05);
+  EXPECT_EQ(found["findings"][1].at("mechanism"), "parameter.engine_torque");
+}
+
 TEST(Proofs, BrakeFadeWithoutATemperature) {
   Proof proof("fade");
   const std::string log = proof.folder.read("fade/run.csv");
