@@ -68,7 +68,7 @@ void mass(const Listing& l) {
 
 void drive_and_brakes(const Listing& l) {
   if (l.engine) {
-    parameter(l, "parameter.drag", "aero.drag_area_m2", P::aero_drag_area_m2, 0.025);
+    parameter(l, "parameter.drag", "aero.drag_area_m2", P::aero_drag_area_m2, 0.018);
     parameter(l, "parameter.engine_torque", "engine.torque", P::engine_torque, 0.01);
     parameter(l, "parameter.throttle_gain", "throttle.gain", P::throttle_gain, 0.01);
   } else {
@@ -136,6 +136,7 @@ void list_wheel_radii(const Listing& l) {
     u.stated = 1.0;
     u.width = 0.05;
     u.step = 0.01;
+    u.form = k == 0 ? 0.0006 : 0.001;
     u.physics = "the rolling radius is not the stated one";
     u.equation = "v = omega * radius";
     u.set = [k](Setting& s, double amount) { s.wheel_radius[k] += amount; };
