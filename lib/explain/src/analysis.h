@@ -61,7 +61,8 @@ class Analysis {
   static Saved saved_by(const Model& m, Eigen::VectorXd column);
   /// The column as a secant to the best amount, in these weights; gain 0: none.
   Saved exact(std::size_t unknown, double start, const Model& m, const Eigen::VectorXd& weights) const;
-  /// From what the stated curves get wrong elsewhere, and where forces count as few.
+  /// Whether a stretch of road is more than what the stated curves get wrong elsewhere, and saves enough where
+  /// forces count as few.
   bool stands_out(const Family& along, const Test& stretch, double threshold) const;
   double best_stretch(const Model& m) const;    ///< gain of the best stretch of road where forces count as few
   Eigen::VectorXd careful_column(std::size_t unknown) const;  ///< of a candidate, where forces count as few

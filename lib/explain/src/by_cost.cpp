@@ -188,7 +188,7 @@ void Analysis::free_parameters() {
 void Analysis::let_go(const Freed& f) {
   freed_.push_back(f);
   refit(2);
-  // Far from what is stated a relation may answer differently: a pedal beyond its end no more.
+  // Far from what is stated its derivative may be another: a pedal past its end opens no further.
   moves_.col(static_cast<Index>(f.place)) = derivatives(logs_, car_, setting_with(amounts_), {&inventory_.unknowns[refit_[f.place]]}, rows_, options_.threads, {});
   refit(2);
   // What was held for want of evidence and runs to its limit takes the blame for something else.

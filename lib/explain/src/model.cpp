@@ -394,7 +394,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
           peak += heavier * force.mu_y * fz;
         }
         // What no stated curve has right: its shape between slope at the origin and peak, which are parameters of
-        // their own (a bend, and one to either side of its middle), and what it does over load.
+        // their own (a bend, and one to either side of its middle, 2.6 making it as high), and what it does over load.
         const double use = std::clamp(fy[k] / std::max(1.0, peak), -1.0, 1.0);
         const double load = axle[k] / (2 * load0[k]) - 1.0;
         const double used = std::abs(use), bend = 4 * used * (1 - used);
