@@ -20,6 +20,7 @@
 #include "road/reference_line.h"
 #include "road/sample.h"
 #include "road/synth.h"
+#include "support/places.h"
 #include "wide.h"
 
 namespace {
@@ -126,11 +127,11 @@ void rtcIntersect16(const int* valid, RTCScene scene, RTCIntersectContext* conte
 }
 
 int main(int argc, char** argv) {
-  const std::string torcs = std::string(TORCS_TRACKS) + "/road/g-track-1/g-track-1.acc";
+  const std::string torcs = places::torcs_tracks() + "/road/g-track-1/g-track-1.acc";
   const bool given = argc > 1;
   const road::Mesh mesh = given || std::filesystem::exists(torcs)
                               ? road::read_mesh(given ? argv[1] : torcs)
-                              : road::make_circuit_mesh(road::read_circuit(std::string(KERBSTONE_SOURCE) + "/tracks/kerbstone-ring/circuit.yaml"));
+                              : road::make_circuit_mesh(road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml"));
   const road::RoadMesh road = road::clean(mesh);
   const auto centreline = road::trace_centreline(road);
   const auto line = road::fit_reference_line(centreline);

@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 namespace cli {
@@ -84,7 +85,7 @@ TEST(Help, FlagsNamedInErrorsExist) {
   std::set<std::string> known;
   for (std::sregex_iterator i(help.begin(), help.end(), flag), end; i != end; ++i)
     known.insert(i->str());
-  for (const auto& entry : std::filesystem::directory_iterator(KERBSTONE_SOURCE "/lib/road/src")) {
+  for (const auto& entry : std::filesystem::directory_iterator(places::source() + "/lib/road/src")) {
     const std::string text = read(entry.path());
     for (std::sregex_iterator l(text.begin(), text.end(), literal), end; l != end; ++l) {
       const std::string words = l->str();

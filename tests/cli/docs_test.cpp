@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "road/recipe.h"
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 namespace cli {
@@ -16,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string source(const std::string& path) {
-  return read(std::string(KERBSTONE_SOURCE) + "/" + path);
+  return read(places::source() + "/" + path);
 }
 
 int shell(const std::string& command) { return std::system(command.c_str()); }
@@ -47,7 +48,7 @@ TEST(Docs, ReadmeFlagsExist) {
 
 TEST(Docs, LinksLeadSomewhere) {
   const std::regex link("\\]\\(([^)#:]+)(#[^)]*)?\\)");
-  const std::filesystem::path root(KERBSTONE_SOURCE);
+  const std::filesystem::path root(places::source());
   std::vector<std::filesystem::path> pages{root / "README.md"};
   for (const auto& entry : std::filesystem::directory_iterator(root / "docs"))
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
@@ -69,9 +70,9 @@ TEST(Docs, EveryCommandOfTheHowToRuns) {
   }
   ASSERT_GE(blocks, 4u);
   const Folder folder;
-  std::filesystem::create_symlink(std::string(KERBSTONE_SOURCE) + "/tracks", folder / "tracks");
+  std::filesystem::create_symlink(places::source() + "/tracks", folder / "tracks");
   write(folder / "all.sh", script);
-  const std::string path = std::filesystem::path(CRGBUILD).parent_path().string();
+  const std::string path = std::filesystem::path(places::crgbuild()).parent_path().string();
   EXPECT_EQ(shell(fmt::format("cd '{}' && PATH='{}':\"$PATH\" bash all.sh > log 2>&1",
                               folder.path(), path)),
             0)
@@ -83,9 +84,9 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
   const std::string text = source("docs/lidar2mesh.md");
   const std::size_t begin = text.find("```sh\n") + 6;
   const Folder folder;
-  std::filesystem::create_symlink(std::string(KERBSTONE_SOURCE) + "/tracks", folder / "tracks");
+  std::filesystem::create_symlink(places::source() + "/tracks", folder / "tracks");
   write(folder / "all.sh", "set -euo pipefail\n" + text.substr(begin, text.find("\n```", begin) - begin) + "\n");
-  const std::string path = std::filesystem::path(CRGBUILD).parent_path().parent_path().string() + "/lidar2mesh";
+  const std::string path = std::filesystem::path(places::crgbuild()).parent_path().parent_path().string() + "/lidar2mesh";
   EXPECT_EQ(shell(fmt::format("cd '{}' && PATH='{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(), path)), 0) << read(folder / "log");
   for (const char* file : {"refined.crg", "refined.ply", "refined.stddev.crg", "refined.provenance.crg", "summary.json", "trajectory.csv"})
     EXPECT_TRUE(exists(folder / ("refined/" + std::string(file)))) << file;
@@ -93,15 +94,15 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
 
 TEST(Scripts, AreSoundShell) {
   const std::string scripts = fmt::format(
-      "'{0}/scripts/setup' '{0}/scripts/demo' '{0}/scripts/test' '{0}/.ci/run'", KERBSTONE_SOURCE);
+      "'{0}/scripts/setup' '{0}/scripts/demo' '{0}/scripts/test' '{0}/.ci/run'", places::source());
   for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", ".ci/run"})
-    EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", KERBSTONE_SOURCE, name)), 0) << name;
+    EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", places::source(), name)), 0) << name;
   if (shell("command -v shellcheck >/dev/null") != 0) GTEST_SKIP() << "shellcheck is not installed";
   EXPECT_EQ(shell("shellcheck " + scripts), 0);
 }
 
 TEST(Scripts, SetupRefusesWhatItDoesNotKnow) {
-  EXPECT_NE(shell(fmt::format("'{}/scripts/setup' nonsense 2>/dev/null", KERBSTONE_SOURCE)), 0);
+  EXPECT_NE(shell(fmt::format("'{}/scripts/setup' nonsense 2>/dev/null", places::source())), 0);
 }
 
 }  // namespace

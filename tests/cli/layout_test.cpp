@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 namespace cli {
@@ -32,7 +33,7 @@ std::vector<std::pair<fs::path, std::string>> includes_below(const fs::path& fol
 
 TEST(Layout, CrgConfiguresAlone) {
   const Folder folder;
-  EXPECT_EQ(std::system(fmt::format("cmake -S '{}/lib/crg' -B '{}' > '{}' 2>&1", KERBSTONE_SOURCE,
+  EXPECT_EQ(std::system(fmt::format("cmake -S '{}/lib/crg' -B '{}' > '{}' 2>&1", places::source(),
                                     folder / "build", folder / "log")
                             .c_str()),
             0)
@@ -43,7 +44,7 @@ TEST(Layout, CrgIncludesItselfAndTheStandardLibraryOnly) {
   // Headers of the system that memory mapping and CPU dispatch need.
   const std::regex system(
       "(sys/.*|std[a-z]+\\.h|unistd\\.h|fcntl\\.h|immintrin\\.h|windows\\.h|io\\.h|cpuid\\.h)");
-  for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / "lib/crg"))
+  for (const auto& [file, name] : includes_below(fs::path(places::source()) / "lib/crg"))
     EXPECT_TRUE(name.starts_with("crg/") || name.starts_with("crg.") ||
                 name.find_first_of("/.") == std::string::npos ||
                 fs::exists(file.parent_path() / name) || std::regex_match(name, system))
@@ -54,7 +55,7 @@ TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
   const std::regex heavy(
       "(assimp|CGAL|embree|yaml-cpp|nlohmann|GeographicLib|pcl|ceres|cairo|openssl|CLI|fmt|boost)"
       "([0-9]*)[/.].*|(cairo|png)\\.h");
-  for (const auto& library : fs::directory_iterator(fs::path(KERBSTONE_SOURCE) / "lib")) {
+  for (const auto& library : fs::directory_iterator(fs::path(places::source()) / "lib")) {
     if (!fs::exists(library.path() / "include")) continue;
     for (const auto& [file, name] : includes_below(library.path() / "include"))
       EXPECT_FALSE(std::regex_match(name, heavy)) << file << " includes " << name;
@@ -64,7 +65,7 @@ TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
 TEST(Layout, EachHeavyLibraryStaysInTwoSourceFiles) {
   for (const char* library : {"assimp/", "CGAL/", "embree3/", "yaml-cpp/"}) {
     std::set<fs::path> files;
-    for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / "lib/road/src"))
+    for (const auto& [file, name] : includes_below(fs::path(places::source()) / "lib/road/src"))
       if (name.starts_with(library)) files.insert(file);
     EXPECT_LE(files.size(), 2u) << library;
     EXPECT_GE(files.size(), 1u) << library << " is required but not used";
@@ -72,26 +73,26 @@ TEST(Layout, EachHeavyLibraryStaysInTwoSourceFiles) {
 }
 
 TEST(Layout, FilesKnowsNoNeighbourAndAloneHashes) {
-  const fs::path files = fs::path(KERBSTONE_SOURCE) / "lib/files";
+  const fs::path files = fs::path(places::source()) / "lib/files";
   for (const auto& [file, name] : includes_below(files))
     EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||
                  name.starts_with("vehicle/") || name.starts_with("report/"))
         << file << " includes " << name;
   for (const char* folder : {"lib", "tools"})
-    for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / folder))
+    for (const auto& [file, name] : includes_below(fs::path(places::source()) / folder))
       EXPECT_FALSE(name.starts_with("openssl/") && file != files / "src/sha256.cpp")
           << file << " includes " << name;
 }
 
 TEST(Layout, ReportKnowsNeitherRoadNorCrg) {
-  for (const auto& [file, name] : includes_below(fs::path(KERBSTONE_SOURCE) / "lib/report"))
+  for (const auto& [file, name] : includes_below(fs::path(places::source()) / "lib/report"))
     EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||
                  name.starts_with("vehicle/"))
         << file << " includes " << name;
 }
 
 TEST(Layout, CommandLineParserStaysInOneFilePerTool) {
-  for (const auto& tool : fs::directory_iterator(fs::path(KERBSTONE_SOURCE) / "tools")) {
+  for (const auto& tool : fs::directory_iterator(fs::path(places::source()) / "tools")) {
     if (!tool.is_directory()) continue;
     int files = 0;
     for (const auto& [file, name] : includes_below(tool.path())) files += name.starts_with("CLI/");

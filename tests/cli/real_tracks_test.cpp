@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 namespace cli {
@@ -18,11 +19,11 @@ class RealTracks : public ::testing::TestWithParam<Track> {};
 
 TEST_P(RealTracks, RecipeBuildsTheTrackAsDesigned) {
   const Track& track = GetParam();
-  if (!exists(fmt::format("{0}/road/{1}/{1}.acc", TORCS_TRACKS, track.name)))
+  if (!exists(fmt::format("{0}/road/{1}/{1}.acc", places::torcs_tracks(), track.name)))
     GTEST_SKIP() << "the package torcs-data is not installed";
   const Folder folder;
   const Ran ran =
-      crgbuild({"build", fmt::format("{}/tracks/{}/track.yaml", KERBSTONE_SOURCE, track.name), "-o",
+      crgbuild({"build", fmt::format("{}/tracks/{}/track.yaml", places::source(), track.name), "-o",
                 folder / "out", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto s = nlohmann::json::parse(ran.out);

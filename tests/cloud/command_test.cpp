@@ -8,6 +8,7 @@
 
 #include "crg/file.h"
 #include "nlohmann/json.hpp"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace cloud {
@@ -23,7 +24,7 @@ struct Ran {
 /// `before` is shell in front of the program.
 Ran lidar2mesh(const support::TemporaryFolder& folder, const std::string& arguments,
                const std::string& before = "") {
-  const std::string command = before + " \"" LIDAR2MESH "\" " + arguments + " > '" +
+  const std::string command = before + " \"" + places::lidar2mesh() + "\" " + arguments + " > '" +
                               folder.path("out.txt") + "' 2> '" + folder.path("err.txt") + "'";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("out.txt"),

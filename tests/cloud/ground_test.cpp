@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "cloud/read_cloud.h"
+#include "support/places.h"
 
 namespace cloud {
 namespace {
@@ -31,7 +32,7 @@ TEST(Ground, TakesABoxOffASlope) {
 }
 
 TEST(RealClouds, GroundOfSamp11) {
-  const std::string folder = std::string(KERBSTONE_DATA) + "/lidar/";
+  const std::string folder = places::data() + "/lidar/";
   if (!std::ifstream(folder + "samp11-utm.pcd")) GTEST_SKIP() << "no ../shared/data";
   const Cloud all = read_cloud(folder + "samp11-utm.pcd"),
               labelled = read_cloud(folder + "samp11-utm-ground.pcd");

@@ -10,6 +10,7 @@
 
 #include "road/error.h"
 #include "support/cloud_files.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace cloud {
@@ -175,7 +176,7 @@ TEST(Describe, FindsQuantisation) {
               HasSubstr("y is quantised to 0.5 m"));
 }
 
-std::string lidar(const char* name) { return std::string(KERBSTONE_DATA) + "/lidar/" + name; }
+std::string lidar(const char* name) { return places::data() + "/lidar/" + name; }
 
 TEST(RealClouds, Autzen) {
   if (!std::ifstream(lidar("autzen_trim.las"))) GTEST_SKIP() << "no ../shared/data";

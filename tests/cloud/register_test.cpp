@@ -9,6 +9,7 @@
 
 #include "cloud/read_cloud.h"
 #include "road/error.h"
+#include "support/places.h"
 
 namespace cloud {
 namespace {
@@ -73,7 +74,7 @@ TEST(Register, RefusesCloudsThatDoNotMeet) {
 }
 
 TEST(RealClouds, StreetPair) {
-  const std::string folder = std::string(KERBSTONE_DATA) + "/lidar/";
+  const std::string folder = places::data() + "/lidar/";
   std::ifstream truth(folder + "street_T_target_source.txt");
   if (!truth) GTEST_SKIP() << "no ../shared/data";
   Eigen::Matrix4d T;

@@ -10,6 +10,7 @@
 
 #include "crg/surface.h"
 #include "roads.h"
+#include "support/places.h"
 
 namespace crg {
 namespace {
@@ -53,7 +54,7 @@ Case case_of(std::string name) {
 
 std::vector<std::string> answer_files() {
   std::vector<std::string> names;
-  const std::filesystem::path folder = std::filesystem::path(KERBSTONE_DATA) / "opencrg" / "reference";
+  const std::filesystem::path folder = std::filesystem::path(places::data()) / "opencrg" / "reference";
   if (std::filesystem::is_directory(folder)) {
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       if (entry.path().extension() == ".csv") names.push_back(entry.path().stem().string());
@@ -65,8 +66,8 @@ std::vector<std::string> answer_files() {
 
 TEST(Reference, AnswersAgree) {
   const std::vector<std::string> names = answer_files();
-  if (names.empty()) GTEST_SKIP() << "no reference answers in " << KERBSTONE_DATA << "/opencrg/reference";
-  const std::filesystem::path data = std::filesystem::path(KERBSTONE_DATA) / "opencrg";
+  if (names.empty()) GTEST_SKIP() << "no reference answers in " << places::data() << "/opencrg/reference";
+  const std::filesystem::path data = std::filesystem::path(places::data()) / "opencrg";
   // The samples include each other as ../crg-txt/<name>.
   const test::Folder folder;
   for (const char* part : {"crg-txt", "here"}) {

@@ -11,6 +11,7 @@
 #include "crg/file.h"
 #include "explain/explain.h"
 #include "explain/plausible_car.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
@@ -28,7 +29,7 @@ class BadInput : public ::testing::Test {
   void SetUp() override {
     if (folder_ != nullptr) return;
     folder_ = new support::TemporaryFolder;
-    ASSERT_EQ(std::system(fmt::format("{} --scenario none {}", MAKE_TRIALS, folder_->path(".")).c_str()), 0);
+    ASSERT_EQ(std::system(fmt::format("{} --scenario none {}", places::make_trials(), folder_->path(".")).c_str()), 0);
     road_ = new crg::Surface(crg::read(folder_->path("none/track.crg")));
     log_ = new vehicle::Table(vehicle::read_table(folder_->path("none/run.csv")));
   }
@@ -186,7 +187,7 @@ TEST_F(BadInput, AnotherTrackAndAnotherFrame) {
 }
 
 TEST_F(BadInput, AnotherCar) {
-  const vehicle::Vehicle car = vehicle::read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+  const vehicle::Vehicle car = vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   ExplainOptions options;
   options.nulls = 200;
   Findings found = explain({signals(*log_)}, car, options);
@@ -198,7 +199,7 @@ TEST_F(BadInput, AnotherCar) {
 
 TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {
   const std::string before = folder_->read("none/vehicle.yaml");
-  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/run.csv -o {1} 2> {2}", CRGEXPLAIN, folder_->path("none"), folder_->path("log")).c_str()), 0);
+  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/run.csv -o {1} 2> {2}", places::crgexplain(), folder_->path("none"), folder_->path("log")).c_str()), 0);
   EXPECT_THAT(folder_->read("log"), AllOf(HasSubstr("none/vehicle.yaml: is read"), HasSubstr("choose another folder")));
   EXPECT_EQ(folder_->read("none/vehicle.yaml"), before);
 }

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 namespace {
@@ -16,7 +17,7 @@ using ::testing::StartsWith;
 
 /// The ```sh blocks of the document; `build` in place of build/dev, where its reader has it.
 std::string commands(const std::string& build) {
-  std::string text = cli::read(fmt::format("{}/docs/crgexplain.md", KERBSTONE_SOURCE));
+  std::string text = cli::read(fmt::format("{}/docs/crgexplain.md", places::source()));
   std::string script = "set -euo pipefail\n";
   for (std::size_t at = 0; (at = text.find("```sh\n", at)) != std::string::npos;) {
     const std::size_t end = text.find("\n```", at);
@@ -33,10 +34,10 @@ TEST(ExplainDocs, EveryCommandOfTheTourRuns) {
   namespace fs = std::filesystem;
   const cli::Folder folder;
   cli::write(folder / "all.sh",
-             commands(fs::path(MAKE_TRIALS).parent_path().parent_path().string()));
+             commands(fs::path(places::make_trials()).parent_path().parent_path().string()));
   const std::string command =
       fmt::format("cd '{}' && PATH='{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
-                  fs::path(CRGEXPLAIN).parent_path().string());
+                  fs::path(places::crgexplain()).parent_path().string());
   ASSERT_EQ(std::system(command.c_str()), 0) << cli::read(folder / "log");
   const std::string log = cli::read(folder / "log");
   const std::size_t first = log.find("verdict: "), second = log.find("verdict: ", first + 1);

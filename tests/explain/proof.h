@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace explain_test {
@@ -19,7 +20,7 @@ using nlohmann::json;
 class Proof {
  public:
   explicit Proof(std::string name) : name_(std::move(name)) {
-    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", MAKE_TRIALS, name_, folder.path("."), folder.path("log"))), 0) << folder.read("log");
+    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", places::make_trials(), name_, folder.path("."), folder.path("log"))), 0) << folder.read("log");
     std::erase(name_, ':');  // "fade:31" lies in fade31
     truth = json::parse(folder.read("sealed/" + name_ + ".json"));
   }
@@ -30,7 +31,7 @@ class Proof {
       files += " " + path(recordings.substr(at, end - at));
       at = end + 1;
     }
-    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1", CRGEXPLAIN, path("track.crg"), path("vehicle.yaml"), files,
+    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1", places::crgexplain(), path("track.crg"), path("vehicle.yaml"), files,
                                 folder.path(out), more, folder.path("log"))),
               0)
         << folder.read("log");
@@ -42,7 +43,7 @@ class Proof {
     const std::size_t at = log.find(words);
     if (at == std::string::npos) return -1;
     const std::string command = log.substr(at + words.size(), log.find('\n', at) - at - words.size());
-    const std::string path = std::string(CRGDRIVE).substr(0, std::string(CRGDRIVE).rfind('/')) + ":" + std::string(CRGEXPLAIN).substr(0, std::string(CRGEXPLAIN).rfind('/'));
+    const std::string path = places::crgdrive().substr(0, places::crgdrive().rfind('/')) + ":" + places::crgexplain().substr(0, places::crgexplain().rfind('/'));
     return shell(fmt::format("PATH={}:$PATH {} {} > {} 2>&1", path, command, more, folder.path("again.log")));
   }
   std::string path(const std::string& file) const { return folder.path(name_ + "/" + file); }

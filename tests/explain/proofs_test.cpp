@@ -12,6 +12,7 @@
 #include "crg/surface.h"
 #include "explain/write_back.h"
 #include "proof.h"
+#include "support/places.h"
 #include "vehicle/table.h"
 #include "vehicle/vehicle_file.h"
 
@@ -346,7 +347,7 @@ TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {
   std::size_t at = 0;
   for (int line = 0; line < 5501; ++line) at = log.find('\n', at) + 1;
   proof.folder.file("fade/run.csv", log.substr(0, at));
-  const std::string run = fmt::format("{} run --nulls 200 --track {} --vehicle {} --recordings {} -o {}/", CRGEXPLAIN, proof.path("track.crg"), proof.path("vehicle.yaml"), proof.path("run.csv"),
+  const std::string run = fmt::format("{} run --nulls 200 --track {} --vehicle {} --recordings {} -o {}/", places::crgexplain(), proof.path("track.crg"), proof.path("vehicle.yaml"), proof.path("run.csv"),
                                       proof.folder.path("."));
   // Killed as soon as the first stage is on disk under its final name, which ends in 16 digits.
   EXPECT_EQ(std::system(fmt::format("{}killed > {} 2>&1 & pid=$!; while kill -0 $pid 2> /dev/null && ! ls {}/killed/.unfinished/relations-???????????????? > /dev/null 2>&1; do sleep 0.02; done; kill -9 $pid", run,

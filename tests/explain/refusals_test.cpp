@@ -12,6 +12,7 @@
 
 #include "explain/mapping.h"
 #include "proof.h"
+#include "support/places.h"
 
 namespace {
 
@@ -51,7 +52,7 @@ class Refusals : public ::testing::Test {
   /// The one line that refuses; `code` is the exit code. Nothing may be left in the folder of the result.
   static std::string refused(const std::string& arguments, int code = 1) {
     const std::string log = proof_->folder.path("refusal");
-    const int status = std::system(fmt::format("{} {} > {} 2>&1", CRGEXPLAIN, arguments, log).c_str());
+    const int status = std::system(fmt::format("{} {} > {} 2>&1", places::crgexplain(), arguments, log).c_str());
     EXPECT_EQ(WEXITSTATUS(status), code) << arguments;
     const std::string said = proof_->folder.read("refusal");
     if (code == 1) {
@@ -131,7 +132,7 @@ TEST(LogsOfOthers, AreReadAsTheyAre) {
   EXPECT_THAT(all.at("remarks").dump(), HasSubstr(fmt::format("loggers.csv: {} of {} cells of 'gear' are no numbers: taken as empty", (row + 92) / 100, row)));
   std::replace(log.begin(), log.end(), '.', ',');
   proof.folder.file("none/commas.csv", log);
-  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/commas.csv -o {1}/out 2> {2}", CRGEXPLAIN, proof.path(""), proof.folder.path("said")).c_str()), 0);
+  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/commas.csv -o {1}/out 2> {2}", places::crgexplain(), proof.path(""), proof.folder.path("said")).c_str()), 0);
   EXPECT_THAT(proof.folder.read("said"), HasSubstr("no cell of 'x_m' is a number; wanted numbers with a decimal point"));
 }
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "explain/unknowns.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -19,8 +20,8 @@ int shell(const std::string& command) { return std::system(command.c_str()); }
 
 TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   const support::TemporaryFolder folder;
-  const std::string tool = CRGEXPLAIN, here = folder.path("t");
-  ASSERT_EQ(shell(tool + " trials make --generator " MAKE_TRIALS " --count 5 --seed 101 " + here + " > " + folder.path("log")), 0);
+  const std::string tool = places::crgexplain(), here = folder.path("t");
+  ASSERT_EQ(shell(tool + " trials make --generator " + places::make_trials() + " --count 5 --seed 101 " + here + " > " + folder.path("log")), 0);
   ASSERT_EQ(shell(tool + " trials run " + here + " >> " + folder.path("log")), 0);
   const auto findings = [&](const std::string& path) { return json::parse(folder.read(path)); };
   // What this set holds: 0 and 1 nothing, 2 and 3 a road that leans, 4 a wind of 3.2 m/s.
@@ -58,8 +59,8 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
 
 TEST(Trials, LogsWithSuspensionAndDiscsAreExplainedBlindToo) {
   const support::TemporaryFolder folder;
-  const std::string tool = CRGEXPLAIN, here = folder.path("t");
-  ASSERT_EQ(shell(tool + " trials make --waves --generator " MAKE_TRIALS " --count 5 --seed 101 " + here + " > " + folder.path("log")), 0);
+  const std::string tool = places::crgexplain(), here = folder.path("t");
+  ASSERT_EQ(shell(tool + " trials make --waves --generator " + places::make_trials() + " --count 5 --seed 101 " + here + " > " + folder.path("log")), 0);
   ASSERT_EQ(shell(tool + " trials run " + here + " >> " + folder.path("log")), 0);
   // 0 to 3 nothing, 4 waves of some millimetres that the file does not have.
   for (const char* id : {"0000", "0001", "0002", "0003", "0004"}) {
@@ -74,22 +75,22 @@ TEST(Trials, LogsWithSuspensionAndDiscsAreExplainedBlindToo) {
 }
 
 TEST(Trials, ARealLogWithoutUnitsOfItsOwnIsMapped) {
-  const std::string log = KERBSTONE_DATA "/recordings/putnam_run4_2.csv";
+  const std::string log = places::data() + "/recordings/putnam_run4_2.csv";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << "skipped: " << log << " is not there";
   const support::TemporaryFolder folder;
-  ASSERT_EQ(shell(std::string(CRGEXPLAIN) + " map " + log + " -o " + folder.path("mapping.yaml") + " > " + folder.path("log")), 0);
+  ASSERT_EQ(shell(places::crgexplain() + " map " + log + " -o " + folder.path("mapping.yaml") + " > " + folder.path("log")), 0);
   EXPECT_THAT(folder.read("log"), ::testing::HasSubstr("15 of 16 columns used"));
   EXPECT_THAT(folder.read("mapping.yaml"), ::testing::HasSubstr("\"wheel_fl(kmph)\": {channel: wheel_fl_mps, scale: 0.277777777778}"));
 }
 
 TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
-  const std::string data = KERBSTONE_DATA "/recordings/", log = data + "putnam_run4_2.csv";
+  const std::string data = places::data() + "/recordings/", log = data + "putnam_run4_2.csv";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << "skipped: " << log << " is not there";
   const support::TemporaryFolder folder;
-  ASSERT_EQ(shell(std::string(CRGBUILD) + " from-edges " + data + "putnam_inner_bound.csv " + data + "putnam_outer_bound.csv -o " + folder.path("edges") + " > " + folder.path("log") + " 2>&1"), 0)
+  ASSERT_EQ(shell(places::crgbuild() + " from-edges " + data + "putnam_inner_bound.csv " + data + "putnam_outer_bound.csv -o " + folder.path("edges") + " > " + folder.path("log") + " 2>&1"), 0)
       << folder.read("log");
-  const std::string car = KERBSTONE_SOURCE "/vehicles/av21/";
-  ASSERT_EQ(shell(std::string(CRGEXPLAIN) + " run --skip-simulation --nulls 200 --hold-out 1 --track " + folder.path("edges/putnam.crg") + " --vehicle " + car + "vehicle.yaml --mapping " + car +
+  const std::string car = places::source() + "/vehicles/av21/";
+  ASSERT_EQ(shell(places::crgexplain() + " run --skip-simulation --nulls 200 --hold-out 1 --track " + folder.path("edges/putnam.crg") + " --vehicle " + car + "vehicle.yaml --mapping " + car +
                   "putnam_mapping.yaml --recordings " + log + " -o " + folder.path("out") + " > " + folder.path("log") + " 2>&1"),
             0)
       << folder.read("log");

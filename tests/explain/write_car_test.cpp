@@ -8,6 +8,7 @@
 
 #include "explain/fuel.h"
 #include "proof.h"
+#include "support/places.h"
 #include "vehicle/step.h"
 
 namespace {
@@ -21,7 +22,7 @@ using ::testing::HasSubstr;
 using P = vehicle::Parameter;
 using vehicle::Term;
 
-const std::string kStated = KERBSTONE_SOURCE "/vehicles/open_wheel/vehicle.yaml";
+const std::string kStated = places::source() + "/vehicles/open_wheel/vehicle.yaml";
 
 Finding found(const std::string& mechanism, const std::string& kind, const std::string& name, double amount) {
   Finding f;
@@ -265,7 +266,7 @@ TEST(PrintedCommands, RunWithPathsThatAShellWouldTakeApart) {
   Proof proof("banking");
   const std::string here = proof.folder.path("it's here");
   std::filesystem::copy(proof.path("."), here);
-  ASSERT_EQ(std::system(fmt::format("{0} run --track \"{1}/track.crg\" --vehicle \"{1}/vehicle.yaml\" --recordings \"{1}/run.csv\" --skip-simulation -o \"{1}/out\" > {2}", CRGEXPLAIN, here,
+  ASSERT_EQ(std::system(fmt::format("{0} run --track \"{1}/track.crg\" --vehicle \"{1}/vehicle.yaml\" --recordings \"{1}/run.csv\" --skip-simulation -o \"{1}/out\" > {2}", places::crgexplain(), here,
                                     proof.folder.path("log"))
                             .c_str()),
             0);

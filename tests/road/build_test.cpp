@@ -14,6 +14,7 @@
 #include "crg/surface.h"
 #include "road/circuit.h"
 #include "road/synth.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -29,7 +30,7 @@ double quantile(std::vector<double> values, double share) {
 }
 
 const road::Circuit& demo() {
-  static const road::Circuit circuit = road::read_circuit(std::string(KERBSTONE_SOURCE) + "/tracks/kerbstone-ring/circuit.yaml");
+  static const road::Circuit circuit = road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml");
   return circuit;
 }
 

@@ -12,6 +12,7 @@
 
 #include "crg/surface.h"
 #include "road/error.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -68,7 +69,7 @@ CircuitDesign rectangle(double a, double b, double c, double d, bool solve = fal
 
 const Circuit& demo() {
   static const Circuit circuit =
-      road::read_circuit(std::string(KERBSTONE_SOURCE) + "/tracks/kerbstone-ring/circuit.yaml");
+      road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml");
   return circuit;
 }
 

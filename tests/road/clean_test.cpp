@@ -13,6 +13,7 @@
 #include "road/error.h"
 #include "road/read_mesh.h"
 #include "support/mutate_mesh.h"
+#include "support/places.h"
 
 namespace {
 
@@ -395,7 +396,7 @@ std::set<std::array<long, 3>> centres(const RoadMesh& road, bool of_road) {
 }
 
 TEST_P(CleanTorcs, FindsTheSameRoadByNamesAndByShape) {
-  const std::filesystem::path folder = std::filesystem::path(TORCS_TRACKS) / GetParam().name;
+  const std::filesystem::path folder = std::filesystem::path(places::torcs_tracks()) / GetParam().name;
   const std::string stem = folder.filename().string();
   std::string path = (folder / (stem + ".acc")).string();
   if (!std::filesystem::exists(path)) path = (folder / (stem + ".ac")).string();

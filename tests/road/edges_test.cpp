@@ -12,6 +12,7 @@
 #include "crg/surface.h"
 #include "road/build.h"
 #include "road/error.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace road {
@@ -253,7 +254,7 @@ TEST(Edges, SurveyedCircuits) {
   for (const Case& c : {Case{"edges/circuit_a_left.csv", "edges/circuit_a_right.csv", 0.5 * (3942.0 + 3858.2)},
                         Case{"edges/circuit_b_left.csv", "edges/circuit_b_right.csv", 0.5 * (4261.2 + 4349.6)},
                         Case{"recordings/putnam_inner_bound.csv", "recordings/putnam_outer_bound.csv", 0.5 * (2881.5 + 2824.1)}}) {
-    const std::string data = KERBSTONE_DATA "/";
+    const std::string data = places::data() + "/";
     if (!std::filesystem::exists(data + c.left)) GTEST_SKIP() << "no " << data << c.left;
     const Edge left = read_edge(data + c.left), right = read_edge(data + c.right);
     EdgesReport report;

@@ -13,11 +13,12 @@
 #include "road/export_mesh.h"
 #include "road/ray_surface.h"
 #include "support/mutate_mesh.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace {
 
-std::string torcs(const std::string& name) { return TORCS_TRACKS "/road/" + name + "/" + name + ".acc"; }
+std::string torcs(const std::string& name) { return places::torcs_tracks() + "/road/" + name + "/" + name + ".acc"; }
 
 double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());

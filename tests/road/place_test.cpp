@@ -14,6 +14,7 @@
 #include "road/build.h"
 #include "road/error.h"
 #include "road/export_mesh.h"
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "support/temporary_folder.h"
 
@@ -40,7 +41,7 @@ std::string control_points(const std::vector<Vector3d>& mesh, const std::vector<
 }
 
 TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
-  const std::string path = TORCS_TRACKS "/road/g-track-1/g-track-1.acc";
+  const std::string path = places::torcs_tracks() + "/road/g-track-1/g-track-1.acc";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data)";
   const support::TemporaryFolder folder;
   const Mesh mesh = read_mesh(path);

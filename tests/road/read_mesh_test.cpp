@@ -12,6 +12,7 @@
 
 #include "road/error.h"
 #include "support/mesh_files.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -368,7 +369,7 @@ TEST_F(ReadMesh, WritesWhatItReads) {
 }
 
 TEST(ReadMeshTorcs, ReadsEveryTrack) {
-  const std::filesystem::path tracks = TORCS_TRACKS;
+  const std::filesystem::path tracks = places::torcs_tracks();
   if (!std::filesystem::exists(tracks)) GTEST_SKIP() << tracks << " is not installed";
   std::size_t read = 0;
   for (const char* kind : {"road", "oval", "dirt"}) {

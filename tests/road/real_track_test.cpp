@@ -13,6 +13,7 @@
 #include "road/build.h"
 #include "road/csv.h"
 #include "support/brute_force.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 #include "support/torcs_track.h"
 
@@ -66,8 +67,8 @@ double quantile(std::vector<double> values, double share) {
 class RealTrack : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    mesh_path_ = std::string(TORCS_TRACKS) + "/road/" + GetParam() + "/" + GetParam() + ".acc";
-    edges_path_ = std::string(KERBSTONE_DATA) + "/torcs_truth/" + GetParam() + ".csv";
+    mesh_path_ = places::torcs_tracks() + "/road/" + GetParam() + "/" + GetParam() + ".acc";
+    edges_path_ = places::data() + "/torcs_truth/" + GetParam() + ".csv";
     for (const auto& path : {mesh_path_, edges_path_}) {
       if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data; data beside the checkout)";
     }

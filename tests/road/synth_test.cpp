@@ -15,6 +15,7 @@
 #include "files/sha256.h"
 #include "road/error.h"
 #include "support/brute_force.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -28,7 +29,7 @@ using road::SynthOptions;
 
 const Circuit& demo() {
   static const Circuit circuit =
-      road::read_circuit(std::string(KERBSTONE_SOURCE) + "/tracks/kerbstone-ring/circuit.yaml");
+      road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml");
   return circuit;
 }
 

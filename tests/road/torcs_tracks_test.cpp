@@ -14,6 +14,7 @@
 #include "road/build.h"
 #include "road/export_mesh.h"
 #include "support/brute_force.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 #include "support/torcs_track.h"
 
@@ -26,7 +27,7 @@ std::vector<std::string> tracks() {
   std::vector<std::string> names;
   std::error_code error;
   for (const char* kind : {"road", "oval"}) {
-    for (const auto& entry : fs::directory_iterator(fs::path(TORCS_TRACKS) / kind, error)) names.push_back(std::string(kind) + "/" + entry.path().filename().string());
+    for (const auto& entry : fs::directory_iterator(fs::path(places::torcs_tracks()) / kind, error)) names.push_back(std::string(kind) + "/" + entry.path().filename().string());
   }
   std::sort(names.begin(), names.end());
   if (std::getenv("KERBSTONE_ALL_TRACKS") == nullptr) {
@@ -158,7 +159,7 @@ Decks check_decks(const crg::Surface& road, const support::BruteForce& drivable,
 class TorcsTracks : public testing::TestWithParam<std::string> {};
 
 TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
-  const fs::path folder = fs::path(TORCS_TRACKS) / GetParam();
+  const fs::path folder = fs::path(places::torcs_tracks()) / GetParam();
   const std::string name = folder.filename().string();
   const fs::path mesh_path = fs::exists(folder / (name + ".acc")) ? folder / (name + ".acc") : folder / (name + ".ac");
   const support::TorcsTrack design = support::read_torcs_track((folder / (name + ".xml")).string());

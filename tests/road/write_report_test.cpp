@@ -15,6 +15,7 @@
 #include "report/track_report.h"
 #include "road/error.h"
 #include "support/oval_road.h"
+#include "support/places.h"
 
 namespace {
 
@@ -218,7 +219,7 @@ TEST_F(WriteReport, WhatCannotBeReportedEndsInOneClearLineAndLeavesNothing) {
 }
 
 TEST_F(WriteReport, SampleFilesOfTheStandardAllGetAReport) {
-  const fs::path samples = fs::path(KERBSTONE_DATA) / "opencrg" / "samples";
+  const fs::path samples = fs::path(places::data()) / "opencrg" / "samples";
   if (!fs::is_directory(samples)) GTEST_SKIP() << "no sample files beside the checkout";
   std::size_t count = 0;
   for (const auto& entry : fs::directory_iterator(samples)) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "road/circuit.h"
+#include "support/places.h"
 
 namespace support {
 namespace {
@@ -14,7 +15,7 @@ constexpr double kDegree = 0.017453292519943295;
 
 road::CircuitDesign design(bool is_truth) {
   road::CircuitDesign circuit =
-      road::read_circuit(std::string(KERBSTONE_SOURCE) + "/tracks/kerbstone-ring/circuit.yaml")
+      road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml")
           .design();
   for (const double u : {420.0, 446.0, 585.0, 612.0, 780.0, 830.0}) {
     road::BumpDesign bump;

@@ -1,3 +1,4 @@
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 #include <fcntl.h>
@@ -20,7 +21,8 @@ namespace cli {
 Ran crgbuild(const std::vector<std::string>& arguments, double kill_after_s, int signal) {
   const Folder folder;
   const std::string out = folder / "out", err = folder / "err";
-  std::vector<char*> argv{const_cast<char*>(CRGBUILD)};
+  std::string program = places::crgbuild();
+  std::vector<char*> argv{program.data()};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   const pid_t child = ::fork();

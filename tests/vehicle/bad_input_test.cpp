@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "test_roads.h"
 
@@ -19,14 +20,14 @@ namespace fs = std::filesystem;
 class BadInput : public ::testing::Test {
  protected:
   void SetUp() override {
-    fs::copy(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel", folder / "car");
+    fs::copy(places::source() + "/vehicles/open_wheel", folder / "car");
     good_ = cli::read(folder / "car/vehicle.yaml");
     crg::write(stadium(), folder / "road.crg", crg::Format::KRBI);
   }
   /// Exit code and what was said on standard error.
   std::pair<int, std::string> run(const std::string& arguments) {
     const int status = std::system(
-        fmt::format("cd '{}' && '{}' {} > out 2> err", folder.path(), CRGDRIVE, arguments).c_str());
+        fmt::format("cd '{}' && '{}' {} > out 2> err", folder.path(), places::crgdrive(), arguments).c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, cli::read(folder / "err")};
   }
   void refuses(const std::string& arguments, const std::string& words, int code = 1) {

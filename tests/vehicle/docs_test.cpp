@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 namespace {
@@ -14,7 +15,7 @@ using ::testing::HasSubstr;
 
 /// The ```sh blocks of a document.
 std::string commands_of(const std::string& document) {
-  const std::string text = cli::read(fmt::format("{}/docs/{}", KERBSTONE_SOURCE, document));
+  const std::string text = cli::read(fmt::format("{}/docs/{}", places::source(), document));
   std::string script = "set -euo pipefail\n";
   for (std::size_t at = 0; (at = text.find("```sh\n", at)) != std::string::npos;) {
     const std::size_t end = text.find("\n```", at);
@@ -28,14 +29,14 @@ class CarDocs : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const char* name : {"tracks", "vehicles"})
-      std::filesystem::create_symlink(fmt::format("{}/{}", KERBSTONE_SOURCE, name), folder / name);
+      std::filesystem::create_symlink(fmt::format("{}/{}", places::source(), name), folder / name);
   }
   void run(const std::string& document) {
     namespace fs = std::filesystem;
     cli::write(folder / "all.sh", commands_of(document));
     const std::string command = fmt::format(
         "cd '{}' && PATH='{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
-        fs::path(CRGBUILD).parent_path().string(), fs::path(CRGDRIVE).parent_path().string());
+        fs::path(places::crgbuild()).parent_path().string(), fs::path(places::crgdrive()).parent_path().string());
     ASSERT_EQ(std::system(command.c_str()), 0) << cli::read(folder / "log");
   }
   cli::Folder folder;

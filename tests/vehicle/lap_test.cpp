@@ -11,6 +11,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/places.h"
 #include "test_roads.h"
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
@@ -20,7 +21,7 @@ namespace {
 using namespace vehicle;  // NOLINT: a test of this library
 
 Vehicle racer() {
-  return read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+  return read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
 }
 
 TEST(Lap, IsCompletedFlyingAndStandingHotAndCold) {
@@ -121,7 +122,7 @@ TEST(Lap, RunsFromTheCommandLine) {
   crg::write(stadium(), path("s.crg"), crg::Format::KRBI);
   const auto run = [&](const std::string& arguments) {
     const std::string line =
-        std::string(CRGDRIVE) + " " + arguments + " >" + path("out.txt") + " 2>" + path("err.txt");
+        places::crgdrive() + " " + arguments + " >" + path("out.txt") + " 2>" + path("err.txt");
     const int status = std::system(line.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
@@ -132,7 +133,7 @@ TEST(Lap, RunsFromTheCommandLine) {
     return out.str();
   };
   const std::string car =
-      " --vehicle " + std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml ";
+      " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml ";
   ASSERT_EQ(run("lap" + car + "--track " + path("s.crg") + " -o " + path("lap.csv")), 0)
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lap 1:"));

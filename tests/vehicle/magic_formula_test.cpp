@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "support/places.h"
 #include "tyre_files.h"
 #include "vehicle/table.h"
 
@@ -42,7 +43,7 @@ void over_the_range(const std::function<void(const TyreInput<double>&)>& f) {
 // the pure side force. Bounds: printing precision of the table, and 0.2 N for fy_b, whose program
 // treats the inclination differently.
 TEST(MagicFormula, AgreesWithTwoIndependentPrograms) {
-  const std::string folder = std::string(KERBSTONE_DATA) + "/tyre/";
+  const std::string folder = places::data() + "/tyre/";
   if (!std::filesystem::exists(folder + "mf61_reference.csv"))
     GTEST_SKIP() << "no mf61_reference.csv in " << folder;
   const vehicle::Table table = vehicle::read_table(folder + "mf61_reference.csv");
@@ -94,7 +95,7 @@ TEST(MagicFormula, HasNoForceWithoutLoadAndFadesTowardsIt) {
 
 TEST(MagicFormula, KeepsTheCombinedForceInsideTheEllipseOfThePurePeaks) {
   std::vector<TyreCoefficients> tyres{test_tyre()};
-  const std::string sample = std::string(KERBSTONE_DATA) + "/tyre/sample_mf61.tir";
+  const std::string sample = places::data() + "/tyre/sample_mf61.tir";
   if (std::filesystem::exists(sample)) tyres.push_back(vehicle::read_tyre(sample).coefficients);
   for (const TyreCoefficients& tyre : tyres) {
     double worst = 0.0;

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "support/places.h"
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
 
@@ -21,7 +22,7 @@ using namespace vehicle;  // NOLINT: a test of this library
 
 const Vehicle& racer() {
   static const Vehicle v =
-      read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+      read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   return v;
 }
 
@@ -98,9 +99,9 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   socklen_t length = sizeof address;
   ASSERT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length), 0);
   const std::string car =
-      " --vehicle " + std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml";
+      " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml";
   const auto begin = std::chrono::steady_clock::now();
-  const int code = std::system((std::string(CRGDRIVE) + " manoeuvre step-steer" + car +
+  const int code = std::system((places::crgdrive() + " manoeuvre step-steer" + car +
                                 " --seconds 2 --rate-hz 20 --speed-up 4 --udp 127.0.0.1:" +
                                 std::to_string(ntohs(address.sin_port)) + " >/dev/null")
                                    .c_str());
@@ -120,7 +121,7 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   }
   ::close(socket);
   EXPECT_EQ(rows, 40u);
-  EXPECT_NE(std::system((std::string(CRGDRIVE) + " manoeuvre braking" + car +
+  EXPECT_NE(std::system((places::crgdrive() + " manoeuvre braking" + car +
                          " --udp nowhere >/dev/null 2>&1")
                             .c_str()),
             0);

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <random>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "vehicle/error.h"
 #include "vehicle/sensors.h"
@@ -49,7 +50,7 @@ std::string mutate(std::string text, std::mt19937& random) {
 }
 
 TEST(Mutants, EndInAnErrorOrInACarThatRolls) {
-  const std::string from = std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/";
+  const std::string from = places::source() + "/vehicles/open_wheel/";
   const cli::Folder folder;
   const std::vector<std::string> files{
       "vehicle.yaml",  "setup.txt",      "front.tir",     "rear.tir",         "engine.csv",

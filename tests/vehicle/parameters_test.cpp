@@ -1,3 +1,4 @@
+#include "support/places.h"
 #include "vehicle/parameters.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ TEST(Parameters, GiveTheRearAxleWhatTheFrontHas) {
 }
 
 TEST(Parameters, AreDocumentedAsListed) {
-  std::ifstream in(std::string(KERBSTONE_SOURCE) + "/docs/vehicle_parameters.md");
+  std::ifstream in(places::source() + "/docs/vehicle_parameters.md");
   std::ostringstream text;
   text << in.rdbuf();
   EXPECT_EQ(text.str(), describe_parameters())

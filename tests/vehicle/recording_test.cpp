@@ -10,6 +10,7 @@
 #include <random>
 
 #include "files/write_file.h"
+#include "support/places.h"
 #include "vehicle/error.h"
 
 namespace {
@@ -195,10 +196,10 @@ TEST_F(RecordingFile, EndsInAnErrorOrARecordingWhateverTheBytes) {
 }
 
 TEST(Recording, ReadsTheLogOfARealRaceCar) {
-  const std::string log = std::string(KERBSTONE_DATA) + "/recordings/putnam_run4_2.csv";
+  const std::string log = places::data() + "/recordings/putnam_run4_2.csv";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << "no " << log;
   const Recording r = read_recording(
-      log, read_mapping(std::string(KERBSTONE_SOURCE) + "/vehicles/av21/putnam_mapping.yaml"));
+      log, read_mapping(places::source() + "/vehicles/av21/putnam_mapping.yaml"));
   EXPECT_NEAR(r.step_s, 0.04, 0.001);
   EXPECT_NEAR(r.table.columns[0].back() - r.table.columns[0].front(), 476, 2);
   double top = 0;

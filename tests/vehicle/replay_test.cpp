@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "test_roads.h"
 #include "vehicle/error.h"
@@ -22,7 +23,7 @@ class Replay : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     vehicle_ = new Vehicle(
-        read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml"));
+        read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml"));
     surface_ = new crg::Surface(stadium());
     car_ = new Car<double>(make_car(vehicle_->files, vehicle_->parameters, vehicle_->terms));
     lap_ = new Table(drive_laps(*car_, Road(*surface_)).telemetry);
@@ -172,7 +173,7 @@ TEST_F(Replay, DoesNotDriveOverGapsAndSaysWhatIsMissing) {
 // the recorded commands; nothing changes: 19.8 m, 1.82 m, 0.077 rad/s.
 TEST_F(Replay, PutnamParkIsDrivenCloserThanTheTrivialPredictors) {
   namespace fs = std::filesystem;
-  const fs::path data = fs::path(KERBSTONE_DATA) / "recordings";
+  const fs::path data = fs::path(places::data()) / "recordings";
   if (!fs::exists(data / "putnam_run4_2.csv")) GTEST_SKIP() << "the recording is not here";
   const cli::Folder folder;
   const cli::Ran built =
@@ -180,7 +181,7 @@ TEST_F(Replay, PutnamParkIsDrivenCloserThanTheTrivialPredictors) {
                      (data / "putnam_outer_bound.csv").string(), "-o", folder.path()});
   ASSERT_EQ(built.code, 0) << built.err;
   const crg::Surface surface(crg::read(folder / "putnam.crg"));
-  const fs::path car_folder = fs::path(KERBSTONE_SOURCE) / "vehicles/av21";
+  const fs::path car_folder = fs::path(places::source()) / "vehicles/av21";
   const Vehicle v = read_vehicle((car_folder / "vehicle.yaml").string());
   const Car<double> car = make_car(v.files, v.parameters, v.terms);
   const Recording recording =

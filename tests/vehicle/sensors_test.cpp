@@ -11,6 +11,7 @@
 #include <random>
 
 #include "files/write_file.h"
+#include "support/places.h"
 #include "vehicle/error.h"
 #include "vehicle/manoeuvre.h"
 #include "vehicle/vehicle_file.h"
@@ -162,7 +163,7 @@ TEST(Sensors, ComeFromAFileThatIsCheckedAndMeasureAManoeuvre) {
   EXPECT_THAT(refusal("between_samples: maybe\ndevices: {}\n"), HasSubstr("empty or hold"));
   std::filesystem::remove(path);
 
-  const std::string root = KERBSTONE_SOURCE;
+  const std::string root = places::source();
   const DeviceFile file = read_devices(root + "/vehicles/open_wheel/devices.yaml");
   const Vehicle v = read_vehicle(root + "/vehicles/open_wheel/vehicle.yaml");
   const Car<double> car = make_car(v.files, v.parameters, v.terms);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "vehicle/lap.h"
 #include "vehicle/vehicle_file.h"
@@ -20,12 +21,12 @@ class Tracks : public ::testing::TestWithParam<const char*> {
   static std::optional<crg::Surface> build(const std::string& name, const cli::Folder& folder) {
     std::vector<std::string> arguments;
     if (name == "kerbstone-ring") {
-      const std::string circuit = fmt::format("{}/tracks/{}/circuit.yaml", KERBSTONE_SOURCE, name);
+      const std::string circuit = fmt::format("{}/tracks/{}/circuit.yaml", places::source(), name);
       EXPECT_EQ(cli::crgbuild({"synth", circuit, "-o", folder.path()}).code, 0);
       arguments = {"build", folder / "kerbstone-ring.obj", "--start-near-m", "0,0"};
     } else {
-      if (!cli::exists(fmt::format("{0}/road/{1}/{1}.acc", TORCS_TRACKS, name))) return {};
-      arguments = {"build", fmt::format("{}/tracks/{}/track.yaml", KERBSTONE_SOURCE, name)};
+      if (!cli::exists(fmt::format("{0}/road/{1}/{1}.acc", places::torcs_tracks(), name))) return {};
+      arguments = {"build", fmt::format("{}/tracks/{}/track.yaml", places::source(), name)};
     }
     arguments.insert(arguments.end(), {"-o", folder.path()});
     const cli::Ran ran = cli::crgbuild(arguments);
@@ -38,7 +39,7 @@ TEST_P(Tracks, AreDrivenHotColdAndByExplicitEuler) {
   const cli::Folder folder;
   const std::optional<crg::Surface> surface = build(GetParam(), folder);
   if (!surface) GTEST_SKIP() << "the package torcs-data is not installed";
-  const Vehicle v = read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/open_wheel/vehicle.yaml");
+  const Vehicle v = read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   const auto drive = [&](const char* what, const LapOptions& options) {
     const Car<double> car = make_car(v.files, v.parameters, v.terms);
     const LapResult r = drive_laps(car, Road(*surface), options);

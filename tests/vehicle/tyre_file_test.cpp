@@ -7,6 +7,7 @@
 #include <random>
 #include <string>
 
+#include "support/places.h"
 #include "tyre_files.h"
 #include "vehicle/error.h"
 
@@ -122,7 +123,7 @@ TEST(TyreFile, EndsInAnErrorOrATyreWhateverTheBytes) {
 }
 
 TEST(TyreFile, ReadsTheSampleFiles) {
-  const std::string folder = std::string(KERBSTONE_DATA) + "/tyre/";
+  const std::string folder = places::data() + "/tyre/";
   if (!std::filesystem::exists(folder + "sample_mf61.tir"))
     GTEST_SKIP() << "no sample tyre files in " << folder;
   EXPECT_EQ(vehicle::read_tyre(folder + "sample_mf61.tir").coefficients.version, 61);

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "files/write_file.h"
+#include "support/places.h"
 #include "tyre_files.h"
 #include "vehicle/error.h"
 
@@ -54,7 +55,7 @@ TEST(TyrePoints, RunFromTheCommandLine) {
   const auto path = [&](const char* name) { return (folder / name).string(); };
   const auto run = [&](const std::string& arguments) {
     const std::string line =
-        std::string(CRGDRIVE) + " " + arguments + " >" + path("out.txt") + " 2>" + path("err.txt");
+        places::crgdrive() + " " + arguments + " >" + path("out.txt") + " 2>" + path("err.txt");
     const int status = std::system(line.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "files/write_file.h"
+#include "support/places.h"
 #include "tyre_files.h"
 #include "vehicle/error.h"
 
@@ -191,11 +192,11 @@ TEST_F(VehicleFile, EndsInAnErrorOrACarWhateverTheBytes) {
 TEST_F(VehicleFile, ReadsTheCarsOfThisProject) {
   for (const char* name : {"open_wheel", "av21"}) {
     const Vehicle v =
-        read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/" + name + "/vehicle.yaml");
+        read_vehicle(places::source() + "/vehicles/" + name + "/vehicle.yaml");
     EXPECT_EQ(v.name, name);
     EXPECT_NO_THROW(make_car(v.files, v.parameters, v.terms, v.contact));
   }
-  const Vehicle av21 = read_vehicle(std::string(KERBSTONE_SOURCE) + "/vehicles/av21/vehicle.yaml");
+  const Vehicle av21 = read_vehicle(places::source() + "/vehicles/av21/vehicle.yaml");
   EXPECT_EQ(av21.parameters[P::chassis_wheelbase_m], 2.971);
   EXPECT_FALSE(av21.assumed[static_cast<std::size_t>(P::aero_drag_area_m2)]);
   EXPECT_TRUE(av21.assumed[static_cast<std::size_t>(P::chassis_yaw_inertia_kgm2)]);

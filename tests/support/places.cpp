@@ -1,0 +1,14 @@
+#include "support/places.h"
+
+namespace places {
+
+std::string source() { return KERBSTONE_SOURCE; }
+std::string data() { return KERBSTONE_DATA; }
+std::string torcs_tracks() { return TORCS_TRACKS; }
+std::string crgbuild() { return CRGBUILD; }
+std::string crgdrive() { return CRGDRIVE; }
+std::string crgexplain() { return CRGEXPLAIN; }
+std::string lidar2mesh() { return LIDAR2MESH; }
+std::string make_trials() { return MAKE_TRIALS; }
+
+}  // namespace places
