@@ -1,12 +1,12 @@
 // Locate, name, size and prove a mismatch between recordings and a simulation.
 #pragma once
 
-#include <functional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "explain/findings.h"
+#include "files/progress.h"
 
 namespace explain {
 
@@ -15,7 +15,7 @@ struct ExplainOptions {
   unsigned threads = 0;       ///< 0: as many as the machine has; never changes the result
   bool mechanisms = true;     ///< false: only the refit of the parameters, and its proof
   std::size_t nulls = 1000;   ///< null replicates
-  std::function<void(const std::string& stage, double share)> progress;
+  files::Progress progress;
 };
 
 /// The whole analysis (docs/crgexplain.md). Throws vehicle::Error when it cannot be made: nothing

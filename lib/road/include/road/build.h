@@ -1,12 +1,12 @@
 // The main path: mesh in, checked CRG out.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "crg/file.h"
+#include "files/progress.h"
 #include "road/edges.h"
 #include "road/mesh.h"
 #include "road/recipe.h"
@@ -14,8 +14,7 @@
 
 namespace road {
 
-/// Called at the start of each stage and from time to time inside long ones; share in [0, 1].
-using Progress = std::function<void(const std::string& stage, double share)>;
+using files::Progress;
 
 struct BuildResult {
   std::string crg_path, stl_path, centreline_path, summary_path, picture_path;
