@@ -2,9 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -103,6 +108,143 @@ TEST_F(WriteFile, ShowsReadersTheOldOrTheNewFileNeverAMixture) {
     const std::string seen = content(path("f"));
     ASSERT_TRUE(seen == a || seen == b) << seen.size() << " bytes";
   }
+}
+
+TEST_F(WriteFile, GivenUpLeavesNothingUnfinishedAndLetsNothingNewAppear) {
+  files::write_file(path("a"), "old");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    std::vector<std::jthread> writers;
+    for (int k = 0; k < 4; ++k)
+      writers.emplace_back([&, k] {
+        for (int i = 0;; ++i) files::write_file(path("w" + std::to_string(k)), std::string(100'000, static_cast<char>('a' + i % 26)));
+      });
+    files::FileWriter begun(path("a"));
+    begun.append("new");
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    files::abandon_writes();
+    std::string seen;
+    for (const auto& entry : fs::directory_iterator(folder_)) seen += entry.path().filename().string() + content(entry.path().string());
+    std::jthread late([&] { begun.commit(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    std::string after;
+    for (const auto& entry : fs::directory_iterator(folder_)) after += entry.path().filename().string() + content(entry.path().string());
+    ::_exit(seen == after ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  EXPECT_EQ(content(path("a")), "old");
+  for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
+}
+
+TEST_F(WriteFile, RemovesWhatAKilledWriterLeftAndNothingElse) {
+  const auto make = [&](const std::string& name) { std::ofstream(path(name)) << "x"; };
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    files::FileWriter begun(path("a"));
+    begun.append("half");
+    ::_exit(0);  // as killed: nothing is cleaned up
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_EQ(files(), 1u) << "the test needs a leftover";
+  make(".b.12-3.part");
+  make(".a.12.part");
+  make(".a.old-1.part");
+  make("a.12-3.part");
+  files::FileWriter other(path("a"));  // still at work
+  files::write_file(path("a"), "new");
+  EXPECT_EQ(content(path("a")), "new");
+  EXPECT_EQ(files(), 6u);
+  other.append("newer");
+  other.commit();
+  EXPECT_EQ(content(path("a")), "newer");
+  EXPECT_EQ(files(), 5u);
+}
+
+TEST_F(WriteFile, FollowsLinksAndWritesThroughWhatIsNoFile) {
+  files::write_file(path("real"), "old");
+  fs::create_symlink("real", path("link"));
+  fs::create_symlink("link", path("link to link"));
+  files::check_writable(path("link to link"));
+  files::write_file(path("link to link"), "new");
+  EXPECT_TRUE(fs::is_symlink(path("link")) && fs::is_symlink(path("link to link")));
+  EXPECT_EQ(content(path("real")), "new");
+  fs::create_symlink("not there yet", path("dangling"));
+  files::write_file(path("dangling"), "made");
+  EXPECT_TRUE(fs::is_symlink(path("dangling")));
+  EXPECT_EQ(content(path("not there yet")), "made");
+  fs::create_symlink("loop", path("loop"));
+  EXPECT_THROW(files::write_file(path("loop"), "x"), files::Error);
+  EXPECT_THROW(files::check_writable(path("loop")), files::Error);
+
+  ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
+  std::string received;
+  {
+    std::jthread reader([&] { received = content(path("fifo")); });
+    files::check_writable(path("fifo"));
+    files::write_file(path("fifo"), "through");
+  }
+  EXPECT_EQ(received, "through");
+  EXPECT_TRUE(fs::is_fifo(path("fifo")));
+
+  if (::geteuid() == 0 && ::mknod(path("null").c_str(), S_IFCHR | 0666, makedev(1, 3)) == 0) {
+    const int opened = ::open(path("null").c_str(), O_WRONLY | O_CLOEXEC);  // refused where devices may not be used
+    if (opened >= 0) files::write_file(path("null"), "gone");
+    ::close(opened);
+    EXPECT_TRUE(fs::is_character_file(path("null")));
+  }
+  files::write_file("/dev/null", "gone");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  if (::geteuid() == 0 && ::mknod(path("disk").c_str(), S_IFBLK | 0600, makedev(7, 250)) == 0) {
+    EXPECT_THROW(files::write_file(path("disk"), "x"), files::Error);
+    EXPECT_TRUE(fs::is_block_file(path("disk")));
+  }
+}
+
+TEST_F(WriteFile, WritesStandardOutputWhereverThatGoes) {
+  for (const char* name : {"-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"}) {
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      const int out = ::open(path("out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+      ::dup2(out, 1);
+      bool good = ::write(1, "before ", 7) == 7;
+      try {
+        files::check_writable(name);
+        files::write_file(name, "bytes");
+      } catch (const files::Error&) {
+        good = false;
+      }
+      good = good && ::write(1, " after", 6) == 6;
+      ::_exit(good ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << name;
+    EXPECT_EQ(content(path("out")), "before bytes after") << name;
+    EXPECT_EQ(files(), 1u) << name;
+  }
+}
+
+TEST_F(WriteFile, SaysBeforehandWhetherItCouldWrite) {
+  files::check_writable(path("a"));
+  files::check_writable_folder(folder_.string());
+  files::check_writable_folder(path("new/and/deep"));
+  EXPECT_EQ(files(), 0u);
+  EXPECT_THROW(files::check_writable(path("missing/a")), files::Error);
+  EXPECT_THROW(files::check_writable(folder_.string()), files::Error);
+  files::write_file(path("a"), "x");
+  EXPECT_THROW(files::check_writable_folder(path("a")), files::Error);
+  EXPECT_THROW(files::check_writable_folder(path("a/b")), files::Error);
+  EXPECT_THROW(files::check_writable(path("a/b")), files::Error);
+  if (::geteuid() == 0) return;
+  fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_THROW(files::check_writable(path("a")), files::Error);
+  EXPECT_THROW(files::check_writable_folder(path("b")), files::Error);
 }
 
 TEST_F(WriteFile, HashesLikeThePublishedExamples) {

@@ -1,0 +1,16 @@
+// What this process has begun and not finished: abandon_writes() removes it. Private.
+#pragma once
+
+#include <mutex>
+#include <string>
+
+namespace files {
+
+/// Held while something unfinished comes to be, gets its final name or is removed. abandon_writes() takes it for ever.
+std::mutex& unfinished_guard();
+
+/// A file, or a folder with all that is in it, that is to go if the process gives up. The caller holds the guard.
+void add_unfinished(const std::string& path);
+void drop_unfinished(const std::string& path);
+
+}  // namespace files
