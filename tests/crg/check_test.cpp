@@ -54,19 +54,48 @@ TEST(Check, IncrementsTooSmall) {
   expect_only(crg, "increment.u", Severity::Error);
 }
 
-TEST(Check, CurvatureGloballyAndWhereThereAreHeights) {
-  const ReferenceLine line = test::line_along(100, 0.1, [](double) { return 0.5; });  // radius 2 m
-  Crg crg = make_crg(line, test::grid_of(line, -3.0, 3.0, 7, [](double, double) { return 0.0; }));
-  std::vector<Finding> global = findings(crg, "curvature.global"), local = findings(crg, "curvature.local");
-  ASSERT_EQ(global.size(), 1U);
-  ASSERT_EQ(local.size(), 1U);
-  EXPECT_EQ(global[0].severity, Severity::Error);
-  EXPECT_EQ(local[0].severity, Severity::Warning);
-  EXPECT_GT(global[0].count, 90U);
+// A bend of 2 m radius under 3 m of road: rows meet at v = 2 and 3.
+Crg tight_bend() {
+  const ReferenceLine line = test::line_along(100, 0.1, [](double) { return 0.5; });
+  return make_crg(line, test::grid_of(line, -3.0, 3.0, 7, [](double, double) { return 0.0; }));
+}
+
+TEST(Check, CutsThatMeetWhereThereAreHeightsAreAnError) {
+  Crg crg = tight_bend();
+  expect_only(crg, "curvature.local", Severity::Error);
+  EXPECT_GT(findings(crg, "curvature.local")[0].count, 90U);
+  set_value(crg.options, "WARN_CURV_GLOBAL", 0.0);
+  expect_only(crg, "curvature.local", Severity::Warning);
+  set_value(crg.options, "WARN_CURV_LOCAL", 1.0);
+  expect_only(crg, "curvature.local", Severity::Error);
+}
+
+TEST(Check, CutsThatMeetWhereNoNodeHasAHeightAreNone) {
+  Crg crg = tight_bend();
   for (std::size_t i = 0; i < crg.grid.rows(); ++i) crg.grid.at(i, 6) = crg.grid.at(i, 5) = NAN;  // v = 2, 3
-  EXPECT_TRUE(findings(crg, "curvature.local").empty());
+  const Crg empty = crg;
+  std::vector<Finding> global = findings(crg, "curvature.global");
+  ASSERT_EQ(global.size(), 1U);
+  EXPECT_EQ(global[0].severity, Severity::Note);
+  EXPECT_GT(global[0].count, 90U);
+  EXPECT_TRUE(check(crg).passed());
   set_value(crg.options, "WARN_CURV_GLOBAL", 0.0);
   EXPECT_TRUE(findings(crg, "curvature.global").empty());
+  // One node with a height that folds is enough.
+  crg = empty;
+  crg.grid.at(40, 5) = 0.0F;
+  const std::vector<Finding> local = findings(crg, "curvature.local");
+  ASSERT_EQ(local.size(), 1U);
+  EXPECT_EQ(local[0].severity, Severity::Error);
+  EXPECT_EQ(local[0].row, 39U);
+  EXPECT_EQ(local[0].count, 2U);
+  // Nodes that are filled when the file is evaluated are no empty ones.
+  crg = empty;
+  set_value(crg.modifiers, "GRID_NAN_MODE", 2.0);
+  EXPECT_EQ(findings(crg, "curvature.local").size(), 1U);
+  crg = empty;
+  crg.has_modifier_section = false;
+  EXPECT_FALSE(check(crg).passed());
 }
 
 TEST(Check, NanRules) {

@@ -208,29 +208,37 @@ void Checker::check_line() {
   if (uneven > 0) add(Severity::Warning, "line.step", "nodes of the line are not one increment apart; END_X/END_Y or the x, y channels pull it", first, uneven);
 }
 
-// Lateral cuts of neighbouring rows must not meet within the v range (globally) or where there are
-// heights (locally).
+// Lateral cuts of neighbouring rows must not meet where there are heights, and had better not meet
+// within the v range.
 void Checker::check_curvature() {
   const Grid& grid = crg_.grid;
-  std::size_t global = 0, local = 0, first_global = 0, first_local = 0;
+  // A file may have its empty nodes filled when it is evaluated; the reference API does so by itself
+  // where the section of modifiers is missing.
+  const bool filled = !crg_.has_modifier_section || find_value(crg_.modifiers, "GRID_NAN_MODE").value_or(0.0) != 0.0;
+  std::size_t with_heights = 0, empty = 0, first_with_heights = 0, first_empty = 0;
   for (std::size_t i = 0; i + 1 < line_.size(); ++i) {
     const SegmentFrame frame = segment_frame(line_, i);
     const auto folded = [&](double v) { return !(frame.width(v) > 0.0); };
     if (!folded(grid.v_m.front()) && !folded(grid.v_m.back())) continue;
-    if (global++ == 0) first_global = i;
-    bool with_heights = false;
-    for (std::size_t j = 0; j < grid.columns() && !with_heights; ++j) {
-      with_heights = folded(grid.v_m[j]) && !(std::isnan(grid.at(i, j)) && std::isnan(grid.at(i + 1, j)));
+    bool heights = filled;
+    for (std::size_t j = 0; j < grid.columns() && !heights; ++j) {
+      heights = folded(grid.v_m[j]) && !(std::isnan(grid.at(i, j)) && std::isnan(grid.at(i + 1, j)));
     }
-    if (with_heights && local++ == 0) first_local = i;
+    if (heights) {
+      if (with_heights++ == 0) first_with_heights = i;
+    } else if (empty++ == 0) {
+      first_empty = i;
+    }
   }
-  const std::string meet = "lateral cuts of neighbouring rows meet inside the ";
-  if (global > 0 && options_.check_curvature_global) {
-    add(Severity::Error, "curvature.global", meet + "v range; reduce the width or the curvature", first_global, global);
+  const std::string meet = "lateral cuts of neighbouring rows meet ";
+  if (with_heights > 0) {
+    const bool wanted = options_.check_curvature_global || options_.check_curvature_local;
+    add(wanted ? Severity::Error : Severity::Warning, "curvature.local",
+        meet + "where there are heights: points there have two (u, v); reduce the width or the curvature", first_with_heights, with_heights);
   }
-  if (local > 0) {
-    add(options_.check_curvature_local ? Severity::Error : Severity::Warning, "curvature.local",
-        meet + "area that has heights; points there have two (u, v)", first_local, local);
+  if (empty > 0 && options_.check_curvature_global) {
+    add(Severity::Note, "curvature.global",
+        meet + "inside the v range, where no node has a height; a tool that looks at the v range alone (WARN_CURV_GLOBAL) remarks it", first_empty, empty);
   }
 }
 
