@@ -14,6 +14,7 @@
 namespace cli {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 std::string source(const std::string& path) {
@@ -77,7 +78,7 @@ TEST(Docs, EveryCommandOfTheHowToRuns) {
                               folder.path(), path)),
             0)
       << read(folder / "log");
-  EXPECT_THAT(read(folder / "heights.csv"), HasSubstr("\n0,5000,,,,,,,\n"));
+  EXPECT_THAT(read(folder / "heights.csv"), ContainsRegex("\n0,5000,[^,]+,[^,]+,,[^,]+,[^,]+,,\n")) << "a point without road";
 }
 
 TEST(Docs, EveryCommandOfTheLidarHowToRuns) {

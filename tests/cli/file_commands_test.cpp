@@ -98,7 +98,7 @@ TEST(FileCommands, QueryAppliesWhatItIsTold) {
   EXPECT_THAT(z("scaled.crg", {"--no-modifiers", "--set", "SCALE_Z_GRID=5"}), HasSubstr("110,50,10,0,0.5"));
   EXPECT_THAT(z("plain.crg", {"--reference-defaults"}), HasSubstr("10,2,10,0,0.10"));
   EXPECT_THAT(z("plain.crg", {"--reference-defaults", "--set", "REFLINE_OFFSET_X=7"}), HasSubstr("10,2,10,0,0.10"));
-  EXPECT_THAT(z("plain.crg", {"--set", "BORDER_MODE_U=0"}), HasSubstr("\n,,30,0,,,,,\n"));
+  EXPECT_THAT(z("plain.crg", {"--set", "BORDER_MODE_U=0"}), HasSubstr("\n130,50,30,0,,0,0,,\n"));
   const Ran both = crgbuild({"query", folder / "plain.crg", "--points", folder / "points.csv", "-o", folder / "z.csv", "--no-modifiers", "--reference-defaults"});
   EXPECT_EQ(both.code, 2);
 }

@@ -118,13 +118,6 @@ class Asker {
     crg::Sample s{};
     if (std::isfinite(a) && std::isfinite(b))
       s = columns_.map ? surface_.at_xy(a, b, cursor) : surface_.at_uv(a, b);
-    if (!s.valid) {
-      if (!columns_.map) out += ",,";
-      append(out, a);
-      append(out, b);
-      out += columns_.map ? ",,,,,,\n" : ",,,,\n";
-      return;
-    }
     append(out, columns_.map ? a : s.x_m);
     append(out, columns_.map ? b : s.y_m);
     append(out, columns_.map ? s.u_m : a);
