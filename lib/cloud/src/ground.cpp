@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "road/error.h"
 
@@ -12,94 +15,217 @@ namespace cloud {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr double kMostCells = 5e7;
 
-/// A raster of heights; NaN where nothing is known.
-struct Raster {
-  std::size_t columns = 0, rows = 0;
-  std::vector<double> z;
-  double& at(std::size_t i, std::size_t j) { return z[i * columns + j]; }
-  double at(std::size_t i, std::size_t j) const { return z[i * columns + j]; }
+using Tile = std::array<std::int64_t, 2>;  ///< row and column of a square of cells
+
+/// Neighbouring cells of one row: columns [begin, end), and the number of the first.
+struct Run {
+  std::int64_t row, begin, end;
+  std::size_t first;
+  std::size_t size() const { return static_cast<std::size_t>(end - begin); }
 };
+
+/// The cells worth looking at, numbered row by row. Where they end, the area ends.
+struct Cells {
+  std::vector<Run> runs;                             ///< by row, then column
+  std::vector<std::uint32_t> up, down, left, right;  ///< neighbours; kNone where there is none
+
+  std::size_t size() const { return up.size(); }
+  /// The first run of a row that ends behind a column; of a later row when there is none.
+  std::size_t run_from(std::int64_t row, std::int64_t column) const {
+    const auto found =
+        std::lower_bound(runs.begin(), runs.end(), std::pair(row, column),
+                         [](const Run& run, const std::pair<std::int64_t, std::int64_t>& wanted) {
+                           return std::pair(run.row, run.end - 1) < wanted;
+                         });
+    return static_cast<std::size_t>(found - runs.begin());
+  }
+  /// Of a cell that exists.
+  std::uint32_t at(std::int64_t row, std::int64_t column) const {
+    const Run& run = runs[run_from(row, column)];
+    return static_cast<std::uint32_t>(run.first + static_cast<std::size_t>(column - run.begin));
+  }
+  /// The eight around, row by row.
+  std::array<std::uint32_t, 8> around(std::uint32_t k) const {
+    const auto next = [](const std::vector<std::uint32_t>& to, std::uint32_t from) {
+      return from == kNone ? kNone : to[from];
+    };
+    const auto corner = [&](const std::vector<std::uint32_t>& a,
+                            const std::vector<std::uint32_t>& b) {
+      const std::uint32_t found = next(b, a[k]);
+      return found != kNone ? found : next(a, b[k]);
+    };
+    return {corner(up, left),   up[k],   corner(up, right),  left[k], right[k],
+            corner(down, left), down[k], corner(down, right)};
+  }
+};
+
+/// Whether tiles[k], of the sorted tiles of all points, is of the only point for three tiles
+/// around.
+bool alone(const std::vector<Tile>& tiles, std::size_t k) {
+  if ((k > 0 && tiles[k - 1] == tiles[k]) || (k + 1 < tiles.size() && tiles[k + 1] == tiles[k]))
+    return false;
+  const auto [i, j] = tiles[k];
+  std::size_t points = 0;
+  for (std::int64_t row = i - 3; row <= i + 3 && points < 2; ++row)
+    points +=
+        static_cast<std::size_t>(std::upper_bound(tiles.begin(), tiles.end(), Tile{row, j + 3}) -
+                                 std::lower_bound(tiles.begin(), tiles.end(), Tile{row, j - 3}));
+  return points < 2;
+}
+
+/// Tiles with points and those around them, as far as the area of rows x columns reaches.
+Cells cells_around(const std::vector<Tile>& tiles, std::int64_t tile_cells, std::int64_t rows,
+                   std::int64_t columns, double cell_m) {
+  std::vector<Tile> wanted;
+  wanted.reserve(9 * tiles.size());
+  for (const auto& [i, j] : tiles)
+    for (std::int64_t a = std::max<std::int64_t>(0, i - 1);
+         a <= std::min((rows - 1) / tile_cells, i + 1); ++a)
+      for (std::int64_t b = std::max<std::int64_t>(0, j - 1);
+           b <= std::min((columns - 1) / tile_cells, j + 1); ++b)
+        wanted.push_back({a, b});
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const double all = static_cast<double>(wanted.size()) * static_cast<double>(tile_cells) *
+                     static_cast<double>(tile_cells);
+  if (std::min(all, static_cast<double>(rows) * static_cast<double>(columns)) > kMostCells)
+    throw road::Error(fmt::format(
+        "the points spread over {:.0f} x {:.0f} m and need {:.0f} million cells of {} m, {:.0f} "
+        "million wanted at most; is the unit right? If so, give a cell of {:.0f} m or more",
+        static_cast<double>(columns) * cell_m, static_cast<double>(rows) * cell_m, all / 1e6,
+        cell_m, kMostCells / 1e6, std::ceil(cell_m * std::sqrt(all / kMostCells))));
+  Cells cells;
+  std::size_t count = 0;
+  for (std::size_t from = 0, to = 0; from < wanted.size(); from = to) {
+    while (to < wanted.size() && wanted[to][0] == wanted[from][0]) ++to;
+    for (std::int64_t row = wanted[from][0] * tile_cells;
+         row < std::min(rows, (wanted[from][0] + 1) * tile_cells); ++row)
+      for (std::size_t k = from; k < to; ++k) {
+        const std::int64_t begin = wanted[k][1] * tile_cells,
+                           end = std::min(columns, begin + tile_cells);
+        if (k > from && cells.runs.back().end == begin)
+          cells.runs.back().end = end;
+        else
+          cells.runs.push_back({row, begin, end, count});
+        count += static_cast<std::size_t>(end - begin);
+      }
+  }
+  for (auto* neighbours : {&cells.up, &cells.down, &cells.left, &cells.right})
+    neighbours->assign(count, kNone);
+  std::size_t above = 0;
+  for (const Run& run : cells.runs) {
+    const auto first = static_cast<std::uint32_t>(run.first);
+    for (std::uint32_t k = first; k + 1 < first + run.size(); ++k)
+      cells.right[k] = k + 1, cells.left[k + 1] = k;
+    while (std::pair(cells.runs[above].row, cells.runs[above].end - 1) <
+           std::pair(run.row - 1, run.begin))
+      ++above;
+    for (std::size_t r = above; cells.runs[r].row < run.row && cells.runs[r].begin < run.end; ++r) {
+      const Run& other = cells.runs[r];
+      for (std::int64_t column = std::max(run.begin, other.begin);
+           column < std::min(run.end, other.end); ++column) {
+        const auto k = first + static_cast<std::uint32_t>(column - run.begin),
+                   l = static_cast<std::uint32_t>(other.first) +
+                       static_cast<std::uint32_t>(column - other.begin);
+        cells.up[k] = l, cells.down[l] = k;
+      }
+    }
+  }
+  return cells;
+}
 
 /// Unknown cells by relaxation of the Laplace equation, coarse to fine: smooth, and exact at the
 /// known ones.
-void fill(Raster& raster, const std::vector<std::uint8_t>& known) {
-  const auto rows = static_cast<std::ptrdiff_t>(raster.rows),
-             columns = static_cast<std::ptrdiff_t>(raster.columns);
-  std::vector<std::size_t> unknown;
-  for (std::size_t k = 0; k < known.size(); ++k)
+void fill(const Cells& cells, const std::vector<std::uint8_t>& known, std::vector<double>& z) {
+  std::vector<std::uint32_t> unknown;
+  for (std::uint32_t k = 0; k < known.size(); ++k)
     if (!known[k]) unknown.push_back(k);
   if (unknown.size() == known.size() || unknown.empty()) return;
   // A first guess: the mean of the nearest known cells, ring by ring.
-  std::vector<std::uint8_t> has = known;
-  for (bool missing = true; missing;) {
-    missing = false;
-    std::vector<std::uint8_t> next = has;
-    for (const std::size_t k : unknown) {
-      if (has[k]) continue;
-      const auto i = static_cast<std::ptrdiff_t>(k) / columns,
-                 j = static_cast<std::ptrdiff_t>(k) % columns;
+  enum : std::uint8_t { kMissing, kHas, kNext };
+  std::vector<std::uint8_t> state = known;
+  std::vector<std::uint32_t> ring, next;
+  const auto queue_around = [&](std::uint32_t k) {
+    for (const std::uint32_t other : cells.around(k))
+      if (other != kNone && state[other] == kMissing) state[other] = kNext, next.push_back(other);
+  };
+  for (std::uint32_t k = 0; k < known.size(); ++k)
+    if (known[k]) queue_around(k);
+  while (!next.empty()) {
+    ring.clear();
+    std::swap(ring, next);
+    for (const std::uint32_t k : ring) {
       double sum = 0.0, n = 0.0;
-      for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(0, i - 1); a <= std::min(rows - 1, i + 1);
-           ++a)
-        for (std::ptrdiff_t b = std::max<std::ptrdiff_t>(0, j - 1);
-             b <= std::min(columns - 1, j + 1); ++b)
-          if (has[static_cast<std::size_t>(a * columns + b)])
-            sum += raster.z[static_cast<std::size_t>(a * columns + b)], n += 1.0;
-      if (n > 0.0)
-        raster.z[k] = sum / n, next[k] = 1;
-      else
-        missing = true;
+      for (const std::uint32_t other : cells.around(k))
+        if (other != kNone && state[other] == kHas) sum += z[other], n += 1.0;
+      z[k] = sum / n;
     }
-    has = std::move(next);
+    for (const std::uint32_t k : ring) state[k] = kHas;
+    for (const std::uint32_t k : ring) queue_around(k);
   }
   for (int sweep = 0; sweep < 100; ++sweep)
-    for (const std::size_t k : unknown) {
-      const auto i = static_cast<std::ptrdiff_t>(k) / columns,
-                 j = static_cast<std::ptrdiff_t>(k) % columns;
+    for (const std::uint32_t k : unknown) {
       double sum = 0.0, n = 0.0;
-      if (i > 0) sum += raster.z[k - raster.columns], n += 1.0;
-      if (i + 1 < rows) sum += raster.z[k + raster.columns], n += 1.0;
-      if (j > 0) sum += raster.z[k - 1], n += 1.0;
-      if (j + 1 < columns) sum += raster.z[k + 1], n += 1.0;
-      raster.z[k] += 1.5 * (sum / n - raster.z[k]);  // over-relaxed
+      for (const std::uint32_t other : {cells.up[k], cells.down[k], cells.left[k], cells.right[k]})
+        if (other != kNone) sum += z[other], n += 1.0;
+      z[k] += 1.5 * ((n == 4.0 ? 0.25 * sum : sum / n) - z[k]);  // over-relaxed
     }
 }
 
 /// Lowest (sign 1) or highest (sign -1) height within a disc.
-Raster extreme(const Raster& in, std::ptrdiff_t radius, double sign) {
-  Raster out = in;
-  const auto rows = static_cast<std::ptrdiff_t>(in.rows),
-             columns = static_cast<std::ptrdiff_t>(in.columns);
-  for (std::ptrdiff_t i = 0; i < rows; ++i)
-    for (std::ptrdiff_t j = 0; j < columns; ++j) {
-      double best = kInf;
-      for (std::ptrdiff_t a = std::max<std::ptrdiff_t>(0, i - radius);
-           a <= std::min(rows - 1, i + radius); ++a) {
-        const auto reach = static_cast<std::ptrdiff_t>(
-            std::sqrt(static_cast<double>(radius * radius - (a - i) * (a - i))));
-        const double* const row = in.z.data() + a * columns;
-        for (std::ptrdiff_t b = std::max<std::ptrdiff_t>(0, j - reach);
-             b <= std::min(columns - 1, j + reach); ++b)
-          best = std::min(best, sign * row[b]);
-      }
-      out.at(static_cast<std::size_t>(i), static_cast<std::size_t>(j)) = sign * best;
+std::vector<double> extreme(const Cells& cells, const std::vector<double>& z, std::int64_t radius,
+                            double sign) {
+  std::vector<double> out(z.size(), kInf), row, best;
+  const auto r = static_cast<std::size_t>(radius);
+  for (const Run& run : cells.runs) {
+    // Of this row, the lowest within +-w, for w growing up to the radius; goes to the rows where
+    // the disc is that wide.
+    row.assign(run.size() + 4 * r, kInf);
+    for (std::size_t k = 0; k < run.size(); ++k) row[2 * r + k] = sign * z[run.first + k];
+    best.assign(row.begin() + radius, row.end() - radius);
+    std::int64_t away = radius;
+    for (std::size_t w = 0; w <= r; ++w) {
+      for (std::size_t k = 0; w > 0 && k < best.size(); ++k)
+        best[k] = std::min(best[k], std::min(row[k + r - w], row[k + r + w]));
+      const auto reach = [&] {
+        return static_cast<std::size_t>(
+            std::sqrt(static_cast<double>(radius * radius - away * away)));
+      };
+      for (; away >= 0 && reach() == w; --away)
+        for (const std::int64_t to : {run.row - away, run.row + away}) {
+          for (std::size_t o = cells.run_from(to, run.begin - radius);
+               o < cells.runs.size() && cells.runs[o].row == to &&
+               cells.runs[o].begin < run.end + radius;
+               ++o) {
+            const Run& other = cells.runs[o];
+            const std::int64_t begin = std::max(other.begin, run.begin - radius),
+                               end = std::min(other.end, run.end + radius);
+            double* const into = out.data() + other.first + (begin - other.begin);
+            const double* const from = best.data() + (begin - run.begin + radius);
+            for (std::int64_t k = 0; k < end - begin; ++k) into[k] = std::min(into[k], from[k]);
+          }
+          if (away == 0) break;
+        }
     }
+  }
+  for (double& value : out) value *= sign;
   return out;
 }
 
 /// Marks cells that stand above the opened surface, window after window.
-std::vector<std::uint8_t> objects_on(const Raster& raster, double slope, double max_window_m,
-                                     double cell_m) {
-  std::vector<std::uint8_t> object(raster.z.size(), 0);
-  Raster last = raster;
-  const auto windows = static_cast<std::ptrdiff_t>(std::ceil(max_window_m / cell_m));
-  for (std::ptrdiff_t radius = 1; radius <= windows; ++radius) {
-    const Raster opened = extreme(extreme(last, radius, 1.0), radius, -1.0);
+std::vector<std::uint8_t> objects_on(const Cells& cells, const std::vector<double>& z, double slope,
+                                     std::int64_t windows, double cell_m) {
+  std::vector<std::uint8_t> object(z.size(), 0);
+  std::vector<double> last = z;
+  for (std::int64_t radius = 1; radius <= windows; ++radius) {
+    std::vector<double> opened = extreme(cells, extreme(cells, last, radius, 1.0), radius, -1.0);
     const double limit = slope * static_cast<double>(radius) * cell_m;
     for (std::size_t k = 0; k < object.size(); ++k)
-      if (last.z[k] - opened.z[k] > limit) object[k] = 1;
-    last = opened;
+      if (last[k] - opened[k] > limit) object[k] = 1;
+    last = std::move(opened);
   }
   return object;
 }
@@ -108,54 +234,81 @@ std::vector<std::uint8_t> objects_on(const Raster& raster, double slope, double 
 
 std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOptions& options) {
   if (cloud.size() == 0) return {};
-  const auto [x0, x1] = std::minmax_element(cloud.x_m.begin(), cloud.x_m.end());
-  const auto [y0, y1] = std::minmax_element(cloud.y_m.begin(), cloud.y_m.end());
-  const double wide = (*x1 - *x0) / options.cell_m + 1.0, high = (*y1 - *y0) / options.cell_m + 1.0;
-  if (wide * high > 5e7)
-    throw road::Error(fmt::format(
-        "{:.0f} x {:.0f} m in cells of {} m are too many; give a cell of {:.0f} m or more",
-        *x1 - *x0, *y1 - *y0, options.cell_m,
-        std::ceil(options.cell_m * std::sqrt(wide * high / 5e7))));
-  Raster raster;
-  raster.columns = static_cast<std::size_t>(wide), raster.rows = static_cast<std::size_t>(high);
-  raster.z.assign(raster.columns * raster.rows, kInf);
-  const auto cell_of = [&](std::size_t k) {
-    return static_cast<std::size_t>((cloud.y_m[k] - *y0) / options.cell_m) * raster.columns +
-           static_cast<std::size_t>((cloud.x_m[k] - *x0) / options.cell_m);
+  const double x0 = *std::min_element(cloud.x_m.begin(), cloud.x_m.end()),
+               y0 = *std::min_element(cloud.y_m.begin(), cloud.y_m.end());
+  const auto index = [&](double from, double to) {
+    return static_cast<std::int64_t>((to - from) / options.cell_m);
   };
-  for (std::size_t k = 0; k < cloud.size(); ++k)
-    raster.z[cell_of(k)] = std::min(raster.z[cell_of(k)], cloud.z_m[k]);
-  std::vector<std::uint8_t> known(raster.z.size());
-  for (std::size_t k = 0; k < known.size(); ++k) known[k] = std::isfinite(raster.z[k]) ? 1 : 0;
-  fill(raster, known);
+  const auto windows = static_cast<std::int64_t>(std::ceil(options.max_window_m / options.cell_m));
+  // The largest window, eroded and dilated, sees this far; narrower gaps are bridged.
+  const std::int64_t tile_cells = 2 * std::max<std::int64_t>(8, windows);
+  std::int64_t rows = 0, columns = 0;
+  const auto tile_of = [&](std::size_t k) {
+    return Tile{index(y0, cloud.y_m[k]) / tile_cells, index(x0, cloud.x_m[k]) / tile_cells};
+  };
+  std::vector<Tile> tiles;
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    rows = std::max(rows, index(y0, cloud.y_m[k]) + 1),
+    columns = std::max(columns, index(x0, cloud.x_m[k]) + 1);
+    tiles.push_back(tile_of(k));
+  }
+  std::sort(tiles.begin(), tiles.end());
+  // A point alone, without another in a tile whose surroundings meet its own, has nothing to be
+  // compared with and is ground; a raster would say the same with much more work.
+  std::vector<Tile> lonely;
+  for (std::size_t k = 0; k < tiles.size(); ++k)
+    if (alone(tiles, k)) lonely.push_back(tiles[k]);
+  if (lonely.size() > 1 && 2 * lonely.size() > tiles.size())
+    throw road::Error(fmt::format(
+        "{} of {} points have no other point within {:g} m: too few to tell ground; is the unit "
+        "right? If so, give a larger window",
+        lonely.size(), tiles.size(), 2.0 * static_cast<double>(tile_cells) * options.cell_m));
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  std::vector<Tile> together;
+  std::set_difference(tiles.begin(), tiles.end(), lonely.begin(), lonely.end(),
+                      std::back_inserter(together));
+  const Cells cells = cells_around(together, tile_cells, rows, columns, options.cell_m);
+  std::vector<std::uint32_t> cell_of(cloud.size());
+  std::vector<double> z(cells.size(), kInf);
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    cell_of[k] = kNone;
+    if (std::binary_search(lonely.begin(), lonely.end(), tile_of(k))) continue;
+    cell_of[k] = cells.at(index(y0, cloud.y_m[k]), index(x0, cloud.x_m[k]));
+    z[cell_of[k]] = std::min(z[cell_of[k]], cloud.z_m[k]);
+  }
+  std::vector<std::uint8_t> known(cells.size());
+  for (std::size_t k = 0; k < known.size(); ++k) known[k] = std::isfinite(z[k]) ? 1 : 0;
+  fill(cells, known, z);
   // Points far below everything around: the same filter upside down, with one small window.
-  Raster turned = raster;
-  for (double& z : turned.z) z = -z;
+  std::vector<double> turned = z;
+  for (double& value : turned) value = -value;
   const std::vector<std::uint8_t> pits =
-      objects_on(turned, 5.0 / options.cell_m, options.cell_m, options.cell_m);
+      objects_on(cells, turned, 5.0 / options.cell_m, 1, options.cell_m);
   const std::vector<std::uint8_t> objects =
-      objects_on(raster, options.slope, options.max_window_m, options.cell_m);
+      objects_on(cells, z, options.slope, windows, options.cell_m);
   for (std::size_t k = 0; k < known.size(); ++k)
     if (objects[k] || pits[k]) known[k] = 0;
-  fill(raster, known);
+  fill(cells, known, z);
   std::vector<std::uint8_t> ground(cloud.size(), 0);
   for (std::size_t k = 0; k < cloud.size(); ++k) {
-    const std::size_t cell = cell_of(k), i = cell / raster.columns, j = cell % raster.columns;
-    const auto clamp = [](std::size_t a, std::ptrdiff_t d, std::size_t n) {
-      return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(
-          static_cast<std::ptrdiff_t>(a) + d, 0, static_cast<std::ptrdiff_t>(n) - 1));
+    const std::uint32_t cell = cell_of[k];
+    if (cell == kNone) {
+      ground[k] = 1;
+      continue;
+    }
+    const auto slope = [&](std::uint32_t forth, std::uint32_t back) {
+      return (z[forth != kNone ? forth : cell] - z[back != kNone ? back : cell]) /
+             (2.0 * options.cell_m);
     };
-    const double gx =
-        (raster.at(i, clamp(j, 1, raster.columns)) - raster.at(i, clamp(j, -1, raster.columns))) /
-        (2.0 * options.cell_m);
-    const double gy =
-        (raster.at(clamp(i, 1, raster.rows), j) - raster.at(clamp(i, -1, raster.rows), j)) /
-        (2.0 * options.cell_m);
+    const double gx = slope(cells.right[cell], cells.left[cell]),
+                 gy = slope(cells.down[cell], cells.up[cell]);
     // The surface at the point itself, by the slope of its cell.
-    const double dx = cloud.x_m[k] - *x0 - (static_cast<double>(j) + 0.5) * options.cell_m,
-                 dy = cloud.y_m[k] - *y0 - (static_cast<double>(i) + 0.5) * options.cell_m;
+    const auto beside = [&](double from, double to) {
+      return to - from - (static_cast<double>(index(from, to)) + 0.5) * options.cell_m;
+    };
     const double limit = options.height_m + options.height_per_slope_m * std::hypot(gx, gy);
-    const double above = cloud.z_m[k] - (raster.at(i, j) + gx * dx + gy * dy);
+    const double above =
+        cloud.z_m[k] - (z[cell] + gx * beside(x0, cloud.x_m[k]) + gy * beside(y0, cloud.y_m[k]));
     ground[k] = std::abs(above) <= limit ? 1 : 0;
   }
   return ground;

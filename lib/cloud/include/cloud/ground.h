@@ -19,8 +19,10 @@ struct GroundOptions {
 /// 1 for ground, 0 for everything else, one per point. Progressive morphological filter: Pingel,
 /// Clarke, McBride 2013, "An improved simple morphological filter for the terrain classification of
 /// airborne LIDAR data". Points that lie below their surroundings by more than 5 m (multipath) are
-/// no ground either. Throws road::Error when the area would need more than 50 million cells (says
-/// which cell to give).
+/// no ground either; points with no other within four of the largest windows are. Work and memory
+/// grow with the points, not with the area: gaps wider than four windows are left out. Throws
+/// road::Error when the points would need more than 50 million cells (says which cell to give), or
+/// when most of them are alone.
 std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOptions& options = {});
 
 }  // namespace cloud
