@@ -16,6 +16,7 @@ namespace {
 
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string source(const std::string& path) {
   return read(places::source() + "/" + path);
@@ -104,6 +105,21 @@ TEST(Scripts, AreSoundShell) {
 
 TEST(Scripts, SetupRefusesWhatItDoesNotKnow) {
   EXPECT_NE(shell(fmt::format("'{}/scripts/setup' nonsense 2>/dev/null", places::source())), 0);
+}
+
+TEST(Scripts, PagePackagesRunOnTheNodeOfDebian12) {
+  const std::string lock = source("lib/report/web/package-lock.json");
+  const std::regex node("\"node\": \"([^\"]*)\""), at_least("\\D*(\\d+)[.\\d]*");
+  int count = 0;
+  for (std::sregex_iterator i(lock.begin(), lock.end(), node), end; i != end; ++i, ++count) {
+    const std::string wanted = (*i)[1];
+    std::smatch least;
+    ASSERT_TRUE(std::regex_match(wanted, least, at_least)) << wanted;
+    EXPECT_LE(std::stoi(least[1]), 18) << wanted;
+  }
+  EXPECT_GE(count, 2);
+  // Where they come from is the reader's setting.
+  EXPECT_THAT(lock, Not(HasSubstr("://")));
 }
 
 }  // namespace

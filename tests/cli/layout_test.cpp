@@ -40,6 +40,14 @@ TEST(Layout, CrgConfiguresAlone) {
       << read(folder / "log");
 }
 
+// A program that configure did not find must not be started by the build.
+TEST(Layout, BuildStartsNothingThatConfigureDidNotFind) {
+  const fs::path build = fs::path(places::crgbuild()).parent_path().parent_path().parent_path();
+  const std::string rules = read(build / "build.ninja");
+  ASSERT_THAT(rules, ::testing::HasSubstr("crgbuild"));
+  EXPECT_THAT(rules, ::testing::Not(::testing::HasSubstr("NOTFOUND")));
+}
+
 TEST(Layout, CrgIncludesItselfAndTheStandardLibraryOnly) {
   // Headers of the system that memory mapping and CPU dispatch need.
   const std::regex system(
