@@ -92,6 +92,19 @@ TEST(Layout, FilesKnowsNoNeighbourAndAloneHashes) {
           << file << " includes " << name;
 }
 
+// files::abandon_writes() and the removal of leftovers reach every file only so.
+TEST(Layout, ToolsWriteFilesThroughFilesAlone) {
+  const std::regex writer("crg::write\\(|ofstream|fopen\\(|O_WRONLY|O_CREAT|mkstemp");
+  for (const char* folder : {"lib", "tools"})
+    for (auto entry = fs::recursive_directory_iterator(fs::path(places::source()) / folder); entry != fs::end(entry); ++entry) {
+      const std::string name = entry->path().string();
+      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
+      if (!entry->is_regular_file() || name.find("/lib/files/") != std::string::npos || name.find("/lib/crg/") != std::string::npos) continue;
+      if (entry->path().extension() != ".cpp" && entry->path().extension() != ".h") continue;
+      EXPECT_FALSE(std::regex_search(read(entry->path()), writer)) << name;
+    }
+}
+
 TEST(Layout, ReportKnowsNeitherRoadNorCrg) {
   for (const auto& [file, name] : includes_below(fs::path(places::source()) / "lib/report"))
     EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <fstream>
@@ -208,6 +209,12 @@ TEST(RealClouds, Autzen) {
     worst =
         std::max(worst, (again.origin_m + again.point(i) - cloud.origin_m - cloud.point(i)).norm());
   EXPECT_LT(worst, 1e-3);
+}
+
+TEST(ReadCloud, RefusesAFifoAtOnce) {
+  const support::TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo(folder.path("scan.las").c_str(), 0600), 0);
+  EXPECT_THROW(read_cloud(folder.path("scan.las")), road::Error);
 }
 
 TEST(RealClouds, Samp11IsQuantisedToHalfAMetre) {

@@ -1,14 +1,19 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <random>
+#include <sstream>
+#include <thread>
 
 #include "crg/error.h"
 #include "crg/file.h"
+#include "crg/patches.h"
 #include "roads.h"
 
 namespace crg {
@@ -148,6 +153,31 @@ TEST(Write, ReplacesTheFileInOneStepAndLeavesNothingBehind) {
   for (const auto& entry : std::filesystem::directory_iterator(folder.file(""))) files += entry.exists() ? 1 : 0;
   EXPECT_EQ(files, 1U);
   EXPECT_THROW(write(bumpy(), folder.file("absent/road.crg"), Format::KRBI), Error);
+}
+
+TEST(Write, ALinkStaysALinkAndWhatIsNoFileIsWrittenThroughOrRefused) {
+  namespace fs = std::filesystem;
+  const test::Folder folder;
+  std::ofstream(folder.file("real.crg")) << "old";
+  fs::create_symlink("real.crg", folder.file("link.crg"));
+  write(bumpy(), folder.file("link.crg"), Format::KRBI);
+  EXPECT_TRUE(fs::is_symlink(folder.file("link.crg")));
+  EXPECT_EQ(read(folder.file("real.crg")).grid.rows(), 57U);
+  EXPECT_THROW(write(bumpy(), folder.file(""), Format::KRBI), Error);
+
+  const std::string fifo = folder.file("fifo");
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_THROW(read(fifo), Error);  // at once
+  EXPECT_THROW(read_patch_index(fifo), Error);
+  std::ostringstream received;
+  {
+    std::jthread reader([&] { received << std::ifstream(fifo, std::ios::binary).rdbuf(); });
+    write(bumpy(), fifo, Format::KRBI);
+  }
+  EXPECT_EQ(received.str(), to_bytes(bumpy(), Format::KRBI));
+  EXPECT_TRUE(fs::is_fifo(fifo));
+  write(bumpy(), "/dev/null", Format::KRBI);
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
 TEST(Write, KdbiHeadingsKeepTheirLineWhenWrittenAsKrbi) {

@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "files/error.h"
+#include "files/sha256.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -34,7 +36,16 @@ TEST(ReadFile, NamesPathAndReason) {
   EXPECT_THAT(refusal(folder.path("missing"), 9),
               HasSubstr(folder.path("missing") + ": cannot open: No such file"));
   EXPECT_THAT(refusal(folder.path("."), 9), HasSubstr("is a folder, wanted a file"));
-  EXPECT_THAT(refusal("/dev/zero", 1'000'000), HasSubstr("larger than"));  // endless, not a crash
+}
+
+TEST(ReadFile, RefusesAtOnceWhatIsNoFile) {
+  const support::TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo(folder.path("fifo").c_str(), 0600), 0);
+  for (const std::string& path : {folder.path("fifo"), std::string("/dev/zero"), std::string("/dev/null")}) {
+    EXPECT_THAT(refusal(path, 1'000'000), HasSubstr(path + ": is a device, a FIFO or a socket, wanted a regular file"));
+    EXPECT_THROW(files::want_regular_file(path), files::Error);
+    EXPECT_THROW(files::sha256_of_file(path), files::Error);
+  }
 }
 
 }  // namespace

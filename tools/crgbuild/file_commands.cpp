@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "crg/check.h"
 #include "crg/edit.h"
+#include "files/write_file.h"
 #include "settings.h"
 
 namespace crgbuild {
@@ -25,7 +26,7 @@ crg::Format format_of(const std::string& name, crg::Format otherwise) {
 
 int save(const crg::Crg& crg, const std::string& path, const std::string& format,
          Terminal& terminal) {
-  crg::write(crg, path, format_of(format, crg.format));
+  files::write_file(path, crg::to_bytes(crg, format_of(format, crg.format)));
   const crg::Grid& grid = crg.grid;
   if (terminal.json) {
     nlohmann::ordered_json out;

@@ -12,6 +12,7 @@
 
 #include "commands.h"
 #include "crg/surface.h"
+#include "files/read_file.h"
 #include "files/write_file.h"
 #include "road/error.h"
 #include "road/parallel.h"
@@ -137,6 +138,7 @@ class Asker {
 }  // namespace
 
 int run_query(const QueryCommand& command, Terminal& terminal) {
+  files::want_regular_file(command.points);
   std::ifstream points(command.points, std::ios::binary);
   if (!points)
     throw road::Error(

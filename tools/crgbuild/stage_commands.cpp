@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "crg/file.h"
+#include "files/write_file.h"
 #include "road/build.h"
 #include "road/parallel.h"
 #include "road/place.h"
@@ -39,7 +40,7 @@ Track read_track(const std::string& path) {
 }
 
 void write_track(Track track, const std::string& path, crg::Format format) {
-  crg::write(road::track_crg(track.line, std::move(track.grid)), path, format);
+  files::write_file(path, crg::to_bytes(road::track_crg(track.line, std::move(track.grid)), format));
 }
 
 /// The class of each node is that of the mesh surface at its height.
@@ -250,7 +251,7 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
   road::apply_alignment(numbers.T_global_mesh, track.line);
   crg::Crg file = road::track_crg(track.line, std::move(track.grid));
   road::write_projection(placement->projection, track.line, file);
-  crg::write(file, command.output, recipe.format);
+  files::write_file(command.output, crg::to_bytes(file, recipe.format));
   for (const std::string& name : numbers.outliers)
     terminal.remark("control point left out, it contradicts the others: " + name);
   const Eigen::Vector3d& t = numbers.T_global_mesh.translation_m;

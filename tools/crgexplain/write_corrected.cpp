@@ -41,11 +41,11 @@ Corrected write_corrected(const RunCommand& command, const Road& stated, const v
   const crg::Crg& road = stated.surface.file();
   if (const auto made = explain::corrected_road(road, findings)) {
     out.track_path = folder + "/track.crg";
-    crg::write(*made, out.track_path, road.format);
+    files::write_file(out.track_path, crg::to_bytes(*made, road.format));
   }
   if (const auto made = explain::friction_map(road, stated.friction ? &*stated.friction : nullptr, findings)) {
     out.friction_path = folder + "/friction.crg";
-    crg::write(*made, out.friction_path, road.format);
+    files::write_file(out.friction_path, crg::to_bytes(*made, road.format));
   }
   if (const auto made = explain::corrected_vehicle(command.vehicle_path, car, findings, recordings.logs)) {
     out.vehicle_path = folder + "/vehicle.yaml";

@@ -146,9 +146,9 @@ int run_map(const MapCommand& command) {
     return file;
   };
   const crg::Crg refined = with_grid(result.grid, true);
-  crg::write(refined, path("refined.crg"), crg::Format::KRBI);
-  crg::write(with_grid(result.stddev, false), path("refined.stddev.crg"), crg::Format::KRBI);
-  crg::write(with_grid(result.source, false), path("refined.provenance.crg"), crg::Format::KRBI);
+  files::write_file(path("refined.crg"), crg::to_bytes(refined, crg::Format::KRBI));
+  files::write_file(path("refined.stddev.crg"), crg::to_bytes(with_grid(result.stddev, false), crg::Format::KRBI));
+  files::write_file(path("refined.provenance.crg"), crg::to_bytes(with_grid(result.source, false), crg::Format::KRBI));
   const std::string mesh_path = path(command.stl ? "refined.stl" : "refined.ply");
   road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;
@@ -158,7 +158,7 @@ int run_map(const MapCommand& command) {
   if (!result.corrected.empty())
     cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
   if (command.report) {
-    crg::write(base, path("base.crg"), crg::Format::KRBI);
+    files::write_file(path("base.crg"), crg::to_bytes(base, crg::Format::KRBI));
     write_map_report(command.output_dir, base, refined, result.source, facts, command.threads);
   }
   if (command.json) {

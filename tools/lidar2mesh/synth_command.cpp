@@ -2,6 +2,7 @@
 
 #include "cloud/synth.h"
 #include "commands.h"
+#include "files/write_file.h"
 #include "road/circuit.h"
 
 namespace lidar2mesh {
@@ -22,7 +23,7 @@ int run_synth(const SynthCommand& command) {
   if (!command.v_m.empty()) options.v_m = command.v_m;
   const cloud::ScanSynthReport made = cloud::synth_scans(road, command.output_dir, options);
   const std::string truth = command.output_dir + "/truth.crg";
-  crg::write(road, truth, crg::Format::KRBI);
+  files::write_file(truth, crg::to_bytes(road, crg::Format::KRBI));
   fmt::print("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
              made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
              made.truth_path, truth);

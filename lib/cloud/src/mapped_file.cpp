@@ -14,7 +14,8 @@
 namespace cloud {
 
 MappedFile::MappedFile(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A FIFO is refused, not waited for.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0)
     throw road::Error(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
   struct stat facts {};

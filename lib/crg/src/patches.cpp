@@ -47,6 +47,9 @@ std::vector<PatchedSurface::Patch> read_patches(const PatchIndex& index) {
 }  // namespace
 
 PatchIndex read_patch_index(const std::string& path) {
+  std::error_code none;
+  if (const auto type = std::filesystem::status(path, none).type(); type != std::filesystem::file_type::not_found && type != std::filesystem::file_type::regular)
+    throw Error(path + ": not a regular file");
   std::ifstream file(path);
   if (!file) throw Error(path + ": cannot open");
   PatchIndex index;

@@ -33,7 +33,7 @@ class Input {
   Input(std::string_view bytes, std::string name) : memory_(bytes), name_(std::move(name)), size_(bytes.size()) {}
 
   explicit Input(const std::string& path) : name_(path) {
-    file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    file_ = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // a FIFO is refused, not waited for
     if (file_ < 0) throw Error(path + ": cannot open: " + std::strerror(errno));
     struct stat status = {};
     if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {

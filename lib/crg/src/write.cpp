@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cerrno>
 #include <charconv>
@@ -9,6 +10,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
 #include "crg/error.h"
@@ -289,28 +291,51 @@ std::string to_bytes(const Crg& given, Format format) {
 }
 
 void write(const Crg& crg, const std::string& path, Format format) {
+  namespace fs = std::filesystem;
   const std::string bytes = to_bytes(crg, format);
-  // A name of its own per process and call, so that two writers never share a temporary file.
-  const std::string temporary = path + ".part" + std::to_string(::getpid()) + "." +
-                                std::to_string(reinterpret_cast<std::uintptr_t>(&bytes) & 0xffffff);
-  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  std::error_code problem;
+  const fs::file_type type = fs::status(path, problem).type();
+  if (type != fs::file_type::not_found && type != fs::file_type::regular && type != fs::file_type::fifo && type != fs::file_type::character) {
+    throw Error(path + ": is " + (type == fs::file_type::directory ? "a folder" : "no file that can be written") + ": want the name of a file");
+  }
+  const bool through = type == fs::file_type::fifo || type == fs::file_type::character;
+  // A link stays a link; the file that it names is replaced.
+  std::string target = path;
+  for (int links = 0; !through && fs::is_symlink(target, problem); ++links) {
+    if (links == 40) throw Error(path + ": links to itself: want the name of a file");
+    const fs::path next = fs::read_symlink(target, problem);
+    target = (next.is_absolute() ? next : fs::path(target).parent_path() / next).string();
+  }
+  // A name of its own per process and call: two writers never share a temporary file, and O_EXCL
+  // follows no link that somebody laid there.
+  static std::atomic<unsigned> count{0};
+  std::string temporary = target;
+  int file = -1;
+  do {
+    if (!through) {
+      const fs::path wanted(target);
+      const std::string name = "." + wanted.filename().string().substr(0, 200) + "." + std::to_string(::getpid()) + "-c" + std::to_string(count++) + ".part";
+      temporary = (wanted.parent_path() / name).string();
+    }
+    file = ::open(temporary.c_str(), through ? O_WRONLY | O_CLOEXEC : O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  } while (file < 0 && errno == EEXIST);
   const auto fail = [&](const char* what) {
     const std::string reason = std::strerror(errno);
     if (file >= 0) ::close(file);
-    if (file >= 0) ::unlink(temporary.c_str());
+    if (file >= 0 && !through) ::unlink(temporary.c_str());
     throw Error(path + ": cannot " + what + " " + temporary + ": " + reason);
   };
-  if (file < 0) fail("create");
+  if (file < 0) fail(through ? "open" : "create");
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t count = ::write(file, bytes.data() + done, bytes.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("write");
-    done += static_cast<std::size_t>(count);
+    const ssize_t written = ::write(file, bytes.data() + done, bytes.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail("write");
+    done += static_cast<std::size_t>(written);
   }
-  if (::fsync(file) != 0) fail("flush");
+  if (!through && ::fsync(file) != 0) fail("flush");
   ::close(file);
-  if (std::rename(temporary.c_str(), path.c_str()) != 0) {
+  if (!through && std::rename(temporary.c_str(), target.c_str()) != 0) {
     const std::string reason = std::strerror(errno);
     ::unlink(temporary.c_str());
     throw Error(path + ": cannot rename " + temporary + " to it: " + reason);

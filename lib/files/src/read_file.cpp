@@ -17,6 +17,11 @@ namespace {
   throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
 
+void want_file(const std::string& path, const struct stat& status) {
+  if (S_ISDIR(status.st_mode)) throw Error(path + ": is a folder, wanted a file");
+  if (!S_ISREG(status.st_mode)) throw Error(path + ": is a device, a FIFO or a socket, wanted a regular file");
+}
+
 /// Closes on every way out.
 struct Descriptor {
   int value = -1;
@@ -30,13 +35,19 @@ struct Descriptor {
 
 }  // namespace
 
+void want_regular_file(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0) want_file(path, status);
+}
+
 std::string read_file(const std::string& path, std::size_t largest_bytes) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   if (file.value < 0) fail(path, "cannot open");
   struct stat status {};
   if (::fstat(file.value, &status) != 0) fail(path, "cannot read");
-  if (S_ISDIR(status.st_mode)) throw Error(path + ": is a folder, wanted a file");
+  want_file(path, status);
   std::string bytes;
+  if (static_cast<std::size_t>(status.st_size) <= largest_bytes) bytes.reserve(static_cast<std::size_t>(status.st_size));
   char block[1 << 16];
   for (;;) {
     const ssize_t count = ::read(file.value, block, sizeof block);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "files/error.h"
+#include "files/read_file.h"
 
 namespace files {
 
@@ -51,6 +52,7 @@ std::string sha256(std::string_view bytes) {
 }
 
 std::string sha256_of_file(const std::string& path) {
+  want_regular_file(path);
   std::ifstream in(path, std::ios::binary);
   if (!in) {
     throw Error(

@@ -13,8 +13,8 @@
 #include <numbers>
 #include <numeric>
 #include <random>
-#include <sstream>
 
+#include "files/read_file.h"
 #include "road/csv.h"
 #include "road/error.h"
 #include "text_lines.h"
@@ -602,11 +602,7 @@ Trajectory read_trajectory(const std::string& path, Projection::Kind kind) {
 }
 
 ControlPoints read_control_point_file(const std::string& path, Projection::Kind kind) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw Error(fmt::format("{}: cannot read; give a file of control points", path));
-  std::ostringstream content;
-  content << in.rdbuf();
-  const std::string text = content.str();
+  const std::string text = files::read_file(path);
   const auto cells_of = [](std::string_view line) {
     std::vector<std::string_view> cells;
     while (true) {

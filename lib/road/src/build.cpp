@@ -67,7 +67,7 @@ std::string write_patches(std::vector<KerbPatch> patches, const std::filesystem:
     const std::string file = fmt::format("{}.patch-{}.crg", recipe.name, k + 1);
     summary.patches.push_back({file, patches[k].u_begin_m, patches[k].u_end_m, patches[k].grid.v_m.front(), patches[k].grid.v_m.back(),
                                patches[k].line.u_step_m, patches[k].error_before_m, patches[k].error_m});
-    crg::write(track_crg(patches[k].line, std::move(patches[k].grid)), (dir / file).string(), recipe.format);
+    files::write_file((dir / file).string(), crg::to_bytes(track_crg(patches[k].line, std::move(patches[k].grid)), recipe.format));
     index += fmt::format("patch {} blend_m={}\n", file, kPatchBlend_m);
   }
   files::write_file(index_path, index);
@@ -207,12 +207,12 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   stage("write", [&] {
     crg::Crg file = track_crg(line, std::move(sampled.grid));
     if (summary.placement) write_projection(summary.placement->projection, line, file);
-    crg::write(file, paths.crg_path, recipe.format);
+    files::write_file(paths.crg_path, crg::to_bytes(file, recipe.format));
     paths.patches_path = write_patches(std::move(patches), dir, recipe, summary);
     if (!friction) return;
     crg::ReferenceLine level = line;
     level.z_m.clear();  // the values are frictions as they stand
-    crg::write(track_crg(level, std::move(*friction)), paths.friction_path, recipe.format);
+    files::write_file(paths.friction_path, crg::to_bytes(track_crg(level, std::move(*friction)), recipe.format));
   });
   stage("validate", [&] { summary.validate = validate(paths.crg_path, mesh, validate_options); });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);

@@ -42,7 +42,7 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
   stage("picture", [&] { files::write_file(paths.picture_path, plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
   stage("write", [&] {
     write_centreline_csv(road.centreline, paths.centreline_path);
-    crg::write(track_crg(road.line, std::move(road.sampled.grid)), paths.crg_path, recipe.format);
+    files::write_file(paths.crg_path, crg::to_bytes(track_crg(road.line, std::move(road.sampled.grid)), recipe.format));
   });
   summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
   summary.seconds_total = seconds_since(start);

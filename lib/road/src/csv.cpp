@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 
+#include "files/read_file.h"
 #include "road/error.h"
 
 namespace road {
@@ -37,10 +37,7 @@ void split(std::string_view line, std::vector<std::string_view>& cells) {
 
 CsvTable read_csv(const std::string& path, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (file.bad()) throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+  const std::string text = files::read_file(path);
 
   std::vector<std::string> wanted = required;
   wanted.insert(wanted.end(), optional.begin(), optional.end());

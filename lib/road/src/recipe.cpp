@@ -527,6 +527,8 @@ std::string read_text(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     throw Error(path + ": a folder seen, a recipe file wanted (track.yaml)");
+  if (const auto type = std::filesystem::status(path, error).type(); type != std::filesystem::file_type::not_found && type != std::filesystem::file_type::regular)
+    throw Error(path + ": no regular file; give the path of a recipe (track.yaml) or of a mesh");
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw Error(path + ": cannot be opened; give the path of a recipe (track.yaml) or of a mesh");

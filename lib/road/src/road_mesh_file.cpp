@@ -8,6 +8,8 @@
 #include <map>
 #include <string_view>
 
+#include "files/read_file.h"
+
 namespace road {
 namespace {
 
@@ -15,6 +17,7 @@ constexpr const char* kNote = "drivable surface, metres, z up";
 
 /// The note stands within the first bytes of all three formats.
 bool is_cleaned(const std::string& path) {
+  files::want_regular_file(path);
   std::ifstream file(path, std::ios::binary);
   std::array<char, 200> head{};
   file.read(head.data(), head.size());

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "random.h"
+#include "files/write_file.h"
 #include "road/error.h"
 #include "road/export_mesh.h"
 
@@ -202,7 +203,7 @@ SynthOutput write_synth(const Circuit& circuit, const std::string& output_dir,
   output.mesh_error = measure_mesh_error(circuit, mesh);
   export_mesh(mesh, output.mesh_path,
               {options.up == UpAxis::z ? UpAxis::z : UpAxis::y, options.unit});
-  crg::write(truth_crg(circuit, options.truth_step_m), output.truth_path, crg::Format::KDBI);
+  files::write_file(output.truth_path, crg::to_bytes(truth_crg(circuit, options.truth_step_m), crg::Format::KDBI));
   return output;
 }
 

@@ -90,7 +90,7 @@ ReferenceLine integrate_reference_line(const Crg& crg);
 /// Reads a file, follows one level of include. Throws Error.
 Crg read(const std::string& path);
 
-/// Writes to a temporary name beside `path`, flushes, renames. Throws Error.
+/// Writes to a temporary name beside `path` (links followed; FIFO, device: through), flushes, renames. Throws Error.
 void write(const Crg& crg, const std::string& path, Format format);
 
 /// The bytes that write() would put into the file. Throws Error.
