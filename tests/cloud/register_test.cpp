@@ -67,6 +67,30 @@ TEST(Register, LeavesTheDirectionOfATunnelAlone) {
   EXPECT_NEAR(found.translation().y(), 0.2, 0.01);
 }
 
+TEST(Register, FarPointsDoNotHideATurn) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() =
+      Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.2, 0.1, 1.0).normalized()).toRotationMatrix();
+  T.translation() = Eigen::Vector3d(0.4, -0.3, 0.1);
+  for (const double far_m : {8e3, 524288.0, 1e6}) {  // the second: a power of two in voxels
+    Cloud target = moved(street(true, 1), T), source = street(true, 2);
+    const auto add = [](Cloud& cloud, double x, double y) {
+      cloud.x_m.push_back(x), cloud.y_m.push_back(y), cloud.z_m.push_back(0.0);
+    };
+    for (const double share : {1.0, 0.5, -0.7}) {
+      add(source, share * far_m, far_m);
+      add(target, share * far_m, far_m);
+    }
+    add(source, far_m, 0.0);
+    RegisterReport report;
+    const Eigen::Isometry3d found = register_clouds(target, source, {}, &report);
+    EXPECT_TRUE(report.converged) << far_m;
+    EXPECT_TRUE(report.unfixed.empty()) << far_m;
+    EXPECT_LT((found.translation() - T.translation()).norm(), 0.01) << far_m;
+    EXPECT_LT(Eigen::AngleAxisd(found.linear().transpose() * T.linear()).angle(), 0.001) << far_m;
+  }
+}
+
 TEST(Register, RefusesCloudsThatDoNotMeet) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation().x() = 500.0;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <nanoflann.hpp>
@@ -25,16 +26,20 @@ Points thinned(const Cloud& cloud, const Eigen::Vector3d& origin, double voxel_m
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double n = 0.0;
   };
-  std::unordered_map<std::uint64_t, std::size_t> index;
+  using Cube = std::array<std::int64_t, 3>;
+  const auto hash = [](const Cube& cube) {
+    std::uint64_t mixed = 0;
+    for (const std::int64_t part : cube)
+      mixed = (mixed ^ static_cast<std::uint64_t>(part)) * 0x9e3779b97f4a7c15u,
+      mixed ^= mixed >> 32;
+    return static_cast<std::size_t>(mixed);
+  };
+  std::unordered_map<Cube, std::size_t, decltype(hash)> index(1024, hash);
   std::vector<Sum> sums;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d p = cloud.point(i) + (cloud.origin_m - origin);
-    std::uint64_t key = 0;
-    for (int k = 0; k < 3; ++k)
-      key = key << 21 | (static_cast<std::uint64_t>(
-                             static_cast<std::int64_t>(std::floor(p[k] / voxel_m)) + (1 << 20)) &
-                         0x1fffff);
-    const auto [found, is_new] = index.try_emplace(key, sums.size());
+    const auto part = [&](int k) { return static_cast<std::int64_t>(std::floor(p[k] / voxel_m)); };
+    const auto [found, is_new] = index.try_emplace({part(0), part(1), part(2)}, sums.size());
     if (is_new) sums.emplace_back();
     sums[found->second].sum += p, sums[found->second].n += 1.0;
   }
@@ -58,16 +63,16 @@ struct Adaptor {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Adaptor>,
                                                  Adaptor, 3, std::size_t>;
 
-/// Unit normals from the neighbours; zero where they form no plane.
-Points normals_of(const Points& points, const Tree& tree, std::size_t neighbours,
+/// Unit normals from the neighbours; zero where fewer than six lie within reach.
+Points normals_of(const Points& points, const Tree& tree, std::size_t neighbours, double reach_m,
                   unsigned threads) {
   Points normals(points.size(), Eigen::Vector3d::Zero());
   road::parallel_for(points.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
     std::vector<std::size_t> near(neighbours);
     std::vector<double> distance2(neighbours);
     for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t n =
-          tree.knnSearch(points[i].data(), neighbours, near.data(), distance2.data());
+      std::size_t n = tree.knnSearch(points[i].data(), neighbours, near.data(), distance2.data());
+      while (n > 0 && distance2[n - 1] > reach_m * reach_m) --n;
       if (n < 6) continue;
       Eigen::Vector3d mean = Eigen::Vector3d::Zero();
       for (std::size_t k = 0; k < n; ++k) mean += points[near[k]] / static_cast<double>(n);
@@ -103,17 +108,37 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   facts.points = from.size();
   const Adaptor adaptor{to};
   const Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  const Points normals =
-      normals_of(to, tree, static_cast<std::size_t>(options.neighbours), options.threads);
+  // Farther, points are of other surfaces. 20 of one surface lie within 3 voxels.
+  const double normal_reach = std::max(options.max_distance_m, 10.0 * options.voxel_m);
+  const Points normals = normals_of(to, tree, static_cast<std::size_t>(options.neighbours),
+                                    normal_reach, options.threads);
   const Adaptor source_adaptor{from};
   const Tree source_tree(3, source_adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(10));
   const Points source_normals =
-      normals_of(from, source_tree, static_cast<std::size_t>(options.neighbours), options.threads);
+      normals_of(from, source_tree, static_cast<std::size_t>(options.neighbours), normal_reach,
+                 options.threads);
+  // Turned about the middle of what lies near the target: the rest says nothing about the motion,
+  // and a few stray points far away would make every turn look like none.
+  std::vector<std::uint8_t> meets(from.size(), 0);
+  road::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      std::size_t near = 0;
+      double distance2 = 0.0;
+      meets[i] = tree.knnSearch(from[i].data(), 1, &near, &distance2) > 0 &&
+                         distance2 <= options.max_distance_m * options.max_distance_m &&
+                         !normals[near].isZero() && !source_normals[i].isZero()
+                     ? 1
+                     : 0;
+    }
+  });
+  const auto meeting =
+      std::max(1.0, static_cast<double>(std::count(meets.begin(), meets.end(), 1)));
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : from) middle += p / static_cast<double>(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (meets[i]) middle += from[i] / meeting;
   double radius2 = 0.0;
-  for (const Eigen::Vector3d& p : from)
-    radius2 += (p - middle).squaredNorm() / static_cast<double>(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (meets[i]) radius2 += (from[i] - middle).squaredNorm() / meeting;
   const double radius = std::max(1e-3, std::sqrt(radius2));
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   std::vector<Pair> pairs(from.size());
