@@ -221,8 +221,9 @@ std::vector<double> columns_for(std::vector<double> left_m, std::vector<double> 
         ++i;
         continue;
       }
+      // It stands for all that is near it, so that the next is further away than what a file may hold.
       exact.push_back((*side)[(i + end) / 2]);
-      i = end;
+      while (i < side->size() && (*side)[i] <= exact.back() + kColumnTolerance_m) ++i;
     }
   }
   std::vector<double> columns = exact;
