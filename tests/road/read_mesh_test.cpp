@@ -10,6 +10,7 @@
 #include <limits>
 #include <set>
 
+#include "files/sha256.h"
 #include "road/error.h"
 #include "support/mesh_files.h"
 #include "support/places.h"
@@ -24,6 +25,7 @@ using ::testing::HasSubstr;
 
 using support::as_acc;
 using support::as_glb;
+using support::as_gltf;
 using support::as_obj;
 using support::as_ply;
 using support::as_stl;
@@ -123,6 +125,37 @@ TEST_F(ReadMesh, ReadsMaterialTexturesBesideAnObj) {
   folder_.file("road.mtl", "newmtl asphalt\nmap_Kd textures/new_asphalt.png\nnewmtl concrete\n");
   const Mesh mesh = road::read_mesh(folder_.file("a.obj", "mtllib road.mtl\n" + as_obj(road_)));
   EXPECT_EQ(mesh.objects[mesh.object_of_triangle[0]].texture, "new_asphalt.png");
+}
+
+TEST_F(ReadMesh, ListsTheFilesThatAMeshRefersTo) {
+  const support::GltfAndBin parts = as_gltf(road_, "a.bin");
+  const std::string bin = folder_.file("a.bin", parts.bin);
+  MeshReadReport report;
+  EXPECT_LT(distance(road_, road::read_mesh(folder_.file("a.gltf", parts.gltf), {}, &report)), 2e-5);
+  ASSERT_EQ(report.files.size(), 1u);
+  EXPECT_EQ(report.files[0].path, bin);
+  EXPECT_EQ(report.files[0].sha256, files::sha256(parts.bin));
+  EXPECT_TRUE(report.remarks.empty());
+
+  const std::string materials = "newmtl asphalt\nnewmtl concrete\n";
+  const std::string mtl = folder_.file("road.mtl", materials);
+  const std::string obj = folder_.file("a.obj", "mtllib road.mtl\n" + as_obj(road_));
+  road::read_mesh(obj, {}, &report);
+  ASSERT_EQ(report.files.size(), 1u);
+  EXPECT_EQ(report.files[0].path, mtl);
+  EXPECT_EQ(report.files[0].sha256, files::sha256(materials));
+  EXPECT_TRUE(report.remarks.empty());
+
+  std::filesystem::remove(mtl);
+  road::read_mesh(obj, {}, &report);
+  ASSERT_GE(report.files.size(), 2u);  // assimp looks in other places as well
+  EXPECT_EQ(report.files[0].path, mtl);
+  EXPECT_EQ(report.files[0].sha256, "");
+  ASSERT_EQ(report.remarks.size(), 1u);
+  EXPECT_THAT(report.remarks[0], HasSubstr("missing: " + mtl + ";"));
+
+  road::read_mesh(folder_.file("a.stl", as_stl(road_)), {}, &report);
+  EXPECT_TRUE(report.files.empty());
 }
 
 TEST_F(ReadMesh, CutsPolygonsIntoTrianglesInsideThem) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <string>
 
 #include "road/mesh.h"
@@ -217,6 +218,20 @@ inline std::string as_glb(const road::Mesh& mesh) {
   append(bytes, static_cast<std::uint32_t>(buffer.size()));
   bytes += std::string("BIN\0", 4) + buffer;
   return bytes;
+}
+
+/// The same as text and a buffer beside it, which the text calls `uri`.
+struct GltfAndBin {
+  std::string gltf, bin;
+};
+inline GltfAndBin as_gltf(const road::Mesh& mesh, const std::string& uri) {
+  const std::string glb = as_glb(mesh);
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, sizeof length);
+  GltfAndBin out{glb.substr(20, length), glb.substr(20 + length + 8)};
+  const std::string buffer = "\"buffers\":[{";
+  out.gltf.insert(out.gltf.find(buffer) + buffer.size(), "\"uri\":\"" + uri + "\",");
+  return out;
 }
 
 }  // namespace support

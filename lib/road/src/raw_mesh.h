@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "road/mesh.h"
+#include "road/read_mesh.h"
 
 namespace road {
 
@@ -24,6 +25,7 @@ struct RawMesh {
   double metres_per_unit = 0.0;  ///< as the file states; 0 = it does not
   char up = 0;  ///< 'y' or 'z' by the format's rule or the file's word; 0 = neither
   std::vector<std::string> remarks;
+  std::vector<MeshFile> files;  ///< as in MeshReadReport
 };
 
 /// `bytes` is the whole file, `path` names it in errors. Throws Error.

@@ -9,12 +9,12 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
+#include "files/read_file.h"
+#include "files/sha256.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -30,6 +30,8 @@ constexpr double kWorstResolution_m = 0.1;
 constexpr double kNotableResolution_m = 1e-3;
 // The flat faces of a track (road, terrain) outweigh its walls and trees; a clear verdict is 2 : 1.
 constexpr double kClearVerdict = 2.0;
+// A mesh of 100 million triangles, or the buffer of one, in the most wasteful format.
+constexpr std::size_t kLargestFile = 16'000'000'000;
 
 std::string load(const std::string& path) {
   std::error_code error;
@@ -37,18 +39,7 @@ std::string load(const std::string& path) {
     throw Error(
         fmt::format("{}: is a folder; give a mesh file (.obj .glb .ply .stl .acc ...)", path));
   }
-  std::ifstream in(path, std::ios::binary);
-  if (!in)
-    throw Error(fmt::format("{}: cannot read: {}; give a mesh file that exists", path,
-                            std::strerror(errno)));
-  in.seekg(0, std::ios::end);
-  const auto size = in.tellg();
-  if (size < 0)
-    throw Error(fmt::format("{}: cannot read: not an ordinary file; give a mesh file", path));
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  in.seekg(0);
-  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!in) throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+  std::string bytes = files::read_file(path, kLargestFile);
   if (bytes.empty())
     throw Error(fmt::format("{}: the file is empty; copy or export the mesh again", path));
   return bytes;
@@ -61,22 +52,64 @@ std::string lower_extension(const std::string& path) {
   return extension;
 }
 
-/// Hands assimp the main file from memory and its companions (.mtl, .bin) from disk.
+/// What assimp wants beside the mesh: seen while it reads.
+struct Companions {
+  std::vector<MeshFile> files;
+  std::vector<std::string> problems;  ///< one sentence for each that is there and could not be read
+
+  void add(const std::string& path, const std::string& sha256) {
+    const auto known = std::find_if(files.begin(), files.end(),
+                                    [&](const MeshFile& file) { return file.path == path; });
+    if (known == files.end()) files.push_back({path, sha256});
+  }
+};
+
+/// Bytes that live as long as the stream that assimp reads them from.
+struct OwnedBytes {
+  std::string bytes;
+};
+class CompanionStream : private OwnedBytes, public Assimp::MemoryIOStream {
+ public:
+  explicit CompanionStream(std::string content)
+      : OwnedBytes{std::move(content)},
+        MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()) {}
+};
+
+/// Hands assimp the main file from memory and its companions (.mtl, .bin) from disk: the only way
+/// by which it comes to a file.
 class MemoryFirst : public Assimp::DefaultIOSystem {
  public:
-  MemoryFirst(std::string path, std::string_view bytes) : path_(std::move(path)), bytes_(bytes) {}
+  MemoryFirst(std::string path, std::string_view bytes, Companions& companions)
+      : path_(std::move(path)), bytes_(bytes), companions_(companions) {}
   bool Exists(const char* file) const override {
-    return path_ == file || DefaultIOSystem::Exists(file);
+    if (path_ == file) return true;
+    std::error_code error;
+    if (std::filesystem::exists(file, error)) return true;
+    companions_.add(file, {});
+    return false;
   }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    if (path_ != file) return DefaultIOSystem::Open(file, mode);
-    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
-                                      bytes_.size());
+    if (mode == nullptr || *mode != 'r') return nullptr;
+    if (path_ == file) {
+      return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
+                                        bytes_.size());
+    }
+    if (!Exists(file)) return nullptr;
+    try {
+      std::string content = files::read_file(file, kLargestFile);
+      companions_.add(file, files::sha256(content));
+      return new CompanionStream(std::move(content));
+    } catch (const Error& error) {
+      companions_.add(file, {});
+      companions_.problems.emplace_back(error.what());
+      return nullptr;
+    }
   }
 
  private:
   std::string path_;
   std::string_view bytes_;
+  Companions& companions_;
 };
 
 std::string material_name(const aiMaterial& material) {
@@ -238,10 +271,35 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
   return mesh;
 }
 
+/// One remark for all companions that are not there. assimp looks for each in several places, which
+/// it joins with two strokes, and for an .mtl of the mesh's own name: nobody asked for those.
+void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
+                    std::vector<std::string>& remarks) {
+  const std::filesystem::path mesh(path);
+  const std::string own_mtl = std::filesystem::path(mesh).replace_extension(".mtl").string();
+  std::string names;
+  for (const MeshFile& file : files) {
+    const auto has_its_name = [&](const MeshFile& other) {
+      return !other.sha256.empty() && std::filesystem::path(other.path).filename() ==
+                                          std::filesystem::path(file.path).filename();
+    };
+    if (!file.sha256.empty() || std::any_of(files.begin(), files.end(), has_its_name)) continue;
+    if (file.path.find("//", mesh.parent_path().string().size()) != std::string::npos) continue;
+    if (file.path == own_mtl && &file != &files.front()) continue;
+    names += (names.empty() ? "" : ", ") + file.path;
+  }
+  if (!names.empty()) {
+    remarks.push_back(fmt::format(
+        "the mesh refers to files that are missing: {}; names of materials and textures may be too",
+        names));
+  }
+}
+
 RawMesh import_with_assimp(const std::string& path, std::string_view bytes,
                            const Eigen::Vector3d& origin) {
+  Companions companions;
   Assimp::Importer importer;
-  importer.SetIOHandler(new MemoryFirst(path, bytes));  // owned by the importer
+  importer.SetIOHandler(new MemoryFirst(path, bytes, companions));  // owned by the importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_AC_EVAL_SUBDIVISION, false);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
   const aiScene* scene = nullptr;
@@ -252,6 +310,7 @@ RawMesh import_with_assimp(const std::string& path, std::string_view bytes,
                             error.what()));
   }
   if (scene == nullptr || scene->mRootNode == nullptr) {
+    if (!companions.problems.empty()) throw Error(fmt::format("{}: {}", path, companions.problems.front()));
     std::string reason = importer.GetErrorString();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw Error(fmt::format(
@@ -259,7 +318,11 @@ RawMesh import_with_assimp(const std::string& path, std::string_view bytes,
         ".dae .3ds .ac .acc)",
         path, reason));
   }
-  return flatten(*scene, origin, path);
+  RawMesh mesh = flatten(*scene, origin, path);
+  if (companions.problems.empty()) remark_missing(path, companions.files, mesh.remarks);
+  mesh.remarks.insert(mesh.remarks.end(), companions.problems.begin(), companions.problems.end());
+  mesh.files = std::move(companions.files);
+  return mesh;
 }
 
 void check_glb_length(std::string_view bytes, const std::string& path) {
@@ -299,7 +362,7 @@ RawMesh read_raw(const std::string& path) {
     RawMesh mesh = import_with_assimp(path, local.text, local.origin);
     mesh.stored_as_float32 = local.float32_quantised;
     mesh.local_magnitude = 0.0;
-    mesh.remarks = local.remarks;
+    mesh.remarks.insert(mesh.remarks.begin(), local.remarks.begin(), local.remarks.end());
     if (extension != ".obj") {
       mesh.up = 'y';
       mesh.metres_per_unit = 0.0;
@@ -507,6 +570,7 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
     report->objects = mesh.objects.size();
     report->coordinate_resolution_m = resolution_m;
     report->remarks = std::move(remarks);
+    report->files = std::move(raw.files);
   }
   return mesh;
 }

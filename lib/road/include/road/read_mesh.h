@@ -19,6 +19,12 @@ struct MeshReadOptions {
   Unit unit = Unit::automatic;
 };
 
+/// A file that a mesh refers to.
+struct MeshFile {
+  std::string path;    ///< as it was opened: the mesh's folder in front
+  std::string sha256;  ///< of the bytes that were used; empty: wanted, but not there or not readable
+};
+
 /// What was decided and seen while reading; for summary.json.
 struct MeshReadReport {
   std::string up;           ///< "y" or "z"
@@ -28,6 +34,9 @@ struct MeshReadReport {
   std::size_t objects = 0;
   double coordinate_resolution_m = 0.0;  ///< spacing of representable coordinates in the source file
   std::vector<std::string> remarks;      ///< plain sentences, e.g. coordinates quantised by the exporter
+  /// Every file besides the mesh itself that was opened (.bin, .mtl ...) or looked for, once each, in
+  /// the order of asking: when one of them changes, appears or goes, the mesh may read differently.
+  std::vector<MeshFile> files;
 };
 
 /// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...).
