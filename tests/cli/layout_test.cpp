@@ -66,8 +66,18 @@ TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
   for (const auto& library : fs::directory_iterator(fs::path(places::source()) / "lib")) {
     if (!fs::exists(library.path() / "include")) continue;
     for (const auto& [file, name] : includes_below(library.path() / "include"))
-      EXPECT_FALSE(std::regex_match(name, heavy)) << file << " includes " << name;
+      EXPECT_FALSE(std::regex_match(name, heavy) && file.filename() != "program.h") << file << " includes " << name;
   }
+}
+
+TEST(Layout, CommandLinesStayInOneFilePerTool) {
+  std::set<fs::path> files;
+  for (const char* below : {"lib", "tools"})
+    for (const auto& [file, name] : includes_below(fs::path(places::source()) / below))
+      if (name == "command/program.h" || name.starts_with("CLI/")) files.insert(file.lexically_relative(places::source()));
+  for (const fs::path& file : files)
+    EXPECT_TRUE(file.filename() == "main.cpp" || file.native().starts_with("lib/command/")) << file;
+  EXPECT_GE(files.size(), 4u);
 }
 
 TEST(Layout, EachHeavyLibraryStaysInTwoSourceFiles) {

@@ -3,30 +3,20 @@
 #pragma once
 
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "command/exit_code.h"
+#include "command/terminal.h"
 #include "road/build.h"
 #include "road/recipe.h"
-#include "terminal.h"
 
 namespace crgbuild {
 
-constexpr int kOk = 0, kFailed = 1, kUsage = 2, kNotValid = 3, kInterrupted = 130;
+using command::kFailed, command::kNotValid, command::kOk, command::one_line;
+using command::NotValid, command::Terminal, command::UsageError;
 
-/// A command line that cannot be meant; what() is shown with a hint at --help.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// The file was written, but must not be used: exit code 3.
-class NotValid : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 [[noreturn]] void throw_validation_failed(const std::string& path,
                                           const std::vector<std::string>& failures);
 

@@ -1,17 +1,15 @@
-// Options in, one command, exit code. The only file that knows CLI11.
-#include <fmt/format.h>
-
-#include <CLI/CLI.hpp>
+// Options in, one command, exit code.
 #include <algorithm>
 #include <initializer_list>
-#include <new>
 
+#include "command/program.h"
 #include "commands.h"
-#include "crg/error.h"
 #include "road/error.h"
 
 namespace crgbuild {
 namespace {
+
+using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
 
 std::string flag_of(std::string key) {
   std::replace(key.begin(), key.end(), '_', '-');
@@ -39,15 +37,12 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
           ->group(group);
       continue;
     }
-    command
-        .add_option_function<std::string>(
-            flag_of(key.name),
-            [&flags, name = key.name](const std::string& value) {
-              flags.emplace_back(name, value);
-            },
-            text)
-        ->type_name(key.wanted)
-        ->group(group);
+    CLI::Option* option = command.add_option_function<std::string>(
+        flag_of(key.name),
+        [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); }, text);
+    if (const auto words = command::words_of(key.wanted); !words.empty())
+      option->transform(CLI::IsMember(words, CLI::ignore_case).description(""));
+    option->type_name(key.wanted)->group(group);
   }
 }
 
@@ -74,19 +69,14 @@ struct Commands {
   SynthCommand synth;
 };
 
-CLI::Option* add_path(CLI::App& command, const std::string& flag, std::string& path,
-                      const std::string& text) {
-  return command.add_option(flag, path, text)->type_name("PATH")->required();
-}
-
 constexpr const char* kMeshHelp =
     "the track: a mesh (.obj .fbx .glb .dae .ply .stl .3ds .ac ...) or a track.yaml";
 
 void define_main_way(CLI::App& app, Commands& c) {
   CLI::App* build =
       app.add_subcommand("build", "a mesh becomes a checked OpenCRG road: all stages");
-  add_path(*build, "input", c.build.input, kMeshHelp);
-  add_path(*build, "-o,--output", c.build.output_dir, "folder for the results, made if missing");
+  add_input(*build, "input", c.build.input, kMeshHelp)->required();
+  add_output_folder(*build, c.build.output_dir, "folder for the results, made if missing")->required();
   add_recipe_flags(*build, c.build.flags,
                    {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
                     "smooth", "patch", "friction", "align", "validate"});
@@ -107,13 +97,13 @@ void define_main_way(CLI::App& app, Commands& c) {
       "  crgbuild build track.obj -o out\n"
       "  crgbuild build track.fbx -o out --up y --unit cm --v-max-m 12\n"
       "  crgbuild build tracks/g-track-1/track.yaml -o out --smooth-window-m 1\n\n"
-      "Exit code: 0 done, 1 cannot be done, 2 wrong command line, 3 done but validation failed.");
+      "Exit code 3 when validation failed.");
 
   CLI::App* validate =
       app.add_subcommand("validate", "compares a .crg with the mesh it was made from");
-  add_path(*validate, "crg", c.validate.crg, "the road");
-  add_path(*validate, "mesh", c.validate.mesh,
-           "the mesh as the simulator exported it, or the track.yaml");
+  add_input(*validate, "crg", c.validate.crg, "the road")->required();
+  add_input(*validate, "mesh", c.validate.mesh,
+           "the mesh as the simulator exported it, or the track.yaml")->required();
   add_recipe_flags(*validate, c.validate.flags, {"read", "align", "validate"});
   validate->footer(
       "Heights at random points between the nodes of the grid against vertical rays on the "
@@ -125,10 +115,10 @@ void define_main_way(CLI::App& app, Commands& c) {
 void define_from_edges(CLI::App& app, Commands& c) {
   CLI::App* edges =
       app.add_subcommand("from-edges", "a road between two surveyed edges, without a mesh");
-  add_path(*edges, "left", c.from_edges.left,
-           "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge");
-  add_path(*edges, "right", c.from_edges.right, "the same for the right edge; points need not correspond");
-  add_path(*edges, "-o,--output", c.from_edges.output_dir, "folder for the results, made if missing");
+  add_input(*edges, "left", c.from_edges.left,
+           "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge")->required();
+  add_input(*edges, "right", c.from_edges.right, "the same for the right edge; points need not correspond")->required();
+  add_output_folder(*edges, c.from_edges.output_dir, "folder for the results, made if missing")->required();
   add_recipe_flags(*edges, c.from_edges.flags, {"output", "u_step_m", "v_step_m"});
   edges->add_option("--name", c.from_edges.name,
                     "files are called <name>.crg, <name>.png, ... [what the names of both files share]")
@@ -142,18 +132,15 @@ void define_from_edges(CLI::App& app, Commands& c) {
 void define_report(CLI::App& app, Commands& c) {
   CLI::App* report =
       app.add_subcommand("report", "what is wrong with a road file, and where: one page to look at");
-  add_path(*report, "crg", c.report.crg, "the road");
-  add_path(*report, "-o,--output", c.report.output_dir,
-           "folder for report.html and report.json, made if missing");
-  const auto optional_path = [&](const char* flag, std::string& path, const char* text) {
-    report->add_option(flag, path, text)->type_name("PATH");
-  };
-  optional_path("--mesh", c.report.mesh, "the mesh that the road should follow, or the track.yaml");
-  optional_path("--against", c.report.against, "another road file: what differs");
-  optional_path("--cloud", c.report.cloud, "measured points in the frame of the road, or a folder of them");
-  optional_path("--before", c.report.before,
+  add_input(*report, "crg", c.report.crg, "the road")->required();
+  add_output_folder(*report, c.report.output_dir, "folder for report.html and report.json, made if missing")->required();
+  add_input(*report, "--mesh", c.report.mesh, "the mesh that the road should follow, or the track.yaml");
+  add_input(*report, "--against", c.report.against, "another road file: what differs");
+  add_input(*report, "--cloud", c.report.cloud, "measured points in the frame of the road, or a folder of them",
+            command::kFileOrFolder);
+  add_input(*report, "--before", c.report.before,
                 "the same road before smoothing and kerb refinement");
-  optional_path("--grip", c.report.grip, "a road file with friction in place of heights, a colour");
+  add_input(*report, "--grip", c.report.grip, "a road file with friction in place of heights, a colour");
   add_recipe_flags(*report, c.report.flags, {"read", "align"});
   report->footer(
       "Examples:\n"
@@ -165,26 +152,25 @@ void define_report(CLI::App& app, Commands& c) {
 
 void define_stages(CLI::App& app, Commands& c) {
   CLI::App* clean = app.add_subcommand("clean", "stage 1: keeps the drivable surface of a mesh");
-  add_path(*clean, "input", c.clean.input, kMeshHelp);
-  add_path(*clean, "-o,--output", c.clean.output,
-           "surface: .obj or .stl (both keep road, kerb and run-off apart), or .ply");
+  add_input(*clean, "input", c.clean.input, kMeshHelp)->required();
+  add_output_file(*clean, c.clean.output, "surface: .obj or .stl (both keep road, kerb and run-off apart), or .ply")->required();
   add_recipe_flags(*clean, c.clean.flags, {"read", "clean"});
   clean->footer("Example:\n  crgbuild clean track.fbx -o surface.obj");
 
   CLI::App* centreline = app.add_subcommand("centreline", "stage 2: traces the middle of the road");
-  add_path(*centreline, "input", c.centreline.input,
-           "surface from 'clean' (or a mesh or track.yaml, cleaned first)");
-  add_path(*centreline, "-o,--output", c.centreline.output, "CSV: x_m,y_m,z_m,half_width_m");
+  add_input(*centreline, "input", c.centreline.input,
+           "surface from 'clean' (or a mesh or track.yaml, cleaned first)")->required();
+  add_output_file(*centreline, c.centreline.output, "CSV: x_m,y_m,z_m,half_width_m")->required();
   add_recipe_flags(*centreline, c.centreline.flags, {"read", "clean", "centreline"});
   centreline->footer(
       "Example:\n  crgbuild centreline surface.obj -o centreline.csv --start-near-m 120,-35.5");
 
   CLI::App* sample = app.add_subcommand("sample", "stage 3: heights along and across the road");
-  add_path(*sample, "input", c.sample.input,
-           "surface from 'clean' (or a mesh or track.yaml, cleaned first)");
-  add_path(*sample, "--centreline", c.sample.centreline,
-           "CSV from 'centreline', or your own with x_m,y_m,z_m,half_width_m");
-  add_path(*sample, "-o,--output", c.sample.output, "the road, .crg");
+  add_input(*sample, "input", c.sample.input,
+           "surface from 'clean' (or a mesh or track.yaml, cleaned first)")->required();
+  add_input(*sample, "--centreline", c.sample.centreline,
+           "CSV from 'centreline', or your own with x_m,y_m,z_m,half_width_m")->required();
+  add_output_file(*sample, c.sample.output, "the road, .crg")->required();
   add_recipe_flags(*sample, c.sample.flags,
                    {"read", "clean", "reference_line", "sample", "output"});
   sample->footer(
@@ -192,31 +178,29 @@ void define_stages(CLI::App& app, Commands& c) {
       "--u-step-m 0.05");
 
   CLI::App* kerb = app.add_subcommand("kerb", "stage 4: finer columns where kerbs are");
-  add_path(*kerb, "crg", c.kerb.crg, "road from 'sample', in the frame of the mesh");
-  add_path(*kerb, "--mesh", c.kerb.mesh,
-           "surface from 'clean' (or a mesh or track.yaml, cleaned first)");
-  add_path(*kerb, "-o,--output", c.kerb.output, "the road, .crg");
+  add_input(*kerb, "crg", c.kerb.crg, "road from 'sample', in the frame of the mesh")->required();
+  add_input(*kerb, "--mesh", c.kerb.mesh,
+           "surface from 'clean' (or a mesh or track.yaml, cleaned first)")->required();
+  add_output_file(*kerb, c.kerb.output, "the road, .crg")->required();
   add_recipe_flags(*kerb, c.kerb.flags, {"read", "clean", "kerb", "output"});
   kerb->footer("Example:\n  crgbuild kerb sampled.crg --mesh surface.obj -o kerbs.crg");
 
   CLI::App* smooth =
       app.add_subcommand("smooth", "stage 5: moving average of the heights along the road");
-  add_path(*smooth, "crg", c.smooth.crg, "road from 'kerb' or 'sample', in the frame of the mesh");
-  smooth
-      ->add_option("--mesh", c.smooth.mesh,
-                   "surface from 'clean': tells where the kerbs are, which stay as they are")
-      ->type_name("PATH");
+  add_input(*smooth, "crg", c.smooth.crg, "road from 'kerb' or 'sample', in the frame of the mesh")->required();
+  add_input(*smooth, "--mesh", c.smooth.mesh,
+            "surface from 'clean': tells where the kerbs are, which stay as they are");
   smooth->add_flag("--ignore-kerbs", c.smooth.ignore_kerbs,
                    "without --mesh: treat everything as road");
-  add_path(*smooth, "-o,--output", c.smooth.output, "the road, .crg");
+  add_output_file(*smooth, c.smooth.output, "the road, .crg")->required();
   add_recipe_flags(*smooth, c.smooth.flags, {"read", "clean", "smooth", "output"});
   smooth->footer(
       "Example:\n  crgbuild smooth kerbs.crg --mesh surface.obj --smooth-window-m 1 -o smooth.crg");
 
   CLI::App* align =
       app.add_subcommand("align", "stage 6: from the mesh's frame to global coordinates");
-  add_path(*align, "crg", c.align.crg, "the road");
-  add_path(*align, "-o,--output", c.align.output, "the road, .crg");
+  add_input(*align, "crg", c.align.crg, "the road")->required();
+  add_output_file(*align, c.align.output, "the road, .crg")->required();
   add_recipe_flags(*align, c.align.flags, {"align", "output"});
   align->footer(
       "Control points: a CSV with the columns name,mesh_x_m,mesh_y_m,mesh_z_m and x_m,y_m,z_m or\n"
@@ -236,15 +220,13 @@ CLI::App* add_edit(CLI::App& app, const std::string& name, const std::string& te
                    Command& command, const std::string& example) {
   CLI::App* edit = app.add_subcommand(name, text);
   if constexpr (requires { command.crg; }) {
-    add_path(*edit, "crg", command.crg, "the road");
+    add_input(*edit, "crg", command.crg, "the road")->required();
   } else {
-    add_path(*edit, "first", command.first, "the road to drive first");
-    add_path(*edit, "second", command.second, "the road that follows");
+    add_input(*edit, "first", command.first, "the road to drive first")->required();
+    add_input(*edit, "second", command.second, "the road that follows")->required();
   }
-  add_path(*edit, "-o,--output", command.output, "the edited road, .crg");
-  edit->add_option("--format", command.format, "of the payload [as the input]")
-      ->check(CLI::IsMember({"krbi", "kdbi", "lrfi", "ldfi"}))
-      ->type_name("krbi, kdbi, lrfi or ldfi");
+  add_output_file(*edit, command.output, "the edited road, .crg")->required();
+  add_choice(*edit, "--format", command.format, "of the payload [as the input]", {"krbi", "kdbi", "lrfi", "ldfi"});
   edit->footer("Example:\n  crgbuild " + name + " " + example);
   return edit;
 }
@@ -257,7 +239,7 @@ CLI::Option* add_metres(CLI::App& command, const std::string& flag, std::optiona
 void define_edits(CLI::App& app, Commands& c) {
   CLI::App* check =
       app.add_subcommand("check", "does a .crg file keep the rules and agree with itself?");
-  add_path(*check, "crg", c.check.crg, "the road");
+  add_input(*check, "crg", c.check.crg, "the road")->required();
   check->footer(
       "Example:\n  crgbuild check out/track.crg\n\nExit code 3 when there are errors.");
 
@@ -290,16 +272,15 @@ void define_edits(CLI::App& app, Commands& c) {
 
 void define_file_tools(CLI::App& app, Commands& c) {
   CLI::App* info = app.add_subcommand("info", "what a .crg file holds");
-  add_path(*info, "crg", c.info.crg, "the road");
+  add_input(*info, "crg", c.info.crg, "the road")->required();
   info->footer("Example:\n  crgbuild info out/track.crg --json");
 
   CLI::App* query =
       app.add_subcommand("query", "height, heading, curvature and gradient at points");
-  add_path(*query, "crg", c.query.crg, "the road");
-  add_path(*query, "--points", c.query.points, "CSV with the columns x_m and y_m, or u_m and v_m");
-  add_path(*query, "-o,--output", c.query.output,
-           "CSV: x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy; cells are empty where "
-           "there is no road");
+  add_input(*query, "crg", c.query.crg, "the road")->required();
+  add_input(*query, "--points", c.query.points, "CSV with the columns x_m and y_m, or u_m and v_m; -: standard input", command::kFileOrDash)->required();
+  add_output_file(*query, c.query.output, "CSV: x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy; cells are empty where "
+           "there is no road")->required();
   query->add_option("--threads", c.query.threads, "0: all cores")
       ->type_name("0 to 1024")
       ->check(CLI::Range(0, 1024).description(""));
@@ -320,25 +301,17 @@ void define_file_tools(CLI::App& app, Commands& c) {
 
   CLI::App* synth =
       app.add_subcommand("synth", "makes a mesh and its exact road from a drawn circuit");
-  add_path(*synth, "circuit", c.synth.circuit, "circuit.yaml");
-  add_path(*synth, "-o,--output", c.synth.output_dir, "folder for mesh and truth, made if missing");
-  synth->add_option("--format", c.synth.format, "of the mesh [obj]")
-      ->check(CLI::IsMember({"obj", "glb", "ply", "stl"}).description(""))
-      ->type_name("obj, glb, ply or stl");
-  synth->add_option("--up", c.synth.up, "axis of the mesh that points up [y]")
-      ->check(CLI::IsMember({"y", "z"}).description(""))
-      ->type_name("y or z");
-  synth->add_option("--unit", c.synth.unit, "of the mesh's coordinates [m]")
-      ->check(CLI::IsMember({"m", "cm", "mm", "ft"}).description(""))
-      ->type_name("m, cm, mm or ft");
+  add_input(*synth, "circuit", c.synth.circuit, "circuit.yaml")->required();
+  add_output_folder(*synth, c.synth.output_dir, "folder for mesh and truth, made if missing")->required();
+  add_choice(*synth, "--format", c.synth.format, "of the mesh [obj]", {"obj", "glb", "ply", "stl"});
+  add_choice(*synth, "--up", c.synth.up, "axis of the mesh that points up [y]", {"y", "z"});
+  add_choice(*synth, "--unit", c.synth.unit, "of the mesh's coordinates [m]", {"m", "cm", "mm", "ft"});
   synth
       ->add_option("--facet-m", c.synth.facet_m,
                    "length of facets on straights; 10 is coarse [0.5]")
       ->check(CLI::Range(0.05, 50.0).description(""))
       ->type_name("0.05 to 50");
-  synth->add_option("--names", c.synth.names, "how objects are called [plain]")
-      ->check(CLI::IsMember({"plain", "torcs", "ac", "none"}).description(""))
-      ->type_name("plain, torcs, ac or none");
+  add_choice(*synth, "--names", c.synth.names, "how objects are called [plain]", {"plain", "torcs", "ac", "none"});
   synth->footer("Example:\n  crgbuild synth tracks/kerbstone-ring/circuit.yaml -o out/demo");
 }
 
@@ -384,36 +357,12 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   return run_synth(c.synth, terminal);
 }
 
-/// What to say about a first word that is no subcommand.
-std::string about_word(const CLI::App& app, const std::string& word) {
-  std::string known;
-  for (const CLI::App* sub : app.get_subcommands({})) {
-    if (sub->get_name().starts_with(word.substr(0, 2)) && word.size() > 2)
-      return fmt::format("'{}' is no subcommand; did you mean '{}'?", word, sub->get_name());
-    known += (known.empty() ? "" : ", ") + sub->get_name();
-  }
-  if (word.find_first_of("./") != std::string::npos)
-    return fmt::format("'{0}' is no subcommand; to make a road of it: crgbuild build {0} -o out",
-                       word);
-  return fmt::format("'{}' is no subcommand; there are {}", word, known);
-}
-
-int fail(Terminal& terminal, int code, const std::string& text) {
-  terminal.progress_done();
-  fmt::print(stderr, "crgbuild: {}\n", one_line(text));
-  return code;
-}
-
 int main_with(int argc, char** argv) {
   CLI::App app("crgbuild: from a simulator's track mesh to a checked OpenCRG road.", "crgbuild");
-  Terminal terminal;
+  Terminal terminal("crgbuild");
   Commands commands;
-  app.set_version_flag("--version", "crgbuild " KERBSTONE_VERSION);
   app.require_subcommand(1);
-  app.fallthrough();  // --quiet and --json may stand before or after the subcommand
   app.get_formatter()->column_width(44);
-  app.add_flag("-q,--quiet", terminal.quiet, "print nothing but errors");
-  app.add_flag("--json", terminal.json, "print results as JSON");
   app.footer(
       "First steps:\n"
       "  crgbuild build track.obj -o out     everything; then look at out/track.png\n"
@@ -425,41 +374,9 @@ int main_with(int argc, char** argv) {
   define_file_tools(app, commands);
   define_edits(app, commands);
   define_stages(app, commands);
-  for (CLI::App* sub : app.get_subcommands({}))
-    sub->footer(sub->get_footer() +
-                "\n\nAlso --quiet (nothing but errors) and --json (results as JSON).");
-
-  try {
-    app.parse(argc, argv);
-    catch_interrupts();
-    return run(app, commands, terminal);
-  } catch (const CLI::Success& wanted) {  // --help, --version
-    return app.exit(wanted);
-  } catch (const CLI::ParseError& error) {
-    if (argc > 1 && app.get_subcommands().empty() && argv[1][0] != '-')
-      return fail(terminal, kUsage, about_word(app, argv[1]) + "; see crgbuild --help");
-    std::string where = "crgbuild";
-    for (const CLI::App* sub : app.get_subcommands()) where += " " + sub->get_name();
-    return fail(terminal, kUsage, fmt::format("{}; see {} --help", one_line(error.what()), where));
-  } catch (const UsageError& error) {
-    return fail(terminal, kUsage,
-                fmt::format("{}; see crgbuild {} --help", error.what(),
-                            app.get_subcommands().front()->get_name()));
-  } catch (const NotValid& error) {
-    return fail(terminal, kNotValid, error.what());
-  } catch (const Interrupted&) {
-    return fail(terminal, kInterrupted, "interrupted; no file was left half-written");
-  } catch (const road::Error& error) {
-    return fail(terminal, kFailed, error.what());
-  } catch (const crg::Error& error) {
-    return fail(terminal, kFailed, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(
-        terminal, kFailed,
-        "not enough memory; take larger steps (--u-step-m, --v-step-m) or a smaller --v-max-m");
-  } catch (const std::exception& error) {
-    return fail(terminal, kFailed, fmt::format("unexpected: {}", error.what()));
-  }
+  return command::run(app, terminal, argc, argv, [&] { return run(app, commands, terminal); },
+                      {"take larger steps (--u-step-m, --v-step-m) or a smaller --v-max-m",
+                       "to make a road of it: crgbuild build -o out "});
 }
 
 }  // namespace

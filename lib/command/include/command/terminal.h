@@ -1,0 +1,83 @@
+// What the user sees: results on standard output, remarks, progress and errors on standard error.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "files/progress.h"
+
+namespace command {
+
+class Terminal {
+ public:
+  bool quiet = false;  ///< results, remarks and progress are not shown
+  bool json = false;   ///< results are printed as JSON
+
+  explicit Terminal(std::string tool);
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+  ~Terminal();
+
+  const std::string& tool() const { return tool_; }
+
+  /// A result, on standard output or where redirect() says; nothing with --quiet. Throws
+  /// files::Error when it cannot be written.
+  void print(const std::string& text);
+
+  /// From now on results are kept and written to this file by finish().
+  void redirect(std::string path) { result_path_ = std::move(path); }
+  bool redirected() const { return !result_path_.empty(); }
+
+  /// Results go to standard error: what was asked for itself goes to standard output.
+  void results_to_stderr() { out_ = stderr; }
+
+  /// Something the user should know although the work goes on; one line on standard error.
+  void remark(const std::string& text);
+
+  /// One line on standard error, also with --quiet.
+  void error(const std::string& text);
+
+  /// From now on, only on a terminal, a line shows the stage and the seconds once they are more than
+  /// one; whoever prints wipes it.
+  void start(const std::string& stage);
+
+  /// For a library's long work: sets stage and share of that line.
+  files::Progress progress();
+
+  /// Wipes the line; there is no other.
+  void progress_done();
+
+  /// The end of the work: wipes the line, writes what redirect() kept (if the result is one) and
+  /// whatever is still on its way to standard output. Throws files::Error when that fails.
+  void finish(bool good);
+
+  /// For the thread that waits for signals: like error(), and nothing is shown after it.
+  void last_words(const std::string& text);
+
+ private:
+  void show_while_running();
+  void wipe();  ///< with the mutex held
+  void line(const std::string& text, bool in_colour);
+
+  std::string tool_, result_path_, result_;
+  std::FILE* out_ = stdout;
+  std::timed_mutex mutex_;
+  std::condition_variable_any changed_;
+  std::thread thread_;
+  std::chrono::steady_clock::time_point begin_;
+  std::string stage_;
+  double share_ = 0.0;
+  bool done_ = false, visible_ = false;
+};
+
+/// Control characters replaced, line breaks too: an error is one line whatever a file name holds.
+std::string one_line(const std::string& text);
+
+/// A path or another word as a shell takes it: in quotes where it needs them.
+std::string shell_word(const std::string& word);
+
+}  // namespace command

@@ -1,0 +1,26 @@
+// What a tool says about itself besides --help, made from the same texts.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace command {
+
+constexpr const char* kExitCodes =
+    "Exit code: 0 done, 1 cannot be done, 2 wrong command line, 3 done but must not be used,\n"
+    "130 or 143 interrupted by Ctrl-C or SIGTERM.";
+
+/// Commands that do something: those without further commands, in the order of their definition.
+std::vector<CLI::App*> leaves(CLI::App& app);
+
+/// The words that lead to a command, e.g. "trials make".
+std::string words_to(const CLI::App& leaf);
+
+/// A page for man(1), section 1.
+std::string man_page(CLI::App& app);
+
+/// A script for bash: commands, flags, words that a flag takes, files.
+std::string bash_completion(CLI::App& app);
+
+}  // namespace command

@@ -1,0 +1,53 @@
+#include "command/signals.h"
+
+#include <pthread.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <thread>
+
+#include "command/terminal.h"
+#include "files/write_file.h"
+
+namespace command {
+namespace {
+
+volatile std::sig_atomic_t exit_code = 1;
+
+void at_once(int) { ::_exit(exit_code); }
+
+}  // namespace
+
+void end_on_signals(Terminal& terminal) {
+  sigset_t watched;
+  sigemptyset(&watched);
+  struct sigaction hangup {};
+  ::sigaction(SIGHUP, nullptr, &hangup);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (signal == SIGHUP && hangup.sa_handler == SIG_IGN) continue;
+    std::signal(signal, SIG_DFL);
+    sigaddset(&watched, signal);
+  }
+  pthread_sigmask(SIG_BLOCK, &watched, nullptr);
+  std::thread([watched, &terminal] {
+    int signal = 0;
+    sigwait(&watched, &signal);
+    exit_code = 128 + signal;
+    // Whatever hangs on the way (a disk, a stopped terminal), the process is gone in a second.
+    std::signal(SIGALRM, at_once);
+    ::alarm(1);
+    files::abandon_writes();
+    terminal.last_words("interrupted; no file is half-written");
+    ::_exit(exit_code);
+  }).detach();
+}
+
+void end_with_parent() noexcept {
+  sigset_t none;
+  sigemptyset(&none);
+  pthread_sigmask(SIG_SETMASK, &none, nullptr);
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+}
+
+}  // namespace command

@@ -1,0 +1,175 @@
+#include "command/terminal.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+
+#include "files/error.h"
+#include "files/write_file.h"
+
+namespace command {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::string_view kWipe = "\r\033[K";
+
+bool in_colour() {
+  static const bool wanted = [] {
+    const char* const no = std::getenv("NO_COLOR");
+    const char* const kind = std::getenv("TERM");
+    return ::isatty(STDERR_FILENO) && !(no && *no) && !(kind && std::strcmp(kind, "dumb") == 0);
+  }();
+  return wanted;
+}
+
+/// Standard error is a terminal on which a line can be wiped.
+bool can_wipe() {
+  const char* const kind = std::getenv("TERM");
+  return ::isatty(STDERR_FILENO) && !(kind && std::strcmp(kind, "dumb") == 0);
+}
+
+std::size_t columns() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
+}
+
+[[noreturn]] void fail(int reason) {
+  throw files::Error(fmt::format("standard output cannot be written: {}; what was printed is not whole",
+                                 std::strerror(reason != 0 ? reason : EIO)));
+}
+
+void write_to(std::FILE* file, std::string_view text) {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), file) != text.size() && file == stdout) fail(errno);
+}
+
+}  // namespace
+
+std::string one_line(const std::string& text) {
+  std::string out;
+  for (char c : text) {
+    const bool control = static_cast<unsigned char>(c) < 32 || c == 127;
+    if (!control)
+      out += c;
+    else if (!out.empty() && out.back() != ' ')
+      out += ' ';
+  }
+  while (!out.empty() && out.back() == ' ') out.pop_back();
+  return out;
+}
+
+std::string shell_word(const std::string& word) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("/._-+,:=@%").find(c) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+Terminal::Terminal(std::string tool) : tool_(std::move(tool)) {}
+
+Terminal::~Terminal() { progress_done(); }
+
+void Terminal::print(const std::string& text) {
+  if (redirected()) {
+    result_ += text;
+    return;
+  }
+  if (quiet) return;
+  const std::lock_guard lock(mutex_);
+  wipe();
+  write_to(out_, text);
+}
+
+void Terminal::line(const std::string& text, bool red) {
+  const std::string name = red && in_colour() ? "\033[31m" + tool_ + ":\033[0m " : tool_ + ": ";
+  write_to(stderr, name + one_line(text) + "\n");
+}
+
+void Terminal::remark(const std::string& text) {
+  if (quiet) return;
+  const std::lock_guard lock(mutex_);
+  wipe();
+  line(text, false);
+}
+
+void Terminal::error(const std::string& text) {
+  progress_done();
+  line(text, true);
+}
+
+void Terminal::start(const std::string& stage) {
+  if (quiet || thread_.joinable() || !can_wipe()) return;
+  stage_ = stage;
+  done_ = false;
+  begin_ = std::chrono::steady_clock::now();
+  thread_ = std::thread([this] { show_while_running(); });
+}
+
+files::Progress Terminal::progress() {
+  return [this](const std::string& stage, double share) {
+    const std::lock_guard lock(mutex_);
+    stage_ = stage;
+    share_ = share;
+  };
+}
+
+void Terminal::progress_done() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    done_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+  wipe();
+}
+
+void Terminal::finish(bool good) {
+  progress_done();
+  if (good && !result_path_.empty()) files::write_file(result_path_, result_);
+  errno = 0;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) fail(errno);
+}
+
+void Terminal::last_words(const std::string& text) {
+  // A terminal that is stopped holds whoever writes to it: the process must end all the same.
+  std::unique_lock lock(mutex_, milliseconds(300));
+  const std::string words = (visible_ ? std::string(kWipe) : "") + tool_ + ": " + one_line(text) + "\n";
+  (void)!::write(STDERR_FILENO, words.data(), words.size());
+  lock.release();  // nothing is shown after it
+}
+
+void Terminal::wipe() {
+  if (visible_) write_to(stderr, kWipe);
+  visible_ = false;
+}
+
+void Terminal::show_while_running() {
+  std::unique_lock lock(mutex_);
+  if (changed_.wait_for(lock, std::chrono::seconds(1), [&] { return done_; })) return;
+  do {
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    const std::string share = share_ > 0.0 ? fmt::format("{:3.0f} % ", 100.0 * std::min(share_, 1.0)) : "";
+    std::string text = one_line(fmt::format("{}{}, {:.0f} s", share, stage_, seconds));
+    text.resize(std::min(text.size(), columns() - 1));
+    visible_ = true;
+    write_to(stderr, std::string(kWipe) + text);
+    std::fflush(stderr);
+  } while (!changed_.wait_for(lock, milliseconds(200), [&] { return done_; }));
+}
+
+}  // namespace command
