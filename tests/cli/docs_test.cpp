@@ -95,12 +95,30 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
 }
 
 TEST(Scripts, AreSoundShell) {
-  const std::string scripts = fmt::format(
-      "'{0}/scripts/setup' '{0}/scripts/demo' '{0}/scripts/test' '{0}/.ci/run'", places::source());
-  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", ".ci/run"})
+  std::string scripts;
+  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", ".ci/run", ".ci/fresh_packages"}) {
     EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", places::source(), name)), 0) << name;
+    scripts += fmt::format(" '{}/{}'", places::source(), name);
+  }
   if (shell("command -v shellcheck >/dev/null") != 0) GTEST_SKIP() << "shellcheck is not installed";
-  EXPECT_EQ(shell("shellcheck " + scripts), 0);
+  EXPECT_EQ(shell("shellcheck" + scripts), 0);
+}
+
+TEST(Scripts, WhatABuildTookFromElsewhereIsNamed) {
+  if (shell("command -v dpkg-query >/dev/null") != 0) GTEST_SKIP() << "needs Debian's package lists";
+  const Folder folder;
+  const auto check = [&](const std::string& compiler) {
+    write(folder / "build/CMakeCache.txt", "CMAKE_CXX_COMPILER:FILEPATH=" + compiler + "\n");
+    return shell(fmt::format("'{}/.ci/fresh_packages' check '{}' > '{}' 2>&1", places::source(),
+                             folder / "build", folder / "said"));
+  };
+  std::filesystem::create_directories(folder / "build/tools");
+  std::filesystem::create_directories(folder / "build/tests");
+  write(folder / "build/build.ninja", "");
+  write(folder / "compiler", "");
+  EXPECT_EQ(check("/usr/bin/c++"), 0) << read(folder / "said");
+  EXPECT_NE(check(folder / "compiler"), 0);
+  EXPECT_THAT(read(folder / "said"), HasSubstr(folder / "compiler was used"));
 }
 
 TEST(Scripts, SetupRefusesWhatItDoesNotKnow) {
