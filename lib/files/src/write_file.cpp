@@ -135,8 +135,8 @@ std::set<std::string>& unfinished() {
 
 }  // namespace
 
-std::mutex& unfinished_guard() {
-  static auto& guard = *new std::mutex;
+std::recursive_mutex& unfinished_guard() {
+  static auto& guard = *new std::recursive_mutex;
   return guard;
 }
 

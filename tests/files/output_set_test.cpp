@@ -1,0 +1,181 @@
+#include "files/output_set.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <functional>
+#include <set>
+
+#include "files/error.h"
+#include "files/write_file.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using files::OutputSet;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+using Names = std::set<std::string>;
+
+Names names_in(const std::string& folder) {
+  Names names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  return names;
+}
+
+/// One run that makes these files, each with its own name and `word` in it.
+void run(const std::string& folder, const std::string& name, const std::vector<std::string>& made, const std::string& word = "",
+         const std::vector<std::string>& kept = {}) {
+  OutputSet set(folder, "tool make");
+  for (const std::string& file : made) files::write_file(set.staged(file), file + word);
+  set.commit(name, kept, {"timing.json"});
+}
+
+/// Runs `body` in a process of its own, which then ends as a killed one does; its exit code.
+int killed(const std::function<int()>& body) {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(body());
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(OutputSet, AppearsWholeAndIsConfirmedUntilAnythingChanges) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("new/out");
+  run(out, "a", {"a.crg", "a.stl", "timing.json"});
+  EXPECT_EQ(names_in(out), (Names{"a.crg", "a.stl", "timing.json", "manifest.json"}));
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed(), ElementsAre("a.crg", "a.stl", "timing.json"));
+  EXPECT_THAT(OutputSet(out, "tool other").confirmed(), IsEmpty());
+  files::write_file(out + "/timing.json", "another time");
+  EXPECT_FALSE(OutputSet(out, "tool make").confirmed().empty());
+  fs::remove(out + "/timing.json");
+  EXPECT_TRUE(OutputSet(out, "tool make").confirmed().empty());
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed({"timing.json"}), ElementsAre("a.crg", "a.stl"));
+  files::write_file(out + "/a.crg", "a.crg by hand");
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed({"timing.json"}), IsEmpty());
+  run(out, "a", {"a.crg"});
+  const std::string manifest = folder.read("new/out/manifest.json");
+  for (const char* damage : {"", "{}", "{\"files\": 7}", "[1"}) {
+    folder.file("new/out/manifest.json", damage);
+    EXPECT_THAT(OutputSet(out, "tool make").confirmed(), IsEmpty()) << damage;
+  }
+  folder.file("new/out/manifest.json", manifest);
+  EXPECT_FALSE(OutputSet(out, "tool make").confirmed().empty());
+}
+
+TEST(OutputSet, WithoutCommitNothingHasHappened) {
+  const support::TemporaryFolder folder;
+  {
+    const OutputSet set(folder.path("new/deep"), "tool make");
+    files::write_file(set.staged("a.crg"), "half a set");
+  }
+  EXPECT_FALSE(fs::exists(folder.path("new")));
+  run(folder.path("out"), "a", {"a.crg"});
+  {
+    const OutputSet set(folder.path("out"), "tool make");
+    files::write_file(set.staged("a.crg"), "other");
+  }
+  EXPECT_EQ(folder.read("out/a.crg"), "a.crg");
+  EXPECT_EQ(names_in(folder.path("out")), (Names{"a.crg", "manifest.json"}));
+}
+
+TEST(OutputSet, RemovesWhatTheSameRoadNoLongerHasAndNothingElse) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  run(out, "a", {"a.crg", "a.patch-1.crg", "a.cache", "report.html"});
+  folder.file("out/mine.txt", "kept");
+  run(out, "a", {"a.crg"}, " again", {"a.cache"});
+  EXPECT_EQ(names_in(out), (Names{"a.crg", "a.cache", "mine.txt", "manifest.json"}));
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed(), ElementsAre("a.cache", "a.crg"));
+  // Another road into the same folder: the first stays, a page about it does not.
+  run(out, "a", {"a.crg", "report.html"});
+  run(out, "b", {"b.crg"});
+  EXPECT_EQ(names_in(out), (Names{"a.crg", "b.crg", "mine.txt", "manifest.json"}));
+  // A manifest that names what lies elsewhere is no manifest.
+  folder.file("other.txt", "kept");
+  folder.file("out/manifest.json", R"({"command": "tool make", "name": "b", "complete": true, "files": [{"file": "../other.txt", "bytes": null, "sha256": null}]})");
+  run(out, "b", {"b.crg"});
+  EXPECT_EQ(folder.read("other.txt"), "kept");
+}
+
+TEST(OutputSet, TheNextRunRemovesWhatAKilledOneLeft) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  EXPECT_EQ(killed([&] {
+              OutputSet set(out, "tool make");
+              files::FileWriter begun(set.staged("a.crg"));
+              begun.append("half");
+              ::_exit(0);
+              return 0;
+            }), 0);
+  EXPECT_EQ(names_in(out), (Names{".kerbstone.lock", ".kerbstone.new"})) << "the test needs leftovers";
+  run(out, "a", {"a.crg"});
+  EXPECT_EQ(names_in(out), (Names{"a.crg", "manifest.json"}));
+}
+
+TEST(OutputSet, AnIncompleteSetIsNotBelievedAndItsFilesAreKnown) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  run(out, "a", {"a.crg", "a.patch-1.crg"});
+  std::string manifest = folder.read("out/manifest.json");
+  manifest.replace(manifest.find("true"), 4, "false");  // as a kill inside commit() leaves it
+  folder.file("out/manifest.json", manifest);
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed(), IsEmpty());
+  run(out, "a", {"a.crg"});
+  EXPECT_EQ(names_in(out), (Names{"a.crg", "manifest.json"}));
+}
+
+TEST(OutputSet, OneProcessAtATimeAndTheOtherIsToldWho) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  const OutputSet set(out, "tool make");
+  EXPECT_EQ(killed([&] {
+              try {
+                const OutputSet second(out, "tool other");
+              } catch (const files::Error& error) {
+                const std::string text = error.what();
+                return text.find(out + ": tool make (process " + std::to_string(::getppid()) + ") is writing into this folder") == 0 ? 0 : 1;
+              }
+              return 2;
+            }), 0);
+  EXPECT_THROW(OutputSet(out, "tool other"), files::Error);  // nor twice in one
+  EXPECT_TRUE(fs::exists(out + "/.kerbstone.lock"));
+}
+
+TEST(OutputSet, RefusesAFolderThatIsNone) {
+  const support::TemporaryFolder folder;
+  folder.file("file", "x");
+  EXPECT_THROW(OutputSet(folder.path("file"), "tool make"), files::Error);
+  EXPECT_THROW(OutputSet(folder.path("file/below"), "tool make"), files::Error);
+  fs::create_directories(folder.path("out/a.crg"));  // a folder where a file is to go: refused before anything is moved
+  run(folder.path("out"), "b", {"b.crg"});
+  OutputSet set(folder.path("out"), "tool make");
+  files::write_file(set.staged("a.crg"), "x");
+  EXPECT_THROW(set.commit("a"), files::Error);
+  EXPECT_THAT(set.confirmed(), ElementsAre("b.crg"));
+}
+
+TEST(OutputSet, GivenUpLeavesTheFolderAsItWas) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  run(out, "a", {"a.crg"});
+  EXPECT_EQ(killed([&] {
+              OutputSet set(out, "tool make");
+              files::FileWriter begun(set.staged("a.crg"));
+              begun.append("half");
+              files::abandon_writes();
+              ::_exit(0);
+              return 0;
+            }), 0);
+  EXPECT_EQ(names_in(out), (Names{"a.crg", "manifest.json"}));
+  EXPECT_EQ(folder.read("out/a.crg"), "a.crg");
+}
+
+}  // namespace
