@@ -1,11 +1,15 @@
 // crgbuild report and build, run as the program it is.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "crg/file.h"
 #include "support/run_crgbuild.h"
 
 namespace cli {
@@ -93,6 +97,74 @@ TEST_F(Reported, ARoadThatIsNotUsableExitsWithThreeAndIsReported) {
   EXPECT_EQ(report.code, 3) << report.err;
   EXPECT_THAT(report.err, HasSubstr("not usable"));
   EXPECT_EQ(Json::parse(read(*folder / "high/report.json"))["verdict"], "not_usable");
+}
+
+/// The stadium with a ring of its road half a metre too high: a ridge that no wheel follows.
+std::string stadium_with_ridge() {
+  std::istringstream lines(Stadium{}.obj());
+  std::string text;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    double x = 0.0, y = 0.0, z = 0.0;
+    words >> kind >> x >> y >> z;
+    if (kind == "v" && x > 59.0 && x < 61.0 && std::abs(y) < 9.0) line = fmt::format("v {:.6f} {:.6f} {:.6f}", x, y, z + 0.5);
+    text += line + "\n";
+  }
+  return text;
+}
+
+TEST(BuildVerdict, ARoadThatItsOwnReportCallsNotUsableExitsWithThreeEveryTime) {
+  const Folder folder;
+  write(folder / "ridge.obj", stadium_with_ridge());
+  const std::vector<std::string> command = {"build", folder / "ridge.obj", "-o", folder / "out"};
+  const auto with = [&](const char* flag) {
+    std::vector<std::string> more = command;
+    more.emplace_back(flag);
+    return more;
+  };
+  const auto expect_refused = [&](const Ran& ran, bool reused) {
+    EXPECT_EQ(ran.code, 3);
+    EXPECT_THAT(ran.err, HasSubstr("ridge.crg: not usable, 2 errors; see "));
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    EXPECT_EQ(ran.out.find("reused: nothing has changed") != std::string::npos, reused) << ran.out;
+  };
+  const Ran built = crgbuild(command);
+  expect_refused(built, false);
+  const Json report = Json::parse(read(folder / "out/report.json"));
+  EXPECT_EQ(report["verdict"], "not_usable");
+  EXPECT_TRUE(Json::parse(read(folder / "out/summary.json"))["validation"]["passed"]) << "only the report may speak against it";
+  const std::string last = built.out.substr(built.out.rfind('\n', built.out.size() - 2) + 1);
+  EXPECT_THAT(last, HasSubstr("(not usable: 2 errors"));
+  const Ran again = crgbuild(command);
+  expect_refused(again, true);
+  EXPECT_EQ(again.out.substr(again.out.rfind('\n', again.out.size() - 2) + 1), last);
+  EXPECT_EQ(crgbuild(with("--json")).code, 3);
+  EXPECT_EQ(crgbuild(with("--quiet")).code, 3);
+  EXPECT_EQ(crgbuild(with("--no-report")).code, 0) << "nobody has looked";
+  // A report that says nothing is made again.
+  write(folder / "out/report.json", "{}");
+  expect_refused(crgbuild(command), false);
+}
+
+TEST(BuildVerdict, ARoadInPlaceOfAMeshIsToldWhatToDoWithIt) {
+  const Folder folder;
+  crg::ReferenceLine line;
+  crg::Grid grid;
+  for (int i = 0; i < 3; ++i) line.x_m.push_back(i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
+  line.u_step_m = grid.u_step_m = 1.0;
+  grid.v_m = {-1.0, 1.0};
+  grid.z_m.assign(6, 0.0F);
+  crg::write(crg::make_crg(line, grid), folder / "road.crg", crg::Format::KRBI);
+  for (const char* name : {"road.crg", "ROAD.CRG", "road.obj"}) {
+    write(folder / name, read(folder / "road.crg"));
+    const Ran ran = crgbuild({"build", folder / name, "-o", folder / "out"});
+    EXPECT_EQ(ran.code, 1);
+    EXPECT_THAT(ran.err, HasSubstr(fmt::format("crgbuild info {}", folder / name)));
+    EXPECT_THAT(ran.err, HasSubstr("crgbuild report"));
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "commands.h"
 #include "road/build.h"
@@ -45,7 +48,25 @@ bool has_report(const std::string& folder) {
   const auto report = std::filesystem::last_write_time(dir / "report.json", none);
   if (none) return false;
   const auto summary = std::filesystem::last_write_time(dir / "summary.json", none);
-  return !none && report >= summary;
+  if (none || report < summary) return false;
+  try {
+    road::read_report(folder);
+    return true;
+  } catch (const road::Error&) {
+    return false;
+  }
+}
+
+/// By its name, or by the sections that it begins with.
+bool is_road_file(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending == ".crg") return true;
+  if (!std::filesystem::is_regular_file(path)) return false;
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(10, '\0');
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return begin.starts_with("$CT") || begin.starts_with("$ROAD_CRG");
 }
 
 /// What smoothing took, so that nobody loses the bumps of a braking zone without knowing.
@@ -108,6 +129,9 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 }
 
 int run_build(const BuildCommand& command, Terminal& terminal) {
+  if (is_road_file(command.input))
+    throw road::Error(fmt::format("{0}: is an OpenCRG road already, a mesh or a recipe is wanted; 'crgbuild info {0}' says what it holds, "
+                                  "'crgbuild report {0} -o DIR' what is wrong with it", command.input));
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
   using enum road::Reuse;
@@ -125,9 +149,14 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
   }
   terminal.progress_done();
   terminal.print(terminal.json ? result.summary_json : text);
-  if (!command.no_report && !result.reused) report_build(command, recipe, result, evidence, terminal);
-  if (result.validation_failures.empty()) return kOk;
-  throw_validation_failed(result.crg_path, result.validation_failures);
+  std::optional<road::ReportFiles> report;
+  if (!command.no_report) {
+    report = result.reused ? road::read_report(command.output_dir) : report_build(command, recipe, result, evidence);
+    print_report(*report, terminal);
+  }
+  if (!result.validation_failures.empty()) throw_validation_failed(result.crg_path, result.validation_failures);
+  if (report) refuse_if_not_usable(result.crg_path, *report);
+  return kOk;
 }
 
 }  // namespace crgbuild

@@ -11,6 +11,7 @@
 #include "command/terminal.h"
 #include "road/build.h"
 #include "road/recipe.h"
+#include "road/write_report.h"
 
 namespace crgbuild {
 
@@ -93,9 +94,12 @@ struct ReportCommand {
 int run_report(const ReportCommand& command, Terminal& terminal);
 
 /// The report of a road that was just built, into the same folder.
-void report_build(const BuildCommand& command, const road::Recipe& recipe,
-                  const road::BuildResult& result, const road::BuildEvidence& evidence,
-                  Terminal& terminal);
+road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe,
+                               const road::BuildResult& result, const road::BuildEvidence& evidence);
+void print_report(const road::ReportFiles& files, Terminal& terminal);
+
+/// Throws NotValid for a road whose report says that it is not usable.
+void refuse_if_not_usable(const std::string& crg_path, const road::ReportFiles& files);
 
 struct InfoCommand {
   std::string crg;

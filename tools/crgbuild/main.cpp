@@ -97,7 +97,7 @@ void define_main_way(CLI::App& app, Commands& c) {
       "  crgbuild build track.obj -o out\n"
       "  crgbuild build track.fbx -o out --up y --unit cm --v-max-m 12\n"
       "  crgbuild build tracks/g-track-1/track.yaml -o out --smooth-window-m 1\n\n"
-      "Exit code 3 when validation failed.");
+      "Exit code 3 when validation failed or the report says that the road is not usable.");
 
   CLI::App* validate =
       app.add_subcommand("validate", "compares a .crg with the mesh it was made from");

@@ -121,15 +121,25 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
     terminal.print(fmt::format("numbers  {}\n", files.json_path));
   }
   if (files.page_path.empty()) terminal.remark(kNoPage);
-  if (files.verdict == road::Verdict::not_usable) {
-    throw NotValid(fmt::format("{}: not usable, {} errors; see {}", command.crg, files.errors,
-                               files.page_path.empty() ? files.json_path : files.page_path));
-  }
+  refuse_if_not_usable(command.crg, files);
   return kOk;
 }
 
-void report_build(const BuildCommand& command, const road::Recipe& recipe, const road::BuildResult& result,
-                  const road::BuildEvidence& evidence, Terminal& terminal) {
+void refuse_if_not_usable(const std::string& crg_path, const road::ReportFiles& files) {
+  if (files.verdict != road::Verdict::not_usable) return;
+  throw NotValid(fmt::format("{}: not usable, {} errors; see {}", crg_path, files.errors,
+                             files.page_path.empty() ? files.json_path : files.page_path));
+}
+
+void print_report(const road::ReportFiles& files, Terminal& terminal) {
+  if (!terminal.json) {
+    terminal.print(fmt::format("report   {} ({})\n", files.page_path.empty() ? files.json_path : files.page_path, sentence(files)));
+  }
+  if (files.page_path.empty()) terminal.remark(kNoPage);
+}
+
+road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe, const road::BuildResult& result,
+                               const road::BuildEvidence& evidence) {
   road::ReportRequest request;
   place_mesh(recipe, request);
   request.crg_path = result.crg_path;
@@ -153,11 +163,7 @@ void report_build(const BuildCommand& command, const road::Recipe& recipe, const
     if (input["role"] == "mesh") continue;  // the report reads and hashes it itself
     request.sources.push_back({input["role"].get<std::string>(), input["path"].get<std::string>(), input["sha256"].get<std::string>()});
   }
-  const road::ReportFiles files = road::write_report(request, command.output_dir);
-  if (!terminal.json) {
-    terminal.print(fmt::format("report   {} ({})\n", files.page_path.empty() ? files.json_path : files.page_path, sentence(files)));
-  }
-  if (files.page_path.empty()) terminal.remark(kNoPage);
+  return road::write_report(request, command.output_dir);
 }
 
 }  // namespace crgbuild

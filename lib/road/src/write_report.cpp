@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 
@@ -473,6 +475,12 @@ struct Loaded {
   std::optional<RaySurface> rays;
 };
 
+Verdict verdict_named(const std::string& name) {
+  for (const Verdict verdict : {Verdict::usable, Verdict::usable_with_remarks, Verdict::not_usable})
+    if (name == to_string(verdict)) return verdict;
+  throw Error(fmt::format("verdict '{}' seen, usable, usable_with_remarks or not_usable wanted", name));
+}
+
 }  // namespace
 
 report::TrackReport make_report(const ReportRequest& request) {
@@ -616,7 +624,7 @@ ReportFiles write_report(const ReportRequest& request, const std::string& output
                             problem ? problem.message() : "a file of that name is in the way"));
   }
   ReportFiles files;
-  files.verdict = made.verdict == "usable" ? Verdict::usable : made.verdict == "not_usable" ? Verdict::not_usable : Verdict::usable_with_remarks;
+  files.verdict = verdict_named(made.verdict);
   for (const auto& f : made.findings) ++(f.severity == "error" ? files.errors : files.remarks);
   const std::filesystem::path dir(output_dir);
   files.json_path = (dir / "report.json").string();
@@ -625,6 +633,22 @@ ReportFiles write_report(const ReportRequest& request, const std::string& output
     files.page_path = (dir / "report.html").string();
     files::write_file(files.page_path, report::report_page(made));
   }
+  return files;
+}
+
+ReportFiles read_report(const std::string& output_dir) {
+  ReportFiles files;
+  files.json_path = (std::filesystem::path(output_dir) / "report.json").string();
+  std::ifstream file(files.json_path, std::ios::binary);
+  try {
+    const auto json = nlohmann::json::parse(file);
+    files.verdict = verdict_named(json.at("verdict").get<std::string>());
+    for (const auto& finding : json.at("findings")) ++(finding.at("severity") == "error" ? files.errors : files.remarks);
+  } catch (const nlohmann::json::exception&) {
+    throw Error(fmt::format("{}: no report with a verdict; make it with 'crgbuild report'", files.json_path));
+  }
+  const std::string page = (std::filesystem::path(output_dir) / "report.html").string();
+  if (std::filesystem::exists(page)) files.page_path = page;
   return files;
 }
 

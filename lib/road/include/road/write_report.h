@@ -61,4 +61,7 @@ struct ReportFiles {
 /// Writes both files into `output_dir` (made if missing), each whole or not at all.
 ReportFiles write_report(const ReportRequest& request, const std::string& output_dir);
 
+/// What write_report() returned when it wrote the report that lies in `output_dir`. Throws Error where there is none.
+ReportFiles read_report(const std::string& output_dir);
+
 }  // namespace road
