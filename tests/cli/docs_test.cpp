@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <regex>
+#include <set>
 
 #include "road/recipe.h"
 #include "support/places.h"
@@ -61,6 +62,27 @@ TEST(Docs, LinksLeadSomewhere) {
   }
 }
 
+TEST(Docs, LinksLeadFromTheReadmeToEveryPage) {
+  namespace fs = std::filesystem;
+  const std::regex link("\\]\\(([^)#:]+\\.md)(#[^)]*)?\\)");
+  const fs::path root(places::source());
+  std::set<fs::path> reached{root / "README.md"};
+  std::vector<fs::path> unread{root / "README.md"};
+  while (!unread.empty()) {
+    const fs::path page = unread.back();
+    unread.pop_back();
+    const std::string text = read(page);
+    for (std::sregex_iterator i(text.begin(), text.end(), link), end; i != end; ++i) {
+      const fs::path target = (page.parent_path() / (*i)[1].str()).lexically_normal();
+      if (reached.insert(target).second) unread.push_back(target);
+    }
+  }
+  for (const auto& entry : fs::directory_iterator(root / "docs"))
+    if (entry.path().extension() == ".md") {
+      EXPECT_TRUE(reached.contains(entry.path().lexically_normal())) << entry.path();
+    }
+}
+
 TEST(Docs, EveryCommandOfTheHowToRuns) {
   const std::string text = source("docs/crgbuild.md");
   std::string script = "set -euo pipefail\n";
@@ -96,7 +118,7 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
 
 TEST(Scripts, AreSoundShell) {
   std::string scripts;
-  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package", ".ci/run", ".ci/fresh_packages"}) {
+  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package", "scripts/fresh", ".ci/run", ".ci/fresh_packages"}) {
     EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", places::source(), name)), 0) << name;
     scripts += fmt::format(" '{}/{}'", places::source(), name);
   }
