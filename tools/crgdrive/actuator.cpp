@@ -60,11 +60,11 @@ int actuator(const ActuatorCommand& command) {
       steering ? 1.0 / m.gain : m.gain, group, m.dead_time_s, group, m.lag_s, group, m.damping,
       group, m.lead_s);
   const vehicle::ArxCoefficients arx = vehicle::arx_of(m, 0.001);
-  fmt::print("{}root mean square left: {:.4g}; with a gain alone: {:.4g}\n", sheet, m.rms,
-             m.rms_plain);
-  fmt::print(
+  terminal.print(fmt::format("{}root mean square left: {:.4g}; with a gain alone: {:.4g}\n", sheet, m.rms,
+             m.rms_plain));
+  terminal.print(fmt::format(
       "at 1 ms: y[k] = {:.8g} y[k-1] {:+.8g} y[k-2] {:+.8g} u[k-{:.1f}] {:+.8g} u[k-1-{:.1f}]\n",
-      arx.a1, arx.a2, m.gain * arx.b0, m.dead_time_s * 1e3, m.gain * arx.b1, m.dead_time_s * 1e3);
+      arx.a1, arx.a2, m.gain * arx.b0, m.dead_time_s * 1e3, m.gain * arx.b1, m.dead_time_s * 1e3));
   if (!command.out_path.empty()) files::write_file(command.out_path, sheet);
   return 0;
 }

@@ -40,22 +40,22 @@ int lap(const LapCommand& command) {
 
   const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
   for (std::size_t i = 0; i < result.lap_s.size(); ++i)
-    fmt::print("lap {}: {:.3f} s\n", i + 1, result.lap_s[i]);
-  fmt::print(
+    terminal.print(fmt::format("lap {}: {:.3f} s\n", i + 1, result.lap_s[i]));
+  terminal.print(fmt::format(
       "top speed {:.1f} m/s; at most {:.2f} m off the line; a wheel came within {:.2f} m of the "
       "road's edge, "
       "{} of {} steps with a wheel off the road; swings at the step: {:.4f} % of the static load\n",
       result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
-      result.steps, 100.0 * result.step_swing);
+      result.steps, 100.0 * result.step_swing));
   const double sum = result.energy_j.sum();
-  fmt::print(
+  terminal.print(fmt::format(
       "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
       "dampers {:.1f}; "
       "sum of all {:.1f} against a change of {:.1f}\n",
       result.energy_j.engine / 1e3, result.energy_j.drag / 1e3, result.energy_j.brake / 1e3,
       (result.energy_j.tyre_x + result.energy_j.tyre_y + result.energy_j.tyre_moment) / 1e3,
       result.energy_j.driveline / 1e3, result.energy_j.damper / 1e3, sum / 1e3,
-      result.energy_change_j / 1e3);
+      result.energy_change_j / 1e3));
   if (!command.out_path.empty()) {
     std::vector<std::string> files{command.track_path};
     if (!command.friction_path.empty()) files.push_back(command.friction_path);

@@ -40,11 +40,11 @@ int manoeuvre(const ManoeuvreCommand& command) {
   }
 
   const vehicle::ManoeuvreResult r = vehicle::run_manoeuvre(car, m);
-  fmt::print(
+  terminal.print(fmt::format(
       "{}: largest wheel load {:.0f} N, lateral acceleration {:.2f} m/s2, yaw rate {:.3f} rad/s; "
       "{:.2f} m/s at the end{}\n",
       command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
-      r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string());
+      r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string()));
   if (!command.out_path.empty())
     files::write_file(command.out_path,
                       provenance("manoeuvre " + command.kind, v, command.car, files) +

@@ -16,22 +16,22 @@ namespace {
 /// What was wrong with the recording, in sentences.
 void print_notes(const vehicle::Recording& r) {
   const double length_s = r.table.find("time_s")->back() - r.table.find("time_s")->front();
-  fmt::print("recording: {} rows over {:.2f} s, one every {:.4f} s, {} stretches without a gap\n",
-             r.table.rows(), length_s, r.step_s, r.stretches.size());
+  terminal.print(fmt::format("recording: {} rows over {:.2f} s, one every {:.4f} s, {} stretches without a gap\n",
+             r.table.rows(), length_s, r.step_s, r.stretches.size()));
   const std::size_t trouble =
       r.rows_repeated + r.rows_backwards + r.rows_without_time + r.clock_resets;
   if (trouble > 0)
-    fmt::print(
+    terminal.print(fmt::format(
         "  clock: {} rows repeat a time, {} come late, {} without time (all left out), {} resets; "
         "first at t = {:.3f} s\n",
-        r.rows_repeated, r.rows_backwards, r.rows_without_time, r.clock_resets, r.first_trouble_s);
+        r.rows_repeated, r.rows_backwards, r.rows_without_time, r.clock_resets, r.first_trouble_s));
   if (r.stretches.size() > 1)
-    fmt::print("  longest gap {:.3f} s: no window goes over a gap\n", r.longest_gap_s);
+    terminal.print(fmt::format("  longest gap {:.3f} s: no window goes over a gap\n", r.longest_gap_s));
   if (r.cells_not_numbers > 0)
-    fmt::print("  {} cells are no numbers: taken as empty\n", r.cells_not_numbers);
+    terminal.print(fmt::format("  {} cells are no numbers: taken as empty\n", r.cells_not_numbers));
   for (const auto& [channel, share] : r.held)
-    fmt::print("  {}: {:.0f} % of the samples repeat the one before\n", channel, 100.0 * share);
-  for (const std::string& channel : r.constant) fmt::print("  {}: constant\n", channel);
+    terminal.print(fmt::format("  {}: {:.0f} % of the samples repeat the one before\n", channel, 100.0 * share));
+  for (const std::string& channel : r.constant) terminal.print(fmt::format("  {}: constant\n", channel));
 }
 
 }  // namespace
@@ -54,16 +54,16 @@ int replay(const ReplayCommand& command) {
   options.step = step_options(command.car);
   const vehicle::ReplayResult result =
       vehicle::replay(car, vehicle::Road(surface), recording, options);
-  for (const std::string& sentence : result.driven_by) fmt::print("{}\n", sentence);
-  fmt::print("{} windows; {} left out standing, {} stretches too short, {} ended early\n",
-             result.windows, result.standing, result.too_short, result.problems.size());
+  for (const std::string& sentence : result.driven_by) terminal.print(fmt::format("{}\n", sentence));
+  terminal.print(fmt::format("{} windows; {} left out standing, {} stretches too short, {} ended early\n",
+             result.windows, result.standing, result.too_short, result.problems.size()));
   for (std::size_t i = 0; i < std::min<std::size_t>(5, result.problems.size()); ++i)
-    fmt::print("  {}\n", result.problems[i]);
-  fmt::print("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples", "max", "RMSE",
-             "hold RMSE", "trend RMSE");
+    terminal.print(fmt::format("  {}\n", result.problems[i]));
+  terminal.print(fmt::format("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples", "max", "RMSE",
+             "hold RMSE", "trend RMSE"));
   for (const vehicle::ChannelError& e : result.errors)
-    fmt::print("{:<20} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", e.channel, e.samples,
-               e.max, e.rmse, e.hold_rmse, e.trend_rmse);
+    terminal.print(fmt::format("{:<20} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", e.channel, e.samples,
+               e.max, e.rmse, e.hold_rmse, e.trend_rmse));
   if (!command.out_path.empty()) {
     std::vector<std::string> files{command.track_path, command.recording_path};
     if (!command.mapping_path.empty()) files.push_back(command.mapping_path);

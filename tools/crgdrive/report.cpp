@@ -105,7 +105,7 @@ int report(const ReportCommand& command) {
                      time.back() - time.front(), files::sha256_of_file(drive.name).substr(0, 16))});
   }
   files::write_file(command.out_path, report::plot_page(page));
-  fmt::print("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path);
+  terminal.print(fmt::format("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path));
   return 0;
 }
 

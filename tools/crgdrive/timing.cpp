@@ -72,18 +72,18 @@ int timing(const TimingCommand& command) {
   };
   const double factor = static_cast<double>(count) * options.step_s * 1e6 / total;
   if (command.json) {
-    fmt::print(
+    terminal.print(fmt::format(
         "{{\"median_us\": {:.4f}, \"p99_us\": {:.4f}, \"max_us\": {:.4f}, \"steps\": {}, "
         "\"steps_late\": {}, "
         "\"step_us\": {:g}, \"real_time_factor\": {:.2f}}}\n",
-        quantile(0.5), quantile(0.99), us.back(), count, late, options.step_s * 1e6, factor);
+        quantile(0.5), quantile(0.99), us.back(), count, late, options.step_s * 1e6, factor));
     return 0;
   }
-  fmt::print(
+  terminal.print(fmt::format(
       "one step of {:g} ms: median {:.2f} us, p99 {:.2f} us, longest {:.1f} us; {} of {} steps "
       "late; "
       "{:.0f} times real time\n",
-      options.step_s * 1e3, quantile(0.5), quantile(0.99), us.back(), late, count, factor);
+      options.step_s * 1e3, quantile(0.5), quantile(0.99), us.back(), late, count, factor));
   // Histogram with doubling bins up to the step itself, which is the line not to cross.
   const double deadline = options.step_s * 1e6;
   double low = 0.0;
@@ -94,8 +94,8 @@ int timing(const TimingCommand& command) {
     if (n == 0 && !line_here) continue;
     const auto width = static_cast<std::size_t>(
         std::ceil(50.0 * static_cast<double>(n) / static_cast<double>(count)));
-    fmt::print("{:>9.1f} us |{:<50}| {}{}\n", high, std::string(width, '#'), n,
-               line_here ? "  <- real time" : "");
+    terminal.print(fmt::format("{:>9.1f} us |{:<50}| {}{}\n", high, std::string(width, '#'), n,
+               line_here ? "  <- real time" : ""));
   }
   return 0;
 }

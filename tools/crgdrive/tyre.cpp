@@ -92,18 +92,18 @@ int tyre(const TyreCommand& command) {
   options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle
                                            : vehicle::AlphaConvention::kTangent;
   options.mirrored = command.mirrored;
-  fmt::print("{}: Magic Formula {:.1f}, {} coefficients at their default\n", command.tyre_path,
-             file.coefficients.version / 10.0, file.defaulted.size());
+  terminal.print(fmt::format("{}: Magic Formula {:.1f}, {} coefficients at their default\n", command.tyre_path,
+             file.coefficients.version / 10.0, file.defaulted.size()));
   if (!command.points_path.empty()) {
     const vehicle::Table points = vehicle::read_table(command.points_path);
     const vehicle::Table forces =
         vehicle::evaluate_tyre(file.coefficients, points, command.points_path, options);
     files::write_file(command.out_path, vehicle::format_table(forces, 10));
-    fmt::print("{} points -> {}\n", forces.rows(), command.out_path);
+    terminal.print(fmt::format("{} points -> {}\n", forces.rows(), command.out_path));
   }
   if (!command.plots_path.empty()) {
     files::write_file(command.plots_path, curves(command, file, options));
-    fmt::print("curves -> {}\n", command.plots_path);
+    terminal.print(fmt::format("curves -> {}\n", command.plots_path));
   }
   return 0;
 }

@@ -16,12 +16,12 @@ int map(const MapCommand& command) {
   std::vector<std::size_t> words;
   const vehicle::Table table = vehicle::read_log(command.log_path, &words);
   const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
-  fmt::print("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size());
-  for (const std::string& note : mapping.notes) fmt::print("  {}\n", note);
+  terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size()));
+  for (const std::string& note : mapping.notes) terminal.print(fmt::format("  {}\n", note));
   for (std::size_t c = 0; c < words.size(); ++c)
-    if (words[c] > 0) fmt::print("  {} of {} cells of '{}' are no numbers: taken as empty\n", words[c], table.rows(), table.names[c]);
+    if (words[c] > 0) terminal.print(fmt::format("  {} of {} cells of '{}' are no numbers: taken as empty\n", words[c], table.rows(), table.names[c]));
   files::write_file(command.out_path, explain::format_mapping(mapping));
-  fmt::print("{}: look through it and correct what was guessed wrong\n", command.out_path);
+  terminal.print(fmt::format("{}: look through it and correct what was guessed wrong\n", command.out_path));
   return 0;
 }
 

@@ -56,7 +56,7 @@ int make(const TrialsCommand& c) {
   std::sort(sealed.begin(), sealed.end());
   for (const fs::path& path : sealed) sums += files::sha256_of_file(path.string()) + "  sealed/" + path.filename().string() + "\n";
   files::write_file(c.folder + "/SHA256SUMS", sums);
-  fmt::print("{} trials; seal of all truths: {}\n", folders(c.folder).size(), files::sha256_of_file(c.folder + "/SHA256SUMS"));
+  terminal.print(fmt::format("{} trials; seal of all truths: {}\n", folders(c.folder).size(), files::sha256_of_file(c.folder + "/SHA256SUMS")));
   return 0;
 }
 
@@ -96,7 +96,7 @@ int run_all(const TrialsCommand& c) {
   for (unsigned k = 1; k < threads; ++k) pool.emplace_back(work);
   work();
   for (std::thread& thread : pool) thread.join();
-  fmt::print("{} recordings explained\n", all.size());
+  terminal.print(fmt::format("{} recordings explained\n", all.size()));
   return 0;
 }
 
@@ -259,9 +259,9 @@ int score(const TrialsCommand& c) {
   }
   const auto line = [](const char* what, const Count& k, const char* floor) {
     const auto [low, high] = interval(k.hits, k.of);
-    fmt::print("| {} | {} of {} | {:.0f} % | {:.0f} to {:.0f} % | {} |\n", what, k.hits, k.of, k.of ? 100.0 * k.hits / k.of : 0.0, 100 * low, 100 * high, floor);
+    terminal.print(fmt::format("| {} | {} of {} | {:.0f} % | {:.0f} to {:.0f} % | {} |\n", what, k.hits, k.of, k.of ? 100.0 * k.hits / k.of : 0.0, 100 * low, 100 * high, floor));
   };
-  fmt::print("| metric | count | share | exact 95 % interval | floor |\n|---|---|---|---|---|\n");
+  terminal.print(fmt::format("| metric | count | share | exact 95 % interval | floor |\n|---|---|---|---|---|\n"));
   line("false alarm when nothing is missing", alarm, "at most 5 %");
   line("right name first, effect of 0.5 sd or more", half, "80 %");
   line("right name first, effect of 1 sd or more", full, "90 %");
@@ -276,14 +276,14 @@ int score(const TrialsCommand& c) {
   line("two at once: at least one named", one, "90 %");
   line("90 % intervals that hold the truth", cover, "80 to 97 %");
   const auto middle = [](const char* what, const std::vector<double>& values, double scale, const char* unit, const char* floor) {
-    fmt::print("| {}, median of {} | | {} | | {} |\n", what, values.size(), values.empty() ? "" : fmt::format("{:.{}f}{}", scale * median(values), scale == 1 ? 2 : 0, unit), floor);
+    terminal.print(fmt::format("| {}, median of {} | | {} | | {} |\n", what, values.size(), values.empty() ? "" : fmt::format("{:.{}f}{}", scale * median(values), scale == 1 ? 2 : 0, unit), floor));
   };
   middle("intersection over union of road findings", overlap, 1, "", "0.6");
   middle("error of the amount", error, 100, " %", "at most 15 %");
   middle("held-out improvement over what taking the effect away reaches", improvement, 100, " %", "70 %");
-  fmt::print("\n| single effect of 0.5 sd or more | named first |\n|---|---|\n");
-  for (const auto& [mechanism, count] : by_mechanism) fmt::print("| {} | {} of {} |\n", mechanism, count.hits, count.of);
-  fmt::print("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures);
+  terminal.print(fmt::format("\n| single effect of 0.5 sd or more | named first |\n|---|---|\n"));
+  for (const auto& [mechanism, count] : by_mechanism) terminal.print(fmt::format("| {} | {} of {} |\n", mechanism, count.hits, count.of));
+  terminal.print(fmt::format("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures));
   return 0;
 }
 

@@ -9,11 +9,14 @@
 
 namespace lidar2mesh {
 
-int run_ground(const GroundCommand& command) {
+int run_ground(const GroundCommand& command, Terminal& terminal) {
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::CloudReadReport report;
+  const files::Progress progress = terminal.progress();
+  progress("read", 0.0);
   cloud::Cloud cloud = cloud::read_cloud(command.cloud, read, &report);
+  progress("ground", 0.2);
   cloud::GroundOptions options;
   options.cell_m = command.cell_m, options.max_window_m = command.window_m,
   options.slope = command.slope, options.height_m = command.height_m;
@@ -24,21 +27,29 @@ int run_ground(const GroundCommand& command) {
     cloud.classification[i] = ground[i] ? 2 : 1;  // ASPRS: ground, unclassified
     count += ground[i];
   }
+  progress("write", 0.9);
   cloud::write_ply(cloud, command.output);
-  fmt::print("{} of {} points are ground (class 2)\n", count, cloud.size());
-  for (const std::string& remark : report.remarks) fmt::print("note: {}\n", remark);
-  fmt::print("cloud    {}\n", command.output);
-  return 0;
+  if (terminal.json) {
+    terminal.print(nlohmann::ordered_json{{"points", cloud.size()}, {"ground", count}, {"cloud", command.output}, {"remarks", report.remarks}}
+                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    return kOk;
+  }
+  terminal.print(fmt::format("{} of {} points are ground (class 2)\n", count, cloud.size()));
+  for (const std::string& remark : report.remarks) terminal.print(fmt::format("note: {}\n", remark));
+  terminal.print(fmt::format("cloud    {}\n", command.output));
+  return kOk;
 }
 
-int run_register(const RegisterCommand& command) {
+int run_register(const RegisterCommand& command, Terminal& terminal) {
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
+  const files::Progress progress = terminal.progress();
+  progress("read", 0.0);
   const cloud::Cloud target = cloud::read_cloud(command.target, read),
                      source = cloud::read_cloud(command.source, read);
   cloud::RegisterOptions options;
   options.voxel_m = command.voxel_m, options.max_distance_m = command.reach_m,
-  options.threads = command.threads;
+  options.threads = command.threads, options.progress = progress;
   cloud::RegisterReport facts;
   const Eigen::Isometry3d T = cloud::register_clouds(target, source, options, &facts);
   if (!command.output.empty()) {
@@ -49,10 +60,10 @@ int run_register(const RegisterCommand& command) {
     }
     cloud::write_ply(moved, command.output);
   }
-  if (command.json) {
+  if (terminal.json) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
-    fmt::print("{}\n", nlohmann::ordered_json{{"T_target_source", rows},
+    terminal.print(fmt::format("{}\n", nlohmann::ordered_json{{"T_target_source", rows},
                                               {"converged", facts.converged},
                                               {"iterations", facts.iterations},
                                               {"points", facts.points},
@@ -61,19 +72,19 @@ int run_register(const RegisterCommand& command) {
                                               {"rms_after_m", facts.rms_after_m},
                                               {"information", facts.information},
                                               {"unfixed", facts.unfixed}}
-                           .dump(2));
-    return facts.converged ? 0 : 3;
+                           .dump(2)));
+    return facts.converged ? kOk : kNotValid;
   }
-  fmt::print(
+  terminal.print(fmt::format(
       "{} after {} iterations, {} of {} points paired, rms {:.4f} -> {:.4f} m\nT_target_source\n",
       facts.converged ? "converged" : "NOT converged", facts.iterations, facts.inliers,
-      facts.points, facts.rms_before_m, facts.rms_after_m);
+      facts.points, facts.rms_before_m, facts.rms_after_m));
   for (int i = 0; i < 4; ++i)
-    fmt::print("  {:12.8f} {:12.8f} {:12.8f} {:12.6f}\n", T(i, 0), T(i, 1), T(i, 2), T(i, 3));
-  fmt::print("information per pair, smallest first: {:.4f}\n", fmt::join(facts.information, " "));
+    terminal.print(fmt::format("  {:12.8f} {:12.8f} {:12.8f} {:12.6f}\n", T(i, 0), T(i, 1), T(i, 2), T(i, 3)));
+  terminal.print(fmt::format("information per pair, smallest first: {:.4f}\n", fmt::join(facts.information, " ")));
   for (const std::string& direction : facts.unfixed)
-    fmt::print("note: not fixed by the data, left alone: {}\n", direction);
-  return facts.converged ? 0 : 3;
+    terminal.print(fmt::format("note: not fixed by the data, left alone: {}\n", direction));
+  return facts.converged ? kOk : kNotValid;
 }
 
 }  // namespace lidar2mesh

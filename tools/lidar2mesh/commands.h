@@ -8,30 +8,33 @@
 #include <string>
 #include <vector>
 
+#include "command/exit_code.h"
+#include "command/terminal.h"
+
 namespace lidar2mesh {
+
+using command::kNotValid, command::kOk, command::Terminal;
 
 /// "m", "ft", "us-ft", "cm", "mm" or empty (automatic) as metres.
 std::optional<double> metres_per_unit(const std::string& unit);
 
 struct InfoCommand {
   std::string cloud, unit;
-  bool json = false;
 };
-int run_info(const InfoCommand& command);
+int run_info(const InfoCommand& command, Terminal& terminal);
 
 struct GroundCommand {
   std::string cloud, output, unit;
   double cell_m = 1.0, window_m = 18.0, slope = 0.15, height_m = 0.5;
 };
-int run_ground(const GroundCommand& command);
+int run_ground(const GroundCommand& command, Terminal& terminal);
 
 struct RegisterCommand {
   std::string target, source, output, unit;
   double voxel_m = 0.25, reach_m = 2.0;
-  bool json = false;
   unsigned threads = 0;
 };
-int run_register(const RegisterCommand& command);
+int run_register(const RegisterCommand& command, Terminal& terminal);
 
 struct SynthCommand {
   std::string road, output_dir;
@@ -42,16 +45,16 @@ struct SynthCommand {
   std::uint64_t seed = 1;
   unsigned threads = 0;
 };
-int run_synth(const SynthCommand& command);
+int run_synth(const SynthCommand& command, Terminal& terminal);
 
 struct MapCommand {
   std::vector<std::string> scans;
   std::string trajectory, base, centreline, output_dir, frame, unit, base_unit, base_up;
   std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
   double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0;
-  bool correct_drift = true, report = true, json = false, stl = false;
+  bool correct_drift = true, report = true, stl = false;
   unsigned threads = 0;
 };
-int run_map(const MapCommand& command);
+int run_map(const MapCommand& command, Terminal& terminal);
 
 }  // namespace lidar2mesh

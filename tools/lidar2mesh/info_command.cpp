@@ -16,13 +16,13 @@ std::optional<double> metres_per_unit(const std::string& unit) {
   return std::nullopt;
 }
 
-int run_info(const InfoCommand& command) {
+int run_info(const InfoCommand& command, Terminal& terminal) {
   cloud::CloudReadOptions options;
   options.metres_per_unit = metres_per_unit(command.unit);
   for (const std::string& path : cloud::cloud_files(command.cloud)) {
     const cloud::CloudFacts facts = cloud::describe(path, options);
     const cloud::CloudReadReport& read = facts.read;
-    if (command.json) {
+    if (terminal.json) {
       nlohmann::ordered_json classes = nlohmann::ordered_json::object();
       for (const auto& [number, points] : facts.points_of_class)
         classes[std::to_string(number)] = points;
@@ -43,24 +43,24 @@ int run_info(const InfoCommand& command) {
           {"has_intensity", facts.has_intensity},
           {"classes", classes},
           {"remarks", read.remarks}};
-      fmt::print("{}\n", numbers.dump(2));
+      terminal.print(fmt::format("{}\n", numbers.dump(2)));
       continue;
     }
-    fmt::print("{}: {}, {} points\n", path, read.format, read.points);
+    terminal.print(fmt::format("{}: {}, {} points\n", path, read.format, read.points));
     for (int k = 0; k < 3; ++k)
-      fmt::print("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k], facts.min_m[k],
-                 facts.max_m[k], facts.resolution_m[static_cast<std::size_t>(k)]);
-    fmt::print("  unit of the file: {}{}\n", read.unit,
-               read.unit_from_file ? " (from its coordinate system)" : "");
+      terminal.print(fmt::format("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k], facts.min_m[k],
+                 facts.max_m[k], facts.resolution_m[static_cast<std::size_t>(k)]));
+    terminal.print(fmt::format("  unit of the file: {}{}\n", read.unit,
+               read.unit_from_file ? " (from its coordinate system)" : ""));
     if (!read.coordinate_system.empty())
-      fmt::print("  coordinate system: {}\n", read.coordinate_system);
+      terminal.print(fmt::format("  coordinate system: {}\n", read.coordinate_system));
     if (facts.has_time)
-      fmt::print("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s);
+      terminal.print(fmt::format("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s));
     for (const auto& [number, points] : facts.points_of_class)
-      fmt::print("  class {}: {} points\n", number, points);
-    for (const std::string& remark : read.remarks) fmt::print("  note: {}\n", remark);
+      terminal.print(fmt::format("  class {}: {} points\n", number, points));
+    for (const std::string& remark : read.remarks) terminal.print(fmt::format("  note: {}\n", remark));
   }
-  return 0;
+  return kOk;
 }
 
 }  // namespace lidar2mesh

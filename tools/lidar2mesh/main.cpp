@@ -1,42 +1,36 @@
-// Options in, one command, exit code: 0 done, 1 failed, 2 wrong usage. The only file that knows
-// CLI11.
-#include <fmt/format.h>
-
-#include <CLI/CLI.hpp>
-#include <cstdio>
+// Options in, one command, exit code.
 #include <functional>
-#include <new>
 
+#include "command/program.h"
 #include "commands.h"
 
 namespace lidar2mesh {
 namespace {
 
+using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
+
 using Run = std::function<int()>;
 
 CLI::Option* add_unit(CLI::App& app, std::string& unit) {
-  return app
-      .add_option("--unit", unit, "of the cloud: m, ft, us-ft, cm, mm [as the file says, else m]")
-      ->check(CLI::IsMember({"m", "ft", "us-ft", "cm", "mm"}));
+  return add_choice(app, "--unit", unit, "of the cloud [as the file says, else m]", {"m", "ft", "us-ft", "cm", "mm"});
 }
 
-void define_info(CLI::App& app, InfoCommand& c, Run& run) {
+void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const info =
       app.add_subcommand("info", "points, bounds, unit, classes and resolution of a cloud");
-  info->add_option("cloud", c.cloud, "a .las, .ply, .pcd, .bin, .xyz or .csv, or a folder of them")
+  add_input(*info, "cloud", c.cloud, "a .las, .ply, .pcd, .bin, .xyz or .csv, or a folder of them",
+            command::kFileOrFolder)
       ->required();
   add_unit(*info, c.unit);
-  info->add_flag("--json", c.json, "as JSON");
   info->footer("Example:\n  lidar2mesh info survey.las");
-  info->callback([&] { run = [&] { return run_info(c); }; });
+  info->callback([&] { run = [&] { return run_info(c, terminal); }; });
 }
 
-void define_ground(CLI::App& app, GroundCommand& c, Run& run) {
+void define_ground(CLI::App& app, GroundCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const ground =
       app.add_subcommand("ground", "tells ground from buildings, cars and trees");
-  ground->add_option("cloud", c.cloud, "in the map frame")->required();
-  ground->add_option("-o,--output", c.output, "the cloud with classes: 2 ground, 1 other; .ply")
-      ->required();
+  add_input(*ground, "cloud", c.cloud, "in the map frame")->required();
+  add_output_file(*ground, c.output, "the cloud with classes: 2 ground, 1 other; .ply")->required();
   add_unit(*ground, c.unit);
   ground->add_option("--cell-m", c.cell_m, "of the surface of lowest points [1]")
       ->check(CLI::Range(0.05, 100.0));
@@ -47,35 +41,32 @@ void define_ground(CLI::App& app, GroundCommand& c, Run& run) {
   ground->add_option("--height-m", c.height_m, "of ground points above the surface [0.5]")
       ->check(CLI::Range(0.01, 10.0));
   ground->footer("Example:\n  lidar2mesh ground survey.las -o ground.ply");
-  ground->callback([&] { run = [&] { return run_ground(c); }; });
+  ground->callback([&] { run = [&] { return run_ground(c, terminal); }; });
 }
 
-void define_register(CLI::App& app, RegisterCommand& c, Run& run) {
+void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const reg =
       app.add_subcommand("register", "finds how a cloud lies to another that is nearly in place");
-  reg->add_option("target", c.target, "the cloud that stays")->required();
-  reg->add_option("source", c.source, "the cloud that moves")->required();
-  reg->add_option("-o,--output", c.output, "the moved source, .ply");
+  add_input(*reg, "target", c.target, "the cloud that stays")->required();
+  add_input(*reg, "source", c.source, "the cloud that moves")->required();
+  add_output_file(*reg, c.output, "the moved source, .ply");
   add_unit(*reg, c.unit);
   reg->add_option("--voxel-m", c.voxel_m, "both are thinned to one point per such cube [0.25]")
       ->check(CLI::Range(0.01, 10.0));
   reg->add_option("--reach-m", c.reach_m, "how far off the source may be [2]")
       ->check(CLI::Range(0.05, 100.0));
-  reg->add_flag("--json", c.json, "as JSON");
   reg->add_option("--threads", c.threads, "[all cores]");
   reg->footer(
       "Example:\n  lidar2mesh register monday.ply tuesday.ply -o moved.ply\n\nExit code 3 when it "
       "did not converge.");
-  reg->callback([&] { run = [&] { return run_register(c); }; });
+  reg->callback([&] { run = [&] { return run_register(c, terminal); }; });
 }
 
-void define_synth(CLI::App& app, SynthCommand& c, Run& run) {
+void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const synth =
       app.add_subcommand("synth", "scans of a spinning LiDAR on a car driving a known road");
-  synth->add_option("road", c.road, "a .crg, or a circuit.yaml as for 'crgbuild synth'")
-      ->required();
-  synth->add_option("-o,--output", c.output_dir, "folder for scans, trajectory and truth")
-      ->required();
+  add_input(*synth, "road", c.road, "a .crg, or a circuit.yaml as for 'crgbuild synth'")->required();
+  add_output_folder(*synth, c.output_dir, "folder for scans, trajectory and truth")->required();
   synth->add_option("--laps", c.laps, "[2]")->check(CLI::Range(1, 100));
   synth->add_option("--from-m", c.u_begin_m, "u where each lap begins, m [0]");
   synth->add_option("--to-m", c.u_end_m, "u where each lap ends, m [the road's end]");
@@ -99,45 +90,38 @@ void define_synth(CLI::App& app, SynthCommand& c, Run& run) {
   synth->footer(
       "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
       "--to-m 500");
-  synth->callback([&] { run = [&] { return run_synth(c); }; });
+  synth->callback([&] { run = [&] { return run_synth(c, terminal); }; });
 }
 
 void add_base_options(CLI::App& app, MapCommand& c) {
   CLI::Option* const base =
-      app.add_option("--base", c.base, "the road to refine: a .crg, or a mesh");
-  app.add_option("--centreline", c.centreline,
-                 "no base: the road is made along this line, CSV x_m,y_m,z_m,half_width_m")
+      add_input(app, "--base", c.base, "the road to refine: a .crg, or a mesh");
+  add_input(app, "--centreline", c.centreline,
+            "no base: the road is made along this line, CSV x_m,y_m,z_m,half_width_m")
       ->excludes(base);
   app.add_option("--v-max-m", c.v_max_m, "without a base: how far to both sides of the line [10]")
       ->check(CLI::Range(1.0, 100.0))
       ->excludes(base);
-  app.add_option("-o,--output", c.output_dir, "folder for the results, made if missing")
-      ->required();
-  app.add_option("--unit", c.base_unit, "of a base mesh: m, cm, mm, ft [found]")
-      ->check(CLI::IsMember({"m", "cm", "mm", "ft"}));
-  app.add_option("--up", c.base_up, "axis of a base mesh that points up: y, z [found]")
-      ->check(CLI::IsMember({"y", "z"}));
-  app.add_option("--cloud-unit", c.unit,
-                 "of the clouds: m, ft, us-ft, cm, mm [as the file says, else m]")
-      ->check(CLI::IsMember({"m", "ft", "us-ft", "cm", "mm"}));
+  add_output_folder(app, c.output_dir, "folder for the results, made if missing")->required();
+  add_choice(app, "--unit", c.base_unit, "of a base mesh [found]", {"m", "cm", "mm", "ft"});
+  add_choice(app, "--up", c.base_up, "axis of a base mesh that points up [found]", {"y", "z"});
+  add_choice(app, "--cloud-unit", c.unit, "of the clouds [as the file says, else m]", {"m", "ft", "us-ft", "cm", "mm"});
   app.add_option("--base-stddev-m", c.base_stddev_m, "of the base's heights [0.02]")
       ->check(CLI::Range(1e-4, 10.0));
   app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
       ->check(CLI::Range(0.05, 5.0));
   app.add_flag("--stl", c.stl, "write refined.stl (float32) instead of refined.ply");
   app.add_flag("!--no-report", c.report, "leave out report.html and report.json");
-  app.add_flag("--json", c.json, "print the summary as JSON");
   app.add_option("--threads", c.threads, "[all cores]; any number gives the same bytes");
 }
 
-void define_map(CLI::App& app, MapCommand& c, Run& run) {
+void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const map =
       app.add_subcommand("map", "refines a road from scans: drift corrected, heights fused");
-  map->add_option("scans", c.scans, "clouds, or folders of them")->required();
-  map->add_option("--trajectory", c.trajectory,
-                  "poses of the sensor: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
-  map->add_option("--frame", c.frame, "of the points: sensor or map [sensor with a trajectory]")
-      ->check(CLI::IsMember({"sensor", "map"}));
+  add_input(*map, "scans", c.scans, "clouds, or folders of them", command::kFileOrFolder)->required();
+  add_input(*map, "--trajectory", c.trajectory,
+            "poses of the sensor: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
+  add_choice(*map, "--frame", c.frame, "of the points [sensor with a trajectory]", {"sensor", "map"});
   map->add_option("--extrinsic", c.extrinsic,
                   "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
       ->expected(6);
@@ -149,57 +133,39 @@ void define_map(CLI::App& app, MapCommand& c, Run& run) {
   add_base_options(*map, c);
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o out");
-  map->callback([&] { run = [&] { return run_map(c); }; });
+  map->callback([&] { run = [&] { return run_map(c, terminal); }; });
 }
 
-void define_grid(CLI::App& app, MapCommand& c, Run& run) {
+void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const grid =
       app.add_subcommand("grid", "the same from a registered cloud as it lies, no drift corrected");
-  grid->add_option("cloud", c.scans, "clouds in the map frame, or folders of them")->required();
+  add_input(*grid, "cloud", c.scans, "clouds in the map frame, or folders of them", command::kFileOrFolder)->required();
   add_base_options(*grid, c);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
   grid->callback([&] {
     c.frame = "map", c.correct_drift = false;
-    run = [&] { return run_map(c); };
+    run = [&] { return run_map(c, terminal); };
   });
-}
-
-std::string one_line(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 32 || c == 127) c = ' ';
-  return text;
 }
 
 int main_with(int argc, char** argv) {
   CLI::App app("lidar2mesh: refines the map of a road from LiDAR.", "lidar2mesh");
-  app.set_version_flag("--version", "lidar2mesh " KERBSTONE_VERSION);
   app.require_subcommand(1);
   app.get_formatter()->column_width(40);
+  Terminal terminal("lidar2mesh");
   Run run;
   InfoCommand info;
   GroundCommand ground;
   RegisterCommand reg;
   SynthCommand synth;
   MapCommand map, grid;
-  define_info(app, info, run);
-  define_ground(app, ground, run);
-  define_register(app, reg, run);
-  define_map(app, map, run);
-  define_grid(app, grid, run);
-  define_synth(app, synth, run);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    return run();
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "lidar2mesh: not enough memory\n");
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "lidar2mesh: {}\n", one_line(error.what()));
-  }
-  return 1;
+  define_info(app, info, terminal, run);
+  define_ground(app, ground, terminal, run);
+  define_register(app, reg, terminal, run);
+  define_map(app, map, terminal, run);
+  define_grid(app, grid, terminal, run);
+  define_synth(app, synth, terminal, run);
+  return command::run(app, terminal, argc, argv, [&] { return run(); }, {"give a part of the points, or one scan at a time", ""});
 }
 
 }  // namespace

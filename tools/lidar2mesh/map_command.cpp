@@ -86,7 +86,7 @@ road::Mesh mesh_of(const crg::Crg& file) {
 
 }  // namespace
 
-int run_map(const MapCommand& command) {
+int run_map(const MapCommand& command, Terminal& terminal) {
   const bool in_map =
       command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
   if (!in_map && command.trajectory.empty())
@@ -122,7 +122,7 @@ int run_map(const MapCommand& command) {
   options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
   options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
-  options.threads = command.threads;
+  options.threads = command.threads, options.progress = terminal.progress();
   const cloud::MapResult result = command.base.empty()
                                       ? cloud::map_without_base(source, base, poses, options)
                                       : cloud::map_clouds(source, base, poses, options);
@@ -158,34 +158,35 @@ int run_map(const MapCommand& command) {
   if (!result.corrected.empty())
     cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
   if (command.report) {
+    terminal.progress()("report", 0.95);
     files::write_file(path("base.crg"), crg::to_bytes(base, crg::Format::KRBI));
     write_map_report(command.output_dir, base, refined, result.source, facts, command.threads);
   }
-  if (command.json) {
-    fmt::print("{}", summary);
+  if (terminal.json) {
+    terminal.print(fmt::format("{}", summary));
     return 0;
   }
-  fmt::print("{} points read, {} used; {:.1f} % of the nodes come from points\n", facts.points,
-             facts.used, 100.0 * facts.coverage);
+  terminal.print(fmt::format("{} points read, {} used; {:.1f} % of the nodes come from points\n", facts.points,
+             facts.used, 100.0 * facts.coverage));
   if (command.correct_drift) {
-    fmt::print("drift: {} after {} rounds over {} sections in {} passes\n",
+    terminal.print(fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
                facts.converged ? "converged" : "NOT converged", facts.iterations, facts.sections,
-               facts.passes);
+               facts.passes));
     if (!command.base.empty())
-      fmt::print("against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
-                 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share);
+      terminal.print(fmt::format("against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
+                 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share));
     if (facts.passes > 1)
-      fmt::print("between passes {:.1f} -> {:.1f} mm\n", 1e3 * facts.pass_rms_before_m,
-                 1e3 * facts.pass_rms_after_m);
+      terminal.print(fmt::format("between passes {:.1f} -> {:.1f} mm\n", 1e3 * facts.pass_rms_before_m,
+                 1e3 * facts.pass_rms_after_m));
     for (const std::string& direction : facts.unfixed)
-      fmt::print("note: {} is hardly fixed by the data (typical deviation in summary.json)\n",
-                 direction);
+      terminal.print(fmt::format("note: {} is hardly fixed by the data (typical deviation in summary.json)\n",
+                 direction));
   }
-  fmt::print("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
-             1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m);
-  for (const std::string& remark : facts.remarks) fmt::print("note: {}\n", remark);
-  fmt::print("road     {}\nsummary  {}\n", path("refined.crg"), path("summary.json"));
-  return 0;
+  terminal.print(fmt::format("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
+             1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m));
+  for (const std::string& remark : facts.remarks) terminal.print(fmt::format("note: {}\n", remark));
+  terminal.print(fmt::format("road     {}\nsummary  {}\n", path("refined.crg"), path("summary.json")));
+  return kOk;
 }
 
 }  // namespace lidar2mesh

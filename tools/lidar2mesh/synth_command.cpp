@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "cloud/synth.h"
 #include "commands.h"
 #include "files/write_file.h"
@@ -7,7 +9,7 @@
 
 namespace lidar2mesh {
 
-int run_synth(const SynthCommand& command) {
+int run_synth(const SynthCommand& command, Terminal& terminal) {
   const bool is_circuit = command.road.ends_with(".yaml");
   const crg::Crg road =
       is_circuit ? road::truth_crg(road::read_circuit(command.road)) : crg::read(command.road);
@@ -19,15 +21,21 @@ int run_synth(const SynthCommand& command) {
   options.range_noise_m = command.noise_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
   options.grass_height_m = command.grass_m, options.seed = command.seed,
-  options.threads = command.threads;
+  options.threads = command.threads, options.progress = terminal.progress();
   if (!command.v_m.empty()) options.v_m = command.v_m;
   const cloud::ScanSynthReport made = cloud::synth_scans(road, command.output_dir, options);
   const std::string truth = command.output_dir + "/truth.crg";
   files::write_file(truth, crg::to_bytes(road, crg::Format::KRBI));
-  fmt::print("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
+  if (terminal.json) {
+    terminal.print(nlohmann::ordered_json{{"points", made.points}, {"share_on_cars", made.share_on_cars}, {"scans", made.scan_paths}, {"trajectory", made.trajectory_path},
+                                          {"truth_trajectory", made.truth_path}, {"truth_road", truth}}
+                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    return kOk;
+  }
+  terminal.print(fmt::format("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
              made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
-             made.truth_path, truth);
-  return 0;
+             made.truth_path, truth));
+  return kOk;
 }
 
 }  // namespace lidar2mesh

@@ -136,12 +136,16 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
                      const MapOptions& options) {
   MapResult result;
   MapReport& report = result.report;
+  const auto stage = [&](const char* name, double share) {
+    if (options.progress) options.progress(name, share);
+  };
   const RoadFrame frame(base);
   RoadTrajectory placed;
   if (trajectory != nullptr) placed = place_on_road(*trajectory, frame);
   const RoadTrajectory* const poses = trajectory != nullptr ? &placed : nullptr;
   const CloudSource source = timed(scans, report.seconds_read);
 
+  stage("look at the points", 0.0);
   Clock::time_point start = Clock::now();
   Sections sections = collect_sections(source, frame, poses, options);
   report.looked_at = sections.points, report.without_pose = sections.without_pose,
@@ -156,11 +160,13 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
   drift.stddev = drift.correction;
   RoadTrajectory straightened = placed;
   if (options.correct_drift) {
+    stage("drift", 0.25);
     drift = estimate_drift(sections, frame, options, {}, report);
     std::vector<Correction> first = drift.correction;
     if (trajectory != nullptr) {
       // Once more with that taken out of every point, for what a section's means do not show.
       straightened.poses = corrected_trajectory(placed, sections, drift);
+      stage("look at the straightened points", 0.4);
       sections = collect_sections(source, frame, &straightened, options);
     } else {
       std::fill(first.begin(), first.end(), Correction::Zero());
@@ -180,11 +186,13 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
         1e3 * report.rms_after_m));
   report.seconds_drift = seconds_since(start);
 
+  stage("heights of the nodes", 0.6);
   start = Clock::now();
   const HeightCells surface = cells_of(sections, drift.correction, frame, -1, options.threads);
   const NodeSums sums = accumulate(source, frame, trajectory != nullptr ? &straightened : nullptr,
                                    sections, drift, surface, options, report);
   report.seconds_grid = seconds_since(start);
+  stage("base and points", 0.9);
   start = Clock::now();
   fuse(sums, frame, base.grid, drift, options, result);
   report.seconds_fuse = seconds_since(start);

@@ -146,6 +146,7 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   const double narrowest = std::min(options.max_distance_m, 2.0 * options.voxel_m);
   double reach = options.max_distance_m;
   for (facts.iterations = 1; facts.iterations <= options.max_iterations; ++facts.iterations) {
+    if (options.progress) options.progress("register", static_cast<double>(facts.iterations) / options.max_iterations);
     road::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const Eigen::Vector3d p = T * from[i];

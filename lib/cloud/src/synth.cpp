@@ -329,6 +329,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
   const std::size_t poses = driven.truth.size() - 1;
   constexpr std::size_t kBatch = 64;
   for (std::size_t begin = 0; begin < poses; begin += kBatch) {
+    if (options.progress) options.progress("scans", static_cast<double>(begin) / static_cast<double>(poses));
     std::vector<Shots> batch(std::min(kBatch, poses - begin));
     road::parallel_for(batch.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) batch[k] = shoot(frame, driven, begin + k, options);

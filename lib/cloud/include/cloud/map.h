@@ -12,6 +12,7 @@
 #include "cloud/road_frame.h"
 #include "cloud/trajectory.h"
 #include "crg/file.h"
+#include "files/progress.h"
 
 namespace cloud {
 
@@ -27,6 +28,7 @@ struct MapOptions {
       true;              ///< false: the base's heights do not hold the drift, only other passes do
   int min_points = 3;    ///< of a node
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
+  files::Progress progress;
 };
 
 /// What a node of the refined grid rests on.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cloud/cloud.h"
+#include "files/progress.h"
 
 namespace cloud {
 
@@ -17,6 +18,7 @@ struct RegisterOptions {
   int neighbours = 20;          ///< that a plane is fitted to
   int max_iterations = 100;
   unsigned threads = 0;
+  files::Progress progress;
 };
 
 /// Directions in the target's axes through the middle of the pairs: x, y, z, about x, about y,

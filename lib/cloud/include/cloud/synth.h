@@ -7,6 +7,7 @@
 
 #include "cloud/trajectory.h"
 #include "crg/file.h"
+#include "files/progress.h"
 
 namespace cloud {
 
@@ -33,6 +34,7 @@ struct ScanSynthOptions {
   std::uint64_t seed = 1;
   std::size_t points_per_file = 2'000'000;
   unsigned threads = 0;  ///< any number gives the same bytes
+  files::Progress progress;
 };
 
 struct ScanSynthReport {
