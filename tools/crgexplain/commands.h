@@ -4,18 +4,19 @@
 #include <string>
 #include <vector>
 
+#include "command/exit_code.h"
+#include "command/terminal.h"
 #include "explain/explain.h"
 #include "explain/simulate.h"
 
 namespace crgexplain {
 
-/// A path as a shell takes it: in quotes where it needs them.
-std::string shell_word(const std::string& path);
+using command::kOk, command::shell_word, command::Terminal;
 
 struct MapCommand {
   std::string log_path, out_path;
 };
-int map(const MapCommand& command);
+int map(const MapCommand& command, Terminal& terminal);
 
 struct RunCommand {
   std::string track_path, friction_path, vehicle_path, mapping_path, out_path;
@@ -26,7 +27,7 @@ struct RunCommand {
   double fuel_kg = 0.0;
   bool skip_simulation = false;
 };
-int run(const RunCommand& command);
+int run(const RunCommand& command, Terminal& terminal);
 
 /// All that can be said without driving the whole simulated car: relations, short waves, discs.
 explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
@@ -40,6 +41,6 @@ struct TrialsCommand {
   long long seed = 1;
   unsigned threads = 0;
 };
-int trials(const TrialsCommand& command);
+int trials(const TrialsCommand& command, Terminal& terminal);
 
 }  // namespace crgexplain

@@ -1,7 +1,4 @@
-#include <unistd.h>
-
 #include <cmath>
-#include <cstdio>
 
 #include "explain/fuel.h"
 #include "explain/kept.h"
@@ -27,9 +24,8 @@ explain::Mapping driven_columns(const RunCommand& command, const vehicle::Vehicl
 }  // namespace
 
 void drive_before_and_after(const RunCommand& command, const Road& road, const vehicle::Vehicle& car, const Corrected& corrected, Recordings& recordings, const Stages& stages,
-                            explain::Findings& findings) {
-  const bool terminal = isatty(2) != 0;
-  if (terminal) std::fprintf(stderr, "the whole simulated car, before and after");
+                            const files::Progress& progress, explain::Findings& findings) {
+  progress("the whole simulated car, before and after", 0.0);
   const vehicle::Vehicle improved = vehicle::read_vehicle(corrected.vehicle_path);
   const Road changed = read_road(corrected.track_path, corrected.friction_path);
   const explain::Mapping columns = driven_columns(command, improved, corrected, recordings);
@@ -46,7 +42,6 @@ void drive_before_and_after(const RunCommand& command, const Road& road, const v
   if (std::isfinite(check.lap_after_s)) findings.simulated_lap_after_s = check.lap_after_s;
   if (corrected.vehicle_path != command.vehicle_path && check.after && !check.after->changed.empty())
     write_car(*explain::corrected_vehicle(command.vehicle_path, car, findings, recordings.logs, &*check.after), command.out_path);
-  if (terminal) std::fprintf(stderr, "\r\033[K");
 }
 
 }  // namespace crgexplain

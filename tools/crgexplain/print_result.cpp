@@ -1,15 +1,11 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
-#include <string_view>
-
 #include "run_steps.h"
 
 namespace crgexplain {
 namespace {
 
-void print_finding(const explain::Finding& f) {
+void print_finding(const explain::Finding& f, Terminal& terminal) {
   terminal.print(fmt::format("  {}{}: {}\n", f.mechanism, f.channel.empty() ? "" : " (" + f.channel + ")", f.physics));
   for (const explain::FoundParameter& p : f.parameters)
     terminal.print(fmt::format("    {} = {:.4g} {} [{:.4g}, {:.4g}]\n", p.name, p.value, p.unit, p.low, p.high));
@@ -18,14 +14,14 @@ void print_finding(const explain::Finding& f) {
     if (!r.separable) terminal.print(fmt::format("    cannot be told from {}: {}\n", r.mechanism, r.separating_experiment));
 }
 
-void print_unexplained(const explain::Unexplained& u) {
+void print_unexplained(const explain::Unexplained& u, Terminal& terminal) {
   std::string where;
   if (!u.where.empty()) where = fmt::format("{} from {:.0f} to {:.0f} m", u.locked_to == "u" ? "" : ", first at u", u.where[0].u_begin_m, u.where[0].u_end_m);
   terminal.print(fmt::format("  unexplained: {} over {}{}, {:.3g} {}\n", u.channel, u.locked_to, where, u.size, u.unit));
 }
 
 /// How the corrected inputs are simulated with, and looked at again.
-void print_commands(const RunCommand& command, const Recordings& recordings, const Corrected& now) {
+void print_commands(const RunCommand& command, const Recordings& recordings, const Corrected& now, Terminal& terminal) {
   const auto option = [](const char* name, const std::string& path) { return path.empty() ? "" : fmt::format(" {} {}", name, shell_word(path)); };
   const std::string track = option("--track", now.track_path), vehicle = option("--vehicle", now.vehicle_path), friction = option("--friction", now.friction_path);
   const std::string fuel = fmt::format(" --fuel-kg {:.6g}", now.fuel_kg);
@@ -40,18 +36,10 @@ void print_commands(const RunCommand& command, const Recordings& recordings, con
 
 }  // namespace
 
-std::string shell_word(const std::string& path) {
-  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("/._-+,:=@%").find(c) != std::string_view::npos; };
-  if (!path.empty() && std::all_of(path.begin(), path.end(), plain)) return path;
-  std::string out = "'";
-  for (const char c : path) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-void print_result(const RunCommand& command, const Recordings& recordings, const explain::Findings& findings, const Corrected& now) {
+void print_result(const RunCommand& command, const Recordings& recordings, const explain::Findings& findings, const Corrected& now, Terminal& terminal) {
   terminal.print(fmt::format("verdict: {}\n", findings.verdict));
-  for (const explain::Finding& f : findings.findings) print_finding(f);
-  for (const explain::Unexplained& u : findings.unexplained) print_unexplained(u);
+  for (const explain::Finding& f : findings.findings) print_finding(f, terminal);
+  for (const explain::Unexplained& u : findings.unexplained) print_unexplained(u, terminal);
   for (const std::string& remark : findings.remarks) terminal.print(fmt::format("  {}\n", remark));
   if (now.track_path != command.track_path) terminal.print(fmt::format("corrected road: {}\n", now.track_path));
   if (now.friction_path != command.friction_path) terminal.print(fmt::format("grip of the road: {}\n", now.friction_path));
@@ -63,7 +51,7 @@ void print_result(const RunCommand& command, const Recordings& recordings, const
   if (findings.simulated_lap_before_s > 0 && findings.simulated_lap_after_s > 0)
     terminal.print(fmt::format("lap of the built-in driver: {:.2f} s before, {:.2f} s after\n", findings.simulated_lap_before_s, findings.simulated_lap_after_s));
   terminal.print(fmt::format("{0}/report.html, {0}/findings.json\n", command.out_path));
-  if (!findings.findings.empty()) print_commands(command, recordings, now);
+  if (!findings.findings.empty()) print_commands(command, recordings, now, terminal);
 }
 
 }  // namespace crgexplain

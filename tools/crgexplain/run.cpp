@@ -1,9 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <set>
 
@@ -38,13 +36,12 @@ std::string hash_of(const RunCommand& command, const std::vector<std::string>& i
   return files::sha256(all);
 }
 
-explain::ExplainOptions options_of(const RunCommand& command) {
+explain::ExplainOptions options_of(const RunCommand& command, Terminal& terminal) {
   explain::ExplainOptions out;
   out.hold_out.insert(command.hold_out.begin(), command.hold_out.end());
   out.threads = command.threads;
   out.nulls = command.nulls;
-  if (isatty(2) != 0)
-    out.progress = [](const std::string& stage, double share) { std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage.c_str(), 100 * share); };
+  out.progress = terminal.progress();
   return out;
 }
 
@@ -68,14 +65,19 @@ void make_folder(const std::string& path) {
 
 explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
                        const vehicle::Vehicle& car, const explain::ExplainOptions& options) {
+  const auto stage = [&](const char* name) {
+    if (options.progress) options.progress(name, 0.0);
+  };
   explain::Findings findings = explain::explain(logs, car, options);
+  stage("short waves");
   explain::add_short_waves(findings, recorded, mapping, surface, car);
+  stage("brake discs");
   explain::add_discs(findings, recorded, mapping, car);
   explain::doubt_the_car(findings);
   return findings;
 }
 
-int run(const RunCommand& command) {
+int run(const RunCommand& command, Terminal& terminal) {
   if (!std::isfinite(command.fuel_kg)) throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
   const std::vector<std::string> inputs = inputs_of(command, car);
@@ -87,21 +89,25 @@ int run(const RunCommand& command) {
 
   const Stages stages(command.out_path, hash_of(command, inputs));
   if (const auto taken = stages.taken_up(); !taken.empty())
-    fmt::print(stderr, "goes on where a run was stopped; finished: {}\n", fmt::join(taken, ", "));
-  const auto find = [&] { return look(recordings.all(), recordings.logs, recordings.read, road.surface, car, options_of(command)); };
+    terminal.remark(fmt::format("goes on where a run was stopped; finished: {}", fmt::join(taken, ", ")));
+  const auto find = [&] { return look(recordings.all(), recordings.logs, recordings.read, road.surface, car, options_of(command, terminal)); };
   auto findings = stages.get<explain::Findings>("relations", find, explain::findings_from_bytes, [](const auto& f) { return explain::to_bytes(f); });
   findings.remarks.insert(findings.remarks.begin(), recordings.notes.begin(), recordings.notes.end());
 
   const Corrected corrected = write_corrected(command, road, car, recordings, findings);
   if (!findings.findings.empty() && !command.skip_simulation)
-    drive_before_and_after(command, road, car, corrected, recordings, stages, findings);
+    drive_before_and_after(command, road, car, corrected, recordings, stages, terminal.progress(), findings);
 
   const std::string title = fmt::format("Simulation and recording: {} on {}", car.name, std::filesystem::path(command.track_path).stem().string());
-  files::write_file(command.out_path + "/findings.json", explain::findings_json(findings));
+  const std::string json = explain::findings_json(findings);
+  files::write_file(command.out_path + "/findings.json", json);
   files::write_file(command.out_path + "/report.html", explain::findings_page(findings, recordings.logs, title));
   stages.done();
-  print_result(command, recordings, findings, corrected);
-  return 0;
+  if (terminal.json)
+    terminal.print(json);
+  else
+    print_result(command, recordings, findings, corrected, terminal);
+  return kOk;
 }
 
 }  // namespace crgexplain

@@ -1,9 +1,10 @@
 #include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -11,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "command/signals.h"
 #include "commands.h"
 #include "crg/file.h"
 #include "explain/explain.h"
@@ -45,10 +47,28 @@ json read_json(const fs::path& path) {
   }
 }
 
-int make(const TrialsCommand& c) {
+/// A program run to its end; what it prints goes to standard error. Whether it ended well.
+bool run_program(std::vector<std::string> words) {
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    command::end_with_parent();
+    ::dup2(STDERR_FILENO, STDOUT_FILENO);
+    ::execvp(argv[0], argv.data());
+    ::_exit(127);
+  }
+  int status = 0;
+  return child > 0 && ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+int make(const TrialsCommand& c, Terminal& terminal) {
   fs::create_directories(c.folder);
   if (!fs::is_empty(c.folder)) throw Error(c.folder + ": is not empty; trials want a folder of their own");
-  if (std::system(fmt::format("{}{} {} {} {}", shell_word(c.generator), c.waves ? " --waves" : "", c.count, c.seed, shell_word(c.folder)).c_str()) != 0)
+  std::vector<std::string> words{c.generator, std::to_string(c.count), std::to_string(c.seed), c.folder};
+  if (c.waves) words.insert(words.begin() + 1, "--waves");
+  if (!run_program(words))
     throw Error(c.generator + ": failed; the message above says why");
   std::string sums;
   std::vector<fs::path> sealed;
@@ -56,7 +76,9 @@ int make(const TrialsCommand& c) {
   std::sort(sealed.begin(), sealed.end());
   for (const fs::path& path : sealed) sums += files::sha256_of_file(path.string()) + "  sealed/" + path.filename().string() + "\n";
   files::write_file(c.folder + "/SHA256SUMS", sums);
-  terminal.print(fmt::format("{} trials; seal of all truths: {}\n", folders(c.folder).size(), files::sha256_of_file(c.folder + "/SHA256SUMS")));
+  const std::string seal = files::sha256_of_file(c.folder + "/SHA256SUMS");
+  const std::size_t count = folders(c.folder).size();
+  terminal.print(terminal.json ? json{{"trials", count}, {"seal", seal}}.dump(2) + "\n" : fmt::format("{} trials; seal of all truths: {}\n", count, seal));
   return 0;
 }
 
@@ -75,9 +97,10 @@ explain::Findings explained(const fs::path& trial, const fs::path& recording, bo
   return mechanisms ? look({{&table, &logs.front()}}, logs, explain::identity_mapping(table), surface, car, options) : explain::explain(logs, car, options);
 }
 
-int run_all(const TrialsCommand& c) {
+int run_all(const TrialsCommand& c, Terminal& terminal) {
   const std::vector<fs::path> all = folders(c.folder);
-  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> next{0}, done{0};
+  const files::Progress progress = terminal.progress();
   const auto work = [&] {
     for (std::size_t k = next++; k < all.size(); k = next++) {
       const std::string here = all[k].string();
@@ -89,6 +112,7 @@ int run_all(const TrialsCommand& c) {
         result = json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}.dump(1) + "\n";
       }
       files::write_file(here + "/findings.json", result);
+      progress("trials", static_cast<double>(++done) / static_cast<double>(all.size()));
     }
   };
   unsigned threads = c.threads == 0 ? std::max(1u, std::thread::hardware_concurrency()) : c.threads;
@@ -96,7 +120,7 @@ int run_all(const TrialsCommand& c) {
   for (unsigned k = 1; k < threads; ++k) pool.emplace_back(work);
   work();
   for (std::thread& thread : pool) thread.join();
-  terminal.print(fmt::format("{} recordings explained\n", all.size()));
+  terminal.print(terminal.json ? json{{"recordings", all.size()}}.dump(2) + "\n" : fmt::format("{} recordings explained\n", all.size()));
   return 0;
 }
 
@@ -150,7 +174,8 @@ double share_of_drop(const fs::path& trial, const fs::path& twin, const json& fi
   return share;
 }
 
-int score(const TrialsCommand& c) {
+int score(const TrialsCommand& c, Terminal& terminal) {
+  nlohmann::ordered_json failed_trials = nlohmann::ordered_json::array();
   const fs::path folder(c.folder);
   // The seals first: a truth that changed since it was drawn is no truth.
   std::ifstream sums(folder / "SHA256SUMS");
@@ -254,14 +279,17 @@ int score(const TrialsCommand& c) {
       };
       double size = 0;
       for (const json& e : truth.at("effects")) size = std::max(size, e.at("size_sd").get<double>());
+      failed_trials.push_back(here.filename().string());
       failures += fmt::format("| {} | {} | {} ({:.2g} sd) | {} | {} |\n", here.filename().string(), kind, join(truths), size, verdict, join(names));
     }
   }
-  const auto line = [](const char* what, const Count& k, const char* floor) {
+  std::string text = "| metric | count | share | exact 95 % interval | floor |\n|---|---|---|---|---|\n";
+  nlohmann::ordered_json metrics = nlohmann::ordered_json::array(), named = nlohmann::ordered_json::object();
+  const auto line = [&](const char* what, const Count& k, const char* floor) {
     const auto [low, high] = interval(k.hits, k.of);
-    terminal.print(fmt::format("| {} | {} of {} | {:.0f} % | {:.0f} to {:.0f} % | {} |\n", what, k.hits, k.of, k.of ? 100.0 * k.hits / k.of : 0.0, 100 * low, 100 * high, floor));
+    text += fmt::format("| {} | {} of {} | {:.0f} % | {:.0f} to {:.0f} % | {} |\n", what, k.hits, k.of, k.of ? 100.0 * k.hits / k.of : 0.0, 100 * low, 100 * high, floor);
+    metrics.push_back({{"metric", what}, {"hits", k.hits}, {"of", k.of}, {"interval", {low, high}}, {"floor", floor}});
   };
-  terminal.print(fmt::format("| metric | count | share | exact 95 % interval | floor |\n|---|---|---|---|---|\n"));
   line("false alarm when nothing is missing", alarm, "at most 5 %");
   line("right name first, effect of 0.5 sd or more", half, "80 %");
   line("right name first, effect of 1 sd or more", full, "90 %");
@@ -275,24 +303,29 @@ int score(const TrialsCommand& c) {
   line("the same, both of 0.5 sd or more", both_large, "");
   line("two at once: at least one named", one, "90 %");
   line("90 % intervals that hold the truth", cover, "80 to 97 %");
-  const auto middle = [](const char* what, const std::vector<double>& values, double scale, const char* unit, const char* floor) {
-    terminal.print(fmt::format("| {}, median of {} | | {} | | {} |\n", what, values.size(), values.empty() ? "" : fmt::format("{:.{}f}{}", scale * median(values), scale == 1 ? 2 : 0, unit), floor));
+  const auto middle = [&](const char* what, const std::vector<double>& values, double scale, const char* unit, const char* floor) {
+    text += fmt::format("| {}, median of {} | | {} | | {} |\n", what, values.size(), values.empty() ? "" : fmt::format("{:.{}f}{}", scale * median(values), scale == 1 ? 2 : 0, unit), floor);
+    metrics.push_back({{"metric", what}, {"of", values.size()}, {"median", median(values)}, {"floor", floor}});
   };
   middle("intersection over union of road findings", overlap, 1, "", "0.6");
   middle("error of the amount", error, 100, " %", "at most 15 %");
   middle("held-out improvement over what taking the effect away reaches", improvement, 100, " %", "70 %");
-  terminal.print(fmt::format("\n| single effect of 0.5 sd or more | named first |\n|---|---|\n"));
-  for (const auto& [mechanism, count] : by_mechanism) terminal.print(fmt::format("| {} | {} of {} |\n", mechanism, count.hits, count.of));
-  terminal.print(fmt::format("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures));
-  return 0;
+  text += "\n| single effect of 0.5 sd or more | named first |\n|---|---|\n";
+  for (const auto& [mechanism, count] : by_mechanism) {
+    text += fmt::format("| {} | {} of {} |\n", mechanism, count.hits, count.of);
+    named[mechanism] = {{"first", count.hits}, {"of", count.of}};
+  }
+  text += fmt::format("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures);
+  terminal.print(terminal.json ? nlohmann::ordered_json{{"metrics", metrics}, {"single_effects", named}, {"failures", failed_trials}}.dump(2) + "\n" : text);
+  return kOk;
 }
 
 }  // namespace
 
-int trials(const TrialsCommand& command) {
-  if (command.what == "make") return make(command);
-  if (command.what == "run") return run_all(command);
-  return score(command);
+int trials(const TrialsCommand& command, Terminal& terminal) {
+  if (command.what == "make") return make(command, terminal);
+  if (command.what == "run") return run_all(command, terminal);
+  return score(command, terminal);
 }
 
 }  // namespace crgexplain
