@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "commands.h"
 #include "files/sha256.h"
@@ -12,13 +13,13 @@
 
 namespace crgdrive {
 
-int actuator(const ActuatorCommand& command) {
+int actuator(const ActuatorCommand& command, Terminal& terminal) {
   const bool steering = command.actuator == "steering", throttle = command.actuator == "throttle";
   const std::string in = !command.command.empty() ? command.command
                          : steering               ? "steer_command_rad"
                          : throttle               ? "throttle_command"
                                                   : "brake_fl_command_pa";
-  const std::string out = !command.output.empty() ? command.output
+  const std::string out = !command.movement.empty() ? command.movement
                           : steering              ? "steer_rad"
                           : throttle              ? "throttle"
                                                   : "brake_fl_pa";
@@ -30,10 +31,12 @@ int actuator(const ActuatorCommand& command) {
     if (values == nullptr)
       throw vehicle::Error(
           fmt::format("{}: no channel {}; name its column in a mapping, or another "
-                      "channel by --command or --output",
+                      "channel by --command or --movement",
                       command.recording_path, name));
     return vehicle::fill_gaps(*recording.table.find("time_s"), *values);
   };
+  if (recording.table.find(command.out_path) != nullptr)
+    throw UsageError("-o " + command.out_path + " is a channel: a file is wanted; --movement names the channel");
   const std::vector<double> u = channel(in), y = channel(out);
   // The longest stretch without a gap in time.
   const auto longest = *std::max_element(
@@ -60,13 +63,20 @@ int actuator(const ActuatorCommand& command) {
       steering ? 1.0 / m.gain : m.gain, group, m.dead_time_s, group, m.lag_s, group, m.damping,
       group, m.lead_s);
   const vehicle::ArxCoefficients arx = vehicle::arx_of(m, 0.001);
+  if (!command.out_path.empty()) files::write_file(command.out_path, sheet);
+  if (terminal.json) {
+    terminal.print(nlohmann::ordered_json{{"command", in}, {"movement", out}, {"rows", longest.end - longest.begin}, {"gain", m.gain},
+                                          {"dead_time_s", m.dead_time_s}, {"lag_s", m.lag_s}, {"damping", m.damping}, {"lead_s", m.lead_s},
+                                          {"rms", m.rms}, {"rms_gain_alone", m.rms_plain}}
+                       .dump(2) + "\n");
+    return kOk;
+  }
   terminal.print(fmt::format("{}root mean square left: {:.4g}; with a gain alone: {:.4g}\n", sheet, m.rms,
              m.rms_plain));
   terminal.print(fmt::format(
       "at 1 ms: y[k] = {:.8g} y[k-1] {:+.8g} y[k-2] {:+.8g} u[k-{:.1f}] {:+.8g} u[k-1-{:.1f}]\n",
       arx.a1, arx.a2, m.gain * arx.b0, m.dead_time_s * 1e3, m.gain * arx.b1, m.dead_time_s * 1e3));
-  if (!command.out_path.empty()) files::write_file(command.out_path, sheet);
-  return 0;
+  return kOk;
 }
 
 }  // namespace crgdrive

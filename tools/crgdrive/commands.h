@@ -6,7 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "command/exit_code.h"
+#include "command/terminal.h"
+
 namespace crgdrive {
+
+using command::kOk, command::Terminal, command::UsageError;
 
 struct TyreCommand {
   std::string tyre_path;
@@ -15,16 +20,16 @@ struct TyreCommand {
   std::string alpha = "tan";          ///< tan or angle
   bool mirrored = false;
 };
-int tyre(const TyreCommand& command);
+int tyre(const TyreCommand& command, Terminal& terminal);
 
-int parameters();
+int parameters(Terminal& terminal);
 
 struct ActuatorCommand {
   std::string recording_path, mapping_path, out_path;
   std::string actuator = "steering";  ///< steering, throttle or brake
-  std::string command, output;        ///< channels; empty: those of the actuator
+  std::string command, movement;      ///< channels; empty: those of the actuator
 };
-int actuator(const ActuatorCommand& command);
+int actuator(const ActuatorCommand& command, Terminal& terminal);
 
 /// What every command that simulates a car takes.
 struct CarOptions {
@@ -54,7 +59,7 @@ struct LapCommand {
   double margin_m = 2.0;
   double rate_hz = 100.0;
 };
-int lap(const LapCommand& command);
+int lap(const LapCommand& command, Terminal& terminal);
 
 struct ReplayCommand {
   CarOptions car;
@@ -63,13 +68,13 @@ struct ReplayCommand {
   bool closed_path = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
 };
-int replay(const ReplayCommand& command);
+int replay(const ReplayCommand& command, Terminal& terminal);
 
 struct ReportCommand {
   std::string track_path, mapping_path, out_path;
   std::vector<std::string> telemetry;  ///< one or two files; the mapping is the first one's
 };
-int report(const ReportCommand& command);
+int report(const ReportCommand& command, Terminal& terminal);
 
 struct ManoeuvreCommand {
   CarOptions car;
@@ -79,21 +84,20 @@ struct ManoeuvreCommand {
   double pressure_pa = 3e6, height_m = 0.03, low_grip = 0.4, fuel_kg = 30.0;
   double rate_hz = 1000.0;
 };
-int manoeuvre(const ManoeuvreCommand& command);
+int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal);
 
 struct TimingCommand {
   CarOptions car;
   std::string track_path;
   double seconds = 30.0;
-  bool json = false;
 };
-int timing(const TimingCommand& command);
+int timing(const TimingCommand& command, Terminal& terminal);
 
 struct PolesCommand {
   CarOptions car;
   std::vector<double> speeds_mps{1, 2, 5, 10, 20, 40, 60, 80};
   std::vector<double> steps_s{0.001, 0.0012};
 };
-int poles(const PolesCommand& command);
+int poles(const PolesCommand& command, Terminal& terminal);
 
 }  // namespace crgdrive

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "files/write_file.h"
 #include "live.h"
@@ -10,7 +10,49 @@
 #include "vehicle/error.h"
 
 namespace crgdrive {
-int lap(const LapCommand& command) {
+namespace {
+
+std::string sentences(const vehicle::LapResult& result) {
+  std::string text;
+  for (std::size_t i = 0; i < result.lap_s.size(); ++i)
+    text += fmt::format("lap {}: {:.3f} s\n", i + 1, result.lap_s[i]);
+  text += fmt::format(
+      "top speed {:.1f} m/s; at most {:.2f} m off the line; a wheel came within {:.2f} m of the "
+      "road's edge, "
+      "{} of {} steps with a wheel off the road; swings at the step: {:.4f} % of the static load\n",
+      result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
+      result.steps, 100.0 * result.step_swing);
+  const double sum = result.energy_j.sum();
+  text += fmt::format(
+      "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
+      "dampers {:.1f}; "
+      "sum of all {:.1f} against a change of {:.1f}\n",
+      result.energy_j.engine / 1e3, result.energy_j.drag / 1e3, result.energy_j.brake / 1e3,
+      (result.energy_j.tyre_x + result.energy_j.tyre_y + result.energy_j.tyre_moment) / 1e3,
+      result.energy_j.driveline / 1e3, result.energy_j.damper / 1e3, sum / 1e3,
+      result.energy_change_j / 1e3);
+  return text;
+}
+
+nlohmann::ordered_json numbers(const LapCommand& command, const vehicle::LapResult& result) {
+  const vehicle::Powers<double>& e = result.energy_j;
+  return {{"complete", result.complete},
+          {"lap_s", result.lap_s},
+          {"top_mps", result.top_mps},
+          {"furthest_off_line_m", result.furthest_off_line_m},
+          {"least_edge_m", result.least_edge_m},
+          {"steps", result.steps},
+          {"steps_off_road", result.steps_off_road},
+          {"step_swing", result.step_swing},
+          {"energy_j",
+           {{"engine", e.engine}, {"drag", e.drag}, {"brakes", e.brake}, {"tyres", e.tyre_x + e.tyre_y + e.tyre_moment},
+            {"driveline", e.driveline}, {"dampers", e.damper}, {"sum", e.sum()}, {"change", result.energy_change_j}}},
+          {"telemetry", command.out_path}};
+}
+
+}  // namespace
+
+int lap(const LapCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   crg::SurfaceOptions surface_options;
@@ -26,6 +68,7 @@ int lap(const LapCommand& command) {
   options.speed.grip_usage = command.grip_usage;
   options.line.margin_m = command.margin_m;
   options.step = step_options(command.car);
+  options.progress = terminal.progress();
   Live live(command.live);
   if (live.wanted()) options.on_row = [&](const vehicle::Table& table) { live.row(table); };
   options.record_every = command.out_path.empty() && !live.wanted()
@@ -39,23 +82,10 @@ int lap(const LapCommand& command) {
   }
 
   const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
-  for (std::size_t i = 0; i < result.lap_s.size(); ++i)
-    terminal.print(fmt::format("lap {}: {:.3f} s\n", i + 1, result.lap_s[i]));
-  terminal.print(fmt::format(
-      "top speed {:.1f} m/s; at most {:.2f} m off the line; a wheel came within {:.2f} m of the "
-      "road's edge, "
-      "{} of {} steps with a wheel off the road; swings at the step: {:.4f} % of the static load\n",
-      result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
-      result.steps, 100.0 * result.step_swing));
-  const double sum = result.energy_j.sum();
-  terminal.print(fmt::format(
-      "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
-      "dampers {:.1f}; "
-      "sum of all {:.1f} against a change of {:.1f}\n",
-      result.energy_j.engine / 1e3, result.energy_j.drag / 1e3, result.energy_j.brake / 1e3,
-      (result.energy_j.tyre_x + result.energy_j.tyre_y + result.energy_j.tyre_moment) / 1e3,
-      result.energy_j.driveline / 1e3, result.energy_j.damper / 1e3, sum / 1e3,
-      result.energy_change_j / 1e3));
+  if (terminal.json)
+    terminal.print(numbers(command, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  else
+    terminal.print(sentences(result));
   if (!command.out_path.empty()) {
     std::vector<std::string> files{command.track_path};
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
@@ -64,7 +94,7 @@ int lap(const LapCommand& command) {
                                             vehicle::format_table(result.telemetry));
   }
   if (!result.complete) throw vehicle::Error(result.problem);
-  return 0;
+  return kOk;
 }
 
 }  // namespace crgdrive

@@ -1,22 +1,19 @@
-// Drives the simulated car; options in, one call, exit code: 0 done, 1 failed, 2 wrong usage.
-#include <CLI/CLI.hpp>
-#include <cstdio>
-#include <exception>
+// Drives the simulated car; options in, one call, exit code.
 #include <functional>
 
+#include "command/program.h"
 #include "commands.h"
 
 namespace {
 
+using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
+
 void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
-  app.add_option("--vehicle", car.vehicle_path, "vehicle.yaml")->required();
-  app.add_option("--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
+  add_input(app, "--vehicle", car.vehicle_path, "vehicle.yaml")->required();
+  add_input(app, "--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
   app.add_option("--set", car.settings, "group.key=value or term=amplitude; may be repeated");
-  app.add_option("--contact", car.contact,
-                 "single-point, four-point or strip, in place of the vehicle's")
-      ->check(CLI::IsMember({"single-point", "four-point", "strip"}));
-  app.add_option("--integrator", car.integrator, "semi-implicit (default) or explicit (Euler)")
-      ->check(CLI::IsMember({"semi-implicit", "explicit"}));
+  add_choice(app, "--contact", car.contact, "In place of the vehicle's", {"single-point", "four-point", "strip"});
+  add_choice(app, "--integrator", car.integrator, "Euler's method", {"semi-implicit", "explicit"});
   app.add_option("--step-s", car.step_s, "Length of a step, s")->check(CLI::Range(1e-5, 0.01));
   app.add_flag("--stop-off-road", car.stop_off_road,
                "A wheel over a hole or beside the road ends the run; without: it goes on over the "
@@ -36,65 +33,60 @@ void add_live_options(CLI::App& app, crgdrive::LiveOptions& live) {
 int main(int argc, char** argv) {
   CLI::App app{"Kerbstone's simulated car on an OpenCRG road", "crgdrive"};
   app.require_subcommand(1);
+  command::Terminal terminal("crgdrive");
   app.option_defaults()->always_capture_default();  // so that --help shows them
   std::function<int()> run;
 
   crgdrive::TyreCommand tyre;
   CLI::App* const tyre_app =
       app.add_subcommand("tyre", "Steady-state forces of a .tir file at given points");
-  tyre_app->add_option("--tir", tyre.tyre_path, "Tyre property file (Magic Formula 5.2, 6.1, 6.2)")
+  add_input(*tyre_app, "--tir", tyre.tyre_path, "Tyre property file (Magic Formula 5.2, 6.1, 6.2)")
       ->required();
-  CLI::Option* const points = tyre_app->add_option(
-      "--points", tyre.points_path, "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]");
+  CLI::Option* const points = add_input(*tyre_app, "--points", tyre.points_path, "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]");
   CLI::Option* const forces =
-      tyre_app
-          ->add_option("-o,--out", tyre.out_path,
-                       "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
+      add_output_file(*tyre_app, tyre.out_path, "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
           ->needs(points);
   points->needs(forces);
-  tyre_app->add_option("--plots", tyre.plots_path,
-                       "Page to write, HTML: the curves at four loads, and combined slip");
-  tyre_app
-      ->add_option("--alpha", tyre.alpha,
-                   "tan: tan(alpha) in all formulas (default); angle: alpha in the pure side force")
-      ->check(CLI::IsMember({"tan", "angle"}));
+  add_output_file(*tyre_app, tyre.plots_path,
+                  "Page to write, HTML: the curves at four loads, and combined slip", "--plots");
+  add_choice(*tyre_app, "--alpha", tyre.alpha,
+             "tan: tan(alpha) in all formulas; angle: alpha in the pure side force", {"tan", "angle"});
   tyre_app->add_flag("--mirrored", tyre.mirrored, "The tyre on the other side of the car");
   tyre_app->callback([&] {
     if (tyre.points_path.empty() && tyre.plots_path.empty())
-      throw CLI::ValidationError("tyre", "give --points with --out, or --plots");
-    run = [&] { return crgdrive::tyre(tyre); };
+      throw CLI::ValidationError("tyre", "give --points with --output, or --plots");
+    run = [&] { return crgdrive::tyre(tyre, terminal); };
   });
 
   CLI::App* const parameters_app = app.add_subcommand(
       "parameters", "Prints every parameter and term of a car: unit, default, bounds, meaning");
-  parameters_app->callback([&] { run = [] { return crgdrive::parameters(); }; });
+  parameters_app->callback([&] { run = [&] { return crgdrive::parameters(terminal); }; });
 
   crgdrive::ActuatorCommand actuator;
   CLI::App* const actuator_app = app.add_subcommand(
       "actuator", "Finds an actuator's parameters from its recorded command and movement");
-  actuator_app->add_option("actuator", actuator.actuator, "steering, throttle or brake")
-      ->required()
-      ->check(CLI::IsMember({"steering", "throttle", "brake"}));
-  actuator_app->add_option("--recording", actuator.recording_path, "The log, CSV")->required();
-  actuator_app->add_option("--mapping", actuator.mapping_path,
+  add_choice(*actuator_app, "actuator", actuator.actuator, "Which one", {"steering", "throttle", "brake"})
+      ->required();
+  add_input(*actuator_app, "--recording", actuator.recording_path, "The log, CSV")->required();
+  add_input(*actuator_app, "--mapping", actuator.mapping_path,
                            "mapping.yaml: which column is which channel; without: by their names");
   actuator_app->add_option("--command", actuator.command,
                            "Channel of the command; default steer_command_rad, throttle_command, "
                            "brake_fl_command_pa");
-  actuator_app->add_option("--output", actuator.output,
+  actuator_app->add_option("--movement", actuator.movement,
                            "Channel of the movement; default steer_rad, throttle, brake_fl_pa");
-  actuator_app->add_option("-o,--out", actuator.out_path, "Setup sheet to write");
-  actuator_app->callback([&] { run = [&] { return crgdrive::actuator(actuator); }; });
+  add_output_file(*actuator_app, actuator.out_path, "Setup sheet to write");
+  actuator_app->callback([&] { run = [&] { return crgdrive::actuator(actuator, terminal); }; });
 
   crgdrive::LapCommand lap;
   CLI::App* const lap_app = app.add_subcommand("lap", "Laps of a road by the built-in driver");
   add_car_options(*lap_app, lap.car);
   add_live_options(*lap_app, lap.live);
-  lap_app->add_option("--track", lap.track_path, "CRG file of the road")->required();
-  lap_app->add_option("--friction", lap.friction_path,
+  add_input(*lap_app, "--track", lap.track_path, "CRG file of the road")->required();
+  add_input(*lap_app, "--friction", lap.friction_path,
                       "CRG file of the same shape whose heights are grip factors");
-  lap_app->add_option("-o,--out", lap.out_path, "Telemetry to write, CSV");
-  lap_app->add_option("--devices", lap.devices_path,
+  add_output_file(*lap_app, lap.out_path, "Telemetry to write, CSV");
+  add_input(*lap_app, "--devices", lap.devices_path,
                       "Device configuration: telemetry as sensors measure it; without: ideal");
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
@@ -110,17 +102,17 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 50.0));
   lap_app->add_option("--rate-hz", lap.rate_hz, "Rows of telemetry per second")
       ->check(CLI::Range(0.1, 100000.0));
-  lap_app->callback([&] { run = [&] { return crgdrive::lap(lap); }; });
+  lap_app->callback([&] { run = [&] { return crgdrive::lap(lap, terminal); }; });
 
   crgdrive::ReplayCommand replay;
   CLI::App* const replay_app =
       app.add_subcommand("replay", "Drives a recording's commands and compares");
   add_car_options(*replay_app, replay.car);
-  replay_app->add_option("--track", replay.track_path, "CRG file of the road")->required();
-  replay_app->add_option("--recording", replay.recording_path, "The log, CSV")->required();
-  replay_app->add_option("--mapping", replay.mapping_path,
+  add_input(*replay_app, "--track", replay.track_path, "CRG file of the road")->required();
+  add_input(*replay_app, "--recording", replay.recording_path, "The log, CSV")->required();
+  add_input(*replay_app, "--mapping", replay.mapping_path,
                          "mapping.yaml: which column is which channel; without: by their names");
-  replay_app->add_option("-o,--out", replay.out_path, "Folder for errors.csv and replay.csv");
+  add_output_folder(*replay_app, replay.out_path, "Folder for errors.csv and replay.csv");
   replay_app
       ->add_option("--window-s", replay.window_s,
                    "The car is put back on the recording this often; 0: only at its begin")
@@ -133,33 +125,28 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(200.0, 1500.0));
   replay_app->add_option("--fuel-kg", replay.fuel_kg, "Fuel at the begin, kg")
       ->check(CLI::Range(0.0, 500.0));
-  replay_app->callback([&] { run = [&] { return crgdrive::replay(replay); }; });
+  replay_app->callback([&] { run = [&] { return crgdrive::replay(replay, terminal); }; });
 
   crgdrive::ReportCommand report;
   CLI::App* const report_app =
       app.add_subcommand("report", "Draws one or two drives along the road on a page");
-  report_app->add_option("telemetry", report.telemetry, "Telemetry or recordings, CSV")
+  add_input(*report_app, "telemetry", report.telemetry, "Telemetry or recordings, CSV")
       ->required()
       ->expected(1, 2);
-  report_app->add_option("--track", report.track_path, "CRG file of the road")->required();
-  report_app->add_option("--mapping", report.mapping_path, "mapping.yaml of the first file");
-  report_app->add_option("-o,--out", report.out_path, "The page to write, HTML")->required();
-  report_app->callback([&] { run = [&] { return crgdrive::report(report); }; });
+  add_input(*report_app, "--track", report.track_path, "CRG file of the road")->required();
+  add_input(*report_app, "--mapping", report.mapping_path, "mapping.yaml of the first file");
+  add_output_file(*report_app, report.out_path, "The page to write, HTML")->required();
+  report_app->callback([&] { run = [&] { return crgdrive::report(report, terminal); }; });
 
   crgdrive::ManoeuvreCommand manoeuvre;
   CLI::App* const manoeuvre_app = app.add_subcommand("manoeuvre", "A standard manoeuvre");
-  manoeuvre_app
-      ->add_option("kind", manoeuvre.kind,
-                   "step-steer, sine, chirp, ramp, braking, coast-down, kerb, bump, split-friction")
-      ->required()
-      ->check(CLI::IsMember({"step-steer", "sine", "chirp", "ramp", "braking", "coast-down", "kerb",
-                             "bump", "split-friction"})
-                  .description(""));
+  add_choice(*manoeuvre_app, "kind", manoeuvre.kind, "Which one",
+             {"step-steer", "sine", "chirp", "ramp", "braking", "coast-down", "kerb", "bump", "split-friction"})
+      ->required();
   add_car_options(*manoeuvre_app, manoeuvre.car);
   add_live_options(*manoeuvre_app, manoeuvre.live);
-  manoeuvre_app->add_option("-o,--out", manoeuvre.out_path, "Telemetry to write, CSV");
-  manoeuvre_app->add_option(
-      "--devices", manoeuvre.devices_path,
+  add_output_file(*manoeuvre_app, manoeuvre.out_path, "Telemetry to write, CSV");
+  add_input(*manoeuvre_app, "--devices", manoeuvre.devices_path,
       "Device configuration: telemetry as sensors measure it; without: ideal");
   manoeuvre_app->add_option("--speed-mps", manoeuvre.speed_mps, "Speed at the start, m/s")
       ->check(CLI::Range(0.0, 120.0));
@@ -181,16 +168,15 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 500.0));
   manoeuvre_app->add_option("--rate-hz", manoeuvre.rate_hz, "Rows of telemetry per second")
       ->check(CLI::Range(0.1, 100000.0));
-  manoeuvre_app->callback([&] { run = [&] { return crgdrive::manoeuvre(manoeuvre); }; });
+  manoeuvre_app->callback([&] { run = [&] { return crgdrive::manoeuvre(manoeuvre, terminal); }; });
 
   crgdrive::TimingCommand timing;
   CLI::App* const timing_app = app.add_subcommand("timing", "How long a step takes");
   add_car_options(*timing_app, timing.car);
-  timing_app->add_option("--track", timing.track_path, "CRG file to drive on; without: a plane");
+  add_input(*timing_app, "--track", timing.track_path, "CRG file to drive on; without: a plane");
   timing_app->add_option("--seconds", timing.seconds, "Simulated time, s")
       ->check(CLI::Range(0.01, 3600.0));
-  timing_app->add_flag("--json", timing.json, "One line of JSON");
-  timing_app->callback([&] { run = [&] { return crgdrive::timing(timing); }; });
+  timing_app->callback([&] { run = [&] { return crgdrive::timing(timing, terminal); }; });
 
   crgdrive::PolesCommand poles;
   CLI::App* const poles_app =
@@ -200,21 +186,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 150.0));
   poles_app->add_option("--steps-s", poles.steps_s, "Steps to judge, s")
       ->check(CLI::Range(1e-5, 0.01));
-  poles_app->callback([&] { run = [&] { return crgdrive::poles(poles); }; });
+  poles_app->callback([&] { run = [&] { return crgdrive::poles(poles, terminal); }; });
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
-      std::fprintf(stderr, "crgdrive: there is no command '%.60s'; see crgdrive --help\n", argv[1]);
-      return 2;
-    }
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    return run();
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "crgdrive: %s\n", error.what());
-    return 1;
-  }
+  return command::run(app, terminal, argc, argv, [&] { return run(); });
 }

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "files/write_file.h"
 #include "live.h"
@@ -12,7 +12,7 @@
 
 namespace crgdrive {
 
-int manoeuvre(const ManoeuvreCommand& command) {
+int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   vehicle::Manoeuvre m;
@@ -27,6 +27,7 @@ int manoeuvre(const ManoeuvreCommand& command) {
   m.fuel_kg = command.fuel_kg;
   m.step = step_options(command.car);
 
+  m.progress = terminal.progress();
   Live live(command.live);
   if (live.wanted() || !command.out_path.empty())
     m.record_every = steps_per_row(command.rate_hz, m.step.step_s);
@@ -40,7 +41,13 @@ int manoeuvre(const ManoeuvreCommand& command) {
   }
 
   const vehicle::ManoeuvreResult r = vehicle::run_manoeuvre(car, m);
-  terminal.print(fmt::format(
+  if (terminal.json)
+    terminal.print(nlohmann::ordered_json{{"manoeuvre", command.kind}, {"complete", r.complete}, {"peak_fz_n", r.peak_fz_n}, {"peak_ay_mps2", r.peak_ay_mps2},
+                                          {"peak_yaw_rate_radps", r.peak_yaw_rate_radps}, {"end_mps", r.end_mps},
+                                          {"stop_m", r.stop_m > 0.0 ? nlohmann::ordered_json(r.stop_m) : nullptr}, {"telemetry", command.out_path}}
+                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  else
+    terminal.print(fmt::format(
       "{}: largest wheel load {:.0f} N, lateral acceleration {:.2f} m/s2, yaw rate {:.3f} rad/s; "
       "{:.2f} m/s at the end{}\n",
       command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
@@ -50,7 +57,7 @@ int manoeuvre(const ManoeuvreCommand& command) {
                       provenance("manoeuvre " + command.kind, v, command.car, files) +
                           vehicle::format_table(r.telemetry));
   if (!r.complete) throw vehicle::Error(r.problem);
-  return 0;
+  return kOk;
 }
 
 }  // namespace crgdrive

@@ -1,14 +1,22 @@
 #include "vehicle/parameters.h"
 
-#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "commands.h"
 
 namespace crgdrive {
 
-int parameters() {
-  std::fputs(vehicle::describe_parameters().c_str(), stdout);
-  return 0;
+int parameters(Terminal& terminal) {
+  if (!terminal.json) {
+    terminal.print(vehicle::describe_parameters());
+    return kOk;
+  }
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::array(), terms = nlohmann::ordered_json::array();
+  for (const vehicle::ParameterInfo& p : vehicle::parameter_list())
+    parameters.push_back({{"name", p.name}, {"unit", p.unit}, {"default", p.value}, {"lowest", p.low}, {"highest", p.high}, {"prior", p.prior}, {"meaning", p.text}});
+  for (const vehicle::TermInfo& t : vehicle::term_list()) terms.push_back({{"name", t.name}, {"without", t.absence}});
+  terminal.print(nlohmann::ordered_json{{"parameters", parameters}, {"terms", terms}}.dump(2) + "\n");
+  return kOk;
 }
 
 }  // namespace crgdrive

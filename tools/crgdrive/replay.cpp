@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "files/write_file.h"
@@ -14,7 +14,7 @@ namespace crgdrive {
 namespace {
 
 /// What was wrong with the recording, in sentences.
-void print_notes(const vehicle::Recording& r) {
+void print_notes(const vehicle::Recording& r, Terminal& terminal) {
   const double length_s = r.table.find("time_s")->back() - r.table.find("time_s")->front();
   terminal.print(fmt::format("recording: {} rows over {:.2f} s, one every {:.4f} s, {} stretches without a gap\n",
              r.table.rows(), length_s, r.step_s, r.stretches.size()));
@@ -34,26 +34,7 @@ void print_notes(const vehicle::Recording& r) {
   for (const std::string& channel : r.constant) terminal.print(fmt::format("  {}: constant\n", channel));
 }
 
-}  // namespace
-
-int replay(const ReplayCommand& command) {
-  const vehicle::Vehicle v = load_vehicle(command.car);
-  const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
-  const crg::Surface surface(crg::read(command.track_path));
-  vehicle::Mapping mapping;
-  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
-  const vehicle::Recording recording = vehicle::read_recording(command.recording_path, mapping);
-  require_on_road(surface, command.track_path, recording.table, command.recording_path);
-  print_notes(recording);
-  vehicle::ReplayOptions options;
-  options.window_s = command.window_s;
-  options.closed_path = command.closed_path;
-  options.fuel_kg = command.fuel_kg;
-  options.tyre_k = command.tyre_k;
-  options.disc_k = command.disc_k;
-  options.step = step_options(command.car);
-  const vehicle::ReplayResult result =
-      vehicle::replay(car, vehicle::Road(surface), recording, options);
+void print_result(const vehicle::ReplayResult& result, Terminal& terminal) {
   for (const std::string& sentence : result.driven_by) terminal.print(fmt::format("{}\n", sentence));
   terminal.print(fmt::format("{} windows; {} left out standing, {} stretches too short, {} ended early\n",
              result.windows, result.standing, result.too_short, result.problems.size()));
@@ -64,6 +45,42 @@ int replay(const ReplayCommand& command) {
   for (const vehicle::ChannelError& e : result.errors)
     terminal.print(fmt::format("{:<20} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", e.channel, e.samples,
                e.max, e.rmse, e.hold_rmse, e.trend_rmse));
+}
+
+nlohmann::ordered_json numbers(const vehicle::Recording& recording, const vehicle::ReplayResult& result) {
+  nlohmann::ordered_json errors = nlohmann::ordered_json::object();
+  for (const vehicle::ChannelError& e : result.errors)
+    errors[e.channel] = {{"samples", e.samples}, {"max", e.max}, {"rmse", e.rmse}, {"hold_rmse", e.hold_rmse}, {"trend_rmse", e.trend_rmse}};
+  return {{"rows", recording.table.rows()}, {"step_s", recording.step_s}, {"stretches", recording.stretches.size()},
+          {"driven_by", result.driven_by}, {"windows", result.windows}, {"standing", result.standing},
+          {"too_short", result.too_short}, {"problems", result.problems}, {"errors", errors}};
+}
+
+}  // namespace
+
+int replay(const ReplayCommand& command, Terminal& terminal) {
+  const vehicle::Vehicle v = load_vehicle(command.car);
+  const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  const crg::Surface surface(crg::read(command.track_path));
+  vehicle::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
+  const vehicle::Recording recording = vehicle::read_recording(command.recording_path, mapping);
+  require_on_road(surface, command.track_path, recording.table, command.recording_path);
+  if (!terminal.json) print_notes(recording, terminal);
+  vehicle::ReplayOptions options;
+  options.window_s = command.window_s;
+  options.closed_path = command.closed_path;
+  options.fuel_kg = command.fuel_kg;
+  options.tyre_k = command.tyre_k;
+  options.disc_k = command.disc_k;
+  options.step = step_options(command.car);
+  options.progress = terminal.progress();
+  const vehicle::ReplayResult result =
+      vehicle::replay(car, vehicle::Road(surface), recording, options);
+  if (terminal.json)
+    terminal.print(numbers(recording, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  else
+    print_result(result, terminal);
   if (!command.out_path.empty()) {
     std::vector<std::string> files{command.track_path, command.recording_path};
     if (!command.mapping_path.empty()) files.push_back(command.mapping_path);
@@ -76,7 +93,7 @@ int replay(const ReplayCommand& command) {
   }
   if (result.problems.size() == result.windows)
     throw vehicle::Error("no window came to its end; the first: " + result.problems.front());
-  return 0;
+  return kOk;
 }
 
 }  // namespace crgdrive

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "commands.h"
@@ -67,7 +68,7 @@ AlongRoad see(const crg::Surface& road, const std::string& road_path, const std:
 
 }  // namespace
 
-int report(const ReportCommand& command) {
+int report(const ReportCommand& command, Terminal& terminal) {
   const crg::Surface road(crg::read(command.track_path));
   std::vector<AlongRoad> drives;
   for (std::size_t i = 0; i < command.telemetry.size(); ++i)
@@ -105,8 +106,12 @@ int report(const ReportCommand& command) {
                      time.back() - time.front(), files::sha256_of_file(drive.name).substr(0, 16))});
   }
   files::write_file(command.out_path, report::plot_page(page));
-  terminal.print(fmt::format("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path));
-  return 0;
+  if (terminal.json)
+    terminal.print(nlohmann::ordered_json{{"curves", page.plots.size()}, {"drives", command.telemetry}, {"page", command.out_path}}.dump(
+                       2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  else
+    terminal.print(fmt::format("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path));
+  return kOk;
 }
 
 }  // namespace crgdrive

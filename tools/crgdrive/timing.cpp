@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -15,7 +14,7 @@
 
 namespace crgdrive {
 
-int timing(const TimingCommand& command) {
+int timing(const TimingCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const vehicle::StepOptions options = step_options(command.car);
@@ -45,7 +44,9 @@ int timing(const TimingCommand& command) {
   const auto count = static_cast<std::size_t>(command.seconds / options.step_s);
   if (count == 0) throw vehicle::Error("--seconds is shorter than a step");
   std::vector<double> us(count);
+  const files::Progress progress = terminal.progress();
   for (std::size_t i = 0; i < count; ++i) {
+    if (i % 4096 == 0) progress("timing", static_cast<double>(i) / static_cast<double>(count));
     if (surface) {
       controls = vehicle::drive(driver, line, car, sim.state, detail);
     } else {  // a slow sine on the plane, speed held
@@ -71,13 +72,13 @@ int timing(const TimingCommand& command) {
     return us[std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)))];
   };
   const double factor = static_cast<double>(count) * options.step_s * 1e6 / total;
-  if (command.json) {
+  if (terminal.json) {
     terminal.print(fmt::format(
         "{{\"median_us\": {:.4f}, \"p99_us\": {:.4f}, \"max_us\": {:.4f}, \"steps\": {}, "
         "\"steps_late\": {}, "
         "\"step_us\": {:g}, \"real_time_factor\": {:.2f}}}\n",
         quantile(0.5), quantile(0.99), us.back(), count, late, options.step_s * 1e6, factor));
-    return 0;
+    return kOk;
   }
   terminal.print(fmt::format(
       "one step of {:g} ms: median {:.2f} us, p99 {:.2f} us, longest {:.1f} us; {} of {} steps "
@@ -97,7 +98,7 @@ int timing(const TimingCommand& command) {
     terminal.print(fmt::format("{:>9.1f} us |{:<50}| {}{}\n", high, std::string(width, '#'), n,
                line_here ? "  <- real time" : ""));
   }
-  return 0;
+  return kOk;
 }
 
 }  // namespace crgdrive

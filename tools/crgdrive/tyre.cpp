@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "commands.h"
@@ -86,26 +87,31 @@ std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
 
 }  // namespace
 
-int tyre(const TyreCommand& command) {
+int tyre(const TyreCommand& command, Terminal& terminal) {
   const vehicle::TyreFile file = vehicle::read_tyre(command.tyre_path);
   vehicle::TyreOptions options;
   options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle
                                            : vehicle::AlphaConvention::kTangent;
   options.mirrored = command.mirrored;
-  terminal.print(fmt::format("{}: Magic Formula {:.1f}, {} coefficients at their default\n", command.tyre_path,
-             file.coefficients.version / 10.0, file.defaulted.size()));
+  const double version = file.coefficients.version / 10.0;
+  std::string text = fmt::format("{}: Magic Formula {:.1f}, {} coefficients at their default\n", command.tyre_path, version, file.defaulted.size());
+  nlohmann::ordered_json numbers = {{"tyre", command.tyre_path}, {"magic_formula", version}, {"defaulted", file.defaulted.size()}};
   if (!command.points_path.empty()) {
     const vehicle::Table points = vehicle::read_table(command.points_path);
     const vehicle::Table forces =
         vehicle::evaluate_tyre(file.coefficients, points, command.points_path, options);
     files::write_file(command.out_path, vehicle::format_table(forces, 10));
-    terminal.print(fmt::format("{} points -> {}\n", forces.rows(), command.out_path));
+    text += fmt::format("{} points -> {}\n", forces.rows(), command.out_path);
+    numbers["points"] = forces.rows();
+    numbers["forces"] = command.out_path;
   }
   if (!command.plots_path.empty()) {
     files::write_file(command.plots_path, curves(command, file, options));
-    terminal.print(fmt::format("curves -> {}\n", command.plots_path));
+    text += fmt::format("curves -> {}\n", command.plots_path);
+    numbers["plots"] = command.plots_path;
   }
-  return 0;
+  terminal.print(terminal.json ? numbers.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n" : text);
+  return kOk;
 }
 
 }  // namespace crgdrive

@@ -98,6 +98,15 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error, const Adv
   return error.what();
 }
 
+/// "0 to 256" in place of "UINT:INT in [0 - 256]".
+void show_bounds(CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  const std::size_t begin = type.find(" in ["), between = type.find(" - ", begin), end = type.find(']', between);
+  if (end == std::string::npos) return;
+  option.get_validator(0)->description("");
+  option.type_name(type.substr(begin + 5, between - begin - 5) + " to " + type.substr(between + 3, end - between - 3));
+}
+
 void add_everywhere(CLI::App& app, Terminal& terminal) {
   app.fallthrough();  // --quiet and --json may stand before or after the command
   const auto add_common = [&](CLI::App& at) {
@@ -109,6 +118,7 @@ void add_everywhere(CLI::App& app, Terminal& terminal) {
     at.footer(at.get_footer() + (at.get_footer().empty() ? "" : "\n\n") + kExitCodes);
   };
   for (CLI::App* leaf : leaves(app)) {
+    for (CLI::Option* option : leaf->get_options()) show_bounds(*option);
     for (CLI::App* at = leaf; at != nullptr; at = at->get_parent()) at->fallthrough();
     if (leaf->get_option_no_throw("--output") == nullptr)
       leaf->add_option_function<std::string>(
@@ -160,7 +170,10 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
   try {
     app.parse(std::move(words));
   } catch (const CLI::CallForHelp&) {
-    return terminal.quiet = false, terminal.print(last_chosen(app)->help()), kOk;
+    terminal.quiet = false;
+    const CLI::App* const at = last_chosen(app);
+    const std::string all = chosen(app);
+    return terminal.print(at->help(at == &app ? "" : all.substr(0, all.rfind(' ')))), kOk;
   } catch (const CLI::ParseError& error) {
     throw UsageError(explain(app, error, advice));
   }

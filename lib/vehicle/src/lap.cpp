@@ -61,6 +61,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   if (road.surface() == nullptr) throw Error("a lap needs a CRG road");
   check_step(car.parameters, options.step);
   const crg::Surface& surface = *road.surface();
+  if (options.progress) options.progress("racing line", 0.0);
   RacingLine line = plan_line(surface, options.line);
   SpeedOptions plan = options.speed;
   plan.tyre_k = options.tyre_k;
@@ -150,6 +151,9 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
       plan.standing_start = false;
       if (static_cast<int>(out.lap_s.size()) < laps) plan_speed(line, car, plan);
     }
+    if (options.progress && out.steps % 4096 == 0)
+      options.progress(fmt::format("lap {} of {}", out.lap_s.size() + 1, laps),
+                       (static_cast<double>(out.lap_s.size()) + place_s / line.length_m) / laps);
     last_s_m = place_s;
     if (time_s - lap_begin_s > options.longest_s) {
       out.problem =

@@ -101,6 +101,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   bool braking = false;
   const auto steps = static_cast<std::size_t>(std::lround(m.duration_s / m.step.step_s));
   for (std::size_t i = 0; i < steps; ++i) {
+    if (m.progress && i % 4096 == 0) m.progress("manoeuvre", static_cast<double>(i) / static_cast<double>(steps));
     const double t = static_cast<double>(i) * m.step.step_s;
     const State<double> before = sim.state;
     Controls<double> c;

@@ -493,6 +493,8 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
     std::size_t next = window.first, row = window.settle;
     bool settled = false, have_before = false;
     for (std::int64_t n = 0; next < window.end; ++n) {
+      if (options.progress && n % 4096 == 0)
+        options.progress("replay", static_cast<double>(next) / static_cast<double>(time.size()));
       const double t = time[window.settle] + static_cast<double>(n) * h;
       while (row + 2 < time.size() && time[row + 1] <= t) ++row;
       if (!settled && t >= time[window.first] - 0.5 * h) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "files/progress.h"
 #include "vehicle/driver.h"
 #include "vehicle/sensors.h"
 
@@ -21,6 +22,7 @@ struct LapOptions {
   StepOptions step;
   const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
   std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
+  files::Progress progress;
   DriverOptions driver;
   RacingLineOptions line;
   SpeedOptions speed;  ///< temperatures and fuel are taken from the run
