@@ -2,7 +2,7 @@
 // usage: node page_test.mjs MAKE_REPORT_PAGES WEB_DIR [SCREENSHOT_DIR]; exit 77: skipped.
 import { spawnSync } from 'node:child_process';
 import { createRequire } from 'node:module';
-import { existsSync, mkdirSync, mkdtempSync, rmSync, statSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
@@ -40,6 +40,20 @@ const browser = await chromium.launch({
 async function open(name, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, offline: true, ...options });
   context.setDefaultTimeout(kPatience_ms);
+  // What stands on canvases, as it was drawn last.
+  await context.addInitScript(() => {
+    const texts = new WeakMap(), { fillText, clearRect } = CanvasRenderingContext2D.prototype;
+    window.drawnTexts = (canvas) => texts.get(canvas) ?? [];
+    CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+      if (!texts.has(this.canvas)) texts.set(this.canvas, []);
+      texts.get(this.canvas).push([String(text), this.textAlign]);
+      return fillText.call(this, text, ...rest);
+    };
+    CanvasRenderingContext2D.prototype.clearRect = function (...all) {
+      texts.set(this.canvas, []);
+      return clearRect.apply(this, all);
+    };
+  });
   const page = await context.newPage();
   const problems = [];
   page.on('console', (message) => { if (['error', 'warning'].includes(message.type())) problems.push(message.text()); });
@@ -65,6 +79,23 @@ const painted = (page, selector) => page.$eval(selector, (canvas) => {
   let other = 0;
   for (let k = 0; k < data.length; k += 4) other += data[k] !== data[0] || data[k + 1] !== data[1] || data[k + 2] !== data[2];
   return other / (data.length / 4);
+});
+const drawnTexts = (page, selector) => page.$eval(selector, (canvas) => window.drawnTexts(canvas).filter(([text]) => text !== ''));
+/// What a click on a button saves.
+async function saved(page, button) {
+  const [download] = await Promise.all([page.waitForEvent('download'), typeof button === 'string' ? page.click(button) : button.click()]);
+  const bytes = readFileSync(await download.path());
+  return { name: download.suggestedFilename(), bytes, text: bytes.toString('utf8') };
+}
+/// A picture that a hundredth of a pixel does not change.
+const coarse = (page, selector) => page.$eval(selector, (canvas) => {
+  const copy = document.createElement('canvas');
+  copy.width = 48;
+  copy.height = 24;
+  const context = copy.getContext('2d');
+  context.imageSmoothingQuality = 'high';
+  context.drawImage(canvas, 0, 0, 48, 24);
+  return [...context.getImageData(0, 0, 48, 24).data];
 });
 const picture = (page, selector) => page.$eval(selector, (canvas) => canvas.toDataURL());
 
@@ -230,6 +261,259 @@ try {
     const pdf = await page.pdf({ path: shots ? join(shots, 'defects.pdf') : undefined, preferCSSPageSize: true, printBackground: true });
     check(pdf.length > 50_000, `the page prints (${pdf.length} bytes)`);
     check(problems.length === 0, `print: no console message: ${problems.join(' | ')}`);
+    await context.close();
+  }
+
+  // What an engineer asks of the page, on a small road whose answers are known (make_report_pages.cpp, crossing()).
+  {
+    const { page, context, problems } = await open('crossing', { permissions: ['clipboard-read', 'clipboard-write'] });
+    // The bridge is the first pass over the middle and yellow; the road below it is dark.
+    const middle = await page.$eval('[data-view="plan"] canvas', (canvas) => [...canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data]);
+    check(middle[0] > 200 && middle[1] > 180 && middle[2] < 90, `the plan shows the bridge over the road that it crosses (${middle})`);
+
+    const text = await page.innerText('main');
+    check(!/(^|[^\w])-0(\.0*)?([^\d.]|$)/m.test(text) && !/\d[eE][-+]?\d/.test(text), `no "-0" and no exponent in the text: ${text.match(/.*(-0\s|\de-\d).*/)?.[0]}`);
+    for (const view of ['histogram-mesh', 'curve-slope', 'worst-mesh-1', 'heat-mesh', 'curve-drift_x_m_1']) {
+      const drawn = await drawnTexts(page, `[data-view="${view}"] canvas`);
+      check(drawn.length > 4, `${view} has ticks (${drawn.length})`);
+      check(drawn.every(([label]) => !/^-0(\.0*)?$/.test(label)), `${view}: no tick "-0": ${drawn.map(([label]) => label).join(' ')}`);
+      check(new Set(drawn.map(String)).size === drawn.length, `${view}: no two ticks alike: ${drawn.map(([label]) => label).join(' ')}`);
+      check(drawn.every(([label]) => !/^-?\d/.test(label) || (label.length <= 9 && !label.includes('e'))), `${view}: no tick with meaningless digits: ${drawn.map(([label]) => label).join(' ')}`);
+    }
+
+    // Typing a place.
+    const shown = async () => (await rangesOf(page)).find(([view]) => view === 'heat-mesh').slice(1);
+    const heatLegend = () => page.innerText('[data-role="above"]');
+    const limitOfAll = await heatLegend();
+    await page.fill('[data-role="go-to"]', '302.5');
+    await page.press('[data-role="go-to"]', 'Enter');
+    await settle(page);
+    for (const [view, low, high] of await rangesOf(page)) check(low < 302.5 && high > 302.5 && high - low < 60, `${view} goes to a typed u (${low} to ${high})`);
+    const limitHere = await heatLegend();
+    check(limitOfAll === '0.015 mm above' && limitHere === '30 mm above', `the error map's scale follows the zoom (${limitOfAll}, then ${limitHere})`);
+    const before = await shown();
+    for (const wrong of ['601', 'abc', '', '<b>', '5e1', '20 to 10']) {
+      await page.fill('[data-role="go-to"]', wrong);
+      await page.press('[data-role="go-to"]', 'Enter');
+      await settle(page);
+      check(String(await shown()) === String(before), `"${wrong}" leads nowhere`);
+      check(await page.getAttribute('[data-role="go-to"]', 'aria-invalid') === 'true', `"${wrong}" is marked as wrong`);
+    }
+    await page.fill('[data-role="go-to"]', '100 to 200');
+    await page.press('[data-role="go-to"]', 'Enter');
+    await settle(page);
+    check(String(await shown()) === '50,250', `a typed stretch is shown with room around it (${await shown()})`);
+
+    // Keys: nearer, along, whole; on a chart, on the plan, in space, and where nothing has the keyboard.
+    for (const view of ['curve-elevation_m', 'heat-mesh']) {
+      await page.focus(`[data-view="${view}"]`);
+      await page.keyboard.press('0');
+      check(String(await shown()) === '0,600', `${view}: 0 shows the whole road (${await shown()})`);
+      await page.keyboard.press('+');
+      const [low, high] = await shown();
+      check(high - low < 450, `${view}: + zooms (${low} to ${high})`);
+      await page.keyboard.press('ArrowRight');
+      const [low2, high2] = await shown();
+      check(low2 > low && Math.abs(high2 - low2 - high + low) < 1, `${view}: an arrow moves along (${low2} to ${high2})`);
+      await page.keyboard.press('-');
+      const [low3, high3] = await shown();
+      check(high3 - low3 > high2 - low2 + 1, `${view}: - zooms out`);
+    }
+    for (const view of ['plan', 'scene']) {
+      const canvas = `[data-view="${view}"] canvas`;
+      await page.focus(canvas);
+      await page.keyboard.press('0');
+      await settle(page);
+      let last = await picture(page, canvas);
+      for (const key of ['+', 'ArrowUp', 'ArrowLeft', '-']) {
+        await page.keyboard.press(key);
+        await settle(page);
+        const now = await picture(page, canvas);
+        check(now !== last, `${view}: the key ${key} moves it`);
+        last = now;
+      }
+    }
+    await page.evaluate(() => { document.activeElement.blur(); scrollTo(0, 0); });
+    await page.keyboard.press('0');
+    await page.keyboard.press('+');
+    check((await shown())[1] - (await shown())[0] < 450, 'keys work where nothing has the keyboard');
+    check(!await page.isVisible('[data-role="keys"]'), 'the help is not in the way');
+    await page.keyboard.press('?');
+    check((await page.innerText('[data-role="keys"]')).includes('whole road'), '? says what the keys do');
+    await page.keyboard.press('Escape');
+    check(!await page.isVisible('[data-role="keys"]'), 'Escape closes the help');
+    // A chart of its own zooms by itself.
+    const ticks = String(await drawnTexts(page, '[data-view="histogram-mesh"] canvas'));
+    await page.focus('[data-view="histogram-mesh"]');
+    await page.keyboard.press('+');
+    await settle(page);
+    check(String(await drawnTexts(page, '[data-view="histogram-mesh"] canvas')) !== ticks, 'the histogram zooms by keys');
+    await page.keyboard.press('0');
+    await settle(page);
+    check(String(await drawnTexts(page, '[data-view="histogram-mesh"] canvas')) === ticks, 'and 0 shows all of it again');
+    await page.click('[data-role="reset"]');
+    await settle(page);
+
+    // A wheel scrolls the page, unless the plot was clicked.
+    await page.$eval('[data-view="plan"]', (node) => node.scrollIntoView({ block: 'center' }));
+    const box = await (await page.$('[data-view="plan"] canvas')).boundingBox();
+    await page.evaluate(() => document.activeElement.blur());
+    await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.5 * box.height);
+    const scrolled = await page.evaluate(() => scrollY);
+    await page.mouse.wheel(0, 120);
+    await page.waitForFunction((y) => scrollY !== y, scrolled, { timeout: 10000 }).catch(() => check(false, 'a wheel over the plan scrolls the page'));
+    await page.mouse.wheel(0, -120);
+    await page.waitForFunction((y) => Math.abs(scrollY - y) < 2, scrolled, { timeout: 10000 }).catch(() => {});
+
+    // A cross section anywhere: on top of the bridge by a click, elsewhere by typing.
+    await page.mouse.click(box.x + 0.5 * box.width, box.y + 0.5 * box.height);
+    await settle(page);
+    const clicked = await page.innerText('[data-role="cut-text"]');
+    const [, u, v, z] = clicked.match(/u ([-\d.]+) m, v ([-\d.]+) m: z ([-\d.]+) m/) ?? [];
+    check(Math.abs(u - 150) < 1.5 && Math.abs(v) < 1.5 && Math.abs(z - 8) < 0.01, `a click on the plan cuts the bridge, not the road below (${clicked})`);
+    const zoomBefore = await picture(page, '[data-view="plan"] canvas');
+    await page.mouse.wheel(0, -240);
+    await settle(page);
+    check(await picture(page, '[data-view="plan"] canvas') !== zoomBefore, 'a wheel over the clicked plan zooms');
+    await page.click('[data-role="reset"]');
+    await page.fill('[data-role="cut-u"]', '450,25');
+    await page.fill('[data-role="cut-v"]', '2.5');
+    await page.press('[data-role="cut-v"]', 'Enter');
+    await settle(page);
+    const cut = await page.innerText('[data-role="cut-text"]');
+    check(cut.includes('u 450.25 m, v 2.50 m: z 0.030 m'), `the cut has the height at the typed place (${cut})`);
+    check(await painted(page, '[data-view="cut-plot"] canvas') > 0.005, 'the cut is drawn');
+    const ofCut = await saved(page, '[data-view="cut-plot"] [data-save="csv"]');
+    check(ofCut.name === 'Crossing-cut-plot.csv' && ofCut.text.startsWith('u / m,v / m,z / m\r\n450,-5,0\r\n') && ofCut.text.includes('\r\n450,2.5,0.03\r\n'), `its numbers are those of the file (${ofCut.name}: ${ofCut.text.slice(0, 200)})`);
+    await page.fill('[data-role="cut-v"]', '7');
+    await page.press('[data-role="cut-v"]', 'Enter');
+    check(await page.getAttribute('[data-role="cut-v"]', 'aria-invalid') === 'true' && await page.innerText('[data-role="cut-text"]') === cut, 'a v beside the road is refused');
+
+    // From point to point, by two clicks and by typing.
+    await page.click('[data-role="measuring"]');
+    await page.$eval('[data-view="plan"]', (node) => node.scrollIntoView({ block: 'center' }));
+    const again = await (await page.$('[data-view="plan"] canvas')).boundingBox();
+    for (const x of [0.5, 0.502]) await page.mouse.click(again.x + x * again.width, again.y + 0.5 * again.height);
+    await settle(page);
+    const twice = await page.innerText('[data-role="measured"]');
+    check(/Plan distance\s+[1-9]?\d\.\d{3} m/.test(twice), `two clicks measure (${twice})`);
+    await page.click('[data-role="measuring"]');
+    for (const [role, value] of [['first-u', '150'], ['first-v', '0'], ['second-u', '450'], ['second-v', '3']]) await page.fill(`[data-role="${role}"]`, value);
+    await page.press('[data-role="second-v"]', 'Enter');
+    const measured = (await page.innerText('[data-role="measured"]')).replace(/\s+/g, ' ');
+    check(measured.includes('Plan distance 3.000 m') && measured.includes('Height difference -8.000 m') && measured.includes('du 300.00 m') && measured.includes('dv 3.00 m') && measured.includes('space 8.544 m'),
+      `plan distance, height difference, du and dv (${measured})`);
+
+    // A link leads to all of it, also to a plan that was moved by hand.
+    await page.selectOption('[data-role="field"]', 'grip');
+    await page.fill('[data-role="go-to"]', '200');
+    await page.press('[data-role="go-to"]', 'Enter');
+    await page.focus('[data-view="plan"] canvas');
+    await page.keyboard.press('ArrowRight');
+    await page.waitForTimeout(600);
+    await settle(page);
+    await page.click('[data-role="link"]');
+    await page.waitForFunction(() => document.querySelector('[data-role="link"]').textContent !== 'Copy link', null, { timeout: 10000 });
+    const link = await page.evaluate(() => navigator.clipboard.readText());
+    check(link.includes('cut=450.25,2.5') && link.includes('measure=150,0,450,3') && link === page.url(), `the link says where, as the address does (${link}; ${page.url()})`);
+    const there = await context.newPage();
+    there.on('pageerror', (error) => problems.push(String(error)));
+    await there.goto(link);
+    await there.waitForSelector('html[data-ready="yes"]');
+    await settle(there);
+    check(String(await rangesOf(there)) === String(await rangesOf(page)), `a link restores what every view shows (${await rangesOf(there)}; ${await rangesOf(page)})`);
+    for (const role of ['cut-text', 'measured']) check(await there.innerText(`[data-role="${role}"]`) === await page.innerText(`[data-role="${role}"]`), `a link restores ${role}`);
+    check(await there.inputValue('[data-role="field"]') === 'grip', 'a link restores the colour');
+    check(await there.evaluate(() => scrollY) > 0, 'a link scrolls to the track');
+    await page.evaluate(() => document.activeElement.blur());
+    await page.mouse.move(2, 2);
+    const [here, restored] = [await coarse(page, '[data-view="plan"] canvas'), await coarse(there, '[data-view="plan"] canvas')];
+    check(Math.max(...here.map((value, k) => Math.abs(value - restored[k]))) < 12, 'a link restores the plan');
+    // Links come from strangers too.
+    for (const hash of ['#u=NaN,1e999&colour=%3Cimg%20src=x%3E&cut=1,2,3&measure=<script>&plan=0,0,0', '#u=-5,1e3&place=__proto__', '#__proto__=1&cut=99999,0', '#track']) {
+      await there.goto('about:blank');
+      await there.goto(link.replace(/#.*/, hash));
+      await there.waitForSelector('html[data-ready="yes"]');
+      check((await rangesOf(there)).every(([, low, high]) => low === 0 && high === 600), `${hash} shows the whole road`);
+      check((await there.innerText('[data-role="cut-text"]')).startsWith('Click'), `${hash} cuts nothing`);
+    }
+    await there.close();
+
+    // Every plot and its numbers as files.
+    await page.click('[data-role="reset"]');
+    await settle(page);
+    const pictures = await page.$$('[data-save="png"]'), tables = await page.$$('[data-save="csv"]');
+    check(pictures.length >= 9 && tables.length === pictures.length, `every plot can be saved (${pictures.length})`);
+    const names = new Set();
+    for (const button of pictures) {
+      const { name, bytes } = await saved(page, button);
+      names.add(name);
+      check(bytes.length > 500 && bytes.readUInt32BE(0) === 0x89504e47 && bytes.readUInt32BE(16) >= 100, `${name} is a picture (${bytes.length} bytes)`);
+    }
+    for (const button of tables) {
+      const { name, text: table } = await saved(page, button);
+      names.add(name);
+      const lines = table.trim().split('\r\n');
+      check(lines.length > 1 && /^[A-Za-z'"]/.test(lines[0]) && lines.slice(1).every((row) => /^-?[\d.]+(e-\d+)?,/.test(row)), `${name} is a table (${lines.slice(0, 3).join(' | ')})`);
+      check(!/(^|,)"?\s*[=@+]/m.test(table), `${name} has no formula`);
+      if (name.includes('elevation')) check(lines.length === 602 && lines[151] === '150,8', `${name} has every row (${lines.length}, ${lines[151]})`);
+      if (name.includes('heat')) check(lines.includes('302.5,0,20,0'), `${name} has the errors`);
+      if (name.includes('drift')) check(lines[0] === '"u / m","\'=Drift / mm"' || lines[0] === 'u / m,"\'=Drift / mm"', `${name} keeps a formula as text (${lines[0]})`);
+      if (name.includes('extra')) check(lines[0] === 'v / m,"\'=1+1: z / m","say ""hi"", you: z / m","\'\t@x: z / m"' && lines[1] === '-1,0.5,-0.5,1', `${name} quotes what it has to (${lines[0]})`);
+    }
+    check(names.size === pictures.length + tables.length, 'no two files have one name');
+    check([...names].every((name) => /^Crossing-[\w.-]+\.(png|csv)$/.test(name)), `names of files are plain (${[...names].join(' ')})`);
+    check(problems.length === 0, `crossing: no console message: ${problems.join(' | ')}`);
+    if (shots) await page.screenshot({ path: join(shots, 'crossing-full.png'), fullPage: true });
+    await context.close();
+  }
+
+  {
+    // One finger scrolls the page wherever it lands; two fingers belong to the plot.
+    const { page, context, problems } = await open('crossing', { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
+    const devtools = await context.newCDPSession(page);
+    const touch = (type, points) => devtools.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+    const gesture = async (from, to) => {
+      await touch('touchStart', from);
+      for (let k = 1; k <= 8; ++k) {
+        await touch('touchMove', from.map(([x, y], i) => [x + (to[i][0] - x) * k / 8, y + (to[i][1] - y) * k / 8]));
+        await settle(page);
+      }
+      // Held still, so that the page does not roll on.
+      await page.waitForTimeout(150);
+      await touch('touchMove', to);
+      await touch('touchEnd', []);
+      await page.waitForFunction(() => new Promise((done) => { const y = scrollY; setTimeout(() => done(scrollY === y), 120); }));
+    };
+    for (const [view, target] of [['plan', '[data-view="plan"] canvas'], ['scene', '[data-view="scene"] canvas'], ['curve-elevation_m', '[data-view="curve-elevation_m"] .u-over'],
+      ['heat-mesh', '[data-view="heat-mesh"] .u-over'], ['histogram-mesh', '[data-view="histogram-mesh"] .u-over']]) {
+      const canvas = `[data-view="${view}"] canvas`;
+      await page.$eval(target, (node) => node.scrollIntoView({ block: 'center' }));
+      await settle(page);
+      const area = await (await page.$(target)).boundingBox();
+      const [x, y] = [area.x + 0.5 * area.width, area.y + 0.5 * area.height];
+      const from = await page.evaluate(() => scrollY), still = await picture(page, canvas);
+      await gesture([[x - 40, y], [x + 40, y]], [[x - 110, y], [x + 110, y]]);
+      await page.waitForTimeout(50);
+      check(await picture(page, canvas) !== still, `two fingers zoom ${view}`);
+      const [top, scale] = await page.$eval(target, (node) => [node.getBoundingClientRect().top, visualViewport.scale]);
+      check(Math.abs(top - area.y) < 2 && scale === 1, `two fingers on ${view} leave the page where it is (${area.y}; ${top}, ${scale})`);
+      const zoomed = view === 'scene' ? await picture(page, canvas) : null;
+      await gesture([[x, y + 60]], [[x, y - 90]]);
+      await page.waitForFunction((old) => scrollY > old + 40, from, { timeout: 5000 }).catch(() => check(false, `one finger on ${view} scrolls the page`));
+      if (zoomed) check(await picture(page, canvas) === zoomed, `one finger does not turn ${view}`);
+    }
+    // A tap cuts.
+    await page.click('[data-role="reset"]');
+    await page.$eval('[data-view="plan"]', (node) => node.scrollIntoView({ block: 'center' }));
+    await settle(page);
+    const area = await (await page.$('[data-view="plan"] canvas')).boundingBox();
+    await page.touchscreen.tap(area.x + 0.5 * area.width, area.y + 0.5 * area.height);
+    await settle(page);
+    check(/z (8\.000|7\.99\d) m/.test(await page.innerText('[data-role="cut-text"]')), `a tap on the plan cuts (${await page.innerText('[data-role="cut-text"]')})`);
+    check(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth) <= 0, 'crossing on a phone: nothing sticks out to the right');
+    check(problems.length === 0, `crossing on a phone: no console message: ${problems.join(' | ')}`);
+    if (shots) await page.screenshot({ path: join(shots, 'crossing-phone.png') });
     await context.close();
   }
 } finally {

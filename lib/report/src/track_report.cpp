@@ -264,16 +264,17 @@ std::string base64(const void* data, std::size_t size) {
 
 template <typename T>
 Json packed(const std::vector<T>& values) {
-  static_assert(std::is_same_v<T, float> || std::is_same_v<T, std::uint8_t> || std::is_same_v<T, std::int16_t>);
-  const char* type = std::is_same_v<T, float> ? "f32" : std::is_same_v<T, std::uint8_t> ? "u8" : "i16";
+  static_assert(std::is_same_v<T, float> || std::is_same_v<T, std::int16_t>);
+  const char* type = std::is_same_v<T, float> ? "f32" : "i16";
   return {{"type", type}, {"data", base64(values.data(), values.size() * sizeof(T))}};
 }
 
 constexpr std::int16_t kMissing = std::numeric_limits<std::int16_t>::min();
+constexpr std::int16_t kNothingToCompareWith = kMissing + 1;
 
 /// value = begin[row] + step * integer; kMissing: NaN. The step is the smallest that spans every row,
-/// but no finer than 10 um.
-Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row_offsets) {
+/// but no finer than `finest`.
+Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row_offsets, float finest = 1e-5f, const std::vector<std::uint8_t>* without = nullptr) {
   const std::size_t rows = columns > 0 ? values.size() / columns : 0;
   std::vector<float> begin(rows, 0.0f);
   float reach = 0.0f;
@@ -288,10 +289,11 @@ Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row
     if (row_offsets) begin[i] = 0.5f * (low + high);
     reach = std::max({reach, std::abs(low - begin[i]), std::abs(high - begin[i])});
   }
-  const float step = std::max(1e-5f, reach / 32766.0f);
+  const float step = std::max(finest, reach / 32766.0f);
   std::vector<std::int16_t> integers(values.size(), kMissing);
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k])) integers[k] = static_cast<std::int16_t>(std::lround((values[k] - begin[k / columns]) / step));
+    else if (without != nullptr && (*without)[k] != 0) integers[k] = kNothingToCompareWith;
   }
   Json json = {{"step", step}, {"values", packed(integers)}};
   if (row_offsets) json["begin"] = packed(begin);
@@ -380,6 +382,10 @@ std::string report_page(const TrackReport& report) {
   json["x_base_m"] = x_base_m;
   json["y_base_m"] = y_base_m;
   json["sheet"] = sheet_json(report.sheet, x_base_m, y_base_m);
+  const Sheet& detail = report.detail;
+  json["detail"] = detail.z_m.empty() ? Json(nullptr)
+                                      : Json{{"u_begin_m", detail.u_begin_m}, {"u_step_m", detail.u_step_m}, {"v_m", numbers(detail.v_m)}, {"z_base_m", detail.z_base_m},
+                                             {"z", packed_rows(detail.z_m, detail.v_m.size(), true)}};
   json["windows"] = Json::array();
   for (const Sheet& window : report.windows) json["windows"].push_back(sheet_json(window, x_base_m, y_base_m));
   json["curves"] = Json::array();
@@ -389,7 +395,7 @@ std::string report_page(const TrackReport& report) {
   for (std::size_t k = 0; k < report.comparisons.size(); ++k) {
     const ComparisonView& c = report.comparisons[k];
     json["comparisons"][k]["map"] = {{"u_begin_m", c.u_begin_m}, {"u_cell_m", c.u_cell_m}, {"rows", c.rows}, {"v_m", numbers(c.v_m)},
-                                     {"error", packed_rows(c.error_m, c.v_m.size(), false)}, {"without", packed(c.without_reference)}};
+                                     {"error", packed_rows(c.error_m, c.v_m.size(), false, 1e-7f, c.without_reference.size() == c.error_m.size() ? &c.without_reference : nullptr)}};
   }
   static constexpr std::string_view kSlot = "@REPORT_DATA@";
   const std::string_view page = page_template();

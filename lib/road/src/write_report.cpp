@@ -230,6 +230,20 @@ void add_fields(report::Sheet& sheet, const HeightMap& map, const AlongU& along,
   }
 }
 
+/// Heights at every v, in rows about 0.25 m apart or as close as 3 MB of the page allow.
+void add_detail(const HeightMap& map, report::TrackReport& report) {
+  constexpr std::size_t kMostNodes = 1'000'000;
+  const std::size_t stride = std::max({std::size_t{1}, (map.rows() * map.columns() + kMostNodes - 1) / kMostNodes, static_cast<std::size_t>(0.25 / map.line.u_step_m + 1e-9)});
+  report::Sheet& detail = report.detail;
+  detail.u_begin_m = map.u_of(0);
+  detail.u_step_m = map.line.u_step_m * static_cast<double>(stride);
+  detail.z_base_m = map.z_base_m;
+  detail.v_m = map.v_m;
+  for (std::size_t i = 0; i < map.rows(); i += stride) {
+    for (std::size_t j = 0; j < map.columns(); ++j) detail.z_m.push_back(map.at(i, j));
+  }
+}
+
 constexpr std::size_t kMostWindows = 24;
 constexpr double kWindow_m = 16.0;
 
@@ -601,6 +615,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   report.sheet.title = "whole road";
   add_fields(report.sheet, map, along, views, loaded.grip ? &*loaded.grip : nullptr, request.provenance);
   add_windows(map, findings, kerbs, report);
+  add_detail(map, report);
   add_kerbs(map, kerbs, views, report);
   const double middle_m = middle_of_road(map, extents);
   add_roughness(map, middle_m, false, report);

@@ -136,6 +136,7 @@ struct TrackReport {
   std::vector<Curve> curves;
   Sheet sheet;                 ///< the whole road, decimated
   std::vector<Sheet> windows;  ///< full detail where it matters
+  Sheet detail;                ///< heights at every v in some rows, for cuts anywhere; without x, y and fields. May be empty
   std::vector<ComparisonView> comparisons;
   std::vector<RoughPlaceView> rough_places;  ///< beyond rough_limit_m from the mesh
   double rough_limit_m = 0.0;                ///< 0: not looked for

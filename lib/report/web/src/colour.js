@@ -1,5 +1,6 @@
 // Colours of numbers. Sequential: viridis (CC0) by nine stops; signed: blue, neutral, red.
 import { css } from './dom.js';
+import { show } from './format.js';
 
 const viridis = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37]];
 const category = [[120, 128, 136], [46, 134, 222], [242, 153, 74], [39, 174, 96], [155, 89, 182], [235, 87, 87]];
@@ -31,14 +32,14 @@ export function limitsOf(values, signed) {
   return [low, high];
 }
 
-/// A function from a value to [r, g, b] (0..255); NaN gets null. The limits are those of the values
-/// from begin to end, so that colours tell something about the place that is looked at.
-export function scaleOf(field, begin = 0, end = field.values.length) {
+/// A function from a value to [r, g, b] (0..255); NaN gets null. The limits are those of `values`: of what is
+/// looked at, so that colours tell something about that place.
+export function scaleOf(field, values = field.values) {
   if (field.categories.length > 0) {
     const of = (value) => (Number.isNaN(value) ? null : category[Math.round(value) % category.length]);
     return { of, low: 0, high: field.categories.length - 1 };
   }
-  const [low, high] = limitsOf(field.values.subarray(begin, end), field.signed);
+  const [low, high] = limitsOf(values, field.signed);
   const stops = field.signed ? [[33, 82, 176], [120, 166, 226], rgbOf(css('--mid')), [232, 140, 110], [176, 32, 38]] : viridis;
   return { of: (value) => (Number.isNaN(value) ? null : mix(stops, (value - low) / (high - low))), low, high };
 }
@@ -59,6 +60,5 @@ export function drawLegend(node, field, scale, el) {
     context.fillStyle = `rgb(${scale.of(scale.low + (x / 179) * (scale.high - scale.low)).map(Math.round).join(',')})`;
     context.fillRect(x, 0, 1, 12);
   }
-  const show = (value) => Number((value * field.show).toPrecision(3)).toString();
-  node.append(show(scale.low), canvas, `${show(scale.high)} ${field.unit}`);
+  node.append(show(scale.low * field.show, 3), canvas, `${show(scale.high * field.show, 3)} ${field.unit}`);
 }

@@ -10,19 +10,23 @@ function bytesOf(text) {
 export function unpack(packed) {
   const buffer = bytesOf(packed.data).buffer;
   if (packed.type === 'f32') return new Float32Array(buffer);
-  if (packed.type === 'i16') return new Int16Array(buffer);
-  return new Uint8Array(buffer);
+  return new Int16Array(buffer);
 }
 
-/// Float32Array of begin[row] + step * integer; the smallest integer stands for NaN.
+/// Float32Array of begin[row] + step * integer; the two smallest integers stand for NaN.
 export function unpackRows(packed, columns) {
   const integers = unpack(packed.values);
   const begin = packed.begin ? unpack(packed.begin) : null;
   const values = new Float32Array(integers.length);
   for (let k = 0; k < integers.length; ++k) {
-    values[k] = integers[k] === -32768 ? NaN : (begin ? begin[Math.floor(k / columns)] : 0) + packed.step * integers[k];
+    values[k] = integers[k] <= -32767 ? NaN : (begin ? begin[Math.floor(k / columns)] : 0) + packed.step * integers[k];
   }
   return values;
+}
+
+/// Where an error map says that there is a road but nothing to compare it with.
+export function unpackWithout(packed) {
+  return unpack(packed.values).map((integer) => (integer === -32767 ? 1 : 0));
 }
 
 export function unpackSheet(sheet) {
@@ -49,8 +53,17 @@ export function unpackSheet(sheet) {
     });
   }
   return {
-    title: sheet.title, rows, columns, x, y, px, py, z, fields, v: sheet.v_m, zBase: sheet.z_base_m,
+    title: sheet.title, rows, columns, x, y, nx, ny, px, py, z, fields, v: sheet.v_m, zBase: sheet.z_base_m,
     uBegin: sheet.u_begin_m, uStep: sheet.u_step_m, uOf: (i) => sheet.u_begin_m + i * sheet.u_step_m,
+    rowOf: (u) => Math.min(rows - 1, Math.max(0, Math.round((u - sheet.u_begin_m) / sheet.u_step_m))),
+  };
+}
+
+/// Heights only: for cuts across the road.
+export function unpackDetail(sheet) {
+  const columns = sheet.v_m.length, z = unpackRows(sheet.z, columns), rows = columns > 0 ? z.length / columns : 0;
+  return {
+    rows, columns, z, v: sheet.v_m, zBase: sheet.z_base_m, uBegin: sheet.u_begin_m, uStep: sheet.u_step_m, uOf: (i) => sheet.u_begin_m + i * sheet.u_step_m,
     rowOf: (u) => Math.min(rows - 1, Math.max(0, Math.round((u - sheet.u_begin_m) / sheet.u_step_m))),
   };
 }

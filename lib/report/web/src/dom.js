@@ -1,4 +1,5 @@
 // Elements from plain values. Text is always text: nothing here parses markup.
+import { metres } from './format.js';
 
 export function el(name, attributes = {}, ...children) {
   const node = document.createElement(name);
@@ -25,10 +26,6 @@ export function table(heads, rows, attributes = {}) {
 
 export function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-}
-
-export function metres(u) {
-  return u === null || u === undefined ? '–' : u.toFixed(1);
 }
 
 export function placeButton(state, begin, end) {

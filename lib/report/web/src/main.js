@@ -1,9 +1,14 @@
 // The page of a validation report: reads the data, lays out the sections, links the views.
-import { el, metres, placeButton, table } from './dom.js';
-import { readData, unpackSheet } from './data.js';
+import { el, placeButton, table } from './dom.js';
+import { metres, mm, show } from './format.js';
+import { readData, unpackDetail, unpackSheet } from './data.js';
 import { makeState } from './state.js';
+import { wishOf } from './gestures.js';
+import { followHash, hashOf } from './link.js';
+import { accept, makeCut, makeMeasure, numberBox, typed } from './places.js';
 import { makePlan } from './plan.js';
 import { makeScene } from './scene.js';
+import { makeSurface } from './surface.js';
 import { refreshCharts } from './charts.js';
 import { alongU, errors, extraSections, health, kerbs, roughness, seam } from './sections.js';
 
@@ -20,8 +25,8 @@ const kinds = {
 
 function number(value, unit) {
   if (value === null) return '–';
-  if (unit === 'm' && Math.abs(value) < 1) return `${Number((1000 * value).toPrecision(3))} mm`;
-  return `${Number(value.toPrecision(4))}${unit === '1' ? '' : ` ${unit}`}`;
+  if (unit === 'm' && Math.abs(value) < 1) return mm(value);
+  return `${show(value)}${unit === '1' ? '' : ` ${unit}`}`;
 }
 
 function findings(data, state) {
@@ -42,13 +47,67 @@ function findings(data, state) {
   return panel;
 }
 
+/// Where to: "1406.8", or a stretch, "1400 to 1450".
+function goToForm(state) {
+  const box = numberBox('Go to u / m', { 'data-role': 'go-to', placeholder: 'u / m' });
+  const form = el('form', { class: 'goto' }, box, el('button', { type: 'submit' }, 'Go'));
+  box.addEventListener('input', () => { box.setCustomValidity(''); box.removeAttribute('aria-invalid'); });
+  form.addEventListener('submit', (event) => {
+    event.preventDefault();
+    const ends = box.value.split(/\s+to\s+|\s*(?:\.\.|…|–)\s*/);
+    const [begin, end] = ends.length === 2 ? ends.map(typed) : [accept(box, state.uBegin, state.uEnd), NaN];
+    if (ends.length === 2 && begin < end && begin >= state.uBegin && end <= state.uEnd) state.goTo(begin, end);
+    else if (ends.length === 2) accept(box, state.uBegin, state.uEnd);
+    else if (!Number.isNaN(begin)) state.goTo(begin, begin);
+  });
+  return form;
+}
+
+/// Copies the address that leads to what is looked at.
+function linkButton(state) {
+  const button = el('button', { type: 'button', 'data-role': 'link', title: 'Copy a link to this place and view' }, 'Copy link');
+  const told = (text) => { button.textContent = text; setTimeout(() => { button.textContent = 'Copy link'; }, 1500); };
+  button.addEventListener('click', async () => {
+    const address = location.href.replace(/#.*$/, '') + hashOf(state);
+    try {
+      await navigator.clipboard.writeText(address);
+      told('Copied');
+    } catch {
+      // Browsers that keep the clipboard from pages of this kind: the address bar has the link.
+      history.replaceState(null, '', hashOf(state) || '#');
+      const box = el('textarea', { readonly: '', class: 'offscreen' });
+      box.value = address;
+      document.body.append(box);
+      box.select();
+      told(document.execCommand('copy') ? 'Copied' : 'See address');
+      box.remove();
+    }
+  });
+  return button;
+}
+
+/// What the keys do, shown on demand.
+function keyHelp() {
+  const rows = [['+  −', 'nearer, farther'], ['←  →', 'along u; the plan moves, the 3-D view turns'], ['↑  ↓', 'plan and 3-D view, once clicked'], ['0', 'the whole road'],
+    ['Tab', 'from plot to plot: keys go to the one with the frame'], ['Enter', 'in a box for u and v: go there'], ['?', 'this list'],
+    ['click on the plan', 'cross section there; with "Measure" on: first, then second point'], ['two fingers', 'zoom and move; one scrolls the page']];
+  const help = el('div', { class: 'panel keys', 'data-role': 'keys', id: 'keys', hidden: '' }, table(null, rows.map(([key, text]) => [el('kbd', {}, key), text])));
+  const button = el('button', { type: 'button', 'aria-expanded': 'false', 'aria-controls': 'keys', title: 'What the keys do' }, 'Keys');
+  const toggle = () => { help.hidden = !help.hidden; button.setAttribute('aria-expanded', String(!help.hidden)); };
+  button.addEventListener('click', toggle);
+  addEventListener('keydown', (event) => { if (event.key === 'Escape' && !help.hidden) toggle(); });
+  return { button, help, toggle };
+}
+
 function main() {
   const data = readData();
   document.title = `${data.title} – road report`;
   const state = makeState(data.u_begin_m, data.u_end_m);
   const sheet = unpackSheet(data.sheet);
   const windows = data.windows.map(unpackSheet);
+  const surface = makeSurface(sheet, windows, () => (data.detail ? unpackDetail(data.detail) : sheet));
 
+  const keys = keyHelp();
   const range = el('span', { class: 'range' });
   const showRange = () => { range.textContent = `u ${metres(state.range[0])} to ${metres(state.range[1])} m`; };
   state.subscribe((what) => { if (what === 'range') showRange(); });
@@ -65,6 +124,8 @@ function main() {
 
   const fields = el('select', { 'aria-label': 'Colour', 'data-role': 'field' }, sheet.fields.map((field) => el('option', { value: field.key }, field.name)));
   fields.addEventListener('change', () => state.setField(fields.value));
+  const measuring = el('button', { type: 'button', 'data-role': 'measuring', 'aria-pressed': 'false', onclick: () => state.setMeasuring(!state.measuring) }, 'Measure');
+  state.subscribe((what) => { if (what === 'measuring') measuring.setAttribute('aria-pressed', String(state.measuring)); });
   const [word, sentence] = verdicts[data.verdict] ?? [data.verdict, ''];
   const errorsFound = data.findings.filter((finding) => finding.severity === 'error').length;
   const counts = data.findings.length === 0 ? '' : `${errorsFound} error${errorsFound === 1 ? '' : 's'}, ${data.findings.length - errorsFound} remark${data.findings.length - errorsFound === 1 ? '' : 's'}`;
@@ -77,11 +138,13 @@ function main() {
     el('div', { class: 'bar' },
       el('nav', {}, [['verdict', 'Verdict'], ['track', 'Track'], ['along', 'Along u'], ['errors', 'Errors'], ['kerbs', 'Kerbs'], ['roughness', 'Roughness'], ['health', 'File']]
         .map(([id, text]) => el('a', { href: `#${id}` }, text))),
-      range, el('button', { type: 'button', 'data-role': 'reset', onclick: () => state.reset() }, 'Whole road'), theme),
+      range, goToForm(state), el('button', { type: 'button', 'data-role': 'reset', onclick: () => state.reset() }, 'Whole road'), linkButton(state), keys.button, theme, keys.help),
     findings(data, state),
     el('div', { class: 'panel' }, el('dl', { class: 'facts' }, data.facts.map((fact) => el('div', {}, el('dt', {}, fact.name), el('dd', {}, fact.value))))),
     section('track', 'Track',
-      el('div', { class: 'panel' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), el('span', {}, 'drag: move · wheel or two fingers: zoom')), makePlan(sheet, windows, data, state)),
+      el('div', { class: 'panel' }, el('div', { class: 'tools' }, el('label', {}, 'Colour', fields), measuring,
+        el('span', {}, 'click: cross section · drag: move · two fingers, or click and wheel: zoom')), makePlan(sheet, windows, surface, data, state)),
+      el('div', { class: 'panel two even' }, makeCut(surface, data, state), makeMeasure(surface, data, state)),
       el('div', { class: 'panel' }, makeScene(sheet, windows, data, state))),
     section('along', 'Along u', alongU(data, state), el('div', { class: 'panel', 'data-view': 'seam' }, seam(data, state))),
     section('errors', 'Errors', ...errors(data, state)),
@@ -110,6 +173,30 @@ function main() {
     state.emit('theme');
     refreshCharts();
   });
+
+  // Keys that no plot took, and the address: it leads to what is looked at.
+  document.addEventListener('keydown', (event) => {
+    if (event.defaultPrevented || event.target !== document.body) return;
+    if (event.key === '?') keys.toggle();
+    const wish = wishOf(event);
+    if (!wish || wish.dy) return;
+    event.preventDefault();
+    if (wish.reset) state.reset();
+    else state.zoom(wish.zoom ?? 1, 0.25 * (wish.dx ?? 0));
+  });
+  let writing;
+  state.subscribe((what) => {
+    if (['cursor', 'theme', 'print', 'measuring'].includes(what)) return;
+    clearTimeout(writing);
+    writing = setTimeout(() => { if (hashOf(state) || location.hash.includes('=')) history.replaceState(null, '', hashOf(state) || '#'); }, 300);
+  });
+  const follow = () => {
+    if (!followHash(location.hash, state, sheet)) return false;
+    fields.value = state.field;
+    return true;
+  };
+  addEventListener('hashchange', follow);
+  if (follow()) document.getElementById('track').scrollIntoView();
   document.documentElement.dataset.ready = 'yes';
 }
 

@@ -1,9 +1,12 @@
 // The plan view: the road from above, coloured, with the cursor, findings and control points.
 import { css, el, markRange } from './dom.js';
 import { drawLegend, scaleOf } from './colour.js';
+import { metres, micro, mm, show } from './format.js';
+import { onKeys, onTwoFingers, wheelIsFor } from './gestures.js';
+import { saveButtons } from './save.js';
 
-export function makePlan(sheet, windows, data, state) {
-  const canvas = el('canvas', { tabindex: 0, 'aria-label': 'Plan view' });
+export function makePlan(sheet, windows, surface, data, state) {
+  const canvas = el('canvas', { tabindex: 0, role: 'img', 'aria-label': 'Plan view: plus, minus, arrows and 0 zoom and move' });
   const box = el('div', { class: 'canvas plan' }, canvas);
   const legend = el('div', { class: 'legend' });
   const root = el('div', { 'data-view': 'plan' }, box, legend);
@@ -39,19 +42,12 @@ export function makePlan(sheet, windows, data, state) {
     : windows.find((w) => w.uBegin < state.range[1] && w.uOf(w.rows - 1) > state.range[0]
       && 0.5 * (state.range[0] + state.range[1]) >= w.uBegin && 0.5 * (state.range[0] + state.range[1]) <= w.uOf(w.rows - 1)) ?? null);
 
-  function drawRoad(context) {
-    const window = windowInView();
-    drawSheet(context, sheet, field.values, 0, window);
-    if (window) drawSheet(context, window, window.z, sheet.zBase, null);
-  }
-
-  function drawSheet(context, grid, values, base, without) {
-    // Quads of about 1.5 pixels or more; those outside the picture are left out.
+  /// Appends the quads of a grid that are in the picture, of about 1.5 pixels or more: [grid, nodes a, b, c, d] and
+  /// their mean heights.
+  function quadsOf(grid, without, quads, heights) {
     const rowStride = Math.max(1, Math.round(1.5 / (grid.uStep * view.scale)));
     const vStep = (grid.v[grid.columns - 1] - grid.v[0]) / (grid.columns - 1);
     const columnStride = Math.max(1, Math.round(1.5 / (vStep * view.scale)));
-    // The stroke hides the seams between quads.
-    context.lineWidth = 1.4;
     for (let i = 0; i + 1 < grid.rows; i += rowStride) {
       const next = Math.min(grid.rows - 1, i + rowStride);
       if (without && grid.uOf(i) >= without.uBegin && grid.uOf(next) <= without.uOf(without.rows - 1)) continue;
@@ -61,19 +57,36 @@ export function makePlan(sheet, windows, data, state) {
       for (let j = 0; j + 1 < grid.columns; j += columnStride) {
         const right = Math.min(grid.columns - 1, j + columnStride);
         const a = i * grid.columns + j, b = i * grid.columns + right, c = next * grid.columns + right, d = next * grid.columns + j;
-        if (Number.isNaN(grid.z[a] + grid.z[b] + grid.z[c] + grid.z[d])) continue;
-        const colour = scale.of(values[a] + base);
-        context.fillStyle = colour ? `rgb(${colour[0] | 0},${colour[1] | 0},${colour[2] | 0})` : css_none;
-        context.beginPath();
-        for (const k of [a, b, c, d]) {
-          const x = 0.5 * width + (grid.px[k] - view.x) * view.scale, y = 0.5 * height - (grid.py[k] - view.y) * view.scale;
-          if (k === a) context.moveTo(x, y); else context.lineTo(x, y);
-        }
-        context.closePath();
-        context.fill();
-        context.strokeStyle = context.fillStyle;
-        context.stroke();
+        const sum = grid.z[a] + grid.z[b] + grid.z[c] + grid.z[d];
+        if (Number.isNaN(sum)) continue;
+        quads.push([grid, a, b, c, d]);
+        heights.push(0.25 * sum + grid.zBase);
       }
+    }
+  }
+
+  /// The road as it is seen from above: what lies higher is painted later, so that a bridge hides the road below.
+  function drawRoad(context) {
+    const window = windowInView(), quads = [], heights = [];
+    quadsOf(sheet, window, quads, heights);
+    if (window) quadsOf(window, null, quads, heights);
+    // Millimetres and the index in one number: sorted many times faster than pairs.
+    const many = 2 ** 22, order = Float64Array.from(heights, (z, k) => Math.round(1000 * z) * many + k).sort();
+    // The stroke hides the seams between quads.
+    context.lineWidth = 1.4;
+    for (const key of order) {
+      const [grid, ...corners] = quads[key - Math.floor(key / many) * many];
+      const colour = scale.of(grid === sheet ? field.values[corners[0]] : grid.z[corners[0]] + grid.zBase);
+      context.fillStyle = colour ? `rgb(${colour[0] | 0},${colour[1] | 0},${colour[2] | 0})` : css_none;
+      context.beginPath();
+      for (const k of corners) {
+        const x = 0.5 * width + (grid.px[k] - view.x) * view.scale, y = 0.5 * height - (grid.py[k] - view.y) * view.scale;
+        if (k === corners[0]) context.moveTo(x, y); else context.lineTo(x, y);
+      }
+      context.closePath();
+      context.fill();
+      context.strokeStyle = context.fillStyle;
+      context.stroke();
     }
   }
 
@@ -83,19 +96,36 @@ export function makePlan(sheet, windows, data, state) {
     const text = css('--fg'), muted = css('--muted');
     context.font = '12px system-ui, "DejaVu Sans", sans-serif';
     context.textBaseline = 'middle';
+    // Readable on road of any colour, too.
+    const write = (words, x, y) => {
+      const { strokeStyle, lineWidth } = context;
+      context.strokeStyle = css('--bg');
+      context.lineWidth = 3;
+      context.lineJoin = 'round';
+      context.strokeText(words, x, y);
+      context.strokeStyle = strokeStyle;
+      context.lineWidth = lineWidth;
+      context.fillText(words, x, y);
+    };
     // u at round numbers, about every 90 pixels.
     const span = 90 / view.scale;
     const power = 10 ** Math.floor(Math.log10(span));
     const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= span);
+    const taken = [];
     for (let u = Math.ceil(state.uBegin / step) * step; u <= state.uEnd; u += step) {
       const i = sheet.rowOf(u);
-      const [x, y] = toScreen(sheet.px[i * sheet.columns], sheet.py[i * sheet.columns]);
+      const j = Math.max(0, sheet.v.findIndex((v, k) => !Number.isNaN(sheet.z[i * sheet.columns + k])));
+      const [x, y] = toScreen(sheet.px[i * sheet.columns + j], sheet.py[i * sheet.columns + j]);
       if (x < -20 || x > width + 20 || y < -20 || y > height + 20) continue;
       const [mx, my] = toScreen(sheet.x[i], sheet.y[i]);
       const length = Math.hypot(x - mx, y - my) || 1;
       context.fillStyle = muted;
       context.textAlign = x > mx ? 'left' : 'right';
-      context.fillText(Number(u.toFixed(3)).toString(), x + 7 * (x - mx) / length, y + 7 * (y - my) / length);
+      const label = show(u, 7, 3), at = [x + 7 * (x - mx) / length, y + 7 * (y - my) / length];
+      // Where stretches meet only the first one's label is readable.
+      if (taken.some(([px, py]) => Math.abs(px - at[0]) < 8 * label.length && Math.abs(py - at[1]) < 14)) continue;
+      taken.push(at);
+      write(label, ...at);
     }
     const across = (u, colour, line) => {
       const i = sheet.rowOf(u), a = i * sheet.columns, b = a + sheet.columns - 1;
@@ -154,7 +184,7 @@ export function makePlan(sheet, windows, data, state) {
       context.stroke();
       context.fillStyle = text;
       context.textAlign = 'left';
-      context.fillText(`${point.name}: ${(1000 * point.residual_m).toFixed(0)} mm`, x + 9, y - 8);
+      write(`${point.name}: ${mm(point.residual_m)}`, x + 9, y - 8);
     }
     if (state.cursor !== null) {
       const [x, y] = across(state.cursor, css('--cursor'), 2);
@@ -163,8 +193,9 @@ export function makePlan(sheet, windows, data, state) {
       context.arc(x, y, 4, 0, 2 * Math.PI);
       context.fill();
       context.textAlign = 'left';
-      context.fillText(`u ${state.cursor.toFixed(1)} m`, x + 10, y - 12);
+      write(`u ${metres(state.cursor)} m`, x + 10, y - 12);
     }
+    drawPicked(context);
     // A bar of a round length.
     const barSpan = 120 / view.scale, barPower = 10 ** Math.floor(Math.log10(barSpan));
     const bar = [5, 2, 1].map((k) => k * barPower).find((s) => s <= barSpan);
@@ -176,7 +207,42 @@ export function makePlan(sheet, windows, data, state) {
     context.lineTo(14 + bar * view.scale, height - 14);
     context.stroke();
     context.textAlign = 'left';
-    context.fillText(`${bar} m`, 14, height - 25);
+    write(`${bar} m`, 14, height - 25);
+  }
+
+  /// Where the cross section lies, and what is measured.
+  function drawPicked(context) {
+    const spot = (point) => toScreen(...surface.positionAt(point.u, point.v));
+    const dot = ([x, y], colour) => {
+      context.fillStyle = colour;
+      context.strokeStyle = css('--panel');
+      context.lineWidth = 1.5;
+      context.beginPath();
+      context.arc(x, y, 5, 0, 2 * Math.PI);
+      context.fill();
+      context.stroke();
+    };
+    if (state.point) {
+      const { u, v } = state.point, [x0, y0] = spot({ u, v: sheet.v[0] }), [x1, y1] = spot({ u, v: sheet.v[sheet.columns - 1] });
+      context.strokeStyle = css('--accent');
+      context.lineWidth = 1.5;
+      context.setLineDash([5, 4]);
+      context.beginPath();
+      context.moveTo(x0, y0);
+      context.lineTo(x1, y1);
+      context.stroke();
+      context.setLineDash([]);
+      dot(spot({ u, v }), css('--accent'));
+    }
+    if (state.measured.length === 2) {
+      context.strokeStyle = css('--bad');
+      context.lineWidth = 2;
+      context.beginPath();
+      context.moveTo(...spot(state.measured[0]));
+      context.lineTo(...spot(state.measured[1]));
+      context.stroke();
+    }
+    for (const point of state.measured) dot(spot(point), css('--bad'));
   }
 
   function draw() {
@@ -204,42 +270,80 @@ export function makePlan(sheet, windows, data, state) {
   function resize() {
     width = box.clientWidth || 1;
     height = box.clientHeight || 1;
-    fit();
+    if (state.map) showMap(state.map);
+    else fit();
   }
 
-  // Drag to pan, wheel or two fingers to zoom, hover for the cursor.
-  const pointers = new Map();
+  function showMap(map) {
+    view.x = map.x;
+    view.y = map.y;
+    view.scale = width / map.span;
+  }
+
+  const inPicture = (k) => {
+    const [x, y] = toScreen(sheet.px[k], sheet.py[k]);
+    return x >= 0 && x <= width && y >= 0 && y <= height;
+  };
+
+  /// What was moved by hand is what a link leads to; colours span what is in the picture once it rests.
+  let resting;
+  function moved() {
+    state.map = { x: view.x, y: view.y, span: width / view.scale };
+    later();
+    clearTimeout(resting);
+    resting = setTimeout(() => { setField(); later(); state.emit('map', 'plan'); }, 200);
+  }
+
   function zoomAt(x, y, factor) {
     const mx = view.x + (x - 0.5 * width) / view.scale, my = view.y - (y - 0.5 * height) / view.scale;
     view.scale = Math.min(2000, Math.max(0.005, view.scale * factor));
     view.x = mx - (x - 0.5 * width) / view.scale;
     view.y = my + (y - 0.5 * height) / view.scale;
-    later();
+    moved();
   }
+
+  function move(dx, dy) {
+    view.x -= dx / view.scale;
+    view.y += dy / view.scale;
+    moved();
+  }
+
+  /// {u, v} at a pixel, or null beside the road.
+  const pickAt = (x, y) => surface.pick(view.x + (x - 0.5 * width) / view.scale, view.y - (y - 0.5 * height) / view.scale);
+
+  // A mouse drags; one finger scrolls the page and taps, two move and zoom.
+  let drag = null;
   canvas.addEventListener('wheel', (event) => {
+    if (!wheelIsFor(canvas, event)) return;
     event.preventDefault();
-    zoomAt(event.offsetX, event.offsetY, Math.exp(-0.0015 * event.deltaY));
+    zoomAt(event.offsetX, event.offsetY, Math.exp(-0.0015 * event.deltaY * (event.ctrlKey ? 4 : 1)));
   }, { passive: false });
+  onTwoFingers(canvas, (before, now) => {
+    move(now.x - before.x, now.y - before.y);
+    zoomAt(now.x, now.y, now.apart / before.apart);
+  });
+  onKeys(canvas, (wish) => {
+    if (wish.reset) state.reset();
+    else if (wish.zoom) zoomAt(0.5 * width, 0.5 * height, wish.zoom);
+    else move(-60 * wish.dx, 60 * wish.dy);
+    return true;
+  });
+  canvas.addEventListener('dblclick', () => { if (!state.measuring) state.reset(); });
   canvas.addEventListener('pointerdown', (event) => {
+    if (event.pointerType === 'touch') return;
     canvas.setPointerCapture(event.pointerId);
-    pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    drag = { x: event.offsetX, y: event.offsetY, far: false };
   });
   canvas.addEventListener('pointermove', (event) => {
-    const before = pointers.get(event.pointerId);
-    if (before) {
-      const others = [...pointers.entries()].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
-      if (others.length > 0) {
-        const old = Math.hypot(before[0] - others[0][0], before[1] - others[0][1]);
-        const now = Math.hypot(event.offsetX - others[0][0], event.offsetY - others[0][1]);
-        if (old > 1) zoomAt(others[0][0], others[0][1], now / old);
-      } else {
-        view.x -= (event.offsetX - before[0]) / view.scale;
-        view.y += (event.offsetY - before[1]) / view.scale;
-        later();
-      }
-      pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    if (event.pointerType === 'touch') return;
+    if (drag && event.buttons !== 0) {
+      if (!drag.far && Math.hypot(event.offsetX - drag.x, event.offsetY - drag.y) < 4) return;
+      move(event.offsetX - drag.x, event.offsetY - drag.y);
+      drag = { x: event.offsetX, y: event.offsetY, far: true };
       return;
     }
+    const point = pickAt(event.offsetX, event.offsetY);
+    if (point) { state.setCursor(point.u, 'plan'); return; }
     let best = Infinity, row = 0;
     for (let i = 0; i < sheet.rows; ++i) {
       const [x, y] = toScreen(sheet.x[i], sheet.y[i]);
@@ -248,23 +352,57 @@ export function makePlan(sheet, windows, data, state) {
     }
     if (best < (30 + 12 * view.scale) ** 2) state.setCursor(sheet.uOf(row), 'plan');
   });
-  const release = (event) => pointers.delete(event.pointerId);
-  canvas.addEventListener('pointerup', release);
-  canvas.addEventListener('pointercancel', release);
+  canvas.addEventListener('click', (event) => {
+    const dragged = drag?.far;
+    drag = null;
+    if (dragged) return;
+    const point = pickAt(event.offsetX, event.offsetY);
+    if (!point) return;
+    state.setCursor(point.u, 'plan');
+    if (state.measuring) state.setMeasured(state.measured.length === 1 ? [state.measured[0], point] : [point]);
+    else state.setPoint(point);
+  });
 
   function setField() {
     field = sheet.fields.find((f) => f.key === state.field) ?? sheet.fields[0];
-    scale = scaleOf(field, sheet.rowOf(state.range[0]) * sheet.columns, (sheet.rowOf(state.range[1]) + 1) * sheet.columns);
+    let nodes;
+    if (state.map) {
+      nodes = field.values.filter((value, k) => inPicture(k));
+      if (!nodes.some((value) => !Number.isNaN(value))) nodes = undefined;
+    }
+    scale = nodes ? scaleOf(field, nodes) : scaleOf(field, field.values.subarray(sheet.rowOf(state.range[0]) * sheet.columns, (sheet.rowOf(state.range[1]) + 1) * sheet.columns));
     drawLegend(legend, field, scale, el);
     if ((data.rough?.places.length ?? 0) > 0) {
       const dot = el('i');
       dot.style.background = 'var(--s4)';
-      legend.append(dot, `leaves the mesh by more than ${(1000 * data.rough.limit_m).toFixed(0)} mm`);
+      legend.append(dot, `leaves the mesh by more than ${mm(data.rough.limit_m)}`);
     }
+    legend.append(save);
   }
 
-  state.subscribe((what) => {
+  /// The nodes in the picture.
+  function table() {
+    const rows = [], shown = field.categories.length > 0 ? (value) => field.categories[Math.round(value)] : (value) => value * field.show;
+    for (let i = sheet.rowOf(state.range[0]); i <= sheet.rowOf(state.range[1]); ++i) {
+      for (let j = 0; j < sheet.columns; ++j) {
+        const k = i * sheet.columns + j;
+        if (Number.isNaN(sheet.z[k]) || !inPicture(k)) continue;
+        const row = [sheet.uOf(i), sheet.v[j], sheet.px[k] + data.x_base_m, sheet.py[k] + data.y_base_m, sheet.z[k] + sheet.zBase].map(micro);
+        rows.push(field.key === 'elevation' ? row : [...row, Number.isNaN(field.values[k]) ? null : shown(field.values[k])]);
+      }
+    }
+    const heads = ['u / m', 'v / m', 'x / m', 'y / m', 'z / m'];
+    return { heads: field.key === 'elevation' ? heads : [...heads, field.unit ? `${field.name} / ${field.unit}` : field.name], rows };
+  }
+  const save = saveButtons('plan', () => ({ canvas, title: `${field.name}, ${legend.querySelector('canvas') ? `${show(scale.low * field.show, 3)} to ${show(scale.high * field.show, 3)} ${field.unit}` : ''}`, table }));
+
+  state.subscribe((what, source) => {
     if (what === 'range') { fit(); setField(); }
+    if (what === 'map') {
+      if (source === 'plan') return;
+      showMap(state.map);
+      setField();
+    }
     if (what === 'field' || what === 'theme') setField();
     if (what === 'print') { resize(); setField(); draw(); return; }
     later();

@@ -1,14 +1,17 @@
 // The road in space: decimated as a whole, in full detail in chosen windows; look around or fly along.
 import {
   BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshLambertMaterial,
-  PerspectiveCamera, Scene, SphereGeometry, MeshBasicMaterial, Vector3, WebGLRenderer,
+  PerspectiveCamera, Scene, SphereGeometry, Spherical, MeshBasicMaterial, TOUCH, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { css, el, markRange } from './dom.js';
 import { scaleOf } from './colour.js';
+import { micro } from './format.js';
+import { onKeys, onTwoFingers, wheelIsFor } from './gestures.js';
+import { saveButtons } from './save.js';
 
 export function makeScene(sheet, windows, data, state) {
-  const canvas = el('canvas', { tabindex: 0, 'aria-label': '3-D view' });
+  const canvas = el('canvas', { tabindex: 0, role: 'img', 'aria-label': '3-D view: plus, minus, arrows and 0 zoom and turn' });
   // On paper a picture stands for the canvas: browsers print WebGL at its size on the screen.
   const paper = el('img', { alt: '3-D view', decoding: 'sync' });
   const box = el('div', { class: 'canvas scene' }, canvas, paper);
@@ -18,10 +21,14 @@ export function makeScene(sheet, windows, data, state) {
     el('option', { value: '' }, 'whole road (decimated)'),
     windows.map((window, k) => el('option', { value: k }, window.title)));
   const fly = el('button', { type: 'button' }, 'Fly along');
+  const save = saveButtons('3d', () => {
+    render();
+    return { canvas, title: `3-D view, height ${vertical}×`, table };
+  });
   const tools = el('div', { class: 'tools' },
     el('label', {}, 'Height', exaggeration, exaggerationText), el('label', {}, 'Full detail', detail), fly,
-    el('span', {}, 'drag: turn · right drag or two fingers: move · wheel: nearer'));
-  const root = el('div', { 'data-view': 'scene' }, tools, box);
+    el('span', {}, 'drag or two fingers: turn · right drag: move · click, then wheel: nearer'));
+  const root = el('div', { 'data-view': 'scene' }, tools, box, save);
 
   let renderer;
   try {
@@ -29,6 +36,8 @@ export function makeScene(sheet, windows, data, state) {
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'The 3-D view needs WebGL, which this browser does not offer. All other views work without it.'));
     root.dataset.webgl = 'none';
+    save.remove();
+    tools.remove();
     state.subscribe((what) => { if (what === 'range') markRange(root, state.range[0], state.range[1]); });
     markRange(root, state.range[0], state.range[1]);
     return root;
@@ -43,6 +52,11 @@ export function makeScene(sheet, windows, data, state) {
   const controls = new OrbitControls(camera, canvas);
   controls.screenSpacePanning = false;
   controls.maxPolarAngle = 0.495 * Math.PI;
+  // One finger scrolls the page, two turn and zoom.
+  controls.touches = { ONE: null, TWO: TOUCH.DOLLY_ROTATE };
+  canvas.style.touchAction = 'pan-y';
+  onTwoFingers(canvas, () => {});
+  box.addEventListener('wheel', (event) => { if (!wheelIsFor(canvas, event)) event.stopPropagation(); }, { capture: true, passive: true });
   const marker = new Mesh(new SphereGeometry(1, 16, 12), new MeshBasicMaterial());
   scene.add(marker);
   const material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide });
@@ -84,7 +98,7 @@ export function makeScene(sheet, windows, data, state) {
 
   function paint() {
     const field = sheet.fields.find((f) => f.key === state.field) ?? sheet.fields[0];
-    const scale = scaleOf(field, sheet.rowOf(state.range[0]) * sheet.columns, (sheet.rowOf(state.range[1]) + 1) * sheet.columns);
+    const scale = scaleOf(field, field.values.subarray(sheet.rowOf(state.range[0]) * sheet.columns, (sheet.rowOf(state.range[1]) + 1) * sheet.columns));
     const none = new Color(css('--none'));
     const colour = new Color();
     const colours = road.geometry.getAttribute('color');
@@ -211,6 +225,34 @@ export function makeScene(sheet, windows, data, state) {
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
   }
+
+  /// The nodes of the range that is looked at, in full detail where that is shown.
+  function table() {
+    const grid = chosen === null ? sheet : windows[chosen], rows = [];
+    for (let i = grid.rowOf(state.range[0]); i <= grid.rowOf(state.range[1]); ++i) {
+      for (let j = 0; j < grid.columns; ++j) {
+        const k = i * grid.columns + j;
+        if (!Number.isNaN(grid.z[k])) rows.push([grid.uOf(i), grid.v[j], grid.px[k] + data.x_base_m, grid.py[k] + data.y_base_m, grid.z[k] + grid.zBase].map(micro));
+      }
+    }
+    return { heads: ['u / m', 'v / m', 'x / m', 'y / m', 'z / m'], rows };
+  }
+
+  onKeys(canvas, (wish) => {
+    stopFlying();
+    const from = camera.position.clone().sub(controls.target);
+    if (wish.reset) {
+      state.reset();
+      return true;
+    }
+    const at = new Spherical().setFromVector3(from);
+    if (wish.zoom) at.radius /= wish.zoom;
+    else { at.theta += 0.15 * wish.dx; at.phi = Math.min(controls.maxPolarAngle, Math.max(0.02, at.phi - 0.1 * wish.dy)); }
+    camera.position.copy(controls.target).add(from.setFromSpherical(at));
+    controls.update();
+    later();
+    return true;
+  });
 
   function stopFlying() {
     flying = null;

@@ -1,9 +1,10 @@
 // The sections of the report below the track itself.
-import { css, el, metres, placeButton, table } from './dom.js';
-import { unpack, unpackRows, withGaps } from './data.js';
+import { css, el, placeButton, table } from './dom.js';
+import { unpack, unpackRows, unpackWithout, withGaps } from './data.js';
 import { line, makeChart, makeCrossPlot, makeLinkedChart, plainAxes, uPlot } from './charts.js';
+import { count, fixed, metres, mm, show } from './format.js';
 
-const mm = (value) => (value === null ? '–' : `${Number((1000 * value).toPrecision(3))} mm`);
+const widened = (low, high, least) => (high - low >= least ? [low, high] : [0.5 * (low + high - least), 0.5 * (low + high + least)]);
 
 export function alongU(data, state) {
   const root = el('div', { class: 'panel' });
@@ -15,11 +16,16 @@ export function alongU(data, state) {
   const add = (name, keys, unit, height = 150) => {
     const known = keys.filter((key) => byKey[key]);
     if (known.length === 0) return;
-    root.append(el('h3', {}, known.length === 1 ? `${byKey[known[0]].name} / ${unit}` : `${name} / ${unit}`),
+    const title = `${known.length === 1 ? byKey[known[0]].name : name} / ${unit}`;
+    root.append(el('h3', {}, title),
       makeLinkedChart(state, {
         axes: plainAxes('', ''),
+        // Never so near that a scale shows the noise of computing: a micrometre, or what is as little.
+        scales: { y: { range: (plot, low, high) => (low === null ? [0, 1] : uPlot.rangeNum(...widened(low, high, unit === '1/m' ? 1e-5 : 1e-3), 0.1, true)) } },
         series: [line('u / m', '--muted'), ...known.map((key, k) => line(byKey[key].name, colours[k % colours.length]))],
-      }, [u, ...known.map((key) => values[key])], height, `curve-${known[0]}`));
+      }, [u, ...known.map((key) => values[key])], height, {
+        view: `curve-${known[0]}`, title, heads: ['u / m', ...known.map((key) => `${byKey[key].name} / ${unit}`)],
+      }));
   };
   add('Elevation', ['elevation_m'], 'm', 170);
   add('Slope', ['slope'], '%');
@@ -30,7 +36,7 @@ export function alongU(data, state) {
   // What a trajectory's drift was, lap by lap (lidar2mesh).
   for (const [of, unit] of [['x_m', 'mm'], ['y_m', 'mm'], ['z_m', 'mm'], ['roll_rad', 'mrad'], ['pitch_rad', 'mrad'], ['yaw_rad', 'mrad']])
     add(`Drift taken out of ${of.split('_')[0]}`, data.curves.map((curve) => curve.key).filter((key) => key.startsWith(`drift_${of}`)), unit, 120);
-  root.append(el('p', { class: 'muted small no-print' }, 'Drag across a curve to zoom all views, double click for the whole road.'));
+  root.append(el('p', { class: 'muted small no-print' }, 'Drag across a curve to zoom all views, double click for the whole road. With a finger: two zoom and move, one scrolls the page.'));
   return root;
 }
 
@@ -43,25 +49,48 @@ export function seam(data, state) {
   placeButton(state, data.u_end_m - 2, data.u_end_m), ' ', placeButton(state, data.u_begin_m, data.u_begin_m + 2));
 }
 
+/// Errors as colours over u and v. The colours, as the curves, span what is in view.
 function heatMap(comparison, places, state) {
   const map = comparison.map;
   const columns = map.v_m.length;
   const error = unpackRows(map.error, columns);
-  const without = unpack(map.without);
-  const limit = Math.max(1e-6, 1.5 * comparison.abs_error_m.p95, 0.2 * comparison.abs_error_m.p99);
-  // At most 8192 pixels along u; each shows the largest error of its rows.
-  const stride = Math.ceil(map.rows / 8192);
-  const width = Math.ceil(map.rows / stride);
-  const picture = el('canvas', { width, height: columns });
-  const paint = () => {
+  const without = unpackWithout(map.error);
+  const picture = el('canvas');
+  const v0 = map.v_m[0], v1 = map.v_m[columns - 1], half = columns > 1 ? 0.5 * (map.v_m[1] - v0) : 0.5;
+  const uEnd = map.u_begin_m + map.rows * map.u_cell_m;
+  const below = 'rgb(30,80,190)', above = 'rgb(190,30,40)', none = 'rgb(225,190,60)';
+  const lowText = el('span', { 'data-role': 'below' }), highText = el('span', { 'data-role': 'above' });
+  let first = 0, last = 0, limit = 0, drawn = '';
+
+  /// 1.5 times the 95th percentile of the rows in view: a few cells must not wash out all others.
+  function limitInView() {
+    const step = Math.max(1, Math.floor(((last - first) * columns) / 60000)), sizes = [];
+    for (let k = first * columns; k < last * columns; k += step) if (!Number.isNaN(error[k])) sizes.push(Math.abs(error[k]));
+    if (sizes.length === 0) return 1e-6;
+    const sorted = Float32Array.from(sizes).sort(), at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
+    return Math.max(1e-6, 1.5 * at(0.95), 0.2 * at(0.99));
+  }
+
+  function paint(low, high) {
+    first = Math.max(0, Math.floor((low - map.u_begin_m) / map.u_cell_m));
+    last = Math.min(map.rows, Math.max(first + 1, Math.ceil((high - map.u_begin_m) / map.u_cell_m)));
+    const mid = css('--mid'), now = `${first} ${last} ${mid}`;
+    if (now === drawn) return;
+    drawn = now;
+    limit = limitInView();
+    lowText.textContent = `${mm(limit)} below`;
+    highText.textContent = `${mm(limit)} above`;
+    // At most 8192 pixels along u; each shows the largest error of its rows.
+    const stride = Math.ceil((last - first) / 8192), width = Math.ceil((last - first) / stride);
+    picture.width = width;
+    picture.height = columns;
     const context = picture.getContext('2d');
     const image = context.createImageData(width, columns);
-    const mid = css('--mid');
     const neutral = [parseInt(mid.slice(1, 3), 16), parseInt(mid.slice(3, 5), 16), parseInt(mid.slice(5, 7), 16)];
     for (let x = 0; x < width; ++x) {
       for (let j = 0; j < columns; ++j) {
         let worst = NaN, bare = false;
-        for (let i = x * stride; i < Math.min(map.rows, (x + 1) * stride); ++i) {
+        for (let i = first + x * stride; i < Math.min(last, first + (x + 1) * stride); ++i) {
           const value = error[i * columns + j];
           bare = bare || without[i * columns + j] === 1;
           if (!(Math.abs(value) <= Math.abs(worst))) worst = Number.isNaN(value) ? worst : value;
@@ -76,11 +105,8 @@ function heatMap(comparison, places, state) {
       }
     }
     context.putImageData(image, 0, 0);
-  };
-  paint();
-  state.subscribe((what) => { if (what === 'theme') paint(); });
-  const v0 = map.v_m[0], v1 = map.v_m[columns - 1], half = columns > 1 ? 0.5 * (map.v_m[1] - v0) : 0.5;
-  const uEnd = map.u_begin_m + map.rows * map.u_cell_m;
+  }
+
   const chart = makeLinkedChart(state, {
     axes: plainAxes('u / m', 'v / m'),
     legend: { show: false },
@@ -88,14 +114,15 @@ function heatMap(comparison, places, state) {
     series: [{ label: 'u / m' }, { label: 'v / m', points: { show: false }, width: 0 }],
     hooks: {
       draw: [(plot) => {
-        const x0 = plot.valToPos(map.u_begin_m, 'x', true), x1 = plot.valToPos(uEnd, 'x', true);
+        paint(plot.scales.x.min, plot.scales.x.max);
+        const x0 = plot.valToPos(map.u_begin_m + first * map.u_cell_m, 'x', true), x1 = plot.valToPos(map.u_begin_m + last * map.u_cell_m, 'x', true);
         const y0 = plot.valToPos(v1 + half, 'y', true), y1 = plot.valToPos(v0 - half, 'y', true);
         const context = plot.ctx;
         context.save();
         context.beginPath();
         context.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
         context.clip();
-        context.imageSmoothingEnabled = x1 - x0 < 2 * width;
+        context.imageSmoothingEnabled = x1 - x0 < 2 * picture.width;
         context.drawImage(picture, x0, y0, x1 - x0, y1 - y0);
         // Frames around the stretches that leave the mesh, large enough to be seen.
         context.strokeStyle = css('--s4');
@@ -109,15 +136,28 @@ function heatMap(comparison, places, state) {
         context.restore();
       }],
     },
-  }, [[map.u_begin_m, uEnd], [v0, v1]], 220, `heat-${comparison.key}`);
+  }, [[map.u_begin_m, uEnd], [v0, v1]], 220, {
+    view: `heat-${comparison.key}`, title: `Error over u and v (${comparison.key})`,
+    names: () => [[`${mm(limit)} below`, below], [`${mm(limit)} above`, above]].map(([label, colour]) => ({ label, stroke: () => colour })),
+    table: () => {
+      const rows = [];
+      for (let i = first; i < last; ++i) {
+        for (let j = 0; j < columns; ++j) {
+          const k = i * columns + j, bare = without[k] === 1;
+          if (bare || !Number.isNaN(error[k])) rows.push([map.u_begin_m + (i + 0.5) * map.u_cell_m, map.v_m[j], bare ? null : 1000 * error[k], bare ? 1 : 0]);
+        }
+      }
+      return { heads: ['u / m', 'v / m', 'error / mm', 'nothing to compare with'], rows };
+    },
+  });
   const swatch = (colour, text) => {
     const box = el('i');
     box.style.background = colour;
     return [box, text];
   };
   const legend = el('div', { class: 'legend' },
-    swatch('rgb(30,80,190)', `${mm(limit)} below`), swatch('var(--mid)', 'equal'), swatch('rgb(190,30,40)', `${mm(limit)} above`),
-    swatch('rgb(225,190,60)', 'nothing within reach to compare with'),
+    swatch(below, lowText), swatch('var(--mid)', 'equal'), swatch(above, highText),
+    swatch(none, 'nothing within reach to compare with'),
     places.length > 0 ? swatch('var(--s4)', 'framed: named below') : null);
   return [chart, legend];
 }
@@ -138,7 +178,7 @@ function roughPlaces(data, state) {
     reason, { number: some.length }, { number: `${metres(length)} m` }, { number: mm(Math.max(...some.map((place) => place.largest_error_m))) }])));
   const sorted = [...places].sort((a, b) => b.largest_error_m - a.largest_error_m);
   const row = (place) => el('tr', {}, el('td', {}, placeButton(state, place.u_begin_m, place.u_end_m)),
-    el('td', { class: 'number' }, `v ${place.v_min_m.toFixed(2)}${place.v_max_m - place.v_min_m < 0.05 ? '' : ` … ${place.v_max_m.toFixed(2)}`} m`),
+    el('td', { class: 'number' }, `v ${fixed(place.v_min_m, 2)}${place.v_max_m - place.v_min_m < 0.05 ? '' : ` … ${fixed(place.v_max_m, 2)}`} m`),
     el('td', { class: 'number' }, mm(place.largest_error_m)), el('td', { class: 'text' }, place.reason));
   const body = el('tbody', {}, sorted.slice(0, 12).map(row));
   root.append(el('div', { class: 'scroll' }, el('table', { class: 'findings rough' }, el('thead', {}, el('tr', {},
@@ -153,13 +193,17 @@ function roughPlaces(data, state) {
 function histogram(comparison) {
   const { begin_m: begin, step_m: step, counts } = comparison.histogram;
   const total = counts.reduce((a, b) => a + b, 0) || 1;
+  // Millimetres, or what their thousandths are called where all lies within a few of them.
+  const [unit, factor] = Math.abs(begin) < 5e-6 ? ['µm', 1e6] : ['mm', 1000];
   return makeChart({
-    axes: plainAxes('error / mm (outer bars: all beyond)', 'share / %'),
+    axes: plainAxes(`error / ${unit} (outer bars: all beyond)`, 'share / %'),
     legend: { show: false },
-    cursor: { drag: { x: false, y: false } },
+    cursor: { drag: { x: true, y: false } },
     scales: { x: { time: false } },
-    series: [{}, { stroke: () => css('--s1'), fill: () => css('--s1'), width: 0, paths: uPlot.paths.bars({ size: [0.9] }), points: { show: false } }],
-  }, [counts.map((_, k) => 1000 * (begin + (k + 0.5) * step)), counts.map((n) => (100 * n) / total)], 220, { 'data-view': `histogram-${comparison.key}` }).box;
+    series: [{ label: `error / ${unit}` }, { label: 'share / %', stroke: () => css('--s1'), fill: () => css('--s1'), width: 0, paths: uPlot.paths.bars({ size: [0.9] }), points: { show: false } }],
+  }, [counts.map((_, k) => factor * (begin + (k + 0.5) * step)), counts.map((n) => (100 * n) / total)], 220, {
+    view: `histogram-${comparison.key}`, title: `Distribution of the error (${comparison.key})`, names: () => [],
+  }).box;
 }
 
 export function errors(data, state) {
@@ -171,8 +215,8 @@ export function errors(data, state) {
   return data.comparisons.map((comparison) => el('div', { class: 'panel', 'data-view': 'errors' },
     el('h3', {}, (titles[comparison.key] ?? comparison.key) + (comparison.reference ? `: ${comparison.reference}` : '')),
     table(['points', 'p50', 'p95', 'p99', 'max', 'mean', 'nothing to compare with'].map((number) => ({ number })), [[
-      comparison.points.toLocaleString('en'), mm(comparison.abs_error_m.p50), mm(comparison.abs_error_m.p95), mm(comparison.abs_error_m.p99),
-      mm(comparison.abs_error_m.max), mm(comparison.mean_m), `${(100 * comparison.share_without_reference).toFixed(3)} %`,
+      count(comparison.points), mm(comparison.abs_error_m.p50), mm(comparison.abs_error_m.p95), mm(comparison.abs_error_m.p99),
+      mm(comparison.abs_error_m.max), mm(comparison.mean_m), `${fixed(100 * comparison.share_without_reference, 3)} %`,
     ].map((number) => ({ number }))]),
     el('h3', {}, 'Error over u and v'), heatMap(comparison, comparison.key === 'mesh' && data.rough ? data.rough.places : [], state),
     comparison.key === 'mesh' && data.rough ? roughPlaces(data, state) : null,
@@ -181,8 +225,8 @@ export function errors(data, state) {
       el('div', {}, el('h3', {}, 'Worst places'), table(['place', { number: 'error' }], comparison.worst.map((cut) => [
         placeButton(state, cut.u_m, cut.u_m), { number: mm(cut.value_m) }])))),
     el('h3', {}, 'Cuts through the worst places'),
-    el('div', { class: 'cards' }, comparison.worst.map((cut) => el('div', { class: 'card', 'data-view': 'worst' },
-      el('div', { class: 'head' }, el('span', {}, cut.title), placeButton(state, cut.u_m, cut.u_m)), makeCrossPlot(cut))))));
+    el('div', { class: 'cards' }, comparison.worst.map((cut, k) => el('div', { class: 'card', 'data-view': 'worst' },
+      el('div', { class: 'head' }, el('span', {}, cut.title), placeButton(state, cut.u_m, cut.u_m)), makeCrossPlot(cut, `worst-${comparison.key}-${k + 1}`))))));
 }
 
 export function kerbs(data, state) {
@@ -193,15 +237,15 @@ export function kerbs(data, state) {
   }
   root.append(table(['place', 'side', { number: 'length' }, { number: 'height' }, { number: 'width' }, { number: 'v' }],
     data.kerbs.map((kerb) => [placeButton(state, kerb.u_begin_m, kerb.u_end_m), kerb.side,
-      { number: `${metres(kerb.u_end_m - kerb.u_begin_m)} m` }, { number: mm(kerb.height_m) }, { number: `${kerb.width_m.toFixed(2)} m` },
-      { number: `${kerb.v_begin_m.toFixed(1)} … ${kerb.v_end_m.toFixed(1)} m` }])));
+      { number: `${metres(kerb.u_end_m - kerb.u_begin_m)} m` }, { number: mm(kerb.height_m) }, { number: `${fixed(kerb.width_m, 2)} m` },
+      { number: `${fixed(kerb.v_begin_m, 1)} … ${fixed(kerb.v_end_m, 1)} m` }])));
   const cards = el('div', { class: 'cards' });
-  const show = (list) => cards.append(...list.map((kerb) => el('div', { class: 'card' },
-    el('div', { class: 'head' }, el('span', {}, kerb.profile.title), placeButton(state, kerb.u_begin_m, kerb.u_end_m)), makeCrossPlot(kerb.profile))));
+  const add = (begin, end) => cards.append(...data.kerbs.slice(begin, end).map((kerb, k) => el('div', { class: 'card' },
+    el('div', { class: 'head' }, el('span', {}, kerb.profile.title), placeButton(state, kerb.u_begin_m, kerb.u_end_m)), makeCrossPlot(kerb.profile, `kerb-${begin + k + 1}`))));
   root.append(el('h3', {}, 'Profiles'), cards);
-  show(data.kerbs.slice(0, 9));
+  add(0, 9);
   if (data.kerbs.length > 9) {
-    const more = el('button', { type: 'button', onclick: () => { more.remove(); show(data.kerbs.slice(9)); } }, `Show the other ${data.kerbs.length - 9} profiles`);
+    const more = el('button', { type: 'button', onclick: () => { more.remove(); add(9); } }, `Show the other ${data.kerbs.length - 9} profiles`);
     root.append(more);
   }
   return root;
@@ -231,6 +275,7 @@ function psdChart(tracks) {
   const known = curves.flatMap((curve) => curve.filter((value, k) => value !== null && value > 32e-10 * (n[k] / n0) ** -2));
   const low = Math.min(1e-7, known.reduce((a, b) => Math.min(a, b), 1)), high = known.reduce((a, b) => Math.max(a, b), 1e-5);
   const axes = plainAxes('n / (cycle/m)', 'Gd / m³');
+  axes[0].values = (plot, splits) => splits.map((value) => (value && /^[125]/.test(value.toExponential()) ? show(value, 3) : null));
   axes[1].values = (plot, splits) => splits.map((value) => (value && Number.isInteger(Math.round(1e6 * Math.log10(value)) / 1e6) ? `1e${Math.round(Math.log10(value))}` : null));
   return makeChart({
     axes,
@@ -239,8 +284,8 @@ function psdChart(tracks) {
       y: { distr: 3, range: () => [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high))] },
     },
     legend: { live: false },
-    cursor: { drag: { x: false, y: false } },
-    series: [{ label: 'n' },
+    cursor: { drag: { x: true, y: false } },
+    series: [{ label: 'n / (cycle/m)' },
       ...tracks.map((track, k) => line(track.name, colours[k % 4], { width: 1.8 })),
       ...limits.map((_, k) => ({ label: `${letters[k]}|${letters[k + 1]}`, stroke: () => css('--line'), width: 1, dash: [6, 4], points: { show: false } }))],
     hooks: {
@@ -270,7 +315,10 @@ function psdChart(tracks) {
         context.restore();
       }],
     },
-  }, [n, ...curves, ...limits], 360, { 'data-view': 'psd' }).box;
+  }, [n, ...curves, ...limits], 360, {
+    view: 'psd', title: 'Displacement spectrum', names: () => tracks.map((track, k) => ({ label: track.name, stroke: () => css(colours[k % 4]) })),
+    heads: ['n / (cycle/m)', ...tracks.map((track) => `${track.name}: Gd / m³`), ...limits.map((_, k) => `limit ${letters[k]}|${letters[k + 1]} / m³`)],
+  }).box;
 }
 
 export function roughness(data, state) {
@@ -279,10 +327,10 @@ export function roughness(data, state) {
   root.append(table(['path', { number: 'v' }, 'ISO 8608 class', { number: 'Gd(0.1)' }, { number: 'exponent' }, 'fitted band', 'mesh facets'],
     data.roughness.map((track) => {
       const fit = track.iso8608;
-      return [track.name, { number: `${track.v_m.toFixed(2)} m` }, fit ? fit.class : 'no fit', { number: fit ? `${(1e6 * fit.psd_at_n0_m3).toPrecision(3)}·10⁻⁶ m³` : '–' },
-        { number: fit ? fit.exponent.toFixed(2) : '–' },
-        fit ? `${fit.n_min_cpm.toPrecision(2)} to ${fit.n_max_cpm.toPrecision(2)} cycle/m${fit.band_cut ? ', the spectrum ends there' : ''}` : '–',
-        track.facets ? `every ${track.facets.median_m.toFixed(1)} m (${track.facets.p10_m.toFixed(1)} to ${track.facets.p90_m.toFixed(1)} m)` : 'none seen'];
+      return [track.name, { number: `${fixed(track.v_m, 2)} m` }, fit ? fit.class : 'no fit', { number: fit ? `${show(1e6 * fit.psd_at_n0_m3, 3)}·10⁻⁶ m³` : '–' },
+        { number: fit ? fixed(fit.exponent, 2) : '–' },
+        fit ? `${show(fit.n_min_cpm, 2)} to ${show(fit.n_max_cpm, 2)} cycle/m${fit.band_cut ? ', the spectrum ends there' : ''}` : '–',
+        track.facets ? `every ${metres(track.facets.median_m)} m (${metres(track.facets.p10_m)} to ${metres(track.facets.p90_m)} m)` : 'none seen'];
     })));
   if (tracks.some((track) => track.facets)) {
     root.append(el('p', { class: 'muted' }, 'The flat facets of the mesh leave kinks at these distances. What the spectrum shows there and above is triangulation, not roughness of the road.'));
@@ -300,7 +348,9 @@ export function roughness(data, state) {
       axes: plainAxes('u / m', ''),
       series: [line('u / m', '--muted'), ...withIri.map((track, k) => line(track.name, colours[k % 4], { width: 1.8 }))],
       scales: { y: { range: (plot, low, high) => [0, Math.max(0.5, 1.1 * (high ?? 1))] } },
-    }, [u, ...rows], 170, 'iri'));
+    }, [u, ...rows], 170, {
+      view: 'iri', title: 'International Roughness Index / (m/km)', heads: ['u / m', ...withIri.map((track) => `${track.name}: IRI / (m/km)`)],
+    }));
   }
   return root;
 }
@@ -312,7 +362,7 @@ export function health(data) {
     el('h3', {}, 'Inputs'), table(['role', 'path', 'SHA-256'], data.inputs.map((input) => [input.role, input.path, el('code', {}, input.sha256)])));
   if (data.control_points.length > 0) {
     root.append(el('h3', {}, 'Control points'), table(['name', { number: 'x' }, { number: 'y' }, { number: 'residual' }],
-      data.control_points.map((point) => [point.name, { number: point.x_m.toFixed(3) }, { number: point.y_m.toFixed(3) }, { number: mm(point.residual_m) }])));
+      data.control_points.map((point) => [point.name, { number: fixed(point.x_m, 3) }, { number: fixed(point.y_m, 3) }, { number: mm(point.residual_m) }])));
   }
   root.append(el('h3', {}, 'Notes of the check'), data.notes.length > 0
     ? el('ul', {}, data.notes.map((note) => el('li', {}, note))) : el('p', { class: 'muted' }, 'None.'));
@@ -324,8 +374,8 @@ export function health(data) {
 }
 
 export function extraSections(data) {
-  return data.extra.map((section) => el('section', { 'data-view': 'extra' }, el('h2', {}, section.title), el('div', { class: 'panel' },
+  return data.extra.map((section, k) => el('section', { 'data-view': 'extra' }, el('h2', {}, section.title), el('div', { class: 'panel' },
     section.sentences.map((sentence) => el('p', {}, sentence)),
     section.facts.length > 0 ? table(null, section.facts.map((fact) => [fact.name, fact.value])) : null,
-    el('div', { class: 'cards' }, section.plots.map((plot) => el('div', { class: 'card' }, el('div', { class: 'head' }, plot.title), makeCrossPlot(plot)))))));
+    el('div', { class: 'cards' }, section.plots.map((plot, p) => el('div', { class: 'card' }, el('div', { class: 'head' }, plot.title), makeCrossPlot(plot, `extra-${k + 1}-${p + 1}`)))))));
 }
