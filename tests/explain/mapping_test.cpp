@@ -56,6 +56,28 @@ TEST(Mapping, CountsRepeatsAsMissing) {
   EXPECT_FALSE(of(propose_mapping(foreign(), "log"), "yaw_rate_radps").held);
 }
 
+TEST(Mapping, KeepsTheBytesOfNamesInAnyEncoding) {
+  vehicle::Table log = foreign();
+  log.names[3] = "heading(\xb0)";  // Latin-1
+  log.names[5] = "yawrate \"raw\\\t(deg/s)";
+  log.names[4] = "speed(km/h) \xc3\xbc";
+  const Mapping m = propose_mapping(log, "log");
+  const support::TemporaryFolder folder;
+  const vehicle::Mapping again = vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  ASSERT_EQ(again.columns.size(), m.columns.size());
+  for (std::size_t k = 0; k < m.columns.size(); ++k) EXPECT_EQ(again.columns[k].column, m.columns[k].column);
+}
+
+TEST(Mapping, ProposesForAClockThatRunsBackwardsToo) {
+  vehicle::Table log = foreign();
+  for (std::size_t i = 1500; i < log.rows(); ++i) log.columns[0][i] -= 29990.0;  // the mean step is 3 us
+  EXPECT_EQ(propose_mapping(log, "log").columns.size(), 6u);
+  log.columns[0].back() = log.columns[0].front();
+  EXPECT_EQ(propose_mapping(log, "log").columns.size(), 6u);
+  log.columns[0].back() = log.columns[0].front() - 1.0;
+  EXPECT_EQ(propose_mapping(log, "log").columns.size(), 6u);
+}
+
 TEST(Mapping, ReadsBackWhatItWrites) {
   Mapping m = propose_mapping(foreign(), "log");
   m.columns[4].delay_s = 0.07;

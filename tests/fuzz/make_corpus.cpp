@@ -1,13 +1,18 @@
-// Writes the seed corpus of the fuzz target: small files that together use every section, format,
-// channel and option. Usage: make_corpus DIRECTORY
+// Writes seeds of the fuzz targets: roads that together use every section, format, channel and
+// option; meshes; point clouds of every format. Usage: make_corpus tests/corpus
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <string>
 
+#include <fmt/format.h>
+
 #include "crg/file.h"
 #include "crg/roads.h"
+#include "support/cloud_files.h"
+#include "support/mesh_files.h"
 
 using namespace crg;
 
@@ -15,7 +20,35 @@ namespace {
 
 std::string folder;
 
-void save(const std::string& name, const std::string& bytes) { std::ofstream(folder + "/" + name + ".crg", std::ios::binary) << bytes; }
+void save(const std::string& name, const std::string& bytes) { std::ofstream(folder + "/crg/" + name + ".crg", std::ios::binary) << bytes; }
+
+void save_as(const std::string& reader, const std::string& name, const std::string& bytes) {
+  std::filesystem::create_directories(folder + "/" + reader);
+  std::ofstream(folder + "/" + reader + "/" + name, std::ios::binary) << bytes;
+}
+
+void save_clouds() {
+  support::CloudSeed seed;
+  seed.count = 12;
+  for (const int format : {0, 1, 3, 6, 10})
+    save_as("las", fmt::format("format_{}.las", format), support::as_las(seed, format < 6 ? format % 4 : 4, format, format % 2 == 0));
+  for (const bool doubles : {false, true}) {
+    const char* const of = doubles ? "double" : "float";
+    for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) save_as("ply", fmt::format("{}_{}.ply", format, of), support::as_cloud_ply(seed, format, doubles));
+    for (const char* data : {"ascii", "binary", "binary_compressed"}) save_as("pcd", fmt::format("{}_{}.pcd", data, of), support::as_pcd(seed, data, doubles));
+  }
+  save_as("xyz", "header.csv", support::as_xyz(seed, true));
+  save_as("xyz", "bare.xyz", support::as_xyz(seed, false));
+}
+
+void save_meshes() {
+  const road::Mesh mesh = support::small_road();
+  save_as("mesh_text", "binary.stl", support::as_stl(mesh).substr(0, 84 + 50 * 8));
+  save_as("mesh_text", "text.stl", support::as_text_stl(mesh));
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) save_as("mesh_text", fmt::format("{}.ply", format), support::as_ply(mesh, format, "float"));
+  save_as("mesh_text", "road.obj", support::as_obj(mesh));
+  save_as("mesh_text", "road.acc", support::as_acc(mesh));
+}
 
 Crg small(bool closed) {
   ReferenceLine line = closed ? test::circuit(21, 12.0, 0.1, 2) : test::line_along(9, 1.0, [](double u) { return 0.05 * std::sin(u); }, 5.0, -3.0, 0.4);
@@ -33,6 +66,9 @@ Crg small(bool closed) {
 int main(int argc, char** argv) {
   if (argc != 2) return std::fprintf(stderr, "usage: make_corpus DIRECTORY\n"), 2;
   folder = argv[1];
+  std::filesystem::create_directories(folder + "/crg");
+  save_clouds();
+  save_meshes();
   const char* names[] = {"krbi", "kdbi", "lrfi", "ldfi"};
   for (int format = 0; format < 4; ++format) {
     save(std::string("open_") + names[format], to_bytes(small(false), static_cast<Format>(format)));

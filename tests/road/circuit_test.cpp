@@ -349,6 +349,16 @@ TEST(Circuit, RefusesWhatCannotBeBuilt) {
   design = open_design({{200, 0, 0, false}});
   design.bridges.push_back({150, 250, 1.0, false});
   refuses(design, "bridge from u = 150 m to 250 m");
+  // Tables, splines and spirals that would take hours.
+  design = open_design({{6e4, 0, 0, false}, {6e4, 0, 0, false}});
+  refuses(design, "120000 m long");
+  design = open_design({{1e5, 0, 0.5, false}});
+  refuses(design, "turns up to");
+  design = open_design({{2000, 0, 0, false}});
+  design.elevation_m = {{}, {}};
+  for (int k = 0; k < 1500; ++k)
+    design.elevation_m.u_m.push_back(k), design.elevation_m.value.push_back(0.0);
+  refuses(design, "1500 knots");
   // A bend of 4 m radius under a road that is 5 m wide on the inside.
   design = open_design({{20, 0, 0.25, false}});
   refuses(design, "meets another part of itself");

@@ -106,6 +106,20 @@ TEST(Recording, FindsRepeatsLateRowsResetsGapsAndHeldSamples) {
 
 // A sensor ahead of the centre of mass and turned, on a car that turns ever faster on the spot:
 // what the sensor feels is worked out by hand.
+TEST(Recording, TakesNoClockThatASecondDoesNotMove) {
+  Table log;
+  std::vector<double> t;
+  for (int i = 0; i < 12; ++i) t.push_back(0.1 * i);
+  for (const double far : {1e300, 1e200, 9e15, -1e308}) t.push_back(far);
+  for (int i = 12; i < 24; ++i) t.push_back(0.1 * i);
+  log.add("time_s", t);
+  const Recording r = make_recording(log, "log");
+  EXPECT_EQ(r.rows_without_time, 4u);
+  ASSERT_EQ(r.table.rows(), 24u);
+  for (std::size_t i = 1; i < 24; ++i)
+    EXPECT_GT(r.table.columns[0][i], r.table.columns[0][i - 1]);
+}
+
 TEST(Recording, MovesTheAccelerometerAndTakesOutItsFilter) {
   constexpr double kAhead = 1.5, kYaw = 0.1, kRate2 = 0.4;
   Table log;

@@ -1,7 +1,6 @@
 #include "explain/mapping.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
@@ -184,7 +183,9 @@ Path path_of(const std::vector<double>& t, const std::vector<double>& x,
 double lag_s(const std::vector<double>& t, const std::vector<double>& reference,
              const std::vector<double>& late) {
   const double dt = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
-  const int most = static_cast<int>(0.5 / dt);
+  if (!(dt > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+  // Half a second, as far as that is a part of the log; 4 kHz is the fastest logger.
+  const int most = static_cast<int>(std::min({0.5 / dt, static_cast<double>(t.size()) / 4.0, 2000.0}));
   std::vector<double> r(2 * static_cast<std::size_t>(most) + 1);
   std::size_t best = 0;
   for (int k = -most; k <= most; ++k) {
@@ -205,6 +206,21 @@ double lag_s(const std::vector<double>& t, const std::vector<double>& reference,
   const double a = r[best - 1], b = r[best], c = r[best + 1];
   const double vertex = (a - c) / (2 * (a - 2 * b + c));
   return (static_cast<double>(best) - most + vertex) * dt;
+}
+
+/// A name in YAML's double quotes. Its bytes stay as they are, whatever encoding the logger has:
+/// yaml-cpp would replace those that are no UTF-8, and the column would not be found again.
+std::string quoted(const std::string& name) {
+  std::string out = "\"";
+  for (const char c : name) {
+    if (c == '"' || c == '\\')
+      out += std::string("\\") + c;
+    else if (static_cast<unsigned char>(c) < 32 || c == 127)
+      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    else
+      out += c;
+  }
+  return out + '"';
 }
 
 /// Every channel the analysis reads.
@@ -395,24 +411,25 @@ std::string format_mapping(const Mapping& mapping) {
     return text;
   };
   for (const std::string& note : mapping.notes) out += "# " + one_line(note) + "\n";
-  YAML::Emitter yaml;
-  yaml.SetDoublePrecision(12);
-  yaml << YAML::BeginMap << YAML::Key << "version" << YAML::Value << 1;
-  if (mapping.imu_yaw_rad != 0) yaml << YAML::Key << "imu_yaw_rad" << YAML::Value << mapping.imu_yaw_rad;
-  if (mapping.imu_ahead_m != 0) yaml << YAML::Key << "imu_ahead_m" << YAML::Value << mapping.imu_ahead_m;
-  yaml << YAML::Key << "columns" << YAML::Value << YAML::BeginMap;
+  out += "version: 1\n";
+  const auto add_number = [&](const char* key, double value) { out += fmt::format("{}: {:.12g}", key, value); };
+  if (mapping.imu_yaw_rad != 0) add_number("imu_yaw_rad", mapping.imu_yaw_rad), out += '\n';
+  if (mapping.imu_ahead_m != 0) add_number("imu_ahead_m", mapping.imu_ahead_m), out += '\n';
+  out += "columns:";
+  if (mapping.columns.empty()) out += "\n  {}";
   for (const ColumnMapping& m : mapping.columns) {
-    yaml << YAML::Key << YAML::DoubleQuoted << m.column << YAML::Auto << YAML::Value << YAML::Flow << YAML::BeginMap;
-    yaml << YAML::Key << "channel" << YAML::Value << m.channel;
-    if (m.scale != 1) yaml << YAML::Key << "scale" << YAML::Value << m.scale;
-    if (m.offset != 0) yaml << YAML::Key << "offset" << YAML::Value << m.offset;
-    if (m.delay_s != 0) yaml << YAML::Key << "delay_s" << YAML::Value << m.delay_s;
-    if (m.low_pass_s != 0) yaml << YAML::Key << "low_pass_s" << YAML::Value << m.low_pass_s;
-    if (m.held) yaml << YAML::Key << "held" << YAML::Value << true;
-    yaml << YAML::EndMap;
+    out += fmt::format("\n  {}: {{channel: {}", quoted(m.column), m.channel);
+    const auto add = [&](const char* key, double value, double usual) {
+      if (value != usual) out += ", ", add_number(key, value);
+    };
+    add("scale", m.scale, 1.0);
+    add("offset", m.offset, 0.0);
+    add("delay_s", m.delay_s, 0.0);
+    add("low_pass_s", m.low_pass_s, 0.0);
+    if (m.held) out += ", held: true";
+    out += '}';
   }
-  yaml << YAML::EndMap << YAML::EndMap;
-  return out + yaml.c_str() + "\n";
+  return out + "\n";
 }
 
 }  // namespace explain

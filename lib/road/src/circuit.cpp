@@ -28,6 +28,9 @@ constexpr double kMiddleStepM = 0.5;
 // The tool leaves this gap between the last row of a closed CRG and the first: every reader closes
 // it.
 constexpr double kSeamGapM = 0.001;
+// Beyond, tables of half a metre, splines and spirals take hours; no track is such.
+constexpr double kLongestM = 1e5, kMostTurned = 8.0 * std::numbers::pi;
+constexpr std::size_t kMostKnots = 1000;
 
 // ---- plan view ---------------------------------------------------------------------------------
 
@@ -98,6 +101,13 @@ void check_plan(const CircuitDesign& design) {
         (segment.length_m == 0.0 && !segment.solve_length)) {
       throw Error(fmt::format("{}: plan segment {} is {} m long; give a positive length",
                               design.name, i, segment.length_m));
+    }
+    const double turned =
+        segment.length_m *
+        std::max(std::abs(segment.curvature_begin_1pm), std::abs(segment.curvature_end_1pm));
+    if (turned > kMostTurned) {
+      throw Error(fmt::format("{}: plan segment {} turns up to {:.0f} deg; at most {:.0f} wanted",
+                              design.name, i, turned / kDegree, kMostTurned / kDegree));
     }
     if (segment.solve_length &&
         (segment.curvature_begin_1pm != 0.0 || segment.curvature_end_1pm != 0.0)) {
@@ -280,6 +290,10 @@ void check_knots(const CircuitDesign& design, const char* what, const Knots& kno
   if (knots.u_m.empty() || knots.u_m.size() != knots.value.size()) {
     throw Error(fmt::format("{}: {} has {} positions and {} values; give at least one pair",
                             design.name, what, knots.u_m.size(), knots.value.size()));
+  }
+  if (knots.u_m.size() > kMostKnots) {
+    throw Error(fmt::format("{}: {} has {} knots; at most {} wanted", design.name, what,
+                            knots.u_m.size(), kMostKnots));
   }
   for (std::size_t i = 0; i < knots.u_m.size(); ++i) {
     const double u = knots.u_m[i];
@@ -602,6 +616,10 @@ Circuit::Circuit(CircuitDesign design) {
   }
   data->segment_u_m.push_back(u);
   data->length_m = u;
+  if (u > kLongestM) {
+    throw Error(fmt::format("{}: the plan is {:.0f} m long; at most {:.0f} m wanted", design.name,
+                            u, kLongestM));
+  }
   if (design.closed) {
     data->closing_error_m = std::hypot(pose.x_m - design.start_x_m, pose.y_m - design.start_y_m);
   }

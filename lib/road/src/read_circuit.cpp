@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "files/read_file.h"
 #include "road/circuit.h"
 #include "road/error.h"
 
@@ -379,11 +380,11 @@ CircuitDesign read_design(const std::string& path, const YAML::Node& root) {
 }  // namespace
 
 Circuit read_circuit(const std::string& path) {
+  constexpr std::size_t kLargestFileBytes = 1u << 20;
+  const std::string text = files::read_file(path, kLargestFileBytes);
   YAML::Node root;
   try {
-    root = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    throw Error(path + ": cannot be read; give the path of a circuit.yaml");
+    root = YAML::Load(text);
   } catch (const YAML::Exception& error) {
     fail(path, error.mark, "no valid YAML: " + error.msg);
   }
@@ -392,9 +393,9 @@ Circuit read_circuit(const std::string& path) {
   } catch (const YAML::Exception& error) {
     fail(path, error.mark, "no valid circuit: " + error.msg);
   } catch (const Error& error) {
-    const std::string text = error.what();
-    if (text.rfind(path, 0) == 0) throw;
-    throw Error(path + ": " + text);
+    const std::string said = error.what();
+    if (said.rfind(path, 0) == 0) throw;
+    throw Error(path + ": " + said);
   }
 }
 

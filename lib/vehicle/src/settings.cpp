@@ -14,22 +14,26 @@
 namespace vehicle {
 namespace {
 
-constexpr std::size_t kLargestFileBytes = 1u << 20, kMostNodes = 100000;
+constexpr std::size_t kLargestFileBytes = 1u << 20, kMostNodes = 100000, kDeepest = 64;
 
-/// Copies a node; anchors that repeat each other are counted as often as they stand for something.
-Setting copy(const YAML::Node& node, const std::string& path, std::size_t& count) {
+/// Copies a node; anchors that repeat each other are counted as often as they stand for something,
+/// and one that holds itself is too deep.
+Setting copy(const YAML::Node& node, const std::string& path, std::size_t& count,
+             std::size_t depth = 0) {
   Setting out;
   out.line = node.Mark().line + 1;
   const auto where = [&] { return fmt::format("{}:{}", path, out.line); };
   if (++count > kMostNodes)
     throw Error(
         fmt::format("{}: more than {} entries; no such file is that long", where(), kMostNodes));
+  if (depth > kDeepest)
+    throw Error(fmt::format("{}: more than {} lists and tables within each other", where(), kDeepest));
   if (node.IsScalar()) {
     out.kind = Setting::Kind::kWord;
     out.word = node.Scalar();
   } else if (node.IsSequence()) {
     out.kind = Setting::Kind::kList;
-    for (const auto& item : node) out.values.push_back(copy(item, path, count));
+    for (const auto& item : node) out.values.push_back(copy(item, path, count, depth + 1));
   } else if (node.IsMap()) {
     out.kind = Setting::Kind::kKeys;
     std::set<std::string> seen;
@@ -41,7 +45,7 @@ Setting copy(const YAML::Node& node, const std::string& path, std::size_t& count
         throw Error(
             fmt::format("{}:{}: '{}' twice", path, line, entry.first.Scalar().substr(0, 60)));
       out.keys.push_back(entry.first.Scalar());
-      out.values.push_back(copy(entry.second, path, count));
+      out.values.push_back(copy(entry.second, path, count, depth + 1));
       out.values.back().line = line;
     }
   }

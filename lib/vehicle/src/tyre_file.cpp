@@ -67,7 +67,7 @@ void check_unit(std::string_view quantity, std::string_view unit, const std::str
     if (quantity != known.quantity) continue;
     if (unit == known.first || unit == known.second) return;
     throw Error(fmt::format("{}: unit of {} is '{}', wanted '{}'; convert the file to SI units",
-                            where, quantity, unit, known.first));
+                            where, quantity, unit.substr(0, 40), known.first));
   }
 }
 
@@ -177,7 +177,7 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
       if (section == "UNITS") check_unit(keyword, word, where);
       if (keyword == "TYRESIDE") {
         if (word != "LEFT" && word != "RIGHT" && word != "SYMMETRIC")
-          throw Error(fmt::format("{}: TYRESIDE = '{}', wanted 'LEFT' or 'RIGHT'", where, word));
+          throw Error(fmt::format("{}: TYRESIDE = '{}', wanted 'LEFT' or 'RIGHT'", where, word.substr(0, 40)));
         file.coefficients.left_side = word == "LEFT";
       }
       continue;

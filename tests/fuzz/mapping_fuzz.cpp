@@ -1,0 +1,33 @@
+// mapping.yaml, read, written and read back; and the mapping that is proposed for a log.
+#include "explain/mapping.h"
+#include "files/error.h"
+#include "fuzz/target.h"
+
+namespace {
+
+void read_back(const explain::Mapping& mapping) {
+  const std::string path = fuzz::folder().put("again.yaml", explain::format_mapping(mapping));
+  const vehicle::Mapping again = vehicle::read_mapping(path);
+  fuzz::require(again.columns.size() == mapping.columns.size(), "as many columns as were written");
+  for (std::size_t k = 0; k < again.columns.size(); ++k)
+    fuzz::require(again.columns[k].column == mapping.columns[k].column &&
+                      again.columns[k].channel == mapping.columns[k].channel,
+                  "the columns that were written");
+}
+
+}  // namespace
+
+void fuzz::run(std::string_view bytes) {
+  const std::string path = folder().put("mapping.yaml", bytes);
+  try {
+    read_back({vehicle::read_mapping(path), {}});
+  } catch (const files::Error& error) {
+    require_refusal(error, path);
+  }
+  try {
+    const vehicle::Table log = vehicle::parse_log(std::string(bytes), path);
+    read_back(explain::propose_mapping(log, path));
+  } catch (const files::Error& error) {
+    require_refusal(error, path);
+  }
+}

@@ -1,0 +1,14 @@
+#include "files/error.h"
+#include "fuzz/target.h"
+#include "road/recipe.h"
+
+void fuzz::run(std::string_view bytes) {
+  const std::string path = folder().put("track.yaml", bytes);
+  try {
+    const road::Recipe recipe = road::read_recipe(path);
+    require(!recipe.mesh_path.empty() && !recipe.name.empty(), "a mesh and a name");
+    for (const road::RecipeKey& key : road::recipe_keys()) (void)key.show(recipe);
+  } catch (const files::Error& error) {
+    require_refusal(error, path);
+  }
+}
