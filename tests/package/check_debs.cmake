@@ -35,10 +35,8 @@ endfunction()
 set(every "Maintainer: Kerbstone developers" "Version: [0-9.]+-1\n" "Architecture: " "/copyright\n" "/changelog.Debian.gz\n")
 set(tools "")
 foreach(tool crgbuild lidar2mesh crgdrive crgexplain)
-  list(APPEND tools "-rwxr-xr-x root/root .* ./usr/bin/${tool}\n")
-endforeach()
-foreach(tool crgbuild)
-  list(APPEND tools "./usr/share/man/man1/${tool}.1.gz\n" "./usr/share/bash-completion/completions/${tool}\n")
+  list(APPEND tools "-rwxr-xr-x root/root .* ./usr/bin/${tool}\n" "./usr/share/man/man1/${tool}.1.gz\n"
+    "./usr/share/bash-completion/completions/${tool}\n")
 endforeach()
 expect(kerbstone ${every} ${tools} "Section: science" "Depends: .*libassimp" "./usr/share/doc/kerbstone/docs/crgbuild.md\n")
 expect(libcrg-dev ${every} "Section: libdevel" "libstdc\\+\\+-dev" "./usr/lib/.*libcrg.a\n" "./usr/include/crg.h\n"
