@@ -18,6 +18,23 @@ std::string number(double value, int digits = 6) {
   return {text.data(), end};
 }
 
+/// What a tick says: as many decimals as multiples of `step` need to differ, and no more.
+std::string tick_text(double value, double step) {
+  const double size = std::max(std::abs(value), step);
+  const double digits = std::floor(std::log10(size) + 1e-9) - std::floor(std::log10(step) + 1e-9) + 1.0;
+  // Exponents only where zeros would be all that one sees.
+  if (size >= 1e9 || step < 1e-6) return number(value, static_cast<int>(std::clamp(digits, 1.0, 15.0)));
+  std::array<char, 40> text{};
+  const int decimals = static_cast<int>(std::max(0.0, -std::floor(std::log10(step) + 1e-9)));
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals).ptr;
+  std::string trimmed(text.data(), end);
+  if (decimals > 0) {
+    trimmed.erase(trimmed.find_last_not_of('0') + 1);
+    if (trimmed.back() == '.') trimmed.pop_back();
+  }
+  return trimmed;
+}
+
 /// A place in the drawing, to a tenth of a pixel.
 std::string pixel(double value) { return number(std::round(value * 10.0) / 10.0, 7); }
 
@@ -55,15 +72,15 @@ void draw_axes(std::string& out, const Plot& plot, const Axes& axes) {
   const auto ticks = [](const Range& range, double parts, auto&& draw) {
     const double step = round_step(range.high - range.low, parts);
     const double first = std::ceil(range.low / step - 1e-9);
-    for (double k = first; k * step <= range.high + 1e-9 * step && k < first + 50; ++k) draw(k == 0 ? 0.0 : k * step);
+    for (double k = first; k * step <= range.high + 1e-9 * step && k < first + 50; ++k) draw(k == 0 ? 0.0 : k * step, step);
   };
-  ticks(axes.x, 10, [&](double v) {
+  ticks(axes.x, 10, [&](double v, double step) {
     const std::string x = pixel(axes.px(v));
-    out += "<path class=grid d='M" + x + " " + pixel(kTop) + "V" + pixel(kHeight - kBottom) + "'/><text x=" + x + " y=" + pixel(kHeight - kBottom + 15) + " text-anchor=middle>" + number(v) + "</text>";
+    out += "<path class=grid d='M" + x + " " + pixel(kTop) + "V" + pixel(kHeight - kBottom) + "'/><text x=" + x + " y=" + pixel(kHeight - kBottom + 15) + " text-anchor=middle>" + tick_text(v, step) + "</text>";
   });
-  ticks(axes.y, 5, [&](double v) {
+  ticks(axes.y, 5, [&](double v, double step) {
     const std::string y = pixel(axes.py(v));
-    out += "<path class=grid d='M" + pixel(kLeft) + " " + y + "H" + pixel(kWidth - kRight) + "'/><text x=" + pixel(kLeft - 6) + " y=" + pixel(axes.py(v) + 4) + " text-anchor=end>" + number(v) + "</text>";
+    out += "<path class=grid d='M" + pixel(kLeft) + " " + y + "H" + pixel(kWidth - kRight) + "'/><text x=" + pixel(kLeft - 6) + " y=" + pixel(axes.py(v) + 4) + " text-anchor=end>" + tick_text(v, step) + "</text>";
   });
   out += "<text x=" + pixel(kWidth - kRight) + " y=" + pixel(kHeight - 8) + " text-anchor=end>" + html_text(plot.x_name) + "</text>";
 }
