@@ -13,7 +13,7 @@ import { refreshCharts } from './charts.js';
 import { alongU, errors, extraSections, health, kerbs, roughness, seam } from './sections.js';
 
 const verdicts = {
-  usable: ['Usable', 'Nothing was found that a vehicle would notice.'],
+  usable: ['Usable', 'Nothing of what was looked for lies beyond its limits.'],
   usable_with_remarks: ['Usable with remarks', 'The road can be driven; look at the places below first.'],
   not_usable: ['Not usable', 'At least one fault makes the road unfit to drive on as it is.'],
 };
@@ -29,8 +29,15 @@ function number(value, unit) {
   return `${show(value)}${unit === '1' ? '' : ` ${unit}`}`;
 }
 
+/// What would have been a finding: a road without any is no better than what was looked for.
+function lookedFor(data) {
+  const sentences = data.looked_for ?? [];
+  return sentences.length === 0 ? null : el('details', { 'data-role': 'looked-for', open: data.findings.length === 0 ? '' : null },
+    el('summary', {}, 'What was looked for, and the limits'), el('ul', {}, sentences.map((sentence) => el('li', {}, sentence))));
+}
+
 function findings(data, state) {
-  if (data.findings.length === 0) return el('div', { class: 'panel', 'data-view': 'findings' }, el('p', {}, 'No findings.'));
+  if (data.findings.length === 0) return el('div', { class: 'panel', 'data-view': 'findings' }, el('p', {}, 'No findings.'), lookedFor(data));
   const rows = data.findings.map((finding) => el('tr', {},
     el('td', {}, el('span', { class: `tag ${finding.severity === 'error' ? 'error' : 'remark'}` }, finding.severity)),
     el('td', {}, kinds[finding.kind] ?? finding.kind),
@@ -44,6 +51,7 @@ function findings(data, state) {
     const more = el('button', { type: 'button', onclick: () => { more.remove(); body.append(...rows.slice(25)); } }, `Show the other ${rows.length - 25} findings`);
     panel.append(more);
   }
+  panel.append(lookedFor(data) ?? '');
   return panel;
 }
 

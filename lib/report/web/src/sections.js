@@ -232,7 +232,7 @@ export function errors(data, state) {
 export function kerbs(data, state) {
   const root = el('div', { class: 'panel', 'data-view': 'kerbs' });
   if (data.kerbs.length === 0) {
-    root.append(el('p', { class: 'muted' }, 'No kerb of 15 mm or more was found.'));
+    root.append(el('p', { class: 'muted' }, 'No kerb was found.'));
     return root;
   }
   root.append(table(['place', 'side', { number: 'length' }, { number: 'height' }, { number: 'width' }, { number: 'v' }],
