@@ -430,7 +430,7 @@ try {
     const [here, restored] = [await coarse(page, '[data-view="plan"] canvas'), await coarse(there, '[data-view="plan"] canvas')];
     check(Math.max(...here.map((value, k) => Math.abs(value - restored[k]))) < 12, 'a link restores the plan');
     // Links come from strangers too.
-    for (const hash of ['#u=NaN,1e999&colour=%3Cimg%20src=x%3E&cut=1,2,3&measure=<script>&plan=0,0,0', '#u=-5,1e3&place=__proto__', '#__proto__=1&cut=99999,0', '#track']) {
+    for (const hash of ['#u=NaN,1e999&colour=%3Cimg%20src=x%3E&cut=1,2,3&measure=<script>&plan=0,0,0', '#u=-5,1e3&place=__proto__', '#place=99999,99999', '#__proto__=1&cut=99999,0', '#track']) {
       await there.goto('about:blank');
       await there.goto(link.replace(/#.*/, hash));
       await there.waitForSelector('html[data-ready="yes"]');

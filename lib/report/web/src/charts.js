@@ -88,6 +88,12 @@ export function makeChart(options, rows, height, about) {
   observer.observe(box);
   chart.refresh = () => {
     if (!chart.plot) return;
+    // uPlot gives the legend its colours once.
+    const names = [...chart.plot.root.querySelectorAll('.u-series')], first = options.series.length - names.length;
+    names.forEach((name, k) => {
+      const marker = name.querySelector('.u-marker'), colour = options.series[first + k]?.stroke?.();
+      if (marker && colour) marker.style.borderColor = colour;
+    });
     const width = Math.floor(box.clientWidth);
     if (width > 10 && Math.abs(chart.plot.width - width) > 1) chart.plot.setSize({ width, height });
     else chart.plot.redraw(false, true);

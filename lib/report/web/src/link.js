@@ -26,7 +26,8 @@ export function followHash(hash, state, sheet) {
   if (!hash.includes('=')) return false;
   const said = Object.fromEntries(hash.slice(1).split('&').map((part) => part.split('=')).filter((part) => part.length === 2));
   const onRoad = (u, v) => u >= state.uBegin && u <= state.uEnd && v >= sheet.v[0] - 0.01 && v <= sheet.v[sheet.columns - 1] + 0.01;
-  const range = numbers(said.u, 2), one = numbers(said.u, 1), place = numbers(said.place, 2), cut = numbers(said.cut, 2), measured = numbers(said.measure, 4), map = numbers(said.plan, 3);
+  const range = numbers(said.u, 2), one = numbers(said.u, 1), there = numbers(said.place, 2), cut = numbers(said.cut, 2), measured = numbers(said.measure, 4), map = numbers(said.plan, 3);
+  const place = there && there[0] <= there[1] && onRoad(there[0], sheet.v[0]) && onRoad(there[1], sheet.v[0]) ? there : null;
   // What the place says of the cursor comes last.
   state.setPoint(cut && onRoad(cut[0], cut[1]) ? { u: cut[0], v: cut[1] } : null);
   if (state.point) state.setCursor(state.point.u, 'link');

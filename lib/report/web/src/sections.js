@@ -298,6 +298,7 @@ function psdChart(tracks) {
         context.clip();
         context.font = `${11 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
         context.fillStyle = css('--muted');
+        context.textAlign = 'left';
         const at = n[Math.floor(0.06 * n.length)];
         letters.forEach((letter, k) => {
           const y = plot.valToPos(16e-6 * 4 ** k * (at / n0) ** -2, 'y', true);
