@@ -55,7 +55,9 @@ TEST(Summary, GridIsDescribed) {
   grid.z_m = {kNaN, 1.0f, kNaN, 2.0f,   // one hole
               kNaN, kNaN, kNaN, kNaN,   // none
               3.0f, 1.0f, 0.5f, kNaN};  // none
-  const GridReport report = describe(grid);
+  crg::ReferenceLine line;
+  line.x_m = line.y_m = line.heading_rad = std::vector<double>(3, 0.0);
+  const GridReport report = describe(grid, line);
   EXPECT_EQ(report.rows, 3u);
   EXPECT_EQ(report.columns, 4u);
   EXPECT_EQ(report.nodes, 12u);
@@ -66,7 +68,15 @@ TEST(Summary, GridIsDescribed) {
   EXPECT_DOUBLE_EQ(report.v_step_max_m, 1.0);
   EXPECT_DOUBLE_EQ(report.z_min_m, 0.5);
   EXPECT_DOUBLE_EQ(report.z_max_m, 3.0);
-  EXPECT_TRUE(std::isnan(describe(crg::Grid{}).z_min_m));
+  EXPECT_DOUBLE_EQ(report.width_min_m, 1.0);
+  EXPECT_DOUBLE_EQ(report.width_median_m, 1.5);
+  EXPECT_DOUBLE_EQ(report.width_max_m, 1.5);
+  EXPECT_TRUE(std::isnan(describe(crg::Grid{}, line).z_min_m));
+  // Heights of the surface: line and banking count.
+  line.z_m = {300.0, 310.0, 320.0};
+  line.banking = {0.0, 0.0, 0.1};
+  EXPECT_DOUBLE_EQ(describe(grid, line).z_min_m, 301.0);
+  EXPECT_DOUBLE_EQ(describe(grid, line).z_max_m, 322.9);
 }
 
 TEST(Summary, ValidationFailsForAReason) {

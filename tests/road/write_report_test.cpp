@@ -181,8 +181,45 @@ TEST_F(WriteReport, StretchesOffTheMeshAreNamedOrTakenAsGiven) {
   }
   EXPECT_NEAR(first_m, 120.0, 0.6);
   EXPECT_NEAR(last_m, 125.0, 0.6);
-  request.rough_places = {{1.0, 2.0, -1.0, 1.0, 0.5, "told"}};
-  EXPECT_EQ(report_of(request)["rough"]["places"][0]["reason"], "told");
+  // What a build has found already is told as it was told there.
+  road::ValidateReport told;
+  told.points = 7;
+  told.z_error_m = {0.01, 0.02, 0.03, 0.5};
+  told.worst_u_m = 1.5, told.worst_v_m = -0.5, told.worst_error_m = -0.5;
+  told.rough_places = {{1.0, 2.0, -1.0, 1.0, 0.5, "told", 1.5, -0.5, -0.5}};
+  request.validated = told;
+  request.kerbs = {{10.0, 20.0, -6.0, -5.0, 0.05, 15.0}};
+  request.road_width_m = {8.0, 9.0, 10.0};
+  const json report = report_of(request);
+  EXPECT_EQ(report["rough"]["places"][0]["reason"], "told");
+  const json& mesh_errors = report["comparisons"][0];
+  EXPECT_EQ(mesh_errors["points"], 7);
+  EXPECT_EQ(mesh_errors["abs_error_m"]["max"], 0.5);
+  EXPECT_EQ(mesh_errors["worst"][0]["value_m"], -0.5);
+  EXPECT_EQ(mesh_errors["worst"][0]["u_m"], 1.5);
+  double largest_m = 0.0;
+  for (const json& error : report["along_u"]["largest_error_mesh_m"]) largest_m = std::max(largest_m, error.is_null() ? 0.0 : error.get<double>());
+  EXPECT_EQ(largest_m, 0.5);
+  ASSERT_EQ(report["kerbs"].size(), 1u);
+  EXPECT_EQ(report["kerbs"][0]["side"], "right");
+  EXPECT_EQ(report["kerbs"][0]["v_begin_m"], -5.0);
+  EXPECT_EQ(report["kerbs"][0]["profile"]["u_m"], 15.0);
+}
+
+TEST_F(WriteReport, SaysWhatWasLookedForAndFromWhichLimits) {
+  // A bump of 15 mm over the whole width: lower than what is a finding.
+  Oval bump = clean_oval();
+  test_support::plant(bump, [](double u, double) { return u > 50.0 && u < 54.0 ? 0.015 * std::pow(std::sin(M_PI * (u - 50.0) / 4.0), 2) : 0.0; });
+  road::ReportRequest request;
+  request.crg_path = write(bump, "bump.crg");
+  const json report = report_of(request);
+  EXPECT_EQ(report["verdict"], "usable") << report["findings"].dump(1);
+  std::string all;
+  for (const json& sentence : report["looked_for"]) all += sentence.get<std::string>() + "\n";
+  EXPECT_THAT(all, testing::HasSubstr("Bumps and potholes from 40 mm on"));
+  EXPECT_THAT(all, testing::HasSubstr("lower ones"));
+  EXPECT_THAT(all, testing::HasSubstr("Steps across the road from 5 mm on"));
+  EXPECT_THAT(all, testing::HasSubstr("no mesh was given"));
 }
 
 TEST_F(WriteReport, OneAndManyThreadsGiveTheSameBytes) {

@@ -85,15 +85,15 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
   const nlohmann::json &line = s.at("reference_line"), &width = s.at("centreline"), &clean = s.at("clean"), &grid = s.at("grid"),
                        &sample = s.at("sample"), &validation = s.at("validation");
   std::string text = fmt::format(
-      "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide\n"
+      "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} m\n"
       "  kept {} of {} triangles ({})\n"
       "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
       "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
-      "  against the mesh at {} points: 99 % within {:.2f} mm, all within {:.2f} mm\n"
+      "  against the mesh at {} points: 99 % within {:.2f} mm, the largest error {:.2f} mm\n"
       "  {:.2f} s, {:.0f} MB{}\n"
       "road     {}\npicture  {}\nnumbers  {}\n",
       recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")), number(width.at("width_min_m")),
-      number(width.at("width_max_m")), clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
+      number(width.at("width_max_m")), number(grid.at("width_min_m")), number(grid.at("width_max_m")), clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
       clean.at("by_names").get<bool>() ? "by names" : "by shape", grid.at("rows").get<std::size_t>(),
       grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")), recipe.sample.v_step_m, grid.at("holes").get<std::size_t>(),
       sample.at("filled").get<std::size_t>(), sample.at("folds").size(), s.at("kerb").at("kerbs").size(),

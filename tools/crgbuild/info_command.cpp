@@ -62,7 +62,7 @@ Range range_of(const std::vector<double>& values) {
 int run_info(const InfoCommand& command, Terminal& terminal) {
   const crg::Crg file = crg::read(command.crg);
   const crg::ReferenceLine line = crg::integrate_reference_line(file);
-  const road::GridReport grid = road::describe(file.grid);
+  const road::GridReport grid = road::describe(file.grid, line);
   const Range x = range_of(line.x_m), y = range_of(line.y_m);
   const bool even = grid.v_step_max_m - grid.v_step_min_m < 1e-6;
   const double length_m = grid.u_end_m - grid.u_begin_m;
@@ -93,7 +93,11 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
                    {"v_step_min_m", grid.v_step_min_m},
                    {"v_step_max_m", grid.v_step_max_m},
                    {"z_min_m", grid.z_min_m},
-                   {"z_max_m", grid.z_max_m}};
+                   {"z_max_m", grid.z_max_m},
+                   {"width_min_m", grid.width_min_m},
+                   {"width_median_m", grid.width_median_m},
+                   {"width_max_m", grid.width_max_m}};
+    out["wgs84"] = Json::parse(road::json_text(road::geo_ends(file)));
     out["road"] = entries(file.road);
     out["options"] = entries(file.options);
     out["modifiers"] = file.has_modifier_section ? entries(file.modifiers) : Json(nullptr);
@@ -108,17 +112,23 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
       "line     {:.3f} m, {}; x {:.2f} to {:.2f} m, y {:.2f} to {:.2f} m\n"
       "u        {:.3f} to {:.3f} m in steps of {:.6g} m\n"
       "v        {:.3f} to {:.3f} m in {} steps of {}\n"
-      "z        {:.3f} to {:.3f} m{}\n"
+      "z        {:.3f} to {:.3f} m\n"
+      "width    {:.1f} m ({:.1f} to {:.1f} m), all that has a height\n"
       "nodes    {} x {} = {}; {} with height, {} holes\n",
       command.crg, name_of(file.format), length_m, line.closed ? "closed" : "open", x.low, x.high,
       y.low, y.high, grid.u_begin_m, grid.u_end_m, grid.u_step_m, grid.v_min_m, grid.v_max_m,
       even ? "even" : "uneven",
       even ? fmt::format("{:.6g} m", grid.v_step_max_m)
            : fmt::format("{:.6g} to {:.6g} m", grid.v_step_min_m, grid.v_step_max_m),
-      grid.z_min_m, grid.z_max_m,
-      file.slope.empty() && file.banking.empty() ? "" : ", above the reference line", grid.rows,
+      grid.z_min_m, grid.z_max_m, grid.width_median_m, grid.width_min_m, grid.width_max_m, grid.rows,
       grid.columns, grid.nodes, grid.nodes_with_z, grid.holes);
-  if (!file.modifiers.empty()) text += "modifiers\n" + text_of(file.modifiers);
+  const road::GeoEnds wgs84 = road::geo_ends(file);
+  for (const auto& [name, end] : {std::pair("start", wgs84.start), {"end", wgs84.end}}) {
+    if (!end) continue;
+    text += fmt::format("{:<8} latitude {:.8f}, longitude {:.8f} deg{}\n", name, end->latitude_deg, end->longitude_deg,
+                        end->height_m ? fmt::format(", height {:.3f} m", *end->height_m) : "");
+  }
+  if (!file.modifiers.empty()) text += "modifiers (the numbers above are those before them)\n" + text_of(file.modifiers);
   if (!file.options.empty()) text += "options\n" + text_of(file.options);
   if (!file.projection.empty()) text += "projection\n" + text_of(file.projection);
   if (!file.comment.empty()) text += "comment\n";

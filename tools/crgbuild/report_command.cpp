@@ -45,6 +45,7 @@ void place_mesh(const road::Recipe& recipe, road::ReportRequest& request) {
   request.read = recipe.read;
   request.threads = recipe.sample.threads;
   request.align = recipe.align;
+  request.validate = recipe.validate;
   if (recipe.control_points_path) request.control_points = road::read_control_point_file(*recipe.control_points_path, recipe.projection).points;
   if (recipe.T_global_mesh) request.T_global_mesh = *recipe.T_global_mesh;
 }
@@ -155,10 +156,9 @@ road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& 
     request.T_global_mesh.yaw_rad = align["yaw_deg"].get<double>() * M_PI / 180.0;
     for (int k = 0; k < 3; ++k) request.T_global_mesh.translation_m[k] = align["translation_m"][static_cast<std::size_t>(k)].get<double>();
   }
-  request.rough_places.emplace();
-  for (const auto& place : summary["validation"]["rough_places"]) {
-    request.rough_places->push_back({place["u_begin_m"], place["u_end_m"], place["v_min_m"], place["v_max_m"], place["largest_error_m"], place["reason"]});
-  }
+  request.validated = evidence.validate;
+  request.kerbs = evidence.kerbs;
+  request.road_width_m = evidence.road_width_m;
   for (const auto& input : summary["inputs"]) {
     if (input["role"] == "mesh") continue;  // the report reads and hashes it itself
     request.sources.push_back({input["role"].get<std::string>(), input["path"].get<std::string>(), input["sha256"].get<std::string>()});

@@ -224,6 +224,7 @@ Json common_json(const TrackReport& report) {
           {"title", report.title},
           {"verdict", report.verdict},
           {"findings", findings_json(report)},
+          {"looked_for", report.looked_for},
           {"facts", facts_json(report.facts)},
           {"u_begin_m", report.u_begin_m},
           {"u_step_m", report.u_step_m},

@@ -197,7 +197,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     apply_alignment(validate_options.T_global_mesh, line);
     for (KerbPatch& patch : patches) apply_alignment(validate_options.T_global_mesh, patch.line);
   });
-  summary.grid = describe(sampled.grid);
+  summary.grid = describe(sampled.grid, line);
   stage("picture", [&] {
     files::write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads));
     const report::ClassMap classes = class_picture(mesh, summary.clean.class_of_triangle);
@@ -207,6 +207,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   stage("write", [&] {
     crg::Crg file = track_crg(line, std::move(sampled.grid));
     if (summary.placement) write_projection(summary.placement->projection, line, file);
+    summary.wgs84 = geo_ends(file);
     files::write_file(paths.crg_path, crg::to_bytes(file, recipe.format));
     paths.patches_path = write_patches(std::move(patches), dir, recipe, summary);
     if (!friction) return;
@@ -219,6 +220,9 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   if (evidence) {
     evidence->mesh = std::move(mesh);
     evidence->provenance = std::move(sampled.provenance);
+    evidence->road_width_m = {summary.centreline.width_min_m, summary.centreline.width_median_m, summary.centreline.width_max_m};
+    evidence->kerbs = summary.kerb.kerbs;
+    evidence->validate = summary.validate;
     if (before) evidence->before = track_crg(line, std::move(*before));
   }
   for (const auto& [role, path] : {std::pair{"road", paths.crg_path}, {"surface", paths.stl_path}, {"centreline", paths.centreline_path},

@@ -37,7 +37,7 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
     return std::pair(read_edge(recipe.left_path), read_edge(recipe.right_path));
   });
   EdgeRoad road = stage("edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
-  summary.grid = describe(road.sampled.grid);
+  summary.grid = describe(road.sampled.grid, road.line);
   make_folder(output_dir);
   stage("picture", [&] { files::write_file(paths.picture_path, plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
   stage("write", [&] {

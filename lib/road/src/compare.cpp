@@ -135,8 +135,11 @@ void make_statistics(Comparison& result) {
   if (sizes.empty()) return;
   result.mean_error_m = sum / static_cast<double>(sizes.size());
   std::sort(sizes.begin(), sizes.end());
-  const auto at = [&](double share) { return static_cast<double>(sizes[static_cast<std::size_t>(share * static_cast<double>(sizes.size() - 1))]); };
-  result.abs_error_m = {at(0.50), at(0.95), at(0.99), static_cast<double>(sizes.back())};
+  // To the nanometre: what is below is the rounding of heights.
+  const auto rounded = [](double length_m) { return std::round(length_m * 1e9) * 1e-9; };
+  const auto at = [&](double share) { return rounded(static_cast<double>(sizes[static_cast<std::size_t>(share * static_cast<double>(sizes.size() - 1))])); };
+  result.mean_error_m = rounded(result.mean_error_m);
+  result.abs_error_m = {at(0.50), at(0.95), at(0.99), at(1.0)};
   // The bins span three times the 95th percentile, so that the shape shows whatever the scale.
   const double reach = std::max(1e-6, 3.0 * result.abs_error_m.p95);
   constexpr std::size_t kBins = 61;
@@ -150,7 +153,30 @@ void make_statistics(Comparison& result) {
   }
 }
 
-void find_worst(const HeightMap& map, const ReferenceHeights& reference, const CompareOptions& options, Comparison& result) {
+std::size_t cell_of(const Comparison& result, const PlaceError& place) {
+  const double v_cell_m = result.v_m.size() > 1 ? result.v_m[1] - result.v_m[0] : 1.0;
+  const auto index = [](double at, std::size_t count) { return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(count - 1))); };
+  return index((place.u_m - result.u_begin_m) / result.u_cell_m, result.rows) * result.v_m.size() +
+         index((place.v_m - result.v_m[0]) / v_cell_m + 0.5, result.v_m.size());
+}
+
+/// Those of `known` that their cells now show.
+std::vector<PlaceError> show_known(std::span<const PlaceError> known, Comparison& result) {
+  std::vector<PlaceError> shown;
+  for (const PlaceError& place : known) {
+    const std::size_t cell = cell_of(result, place);
+    // A cell without an error at its middle shows any.
+    if (place.error_m == 0.0 || std::abs(place.error_m) <= std::abs(static_cast<double>(result.error_m[cell]))) continue;
+    result.error_m[cell] = static_cast<float>(place.error_m);
+    result.without_reference[cell] = 0;
+    std::erase_if(shown, [&](const PlaceError& other) { return cell_of(result, other) == cell; });
+    shown.push_back(place);
+  }
+  return shown;
+}
+
+void find_worst(const HeightMap& map, const ReferenceHeights& reference, const CompareOptions& options, const std::vector<PlaceError>& shown,
+                Comparison& result) {
   const std::size_t columns = result.v_m.size();
   // The largest of each row, then rows from large to small with a distance between them.
   std::vector<std::pair<float, std::size_t>> rows;
@@ -164,8 +190,11 @@ void find_worst(const HeightMap& map, const ReferenceHeights& reference, const C
   std::stable_sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   for (const auto& [size, k] : rows) {
     if (result.worst.size() == options.worst_places) break;
-    const double u_m = result.u_begin_m + (static_cast<double>(k / columns) + 0.5) * result.u_cell_m;
-    const double v_m = result.v_m[k % columns];
+    double u_m = result.u_begin_m + (static_cast<double>(k / columns) + 0.5) * result.u_cell_m;
+    double v_m = result.v_m[k % columns];
+    for (const PlaceError& place : shown) {
+      if (cell_of(result, place) == k) u_m = place.u_m, v_m = place.v_m;
+    }
     if (std::any_of(result.worst.begin(), result.worst.end(), [&](const CrossCut& c) { return std::abs(c.u_m - u_m) < options.worst_apart_m; })) continue;
     CrossCut place = cut(map, reference, u_m, v_m, v_m - 3.0, v_m + 3.0);
     place.error_m = result.error_m[k];
@@ -450,15 +479,17 @@ ReferenceHeights reference_of(const crg::Surface& surface, double reach_m) {
 }
 
 Comparison compare(const HeightMap& map, const KerbStrips& kerbs, const ReferenceHeights& reference, const std::string& name,
-                   const CompareOptions& options) {
+                   const CompareOptions& options, std::span<const PlaceError> known) {
   Comparison result;
   make_error_map(map, reference, options, result);
   make_statistics(result);
-  find_worst(map, reference, options, result);
   KerbStrips reference_kerbs;
   HeightMap reference_map;
   find_kerb_losses(map, reference, name, options, result, reference_kerbs, reference_map);
   find_deviations(reference_kerbs, reference_map, name, options, result);
+  const std::vector<PlaceError> shown = show_known(known, result);
+  make_statistics(result);
+  find_worst(map, reference, options, shown, result);
   for (const KerbStrip& kerb : kerbs.strips) {
     const auto [low, high] = std::minmax(kerb.v_begin_m, kerb.v_end_m);
     result.kerb_cuts.push_back(cut(map, reference, kerb.u_of_profile_m, 0.5 * (low + high), low - 1.5, high + 1.5));

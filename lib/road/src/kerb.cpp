@@ -85,12 +85,12 @@ std::vector<Kerb> find_kerbs(const SampledGrid& s) {
         return v0 <= o.kerb.v_end_m + 0.2 && v1 >= o.kerb.v_begin_m - 0.2;
       });
       if (fits == open.end()) {
-        open.push_back({{u, u, v0, v1, rise_m(s, i, k)}, i});
+        open.push_back({{u, u, v0, v1, rise_m(s, i, k), u}, i});
       } else {
         fits->kerb.u_end_m = u;
         fits->kerb.v_begin_m = std::min(fits->kerb.v_begin_m, v0);
         fits->kerb.v_end_m = std::max(fits->kerb.v_end_m, v1);
-        fits->kerb.height_m = std::max(fits->kerb.height_m, rise_m(s, i, k));
+        if (const double rise = rise_m(s, i, k); rise > fits->kerb.height_m) fits->kerb.height_m = rise, fits->kerb.u_highest_m = u;
         fits->last_row = i;
       }
     }

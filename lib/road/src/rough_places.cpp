@@ -81,8 +81,8 @@ void sweep_row(const crg::Surface& road, const RaySurface& mesh, const ValidateO
       const double hit_m = static_cast<double>(packet.z_m[k]) + origin.z();
       if (std::abs(hit_m - z_m[k]) <= options.named_error_m) continue;
       // Something above, or nothing.
-      const double error = std::abs(error_at(road, mesh, options, u_m, v_m[k]).value_or(0.0));
-      if (error > options.named_error_m) found.push_back({u_m, v_m[k], error});
+      const double error = error_at(road, mesh, options, u_m, v_m[k]).value_or(0.0);
+      if (std::abs(error) > options.named_error_m) found.push_back({u_m, v_m[k], error});
     }
     count = 0;
   };
@@ -144,11 +144,11 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
         for (const double s : {0.15, 0.5, 0.85}) {
           for (const double t : {0.15, 0.5, 0.85}) {
             const double u = grid.u_of(i) + s * grid.u_step_m, v = grid.v_m[j] + t * (grid.v_m[j + 1] - grid.v_m[j]);
-            const double error = std::abs(error_at(road, mesh, options, u, v).value_or(0.0));
-            if (error > worst.error_m) worst = {u, v, error};
+            const double error = error_at(road, mesh, options, u, v).value_or(0.0);
+            if (std::abs(error) > std::abs(worst.error_m)) worst = {u, v, error};
           }
         }
-        if (worst.error_m > options.named_error_m) of_row[i].push_back(worst);
+        if (std::abs(worst.error_m) > options.named_error_m) of_row[i].push_back(worst);
       }
     }
   });
@@ -163,13 +163,17 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
       return p.reason == reason && point.u_m - p.u_end_m <= kJoin_m && point.v_m > p.v_min_m - kJoin_m && point.v_m < p.v_max_m + kJoin_m;
     });
     if (place == oldest) {
-      places.push_back({point.u_m, point.u_m, point.v_m, point.v_m, point.error_m, reason});
+      places.push_back({point.u_m, point.u_m, point.v_m, point.v_m, std::abs(point.error_m), reason, point.u_m, point.v_m, point.error_m});
       continue;
     }
     place->u_end_m = point.u_m;
     place->v_min_m = std::min(place->v_min_m, point.v_m);
     place->v_max_m = std::max(place->v_max_m, point.v_m);
-    place->largest_error_m = std::max(place->largest_error_m, point.error_m);
+    if (std::abs(point.error_m) <= place->largest_error_m) continue;
+    place->largest_error_m = std::abs(point.error_m);
+    place->worst_u_m = point.u_m;
+    place->worst_v_m = point.v_m;
+    place->worst_error_m = point.error_m;
   }
   return places;
 }

@@ -10,7 +10,7 @@
 namespace road {
 
 struct RoughPoint {
-  double u_m, v_m, error_m;
+  double u_m, v_m, error_m;  ///< file - mesh
 };
 
 /// The file's height less the mesh's at (u, v); nothing where either is missing.

@@ -175,7 +175,19 @@ Json json_of(const GridReport& report) {
           {"v_step_min_m", report.v_step_min_m},
           {"v_step_max_m", report.v_step_max_m},
           {"z_min_m", report.z_min_m},
-          {"z_max_m", report.z_max_m}};
+          {"z_max_m", report.z_max_m},
+          {"width_min_m", report.width_min_m},
+          {"width_median_m", report.width_median_m},
+          {"width_max_m", report.width_max_m}};
+}
+
+Json json_of(const GeoEnds& ends) {
+  const auto point = [](const std::optional<GeoPoint>& p) {
+    if (!p) return Json(nullptr);
+    return Json{{"latitude_deg", p->latitude_deg}, {"longitude_deg", p->longitude_deg}, {"height_m", p->height_m ? Json(*p->height_m) : Json(nullptr)}};
+  };
+  if (!ends.start && !ends.end) return nullptr;
+  return {{"start", point(ends.start)}, {"end", point(ends.end)}};
 }
 
 Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
@@ -188,6 +200,8 @@ Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
                      {"v_min_m", place.v_min_m},
                      {"v_max_m", place.v_max_m},
                      {"largest_error_m", place.largest_error_m},
+                     {"worst_u_m", place.worst_u_m},
+                     {"worst_v_m", place.worst_v_m},
                      {"reason", place.reason}});
   }
   return {{"passed", failures.empty()},
@@ -259,14 +273,24 @@ CentrelineReport describe(const Centreline& centreline) {
   return report;
 }
 
-GridReport describe(const crg::Grid& grid) {
+GeoEnds geo_ends(const crg::Crg& file) {
+  const auto end = [&](const std::string& which) -> std::optional<GeoPoint> {
+    const auto value = [&](const char* key) { return crg::find_value(file.road, "REFERENCE_LINE_" + which + key); };
+    const auto latitude = value("_LAT"), longitude = value("_LON");
+    if (!latitude || !longitude) return std::nullopt;
+    return GeoPoint{*latitude, *longitude, value("_ALT")};
+  };
+  return {end("START"), end("END")};
+}
+
+GridReport describe(const crg::Grid& grid, const crg::ReferenceLine& line) {
   GridReport report;
   report.rows = grid.rows();
   report.columns = grid.columns();
   report.nodes = report.rows * report.columns;
   report.u_begin_m = grid.u_begin_m;
   report.u_step_m = grid.u_step_m;
-  report.z_min_m = report.z_max_m = std::numeric_limits<double>::quiet_NaN();
+  report.z_min_m = report.z_max_m = report.width_min_m = report.width_median_m = report.width_max_m = std::numeric_limits<double>::quiet_NaN();
   if (report.nodes == 0) return report;
   report.u_end_m = grid.u_of(report.rows - 1);
   report.v_min_m = grid.v_m.front();
@@ -279,8 +303,10 @@ GridReport describe(const crg::Grid& grid) {
       report.v_step_max_m = std::max(report.v_step_max_m, step);
     }
   }
-  float low = std::numeric_limits<float>::infinity(), high = -low;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  std::vector<double> widths;
   for (std::size_t i = 0; i < report.rows; ++i) {
+    const double line_z = line.z_m.empty() ? 0.0 : line.z_m[i], banking = line.banking.empty() ? 0.0 : line.banking[i];
     const float* row = grid.z_m.data() + i * report.columns;
     std::size_t with_z = 0, first = report.columns, last = 0;
     for (std::size_t j = 0; j < report.columns; ++j) {
@@ -288,16 +314,22 @@ GridReport describe(const crg::Grid& grid) {
       ++with_z;
       first = std::min(first, j);
       last = j;
-      low = std::min(low, row[j]);
-      high = std::max(high, row[j]);
+      const double z = static_cast<double>(row[j]) + line_z + banking * grid.v_m[j];
+      low = std::min(low, z);
+      high = std::max(high, z);
     }
     report.nodes_with_z += with_z;
-    if (with_z > 0) report.holes += last - first + 1 - with_z;
+    if (with_z == 0) continue;
+    report.holes += last - first + 1 - with_z;
+    widths.push_back(grid.v_m[last] - grid.v_m[first]);
   }
-  if (report.nodes_with_z > 0) {
-    report.z_min_m = low;
-    report.z_max_m = high;
-  }
+  if (report.nodes_with_z == 0) return report;
+  report.z_min_m = low;
+  report.z_max_m = high;
+  std::sort(widths.begin(), widths.end());
+  report.width_min_m = widths.front();
+  report.width_median_m = widths[widths.size() / 2];
+  report.width_max_m = widths.back();
   return report;
 }
 
@@ -309,6 +341,7 @@ std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::er
 }  // namespace
 
 std::string json_text(const SmoothReport& report, const SmoothOptions& options) { return text_of(json_of(report, options)); }
+std::string json_text(const GeoEnds& ends) { return text_of(json_of(ends)); }
 std::string json_text(const Placement& placement) { return text_of(json_of(placement)); }
 std::string json_text(const ValidateReport& report, const ValidateLimits& limits) { return text_of(json_of(report, limits)); }
 
@@ -337,6 +370,7 @@ std::string summary_json(const BuildSummary& summary) {
                         : Json{{"file", summary.friction_file}, {"nodes", summary.friction.nodes}};
   out["align"] = summary.placement ? json_of(*summary.placement) : Json(nullptr);
   out["grid"] = json_of(summary.grid);
+  out["wgs84"] = json_of(summary.wgs84);
   out["validation"] = json_of(summary.validate, summary.recipe.limits);
   return finished(out, summary);
 }

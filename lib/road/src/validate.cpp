@@ -47,17 +47,25 @@ void check_seam(const crg::Surface& road, ValidateReport& report) {
 }  // namespace
 
 ValidateReport validate(const std::string& crg_path, const Mesh& original, const ValidateOptions& options) {
-  const crg::Surface road(crg::read(crg_path));
-  const RaySurface mesh(original);
+  return validate(crg::Surface(crg::read(crg_path)), RaySurface(original), options);
+}
+
+ValidateReport validate(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options) {
   const crg::Grid& grid = road.file().grid;
-  if (grid.rows() < 2 || grid.columns() < 2) throw Error(fmt::format("{}: a grid of {} x {} nodes has no area to compare", crg_path, grid.rows(), grid.columns()));
+  if (grid.rows() < 2 || grid.columns() < 2) throw Error(fmt::format("{}: a grid of {} x {} nodes has no area to compare", road.file().source, grid.rows(), grid.columns()));
 
   ValidateReport report;
   check_seam(road, report);
   std::mt19937_64 random(options.seed);
   std::vector<double> errors;
   std::vector<RoughPoint> rough;
-  double sum = 0.0, worst = -1.0;
+  double sum = 0.0;
+  const auto remember = [&](double u_m, double v_m, double error) {
+    if (std::abs(error) <= std::abs(report.worst_error_m)) return;
+    report.worst_u_m = u_m;
+    report.worst_v_m = v_m;
+    report.worst_error_m = error;
+  };
   const double u_length_m = static_cast<double>(grid.rows() - 1) * grid.u_step_m;
   // Points fall evenly over the box of the grid; those without road do not count, but bound the tries.
   for (std::size_t tries = 0; tries < 50 * options.points && errors.size() + report.points_without_mesh < options.points; ++tries) {
@@ -70,19 +78,17 @@ ValidateReport validate(const std::string& crg_path, const Mesh& original, const
       continue;
     }
     const double error = *found;
-    if (std::abs(error) > options.named_error_m) rough.push_back({u_m, v_m, std::abs(error)});
+    if (std::abs(error) > options.named_error_m) rough.push_back({u_m, v_m, error});
     sum += error;
     errors.push_back(std::abs(error));
-    if (std::abs(error) > worst) {
-      worst = std::abs(error);
-      report.worst_u_m = u_m;
-      report.worst_v_m = v_m;
-    }
+    remember(u_m, v_m, error);
   }
   report.points = errors.size();
   if (!errors.empty()) report.mean_error_m = sum / static_cast<double>(errors.size());
   report.z_error_m = quantiles(errors);
   report.rough_places = find_rough_places(road, mesh, options, std::move(rough));
+  for (const RoughPlace& place : report.rough_places) remember(place.worst_u_m, place.worst_v_m, place.worst_error_m);
+  if (report.points > 0) report.z_error_m.max = std::abs(report.worst_error_m);
   if (report.points + report.points_without_mesh < options.points) {
     report.remarks.push_back(fmt::format("only {} of {} random points fell on the road", report.points + report.points_without_mesh, options.points));
   }

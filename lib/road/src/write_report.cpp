@@ -23,7 +23,7 @@
 #include "road/parallel.h"
 #include "road/ray_surface.h"
 #include "road/roughness.h"
-#include "rough_places.h"
+#include "road/summary.h"
 
 namespace road {
 
@@ -431,8 +431,8 @@ void add_header(const crg::Crg& file, report::TrackReport& report) {
   report.comment = file.comment;
 }
 
-void add_facts(const HeightMap& map, const std::vector<RowExtent>& extents, const AlongU& along, const crg::Crg& file,
-               const ReportRequest& request, report::TrackReport& report) {
+void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
+               const ReportRequest& request, const KerbStrips& kerbs, const std::optional<ValidateReport>& validated, report::TrackReport& report) {
   const auto fact = [&](const char* name, std::string value) { report.facts.push_back({name, std::move(value)}); };
   const auto extremes = [](const std::vector<float>& values) {
     float low = std::numeric_limits<float>::infinity(), high = -low;
@@ -443,20 +443,17 @@ void add_facts(const HeightMap& map, const std::vector<RowExtent>& extents, cons
     }
     return std::pair<double, double>(low, high);
   };
-  std::vector<float> widths;
-  std::size_t with_height = 0, inside_missing = 0;
-  for (std::size_t i = 0; i < map.rows(); ++i) {
-    with_height += extents[i].count;
-    if (extents[i].empty()) continue;
-    widths.push_back(along.width_m[i]);
-    inside_missing += extents[i].last - extents[i].first + 1 - extents[i].count;
-  }
+  const GridReport grid = describe(file.grid, map.line);
   fact("Length", fmt::format("{:.1f} m, {}", map.u_end_m() - map.line.u_begin_m, map.line.closed ? "closed" : "open"));
-  if (!widths.empty()) {
-    std::sort(widths.begin(), widths.end());
-    fact("Width", fmt::format("{:.1f} m ({:.1f} to {:.1f} m)", widths[widths.size() / 2], widths.front(), widths.back()));
+  const auto width = [](double low_m, double median_m, double high_m) { return fmt::format("{:.1f} m ({:.1f} to {:.1f} m)", median_m, low_m, high_m); };
+  if (request.road_width_m) fact("Width of the road", width((*request.road_width_m)[0], (*request.road_width_m)[1], (*request.road_width_m)[2]));
+  if (grid.nodes_with_z > 0) {
+    fact("Width of all that has a height", width(grid.width_min_m, grid.width_median_m, grid.width_max_m));
+    fact("Kerbs", fmt::format("{}{}", kerbs.strips.size(), request.kerbs ? "" : ", by the shape of the road"));
+    if (validated) fact("Largest error against the mesh", fmt::format("{:.2f} mm", 1e3 * validated->z_error_m.max));
+    fact("z", fmt::format("{:.3f} to {:.3f} m", grid.z_min_m, grid.z_max_m));
     const auto [z_low, z_high] = extremes(along.elevation_m);
-    fact("Elevation", fmt::format("{:.1f} to {:.1f} m", z_low, z_high));
+    fact("Elevation of the line", fmt::format("{:.1f} to {:.1f} m", z_low, z_high));
     const auto [s_low, s_high] = extremes(along.slope);
     fact("Slope", fmt::format("{:+.1f} to {:+.1f} %", 100.0 * s_low, 100.0 * s_high));
     const auto [b_low, b_high] = extremes(along.banking);
@@ -475,12 +472,47 @@ void add_facts(const HeightMap& map, const std::vector<RowExtent>& extents, cons
   row("Rows x columns", fmt::format("{} x {}", map.rows(), map.columns()));
   row("u", fmt::format("{:.3f} to {:.3f} m, step {:.6f} m", map.line.u_begin_m, map.u_end_m(), map.line.u_step_m));
   row("v", fmt::format("{:.3f} to {:.3f} m", map.v_m.front(), map.v_m.back()));
-  row("Nodes with height", fmt::format("{} of {}", with_height, map.rows() * map.columns()));
-  row("Missing nodes inside the road", fmt::format("{}", inside_missing));
+  row("Nodes with height", fmt::format("{} of {}", grid.nodes_with_z, grid.nodes));
+  row("Missing nodes inside the road", fmt::format("{}", grid.holes));
   row("Closed", map.line.closed ? "yes" : "no");
   row("Modifiers", file.has_modifier_section ? (file.modifiers.empty() ? "none (empty section)" : "those of the file are applied")
                                              : "none (no section: the reference API would move the road by default)");
   if (!file.included_path.empty()) row("Included file", file.included_path);
+}
+
+/// What would have been a finding; a clean verdict says no more than that.
+void add_looked_for(const FindingOptions& options, const std::vector<std::pair<std::string, Comparison>>& comparisons, report::TrackReport& report) {
+  const auto say = [&](std::string text) { report.looked_for.push_back(std::move(text)); };
+  const auto mm = [](double length_m) { return fmt::format("{:.4g} mm", 1000.0 * length_m); };
+  say("Holes of one node or more, rows and stripes without road, bends in which the grid folds, and what 'crgbuild check' finds");
+  say(fmt::format("Steps across the road from {} on that at least {:.0f} % of its width make alike", mm(options.min_tile_step_m), 100.0 * options.min_tile_share));
+  say(fmt::format("Bumps and potholes from {} on over the road 3 to 9 m before and behind, or from 5.5 times the scatter of the road there; "
+                  "lower ones, those longer than about 6 m, and any on kerbs are not looked for", mm(options.min_bump_m)));
+  if (options.closed)
+    say(fmt::format("Steps from {}, kinks from {:.4g} mrad and gaps from {} on where the road closes", mm(options.min_seam_step_m), 1000.0 * options.min_seam_heading_rad, mm(options.max_seam_gap_m)));
+  const CompareOptions compared;
+  bool mesh = false;
+  for (const auto& [key, comparison] : comparisons) {
+    mesh = mesh || key == "mesh";
+    const std::string lost = fmt::format("kerbs that are lower from {} on over {:.4g} m", mm(compared.min_kerb_loss_m), compared.min_kerb_loss_length_m);
+    if (key == "before")
+      say(fmt::format("Against the road before refinement: {}", lost));
+    else
+      say(fmt::format("Against the {}: places from {} on over {:.4g} m2 or more, {}{}", key == "against" ? "other road" : key, mm(compared.min_deviation_m),
+                      compared.min_deviation_area_m2, lost, key == "mesh" ? fmt::format("; smaller places from {} on are listed and are no finding", mm(report.rough_limit_m)) : ""));
+  }
+  if (!mesh) say("Whether the road is where its mesh is: not looked at, no mesh was given");
+}
+
+/// Kerbs found on the mesh in the form of those found by shape.
+KerbStrips strips_of(const std::vector<Kerb>& kerbs) {
+  KerbStrips result;
+  for (const Kerb& kerb : kerbs) {
+    const bool left = kerb.v_begin_m + kerb.v_end_m > 0.0;
+    const auto [inner_m, outer_m] = left ? std::pair(kerb.v_begin_m, kerb.v_end_m) : std::pair(kerb.v_end_m, kerb.v_begin_m);
+    result.strips.push_back({kerb.u_begin_m, kerb.u_end_m, left, inner_m, outer_m, kerb.height_m, kerb.v_end_m - kerb.v_begin_m, kerb.u_highest_m});
+  }
+  return result;
 }
 
 struct Loaded {
@@ -532,13 +564,16 @@ report::TrackReport make_report(const ReportRequest& request) {
       report.control_points.push_back({point.name, point.global_m.x(), point.global_m.y(), aligned.residual_m[k]});
     }
   }
+  std::optional<ValidateReport> validated;
   std::vector<std::pair<std::string, Comparison>> comparisons;
-  const auto compare_with = [&](const std::string& key, const std::string& name, const ReferenceHeights& reference, bool is_truth) {
+  const KerbStrips shown_kerbs = request.kerbs ? strips_of(*request.kerbs) : kerbs;
+  const auto compare_with = [&](const std::string& key, const std::string& name, const ReferenceHeights& reference, bool is_truth,
+                                std::span<const PlaceError> known = {}) {
     CompareOptions options;
     options.max_cells = 600'000;  // 2.4 MB of the page each
     options.reference_is_truth = is_truth;
     options.threads = request.threads;
-    comparisons.emplace_back(key, compare(map, kerbs, reference, name, options));
+    comparisons.emplace_back(key, compare(map, shown_kerbs, reference, name, options, known));
   };
   const auto read_surface = [&](const std::string& path) { return crg::Surface(crg::read(path)); };
   if (request.mesh != nullptr || !request.mesh_path.empty()) {
@@ -548,12 +583,21 @@ report::TrackReport make_report(const ReportRequest& request) {
     }
     if (!request.mesh_path.empty()) also("mesh", request.mesh_path);
     loaded.rays.emplace(request.mesh != nullptr ? *request.mesh : *loaded.mesh);
-    compare_with("mesh", "mesh", reference_of(*loaded.rays, T_global_mesh), true);
-    ValidateOptions validation;
+    ValidateOptions validation = request.validate;
     validation.T_global_mesh = T_global_mesh;
+    validated = request.validated ? *request.validated : validate(surface, *loaded.rays, validation);
     report.rough_limit_m = validation.named_error_m;
-    for (const RoughPlace& p : request.rough_places ? *request.rough_places : find_rough_places(surface, *loaded.rays, validation, {}))
+    std::vector<PlaceError> known{{validated->worst_u_m, validated->worst_v_m, validated->worst_error_m}};
+    for (const RoughPlace& p : validated->rough_places) {
       report.rough_places.push_back({p.u_begin_m, p.u_end_m, p.v_min_m, p.v_max_m, p.largest_error_m, p.reason});
+      known.push_back({p.worst_u_m, p.worst_v_m, p.worst_error_m});
+    }
+    compare_with("mesh", "mesh", reference_of(*loaded.rays, T_global_mesh), true, known);
+    // The numbers of the map's cells would be others than those of the validation; one of both is told.
+    Comparison& told = comparisons.back().second;
+    told.points = validated->points;
+    told.mean_error_m = validated->mean_error_m;
+    told.abs_error_m = validated->z_error_m;
   }
   if (!request.against_path.empty()) {
     loaded.against.emplace(read_surface(request.against_path));
@@ -600,6 +644,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   }
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   report.verdict = to_string(verdict_of(findings));
+  add_looked_for(finding_options, comparisons, report);
   for (const Finding& f : findings) {
     report.findings.push_back({f.kind, to_string(f.severity), f.u_begin_m, f.u_end_m, f.v_begin_m, f.v_end_m, f.value, f.unit, f.text});
   }
@@ -607,16 +652,16 @@ report::TrackReport make_report(const ReportRequest& request) {
   const AlongU along = along_u(map, extents);
   report.closed = map.line.closed;
   add_curves(map, along, views, report);
-  add_facts(map, extents, along, file, request, report);
+  add_facts(map, along, file, request, shown_kerbs, validated, report);
   add_header(file, report);
   const double length_m = map.u_end_m() - map.line.u_begin_m;
   const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::max(0.5, length_m / 5000.0) / map.line.u_step_m + 0.5));
   report.sheet = sheet_of(map, 0, map.rows(), stride, std::max(0.3, (map.v_m.back() - map.v_m.front()) / 40.0));
   report.sheet.title = "whole road";
   add_fields(report.sheet, map, along, views, loaded.grip ? &*loaded.grip : nullptr, request.provenance);
-  add_windows(map, findings, kerbs, report);
+  add_windows(map, findings, shown_kerbs, report);
   add_detail(map, report);
-  add_kerbs(map, kerbs, views, report);
+  add_kerbs(map, shown_kerbs, views, report);
   const double middle_m = middle_of_road(map, extents);
   add_roughness(map, middle_m, false, report);
   if (loaded.before) add_roughness(height_map(*loaded.before), middle_m, true, report);

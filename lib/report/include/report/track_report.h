@@ -130,6 +130,7 @@ struct TrackReport {
   std::string title;
   std::string verdict;  ///< "usable", "usable_with_remarks", "not_usable"
   std::vector<ReportFinding> findings;
+  std::vector<std::string> looked_for;  ///< sentences with the limits beyond which something is a finding
   std::vector<Fact> facts;  ///< the few numbers beside the verdict
   double u_begin_m = 0.0, u_step_m = 1.0, u_end_m = 0.0;  ///< of the curves
   bool closed = false;

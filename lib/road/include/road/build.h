@@ -1,6 +1,7 @@
 // The main path: mesh in, checked CRG out.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ struct BuildEvidence {
   Mesh mesh;                           ///< as read, in metres
   std::vector<Provenance> provenance;  ///< per node of the file
   std::optional<crg::Crg> before;      ///< before kerb refinement and smoothing; none above kMaxBeforeNodes
+  std::array<double, 3> road_width_m{};  ///< between the borders of the road: least, median, largest
+  std::vector<Kerb> kerbs;             ///< on the mesh
+  ValidateReport validate;
 };
 constexpr std::size_t kMaxBeforeNodes = 40'000'000;  ///< 160 MB
 

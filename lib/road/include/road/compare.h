@@ -73,8 +73,14 @@ struct Comparison {
   std::vector<Finding> findings;   ///< kerb_loss, deviation, no_reference
 };
 
-/// `name`: how the findings call the reference ("mesh", "other file"). `kerbs`: of the file, for kerb_cuts.
+/// An error that is known from elsewhere.
+struct PlaceError {
+  double u_m = 0.0, v_m = 0.0, error_m = 0.0;  ///< file - reference
+};
+
+/// `name`: how the findings call the reference ("mesh", "other file"). `kerbs`: of the file, for kerb_cuts. A cell shows
+/// the one of `known` that lies in it where that is larger than the error at its middle; findings go by the middles.
 Comparison compare(const HeightMap& map, const KerbStrips& kerbs, const ReferenceHeights& reference, const std::string& name,
-                   const CompareOptions& options = {});
+                   const CompareOptions& options = {}, std::span<const PlaceError> known = {});
 
 }  // namespace road

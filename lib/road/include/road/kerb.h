@@ -8,7 +8,8 @@ namespace road {
 struct Kerb {
   double u_begin_m, u_end_m;
   double v_begin_m, v_end_m;   ///< across, from the right
-  double height_m;             ///< largest rise above the line between its two edges
+  double height_m;             ///< largest rise above the road beside it, continued with its cross slope
+  double u_highest_m;          ///< where that is
 };
 
 struct KerbOptions {

@@ -57,10 +57,27 @@ struct GridReport {
   double u_begin_m = 0.0, u_end_m = 0.0, u_step_m = 0.0;
   double v_min_m = 0.0, v_max_m = 0.0;
   double v_step_min_m = 0.0, v_step_max_m = 0.0;
-  double z_min_m = 0.0, z_max_m = 0.0;  ///< NaN when no node has z
+  double z_min_m = 0.0, z_max_m = 0.0;  ///< of the surface: grid, height and banking of the line; NaN when no node has z
+  /// From the outermost node with z on one side to that on the other, kerbs and run-off among them; rows without any z
+  /// left out. NaN when no node has z.
+  double width_min_m = 0.0, width_median_m = 0.0, width_max_m = 0.0;
 };
 
-GridReport describe(const crg::Grid& grid);
+/// `line`: of the same file; one node per row.
+GridReport describe(const crg::Grid& grid, const crg::ReferenceLine& line);
+
+/// Where an end of the reference line lies on the Earth (WGS84), as the header says it.
+struct GeoPoint {
+  double latitude_deg = 0.0, longitude_deg = 0.0;
+  std::optional<double> height_m;
+};
+
+/// Start and end; nothing where the header has no latitude and longitude of that end.
+struct GeoEnds {
+  std::optional<GeoPoint> start, end;
+};
+GeoEnds geo_ends(const crg::Crg& file);
+std::string json_text(const GeoEnds& ends);
 
 /// Everything that summary.json says. The stage reports are those of the stages, unchanged.
 struct BuildSummary {
@@ -78,6 +95,7 @@ struct BuildSummary {
   FrictionReport friction;
   std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
   GridReport grid;                   ///< of the written file
+  GeoEnds wgs84;                     ///< of the written file
   ValidateReport validate;
   std::vector<StageSeconds> seconds;  ///< in the order in which the stages ran
   double seconds_total = 0.0;  ///< wall clock, from the first byte read to the end of validation

@@ -8,7 +8,13 @@
 #include "road/align.h"
 #include "road/mesh.h"
 
+namespace crg {
+class Surface;
+}
+
 namespace road {
+
+class RaySurface;
 
 struct ValidateOptions {
   std::size_t points = 20000;     ///< random (u, v) between the nodes, not on them
@@ -23,16 +29,19 @@ struct RoughPlace {
   double u_begin_m = 0.0, u_end_m = 0.0, v_min_m = 0.0, v_max_m = 0.0;
   double largest_error_m = 0.0;
   std::string reason;
+  double worst_u_m = 0.0, worst_v_m = 0.0;  ///< where the error is the largest
+  double worst_error_m = 0.0;               ///< file - mesh there
 };
 
 struct ErrorQuantiles { double p50 = 0, p95 = 0, p99 = 0, max = 0; };
 
 struct ValidateReport {
-  ErrorQuantiles z_error_m;             ///< |file - mesh|
+  /// |file - mesh|. Shares of the random points; max is the largest found anywhere, those of rough_places among it.
+  ErrorQuantiles z_error_m;
   double mean_error_m = 0.0;            ///< signed, file - mesh
   std::size_t points = 0;               ///< compared
   std::size_t points_without_mesh = 0;  ///< file has z, mesh has nothing within reach
-  double worst_u_m = 0.0, worst_v_m = 0.0;
+  double worst_u_m = 0.0, worst_v_m = 0.0, worst_error_m = 0.0;  ///< where max is; file - mesh there
   double seam_z_step_m = 0.0;           ///< closed roads: largest |z(last row) - z(first row)|
   double seam_heading_step_rad = 0.0;
   /// Ascending in u_begin_m. Looked for at every random point, inside the cells of the grid at whose nodes the heights bend
@@ -52,5 +61,8 @@ struct ValidateLimits {
 
 /// Re-reads `crg_path` and compares z with vertical rays on `original` (all of it, before cleaning).
 ValidateReport validate(const std::string& crg_path, const Mesh& original, const ValidateOptions& options = {});
+
+/// The same for a road and a mesh that are there already.
+ValidateReport validate(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options = {});
 
 }  // namespace road

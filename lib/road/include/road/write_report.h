@@ -1,6 +1,7 @@
 // The validation report of a road file: every number computed once, then report.json and report.html.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +10,7 @@
 #include "crg/file.h"
 #include "road/align.h"
 #include "road/findings.h"
+#include "road/kerb.h"
 #include "road/mesh.h"
 #include "road/read_mesh.h"
 #include "road/sample.h"
@@ -35,7 +37,10 @@ struct ReportRequest {
   std::vector<ControlPoint> control_points;  ///< fitted: residuals on the plan, and where the mesh lies
   AlignOptions align;                      ///< how; a mesh already read is tilted and scaled already
   RotoTranslation T_global_mesh;           ///< where the mesh lies, when there are no control points
-  std::optional<std::vector<RoughPlace>> rough_places;  ///< as validate() found them; looked for here when empty
+  ValidateOptions validate;                ///< how to compare with the mesh; where it lies is set here
+  std::optional<ValidateReport> validated; ///< what validate() said; asked here when empty
+  std::optional<std::vector<Kerb>> kerbs;  ///< as found on the mesh; when empty they are found by the shape of the road
+  std::optional<std::array<double, 3>> road_width_m;  ///< between the borders of the road: least, median, largest
   std::string against_path;                ///< another road file
   std::string cloud_path;                  ///< measured points: names those in cloud_points_m; its files belong in sources
   std::span<const Eigen::Vector3d> cloud_points_m;  ///< in the map frame; those far from the road do no harm
