@@ -276,6 +276,7 @@ void Parser::parse_line(std::string_view line) {
     parse_definition(line);
   } else if (section_ == Kind::File) {
     header_.include_path += trim(line.substr(0, line.find('!')));
+    if (header_.include_line == 0 && !header_.include_path.empty()) header_.include_line = line_;
   } else if (!trim(line).empty() && trim(line).front() != '!') {
     note("ignored outside any section: \"" + std::string(line.substr(0, 60)) + "\"");
   }

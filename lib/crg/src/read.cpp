@@ -14,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "crg/error.h"
 #include "crg/file.h"
@@ -293,7 +294,8 @@ double parse_field(std::string_view field, const std::string& place) {
   return *value;
 }
 
-void read_text(Header& header, const std::string& name, std::string_view payload, std::size_t announced) {
+// The line in which each row begins.
+std::vector<std::size_t> read_text(Header& header, const std::string& name, std::string_view payload, std::size_t announced) {
   const std::size_t columns = header.columns.size();
   const bool wide = header.crg.format == Format::LDFI;
   const std::size_t width = wide ? 20 : 10;
@@ -318,11 +320,13 @@ void read_text(Header& header, const std::string& name, std::string_view payload
     return true;
   };
   std::size_t extra_rows = 0;
+  std::vector<std::size_t> row_lines;
   while (true) {
     std::string_view line;
-    std::size_t c = 0;
+    std::size_t c = 0, first_line = 0;
     while (c < columns && next_line(line)) {
       if (c == 0 && trim(line).empty()) continue;
+      if (c == 0) first_line = line_number;
       const std::string place = name + ":" + std::to_string(line_number);
       if (line.size() > 80 && !trim(line.substr(80)).empty()) {
         throw Error(place + ": a record of " + std::to_string(line.size()) + " characters: want at most 80");
@@ -344,6 +348,7 @@ void read_text(Header& header, const std::string& name, std::string_view payload
       ++extra_rows;
       continue;
     }
+    row_lines.push_back(first_line);
     const std::size_t bad = sink.add(values.data());
     if (bad != columns) {
       throw Error(name + ":" + std::to_string(line_number) + ": value " + shortest(values[bad]) + " in channel " +
@@ -354,17 +359,20 @@ void read_text(Header& header, const std::string& name, std::string_view payload
     fail_short(name + ":" + std::to_string(line_number), sink.rows(), announced);
   }
   if (extra_rows > 0) note(header.crg, std::to_string(extra_rows) + " rows behind END_U in the payload were ignored");
+  if (row_lines.empty()) row_lines.push_back(line_number);
+  return row_lines;
 }
 
-// Values without which nothing can be evaluated.
-void check_channels(const Crg& crg, const std::string& name) {
+// Values without which nothing can be evaluated. `place_of(row)`: where a row of the payload begins.
+template <typename PlaceOf>
+void check_channels(const Crg& crg, const PlaceOf& place_of) {
   if (crg.grid.rows() < 2) {
-    throw Error(name + ": the payload holds " + std::to_string(crg.grid.rows()) + " rows: want at least 2");
+    throw Error(place_of(0) + ": the payload holds " + std::to_string(crg.grid.rows()) + " rows: want at least 2");
   }
   const auto want_numbers = [&](const std::vector<double>& channel, const char* what, std::size_t first) {
     for (std::size_t i = first; i < channel.size(); ++i) {
       if (std::isnan(channel[i])) {
-        throw Error(name + ": row " + std::to_string(i) + ": " + what + " is NaN: want a number in every row" +
+        throw Error(place_of(i) + ": row " + std::to_string(i) + ": " + what + " is NaN: want a number in every row" +
                     (first == 1 ? " but the first" : ""));
       }
     }
@@ -405,21 +413,23 @@ Header read_file(Input& input) {
   }
   const std::size_t announced = announced_rows(crg, input.name());
   std::string_view rest = std::string_view(begun).substr(header.end_offset);
-  if (crg.format == Format::KRBI) {
-    read_binary<float>(header, input, rest, announced);
-  } else if (crg.format == Format::KDBI) {
-    read_binary<double>(header, input, rest, announced);
+  if (crg.format == Format::KRBI || crg.format == Format::KDBI) {
+    const bool single = crg.format == Format::KRBI;
+    (single ? read_binary<float> : read_binary<double>)(header, input, rest, announced);
+    const std::size_t row_bytes = header.columns.size() * (single ? sizeof(float) : sizeof(double));
+    check_channels(crg, [&](std::size_t row) { return input.name() + ": byte " + std::to_string(header.end_offset + row * row_bytes); });
   } else {
     begun.erase(0, header.end_offset);
     const std::size_t before = begun.size();
     begun.resize(std::max(before, input.size() - header.end_offset));
     begun.resize(before + input.read(begun.data() + before, begun.size() - before));
-    read_text(header, input.name(), begun, announced);
+    const std::vector<std::size_t> row_lines = read_text(header, input.name(), begun, announced);
+    check_channels(crg, [&](std::size_t row) { return input.name() + ":" + std::to_string(row_lines[row]); });
   }
-  check_channels(crg, input.name());
   return header;
 }
 
+// Throws Error without naming the including file.
 std::filesystem::path include_target(const std::string& text, const std::string& from) {
   std::string path = text;
   if (path.starts_with('$')) {
@@ -431,7 +441,7 @@ std::filesystem::path include_target(const std::string& text, const std::string&
     const std::string variable = path.substr(begin, end - begin);
     const char* value = std::getenv(variable.c_str());
     if (value == nullptr) {
-      throw Error(from + ": $ROAD_CRG_FILE names the environment variable " + variable + ", which is not set");
+      throw Error("the environment variable " + variable + " is not set");
     }
     path = value + path.substr(std::min(path.size(), end + (braces ? 1 : 0)));
   }
@@ -485,12 +495,19 @@ Crg read(const std::string& path) {
     return std::move(header.crg);
   }
   if (header.include_path.empty()) fail_without_data(path);
-  const std::string target = include_target(header.include_path, path).string();
-  Input included(target);
-  Header inner = read_file(included);
-  if (inner.columns.empty()) {
-    throw Error(target + ": included by " + path + ", has no data of its own: includes go one level deep");
+  const auto refuse = [&](const std::string& why) {
+    throw Error(path + ":" + std::to_string(header.include_line) + ": $ROAD_CRG_FILE: " + why);
+  };
+  std::string target;
+  std::optional<Input> included;
+  try {
+    target = include_target(header.include_path, path).string();
+    included.emplace(target);
+  } catch (const Error& error) {
+    refuse(error.what());
   }
+  Header inner = read_file(*included);
+  if (inner.columns.empty()) refuse(target + " has no data of its own: includes go one level deep");
   Crg crg = merge(std::move(header.crg), std::move(inner.crg));
   crg.included_path = target;
   return crg;
