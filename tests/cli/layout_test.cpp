@@ -61,7 +61,7 @@ TEST(Layout, CrgIncludesItselfAndTheStandardLibraryOnly) {
 
 TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
   const std::regex heavy(
-      "(assimp|CGAL|embree|yaml-cpp|nlohmann|GeographicLib|pcl|ceres|cairo|openssl|CLI|fmt|boost)"
+      "(assimp|CGAL|embree|yaml-cpp|nlohmann|GeographicLib|pcl|ceres|cairo|openssl|CLI|fmt|boost|re2)"
       "([0-9]*)[/.].*|(cairo|png)\\.h");
   for (const auto& library : fs::directory_iterator(fs::path(places::source()) / "lib")) {
     if (!fs::exists(library.path() / "include")) continue;

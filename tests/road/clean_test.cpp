@@ -336,6 +336,15 @@ TEST(Clean, UsesTheNamesOfOtherSimulatorsAndRulesOfOnesOwn) {
   road::clean(own, options, &report);
   EXPECT_TRUE(report.by_names);
   EXPECT_EQ(report.triangles_kept, 240u);
+  // Takes years where an engine goes back over what it has tried.
+  options.name_rules.front() = {road::NameRule::Field::object, "(a+)+$", SurfaceClass::road};
+  own.objects[0].name = std::string(200, 'a') + "!";
+  road::clean(own, options, &report);
+  EXPECT_FALSE(report.by_names);
+  own.objects[0].name = "Aaa";
+  road::clean(own, options, &report);
+  EXPECT_TRUE(report.by_names);
+  EXPECT_EQ(report.triangles_kept, 240u);
   options.name_rules.front().pattern = "(";
   EXPECT_THAT(message_of(own, options), HasSubstr("name rule '('"));
 }

@@ -1,14 +1,22 @@
-// The damages that other tests plant are what they say.
+// The damages that other tests plant are what they say, and damaged files of two parts are read or refused.
 #include "support/mutate_mesh.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
+#include <random>
 
+#include "fuzz/mutated.h"
+#include "road/error.h"
+#include "road/read_mesh.h"
 #include "support/analytic_roads.h"
 #include "support/brute_force.h"
+#include "support/mesh_files.h"
+#include "support/temporary_folder.h"
 
 namespace {
 
@@ -110,6 +118,60 @@ TEST(AnalyticRoads, FacetsAreAsNearAsStated) {
     EXPECT_GE(worst, road.facet_error_m * 0.3) << road.name;
   }
   EXPECT_NEAR(support::stadium_with_kerb().z_m(60, 5.9), 0.06, 1e-12);
+}
+
+/// Reads mutants of a mesh and of its companion, one or both damaged, in this process: a crash ends the
+/// test. KERBSTONE_HEAVY=1: 10,000 of them; KERBSTONE_MUTANTS=N: N; KERBSTONE_FIRST_MUTANT=K: from the
+/// K-th on, to look at one.
+void read_mutants(const std::string& mesh_name, const std::string& mesh, const std::string& companion_name,
+                  const std::string& companion) {
+  const auto number = [](const char* name, std::size_t otherwise) {
+    const char* text = std::getenv(name);
+    return text == nullptr ? otherwise : static_cast<std::size_t>(std::strtoul(text, nullptr, 10));
+  };
+  const std::size_t first = number("KERBSTONE_FIRST_MUTANT", 0);
+  const std::size_t count = number("KERBSTONE_MUTANTS", std::getenv("KERBSTONE_HEAVY") ? 10'000 : 300);
+  const support::TemporaryFolder folder;
+  road::MeshReadOptions options;
+  options.own_process = false;
+  std::size_t read = 0;
+  double longest_s = 0.0;
+  for (std::size_t i = first; i < first + count; ++i) {
+    std::mt19937_64 generator(i);
+    folder.file(companion_name, i % 3 == 0 ? companion : fuzz::mutated(companion, generator));
+    const std::string path = folder.file(mesh_name, i % 3 == 1 ? mesh : fuzz::mutated(mesh, generator));
+    if (std::getenv("KERBSTONE_FIRST_MUTANT")) std::fprintf(stderr, "mutant %zu\n", i);
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      const Mesh seen = road::read_mesh(path, options);
+      ++read;
+      ASSERT_EQ(seen.object_of_triangle.size(), seen.triangles.size()) << "mutant " << i;
+      for (const auto& triangle : seen.triangles) {
+        for (const std::uint32_t corner : triangle) {
+          ASSERT_LT(corner, seen.vertices_m.size()) << "mutant " << i;
+          ASSERT_TRUE(seen.vertices_m[corner].allFinite()) << "mutant " << i;
+        }
+      }
+    } catch (const road::Error& error) {
+      ASSERT_NE(std::string(error.what()).find(path), std::string::npos) << "mutant " << i << ": " << error.what();
+    }
+    longest_s = std::max(longest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  EXPECT_LT(longest_s, 10.0);
+  EXPECT_GT(read, count / 20);  // most damages are refused; if all were, nothing would be tested
+  std::printf("%zu mutants, %zu read, longest %.3f s\n", count, read, longest_s);
+}
+
+TEST(MutateMesh, DamagedGltfAndItsBufferAreReadOrRefused) {
+  const support::GltfAndBin parts = support::as_gltf(support::small_road(), "a.bin");
+  read_mutants("a.gltf", parts.gltf, "a.bin", parts.bin);
+}
+
+TEST(MutateMesh, DamagedObjAndItsMaterialsAreReadOrRefused) {
+  read_mutants("a.obj", "mtllib a.mtl\n" + support::as_obj(support::small_road()), "a.mtl",
+               "# painted\nnewmtl asphalt\nKa 0.1 0.2 0.3\nKd 0.8 0.8 0.8\nKs 0 0 0\nNs 10.5\nd 0.9\nillum 2\n"
+               "map_Kd -s 2 2 1 textures/asphalt.png\nbump -bm 0.5 rough.png\n\nnewmtl concrete\nKd 0.5 0.5 0.5\nTr 0.1\n"
+               "map_Kd wall.png\nmap_Bump wall_bump.png\n");
 }
 
 }  // namespace

@@ -8,13 +8,13 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <regex>
 #include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "classify_by_shape.h"
 #include "mesh_topology.h"
+#include "name_pattern.h"
 #include "road/error.h"
 #include "strip_ends.h"
 
@@ -47,19 +47,6 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-/// Lower case outside escapes: \S must not become \s. Matching lower-cased text with a lower-cased
-/// pattern is several times faster than std::regex::icase.
-std::string lower_case_pattern(std::string pattern) {
-  for (std::size_t i = 0; i < pattern.size(); ++i) {
-    if (pattern[i] == '\\') {
-      ++i;
-    } else {
-      pattern[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(pattern[i])));
-    }
-  }
-  return pattern;
-}
-
 /// Name rules, compiled. Materials and textures recur, so their answers are kept.
 class NameTable {
  public:
@@ -67,14 +54,9 @@ class NameTable {
     for (const NameRule& rule : rules) {
       if (!rule.convention.empty() && rule.convention != convention) continue;
       try {
-        compiled_.push_back({rule.field,
-                             rule.surface_class,
-                             std::regex(lower_case_pattern(rule.pattern),
-                                        std::regex::ECMAScript | std::regex::optimize),
-                             {}});
-      } catch (const std::regex_error& error) {
-        throw Error(fmt::format("name rule '{}': {}; wanted an ECMAScript regular expression",
-                                rule.pattern, error.what()));
+        compiled_.push_back({rule.field, rule.surface_class, NamePattern(rule.pattern), {}});
+      } catch (const Error& error) {
+        throw Error(fmt::format("name rule {}", error.what()));
       }
     }
   }
@@ -87,10 +69,10 @@ class NameTable {
       if (subject.empty()) continue;
       bool matches = false;
       if (rule.field == NameRule::Field::object) {
-        matches = std::regex_search(subject, rule.pattern);
+        matches = rule.pattern.is_in(subject);
       } else {
         const auto [known, inserted] = rule.answers.try_emplace(subject, false);
-        if (inserted) known->second = std::regex_search(subject, rule.pattern);
+        if (inserted) known->second = rule.pattern.is_in(subject);
         matches = known->second;
       }
       if (matches) return rule.surface_class;
@@ -102,7 +84,7 @@ class NameTable {
   struct Rule {
     NameRule::Field field;
     SurfaceClass surface_class;
-    std::regex pattern;
+    NamePattern pattern;
     std::unordered_map<std::string, bool> answers;
   };
   std::vector<Rule> compiled_;

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,30 @@ struct RawMesh {
 /// `bytes` is the whole file, `path` names it in errors. Throws Error.
 RawMesh read_stl(std::string_view bytes, const std::string& path);
 RawMesh read_ply(std::string_view bytes, const std::string& path);
+
+/// A mesh of 100 million triangles, or the buffer of one, in the most wasteful format.
+constexpr std::size_t kLargestMeshFile = 16'000'000'000;
+
+/// ".obj" of "track.OBJ".
+std::string lower_extension(const std::string& path);
+
+/// Refuses what would make a reader that calls itself for every level run out of stack, or visit
+/// shared parts without end: nested glTF, XML and text in braces. What is no such format, or damaged
+/// otherwise, passes. Throws Error.
+void check_nesting(std::string_view bytes, const std::string& path);
+
+/// Any other format. Files that the mesh refers to are read only below its folder unless
+/// `allow_outside`: one with geometry refuses the mesh, one for looks is a remark. Calls `opened` with
+/// the size of each. Throws Error; damaged files may crash it.
+RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
+                         const Eigen::Vector3d& origin, bool allow_outside,
+                         const std::function<void(std::size_t)>& opened);
+
+/// Runs `read` in a child of this process and gives what it gives or throws; its crash, or its
+/// taking far more memory or time than `bytes` (and those that it tells `opened`) can need, is an Error
+/// that names `path`. The other threads of this process do not run in the child.
+RawMesh read_in_child(const std::string& path, std::size_t bytes,
+                      const std::function<RawMesh(const std::function<void(std::size_t)>& opened)>& read);
 
 /// Text that assimp reads without loss: coordinates relative to `origin`.
 struct LocalText {

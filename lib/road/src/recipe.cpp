@@ -10,10 +10,10 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
-#include <regex>
 #include <set>
 #include <sstream>
 
+#include "name_pattern.h"
 #include "road/error.h"
 
 namespace road {
@@ -205,6 +205,9 @@ std::vector<RecipeKey> make_keys() {
                                {"mm", Unit::mm},
                                {"ft", Unit::ft}},
                               "unit of the mesh", [](Recipe& r) -> Unit& { return r.read.unit; }));
+  keys.push_back(yes_or_no("read", "allow_outside",
+                           "the mesh may refer to files outside its folder",
+                           [](Recipe& r) -> bool& { return r.read.allow_outside; }));
   // clean
   keys.push_back(yes_or_no("clean", "use_names",
                            "classify by object, material and texture names; false: by shape alone",
@@ -490,11 +493,9 @@ NameRule read_name_rule(const YAML::Node& node, const Place& place) {
                    fmt::format("name_rules: a pattern of {} characters seen, 1 to {} wanted",
                                text.size(), kMaxPatternLength));
       try {
-        std::regex check(text, std::regex::ECMAScript | std::regex::icase);
-      } catch (const std::regex_error&) {
-        place.fail(
-            entry.second.Mark(),
-            fmt::format("name_rules: {} seen, a regular expression wanted", in_quotes(text)));
+        NamePattern check(text);
+      } catch (const Error& error) {
+        place.fail(entry.second.Mark(), fmt::format("name_rules: {}", error.what()));
       }
       rule.field = key == "object"     ? NameRule::Field::object
                    : key == "material" ? NameRule::Field::material
