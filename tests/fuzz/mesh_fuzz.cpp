@@ -44,7 +44,9 @@ void run(std::string_view kind, std::string_view bytes) {
   std::ofstream(path, std::ios::binary)
       .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   try {
-    const Mesh mesh = read_mesh(path);
+    MeshReadOptions options;
+    options.own_process = false;
+    const Mesh mesh = read_mesh(path, options);
     check(mesh);
     try {
       const RoadMesh road = clean(mesh);

@@ -53,14 +53,14 @@ TEST_F(ForeignMesh, ReadsBuffersBelowItsFolderOnly) {
   const std::string absolute = bin("elsewhere.bin");
   MeshReadOptions outside;
   outside.allow_outside = true;
-  // assimp takes back escapes and strokes of other systems where a file is not found as it stands.
-  for (const std::string uri : {"../a.bin", "../track/../a.bin", "..%2fa.bin", "%2e%2e/a.bin", "..\\\\a.bin"}) {
+  // assimp takes strokes of other systems for those of this one where a file is not found as it stands.
+  for (const std::string uri : {"../a.bin", "../track/../a.bin", "..\\\\a.bin"}) {
     EXPECT_THAT(message_of(gltf(uri)), testing::AllOf(HasSubstr("lies outside the folder of the mesh"),
                                                       HasSubstr("--allow-outside")))
         << uri;
     EXPECT_EQ(message_of(gltf(uri), outside), "no error") << uri;
   }
-  for (const std::string& uri : {absolute, "file://" + absolute})
+  for (const std::string& uri : {absolute, "file://" + absolute, std::string("..%2fa.bin"), std::string("%2e%2e/a.bin")})
     EXPECT_NE(message_of(gltf(uri)), "no error") << uri;
 
   // Without a folder in its own path, the URI is all that assimp opens.

@@ -335,10 +335,10 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   }
   RawMesh mesh = flatten(*scene, origin, path);
   mesh.remarks = std::move(remarks);
-  if (companions.problems.empty()) {
-    remark_missing(path, companions.files, mesh.remarks);
-  } else {
+  if (!companions.problems.empty()) {
     mesh.remarks.push_back("refers to a file that cannot be read: " + companions.problems.front());
+  } else if (companions.outside.empty()) {
+    remark_missing(path, companions.files, mesh.remarks);
   }
   mesh.files = std::move(companions.files);
   return mesh;
