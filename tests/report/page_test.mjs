@@ -125,6 +125,12 @@ try {
     const { page, context, problems } = await open('clean');
     check((await page.innerText('[data-view="verdict"]')).startsWith('Usable'), 'the clean road is usable');
     check(await page.$eval('#verdict', (node) => node.classList.contains('usable')), 'the clean verdict is green');
+    // A clean verdict says no more than what was looked for, and the numbers are those of report.json.
+    const numbers = JSON.parse(readFileSync(join(dir, 'clean', 'report.json'), 'utf8')), told = await page.innerText('main');
+    check(!told.includes('vehicle would notice'), 'nothing is said of what a vehicle would notice');
+    check(numbers.looked_for.length >= 3 && numbers.looked_for.every((sentence) => told.includes(sentence)), `what was looked for and the limits are shown (${numbers.looked_for})`);
+    check(numbers.facts.length >= 5 && numbers.facts.every((fact) => told.includes(fact.name) && told.includes(fact.value)), 'the facts are those of report.json');
+    check((await page.$$('[data-view="kerbs"] tbody tr')).length === numbers.kerbs.length, 'as many kerbs as in report.json');
     if (shots) {
       await page.screenshot({ path: join(shots, 'clean-light.png') });
       await page.screenshot({ path: join(shots, 'clean-light-full.png'), fullPage: true });

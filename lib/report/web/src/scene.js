@@ -62,6 +62,7 @@ export function makeScene(sheet, windows, data, state) {
   const material = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide });
   const windowMaterial = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide });
   let vertical = 5, chosen = null, pending = false, flying = null;
+  let moved = null;  // what changed the range since the last picture
 
   // Map x, y, z become x, z, -y: three.js has y up.
   function geometryOf(grid, skipBegin, skipEnd) {
@@ -200,7 +201,22 @@ export function makeScene(sheet, windows, data, state) {
     markRange(root, state.range[0], state.range[1]);
   }
 
+  /// Follows the range that is looked at; once a picture, however often it changed.
+  function follow() {
+    if (moved !== 'scene-detail') {
+      // The window of full detail that holds the middle of what is looked at, if that is close enough.
+      const middle = 0.5 * (state.range[0] + state.range[1]);
+      const near = state.range[1] - state.range[0] < 120
+        ? windows.findIndex((w) => middle >= w.uBegin && middle <= w.uOf(w.rows - 1)) : -1;
+      choose(near < 0 ? null : near);
+    }
+    moved = null;
+    paint();
+    frame();
+  }
+
   function render() {
+    if (moved !== null) follow();
     pending = false;
     world.scale.set(1, vertical, 1);
     marker.visible = state.cursor !== null;
@@ -294,15 +310,7 @@ export function makeScene(sheet, windows, data, state) {
   state.subscribe((what, source) => {
     if (what === 'range') {
       stopFlying();
-      if (source !== 'scene-detail') {
-        // The window of full detail that holds the middle of what is looked at, if that is close enough.
-        const middle = 0.5 * (state.range[0] + state.range[1]);
-        const near = state.range[1] - state.range[0] < 120
-          ? windows.findIndex((w) => middle >= w.uBegin && middle <= w.uOf(w.rows - 1)) : -1;
-        choose(near < 0 ? null : near);
-      }
-      paint();
-      frame();
+      moved = source;
     }
     if (what === 'field' || what === 'theme') paint();
     if (what === 'print') { resize(); frame(); paint(); render(); paper.src = canvas.toDataURL(); return; }

@@ -71,22 +71,22 @@ function heatMap(comparison, places, state) {
     return Math.max(1e-6, 1.5 * at(0.95), 0.2 * at(0.99));
   }
 
-  function paint(low, high) {
+  function paint(low, high, pixels) {
     first = Math.max(0, Math.floor((low - map.u_begin_m) / map.u_cell_m));
     last = Math.min(map.rows, Math.max(first + 1, Math.ceil((high - map.u_begin_m) / map.u_cell_m)));
-    const mid = css('--mid'), now = `${first} ${last} ${mid}`;
+    const mid = css('--mid'), now = `${first} ${last} ${pixels} ${mid}`;
     if (now === drawn) return;
     drawn = now;
     limit = limitInView();
     lowText.textContent = `${mm(limit)} below`;
     highText.textContent = `${mm(limit)} above`;
-    // At most 8192 pixels along u; each shows the largest error of its rows.
-    const stride = Math.ceil((last - first) / 8192), width = Math.ceil((last - first) / stride);
+    // No finer than the screen; each pixel shows the largest error of its rows.
+    const stride = Math.ceil((last - first) / pixels), width = Math.ceil((last - first) / stride);
     picture.width = width;
     picture.height = columns;
     const context = picture.getContext('2d');
     const image = context.createImageData(width, columns);
-    const neutral = [parseInt(mid.slice(1, 3), 16), parseInt(mid.slice(3, 5), 16), parseInt(mid.slice(5, 7), 16)];
+    const neutral = [1, 3, 5].map((k) => parseInt(mid.slice(k, k + 2), 16)), red = [190, 30, 40], blue = [30, 80, 190], gold = [225, 190, 60];
     for (let x = 0; x < width; ++x) {
       for (let j = 0; j < columns; ++j) {
         let worst = NaN, bare = false;
@@ -96,12 +96,10 @@ function heatMap(comparison, places, state) {
           if (!(Math.abs(value) <= Math.abs(worst))) worst = Number.isNaN(value) ? worst : value;
         }
         const at = 4 * ((columns - 1 - j) * width + x);
-        if (Number.isNaN(worst)) {
-          if (bare) image.data.set([225, 190, 60, 255], at);
-          continue;
-        }
-        const t = Math.min(1, Math.abs(worst) / limit), to = worst > 0 ? [190, 30, 40] : [30, 80, 190];
-        image.data.set([0, 1, 2].map((c) => neutral[c] + t * (to[c] - neutral[c])).concat(255), at);
+        if (Number.isNaN(worst) && !bare) continue;
+        const to = Number.isNaN(worst) ? gold : worst > 0 ? red : blue, t = Number.isNaN(worst) ? 1 : Math.min(1, Math.abs(worst) / limit);
+        for (let c = 0; c < 3; ++c) image.data[at + c] = neutral[c] + t * (to[c] - neutral[c]);
+        image.data[at + 3] = 255;
       }
     }
     context.putImageData(image, 0, 0);
@@ -114,7 +112,7 @@ function heatMap(comparison, places, state) {
     series: [{ label: 'u / m' }, { label: 'v / m', points: { show: false }, width: 0 }],
     hooks: {
       draw: [(plot) => {
-        paint(plot.scales.x.min, plot.scales.x.max);
+        paint(plot.scales.x.min, plot.scales.x.max, Math.max(1, Math.ceil(plot.bbox.width)));
         const x0 = plot.valToPos(map.u_begin_m + first * map.u_cell_m, 'x', true), x1 = plot.valToPos(map.u_begin_m + last * map.u_cell_m, 'x', true);
         const y0 = plot.valToPos(v1 + half, 'y', true), y1 = plot.valToPos(v0 - half, 'y', true);
         const context = plot.ctx;
