@@ -17,9 +17,9 @@ export function fixed(value, decimals) {
   return Number(text) === 0 ? text.replace('-', '') : text;
 }
 
-/// Metres as millimetres, to a thousandth of one.
+/// Metres as millimetres with two decimals, as the tools print them; three where two would hide the number.
 export function mm(value) {
-  const text = show(value === null || value === undefined ? value : 1000 * value, 3, 3);
+  const text = show(value === null || value === undefined ? value : 1000 * value, 9, Math.abs(value) < 1e-4 ? 3 : 2);
   return text === '–' ? text : `${text} mm`;
 }
 
