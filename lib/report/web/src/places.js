@@ -61,6 +61,13 @@ export function makeCut(surface, data, state) {
     uBox.value = fixed(point.u, 2);
     vBox.value = fixed(point.v, 2);
     cut = surface.cutAt(point.u);
+    // From border to border of what has heights.
+    const first = cut.z.findIndex((z) => z !== null);
+    if (first >= 0) {
+      let last = cut.z.length - 1;
+      while (cut.z[last] === null) --last;
+      cut = { ...cut, v: cut.v.slice(first, last + 1), z: cut.z.slice(first, last + 1) };
+    }
     const known = cut.z.filter((z) => z !== null), base = known.reduce((a, b) => Math.min(a, b), Infinity);
     chart.setRows([cut.v, cut.z.map((z) => (z === null ? null : 1000 * (z - base)))]);
     const z = surface.heightAt(point.u, point.v), [x, y] = surface.positionAt(point.u, point.v);
