@@ -8,12 +8,14 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
 #include <filesystem>
 
 #include "files/read_file.h"
 #include "files/sha256.h"
 #include "raw_mesh.h"
 #include "road/error.h"
+#include "text_lines.h"
 
 namespace road {
 namespace {
@@ -44,6 +46,28 @@ struct Companions {
     return false;
   }
 };
+
+/// What is used of a list of materials, and nothing of the rest, which assimp reads without looking
+/// whether there is a material yet: names and base textures, from the first name on.
+std::string names_and_textures(std::string_view library) {
+  const auto is = [](std::string_view word, std::string_view wanted) {
+    return std::equal(word.begin(), word.end(), wanted.begin(), wanted.end(), [](char a, char b) {
+      return std::tolower(static_cast<unsigned char>(a)) == b;
+    });
+  };
+  std::string text;
+  Lines lines(library);
+  std::string_view line;
+  while (lines.next(line)) {
+    std::string_view rest = line;
+    const std::string_view word = take_word(rest);
+    const bool named = is(word, "newmtl") || (!text.empty() && is(word, "map_kd"));
+    if (!named || take_word(rest).empty() || line.find('\0') != std::string_view::npos) continue;
+    text.append(line);
+    text.push_back('\n');
+  }
+  return text;
+}
 
 /// Bytes that live as long as the stream that assimp reads them from.
 struct OwnedBytes {
@@ -81,6 +105,7 @@ class MemoryFirst : public Assimp::DefaultIOSystem {
       std::string content = files::read_file(file, kLargestMeshFile);
       if (companions_.opened) companions_.opened(content.size());
       companions_.add(file, files::sha256(content));
+      if (lower_extension(path_) == ".obj") content = names_and_textures(content);
       return new CompanionStream(std::move(content));
     } catch (const Error& error) {
       companions_.add(file, {});
