@@ -12,7 +12,9 @@
 #include <random>
 
 #include "files/write_file.h"
+#include "map_file.h"
 #include "support/places.h"
+#include "support/run_crgbuild.h"
 #include "tyre_files.h"
 #include "vehicle/error.h"
 
@@ -174,6 +176,25 @@ TEST_F(VehicleFile, ReadsMapsFromMatlabFiles) {
     std::ofstream(path("engine.mat"), std::ios::binary) << mutated;
     (void)refusal(yaml);
   }
+}
+
+TEST_F(VehicleFile, ReadsMatlabFilesOfLevel5) {
+  const std::string corpus = places::source() + "/tests/corpus/map/";
+  for (const char* name : {"one.mat", "packed.mat"}) {
+    const Map1 map = read_map1(corpus + name, "x", "value");
+    EXPECT_EQ(map.x, (std::vector<double>{0.0, 0.5, 1.0})) << name;
+    EXPECT_EQ(map.y, (std::vector<double>{1.0, 2.0, 3.0})) << name;
+  }
+  const Map2 map = read_map2(corpus + "two.mat", "x", "y", "value");
+  EXPECT_EQ(map.z, (std::vector<double>{1.0, 4.0, 2.0, 5.0, 3.0, 6.0}));  // by column in the file
+  // A name of 2.5 GB, which libmatio reserved and cleared.
+  std::string bytes = cli::read(corpus + "one.mat");
+  const std::size_t name = bytes.find(std::string("\1\0\0\0\1\0\0\0x", 9));
+  ASSERT_NE(name, std::string::npos);
+  bytes[name + 7] = '\x97';
+  files::write_file(path("large.mat"), bytes);
+  EXPECT_THAT([&] { read_map1(path("large.mat"), "x", "value"); },
+              testing::ThrowsMessage<Error>(HasSubstr("no variable 'x', or the file is damaged")));
 }
 
 TEST_F(VehicleFile, EndsInAnErrorOrACarWhateverTheBytes) {

@@ -344,7 +344,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   for (const char* needed : {"time_s", "x_m", "y_m"})
     if (find(needed) == nullptr)
       throw Error(fmt::format("{}: no column for {} among {} columns ('{}', ...); a mapping file can name it",
-                              name, needed, table.names.size(), table.names.empty() ? "" : table.names[0]));
+                              name, needed, table.names.size(), table.names.empty() ? "" : table.names[0].substr(0, 40)));
   std::vector<double> t = values("time_s");
   if (t.size() < 50) throw Error(fmt::format("{}: {} rows; a log of at least 50 is wanted", name, t.size()));
   const Path path = path_of(t, values("x_m"), values("y_m"));
