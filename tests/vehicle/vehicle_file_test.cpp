@@ -35,7 +35,7 @@ class VehicleFile : public ::testing::Test {
     fs::create_directories(folder_);
     files::write_file(path("t.tir"), test_tyre_text());
     files::write_file(path("engine.csv"),
-               "engine_radps:throttle,0,1\n0,0,100\n500,-30,300\n900,-50,200\n");
+                      "engine_radps:throttle,0,1\n0,0,100\n500,-30,300\n900,-50,200\n");
   }
   void TearDown() override { fs::remove_all(folder_); }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -60,7 +60,7 @@ class VehicleFile : public ::testing::Test {
 
 TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
   files::write_file(path("setup.txt"),
-             "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
+                    "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
   files::write_file(
       path("vehicle.yaml"),
       text() +
@@ -111,6 +111,9 @@ TEST_F(VehicleFile, RefusesWithPlaceAndReason) {
   EXPECT_THAT(refusal("just words\n"), HasSubstr("not a list"));
   EXPECT_THAT(refusal("name: x\ntyres: {front: t.tir, rear: none.tir}\nmaps: {}\n"),
               HasSubstr("none.tir"));
+  EXPECT_THAT(
+      refusal("name: x\ntyres: {front: " + std::string(5000, 't') + ", rear: t.tir}\nmaps: {}\n"),
+      HasSubstr("does not exist"));
   EXPECT_THAT(refusal("name: x\ntyres: {front: t.tir, rear: t.tir}\nmaps: {}\n"),
               HasSubstr("engine_torque_nm"));
   EXPECT_THAT(refusal(text() + "  drag_factor: engine.csv\n"),
@@ -212,8 +215,7 @@ TEST_F(VehicleFile, EndsInAnErrorOrACarWhateverTheBytes) {
 
 TEST_F(VehicleFile, ReadsTheCarsOfThisProject) {
   for (const char* name : {"open_wheel", "av21"}) {
-    const Vehicle v =
-        read_vehicle(places::source() + "/vehicles/" + name + "/vehicle.yaml");
+    const Vehicle v = read_vehicle(places::source() + "/vehicles/" + name + "/vehicle.yaml");
     EXPECT_EQ(v.name, name);
     EXPECT_NO_THROW(make_car(v.files, v.parameters, v.terms, v.contact));
   }

@@ -115,7 +115,7 @@ class Emitter {
       if (!raw.of[4].empty()) chunk.intensity.push_back(static_cast<float>(raw.of[4][i]));
       if (!raw.of[5].empty())
         chunk.classification.push_back(
-            static_cast<std::uint8_t>(std::clamp(raw.of[5][i], 0.0, 255.0)));
+            static_cast<std::uint8_t>(raw.of[5][i] >= 0.0 ? std::min(raw.of[5][i], 255.0) : 0.0));
     }
     if (chunk.size() == 0) return;
     chunk.origin_m = *origin_;

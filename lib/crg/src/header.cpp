@@ -67,7 +67,8 @@ class Parser {
  private:
   [[noreturn]] void fail(const std::string& message) const { fail_at(line_, message); }
   [[noreturn]] void fail_at(std::size_t line, const std::string& message) const {
-    throw Error(name_ + ":" + std::to_string(line) + ": " + message);
+    // A damaged word may be as long as the file.
+    throw Error(name_ + ":" + std::to_string(line) + ": " + (message.size() > 500 ? message.substr(0, 300) + " ... " + message.substr(message.size() - 150) : message));
   }
   void note(const std::string& message) {
     if (header_.crg.notes.size() < 100) {

@@ -418,7 +418,9 @@ std::string format_mapping(const Mapping& mapping) {
   out += "columns:";
   if (mapping.columns.empty()) out += "\n  {}";
   for (const ColumnMapping& m : mapping.columns) {
-    out += fmt::format("\n  {}: {{channel: {}", quoted(m.column), m.channel);
+    // Longer keys need a question mark.
+    const std::string name = quoted(m.column);
+    out += fmt::format("\n  {}{}: {{channel: {}", name.size() > 1000 ? "? " : "", name.size() > 1000 ? name + "\n  " : name, m.channel);
     const auto add = [&](const char* key, double value, double usual) {
       if (value != usual) out += ", ", add_number(key, value);
     };

@@ -22,7 +22,11 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 
 [[noreturn]] void fail(const std::string& file, const YAML::Mark& mark,
                        const std::string& message) {
-  throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1, message));
+  // A damaged word may be as long as the file.
+  throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1,
+                          message.size() > 1000 ? message.substr(0, 300) + " ... " +
+                                                      message.substr(message.size() - 500)
+                                                : message));
 }
 
 std::string joined(const std::vector<std::string>& words) {

@@ -17,7 +17,8 @@ bool is_matlab(const std::string& path) {
 }
 
 void require_exists(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) throw Error(path + ": no such file");
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) throw Error(path + ": no such file");
 }
 
 std::vector<double> read_vector(const std::string& path, const std::string& name) {

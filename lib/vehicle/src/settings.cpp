@@ -27,7 +27,8 @@ Setting copy(const YAML::Node& node, const std::string& path, std::size_t& count
     throw Error(
         fmt::format("{}: more than {} entries; no such file is that long", where(), kMostNodes));
   if (depth > kDeepest)
-    throw Error(fmt::format("{}: more than {} lists and tables within each other", where(), kDeepest));
+    throw Error(
+        fmt::format("{}: more than {} lists and tables within each other", where(), kDeepest));
   if (node.IsScalar()) {
     out.kind = Setting::Kind::kWord;
     out.word = node.Scalar();
@@ -67,8 +68,8 @@ double to_number(std::string_view text, const std::string& where, std::string_vi
   if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
-    throw Error(
-        fmt::format("{}: {} = '{}', wanted a finite number", where, what, text.substr(0, 40)));
+    throw Error(fmt::format("{}: {} = '{}', wanted a finite number", where, what.substr(0, 60),
+                            text.substr(0, 40)));
   return value;
 }
 
@@ -83,7 +84,7 @@ Setting read_settings(const std::string& path) {
 }
 
 Section::Section(const Setting& node, std::string path, std::string name)
-    : node_(&node), path_(std::move(path)), name_(std::move(name)) {
+    : node_(&node), path_(std::move(path)), name_(name.substr(0, 60)) {
   if (node.line == 0) throw Error(fmt::format("{}: is empty, wanted {}", path_, name_));
   if (node.kind != Setting::Kind::kKeys)
     throw Error(fmt::format("{}: {} is not a list of keys and values", where(node), name_));

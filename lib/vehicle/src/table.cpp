@@ -81,7 +81,8 @@ Table parse(const std::string& text, const std::string& name, const Reading& rea
                 !std::isfinite(value)) {
               if (!reading.anything)
                 throw Error(fmt::format("{}: '{}' in column {}, wanted a finite number or nothing",
-                                        where(), cell.substr(0, 40), table.names[index]));
+                                        where(), cell.substr(0, 40),
+                                        table.names[index].substr(0, 40)));
               value = std::numeric_limits<double>::quiet_NaN();
               if (reading.words != nullptr) ++(*reading.words)[index];
             }

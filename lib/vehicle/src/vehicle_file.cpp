@@ -121,8 +121,10 @@ Vehicle read_vehicle(const std::string& path) {
   vehicle.name = top.text("name");
   const auto file = [&](const std::string& name) {
     const std::string full = (std::filesystem::path(path).parent_path() / name).string();
-    if (!std::filesystem::exists(full))
-      throw Error(fmt::format("{}: '{}' is named here, but {} does not exist", path, name, full));
+    std::error_code too_long;  // a name of thousands of letters is none
+    if (!std::filesystem::exists(full, too_long))
+      throw Error(fmt::format("{}: '{}' is named here, but {} does not exist", path,
+                              name.substr(0, 60), full.substr(0, 300)));
     vehicle.read_files.push_back(full);
     return full;
   };
@@ -134,7 +136,7 @@ Vehicle read_vehicle(const std::string& path) {
   if (tyres.has("alpha")) {
     const std::string alpha = tyres.text("alpha");
     if (alpha != "tan" && alpha != "angle")
-      throw Error(fmt::format("{}: alpha = '{}', wanted tan or angle", path, alpha));
+      throw Error(fmt::format("{}: alpha = '{}', wanted tan or angle", path, alpha.substr(0, 60)));
     vehicle.files.alpha = alpha == "tan" ? AlphaConvention::kTangent : AlphaConvention::kAngle;
   }
 
@@ -167,7 +169,7 @@ Vehicle read_vehicle(const std::string& path) {
     const std::string contact = top.text("contact");
     if (contact != "single_point" && contact != "four_point" && contact != "strip")
       throw Error(fmt::format("{}: contact = '{}', wanted single_point, four_point or strip", path,
-                              contact));
+                              contact.substr(0, 60)));
     vehicle.contact = contact == "strip"        ? Contact::kStrip
                       : contact == "four_point" ? Contact::kFourPoint
                                                 : Contact::kSinglePoint;
@@ -177,7 +179,7 @@ Vehicle read_vehicle(const std::string& path) {
     top.section("terms").for_each(
         [&](const std::string& key, const Setting& value, const std::string& where) {
           if (value.kind != Setting::Kind::kWord)
-            throw Error(fmt::format("{}: amplitude of {} is no number", where, key));
+            throw Error(fmt::format("{}: amplitude of {} is no number", where, key.substr(0, 60)));
           set_term(vehicle, key, to_number(value.word, where, key), where);
         });
   if (top.has("setup")) read_setup(vehicle, file(top.text("setup")));
