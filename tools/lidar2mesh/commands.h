@@ -52,7 +52,7 @@ struct MapCommand {
   std::string trajectory, base, centreline, output_dir, frame, unit, base_unit, base_up;
   std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
   double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0;
-  bool correct_drift = true, report = true, stl = false;
+  bool correct_drift = true, report = true, stl = false, allow_outside = false;
   unsigned threads = 0;
 };
 int run_map(const MapCommand& command, Terminal& terminal);

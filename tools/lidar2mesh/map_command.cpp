@@ -27,6 +27,7 @@ crg::Crg read_base(const MapCommand& command) {
   if (command.base_unit == "cm") read.unit = road::Unit::cm;
   if (command.base_unit == "mm") read.unit = road::Unit::mm;
   if (command.base_unit == "ft") read.unit = road::Unit::ft;
+  read.allow_outside = command.allow_outside;
   const road::RoadMesh mesh = road::clean(road::read_mesh(command.base, read));
   const road::Centreline centreline = road::trace_centreline(mesh);
   const crg::ReferenceLine line = road::fit_reference_line(centreline);
