@@ -53,6 +53,37 @@ TEST(CApi, AnswersWhatTheCppInterfaceAnswers) {
   crg_close(nullptr);
 }
 
+TEST(CApi, GivesPlaceAndHeadingWithoutAHeight) {
+  const ReferenceLine line = test::line_along(41, 0.5, [](double) { return 0.02; });
+  Crg crg = make_crg(line, test::grid_of(line, -2.0, 2.0, 5, [](double, double) { return 1.0; }));
+  for (std::size_t i = 10; i < 20; ++i) crg.grid.at(i, 2) = crg.grid.at(i, 3) = NAN;
+  set_value(crg.options, "BORDER_MODE_U", 0.0);
+  set_value(crg.options, "BORDER_MODE_V", 0.0);
+  const test::Folder folder;
+  write(crg, folder.file("road.crg"), Format::KRBI);
+  crg_surface* road = crg_open(folder.file("road.crg").c_str(), nullptr, nullptr, 0);
+  ASSERT_NE(road, nullptr);
+  // In a hole, beside the road, before its begin and behind its end.
+  for (const auto& [u, v] : {std::pair{7.3, 0.4}, {7.3, 3.0}, {-1.0, 0.5}, {25.0, -0.5}}) {
+    crg_sample by_uv, by_xy;
+    double x, y;
+    crg_cursor cursor = {};
+    EXPECT_EQ(crg_at_uv(road, u, v, &by_uv), 0) << u;
+    crg_xy_of_uv(road, u, v, &x, &y);
+    EXPECT_EQ(crg_at_xy(road, x, y, &cursor, &by_xy), 0) << u;
+    for (const crg_sample& sample : {by_uv, by_xy}) {
+      EXPECT_NEAR(sample.u_m, u, 1e-9);
+      EXPECT_NEAR(sample.v_m, v, 1e-9);
+      EXPECT_NEAR(sample.x_m, x, 1e-9);
+      EXPECT_NEAR(sample.y_m, y, 1e-9);
+      EXPECT_TRUE(std::isfinite(sample.heading_rad)) << u;
+      EXPECT_TRUE(std::isfinite(sample.curvature_1pm)) << u;
+      EXPECT_TRUE(std::isnan(sample.z_m)) << u;
+    }
+  }
+  crg_close(road);
+}
+
 TEST(CApi, RefusalsSayWhyAndOldCallersMayKnowLess) {
   char why[30];
   std::memset(why, 'x', sizeof why);

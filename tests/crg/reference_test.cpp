@@ -129,6 +129,9 @@ TEST(Reference, AnswersAgree) {
         const Point2 point = surface.xy_of_uv(a, b);
         EXPECT_NEAR(point.x_m, want1, 1e-9) << text;
         EXPECT_NEAR(point.y_m, want2, 1e-9) << text;
+        const Sample sample = surface.at_uv(a, b);  // the same whether it has a height or not
+        EXPECT_EQ(sample.x_m, point.x_m) << text;
+        EXPECT_EQ(sample.y_m, point.y_m) << text;
       } else if (kind == "uv2pk") {
         const Sample sample = surface.at_uv(a, b);
         EXPECT_NEAR(sample.heading_rad, want1, 1e-9) << text;
@@ -137,6 +140,10 @@ TEST(Reference, AnswersAgree) {
         const UV uv = surface.uv_of_xy(a, b, cursor);
         EXPECT_NEAR(uv.u_m, want1, 1e-9) << text;
         EXPECT_NEAR(uv.v_m, want2, 1e-9) << text;
+        const Sample sample = surface.at_xy(a, b, cursor);
+        EXPECT_EQ(sample.u_m, uv.u_m) << text;
+        EXPECT_EQ(sample.v_m, uv.v_m) << text;
+        EXPECT_TRUE(std::isfinite(sample.heading_rad)) << text;
       } else if (kind == "xy2z") {
         const Sample sample = surface.at_xy(a, b, cursor);
         if (!zero_corner(sample.u_m, sample.v_m)) expect_z(sample.z_m);

@@ -2,7 +2,8 @@
  *
  * A crg_surface is immutable and may be shared between threads; a crg_cursor belongs to one caller
  * (one per wheel), starts as {0} and only makes the next query faster. Queries allocate nothing and
- * never fail: where there is no road they answer NaN, and valid is 0. Units: m, rad, s. */
+ * never fail: where there is no road, z, gradient and normal are NaN and valid is 0; place, heading
+ * and curvature are there all the same. Units: m, rad, s. */
 #ifndef CRG_H
 #define CRG_H
 
