@@ -205,36 +205,5 @@ TEST(BadInput, OutputFolderThatCannotBeWritten) {
   EXPECT_THAT(stage.err, HasSubstr("no/such/folder/s.stl"));
 }
 
-TEST(BadInput, KilledAtAnyMomentLeavesNoDamagedFile) {
-  const Folder folder;
-  write(folder / "s.obj", Stadium{}.obj());
-  const std::vector<std::string> command = {
-      "build", folder / "s.obj", "-o", folder / "out", "--u-step-m", "0.05", "--v-step-m", "0.05", "--force"};
-  ASSERT_EQ(crgbuild(command).code, 0);
-  const std::string whole = read(folder / "out/s.crg"), picture = read(folder / "out/s.png");
-  int killed = 0;
-  for (int round = 0; round < 40; ++round) {
-    if (round % 2) std::filesystem::remove_all(folder / "out");
-    const bool ctrl_c = round % 4 == 3;
-    const Ran ran = crgbuild(command, 0.01 + 0.012 * round, ctrl_c ? SIGINT : SIGKILL);
-    killed += ran.code != 0;
-    if (ctrl_c && ran.code != 0 && ran.code != 128 + SIGINT) {
-      EXPECT_EQ(ran.code, 130) << ran.err;
-    }
-    // Old or new, both are the same whole file.
-    for (const auto& [name, bytes] : {std::pair{"s.crg", &whole}, std::pair{"s.png", &picture}}) {
-      if (!exists(folder / (std::string("out/") + name))) continue;
-      EXPECT_TRUE(read(folder / (std::string("out/") + name)) == *bytes)
-          << name << " in round " << round;
-    }
-    if (exists(folder / "out/summary.json")) {
-      EXPECT_TRUE(nlohmann::json::accept(read(folder / "out/summary.json"))) << round;
-    }
-  }
-  EXPECT_GT(killed, 3);
-  EXPECT_EQ(crgbuild(command).code, 0);
-  EXPECT_TRUE(read(folder / "out/s.crg") == whole);
-}
-
 }  // namespace
 }  // namespace cli

@@ -2,12 +2,16 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
+#include <random>
 #include <set>
+#include <thread>
 
 #include "files/error.h"
 #include "files/write_file.h"
@@ -62,7 +66,12 @@ TEST(OutputSet, AppearsWholeAndIsConfirmedUntilAnythingChanges) {
   EXPECT_THAT(OutputSet(out, "tool make").confirmed({"timing.json"}), IsEmpty());
   run(out, "a", {"a.crg"});
   const std::string manifest = folder.read("new/out/manifest.json");
-  for (const char* damage : {"", "{}", "{\"files\": 7}", "[1"}) {
+  std::string other = manifest;
+  char& digit = other[other.find("program_sha256") + 20];
+  digit = digit == '0' ? '1' : '0';
+  folder.file("new/out/manifest.json", other);
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed(), IsEmpty()) << "made by another program";
+  for (const char* damage : {"", "{}", "{\"files\": 7}", "[1", "null"}) {
     folder.file("new/out/manifest.json", damage);
     EXPECT_THAT(OutputSet(out, "tool make").confirmed(), IsEmpty()) << damage;
   }
@@ -100,7 +109,9 @@ TEST(OutputSet, RemovesWhatTheSameRoadNoLongerHasAndNothingElse) {
   EXPECT_EQ(names_in(out), (Names{"a.crg", "b.crg", "mine.txt", "manifest.json"}));
   // A manifest that names what lies elsewhere is no manifest.
   folder.file("other.txt", "kept");
-  folder.file("out/manifest.json", R"({"command": "tool make", "name": "b", "complete": true, "files": [{"file": "../other.txt", "bytes": null, "sha256": null}]})");
+  std::string manifest = folder.read("out/manifest.json");
+  manifest.replace(manifest.find("b.crg"), 5, "../other.txt");
+  folder.file("out/manifest.json", manifest);
   run(out, "b", {"b.crg"});
   EXPECT_EQ(folder.read("other.txt"), "kept");
 }
@@ -118,6 +129,33 @@ TEST(OutputSet, TheNextRunRemovesWhatAKilledOneLeft) {
   EXPECT_EQ(names_in(out), (Names{".kerbstone.lock", ".kerbstone.new"})) << "the test needs leftovers";
   run(out, "a", {"a.crg"});
   EXPECT_EQ(names_in(out), (Names{"a.crg", "manifest.json"}));
+}
+
+TEST(OutputSet, KilledAtAnyMomentTheNextRunLeavesItsOwnFiles) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  std::mt19937 random(1);
+  int incomplete = 0;
+  run(out, "a", {"a.crg"});  // hashes this program, which the children then need not
+  for (int round = 0; round < 60; ++round) {
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      for (;;) {
+        run(out, "a", {"a.crg", "a.stl", "a.patch-1.crg", "report.html"});
+        run(out, "a", {"a.crg", "a.stl", "a.patch-2.crg", "summary.json"}, " again");
+      }
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 15'000));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    incomplete += fs::exists(out + "/manifest.json") && folder.read("out/manifest.json").find("\"complete\": false") != std::string::npos ? 1 : 0;
+    run(out, "a", {"a.crg", "a.stl"}, " last");
+    ASSERT_EQ(names_in(out), (Names{"a.crg", "a.stl", "manifest.json"})) << round;
+    ASSERT_EQ(folder.read("out/a.crg") + folder.read("out/a.stl"), "a.crg lasta.stl last");
+    ASSERT_THAT(OutputSet(out, "tool make").confirmed(), ElementsAre("a.crg", "a.stl"));
+  }
+  std::printf("%d of 60 were killed while files were moved in\n", incomplete);
 }
 
 TEST(OutputSet, AnIncompleteSetIsNotBelievedAndItsFilesAreKnown) {

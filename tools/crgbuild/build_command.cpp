@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "commands.h"
+#include "files/output_set.h"
 #include "road/build.h"
 #include "road/error.h"
 
@@ -41,22 +42,6 @@ void apply(const RecipeFlags& flags, road::Recipe& recipe) {
   }
 }
 
-/// Whether the folder holds a report that was written after its summary: the one of that build.
-bool has_report(const std::string& folder) {
-  const std::filesystem::path dir(folder);
-  std::error_code none;
-  const auto report = std::filesystem::last_write_time(dir / "report.json", none);
-  if (none) return false;
-  const auto summary = std::filesystem::last_write_time(dir / "summary.json", none);
-  if (none || report < summary) return false;
-  try {
-    road::read_report(folder);
-    return true;
-  } catch (const road::Error&) {
-    return false;
-  }
-}
-
 /// By its name, or by the sections that it begins with.
 bool is_road_file(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
@@ -78,7 +63,26 @@ std::string smoothed_waves(const nlohmann::json& smooth) {
                      waves.at(0).get<double>(), waves.at(1).get<double>());
 }
 
-/// What a build tells its user. Throws nlohmann::json::exception for a summary that lacks something.
+/// Seconds and memory of the build; nothing where timing.json was removed or changed since.
+std::string timing_text(const std::string& timing_json) {
+  try {
+    const auto timing = nlohmann::json::parse(timing_json);
+    return fmt::format("{:.2f} s, {:.0f} MB", timing.at("seconds").at("total").get<double>(), timing.at("peak_memory_mb").get<double>());
+  } catch (const nlohmann::json::exception&) {
+    return "";
+  }
+}
+
+std::string cost_text(const road::BuildResult& result) {
+  std::string text = timing_text(result.timing_json);
+  const char* why = result.reused         ? "reused: nothing has changed since then (--force builds again)"
+                    : result.clean_reused ? "the mesh was cleaned before and has not changed (--force cleans again)"
+                                          : "";
+  if (!text.empty() && *why != '\0') text += "; ";
+  return fmt::format("  {}{}\n", text, why);
+}
+
+/// What a build tells its user.
 std::string build_text(const road::Recipe& recipe, const road::BuildResult& result) {
   const auto s = nlohmann::json::parse(result.summary_json);
   const auto number = [](const nlohmann::json& j) { return j.is_number() ? j.get<double>() : 0.0; };
@@ -90,7 +94,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
       "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
       "  against the mesh at {} points: 99 % within {:.2f} mm, the largest error {:.2f} mm\n"
-      "  {:.2f} s, {:.0f} MB{}\n"
+      "{}"
       "road     {}\npicture  {}\nnumbers  {}\n",
       recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")), number(width.at("width_min_m")),
       number(width.at("width_max_m")), number(grid.at("width_min_m")), number(grid.at("width_max_m")), clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
@@ -99,10 +103,8 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       sample.at("filled").get<std::size_t>(), sample.at("folds").size(), s.at("kerb").at("kerbs").size(),
       1e3 * number(s.at("smooth").at("largest_change_road_m")), smoothed_waves(s.at("smooth")),
       validation.at("points").get<std::size_t>(), 1e3 * number(validation.at("z_error_m").at("p99")),
-      1e3 * number(validation.at("z_error_m").at("max")), number(s.at("seconds").at("total")), number(s.at("peak_memory_mb")),
-      result.reused         ? "; reused: nothing has changed since then (--force builds again)"
-      : result.clean_reused ? "; the mesh was cleaned before and has not changed (--force cleans again)"
-                            : "",
+      1e3 * number(validation.at("z_error_m").at("max")),
+      cost_text(result),
       result.crg_path, result.picture_path,
       result.summary_path);
   if (!result.patches_path.empty()) text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path, s.at("patches").size());
@@ -134,26 +136,15 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
                                   "'crgbuild report {0} -o DIR' what is wrong with it", command.input));
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
-  using enum road::Reuse;
-  const auto build = [&](road::Reuse reuse) {
-    return road::build_track(recipe, command.output_dir, terminal.progress(), command.no_report ? nullptr : &evidence, reuse);
-  };
-  road::BuildResult result =
-      build(command.force ? nothing : command.no_report || has_report(command.output_dir) ? everything : stages);
-  std::string text;
-  try {
-    text = build_text(recipe, result);
-  } catch (const nlohmann::json::exception&) {  // an old summary that somebody cut
-    result = build(nothing);
-    text = build_text(recipe, result);
-  }
-  terminal.progress_done();
-  terminal.print(terminal.json ? result.summary_json : text);
+  files::OutputSet outputs(command.output_dir, road::kBuildCommand);
+  const road::BuildResult result = road::build_track(recipe, outputs, terminal.progress(), command.no_report ? nullptr : &evidence,
+                                                     command.force ? road::Reuse::nothing : road::Reuse::everything);
   std::optional<road::ReportFiles> report;
-  if (!command.no_report) {
-    report = result.reused ? road::read_report(command.output_dir) : report_build(command, recipe, result, evidence);
-    print_report(*report, terminal);
-  }
+  if (!command.no_report) report = result.reused ? road::read_report(command.output_dir) : report_build(command, recipe, result, evidence, outputs);
+  road::commit_build(recipe, result, outputs);
+  terminal.progress_done();
+  terminal.print(terminal.json ? result.summary_json : build_text(recipe, result));
+  if (report) print_report(*report, terminal);
   if (!result.validation_failures.empty()) throw_validation_failed(result.crg_path, result.validation_failures);
   if (report) refuse_if_not_usable(result.crg_path, *report);
   return kOk;

@@ -93,9 +93,10 @@ struct ReportCommand {
 /// Exit code 3 when the road is not usable; the report is written all the same.
 int run_report(const ReportCommand& command, Terminal& terminal);
 
-/// The report of a road that was just built, into the same folder.
+/// The report of a road that was just built, into the same set of files; the paths are those after its commit.
 road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe,
-                               const road::BuildResult& result, const road::BuildEvidence& evidence);
+                               const road::BuildResult& result, const road::BuildEvidence& evidence,
+                               const files::OutputSet& outputs);
 void print_report(const road::ReportFiles& files, Terminal& terminal);
 
 /// Throws NotValid for a road whose report says that it is not usable.

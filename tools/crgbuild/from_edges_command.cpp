@@ -26,6 +26,7 @@ int run_from_edges(const FromEdgesCommand& command, Terminal& terminal) {
     return kOk;
   }
   const auto s = nlohmann::json::parse(result.summary_json);
+  const auto timing = nlohmann::json::parse(result.timing_json);
   const auto& edges = s["edges"];
   terminal.print(fmt::format(
       "{}: {} road of {:.1f} m, {:.2f} to {:.2f} m wide, from {} and {} points\n"
@@ -37,8 +38,8 @@ int run_from_edges(const FromEdgesCommand& command, Terminal& terminal) {
       edges["width_min_m"].get<double>(), edges["width_max_m"].get<double>(), edges["left_points"].get<std::size_t>(),
       edges["right_points"].get<std::size_t>(), s["grid"]["rows"].get<std::size_t>(), s["grid"]["columns"].get<std::size_t>(),
       1e3 * edges["edge_gap_max_m"].get<double>(), 1e3 * edges["point_error_p99_m"].get<double>(),
-      1e3 * edges["point_error_max_m"].get<double>(), edges["folds"].size(), s["seconds"]["total"].get<double>(),
-      s["peak_memory_mb"].get<double>(), result.crg_path, result.picture_path, result.summary_path));
+      1e3 * edges["point_error_max_m"].get<double>(), edges["folds"].size(), timing["seconds"]["total"].get<double>(),
+      timing["peak_memory_mb"].get<double>(), result.crg_path, result.picture_path, result.summary_path));
   for (const auto& remark : edges["remarks"])
     terminal.print(fmt::format("remark   {}\n", one_line(remark.get<std::string>())));
   return kOk;

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cloud/read_cloud.h"
 #include "commands.h"
 #include "crg/surface.h"
+#include "files/output_set.h"
 #include "files/sha256.h"
 #include "road/build.h"
 #include "road/error.h"
@@ -110,6 +112,7 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   if (!command.cloud.empty()) {
     for (const std::string& path : cloud::cloud_files(command.cloud)) request.sources.push_back({"cloud", path, files::sha256_of_file(path)});
   }
+  const files::FolderLock lock(command.output_dir, "crgbuild report");
   const road::ReportFiles files = road::write_report(request, command.output_dir);
   terminal.progress_done();
   if (terminal.json) {
@@ -140,15 +143,17 @@ void print_report(const road::ReportFiles& files, Terminal& terminal) {
 }
 
 road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe, const road::BuildResult& result,
-                               const road::BuildEvidence& evidence) {
+                               const road::BuildEvidence& evidence, const files::OutputSet& outputs) {
   road::ReportRequest request;
   place_mesh(recipe, request);
-  request.crg_path = result.crg_path;
+  const auto staged = [&](const std::string& path) { return path.empty() ? "" : outputs.staged(std::filesystem::path(path).filename().string()); };
+  request.crg_path = staged(result.crg_path);
+  request.shown_folder = command.output_dir;
   request.title = recipe.name;
   request.mesh = &evidence.mesh;
   request.provenance = &evidence.provenance;
   if (evidence.before) request.before = &*evidence.before;
-  request.grip_path = result.friction_path;
+  request.grip_path = staged(result.friction_path);
   request.command_line = command_line("build", {{"", command.input}, {"-o", command.output_dir}}, command.flags);
   const auto summary = nlohmann::json::parse(result.summary_json);
   if (recipe.trajectory_path) {  // the build has fitted it already
@@ -160,10 +165,13 @@ road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& 
   request.kerbs = evidence.kerbs;
   request.road_width_m = evidence.road_width_m;
   for (const auto& input : summary["inputs"]) {
-    if (input["role"] == "mesh") continue;  // the report reads and hashes it itself
+    if (input["role"] == "mesh" || input["sha256"] == "") continue;  // the report reads and hashes it itself; missing
     request.sources.push_back({input["role"].get<std::string>(), input["path"].get<std::string>(), input["sha256"].get<std::string>()});
   }
-  return road::write_report(request, command.output_dir);
+  road::ReportFiles files = road::write_report(request, outputs.staged(""));
+  for (std::string* path : {&files.json_path, &files.page_path})
+    if (!path->empty()) *path = outputs.path(std::filesystem::path(*path).filename().string());
+  return files;
 }
 
 }  // namespace crgbuild

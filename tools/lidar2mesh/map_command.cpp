@@ -6,6 +6,7 @@
 #include "cloud/map.h"
 #include "commands.h"
 #include "crg/options.h"
+#include "files/output_set.h"
 #include "files/write_file.h"
 #include "map_report.h"
 #include "road/build.h"
@@ -109,6 +110,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     }
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
+  files::OutputSet outputs(command.output_dir, "lidar2mesh map");
   std::vector<std::string> remarks;
   const cloud::CloudSource source = [&](const cloud::ChunkSink& sink) {
     remarks.clear();
@@ -128,14 +130,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
                                       ? cloud::map_without_base(source, base, poses, options)
                                       : cloud::map_clouds(source, base, poses, options);
 
-  std::error_code problem;
-  fs::create_directories(command.output_dir, problem);
-  if (problem)
-    throw road::Error(
-        fmt::format("{}: cannot make this folder: {}", command.output_dir, problem.message()));
-  const auto path = [&](const char* name) {
-    return (fs::path(command.output_dir) / name).string();
-  };
+  const auto path = [&](const char* name) { return outputs.staged(name); };
   const auto with_grid = [&](const crg::Grid& grid, bool heights) {
     crg::Crg file = base;
     file.grid = grid;
@@ -156,13 +151,15 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
   const std::string summary = cloud::map_summary_json(facts);
   files::write_file(path("summary.json"), summary);
+  files::write_file(path("timing.json"), cloud::map_timing_json(facts));
   if (!result.corrected.empty())
     cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
   if (command.report) {
     terminal.progress()("report", 0.95);
     files::write_file(path("base.crg"), crg::to_bytes(base, crg::Format::KRBI));
-    write_map_report(command.output_dir, base, refined, result.source, facts, command.threads);
+    write_map_report(outputs, base, refined, result.source, facts, command.threads);
   }
+  outputs.commit("refined", {}, {"timing.json"});
   if (terminal.json) {
     terminal.print(fmt::format("{}", summary));
     return 0;
@@ -186,7 +183,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   terminal.print(fmt::format("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
              1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m));
   for (const std::string& remark : facts.remarks) terminal.print(fmt::format("note: {}\n", remark));
-  terminal.print(fmt::format("road     {}\nsummary  {}\n", path("refined.crg"), path("summary.json")));
+  terminal.print(fmt::format("road     {}\nsummary  {}\n", outputs.path("refined.crg"), outputs.path("summary.json")));
   return kOk;
 }
 

@@ -139,12 +139,12 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
 
 }  // namespace
 
-void write_map_report(const std::string& output_dir, const crg::Crg& base, const crg::Crg& refined,
+void write_map_report(const files::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
                       const crg::Grid& source, const cloud::MapReport& facts, unsigned threads) {
-  const std::filesystem::path dir(output_dir);
   road::ReportRequest request;
-  request.crg_path = (dir / "refined.crg").string();
-  request.against_path = (dir / "base.crg").string();
+  request.crg_path = outputs.staged("refined.crg");
+  request.shown_folder = std::filesystem::path(outputs.path("refined.crg")).parent_path().string();
+  request.against_path = outputs.staged("base.crg");
   request.title = "refined from LiDAR", request.threads = threads;
   report::TrackReport page = road::make_report(request);
   const std::size_t count = page.curves.empty() ? 0 : page.curves.front().values.size();
@@ -161,9 +161,9 @@ void write_map_report(const std::string& output_dir, const crg::Crg& base, const
   page.extra.push_back(coverage(facts));
   if (facts.sections > 0) page.extra.push_back(registration(facts));
   page.extra.push_back(kerbs_before_after(page, base, refined, source));
-  files::write_file((dir / "report.json").string(), report::report_json(page));
+  files::write_file(outputs.staged("report.json"), report::report_json(page));
   if (report::page_available())
-    files::write_file((dir / "report.html").string(), report::report_page(page));
+    files::write_file(outputs.staged("report.html"), report::report_page(page));
 }
 
 }  // namespace lidar2mesh

@@ -58,14 +58,19 @@ std::string map_summary_json(const MapReport& r) {
                                         {"changed_p50_m", r.changed_p50_m},
                                         {"changed_p99_m", r.changed_p99_m},
                                         {"changed_max_m", r.changed_max_m}}},
+                                      {"remarks", r.remarks},
+                                      {"drift", drift}};
+  return out.dump(2) + "\n";
+}
+
+std::string map_timing_json(const MapReport& r) {
+  const nlohmann::ordered_json out = {{"schema", 1},
                                       {"seconds",
                                        {{"read", r.seconds_read},
                                         {"first_reading", r.seconds_estimate},
                                         {"drift", r.seconds_drift},
                                         {"grid", r.seconds_grid},
-                                        {"fusion", r.seconds_fuse}}},
-                                      {"remarks", r.remarks},
-                                      {"drift", drift}};
+                                        {"fusion", r.seconds_fuse}}}};
   return out.dump(2) + "\n";
 }
 

@@ -37,7 +37,7 @@ struct Entry {
 };
 
 struct Manifest {
-  std::string command, name;
+  std::string command, program_sha256, name;
   bool complete = true;
   std::map<std::string, Entry> files;
 };
@@ -51,20 +51,22 @@ std::string text_of(const Manifest& manifest) {
     const bool hashed = !entry.sha256.empty();
     files.push_back({{"file", name}, {"bytes", hashed ? Json(entry.bytes) : Json()}, {"sha256", hashed ? Json(entry.sha256) : Json()}});
   }
-  const Json out = {{"schema", 1}, {"command", manifest.command}, {"name", manifest.name}, {"complete", manifest.complete}, {"files", files}};
+  const Json out = {{"schema", 1}, {"command", manifest.command}, {"program_sha256", manifest.program_sha256}, {"name", manifest.name}, {"complete", manifest.complete}, {"files", files}};
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::optional<Manifest> read_manifest(const std::string& folder) {
   try {
-    const Json json = Json::parse(read_file(folder + "/" + kManifest, kLargestManifest));
-    Manifest manifest{json.at("command").get<std::string>(), json.at("name").get<std::string>(), json.at("complete").get<bool>(), {}};
+    const std::string text = read_file(folder + "/" + kManifest, kLargestManifest);
+    const Json json = Json::parse(text);
+    Manifest manifest{json.at("command").get<std::string>(), json.at("program_sha256").get<std::string>(), json.at("name").get<std::string>(), json.at("complete").get<bool>(), {}};
     for (const Json& file : json.at("files")) {
       const auto name = file.at("file").get<std::string>();
       if (!is_plain(name)) return std::nullopt;
       Entry& entry = manifest.files[name];
       if (!file.at("sha256").is_null()) entry = {file.at("bytes").get<std::size_t>(), file.at("sha256").get<std::string>()};
     }
+    if (text_of(manifest) != text) return std::nullopt;
     return manifest;
   } catch (const Json::exception&) {  // whatever else lies under this name
     return std::nullopt;
@@ -164,7 +166,7 @@ std::string OutputSet::path(const std::string& name) const { return (fs::path(fo
 
 std::vector<std::string> OutputSet::confirmed(const std::vector<std::string>& may_be_missing) const {
   const std::optional<Manifest> manifest = read_manifest(folder_);
-  if (!manifest || !manifest->complete || manifest->command != command_) return {};
+  if (!manifest || !manifest->complete || manifest->command != command_ || manifest->program_sha256 != sha256_of_program()) return {};
   std::vector<std::string> names;
   for (const auto& [name, entry] : manifest->files) {
     std::error_code problem;
@@ -179,7 +181,7 @@ std::vector<std::string> OutputSet::confirmed(const std::vector<std::string>& ma
 
 void OutputSet::commit(const std::string& name, const std::vector<std::string>& kept, const std::vector<std::string>& unhashed) {
   const auto hashed = [&](const std::string& file) { return std::find(unhashed.begin(), unhashed.end(), file) == unhashed.end(); };
-  Manifest now{command_, name, true, {}};
+  Manifest now{command_, sha256_of_program(), name, true, {}};
   std::vector<std::string> made;
   for (const auto& file : fs::directory_iterator(staging_)) made.push_back(file.path().filename().string());
   for (const std::string& file : made) {

@@ -69,4 +69,9 @@ std::string sha256_of_file(const std::string& path) {
   return hash.hex();
 }
 
+const std::string& sha256_of_program() {
+  static const std::string hash = sha256_of_file("/proc/self/exe");
+  return hash;
+}
+
 }  // namespace files

@@ -10,8 +10,11 @@
 #include "build_steps.h"
 #include "clean_cache.h"
 #include "crg/file.h"
+#include "files/output_set.h"
+#include "files/read_file.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
+#include "report/track_report.h"
 #include "road/error.h"
 #include "road/gaps.h"
 #include "road/place.h"
@@ -47,17 +50,9 @@ Eigen::Vector2d moved(const Eigen::Vector2d& near_m, const Mesh& mesh, const Til
   return change({near_m.x(), near_m.y(), z_m}).head<2>();
 }
 
-std::string index_of_patches(const std::filesystem::path& dir, const Recipe& recipe) { return (dir / (recipe.name + ".patches")).string(); }
-
-/// Writes each patch and, last, the index that names them; without patches an index of an earlier build goes. The
-/// path of the index.
-std::string write_patches(std::vector<KerbPatch> patches, const std::filesystem::path& dir, const Recipe& recipe, BuildSummary& summary) {
-  const std::string index_path = index_of_patches(dir, recipe);
-  if (patches.empty()) {
-    std::error_code none;
-    std::filesystem::remove(index_path, none);
-    return {};
-  }
+/// Writes each patch and, last, the index that names them. The name of the index; empty without patches.
+std::string write_patches(std::vector<KerbPatch> patches, const files::OutputSet& outputs, const Recipe& recipe, BuildSummary& summary) {
+  if (patches.empty()) return {};
   // The index has its paths without blanks, a name may have some.
   if (recipe.name.find_first_of(" \t#") != std::string::npos)
     throw Error(fmt::format("name: '{}' has a blank or #, which the index of patches cannot hold; take another --name, or leave patches out "
@@ -67,11 +62,17 @@ std::string write_patches(std::vector<KerbPatch> patches, const std::filesystem:
     const std::string file = fmt::format("{}.patch-{}.crg", recipe.name, k + 1);
     summary.patches.push_back({file, patches[k].u_begin_m, patches[k].u_end_m, patches[k].grid.v_m.front(), patches[k].grid.v_m.back(),
                                patches[k].line.u_step_m, patches[k].error_before_m, patches[k].error_m});
-    files::write_file((dir / file).string(), crg::to_bytes(track_crg(patches[k].line, std::move(patches[k].grid)), recipe.format));
+    files::write_file(outputs.staged(file), crg::to_bytes(track_crg(patches[k].line, std::move(patches[k].grid)), recipe.format));
     index += fmt::format("patch {} blend_m={}\n", file, kPatchBlend_m);
   }
-  files::write_file(index_path, index);
-  return index_path;
+  const std::string name = recipe.name + ".patches";
+  files::write_file(outputs.staged(name), index);
+  return name;
+}
+
+/// Role and name of each file beside summary.json.
+void add_output(const char* role, const std::string& name, const files::OutputSet& outputs, BuildSummary& summary) {
+  if (!name.empty()) summary.outputs.push_back({role, name, files::sha256_of_file(outputs.staged(name))});
 }
 
 }  // namespace
@@ -85,39 +86,58 @@ crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
 
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress,
                         BuildEvidence* evidence, Reuse reuse) {
+  files::OutputSet outputs(output_dir, kBuildCommand);
+  BuildResult result = build_track(recipe, outputs, progress, evidence, reuse);
+  commit_build(recipe, result, outputs);
+  return result;
+}
+
+void commit_build(const Recipe& recipe, const BuildResult& result, files::OutputSet& outputs) {
+  if (!result.reused) outputs.commit(recipe.name, result.kept, {kTimingName});
+}
+
+BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const Progress& progress, BuildEvidence* evidence, Reuse reuse) {
   const Clock::time_point start = Clock::now();
-  const std::filesystem::path dir(output_dir);
+  const std::string road_crg = recipe.name + ".crg", stl = recipe.name + ".stl", picture = recipe.name + ".png", classes_png = recipe.name + ".classes.png",
+                    world_file = recipe.name + ".classes.pgw", friction_crg = recipe.name + ".friction.crg", cache = recipe.name + ".clean.cache";
   BuildResult paths;
-  paths.crg_path = (dir / (recipe.name + ".crg")).string();
-  paths.stl_path = (dir / (recipe.name + ".stl")).string();
-  paths.centreline_path = (dir / "centreline.csv").string();
-  paths.summary_path = (dir / "summary.json").string();
-  paths.picture_path = (dir / (recipe.name + ".png")).string();
-  paths.classes_path = (dir / (recipe.name + ".classes.png")).string();
-  make_folder(output_dir);
+  paths.crg_path = outputs.path(road_crg);
+  paths.stl_path = outputs.path(stl);
+  paths.centreline_path = outputs.path(kCentrelineName);
+  paths.summary_path = outputs.path(kSummaryName);
+  paths.timing_path = outputs.path(kTimingName);
+  paths.picture_path = outputs.path(picture);
+  paths.classes_path = outputs.path(classes_png);
+  if (recipe.friction.wanted) paths.friction_path = outputs.path(friction_crg);
 
   BuildSummary summary;
   summary.recipe = recipe;
-  Stages stage(progress, summary.seconds, 12);
+  std::vector<StageSeconds> seconds;
+  Stages stage(progress, seconds, 12);
 
   const auto add = [&](const char* role, const std::optional<std::string>& path) {
     if (path) summary.inputs.push_back({role, *path, files::sha256_of_file(*path)});
   };
   if (!recipe.recipe_path.empty()) add("recipe", recipe.recipe_path);
   add("mesh", recipe.mesh_path);
-  const std::string mesh_sha256 = summary.inputs.back().sha256;
+  std::vector<InputFile> mesh_files{summary.inputs.back()};
   add("control_points", recipe.control_points_path);
   add("trajectory", recipe.trajectory_path);
   if (recipe.friction.wanted) {
     add("friction_picture", recipe.friction.picture_path);
+    if (recipe.friction.picture_path) add("friction_world_file", world_file_of(*recipe.friction.picture_path));
     add("friction_zones", recipe.friction.zones_path);
   }
   if (reuse == Reuse::everything) {
-    if (const auto text = unchanged_summary(paths.summary_path, summary)) {
+    const std::vector<std::string> there = outputs.confirmed({cache, kTimingName});
+    const auto has = [&](const std::string& name) { return std::find(there.begin(), there.end(), name) != there.end(); };
+    const bool complete = has(road_crg) && has(kSummaryName) && (!evidence || (has("report.json") && (has("report.html") || !report::page_available())));
+    const auto text = complete ? unchanged_summary(paths.summary_path, summary) : std::nullopt;
+    if (text) {
       paths.summary_json = *text;
       paths.validation_failures = failures_in_summary(*text);
-      if (recipe.friction.wanted) paths.friction_path = (dir / (recipe.name + ".friction.crg")).string();
-      if (std::filesystem::exists(index_of_patches(dir, recipe))) paths.patches_path = index_of_patches(dir, recipe);
+      if (has(recipe.name + ".patches")) paths.patches_path = outputs.path(recipe.name + ".patches");
+      if (has(kTimingName)) paths.timing_json = files::read_file(paths.timing_path);
       paths.reused = true;
       return paths;
     }
@@ -138,23 +158,25 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     apply_to_mesh(tilt_and_scale, read);
     return read;
   });
+  for (const MeshFile& file : summary.read.files) mesh_files.push_back({kMeshFile, file.path, file.sha256});
+  summary.inputs.insert(summary.inputs.end(), mesh_files.begin() + 1, mesh_files.end());
   const RoadMesh road = stage("clean", [&] {
-    const std::string cache_path = (dir / (recipe.name + ".clean.cache")).string();
-    const std::string key = clean_key(recipe, tilt_and_scale, program_name(), mesh_sha256);
-    std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, cache_path);
+    const std::string key = clean_key(recipe, tilt_and_scale, program_name() + " " + files::sha256_of_program(), mesh_files);
+    std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, outputs.path(cache));
     paths.clean_reused = cleaned.has_value();
+    if (cleaned) paths.kept.push_back(cache);
     if (!cleaned) {
       cleaned.emplace();
       cleaned->road = clean(mesh, clean_options, &cleaned->report);
-      if (mesh.triangles.size() >= kTrianglesWorthKeeping) write_clean_cache(*cleaned, key, cache_path);
+      if (mesh.triangles.size() >= kTrianglesWorthKeeping) write_clean_cache(*cleaned, key, outputs.staged(cache));
     }
-    write_road_mesh(cleaned->road, paths.stl_path);
+    write_road_mesh(cleaned->road, outputs.staged(stl));
     summary.clean = std::move(cleaned->report);
     return std::move(cleaned->road);
   });
   const Centreline centreline = stage("centreline", [&] {
     Centreline traced = trace_centreline(road, centreline_options);
-    write_centreline_csv(traced, paths.centreline_path);
+    write_centreline_csv(traced, outputs.staged(kCentrelineName));
     return traced;
   });
   summary.centreline = describe(centreline);
@@ -186,8 +208,7 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     friction = stage("friction", [&] {
       return friction_grid(sampled, surface, road, line, recipe.friction, *paint, recipe.sample.threads, &summary.friction);
     });
-    paths.friction_path = (dir / (recipe.name + ".friction.crg")).string();
-    summary.friction_file = recipe.name + ".friction.crg";
+    summary.friction_file = friction_crg;
   }
   ValidateOptions validate_options = recipe.validate;
   stage("align", [&] {
@@ -199,23 +220,24 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
   });
   summary.grid = describe(sampled.grid, line);
   stage("picture", [&] {
-    files::write_file(paths.picture_path, plan_picture(recipe.name, line, sampled, recipe.sample.threads));
+    files::write_file(outputs.staged(picture), plan_picture(recipe.name, line, sampled, recipe.sample.threads));
     const report::ClassMap classes = class_picture(mesh, summary.clean.class_of_triangle);
-    files::write_file(paths.classes_path, classes.png);
-    files::write_file(std::filesystem::path(paths.classes_path).replace_extension(".pgw").string(), classes.world_file);
+    files::write_file(outputs.staged(classes_png), classes.png);
+    files::write_file(outputs.staged(world_file), classes.world_file);
   });
+  std::string patches_index;
   stage("write", [&] {
     crg::Crg file = track_crg(line, std::move(sampled.grid));
     if (summary.placement) write_projection(summary.placement->projection, line, file);
     summary.wgs84 = geo_ends(file);
-    files::write_file(paths.crg_path, crg::to_bytes(file, recipe.format));
-    paths.patches_path = write_patches(std::move(patches), dir, recipe, summary);
+    files::write_file(outputs.staged(road_crg), crg::to_bytes(file, recipe.format));
+    patches_index = write_patches(std::move(patches), outputs, recipe, summary);
     if (!friction) return;
     crg::ReferenceLine level = line;
     level.z_m.clear();  // the values are frictions as they stand
-    files::write_file(paths.friction_path, crg::to_bytes(track_crg(level, std::move(*friction)), recipe.format));
+    files::write_file(outputs.staged(friction_crg), crg::to_bytes(track_crg(level, std::move(*friction)), recipe.format));
   });
-  stage("validate", [&] { summary.validate = validate(paths.crg_path, mesh, validate_options); });
+  stage("validate", [&] { summary.validate = validate(outputs.staged(road_crg), mesh, validate_options); });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);
   if (evidence) {
     evidence->mesh = std::move(mesh);
@@ -225,13 +247,14 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir, con
     evidence->validate = summary.validate;
     if (before) evidence->before = track_crg(line, std::move(*before));
   }
-  for (const auto& [role, path] : {std::pair{"road", paths.crg_path}, {"surface", paths.stl_path}, {"centreline", paths.centreline_path},
-                                   {"picture", paths.picture_path}, {"classes", paths.classes_path}, {"friction", paths.friction_path}, {"patches", paths.patches_path}}) {
-    if (!path.empty()) summary.outputs.push_back({role, std::filesystem::path(path).filename().string(), files::sha256_of_file(path)});
-  }
-  summary.seconds_total = seconds_since(start);
+  if (!patches_index.empty()) paths.patches_path = outputs.path(patches_index);
+  for (const auto& [role, name] : {std::pair<const char*, std::string>{"road", road_crg}, {"surface", stl}, {"centreline", kCentrelineName}, {"picture", picture},
+                                   {"classes", classes_png}, {"friction", summary.friction_file}, {"patches", patches_index}})
+    add_output(role, name, outputs, summary);
   paths.summary_json = summary_json(summary);
-  files::write_file(paths.summary_path, paths.summary_json);
+  paths.timing_json = timing_json(seconds, seconds_since(start));
+  files::write_file(outputs.staged(kSummaryName), paths.summary_json);
+  files::write_file(outputs.staged(kTimingName), paths.timing_json);
   return paths;
 }
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "build_steps.h"
+#include "files/output_set.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
 
@@ -21,16 +22,19 @@ std::string name_of_edges(const std::string& left_path, const std::string& right
 
 BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir, const Progress& progress) {
   const Clock::time_point start = Clock::now();
-  const std::filesystem::path dir(output_dir);
+  files::OutputSet outputs(output_dir, "crgbuild from-edges");
+  const std::string road_crg = recipe.name + ".crg", picture = recipe.name + ".png";
   BuildResult paths;
-  paths.crg_path = (dir / (recipe.name + ".crg")).string();
-  paths.centreline_path = (dir / "centreline.csv").string();
-  paths.summary_path = (dir / "summary.json").string();
-  paths.picture_path = (dir / (recipe.name + ".png")).string();
+  paths.crg_path = outputs.path(road_crg);
+  paths.centreline_path = outputs.path(kCentrelineName);
+  paths.summary_path = outputs.path(kSummaryName);
+  paths.timing_path = outputs.path(kTimingName);
+  paths.picture_path = outputs.path(picture);
 
   EdgesSummary summary;
   summary.recipe = recipe;
-  Stages stage(progress, summary.seconds, 4);
+  std::vector<StageSeconds> seconds;
+  Stages stage(progress, seconds, 4);
   const auto [left, right] = stage("read", [&] {
     summary.inputs = {{"left", recipe.left_path, files::sha256_of_file(recipe.left_path)},
                       {"right", recipe.right_path, files::sha256_of_file(recipe.right_path)}};
@@ -38,16 +42,17 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
   });
   EdgeRoad road = stage("edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
   summary.grid = describe(road.sampled.grid, road.line);
-  make_folder(output_dir);
-  stage("picture", [&] { files::write_file(paths.picture_path, plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
+  stage("picture", [&] { files::write_file(outputs.staged(picture), plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
   stage("write", [&] {
-    write_centreline_csv(road.centreline, paths.centreline_path);
-    files::write_file(paths.crg_path, crg::to_bytes(track_crg(road.line, std::move(road.sampled.grid)), recipe.format));
+    write_centreline_csv(road.centreline, outputs.staged(kCentrelineName));
+    files::write_file(outputs.staged(road_crg), crg::to_bytes(track_crg(road.line, std::move(road.sampled.grid)), recipe.format));
   });
   summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
-  summary.seconds_total = seconds_since(start);
   paths.summary_json = edges_summary_json(summary);
-  files::write_file(paths.summary_path, paths.summary_json);
+  paths.timing_json = timing_json(seconds, seconds_since(start));
+  files::write_file(outputs.staged(kSummaryName), paths.summary_json);
+  files::write_file(outputs.staged(kTimingName), paths.timing_json);
+  outputs.commit(recipe.name, {}, {kTimingName});
   return paths;
 }
 

@@ -1,22 +1,8 @@
 #include "build_steps.h"
 
-#include <fmt/format.h>
-
-#include <filesystem>
-
 #include "report/relief.h"
-#include "road/error.h"
 
 namespace road {
-
-void make_folder(const std::string& path) {
-  std::error_code problem;
-  std::filesystem::create_directories(path, problem);
-  if (problem || !std::filesystem::is_directory(path)) {
-    throw Error(fmt::format("{}: cannot make this folder: {}; give a folder that can be written with -o", path,
-                            problem ? problem.message() : "a file of that name is in the way"));
-  }
-}
 
 std::string plan_picture(const std::string& title, const crg::ReferenceLine& line, const SampledGrid& sampled, unsigned threads) {
   static_assert(static_cast<int>(SurfaceClass::road) == 0 && static_cast<int>(SurfaceClass::kerb) == 1 &&

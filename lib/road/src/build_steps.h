@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,10 @@ class Stages {
   double stages_;
 };
 
-/// Makes the folder if it is missing. Throws Error.
-void make_folder(const std::string& path);
+constexpr const char *kSummaryName = "summary.json", *kTimingName = "timing.json", *kCentrelineName = "centreline.csv";
+
+/// The file that says where the pixels of a picture of frictions lie: the one that read_friction_picture() takes.
+std::optional<std::string> world_file_of(const std::string& picture_path);
 
 /// The plan view of a road as PNG.
 std::string plan_picture(const std::string& title, const crg::ReferenceLine& line, const SampledGrid& sampled, unsigned threads);

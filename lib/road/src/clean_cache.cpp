@@ -107,8 +107,9 @@ bool is_whole(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triang
 
 }  // namespace
 
-std::string clean_key(const Recipe& recipe, const TiltAndScale& tilt_and_scale, const std::string& program, const std::string& mesh_sha256) {
-  std::string key = fmt::format("{}\nmesh {}\n", program, mesh_sha256);
+std::string clean_key(const Recipe& recipe, const TiltAndScale& tilt_and_scale, const std::string& program, const std::vector<InputFile>& mesh_files) {
+  std::string key = program + "\n";
+  for (const InputFile& file : mesh_files) key += fmt::format("{} {} {}\n", file.role, file.path, file.sha256);
   if (!tilt_and_scale.is_identity()) {
     for (const double value : tilt_and_scale.about_m) key += fmt::format("about {}\n", value);
     for (const double value : tilt_and_scale.linear.reshaped()) key += fmt::format("linear {}\n", value);

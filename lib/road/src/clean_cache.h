@@ -3,13 +3,15 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "road/recipe.h"
+#include "road/summary.h"
 
 namespace road {
 
-/// Everything that cleaning depends on, as text: program, bytes of the mesh (by hash), how it is read, tilted, scaled and cleaned.
-std::string clean_key(const Recipe& recipe, const TiltAndScale& tilt_and_scale, const std::string& program, const std::string& mesh_sha256);
+/// Everything that cleaning depends on, as text: program, bytes of the mesh and of what it refers to (by hash), how it is read, tilted, scaled and cleaned.
+std::string clean_key(const Recipe& recipe, const TiltAndScale& tilt_and_scale, const std::string& program, const std::vector<InputFile>& mesh_files);
 
 struct Cleaned {
   RoadMesh road;

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "build_steps.h"
 #include "files/read_file.h"
 #include "report/picture.h"
 #include "road/csv.h"
@@ -79,26 +80,30 @@ std::optional<double> FrictionPicture::at(double x_m, double y_m) const {
   return colour[0] / 100.0;
 }
 
-FrictionPicture read_friction_picture(const std::string& path) {
-  std::string world_path;
+std::optional<std::string> world_file_of(const std::string& picture_path) {
   for (const char* ending : {".pgw", ".wld"}) {
-    const std::string candidate = std::filesystem::path(path).replace_extension(ending).string();
-    if (world_path.empty() && std::filesystem::exists(candidate)) world_path = candidate;
+    std::string path = std::filesystem::path(picture_path).replace_extension(ending).string();
+    if (std::filesystem::exists(path)) return path;
   }
-  if (world_path.empty()) {
+  return std::nullopt;
+}
+
+FrictionPicture read_friction_picture(const std::string& path) {
+  const std::optional<std::string> world_path = world_file_of(path);
+  if (!world_path) {
     throw Error(fmt::format("{}: no world file beside it ({}); wanted six lines that say where its pixels lie, as build writes for "
                             "<name>.classes.png", path, std::filesystem::path(path).replace_extension(".pgw").filename().string()));
   }
   std::array<double, 6> world{};
-  std::istringstream lines(files::read_file(world_path, 4096));
+  std::istringstream lines(files::read_file(*world_path, 4096));
   for (std::size_t k = 0; k < world.size(); ++k) {
-    if (!(lines >> world[k]) || !std::isfinite(world[k])) throw Error(fmt::format("{}:{}: no number; wanted six, one a line", world_path, k + 1));
+    if (!(lines >> world[k]) || !std::isfinite(world[k])) throw Error(fmt::format("{}:{}: no number; wanted six, one a line", *world_path, k + 1));
   }
   FrictionPicture picture;
   picture.pixel_m_px << world[0], world[2], world[1], world[3];
   picture.first_pixel_m = {world[4], world[5]};
   if (!(std::abs(picture.pixel_m_px.determinant()) > 1e-12))
-    throw Error(fmt::format("{}: pixels of no area ({}, {}, {}, {}); wanted their size in metres in lines 1 and 4", world_path, world[0], world[1], world[2], world[3]));
+    throw Error(fmt::format("{}: pixels of no area ({}, {}, {}, {}); wanted their size in metres in lines 1 and 4", *world_path, world[0], world[1], world[2], world[3]));
   try {
     report::Picture image = report::decode_png(files::read_file(path, kMaxPictureBytes));
     picture.width_px = image.width_px;

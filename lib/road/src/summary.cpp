@@ -241,16 +241,11 @@ Json head_of(const Summary& summary) {
 
 template <class Summary>
 std::string finished(Json& out, const Summary& summary) {
-  Json seconds = Json::object();
-  for (const StageSeconds& stage : summary.seconds) seconds[stage.stage] = stage.seconds;
-  seconds["total"] = summary.seconds_total;
   if constexpr (requires { summary.outputs; }) {
     Json outputs = Json::array();
     for (const InputFile& file : summary.outputs) outputs.push_back({{"role", file.role}, {"file", file.path}, {"sha256", file.sha256}});
     out["outputs"] = outputs;
   }
-  out["seconds"] = seconds;
-  out["peak_memory_mb"] = peak_memory_mb();
   // Object names of a mesh need not be UTF-8.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -375,22 +370,44 @@ std::string summary_json(const BuildSummary& summary) {
   return finished(out, summary);
 }
 
+std::string timing_json(const std::vector<StageSeconds>& seconds, double seconds_total) {
+  Json stages = Json::object();
+  for (const StageSeconds& stage : seconds) stages[stage.stage] = stage.seconds;
+  stages["total"] = seconds_total;
+  return text_of({{"schema", 1}, {"seconds", stages}, {"peak_memory_mb", peak_memory_mb()}});
+}
+
+namespace {
+
+/// Empty for a file that cannot be read, as MeshFile has it.
+std::string sha256_if_there(const std::string& path) {
+  try {
+    return files::sha256_of_file(path);
+  } catch (const Error&) {
+    return "";
+  }
+}
+
+}  // namespace
+
 std::optional<std::string> unchanged_summary(const std::string& path, const BuildSummary& fresh) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   // Whatever else lies under this name is no reason not to build.
   try {
-    const Json old = Json::parse(text), head = head_of(fresh);
+    Json old = Json::parse(text);
+    // What the mesh refers to is known only once it has been read: the list of then, as it is now.
+    Json& inputs = old.at("inputs");
+    for (std::size_t i = inputs.size(); i-- > 0;) {
+      if (inputs[i].at("role") != kMeshFile) continue;
+      if (inputs[i].at("sha256") != sha256_if_there(inputs[i].at("path").get<std::string>())) return std::nullopt;
+      inputs.erase(i);
+    }
+    const Json head = head_of(fresh);
     for (const auto& [key, value] : head.items())
       if (old.at(key) != value) return std::nullopt;
     if (old.at("recipe") != json_of(fresh.recipe)) return std::nullopt;
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    if (old.at("outputs").empty()) return std::nullopt;
-    for (const Json& output : old.at("outputs")) {
-      const std::filesystem::path name(output.at("file").get<std::string>());
-      if (name.has_parent_path() || files::sha256_of_file((folder / name).string()) != output.at("sha256").get<std::string>()) return std::nullopt;
-    }
     failures_in_summary(text);
     return text;
   } catch (const Json::exception&) {

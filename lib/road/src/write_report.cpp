@@ -34,6 +34,12 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
+/// As the reader of the report finds it.
+std::string shown_path(const std::string& path, const ReportRequest& request) {
+  const bool moves = !request.shown_folder.empty() && std::filesystem::path(path).parent_path() == std::filesystem::path(request.crg_path).parent_path();
+  return moves ? (std::filesystem::path(request.shown_folder) / file_name(path)).string() : path;
+}
+
 // --- along u -----------------------------------------------------------------------------------
 
 constexpr std::size_t kMostCurvePoints = 60'000;
@@ -466,7 +472,7 @@ void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
                            (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1)));
   const auto row = [&](const char* name, std::string value) { report.file.push_back({name, std::move(value)}); };
   std::error_code ignored;
-  row("File", request.crg_path);
+  row("File", shown_path(request.crg_path, request));
   row("Size", fmt::format("{} bytes", std::filesystem::file_size(request.crg_path, ignored)));
   row("Format", format_name(file.format));
   row("Rows x columns", fmt::format("{} x {}", map.rows(), map.columns()));
@@ -533,8 +539,10 @@ report::TrackReport make_report(const ReportRequest& request) {
   report::TrackReport report;
   report.title = request.title.empty() ? file_name(request.crg_path) : request.title;
   report.command_line = request.command_line;
-  report.inputs.push_back({"road", request.crg_path, files::sha256_of_file(request.crg_path)});
-  const auto also = [&](const char* role, const std::string& path) { report.inputs.push_back({role, path, files::sha256_of_file(path)}); };
+  const auto also = [&](const char* role, const std::string& path) {
+    report.inputs.push_back({role, shown_path(path, request), files::sha256_of_file(path)});
+  };
+  also("road", request.crg_path);
 
   crg::Crg stored = crg::read(request.crg_path);
   const crg::CheckReport checked = crg::check(stored);

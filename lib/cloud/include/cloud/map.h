@@ -87,8 +87,9 @@ using CloudSource = std::function<void(const ChunkSink&)>;
 MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory,
                      const MapOptions& options = {});
 
-/// The report as JSON, keys in a fixed order (docs/formats.md). Seconds differ from run to run,
-/// nothing else.
+/// The report as JSON, keys in a fixed order (docs/formats.md): the same bytes for the same inputs;
+/// the seconds, which differ from run to run, in a text of their own.
 std::string map_summary_json(const MapReport& report);
+std::string map_timing_json(const MapReport& report);
 
 }  // namespace cloud

@@ -41,7 +41,7 @@ class OutputSet {
   /// Where it lies afterwards, and where that of the run before lies until then.
   std::string path(const std::string& name) const;
 
-  /// The names of the files that lie there when a run of the same command finished, and each is as its manifest says
+  /// The names of the files that lie there when a run of the same command and program finished, and each is as its manifest says
   /// or is named in `may_be_missing` and missing. Empty otherwise.
   std::vector<std::string> confirmed(const std::vector<std::string>& may_be_missing = {}) const;
 

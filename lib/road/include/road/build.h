@@ -13,6 +13,10 @@
 #include "road/recipe.h"
 #include "road/sample.h"
 
+namespace files {
+class OutputSet;
+}
+
 namespace road {
 
 using files::Progress;
@@ -23,6 +27,9 @@ struct BuildResult {
   std::string friction_path;  ///< empty without a friction map
   std::string patches_path;   ///< index of the road and its patches; empty without patches
   std::string summary_json;   ///< the text written to summary_path
+  std::string timing_path;    ///< seconds and memory, which differ from run to run
+  std::string timing_json;    ///< the text in it; empty when a reused build has none any more
+  std::vector<std::string> kept;  ///< names of files of an earlier build that belong to this one too
   bool reused = false;        ///< nothing had changed since the build that wrote these files
   bool clean_reused = false;  ///< nor had the mesh since it was cleaned last
   std::vector<std::string> validation_failures;  ///< why the road must not be used; empty = validation passed
@@ -50,15 +57,25 @@ enum class Reuse {
   /// <name>.clean.cache and is taken when the program, the mesh (by hash) and what is said of reading and cleaning
   /// are the same. The other stages take less time than reading their result would.
   stages,
-  /// Everything as well: nothing is built (and no evidence filled) when the summary.json that lies there was written by
-  /// the same program from the same inputs (by hash) with the same recipe, and the files are still those that it names.
+  /// Everything as well: nothing is built (and no evidence filled) when the files that lie there were written by the same
+  /// program with the same recipe from the same inputs (by hash; also what the mesh refers to, and what it refers to and
+  /// lacks), and are still what their manifest says. Where evidence is wanted, the report has to be among them.
   everything,
 };
 
-/// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json, <name>.png and <name>.classes.png (.pgw) into
-/// `output_dir` (made if missing). Each file appears whole or not at all. Fills `evidence` where given.
+/// Runs every stage and writes <name>.crg, <name>.stl, centreline.csv, summary.json, timing.json, <name>.png and <name>.classes.png
+/// (.pgw) into `output_dir` (made if missing). All of them appear together or not at all (files/output_set.h). Fills `evidence` where
+/// given. Throws Error, also when another process writes into the folder.
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress = {},
                         BuildEvidence* evidence = nullptr, Reuse reuse = Reuse::nothing);
+
+/// The same for a caller that adds files to the set (a report) and then calls commit_build(), which has nothing to do for a
+/// build that is reused. The paths in the result are those after that.
+BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const Progress& progress = {}, BuildEvidence* evidence = nullptr,
+                        Reuse reuse = Reuse::nothing);
+void commit_build(const Recipe& recipe, const BuildResult& result, files::OutputSet& outputs);
+/// What the lock of the folder and its manifest say.
+constexpr const char* kBuildCommand = "crgbuild build";
 
 /// Two surveyed edges in place of a mesh.
 struct EdgeRecipe {
@@ -73,8 +90,8 @@ struct EdgeRecipe {
 /// give circuit_a; "road" when they share nothing.
 std::string name_of_edges(const std::string& left_path, const std::string& right_path);
 
-/// road_between_edges() from file to file: writes <name>.crg, centreline.csv, summary.json and
-/// <name>.png; stl_path and validation_failures stay empty.
+/// road_between_edges() from file to file: writes <name>.crg, centreline.csv, summary.json, timing.json and
+/// <name>.png, together or not at all; stl_path and validation_failures stay empty.
 BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir, const Progress& progress = {});
 
 }  // namespace road

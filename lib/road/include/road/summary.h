@@ -1,4 +1,4 @@
-// What a build did, in numbers: summary.json.
+// What a build did, in numbers: summary.json; how long it took: timing.json.
 #pragma once
 
 #include <optional>
@@ -21,10 +21,12 @@ namespace road {
 
 /// A file that went into the build.
 struct InputFile {
-  std::string role;    ///< "recipe", "mesh", "control_points"
+  std::string role;    ///< "recipe", "mesh", "mesh_file" (what the mesh refers to), "control_points"
   std::string path;    ///< as the user gave it
-  std::string sha256;  ///< 64 hex digits of its bytes
+  std::string sha256;  ///< 64 hex digits of its bytes; empty for a mesh_file that is missing
 };
+
+constexpr const char* kMeshFile = "mesh_file";
 
 struct StageSeconds {
   std::string stage;  ///< "read", "clean", "centreline", "reference_line", "sample", "kerb",
@@ -97,8 +99,6 @@ struct BuildSummary {
   GridReport grid;                   ///< of the written file
   GeoEnds wgs84;                     ///< of the written file
   ValidateReport validate;
-  std::vector<StageSeconds> seconds;  ///< in the order in which the stages ran
-  double seconds_total = 0.0;  ///< wall clock, from the first byte read to the end of validation
   std::vector<InputFile> outputs;  ///< role and name of each file beside summary.json, hash of its bytes
 };
 
@@ -106,8 +106,11 @@ struct BuildSummary {
 std::string program_name();
 
 /// JSON text, two spaces of indentation, keys in a fixed order (docs/formats.md). NaN becomes null.
-/// Peak memory and the versions of the libraries are added here.
+/// The versions of the libraries are added here. The same bytes for the same inputs.
 std::string summary_json(const BuildSummary& summary);
+
+/// Seconds per stage and in total, and peak memory: what differs from run to run.
+std::string timing_json(const std::vector<StageSeconds>& seconds, double seconds_total);
 
 /// The objects under "smooth", "align" and "validation" in it, as the single stages print them.
 std::string json_text(const SmoothReport& report, const SmoothOptions& options);
@@ -115,7 +118,7 @@ std::string json_text(const Placement& placement);
 std::string json_text(const ValidateReport& report, const ValidateLimits& limits);
 
 /// The text of the summary at `path` when it was written by this program from the inputs and the recipe of
-/// `fresh`, and every output that it names still lies beside it unchanged. Nothing otherwise.
+/// `fresh`, and what its mesh refers to has not changed either. Nothing otherwise.
 std::optional<std::string> unchanged_summary(const std::string& path, const BuildSummary& fresh);
 /// The validation failures that a summary names.
 std::vector<std::string> failures_in_summary(const std::string& summary_json);
@@ -127,8 +130,6 @@ struct EdgesSummary {
   EdgesReport edges;
   double line_length_m = 0.0;
   GridReport grid;
-  std::vector<StageSeconds> seconds;
-  double seconds_total = 0.0;
 };
 std::string edges_summary_json(const EdgesSummary& summary);
 

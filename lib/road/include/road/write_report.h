@@ -30,6 +30,7 @@ struct ReportSource {
 /// What to report on. Pointers are looked at, not kept; everything but crg_path may stay empty.
 struct ReportRequest {
   std::string crg_path;
+  std::string shown_folder;                ///< where crg_path, and what lies beside it, will be when the report is read; empty: where they are
   std::string title;                       ///< empty: the file's name
   std::string mesh_path;                   ///< the mesh that the road should follow
   const Mesh* mesh = nullptr;              ///< the same, already read; mesh_path then only names it
