@@ -147,6 +147,24 @@ TEST(Scripts, SetupRefusesWhatItDoesNotKnow) {
   EXPECT_NE(shell(fmt::format("'{}/scripts/setup' nonsense 2>/dev/null", places::source())), 0);
 }
 
+TEST(Scripts, FreshRefusesInOneLine) {
+  const Folder folder;
+  const auto fresh = [&](const std::string& before, const std::string& arguments) {
+    return shell(fmt::format("{} '{}/scripts/fresh' {} > '{}' 2>&1", before, places::source(), arguments,
+                             folder / "said"));
+  };
+  EXPECT_NE(fresh("", "nonsense"), 0);
+  EXPECT_EQ(read(folder / "said"), "fresh: 'nonsense' seen; demo, test, package, all or --help wanted\n");
+  EXPECT_EQ(fresh("", "--help"), 0);
+  EXPECT_THAT(read(folder / "said"), HasSubstr("scripts/fresh [demo|test|package|all]"));
+  // What an ordinary user sees, also where the tests run as root.
+  write(folder / "id", "#!/bin/sh\necho 1000\n");
+  std::filesystem::permissions(folder / "id", std::filesystem::perms::owner_all);
+  EXPECT_NE(fresh(fmt::format("PATH='{}':\"$PATH\"", folder.path()), "demo"), 0);
+  EXPECT_EQ(read(folder / "said"),
+            "fresh: an empty system can be made by root only; run: sudo scripts/fresh demo\n");
+}
+
 TEST(Scripts, PagePackagesRunOnTheNodeOfDebian12) {
   const std::string lock = source("lib/report/web/package-lock.json");
   const std::regex node("\"node\": \"([^\"]*)\""), at_least("\\D*(\\d+)[.\\d]*");
