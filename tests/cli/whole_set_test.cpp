@@ -1,5 +1,5 @@
 // The files of one build belong together: after a kill at any moment, after two builds at once, after a change of
-// anything that was read. KERBSTONE_HEAVY=1 for 200 kills and 50 pairs (docs/crgbuild.md).
+// anything that was read. KERBSTONE_HEAVY=1 for 200 kills and 50 pairs (docs/accuracy.md).
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

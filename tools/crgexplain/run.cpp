@@ -11,6 +11,7 @@
 #include "explain/page.h"
 #include "explain/plausible_car.h"
 #include "explain/short_waves.h"
+#include "files/output_set.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
 #include "run_steps.h"
@@ -54,13 +55,6 @@ void want_laps(const std::vector<int>& hold_out, const std::vector<explain::Sign
   if (static_cast<int>(held.size()) == laps) throw vehicle::Error(fmt::format("--hold-out {}: all laps that there are; leave some to find something with", fmt::join(held, ",")));
 }
 
-void make_folder(const std::string& path) {
-  std::error_code problem;
-  std::filesystem::create_directories(path, problem);
-  if (problem || !std::filesystem::is_directory(path))
-    throw vehicle::Error(fmt::format("-o '{}': {}; wanted a folder, which is made where there is none", path, problem ? problem.message() : "is a file"));
-}
-
 }  // namespace
 
 explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
@@ -85,7 +79,7 @@ int run(const RunCommand& command, Terminal& terminal) {
   const Road road = read_road(command.track_path, command.friction_path);
   Recordings recordings = read_recordings(command, road.surface, car);
   want_laps(command.hold_out, recordings.logs);
-  make_folder(command.out_path);
+  const files::FolderLock lock(command.out_path, "crgexplain run");
 
   const Stages stages(command.out_path, hash_of(command, inputs));
   if (const auto taken = stages.taken_up(); !taken.empty())
@@ -94,6 +88,8 @@ int run(const RunCommand& command, Terminal& terminal) {
   auto findings = stages.get<explain::Findings>("relations", find, explain::findings_from_bytes, [](const auto& f) { return explain::to_bytes(f); });
   findings.remarks.insert(findings.remarks.begin(), recordings.notes.begin(), recordings.notes.end());
 
+  // From here on until the end no verdict lies beside corrected inputs of another run.
+  for (const char* name : {"findings.json", "report.html"}) std::filesystem::remove(std::filesystem::path(command.out_path) / name);
   const Corrected corrected = write_corrected(command, road, car, recordings, findings);
   if (!findings.findings.empty() && !command.skip_simulation)
     drive_before_and_after(command, road, car, corrected, recordings, stages, terminal.progress(), findings);
