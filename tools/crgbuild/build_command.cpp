@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "commands.h"
+#include "files/ending.h"
 #include "files/output_set.h"
 #include "road/build.h"
 #include "road/error.h"
@@ -117,7 +118,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
 }  // namespace
 
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags) {
-  const std::string ending = std::filesystem::path(input).extension().string();
+  const std::string ending = files::ending_of(input);
   road::Recipe recipe = ending == ".yaml" || ending == ".yml" ? road::read_recipe(input)
                                                               : road::recipe_for_mesh(input);
   apply(flags, recipe);
@@ -131,6 +132,9 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 }
 
 int run_build(const BuildCommand& command, Terminal& terminal) {
+  if (files::ending_of(command.input) == ".crg")
+    throw UsageError(fmt::format("{0} is a road already: crgbuild info {0} says what it holds, crgbuild report {0} -o {1} what is wrong with it",
+                                 command::shell_word(command.input), command::shell_word(command.output_dir)));
   if (is_road_file(command.input))
     throw road::Error(fmt::format("{0}: is an OpenCRG road already, a mesh or a recipe is wanted; 'crgbuild info {0}' says what it holds, "
                                   "'crgbuild report {0} -o DIR' what is wrong with it", command.input));

@@ -40,8 +40,6 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
     CLI::Option* option = command.add_option_function<std::string>(
         flag_of(key.name),
         [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); }, text);
-    if (const auto words = command::words_of(key.wanted); !words.empty())
-      option->transform(CLI::IsMember(words, CLI::ignore_case).description(""));
     option->type_name(key.wanted)->group(group);
   }
 }

@@ -138,8 +138,9 @@ class Asker {
 }  // namespace
 
 int run_query(const QueryCommand& command, Terminal& terminal) {
-  files::want_regular_file(command.points);
-  std::ifstream points(command.points, std::ios::binary);
+  const bool standard_input = command.points == "-";
+  if (!standard_input) files::want_regular_file(command.points);
+  std::ifstream points(standard_input ? "/dev/stdin" : command.points, std::ios::binary);
   if (!points)
     throw road::Error(
         fmt::format("{}: cannot be opened: {}; give a CSV file with the columns x_m and "
@@ -147,7 +148,8 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
                     command.points, std::strerror(errno)));
   points.seekg(0, std::ios::end);
   const double size = std::max(1.0, static_cast<double>(points.tellg()));
-  points.seekg(0);
+  points.clear();  // a pipe has no end to look for
+  if (size > 1.0) points.seekg(0);
   std::string header;
   std::getline(points, header);
   const Columns columns = find_columns(header, command.points + ":1");

@@ -6,6 +6,7 @@
 #include "cloud/map.h"
 #include "commands.h"
 #include "crg/options.h"
+#include "files/ending.h"
 #include "files/output_set.h"
 #include "files/write_file.h"
 #include "map_report.h"
@@ -20,7 +21,7 @@ constexpr double kDegree = 0.017453292519943295;
 
 /// The base as a road file: read, or built from a mesh without kerb columns or smoothing.
 crg::Crg read_base(const MapCommand& command) {
-  if (command.base.ends_with(".crg")) return crg::apply_modifiers(crg::read(command.base));
+  if (files::ending_of(command.base) == ".crg") return crg::apply_modifiers(crg::read(command.base));
   road::MeshReadOptions read;
   if (command.base_up == "y") read.up = road::UpAxis::y;
   if (command.base_up == "z") read.up = road::UpAxis::z;

@@ -4,13 +4,14 @@
 
 #include "cloud/synth.h"
 #include "commands.h"
+#include "files/ending.h"
 #include "files/write_file.h"
 #include "road/circuit.h"
 
 namespace lidar2mesh {
 
 int run_synth(const SynthCommand& command, Terminal& terminal) {
-  const bool is_circuit = command.road.ends_with(".yaml");
+  const bool is_circuit = files::ending_of(command.road) == ".yaml";
   const crg::Crg road =
       is_circuit ? road::truth_crg(road::read_circuit(command.road)) : crg::read(command.road);
   cloud::ScanSynthOptions options;

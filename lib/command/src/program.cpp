@@ -247,8 +247,9 @@ int run(CLI::App& app, Terminal& terminal, int argc, char** argv, const std::fun
   } catch (const std::exception& error) {
     terminal.error(error.what());
   }
+  if (code != kOk && code != kNotValid) return code;
   try {
-    terminal.finish(code == kOk || code == kNotValid);
+    terminal.finish();
   } catch (const std::exception& error) {
     terminal.error(error.what());
     code = kFailed;

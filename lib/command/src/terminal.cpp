@@ -137,9 +137,9 @@ void Terminal::progress_done() {
   wipe();
 }
 
-void Terminal::finish(bool good) {
+void Terminal::finish() {
   progress_done();
-  if (good && !result_path_.empty()) files::write_file(result_path_, result_);
+  if (redirected()) files::write_file(result_path_, result_);
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) fail(errno);
 }

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "files/ending.h"
 #include "files/write_file.h"
 #include "road/error.h"
 
@@ -216,7 +217,7 @@ void export_glb(const Mesh& mesh, const std::string& path) {
 void export_mesh(const Mesh& mesh, const std::string& path, const MeshExportOptions& options) {
   if (mesh.triangles.empty()) throw Error(path + ": there are no triangles to write");
   const Mesh framed = in_file_frame(mesh, options);
-  const std::string extension = std::filesystem::path(path).extension().string();
+  const std::string extension = files::ending_of(path);
   if (extension == ".obj") {
     export_obj(framed, path, options.unit);
   } else if (extension == ".glb") {

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -125,6 +126,11 @@ RecipeKey yes_or_no(std::string stage, std::string name, std::string meaning,
           }};
 }
 
+/// In any case: KRBI and krbi.
+bool same_word(const std::string& a, const std::string& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char c, unsigned char d) { return std::tolower(c) == std::tolower(d); });
+}
+
 template <class Enum>
 RecipeKey choice(std::string stage, std::string name,
                  std::vector<std::pair<std::string, Enum>> choices, std::string meaning,
@@ -139,7 +145,7 @@ RecipeKey choice(std::string stage, std::string name,
           true,
           [=](Recipe& recipe, const std::string& text) {
             for (const auto& [word, value] : choices)
-              if (word == text) return void(field(recipe) = value);
+              if (same_word(word, text)) return void(field(recipe) = value);
             refuse(text, wanted);
           },
           [=](const Recipe& recipe) -> std::string {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <string_view>
 
+#include "files/ending.h"
 #include "files/read_file.h"
 
 namespace road {
@@ -98,15 +98,13 @@ std::vector<SurfaceClass> stl_classes(const std::string& path, std::size_t count
   return classes;
 }
 
-std::string ending_of(const std::string& path) {
-  return std::filesystem::path(path).extension().string();
-}
+using files::ending_of;
 
 }  // namespace
 
 void write_road_mesh(const RoadMesh& road, const std::string& path) {
   const std::string ending = ending_of(path);
-  if (ending == ".obj" && !road.mesh.object_of_triangle.empty())
+  if ((ending == ".obj" || path == "-") && !road.mesh.object_of_triangle.empty())
     write_mesh(by_class_and_name(road), path, kNote);
   else if (ending == ".stl")
     write_mesh(by_class(road), path, kNote);

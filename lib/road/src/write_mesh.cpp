@@ -2,9 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <bit>
-#include <filesystem>
 #include <iterator>
 
+#include "files/ending.h"
 #include "files/write_file.h"
 #include "road/error.h"
 #include "road/read_mesh.h"
@@ -96,12 +96,12 @@ std::string to_obj(const Mesh& mesh, const std::string& note) {
 }  // namespace
 
 void write_mesh(const Mesh& mesh, const std::string& path, const std::string& note) {
-  const std::string extension = std::filesystem::path(path).extension().string();
+  const std::string extension = files::ending_of(path);
   if (extension == ".stl") {
     files::write_file(path, to_stl(mesh, note));
   } else if (extension == ".ply") {
     files::write_file(path, to_ply(mesh, note));
-  } else if (extension == ".obj") {
+  } else if (extension == ".obj" || path == "-") {
     files::write_file(path, to_obj(mesh, note));
   } else {
     throw Error(fmt::format(

@@ -51,9 +51,9 @@ class Terminal {
   /// Wipes the line; there is no other.
   void progress_done();
 
-  /// The end of the work: wipes the line, writes what redirect() kept (if the result is one) and
-  /// whatever is still on its way to standard output. Throws files::Error when that fails.
-  void finish(bool good);
+  /// The end of the work: wipes the line, writes what redirect() kept and whatever is still on its way to
+  /// standard output. Throws files::Error when that fails.
+  void finish();
 
   /// For the thread that waits for signals: like error(), and nothing is shown after it.
   void last_words(const std::string& text);

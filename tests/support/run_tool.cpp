@@ -1,0 +1,138 @@
+#include "support/run_tool.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <regex>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "support/places.h"
+#include "support/run_crgbuild.h"
+
+namespace support {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void become(const std::string& program, const std::vector<std::string>& arguments) {
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  ::execv(argv[0], argv.data());
+  ::_exit(127);
+}
+
+int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
+
+}  // namespace
+
+ToolRun run_tool(const std::string& program, const std::vector<std::string>& arguments,
+                 const ToolOptions& options) {
+  const cli::Folder folder;
+  const std::string out = options.out.empty() ? folder / "out" : options.out, err = folder / "err";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::dup2(::open(options.in.c_str(), O_RDONLY), 0);
+    ::dup2(::open(out.c_str(), O_WRONLY | O_CREAT, 0600), 1);
+    ::dup2(::open(err.c_str(), O_WRONLY | O_CREAT, 0600), 2);
+    become(program, arguments);
+  }
+  ToolRun ran;
+  if (options.signal_after_s > 0.0) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(options.signal_after_s));
+    ::kill(child, options.signal);
+  }
+  const auto begin = Clock::now();
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ran.seconds_after_signal = seconds_since(begin);
+  ran.code = code_of(status);
+  if (options.out.empty()) ran.out = cli::read(out);
+  ran.err = cli::read(err);
+  return ran;
+}
+
+ToolRun run_on_terminal(const std::string& program, const std::vector<std::string>& arguments,
+                        const std::string& until, const std::vector<std::string>& environment) {
+  int terminal = -1;
+  const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+  if (child < 0) throw std::runtime_error("no pseudo terminal");
+  if (child == 0) {
+    ::setenv("TERM", "xterm", 1);
+    ::unsetenv("NO_COLOR");
+    for (const std::string& one : environment) ::putenv(const_cast<char*>(one.c_str()));
+    become(program, arguments);
+  }
+  ToolRun ran;
+  const std::regex wanted(until);
+  bool seen = false;
+  const auto begin = Clock::now();
+  auto signalled = begin;
+  for (char bytes[4096];;) {
+    pollfd one{terminal, POLLIN, 0};
+    if (::poll(&one, 1, 1000) < 0) break;
+    if (one.revents != 0) {
+      const ssize_t count = ::read(terminal, bytes, sizeof bytes);
+      if (count <= 0) break;  // it has ended
+      ran.err.append(bytes, static_cast<std::size_t>(count));
+    }
+    if (!seen && !until.empty() && std::regex_search(ran.err, wanted)) {
+      seen = true;
+      signalled = Clock::now();
+      (void)!::write(terminal, "\003", 1);  // Ctrl-C
+    }
+    if (seconds_since(begin) > 120.0) ::kill(child, SIGKILL);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ::close(terminal);
+  ran.seconds_after_signal = seconds_since(signalled);
+  ran.code = code_of(status);
+  return ran;
+}
+
+std::vector<Tool> all_tools() {
+  return {{"crgbuild", places::crgbuild()},
+          {"crgdrive", places::crgdrive()},
+          {"crgexplain", places::crgexplain()},
+          {"lidar2mesh", places::lidar2mesh()}};
+}
+
+std::vector<std::vector<std::string>> commands_of(const Tool& tool) {
+  std::vector<std::vector<std::string>> found, open{{}};
+  while (!open.empty()) {
+    const std::vector<std::string> at = open.front();
+    open.erase(open.begin());
+    std::vector<std::string> arguments = at;
+    arguments.push_back("--help");
+    std::istringstream help(run_tool(tool.path, arguments).out);
+    bool inside = false, any = false;
+    for (std::string line; std::getline(help, line);) {
+      if (line == "Subcommands:") {
+        inside = true;
+      } else if (line.empty() || line[0] != ' ') {
+        inside = false;
+      } else if (inside && line.size() > 2 && line[2] != ' ') {
+        std::vector<std::string> below = at;
+        below.push_back(line.substr(2, line.find(' ', 2) - 2));
+        open.push_back(below);
+        any = true;
+      }
+    }
+    if (!any) found.push_back(at);
+  }
+  return found;
+}
+
+}  // namespace support
