@@ -108,6 +108,8 @@ TEST_F(VehicleFile, RefusesWithPlaceAndReason) {
   EXPECT_THAT(refusal(text() + "terms: {storm: 1}\n"), HasSubstr("no term 'storm'"));
   EXPECT_THAT(refusal(text() + "contact: two\n"), HasSubstr("single_point"));
   EXPECT_THAT(refusal("name: [\n"), HasSubstr("vehicle.yaml:"));
+  EXPECT_THAT(refusal("name: \"a\\\rb\"\n"),
+              testing::Not(HasSubstr("\r")));  // an escape that is none
   EXPECT_THAT(refusal("just words\n"), HasSubstr("not a list"));
   EXPECT_THAT(refusal("name: x\ntyres: {front: t.tir, rear: none.tir}\nmaps: {}\n"),
               HasSubstr("none.tir"));

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "files/one_line.h"
 #include "files/read_file.h"
 #include "road/circuit.h"
 #include "road/error.h"
@@ -390,12 +391,12 @@ Circuit read_circuit(const std::string& path) {
   try {
     root = YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    fail(path, error.mark, "no valid YAML: " + error.msg);
+    fail(path, error.mark, "no valid YAML: " + files::one_line(error.msg));
   }
   try {
     return Circuit(read_design(path, root));
   } catch (const YAML::Exception& error) {
-    fail(path, error.mark, "no valid circuit: " + error.msg);
+    fail(path, error.mark, "no valid circuit: " + files::one_line(error.msg));
   } catch (const Error& error) {
     const std::string said = error.what();
     if (said.rfind(path, 0) == 0) throw;

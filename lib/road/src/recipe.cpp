@@ -15,6 +15,7 @@
 #include <sstream>
 
 #include "name_pattern.h"
+#include "files/one_line.h"
 #include "road/error.h"
 
 namespace road {
@@ -609,7 +610,7 @@ Recipe read_recipe(const std::string& path) {
   try {
     recipe = parse_recipe(text, place);
   } catch (const YAML::Exception& error) {
-    place.fail(error.mark, "no valid YAML: " + error.msg);
+    place.fail(error.mark, "no valid YAML: " + files::one_line(error.msg));
   }
   recipe.mesh_path = beside(path, recipe.mesh_path);
   if (recipe.control_points_path)

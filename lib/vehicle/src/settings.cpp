@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "files/one_line.h"
 #include "files/read_file.h"
 #include "vehicle/error.h"
 
@@ -79,7 +80,8 @@ Setting read_settings(const std::string& path) {
   try {
     return copy(YAML::Load(text), path, count);
   } catch (const YAML::Exception& error) {
-    throw Error(fmt::format("{}:{}: no YAML: {}", path, error.mark.line + 1, error.msg));
+    throw Error(
+        fmt::format("{}:{}: no YAML: {}", path, error.mark.line + 1, files::one_line(error.msg)));
   }
 }
 
