@@ -69,6 +69,12 @@ TEST_F(ForeignMesh, ReadsBuffersBelowItsFolderOnly) {
   fs::current_path(folder_.path("track"));
   EXPECT_THAT(message_of(name), HasSubstr("'" + absolute + "' lies outside the folder of the mesh"));
   EXPECT_EQ(message_of(name, outside), "no error");
+  gltf("missing.bin");  // beside the mesh, though it is not there
+  EXPECT_THAT(message_of(name), testing::Not(HasSubstr("outside")));
+  MeshReadReport report;
+  obj("missing.mtl");
+  road::read_mesh("a.obj", {}, &report);
+  EXPECT_THAT(report.remarks, testing::ElementsAre(HasSubstr("files that are missing: missing.mtl;")));
   fs::current_path(before);
 
   fs::create_symlink(folder_.path("a.bin"), folder_.path("track/link.bin"));

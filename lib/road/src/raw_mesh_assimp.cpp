@@ -40,7 +40,7 @@ struct Companions {
   bool may_open(const std::string& path) {
     if (folder.empty()) return true;
     std::error_code error;
-    const fs::path below = fs::weakly_canonical(path, error).lexically_relative(folder);
+    const fs::path below = fs::weakly_canonical(fs::absolute(path), error).lexically_relative(folder);
     if (!error && !below.empty() && *below.begin() != "..") return true;
     if (std::find(outside.begin(), outside.end(), path) == outside.end()) outside.push_back(path);
     return false;
@@ -293,7 +293,9 @@ void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
     };
     if (!file.sha256.empty() || std::any_of(files.begin(), files.end(), has_its_name)) continue;
     if (file.path.find("//", mesh.parent_path().string().size()) != std::string::npos) continue;
-    if (file.path == own_mtl && &file != &files.front()) continue;
+    const std::string plain = fs::path(file.path).lexically_normal().string();
+    if (plain == fs::path(own_mtl).lexically_normal() && &file != &files.front()) continue;
+    if (plain != file.path && !names.empty()) continue;  // "./road.mtl" after "road.mtl"
     names += (names.empty() ? "" : ", ") + file.path;
   }
   if (!names.empty()) {
