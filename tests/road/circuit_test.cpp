@@ -433,7 +433,7 @@ TEST_F(ReadCircuit, NamesFileAndLine) {
   refuses("- 1\n", "must be a mapping");
   refuses("", "must be a mapping");
   EXPECT_THAT([] { road::read_circuit("/nowhere/circuit.yaml"); },
-              ThrowsMessage<road::Error>(HasSubstr("/nowhere/circuit.yaml: cannot be read")));
+              ThrowsMessage<road::Error>(HasSubstr("/nowhere/circuit.yaml: cannot open")));
 }
 
 }  // namespace
