@@ -215,7 +215,11 @@ TEST_F(Built, QueryAnswersMapAndRoadCoordinates) {
   EXPECT_NEAR(std::stod(rows[1][4]), Stadium::z_m(60), 0.005);  // chords of the mesh: 2 mm
   EXPECT_NEAR(std::stod(rows[1][8]), 0.02, 0.001);
   EXPECT_NEAR(std::stod(rows[2][4]) - std::stod(rows[1][4]), 0.05, 0.002);
-  EXPECT_EQ(rows[3], (std::vector<std::string>{"60", "1000", "", "", "", "", "", "", ""}));
+  // Beside the road: no height, but a place and a heading; the far straight, driven towards -x at y = 80, is the nearest.
+  EXPECT_NEAR(std::stod(rows[3][2]), Stadium::length_m() / 2 + 60.0, 0.05);
+  EXPECT_NEAR(std::stod(rows[3][3]), -920.0, 0.02);
+  EXPECT_NEAR(std::abs(std::stod(rows[3][5])), M_PI, 1e-4);
+  for (const std::size_t height : {4u, 7u, 8u}) EXPECT_EQ(rows[3][height], "");
   EXPECT_EQ(rows[4], (std::vector<std::string>{"0", "", "", "", "", "", "", "", ""}));
   EXPECT_EQ(rows[5], (std::vector<std::string>{"3", "", "", "", "", "", "", "", ""}));
 
@@ -229,7 +233,9 @@ TEST_F(Built, QueryAnswersMapAndRoadCoordinates) {
   EXPECT_NEAR(std::stod(uv[1][0]), 60.0, 0.05);
   EXPECT_NEAR(std::stod(uv[1][1]), 2.5, 0.02);
   EXPECT_EQ(uv[1][2], "60");
-  EXPECT_EQ(uv[2], (std::vector<std::string>{"", "", "60", "500", "", "", "", "", ""}));
+  EXPECT_NEAR(std::stod(uv[2][0]), 60.0, 0.05);
+  EXPECT_NEAR(std::stod(uv[2][1]), 500.0, 0.02);
+  for (const std::size_t height : {4u, 7u, 8u}) EXPECT_EQ(uv[2][height], "");
 }
 
 TEST_F(Built, QueryOfManyPointsKeepsOrderForAnyThreads) {
@@ -442,7 +448,7 @@ TEST(FromEdges, WritesOneRoadNamedAfterItsFiles) {
   write(folder / "points.csv", "x_m,y_m\n100,3\n100,4.1\n");
   ASSERT_EQ(crgbuild({"query", folder / "out/hill.crg", "--points", folder / "points.csv", "-o", folder / "z.csv"}).code, 0);
   EXPECT_THAT(read(folder / "z.csv"), HasSubstr("\n100,3,100"));
-  EXPECT_THAT(read(folder / "z.csv"), HasSubstr("\n100,4.1,,"));
+  EXPECT_THAT(read(folder / "z.csv"), HasSubstr("\n100,4.1,100,4.1,,0,0,,\n"));
 
   const Ran swapped = crgbuild({"from-edges", folder / "hill_right.csv", folder / "hill_left.csv", "-o", folder / "swapped"});
   EXPECT_EQ(swapped.code, 1);

@@ -89,7 +89,8 @@ TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/refined.ply")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/report.html")));
   std::set<std::string> listed{"manifest.json"}, there;
-  for (const auto& file : nlohmann::json::parse(folder.read("first/manifest.json"))["files"]) listed.insert(file["file"].get<std::string>());
+  const auto manifest = nlohmann::json::parse(folder.read("first/manifest.json"));
+  for (const auto& file : manifest["files"]) listed.insert(file["file"].get<std::string>());
   for (const auto& entry : std::filesystem::directory_iterator(folder.path("first"))) there.insert(entry.path().filename().string());
   EXPECT_EQ(there, listed);
 }

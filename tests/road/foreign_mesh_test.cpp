@@ -20,6 +20,7 @@ using road::Mesh;
 using road::MeshReadOptions;
 using road::MeshReadReport;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ForeignMesh : public ::testing::Test {
  protected:
@@ -105,6 +106,16 @@ TEST_F(ForeignMesh, ReadsMaterialsBelowItsFolderOnly) {
     EXPECT_TRUE(report.remarks.empty());
     fs::current_path(before);
   }
+}
+
+TEST_F(ForeignMesh, IsTheSameByAPathThatGoesUp) {
+  obj("missing.mtl");
+  fs::create_directories(folder_.path("other"));
+  MeshReadReport report;
+  const Mesh mesh = road::read_mesh(folder_.path("other/../track/a.obj"), {}, &report);
+  EXPECT_FALSE(mesh.triangles.empty());
+  ASSERT_EQ(report.remarks.size(), 1u);
+  EXPECT_THAT(report.remarks[0], testing::AllOf(HasSubstr("missing.mtl"), Not(HasSubstr("outside"))));
 }
 
 TEST_F(ForeignMesh, WaitsForNoFifo) {

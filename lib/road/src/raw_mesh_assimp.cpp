@@ -336,14 +336,18 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
                          const std::function<void(std::size_t)>& opened) {
   Companions companions;
   companions.opened = opened;
-  if (!allow_outside) companions.folder = fs::canonical(fs::absolute(path).parent_path());
+  const fs::path folder = fs::canonical(fs::absolute(path).parent_path());
+  if (!allow_outside) companions.folder = folder;
+  // Where the path goes up, assimp looks for what belongs to the mesh in places that nobody named.
+  const bool goes_up = path.find("..") != std::string::npos;
+  const std::string own = goes_up ? (folder / fs::path(path).filename()).string() : path;
   Assimp::Importer importer;
-  importer.SetIOHandler(new MemoryFirst(path, bytes, companions));  // owned by the importer
+  importer.SetIOHandler(new MemoryFirst(own, bytes, companions));  // owned by the importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_AC_EVAL_SUBDIVISION, false);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
   const aiScene* scene = nullptr;
   try {
-    scene = importer.ReadFile(path, 0);
+    scene = importer.ReadFile(own, 0);
   } catch (const std::exception& error) {
     throw Error(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
                             error.what()));
@@ -365,7 +369,7 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   if (!companions.problems.empty()) {
     mesh.remarks.push_back("refers to a file that cannot be read: " + companions.problems.front());
   } else if (companions.outside.empty()) {
-    remark_missing(path, companions.files, mesh.remarks);
+    remark_missing(own, companions.files, mesh.remarks);
   }
   mesh.files = std::move(companions.files);
   return mesh;

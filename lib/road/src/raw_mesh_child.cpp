@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <fstream>
 #include <type_traits>
 
 #include "raw_mesh.h"
@@ -162,10 +163,7 @@ class Limits {
     ::getrlimit(RLIMIT_AS, &memory_);
     ::getrlimit(RLIMIT_CPU, &seconds_);
     std::size_t pages = 0;
-    if (FILE* file = std::fopen("/proc/self/statm", "re")) {
-      if (std::fscanf(file, "%zu", &pages) != 1) pages = 0;
-      std::fclose(file);
-    }
+    if (!(std::ifstream("/proc/self/statm") >> pages)) pages = 0;
     // Without /proc there is no telling what this process holds already.
     bounds_memory_ = !kSanitized && pages > 0;
     held_ = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
@@ -205,7 +203,7 @@ int run_child(pid_t parent, int result, const std::string& path, std::size_t byt
   ::sigprocmask(SIG_UNBLOCK, &timers, nullptr);
   // A crash speaks through this process, and no lock or pipe of it shall stay open through the child.
   if (!kSanitized) {
-    const int nowhere = ::open("/dev/null", O_WRONLY);
+    const int nowhere = ::open("/dev/null", O_RDWR);
     ::dup2(nowhere, STDOUT_FILENO);
     ::dup2(nowhere, STDERR_FILENO);
     ::close_range(STDERR_FILENO + 1, static_cast<unsigned>(result) - 1, 0);
