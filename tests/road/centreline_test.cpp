@@ -162,6 +162,64 @@ TEST(Centreline, PassesAPitLaneThatBranchesOff) {
   EXPECT_NEAR(line.length_m, 2 * M_PI * 120.0, 5.0);
 }
 
+/// A triangle with corners of this radius between straights of 100 m.
+support::PlanPoint triangle(double s_m, double radius_m) {
+  const double arc_m = 2.0 * M_PI / 3.0 * radius_m, side_m = 100.0 + arc_m;
+  double x_m = 0.0, y_m = 0.0, heading = 0.0;
+  const auto go = [&](double length_m) { x_m += length_m * std::cos(heading), y_m += length_m * std::sin(heading); };
+  const auto turn = [&](double length_m) {
+    const double angle = length_m / radius_m;
+    x_m += radius_m * (std::sin(heading + angle) - std::sin(heading));
+    y_m += radius_m * (std::cos(heading) - std::cos(heading + angle));
+    heading += angle;
+  };
+  for (; s_m >= side_m; s_m -= side_m) go(100.0), turn(arc_m);
+  go(std::min(s_m, 100.0));
+  if (s_m > 100.0) turn(s_m - 100.0);
+  return {x_m, y_m, heading};
+}
+
+TEST(Centreline, RoundsHairpinsWithoutAnInnerRadius) {
+  // The inner border of every corner is one vertex.
+  const double radius_m = 4.0, length_m = 300.0 + 2.0 * M_PI * radius_m;
+  const auto road = make_strip([&](double s) { return triangle(s, radius_m); }, length_m, length_m / 600.0, true, {-4, 4}, flat);
+  const auto line = trace_centreline(road);
+  ASSERT_TRUE(line.closed);
+  EXPECT_NEAR(line.length_m, length_m, 0.01 * length_m);
+}
+
+TEST(Centreline, TracesAModelAsItTracesTheRealThing) {
+  auto model = ring(100.0);
+  for (auto& p : model.mesh.vertices_m) p /= 20.0;
+  model.mesh.origin_m = {3.0, -2.0, 1.0};
+  const auto line = trace_centreline(model), whole = trace_centreline(ring(100.0));
+  ASSERT_TRUE(line.closed);
+  EXPECT_NEAR(line.length_m, whole.length_m / 20.0, 1e-4);
+  for (std::size_t i = 0; i < line.points_m.size(); ++i) {
+    EXPECT_NEAR((line.points_m[i] - model.mesh.origin_m).head<2>().norm(), 5.0, 1e-4);
+    EXPECT_NEAR(line.half_width_m[i], 0.2, 1e-4);
+  }
+}
+
+TEST(Centreline, DrivesOnTheTopOfADeckNotOnItsUnderside) {
+  auto road = ring(100.0);
+  auto underside = ring(100.0);
+  for (auto& p : underside.mesh.vertices_m) p.z() -= 1.0;
+  append(road, underside);
+  const auto line = trace_centreline(road);
+  ASSERT_TRUE(line.closed);
+  for (const auto& p : line.points_m) EXPECT_NEAR(p.z(), 0.0, 1e-3);
+}
+
+TEST(Centreline, TakesTheLongerWayRoundAShortCut) {
+  // The short-cut is a chord of the ring, as wide as the ring.
+  auto road = ring(100.0, {-4, 4}, 2.0);
+  append(road, make_strip([](double s) { return support::PlanPoint{-86.0 + s, 50.0, 0.0}; }, 172.0, 4.0, false, {-4, 4}, flat));
+  const auto line = trace_centreline(road);
+  ASSERT_TRUE(line.closed);
+  EXPECT_NEAR(line.length_m, 2 * M_PI * 100.0, 5.0);
+}
+
 TEST(Centreline, RefusesTwoCircuitsUnlessToldWhich) {
   auto road = ring(100.0);
   append(road, make_strip([](double s) {

@@ -226,7 +226,7 @@ TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
   MeshReadOptions wrong;
   wrong.unit = road::Unit::mm;
   EXPECT_THAT(message_of(folder_.file("m.obj", as_obj(road_)), wrong),
-              HasSubstr("wanted 10 m to 40 km"));
+              HasSubstr("wanted 3 m to 40 km"));
 }
 
 TEST_F(ReadMesh, KeepsMillimetresAtUtmCoordinatesOfTextAndDoubles) {

@@ -11,6 +11,10 @@
 #include "files/write_file.h"
 #include "road/csv.h"
 #include "road/error.h"
+#include "road_graph.h"
+#include "stations.h"
+#include "walk_along.h"
+#include "walk_road.h"
 
 namespace road {
 
@@ -19,288 +23,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kProbeStep_m = 0.5;      // across the road, refined to kEdgeResolution_m at its end
-constexpr double kEdgeResolution_m = 1e-3;
-constexpr double kGapAcross_m = 1.5;      // a crack or hole narrower than this does not end the road
-constexpr double kGapAlong_m = 12.0;      // nor does a missing piece of road shorter than this
-constexpr double kBelieveJump_m = 60.0;   // a change of width that lasts this long is one
-constexpr double kLost_m = 25.0;          // without either edge
-constexpr double kMaxHalfWidth_m = 40.0;
-constexpr double kMinWidth_m = 2.0;
-constexpr double kMaxWidth_m = 60.0;
+constexpr double kShortestLoopWidths = 10.0;  // a shorter loop is a traffic island
+constexpr double kLostShare = 1.2;        // the graph's ways are 3 to 6 % too long: their cells make steps
+constexpr double kSmallestWidth_m = 0.2;
 constexpr double kLargestStep_m = 0.5;    // of a border, sideways
-constexpr double kLayerReach_m = 1.0;     // the road goes on where z continues within this
-
-Vector2d left_of(const Vector2d& direction) { return {-direction.y(), direction.x()}; }
-
-Vector2d rotated(const Vector2d& v, double angle_rad) {
-  return Eigen::Rotation2Dd(angle_rad) * v;
-}
 
 double angle_between(const Vector2d& from, const Vector2d& to) {
   return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
-}
-
-/// Where a walk across the road stands: the middle and the two edges.
-struct Station {
-  Vector3d centre, left, right;
-  Vector2d heading;
-  double width_m() const { return (left - right).head<2>().norm(); }
-};
-
-/// Walks from `from` along `direction` until the surface ends; gaps up to kGapAcross_m are crossed.
-Vector3d find_edge(const RaySurface& surface, const Vector3d& from, const Vector2d& direction,
-                   double max_m) {
-  Vector3d last = from;
-  double last_m = 0.0, slope = 0.0;
-  const auto probe = [&](double at_m) -> std::optional<Vector3d> {
-    const Vector2d xy = from.head<2>() + at_m * direction;
-    const double z_predicted = last.z() + slope * (at_m - last_m);
-    const auto hit = surface.nearest_hit(xy.x(), xy.y(), z_predicted, kLayerReach_m);
-    if (!hit) return std::nullopt;
-    return Vector3d(xy.x(), xy.y(), hit->z_m);
-  };
-  const auto accept = [&](double at_m, const Vector3d& p) {
-    if (at_m - last_m > 0.1) slope = std::clamp((p.z() - last.z()) / (at_m - last_m), -1.5, 1.5);
-    last = p;
-    last_m = at_m;
-  };
-  for (double at_m = kProbeStep_m; at_m <= max_m; at_m += kProbeStep_m) {
-    if (const auto p = probe(at_m)) {
-      accept(at_m, *p);
-    } else if (at_m - last_m > kGapAcross_m) {
-      break;
-    }
-  }
-  double inside_m = last_m, outside_m = last_m + kProbeStep_m;
-  while (outside_m - inside_m > kEdgeResolution_m) {
-    const double middle_m = 0.5 * (inside_m + outside_m);
-    if (const auto p = probe(middle_m)) {
-      inside_m = middle_m;
-      last = *p;
-    } else {
-      outside_m = middle_m;
-    }
-    if (inside_m != last_m && inside_m == middle_m) last_m = inside_m;
-  }
-  return last;
-}
-
-/// The cross-section of the road through `p`, square to `heading`, moved to its middle.
-Station cross_section(const RaySurface& surface, const Vector3d& p,
-                                     const Vector2d& heading, double max_left_m = kMaxHalfWidth_m,
-                                     double max_right_m = kMaxHalfWidth_m) {
-  const Vector2d normal = left_of(heading);
-  Station station;
-  station.heading = heading;
-  station.left = find_edge(surface, p, normal, max_left_m);
-  station.right = find_edge(surface, p, -normal, max_right_m);
-  const Vector2d middle = 0.5 * (station.left + station.right).head<2>();
-  const double z_guess = 0.5 * (p.z() + 0.5 * (station.left.z() + station.right.z()));
-  const auto hit = surface.nearest_hit(middle.x(), middle.y(), z_guess, 2.0 * kLayerReach_m);
-  station.centre = {middle.x(), middle.y(), hit ? hit->z_m : z_guess};
-  return station;
-}
-
-/// Stations of a walk along the road; closed when it came back to its start.
-struct Walk {
-  std::vector<Station> stations;
-  bool closed = false;
-  double area_m2 = 0.0;
-  double length_m = 0.0;
-};
-
-/// Goes forward from `start` until the road ends or meets itself.
-Walk walk_forward(const RaySurface& surface, const Station& start) {
-  Walk walk;
-  walk.stations.push_back(start);
-  Vector2d segment = start.heading;
-  double turn_rad = 0.0;
-  double half_m = 0.5 * start.width_m(), left_astray_m = 0.0, right_astray_m = 0.0;
-  // Stations by cell of 4 m, to notice when the walk meets a place where it has been.
-  std::unordered_map<std::int64_t, std::vector<std::size_t>> visited;
-  const auto cell_of = [](double x, double y) {
-    return (static_cast<std::int64_t>(std::floor(x / 4.0)) << 32) ^
-           (static_cast<std::int64_t>(std::floor(y / 4.0)) & 0xffffffff);
-  };
-  visited[cell_of(start.centre.x(), start.centre.y())].push_back(0);
-
-  constexpr std::size_t kMaxStations = 200'000;
-  while (walk.stations.size() < kMaxStations) {
-    const Station& here = walk.stations.back();
-    const double step_m = std::clamp(here.width_m() / 5.0, 0.5, 2.0);
-    const Vector2d direction = rotated(segment, turn_rad);
-    const double slope =
-        walk.stations.size() < 2 ? 0.0
-                                 : (here.centre.z() - walk.stations[walk.stations.size() - 2].centre.z()) /
-                                       std::max(0.1, (here.centre - walk.stations[walk.stations.size() - 2].centre)
-                                                         .head<2>().norm());
-    std::optional<SurfaceHit> hit;
-    Vector2d next;
-    double gone_m = step_m;
-    for (; gone_m <= kGapAlong_m; gone_m += step_m) {
-      next = here.centre.head<2>() + gone_m * direction;
-      hit = surface.nearest_hit(next.x(), next.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
-      if (hit) break;
-      // A hole in the middle: look beside it before going on.
-      for (const double aside : {-0.25, 0.25}) {
-        const Vector2d beside = next + aside * here.width_m() * left_of(direction);
-        hit = surface.nearest_hit(beside.x(), beside.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
-        if (hit) {
-          next = beside;
-          break;
-        }
-      }
-      if (hit) break;
-    }
-    if (!hit) {
-      // The end of an open road: one last station where the surface ends.
-      const Vector3d end = find_edge(surface, here.centre, direction, kGapAlong_m);
-      if ((end - here.centre).head<2>().norm() > 0.1) {
-        Station last = here;  // a cross-section at the very end would run off it on one side
-        last.centre += end - here.centre;
-        last.left += end - here.centre;
-        last.right += end - here.centre;
-        walk.stations.push_back(last);
-      }
-      break;
-    }
-    const Vector2d heading = rotated(direction, 0.5 * turn_rad);
-    Station station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading, 2.0 * half_m + 2.0, 2.0 * half_m + 2.0);
-    const Vector2d base = here.centre.head<2>() + gone_m * direction, normal = left_of(heading);
-    // An edge that jumps is a pit lane, a crossing or a hole: stay where the other edge says the road
-    // is. When the jump lasts, the road has changed its width, and the edge comes in slowly.
-    const auto track = [&](double measured_m, double& astray_m) {
-      const double change_m = measured_m - half_m;
-      if (std::abs(change_m) <= 0.4 * gone_m + 0.05) {
-        astray_m = 0.0;
-        return measured_m;
-      }
-      astray_m += gone_m;
-      return astray_m < kBelieveJump_m ? half_m : half_m + std::copysign(0.1 * gone_m, change_m);
-    };
-    double left_m = track((station.left.head<2>() - base).dot(normal), left_astray_m);
-    double right_m = track(-(station.right.head<2>() - base).dot(normal), right_astray_m);
-    if (std::min(left_astray_m, right_astray_m) > kLost_m) break;  // no edge in sight: this is no road
-    // One edge held at its old distance from a predicted middle would let the line drift: keep the width.
-    if (left_astray_m > 0.0 && right_astray_m == 0.0 && left_astray_m < kBelieveJump_m) left_m = 2.0 * half_m - right_m;
-    if (right_astray_m > 0.0 && left_astray_m == 0.0 && right_astray_m < kBelieveJump_m) right_m = 2.0 * half_m - left_m;
-    half_m = 0.5 * (left_m + right_m);
-    if (2.0 * half_m < kMinWidth_m) break;
-    station.left.head<2>() = base + left_m * normal;
-    station.right.head<2>() = base - right_m * normal;
-    station.centre.head<2>() = 0.5 * (station.left + station.right).head<2>();
-
-    const Vector2d chord = (station.centre - here.centre).head<2>();
-    if (chord.norm() < 0.2 * step_m) break;
-    const Vector2d new_segment = chord.normalized();
-    const double sharpest_rad = chord.norm() / (1.1 * half_m);  // the inner edge still has a radius
-    const double turned_rad = angle_between(segment, new_segment);
-    turn_rad = std::clamp(0.5 * (turn_rad + turned_rad), -sharpest_rad, sharpest_rad);  // damped: holes make it jump
-    segment = new_segment;
-
-    // Met an earlier station going the same way on the same layer: the loop is closed there.
-    const std::size_t index = walk.stations.size();
-    std::optional<std::size_t> met;
-    for (int dx = -1; dx <= 1 && !met; ++dx) {
-      for (int dy = -1; dy <= 1 && !met; ++dy) {
-        const auto found = visited.find(cell_of(station.centre.x() + 4.0 * dx, station.centre.y() + 4.0 * dy));
-        if (found == visited.end()) continue;
-        for (const std::size_t other : found->second) {
-          const Station& old = walk.stations[other];
-          const Vector2d d = (station.centre - old.centre).head<2>();
-          if (index - other > 15 && d.dot(old.heading) >= 0.0 && d.dot(old.heading) < 2.0 * step_m &&
-              std::abs(d.dot(left_of(old.heading))) < 0.25 * old.width_m() &&
-              std::abs(station.centre.z() - old.centre.z()) < 1.5 && segment.dot(old.heading) > 0.5) {
-            met = other;
-            break;
-          }
-        }
-      }
-    }
-    if (met) {
-      double loop_m = 0.0;
-      for (std::size_t i = *met; i + 1 < index; ++i) {
-        loop_m += (walk.stations[i + 1].centre - walk.stations[i].centre).head<2>().norm();
-      }
-      // A loop this short is the walk turning on the spot, lost on a wide surface.
-      if (loop_m < 10.0 * here.width_m()) break;
-      walk.stations.erase(walk.stations.begin(), walk.stations.begin() + static_cast<std::ptrdiff_t>(*met));
-      walk.closed = true;
-      break;
-    }
-    station.heading = segment;
-    visited[cell_of(station.centre.x(), station.centre.y())].push_back(index);
-    walk.stations.push_back(station);
-  }
-  return walk;
-}
-
-/// A place to start: the narrowest direction across the surface at a point is the cross-section.
-std::optional<Station> seed_station(const RaySurface& surface, const Vector3d& p) {
-  constexpr int kDirections = 24;
-  std::optional<Station> best;
-  double best_width_m = kMaxWidth_m;
-  Vector3d at = p;
-  for (int round = 0; round < 2; ++round) {
-    for (int i = 0; i < kDirections; ++i) {
-      const double angle = std::numbers::pi * i / kDirections;
-      const Station station = cross_section(surface, at, {std::cos(angle), std::sin(angle)});
-      if (station.width_m() < best_width_m) {
-        best_width_m = station.width_m();
-        best = station;
-      }
-    }
-    if (!best || best_width_m < kMinWidth_m) return std::nullopt;
-    at = best->centre;
-  }
-  return best;
-}
-
-void measure(Walk& walk) {
-  walk.length_m = walk.area_m2 = 0.0;
-  for (std::size_t i = 0; i + 1 < walk.stations.size(); ++i) {
-    const double step_m = (walk.stations[i + 1].centre - walk.stations[i].centre).head<2>().norm();
-    walk.length_m += step_m;
-    walk.area_m2 += step_m * walk.stations[i].width_m();
-  }
-}
-
-Walk walk_from(const RaySurface& surface, const Station& seed) {
-  Walk walk = walk_forward(surface, seed);
-  if (!walk.closed) {
-    // Not from the seed itself: near the end of a road its narrowest direction is no cross-section.
-    const std::size_t turn_at = std::min<std::size_t>(20, walk.stations.size() / 2);
-    Station back = walk.stations[turn_at];
-    back.heading = -back.heading;
-    std::swap(back.left, back.right);
-    Walk behind = walk_forward(surface, back);
-    if (behind.closed) {
-      walk = std::move(behind);
-    } else {
-      std::reverse(behind.stations.begin(), behind.stations.end());
-      for (Station& station : behind.stations) {
-        station.heading = -station.heading;
-        std::swap(station.left, station.right);
-      }
-      behind.stations.pop_back();  // the station where both begin
-      behind.stations.insert(behind.stations.end(), walk.stations.begin() + static_cast<std::ptrdiff_t>(turn_at),
-                             walk.stations.end());
-      walk.stations = std::move(behind.stations);
-    }
-  }
-  measure(walk);
-  return walk;
-}
-
-double horizontal_area_m2(const Mesh& mesh) {
-  double area = 0.0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vector3d a = mesh.vertex(t, 1) - mesh.vertex(t, 0);
-    const Vector3d b = mesh.vertex(t, 2) - mesh.vertex(t, 0);
-    area += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
-  }
-  return area;
 }
 
 /// Triangles of class road only, or all of them where nothing is called road.
@@ -320,64 +49,42 @@ Mesh road_only(const RoadMesh& road) {
   return mesh;
 }
 
-bool passes_near(const Walk& walk, const Vector3d& p) {
-  return std::any_of(walk.stations.begin(), walk.stations.end(), [&](const Station& s) {
-    return (s.centre - p).head<2>().norm() < s.width_m() && std::abs(s.centre.z() - p.z()) < 2.0;
+/// What the graph shows, as long as it is one closed road and no other beside it.
+std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOptions& options) {
+  std::vector<RoadWay> ways = road_ways(graph, kGapAlong_m);
+  std::erase_if(ways, [](const RoadWay& way) {
+    const double width_m = 2.0 * median(way.half_width_m);
+    return !way.closed || width_m < kMinWidth_m || width_m > kMaxWidth_m || way.length_m < kShortestLoopWidths * width_m;
   });
-}
-
-std::string describe(const Walk& walk) {
-  const Vector3d& p = walk.stations.front().centre;
-  return fmt::format("{} of {:.0f} m through x = {:.1f}, y = {:.1f}", walk.closed ? "a loop" : "an open road",
-                     walk.length_m, p.x(), p.y());
-}
-
-/// The longest loop, or else the longest open road, on the surface.
-Walk find_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOptions& options) {
-  constexpr std::size_t kSeeds = 24;
-  const double area_m2 = horizontal_area_m2(mesh);
-  std::vector<Walk> walks;
-  const std::size_t stride = std::max<std::size_t>(1, mesh.triangles.size() / kSeeds);
-  double covered_m2 = 0.0;
-  for (std::size_t t = 0; t < mesh.triangles.size() && covered_m2 < 0.9 * area_m2; t += stride) {
-    const Vector3d p =
-        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
-    if (std::any_of(walks.begin(), walks.end(), [&](const Walk& w) { return passes_near(w, p); })) continue;
-    const auto seed = seed_station(surface, p);
-    if (!seed) continue;
-    Walk walk = walk_from(surface, *seed);
-    if (walk.stations.size() < 8 || walk.length_m < 3.0 * seed->width_m()) continue;
-    covered_m2 += walk.area_m2;
-    walks.push_back(std::move(walk));
-  }
-  // What runs along the rim of a wide surface is no road on it.
-  std::erase_if(walks, [&](const Walk& walk) { return walk.area_m2 < 0.1 * area_m2; });
-  if (walks.empty()) {
-    throw Error(fmt::format(
-        "no road found: none of the {:.0f} m2 of road surface forms a strip {:.0f} to {:.0f} m wide; check the "
-        "unit and the up axis (--unit, --up) and which objects count as road (name_rules)",
-        area_m2, kMinWidth_m, kMaxWidth_m));
-  }
+  const auto distance_m = [&](const RoadWay& way) {
+    double best = std::numeric_limits<double>::infinity();
+    for (const Vector3d& p : way.points_m) best = std::min(best, (p.head<2>() - *options.start_near_m).norm());
+    return best;
+  };
+  const auto together = [](const RoadWay& a, const RoadWay& b) {
+    return std::find_first_of(a.branches.begin(), a.branches.end(), b.branches.begin(), b.branches.end()) != a.branches.end();
+  };
+  if (ways.empty()) return std::nullopt;
   if (options.start_near_m) {
-    // Where several roads exist, the wanted one passes near the wanted start.
-    const auto distance = [&](const Walk& walk) {
-      double best = std::numeric_limits<double>::infinity();
-      for (const Station& s : walk.stations) best = std::min(best, (s.centre.head<2>() - *options.start_near_m).norm());
-      return best;
-    };
-    return *std::min_element(walks.begin(), walks.end(),
-                             [&](const Walk& a, const Walk& b) { return distance(a) < distance(b); });
+    const RoadWay nearest = *std::min_element(ways.begin(), ways.end(), [&](const RoadWay& a, const RoadWay& b) { return distance_m(a) < distance_m(b); });
+    std::erase_if(ways, [&](const RoadWay& way) { return !together(way, nearest); });
   }
-  std::stable_sort(walks.begin(), walks.end(), [](const Walk& a, const Walk& b) {
-    if (a.closed != b.closed) return a.closed;
-    return a.length_m > b.length_m;
-  });
-  if (walks.size() > 1 && walks[1].closed == walks[0].closed && walks[1].length_m > 0.5 * walks[0].length_m) {
-    throw Error(fmt::format(
-        "two separate roads: {} and {}; choose one with --start-near-m X,Y (recipe: start_near_m)",
-        describe(walks[0]), describe(walks[1])));
+  for (std::size_t i = 1; i < ways.size(); ++i)
+    if (!together(ways[0], ways[i]) && ways[i].length_m > 0.5 * ways[0].length_m) return std::nullopt;
+  return ways[0];
+}
+
+/// The road of the surface: what a walk finds, unless the graph of the surface shows a closed road that the walk has
+/// lost or only a part of which it has found.
+Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph, const CentrelineOptions& options) {
+  const std::optional<RoadWay> way = closed_way(graph, options);
+  if (!way) return walk_road(mesh, surface, options);
+  try {
+    Walk walk = walk_road(mesh, surface, options);
+    if (walk.closed && way->length_m < kLostShare * walk.length_m) return walk;
+  } catch (const Error&) {  // the graph knows better
   }
-  return walks[0];
+  return walk_along(surface, *way);
 }
 
 /// Squares every station to the line through its neighbours and measures the edges again.
@@ -770,13 +477,9 @@ double signed_area_m2(const std::vector<Vector3d>& points) {
   return area;
 }
 
-}  // namespace
-
-Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options) {
-  const Mesh mesh = road_only(road);
-  if (mesh.triangles.empty()) throw Error("no road found: the mesh has no drivable triangles");
+Centreline trace(const Mesh& mesh, const RoadGraph& graph, const CentrelineOptions& options) {
   const RaySurface surface(mesh);
-  Walk walk = find_road(mesh, surface, options);
+  Walk walk = find_road(mesh, surface, graph, options);
   refine(surface, walk);
   measure(walk);
 
@@ -842,13 +545,6 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
   if (line.closed) {
     if (options.start_near_m) {
       start_at(line, *options.start_near_m);
-    } else if (options.start_object) {
-      const auto middle = middle_of_object(road.mesh, *options.start_object);
-      if (!middle) {
-        throw Error(fmt::format("no object named '{}' on the drivable surface; give one of its objects as "
-                                "start_object, or a point as start_near_m", *options.start_object));
-      }
-      start_at(line, *middle);
     } else {
       const auto first = static_cast<std::ptrdiff_t>(middle_of_longest_straight(line.points_m));
       std::rotate(line.points_m.begin(), line.points_m.begin() + first, line.points_m.end());
@@ -856,6 +552,42 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
     }
   }
   line.length_m = curve_length_m(line.points_m, line.closed);
+  return line;
+}
+
+double typical_width_m(const RoadGraph& graph) {
+  std::vector<double> half_width_m;
+  for (const RoadBranch& branch : graph.branches)
+    half_width_m.insert(half_width_m.end(), branch.half_width_m.begin(), branch.half_width_m.end());
+  return half_width_m.empty() ? 0.0 : 2.0 * median(std::move(half_width_m));
+}
+
+}  // namespace
+
+Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options) {
+  Mesh mesh = road_only(road);
+  if (mesh.triangles.empty()) throw Error("no road found: the mesh has no drivable triangles");
+  RoadGraph graph = road_graph(mesh);
+  CentrelineOptions placed = options;
+  if (options.start_object && !options.start_near_m) {
+    placed.start_near_m = middle_of_object(road.mesh, *options.start_object);
+    if (!placed.start_near_m) {
+      throw Error(fmt::format("no object named '{}' on the drivable surface; give one of its objects as "
+                              "start_object, or a point as start_near_m", *options.start_object));
+    }
+  }
+  const double width_m = typical_width_m(graph);
+  if (width_m >= kModelWidth_m || width_m < kSmallestWidth_m) return trace(mesh, graph, placed);
+
+  // A model circuit is traced as large as life, and the line made small again.
+  const double enlarged = kUsualWidth_m / width_m;
+  mesh.origin_m *= enlarged;
+  for (Vector3d& p : mesh.vertices_m) p *= enlarged;
+  if (placed.start_near_m) *placed.start_near_m *= enlarged;
+  Centreline line = trace(mesh, road_graph(mesh), placed);
+  for (Vector3d& p : line.points_m) p /= enlarged;
+  for (double& half_m : line.half_width_m) half_m /= enlarged;
+  line.length_m /= enlarged;
   return line;
 }
 

@@ -16,7 +16,7 @@ namespace road {
 namespace {
 
 // A race track is between a kart track and the Nordschleife with the hills around it.
-constexpr double kSmallestMesh_m = 10.0;
+constexpr double kSmallestMesh_m = 3.0;
 constexpr double kLargestMesh_m = 40e3;
 constexpr double kLargestCoordinate_m = 1e7;
 // Coordinates that snap to more than this ruin a 10 cm grid; below 1 mm nobody needs to know.
@@ -98,6 +98,7 @@ RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
     mesh.up = 'y';
     mesh.metres_per_unit = 1.0;
   }
+  if (extension == ".b3d") mesh.up = 'y';
   // assimp turns Collada and 3DS scenes to y up and Collada lengths to metres.
   if (extension == ".dae") {
     mesh.up = 'y';

@@ -70,13 +70,23 @@ class PlaneSpline {
   double knot_m_;
 };
 
+/// How much smaller than life the road of a model is: 1 for what is as wide as a road.
+double model_scale_of(const Centreline& centreline) {
+  std::vector<double> half_m = centreline.half_width_m;
+  if (half_m.empty()) return 1.0;
+  const auto middle = half_m.begin() + static_cast<std::ptrdiff_t>(half_m.size() / 2);
+  std::nth_element(half_m.begin(), middle, half_m.end());
+  const double width_m = 2.0 * *middle;
+  return width_m > 0.0 && width_m < kModelWidth_m ? width_m / kUsualWidth_m : 1.0;
+}
+
 /// Penalised least squares (P-spline): sum |p_i - S(t_i)|^2 + lambda * integral |S'''|^2 dt.
-PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<double>& t, double length_t, bool closed) {
-  const auto spans = static_cast<Eigen::Index>(std::max(closed ? 6.0 : 3.0, std::round(length_t / kKnotSpacing_m)));
+PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<double>& t, double length_t, bool closed, double model_scale) {
+  const auto spans = static_cast<Eigen::Index>(std::max(closed ? 6.0 : 3.0, std::round(length_t / (model_scale * kKnotSpacing_m))));
   const double knot_m = length_t / static_cast<double>(spans);
   const Eigen::Index unknowns = closed ? spans : spans + 3;
   const double density = static_cast<double>(points.size()) / length_t;
-  const double cutoff_radpm = 2.0 * std::numbers::pi / kSmoothingWavelength_m;
+  const double cutoff_radpm = 2.0 * std::numbers::pi / (model_scale * kSmoothingWavelength_m);
   const double lambda = density / std::pow(cutoff_radpm, 6);
   const double penalty = lambda / std::pow(knot_m, 5);
 
@@ -151,11 +161,12 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
   if (length_t < 10.0 * options.u_step_m) {
     throw Error(fmt::format("the centreline is {:.2f} m long; wanted at least ten steps of {} m", length_t, options.u_step_m));
   }
-  const PlaneSpline spline = fit_spline(points, t, length_t, centreline.closed);
+  const double model_scale = model_scale_of(centreline);
+  const PlaneSpline spline = fit_spline(points, t, length_t, centreline.closed, model_scale);
 
   double length_m = 0.0;
   {
-    const auto pieces = static_cast<std::size_t>(std::ceil(length_t / 0.1));
+    const auto pieces = static_cast<std::size_t>(std::ceil(length_t / (model_scale * 0.1)));
     Vector2d last = spline.at(0.0);
     for (std::size_t i = 1; i <= pieces; ++i) {
       const Vector2d next = spline.at(length_t * static_cast<double>(i) / static_cast<double>(pieces));
@@ -216,7 +227,7 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
     report->fit_residual_max_m = residual.back();
     report->fit_residual_p99_m = residual[static_cast<std::size_t>(0.99 * static_cast<double>(n - 1))];
     double largest_curvature = 0.0;
-    for (double at = 0.0; at < length_t; at += 0.25 * kKnotSpacing_m) {
+    for (double at = 0.0; at < length_t; at += 0.25 * model_scale * kKnotSpacing_m) {
       largest_curvature = std::max(largest_curvature, std::abs(spline.curvature(at)));
     }
     report->min_radius_m = largest_curvature > 0.0 ? 1.0 / largest_curvature : std::numeric_limits<double>::infinity();

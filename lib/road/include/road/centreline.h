@@ -20,6 +20,9 @@ struct Centreline {
   double length_m = 0.0;                   ///< along the smooth curve through the points
 };
 
+/// A road that is narrower is that of a model; lengths that suit a road of the usual width shrink with it.
+constexpr double kModelWidth_m = 3.0, kUsualWidth_m = 8.0;
+
 struct CentrelineOptions {
   bool reverse = false;                              ///< drive the other way round
   std::optional<Eigen::Vector2d> start_near_m;       ///< u = 0 where the line passes nearest to this map point

@@ -1,0 +1,13 @@
+// Stations along a way that the graph of a surface shows. Private to trace_centreline.
+#pragma once
+
+#include "road_graph.h"
+#include "stations.h"
+
+namespace road {
+
+/// Where one edge lies much farther out than elsewhere (a fork, a crossing) or nearer (a hole), the other edge and the
+/// usual width tell where the middle is; in a gap, the way itself does.
+Walk walk_along(const RaySurface& surface, const RoadWay& way);
+
+}  // namespace road
