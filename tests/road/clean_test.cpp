@@ -168,7 +168,7 @@ TEST(Clean, FindsTheSameRoadWithoutNames) {
 
 TEST(Clean, IgnoresNamesOnDemand) {
   CleanOptions options;
-  options.use_names = false;
+  options.use_names = road::UseNames::no;
   CleanReport report;
   road::clean(make_circuit(), options, &report);
   EXPECT_FALSE(report.by_names);
@@ -360,7 +360,7 @@ TEST(Clean, GivesTheSameResultTwice) {
 TEST(Clean, SurvivesMissingAndDoubledTriangles) {
   for (const bool names : {true, false}) {
     CleanOptions options;
-    options.use_names = names;
+    options.use_names = names ? road::UseNames::yes : road::UseNames::no;
     CleanReport report;
     const double whole = ring_area_m2(144, 156, 120);
     const RoadMesh fewer =

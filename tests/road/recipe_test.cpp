@@ -86,7 +86,7 @@ name_rules:
   EXPECT_EQ(recipe.name, "my track");
   EXPECT_EQ(recipe.read.up, UpAxis::y);
   EXPECT_EQ(recipe.read.unit, Unit::cm);
-  EXPECT_FALSE(recipe.clean.use_names);
+  EXPECT_EQ(recipe.clean.use_names, road::UseNames::no);
   EXPECT_DOUBLE_EQ(recipe.clean.weld_tolerance_m, 0.02);
   EXPECT_TRUE(recipe.centreline.reverse);
   EXPECT_EQ(recipe.centreline.start_near_m, Eigen::Vector2d(12.5, -300.0));

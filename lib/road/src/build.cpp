@@ -18,6 +18,7 @@
 #include "road/error.h"
 #include "road/gaps.h"
 #include "road/place.h"
+#include "road/plausible.h"
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
@@ -237,7 +238,10 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
     level.z_m.clear();  // the values are frictions as they stand
     files::write_file(outputs.staged(friction_crg), crg::to_bytes(track_crg(level, std::move(*friction)), recipe.format));
   });
-  stage("validate", [&] { summary.validate = validate(outputs.staged(road_crg), mesh, validate_options); });
+  stage("validate", [&] {
+    summary.validate = validate(outputs.staged(road_crg), mesh, validate_options);
+    if (!recipe.line_is_right) summary.validate.doubts = doubts_about(centreline, surface, mesh, summary.clean);
+  });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);
   if (evidence) {
     evidence->mesh = std::move(mesh);

@@ -16,6 +16,7 @@
 #include "mesh_topology.h"
 #include "name_pattern.h"
 #include "road/error.h"
+#include "road_graph.h"
 #include "strip_ends.h"
 
 namespace road {
@@ -38,6 +39,14 @@ constexpr double kTouch_m = 0.05;
 // bridge; kerbs are lower.
 constexpr double kWallHeight_m = 0.25;
 constexpr double kDropHeight_m = 0.5;
+// Names that geometry confirms to this degree are believed without a second look.
+constexpr double kNamesAreRight = 0.9;
+// Shape is taken where it shows this much more road than the names do.
+constexpr double kClearlyMore = 1.1;
+// The longest piece of missing road that a look at the whole takes for a gap.
+constexpr double kRoadGap_m = 12.0;
+// Where geometry finds no road it looks again at a model this many times as large.
+constexpr double kModelScale = 10.0;
 // A second component with this share of the largest one's road is another circuit, not a leftover.
 constexpr double kOtherCircuitShare = 0.3;
 
@@ -316,6 +325,14 @@ std::vector<Triangle> road_triangles(const Soup& soup) {
   return out;
 }
 
+/// The same as a mesh in the frame of the vertices.
+Mesh surface_of(const Soup& soup) {
+  Mesh surface;
+  surface.vertices_m = soup.vertices_m;
+  surface.triangles = road_triangles(soup);
+  return surface;
+}
+
 /// Where the named road has a gap that pieces of other classes fill, calls these road. True if any.
 bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
                                 const std::vector<bool>& may_fill,
@@ -354,6 +371,74 @@ bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
         mesh.objects[mesh.object_of_triangle[filling.front()]].name));
   }
   return any;
+}
+
+/// Triangles of the mesh that carry the road from p to q.
+struct Bridge {
+  Eigen::Vector3d p, q;
+  std::vector<std::uint32_t> triangles;
+};
+
+/// How much of the straight line from p to q lies on the triangles of one object, within `reach_m` in height; their
+/// flat triangles between the two ends are added to `carrying`.
+double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t object, const Eigen::Vector3d& p,
+               const Eigen::Vector3d& q, double half_width_m, std::vector<std::uint32_t>& carrying) {
+  const double length_m = (q - p).head<2>().norm(), reach_m = std::max(1.0, 0.1 * length_m);
+  const Eigen::Vector2d along = (q - p).head<2>() / length_m;
+  constexpr int kPlaces = 40;
+  std::array<bool, kPlaces> on{};
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (mesh.object_of_triangle[i] != object || !flat[i]) continue;
+    bool near = true;
+    for (int c = 0; c < 3 && near; ++c) {
+      const Eigen::Vector2d to = (mesh.vertex(i, c) - p).head<2>();
+      const double s_m = to.dot(along), aside_m = std::abs(to.x() * along.y() - to.y() * along.x());
+      const double z_m = p.z() + std::clamp(s_m / length_m, 0.0, 1.0) * (q.z() - p.z());
+      near = s_m > -2.0 * half_width_m && s_m < length_m + 2.0 * half_width_m && aside_m < 2.0 * half_width_m &&
+             std::abs(mesh.vertex(i, c).z() - z_m) < reach_m;
+    }
+    if (!near) continue;
+    carrying.push_back(i);
+    const Eigen::Vector3d &a = mesh.vertex(i, 0), &b = mesh.vertex(i, 1), &c = mesh.vertex(i, 2);
+    for (std::size_t k = 0; k < kPlaces; ++k) {
+      const Eigen::Vector2d at = p.head<2>() + length_m * (static_cast<double>(k) + 0.5) / kPlaces * along;
+      const auto side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+        return (to - from).x() * (at.y() - from.y()) - (to - from).y() * (at.x() - from.x());
+      };
+      const double ab = side(a, b), bc = side(b, c), ca = side(c, a);
+      on[k] = on[k] || (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
+    }
+  }
+  return static_cast<double>(std::count(on.begin(), on.end(), true)) / kPlaces;
+}
+
+/// Where two ends of the road face each other, an object of another class may carry it from one to the other: a bridge
+/// that has a name or a material of its own, and is taken as road.
+std::vector<Bridge> fill_gaps_between_ends(const Mesh& mesh, const RoadGraph& graph, const std::vector<bool>& flat,
+                                           std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts) {
+  std::vector<Bridge> bridges;
+  for (const RoadBranch& gap : graph.branches) {
+    // Shorter ones are crossed where the line is traced; what carries it there may be anything.
+    if (!gap.is_gap || gap.gap_m < 3.0 * gap.half_width_m.front()) continue;
+    const Eigen::Vector3d &p = gap.points_m.front(), &q = gap.points_m.back();
+    const double half_m = std::max(gap.half_width_m.front(), gap.half_width_m.back());
+    std::vector<std::uint32_t> best;
+    double best_share = 0.0;
+    for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
+      std::vector<std::uint32_t> carrying;
+      const double share = carried(mesh, flat, object, p, q, half_m, carrying);
+      if (share > best_share) best_share = share, best = std::move(carrying);
+    }
+    if (best_share < 0.9 * gap.gap_m / gap.length_m) continue;
+    for (const std::uint32_t i : best) class_of_triangle[i] = SurfaceClass::road;
+    const Eigen::Vector3d place = mesh.origin_m + 0.5 * (p + q);
+    const MeshObject& object = mesh.objects[mesh.object_of_triangle[best.front()]];
+    bridges.push_back({p, q, std::move(best)});
+    facts.remarks.push_back(fmt::format("a gap of {:.0f} m in the road at ({:.1f}, {:.1f}) is bridged by object '{}'{}, taken as road", gap.gap_m,
+                                        place.x(), place.y(), object.name,
+                                        object.texture.empty() ? "" : fmt::format(" (texture '{}')", object.texture)));
+  }
+  return bridges;
 }
 
 /// Closes gaps across the strip made of the triangles that `of` admits by triangles between the
@@ -484,10 +569,39 @@ std::vector<std::uint32_t> touching_components(const Soup& soup, std::size_t& by
   return number;
 }
 
+/// What a bridge and the roads at its two ends belong to becomes one component.
+void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges, std::vector<std::uint32_t>& component) {
+  for (const Bridge& bridge : bridges) {
+    std::array<double, 2> nearest_m{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    std::array<std::uint32_t, 2> at{kNoIndex, kNoIndex};
+    std::vector<std::uint32_t> together;
+    for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
+      if (soup.surface_class[i] != SurfaceClass::road) continue;
+      if (std::binary_search(bridge.triangles.begin(), bridge.triangles.end(), soup.source[i])) {
+        together.push_back(component[i]);
+        continue;
+      }
+      for (std::size_t end = 0; end < 2; ++end) {
+        for (const std::uint32_t vertex : soup.triangles[i]) {
+          const double d = (soup.vertices_m[vertex] - (end == 0 ? bridge.p : bridge.q)).norm();
+          if (d < nearest_m[end]) nearest_m[end] = d, at[end] = component[i];
+        }
+      }
+    }
+    for (const std::uint32_t c : at)
+      if (c != kNoIndex) together.push_back(c);
+    if (together.empty()) continue;
+    const std::uint32_t one = *std::min_element(together.begin(), together.end());
+    for (std::uint32_t& c : component)
+      if (std::find(together.begin(), together.end(), c) != together.end()) c = one;
+  }
+}
+
 /// Keeps the connected surface that carries the most road; refuses to choose between circuits.
-void keep_one_circuit(Soup& soup, const Eigen::Vector3d& origin_m, const CleanOptions& options,
-                      CleanReport& facts) {
-  const std::vector<std::uint32_t> component = touching_components(soup, facts.components);
+void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges, const Eigen::Vector3d& origin_m,
+                      const CleanOptions& options, CleanReport& facts) {
+  std::vector<std::uint32_t> component = touching_components(soup, facts.components);
+  join_by_bridges(soup, bridges, component);
   struct Part {
     double road_m2 = 0.0;
     double distance_m = std::numeric_limits<double>::infinity();
@@ -581,7 +695,11 @@ std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<b
     }
   }
   std::sort(surface.walls.begin(), surface.walls.end());
-  const ShapeClasses found = classify_by_shape(surface);
+  ShapeClasses found = classify_by_shape(surface);
+  if (found.road_length_m == 0.0) {  // perhaps a model
+    for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
+    found = classify_by_shape(surface);
+  }
   for (std::size_t i = 0; i < ground.source.size(); ++i)
     classes[ground.source[i]] = found.class_of_triangle[i];
   return classes;
@@ -602,50 +720,31 @@ double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
   return either_m2 > 0.0 ? both_m2 / either_m2 : 0.0;
 }
 
-}  // namespace
+/// What is known of every triangle before anything is kept.
+struct Triangles {
+  std::vector<bool> empty, flat;
+};
 
-RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
+/// A cleaned surface, and the road that its graph shows.
+struct Cleaning {
+  Soup soup;
   CleanReport facts;
-  facts.triangles_in = mesh.triangles.size();
-  facts.weld_tolerance_m = options.weld_tolerance_m;
-  facts.snap_tolerance_m = options.snap_tolerance_m;
+  std::vector<SurfaceClass> class_of_triangle;
+};
 
-  NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
-  std::vector<SurfaceClass> class_of_object;
-  class_of_object.reserve(mesh.objects.size());
-  for (const MeshObject& object : mesh.objects) {
-    class_of_object.push_back(table.class_of(object).value_or(SurfaceClass::scenery));
-  }
-  const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
-  std::vector<SurfaceClass> class_of_triangle(mesh.triangles.size());
-  std::vector<bool> flat(mesh.triangles.size()), empty(mesh.triangles.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    class_of_triangle[i] = class_of_object[mesh.object_of_triangle[i]];
-    const Eigen::Vector3d area =
-        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2));
-    empty[i] = area.norm() < kZeroArea_m2;
-    flat[i] = !empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
-  }
-
-  const bool has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
-                                        SurfaceClass::road) != class_of_object.end();
-  facts.by_names = options.use_names && has_named_road;
-  const std::vector<SurfaceClass> by_shape = classes_by_shape(mesh, empty, flat, options);
-  if (facts.by_names) {
-    facts.road_agreement = agreement(mesh, class_of_triangle, by_shape, flat);
-  } else {
-    class_of_triangle = by_shape;
-  }
-
+/// Everything from classes to a welded surface. With `doubtful` classes (nobody confirms them) also gaps that are
+/// longer than a crack are looked at.
+Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector<SurfaceClass> class_of_triangle, const CleanOptions& options,
+                       CleanReport facts, bool doubtful) {
   const auto build_soup = [&](CleanReport& counted) {
     std::vector<std::uint32_t> kept;
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
       const SurfaceClass surface_class = class_of_triangle[i];
       if (surface_class == SurfaceClass::barrier || surface_class == SurfaceClass::scenery) {
         ++counted.dropped[to_string(surface_class)];
-      } else if (empty[i]) {
+      } else if (triangles.empty[i]) {
         ++counted.dropped["zero area"];
-      } else if (!flat[i] && surface_class != SurfaceClass::kerb) {
+      } else if (!triangles.flat[i] && surface_class != SurfaceClass::kerb) {
         ++counted.dropped["too steep"];
       } else {
         kept.push_back(i);
@@ -655,11 +754,18 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   };
   CleanReport first = facts;
   Soup soup = build_soup(first);
-  if (fill_gaps_from_other_names(mesh, soup, flat, class_of_triangle, facts)) {
+  if (fill_gaps_from_other_names(mesh, soup, triangles.flat, class_of_triangle, facts)) {
     first = facts;
     soup = build_soup(first);
   }
   facts = std::move(first);
+  std::vector<Bridge> bridges;
+  if (doubtful) bridges = fill_gaps_between_ends(mesh, road_graph(surface_of(soup)), triangles.flat, class_of_triangle, facts);
+  if (!bridges.empty()) {
+    facts.dropped.clear();
+    facts.vertices_welded = facts.faces_turned = 0;
+    soup = build_soup(facts);
+  }
   double snap_height_m = kSnapHeight_m;
   if (options.snap_tolerance_m > 0.0 && is_torn(soup.triangles)) {
     snap_height_m = kTornHeight_m;
@@ -675,7 +781,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   bridge_gaps(
       soup, [&](std::size_t i) { return soup.surface_class[i] == SurfaceClass::road; },
       mesh.origin_m, options, facts);
-  keep_one_circuit(soup, mesh.origin_m, options, facts);
+  keep_one_circuit(soup, bridges, mesh.origin_m, options, facts);
   if (soup.triangles.empty()) {
     throw Error(
         fmt::format("nothing to drive on: {} triangles in {} objects, none of them road; give a "
@@ -683,6 +789,102 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
                     "or name rules that find it",
                     mesh.triangles.size(), mesh.objects.size()));
   }
+  return {std::move(soup), std::move(facts), std::move(class_of_triangle)};
+}
+
+/// How much road a surface shows: the longest way through it, less what is not closed, and less what lies beside it.
+struct RoadShown {
+  double length_m = 0.0, share = 0.0;
+  bool closed = false;
+  double worth() const { return length_m * (closed ? 1.0 : 0.6) * std::sqrt(share); }
+};
+
+RoadShown road_shown(const Soup& soup) {
+  const RoadGraph graph = road_graph(surface_of(soup));
+  const std::vector<RoadWay> ways = road_ways(graph, kRoadGap_m, 1);
+  if (ways.empty()) return {};
+  double way_m2 = 0.0;
+  const auto& points = ways[0].points_m;
+  for (std::size_t i = 1; i < points.size(); ++i) way_m2 += 2.0 * ways[0].half_width_m[i] * (points[i] - points[i - 1]).head<2>().norm();
+  return {ways[0].length_m, std::min(1.0, way_m2 / graph.area_m2), ways[0].closed};
+}
+
+/// Both ways of telling road from scenery, and of these the one that shows more of a road; says which and why.
+/// Throws what the names' way throws, with what shape finds as a way out.
+Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles, std::vector<SurfaceClass> by_names,
+                        std::vector<SurfaceClass> by_shape, const CleanOptions& options, const CleanReport& facts) {
+  CleanReport shape_facts = facts;
+  shape_facts.by_names = false;
+  const auto text = [](const RoadShown& shown) {
+    return shown.length_m == 0.0 ? std::string("no road")
+                                 : fmt::format("{} road of about {:.0f} m ({:.0f} % of what looks like road)", shown.closed ? "a closed" : "an open",
+                                               shown.length_m, 100.0 * shown.share);
+  };
+  std::optional<Cleaning> shaped;
+  try {
+    shaped = clean_classes(mesh, triangles, std::move(by_shape), options, std::move(shape_facts), true);
+  } catch (const Error&) {  // shape finds nothing: then it is for the names to say what is wrong
+  }
+  const RoadShown by_form = shaped ? road_shown(shaped->soup) : RoadShown{};
+  std::optional<Cleaning> named;
+  try {
+    named = clean_classes(mesh, triangles, std::move(by_names), options, facts, true);
+  } catch (const Error& refused) {
+    if (by_form.length_m == 0.0) throw;
+    throw Error(fmt::format("{}; or take what shape alone finds, {}: --use-names false", refused.what(), text(by_form)));
+  }
+  const RoadShown by_name = road_shown(named->soup);
+  const bool take_shape = by_form.worth() > kClearlyMore * by_name.worth();
+  Cleaning& taken = take_shape ? *shaped : *named;
+  taken.facts.remarks.push_back(fmt::format("names and shape disagree about what is road: by names {}, by shape {}; taken by {} (--use-names {} takes the other)",
+                                            text(by_name), text(by_form), take_shape ? "shape" : "names", take_shape ? "true" : "false"));
+  return std::move(taken);
+}
+
+}  // namespace
+
+RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
+  CleanReport facts;
+  facts.triangles_in = mesh.triangles.size();
+  facts.weld_tolerance_m = options.weld_tolerance_m;
+  facts.snap_tolerance_m = options.snap_tolerance_m;
+
+  NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
+  std::vector<SurfaceClass> class_of_object;
+  class_of_object.reserve(mesh.objects.size());
+  for (const MeshObject& object : mesh.objects) {
+    class_of_object.push_back(table.class_of(object).value_or(SurfaceClass::scenery));
+  }
+  const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
+  std::vector<SurfaceClass> by_names(mesh.triangles.size());
+  Triangles triangles;
+  triangles.flat.resize(mesh.triangles.size());
+  triangles.empty.resize(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    by_names[i] = class_of_object[mesh.object_of_triangle[i]];
+    const Eigen::Vector3d area =
+        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2));
+    triangles.empty[i] = area.norm() < kZeroArea_m2;
+    triangles.flat[i] = !triangles.empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
+  }
+
+  const bool has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
+                                        SurfaceClass::road) != class_of_object.end();
+  std::vector<SurfaceClass> by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
+  if (options.use_names != UseNames::no && has_named_road) {
+    facts.by_names = true;
+    facts.road_agreement = agreement(mesh, by_names, by_shape, triangles.flat);
+  }
+  Cleaning cleaning;
+  if (!facts.by_names) {
+    cleaning = clean_classes(mesh, triangles, std::move(by_shape), options, std::move(facts), true);
+  } else if (options.use_names == UseNames::yes || options.near_m || *facts.road_agreement >= kNamesAreRight) {
+    cleaning = clean_classes(mesh, triangles, std::move(by_names), options, std::move(facts), false);
+  } else {
+    cleaning = more_plausible(mesh, triangles, std::move(by_names), std::move(by_shape), options, facts);
+  }
+  Soup& soup = cleaning.soup;
+  facts = std::move(cleaning.facts);
   soup.compact();
   facts.non_manifold_edges = adjacency(soup.triangles).non_manifold_edges;
   facts.boundary_loops = count_borders(soup.triangles);
@@ -696,7 +898,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
     road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
   road.mesh.objects = mesh.objects;
   road.class_of_triangle = std::move(soup.surface_class);
-  facts.class_of_triangle = std::move(class_of_triangle);
+  facts.class_of_triangle = std::move(cleaning.class_of_triangle);
   for (const SurfaceClass surface_class : road.class_of_triangle)
     ++facts.kept[to_string(surface_class)];
   facts.triangles_kept = road.mesh.triangles.size();

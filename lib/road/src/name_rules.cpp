@@ -46,18 +46,13 @@ std::vector<NameRule> default_name_rules() {
       assetto(R"(^\d+(kerb|curb))", kerb),
       assetto(R"(^\d+(grass|sand|gravel|runoff|dirt|turf))", runoff),
       assetto(R"(^\d+(wall|fence|armco|barr))", barrier),
-      // Plain words, rFactor's four-letter ones among them; the object's name before the
-      // material's.
+      // Plain words, rFactor's four-letter ones among them. Scenery and walls by the object's name first; else the
+      // material tells more than the object: one object "track" may hold grass, asphalt and painted lines.
       words(object,
             "(^|[^a-z])(tree|bush|forest|crowd|stand|grandstand|gantry|building|house|sign|board|"
             "light|car|tent|sky|terrain|hill|mountain)",
             scenery),
       words(object, "(^|[^a-z])(wall|fence|barrier|armco|guard|tyre|tire|cone|pylon)", barrier),
-      words(object, "(^|[^a-z])(kerb|curb|rmbl|rumble)", kerb),
-      words(object, "(^|[^a-z])(road|asphalt|tarmac|track|rdap|racingsurface|pitlane)", road),
-      words(object,
-            "(^|[^a-z])(run_?-?off|grass|grss|gravel|grav|sand|verge|shoulder|dirt|concrete|cemt)",
-            runoff),
       words(material,
             "(^|[^a-z])(tree|bush|forest|crowd|stand|gantry|building|house|sign|board|leaf|leaves|"
             "trunk|sky|terrain)",
@@ -66,6 +61,11 @@ std::vector<NameRule> default_name_rules() {
       words(material, "(^|[^a-z])(kerb|curb|rmbl|rumble)", kerb),
       words(material, "(^|[^a-z])(road|asphalt|tarmac|rdap)", road),
       words(material, "(^|[^a-z])(run_?-?off|grass|grss|gravel|grav|sand|verge|shoulder|dirt|cemt)",
+            runoff),
+      words(object, "(^|[^a-z])(kerb|curb|rmbl|rumble)", kerb),
+      words(object, "(^|[^a-z])(road|asphalt|tarmac|track|rdap|racingsurface|pitlane)", road),
+      words(object,
+            "(^|[^a-z])(run_?-?off|grass|grss|gravel|grav|sand|verge|shoulder|dirt|concrete|cemt)",
             runoff),
   };
 }

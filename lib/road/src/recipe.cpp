@@ -216,9 +216,12 @@ std::vector<RecipeKey> make_keys() {
                            "the mesh may refer to files outside its folder",
                            [](Recipe& r) -> bool& { return r.read.allow_outside; }));
   // clean
-  keys.push_back(yes_or_no("clean", "use_names",
-                           "classify by object, material and texture names; false: by shape alone",
-                           [](Recipe& r) -> bool& { return r.clean.use_names; }));
+  keys.push_back(choice<UseNames>(
+      "clean", "use_names",
+      {{"automatic", UseNames::automatic}, {"true", UseNames::yes}, {"false", UseNames::no}},
+      "classify by object, material and texture names, or (false) by shape alone; automatic: what finds the more "
+      "plausible road",
+      [](Recipe& r) -> UseNames& { return r.clean.use_names; }));
   keys.push_back(number("clean", "weld_tolerance_m", 0.0, 0.1,
                         "vertices closer than this become one",
                         [](Recipe& r) -> double& { return r.clean.weld_tolerance_m; }));
@@ -399,6 +402,9 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(number("validate", "validate_reach_m", 0.01, 100.0,
                         "a mesh surface further above or below is another one",
                         [](Recipe& r) -> double& { return r.validate.reach_m; }));
+  keys.push_back(yes_or_no("validate", "line_is_right",
+                           "somebody has looked at the picture and the line is the road: doubts about it do not count",
+                           [](Recipe& r) -> bool& { return r.line_is_right; }));
   keys.push_back(number("validate", "max_z_error_p99_m", 0.0, 100.0,
                         "validation fails when 1 % of the points are further from the mesh",
                         [](Recipe& r) -> double& { return r.limits.max_z_error_p99_m; }));

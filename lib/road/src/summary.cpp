@@ -472,6 +472,7 @@ std::vector<std::string> validation_failures(const ValidateReport& report,
     failures.push_back(
         fmt::format("the height steps by {:.4g} m at the seam, at most {:.4g} m wanted",
                     report.seam_z_step_m, limits.max_seam_z_step_m));
+  failures.insert(failures.end(), report.doubts.begin(), report.doubts.end());
   return failures;
 }
 

@@ -31,9 +31,13 @@ struct NameRule {
 /// and plain words (road, asphalt, kerb, curb, grass, gravel, tree, wall, fence ...).
 std::vector<NameRule> default_name_rules();
 
+/// What tells road from scenery. `automatic`: the names, unless geometry alone disagrees with them and
+/// finds the more plausible road.
+enum class UseNames : std::uint8_t { automatic, yes, no };
+
 struct CleanOptions {
   std::vector<NameRule> name_rules = default_name_rules();
-  bool use_names = true;           ///< false: geometry alone, as for STL
+  UseNames use_names = UseNames::automatic;
   double weld_tolerance_m = 1e-3;  ///< vertices closer than this become one
   double max_slope_deg = 45.0;     ///< steeper triangles are no road or run-off (kerb faces may be)
   /// Border vertices this near each other in plan become one: cracks of re-exported meshes. They

@@ -45,6 +45,7 @@ struct Recipe {
   crg::Format format = crg::Format::KRBI;
   ValidateOptions validate;
   ValidateLimits limits;
+  bool line_is_right = false;  ///< somebody has looked: doubts about the line do not count
 };
 
 /// One key of track.yaml that holds a number, a word or a short list. The same list feeds the
