@@ -21,9 +21,9 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-[[noreturn]] void fail(const std::string& file, const YAML::Mark& mark,
-                       const std::string& message) {
-  // A damaged word may be as long as the file.
+[[noreturn]] void fail(const std::string& file, const YAML::Mark& mark, const std::string& words) {
+  // A damaged word may be as long as the file, and hold line breaks.
+  const std::string message = files::one_line(words);
   throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1,
                           message.size() > 1000 ? message.substr(0, 300) + " ... " +
                                                       message.substr(message.size() - 500)
@@ -391,12 +391,12 @@ Circuit read_circuit(const std::string& path) {
   try {
     root = YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    fail(path, error.mark, "no valid YAML: " + files::one_line(error.msg));
+    fail(path, error.mark, "no valid YAML: " + error.msg);
   }
   try {
     return Circuit(read_design(path, root));
   } catch (const YAML::Exception& error) {
-    fail(path, error.mark, "no valid circuit: " + files::one_line(error.msg));
+    fail(path, error.mark, "no valid circuit: " + error.msg);
   } catch (const Error& error) {
     const std::string said = error.what();
     if (said.rfind(path, 0) == 0) throw;

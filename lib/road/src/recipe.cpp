@@ -450,7 +450,8 @@ std::string nearest_key(std::string_view unknown) {
 class Place {
  public:
   explicit Place(std::string path) : path_(std::move(path)) {}
-  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& text) const {
+  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& words) const {
+    const std::string text = files::one_line(words);  // a damaged word may hold line breaks
     throw Error(mark.is_null() ? fmt::format("{}: {}", path_, text)
                                : fmt::format("{}:{}: {}", path_, mark.line + 1, text));
   }
@@ -616,7 +617,7 @@ Recipe read_recipe(const std::string& path) {
   try {
     recipe = parse_recipe(text, place);
   } catch (const YAML::Exception& error) {
-    place.fail(error.mark, "no valid YAML: " + files::one_line(error.msg));
+    place.fail(error.mark, "no valid YAML: " + error.msg);
   }
   recipe.mesh_path = beside(path, recipe.mesh_path);
   if (recipe.control_points_path)
