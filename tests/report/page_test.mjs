@@ -83,9 +83,8 @@ const painted = (page, selector) => page.$eval(selector, (canvas) => {
 const drawnTexts = (page, selector) => page.$eval(selector, (canvas) => window.drawnTexts(canvas).filter(([text]) => text !== ''));
 /// What a click on a button saves.
 async function saved(page, button) {
-  // A busy browser may lose a click among many downloads: a user would click again.
-  const click = () => Promise.all([page.waitForEvent('download', { timeout: 20000 }), typeof button === 'string' ? page.click(button) : button.click()]);
-  const [download] = await click().catch(click).catch(click);
+  await page.waitForTimeout(200);  // Chromium drops, without a word, what is saved faster than some ten files a second
+  const [download] = await Promise.all([page.waitForEvent('download'), typeof button === 'string' ? page.click(button) : button.click()]);
   const bytes = readFileSync(await download.path());
   return { name: download.suggestedFilename(), bytes, text: bytes.toString('utf8') };
 }
@@ -453,12 +452,12 @@ try {
     const pictures = await page.$$('[data-save="png"]'), tables = await page.$$('[data-save="csv"]');
     check(pictures.length >= 9 && tables.length === pictures.length, `every plot can be saved (${pictures.length})`);
     const names = new Set();
-    for (const button of pictures.slice(0, 2)) {  // one of many downloads was never seen to arrive; cause not found
+    for (const button of pictures) {
       const { name, bytes } = await saved(page, button);
       names.add(name);
       check(bytes.length > 500 && bytes.readUInt32BE(0) === 0x89504e47 && bytes.readUInt32BE(16) >= 100, `${name} is a picture (${bytes.length} bytes)`);
     }
-    for (const button of tables.slice(0, 2)) {
+    for (const button of tables) {
       const { name, text: table } = await saved(page, button);
       names.add(name);
       const lines = table.trim().split('\r\n');
@@ -469,7 +468,7 @@ try {
       if (name.includes('drift')) check(lines[0] === '"u / m","\'=Drift / mm"' || lines[0] === 'u / m,"\'=Drift / mm"', `${name} keeps a formula as text (${lines[0]})`);
       if (name.includes('extra')) check(lines[0] === 'v / m,"\'=1+1: z / m","say ""hi"", you: z / m","\'\t@x: z / m"' && lines[1] === '-1,0.5,-0.5,1', `${name} quotes what it has to (${lines[0]})`);
     }
-    check(names.size === 4, `every file has its own name (${names.size})`);
+    check(names.size === pictures.length + tables.length, 'no two files have one name');
     check([...names].every((name) => /^Crossing-[\w.-]+\.(png|csv)$/.test(name)), `names of files are plain (${[...names].join(' ')})`);
     check(problems.length === 0, `crossing: no console message: ${problems.join(' | ')}`);
     if (shots) await page.screenshot({ path: join(shots, 'crossing-full.png'), fullPage: true });
