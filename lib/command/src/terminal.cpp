@@ -54,19 +54,6 @@ void write_to(std::FILE* file, std::string_view text) {
 
 }  // namespace
 
-std::string one_line(const std::string& text) {
-  std::string out;
-  for (char c : text) {
-    const bool control = static_cast<unsigned char>(c) < 32 || c == 127;
-    if (!control)
-      out += c;
-    else if (!out.empty() && out.back() != ' ')
-      out += ' ';
-  }
-  while (!out.empty() && out.back() == ' ') out.pop_back();
-  return out;
-}
-
 std::string shell_word(const std::string& word) {
   const auto plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 ||

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "files/one_line.h"
 #include "files/read_file.h"
 #include "road/circuit.h"
 #include "road/error.h"
@@ -22,12 +21,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 [[noreturn]] void fail(const std::string& file, const YAML::Mark& mark, const std::string& words) {
-  // A damaged word may be as long as the file, and hold line breaks.
-  const std::string message = files::one_line(words);
-  throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1,
-                          message.size() > 1000 ? message.substr(0, 300) + " ... " +
-                                                      message.substr(message.size() - 500)
-                                                : message));
+  throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1, words));
 }
 
 std::string joined(const std::vector<std::string>& words) {

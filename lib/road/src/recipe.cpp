@@ -15,7 +15,6 @@
 #include <sstream>
 
 #include "name_pattern.h"
-#include "files/one_line.h"
 #include "road/error.h"
 
 namespace road {
@@ -451,9 +450,8 @@ class Place {
  public:
   explicit Place(std::string path) : path_(std::move(path)) {}
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& words) const {
-    const std::string text = files::one_line(words);  // a damaged word may hold line breaks
-    throw Error(mark.is_null() ? fmt::format("{}: {}", path_, text)
-                               : fmt::format("{}:{}: {}", path_, mark.line + 1, text));
+    throw Error(mark.is_null() ? fmt::format("{}: {}", path_, words)
+                               : fmt::format("{}:{}: {}", path_, mark.line + 1, words));
   }
   const std::string& path() const { return path_; }
 

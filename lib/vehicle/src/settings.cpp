@@ -8,7 +8,6 @@
 #include <cmath>
 #include <set>
 
-#include "files/one_line.h"
 #include "files/read_file.h"
 #include "vehicle/error.h"
 
@@ -80,8 +79,7 @@ Setting read_settings(const std::string& path) {
   try {
     return copy(YAML::Load(text), path, count);
   } catch (const YAML::Exception& error) {
-    throw Error(
-        fmt::format("{}:{}: no YAML: {}", path, error.mark.line + 1, files::one_line(error.msg)));
+    throw Error(fmt::format("{}:{}: no YAML: {}", path, error.mark.line + 1, error.msg));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "files/one_line.h"
 #include "files/progress.h"
 
 namespace command {
@@ -74,8 +75,7 @@ class Terminal {
   bool done_ = false, visible_ = false;
 };
 
-/// Control characters replaced, line breaks too: an error is one line whatever a file name holds.
-std::string one_line(const std::string& text);
+using files::one_line;
 
 /// A path or another word as a shell takes it: in quotes where it needs them.
 std::string shell_word(const std::string& word);
