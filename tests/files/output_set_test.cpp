@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/inotify.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -214,6 +215,30 @@ TEST(OutputSet, GivenUpLeavesTheFolderAsItWas) {
             }), 0);
   EXPECT_EQ(names_in(out), (Names{"a.crg", "manifest.json"}));
   EXPECT_EQ(folder.read("out/a.crg"), "a.crg");
+}
+
+TEST(OutputSet, GivenUpRemovesTheLockAfterAllThatItGuards) {
+  const support::TemporaryFolder folder;
+  const std::string out = folder.path("out");
+  run(out, "a", {"a.crg"});
+  const int watch = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  ASSERT_GE(::inotify_add_watch(watch, out.c_str(), IN_DELETE), 0);
+  EXPECT_EQ(killed([&] {
+              const OutputSet set(out, "tool make");
+              files::abandon_writes();
+              ::_exit(0);
+              return 0;
+            }), 0);
+  alignas(inotify_event) char events[4096];
+  const ssize_t count = ::read(watch, events, sizeof events);
+  ::close(watch);
+  std::vector<std::string> removed;
+  for (ssize_t at = 0; at < count;) {
+    const auto* event = reinterpret_cast<const inotify_event*>(events + at);
+    removed.emplace_back(event->name);
+    at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+  }
+  EXPECT_THAT(removed, ElementsAre(".kerbstone.new", ".kerbstone.lock"));
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
-#include <set>
+#include <vector>
 
 #include "files/error.h"
 #include "unfinished.h"
@@ -128,8 +128,8 @@ int create_temporary(const std::string& folder, const std::string& stem, std::st
   }
 }
 
-std::set<std::string>& unfinished() {
-  static auto& paths = *new std::set<std::string>;  // never destroyed: the watching thread may outlive main
+std::vector<std::string>& unfinished() {
+  static auto& paths = *new std::vector<std::string>;  // never destroyed: the watching thread may outlive main
   return paths;
 }
 
@@ -140,14 +140,16 @@ std::recursive_mutex& unfinished_guard() {
   return guard;
 }
 
-void add_unfinished(const std::string& path) { unfinished().insert(fs::absolute(path).string()); }
-void drop_unfinished(const std::string& path) { unfinished().erase(fs::absolute(path).string()); }
+void add_unfinished(const std::string& path) { unfinished().push_back(fs::absolute(path).string()); }
+void drop_unfinished(const std::string& path) { std::erase(unfinished(), fs::absolute(path).string()); }
 
 void abandon_writes() noexcept {
   unfinished_guard().lock();
-  for (const std::string& path : unfinished()) {
+  // The newest first, so that a folder's lock goes after all that it guards: whoever takes the lock
+  // next makes things of the same names.
+  for (auto path = unfinished().rbegin(); path != unfinished().rend(); ++path) {
     std::error_code ignored;
-    fs::remove_all(path, ignored);
+    fs::remove_all(*path, ignored);
   }
 }
 
