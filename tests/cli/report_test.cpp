@@ -10,7 +10,9 @@
 #include <sstream>
 
 #include "crg/file.h"
+#include "support/places.h"
 #include "support/run_crgbuild.h"
+#include "support/run_tool.h"
 
 namespace cli {
 namespace {
@@ -76,6 +78,20 @@ TEST_F(Reported, AgainstPointsMeasuredOnIt) {
   const Ran wrong = crgbuild({"report", out("stadium.crg"), "--cloud", *folder / "elsewhere.xyz", "-o", *folder / "nothing"});
   EXPECT_EQ(wrong.code, 1);
   EXPECT_THAT(wrong.err, HasSubstr("none of its 2 points"));
+}
+
+TEST_F(Reported, TheCommandOfTheReportMakesItAgain) {
+  const std::string mesh = *folder / "the stadium's.obj", to = *folder / "once more", report = to + "/report.json";
+  write(mesh, Stadium{}.obj());
+  const Ran first = crgbuild({"build", mesh, "-o", to, "--reverse", "--line-is-right", "--name", "it's", "--v-max-m", "12"});
+  ASSERT_EQ(first.code, 0) << first.err;
+  const std::string line = Json::parse(read(report))["command_line"].get<std::string>();
+  EXPECT_THAT(line, ::testing::StartsWith("crgbuild build "));
+  std::filesystem::remove_all(to);
+  const support::ToolRun again =
+      support::run_tool("/bin/bash", {"-c", places::crgbuild() + line.substr(line.find(' '))});
+  ASSERT_EQ(again.code, 0) << line << "\n" << again.err;
+  EXPECT_EQ(Json::parse(read(report))["command_line"], line);
 }
 
 TEST_F(Reported, WrongInputEndsInOneLineAndWritesNothing) {

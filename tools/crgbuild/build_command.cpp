@@ -36,9 +36,7 @@ void apply(const RecipeFlags& flags, road::Recipe& recipe) {
     try {
       key->set(recipe, text);
     } catch (const road::Error& error) {
-      std::string flag = name;
-      std::replace(flag.begin(), flag.end(), '_', '-');
-      throw UsageError(fmt::format("--{}: {}", flag, error.what()));
+      throw UsageError(fmt::format("{}: {}", flag_of(name), error.what()));
     }
   }
 }
@@ -116,6 +114,15 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
 }
 
 }  // namespace
+
+std::string flag_of(std::string key) {
+  std::replace(key.begin(), key.end(), '_', '-');
+  return "--" + key;
+}
+
+bool is_switch(const road::RecipeKey& key) {
+  return key.wanted == "true or false" && key.show(road::Recipe{}) == "false";
+}
 
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags) {
   const std::string ending = files::ending_of(input);

@@ -24,6 +24,12 @@ using command::NotValid, command::Terminal, command::UsageError;
 /// Keys of a recipe given as flags, in the order of the command line: {"u_step_m", "0.05"}.
 using RecipeFlags = std::vector<std::pair<std::string, std::string>>;
 
+/// The flag of a recipe key: --u-step-m of u_step_m.
+std::string flag_of(std::string key);
+
+/// Whether the flag stands alone, "--reverse", and takes no value.
+bool is_switch(const road::RecipeKey& key);
+
 /// A recipe (.yaml, .yml) or a bare mesh, with flags on top. Throws UsageError for a bad flag.
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags);
 

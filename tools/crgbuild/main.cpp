@@ -11,11 +11,6 @@ namespace {
 
 using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
 
-std::string flag_of(std::string key) {
-  std::replace(key.begin(), key.end(), '_', '-');
-  return "--" + key;
-}
-
 /// One flag per recipe key of these stages, or of these names: u_step_m becomes --u-step-m.
 void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
                       std::initializer_list<const char*> stages) {
@@ -26,10 +21,10 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
     if (!listed(key.stage) && !listed(key.name)) continue;
     const std::string shown = key.show(road::Recipe{});
     std::string text = key.meaning;
-    const bool is_switch = key.wanted == "true or false" && shown == "false";
-    if (!shown.empty() && !is_switch) text += " [" + shown + "]";
+    const bool alone = is_switch(key);
+    if (!shown.empty() && !alone) text += " [" + shown + "]";
     const std::string group = key.stage == "output" ? "Output" : "Stage: " + key.stage;
-    if (is_switch) {  // "--reverse" alone is enough
+    if (alone) {
       command
           .add_flag_callback(
               flag_of(key.name), [&flags, name = key.name] { flags.emplace_back(name, "true"); },

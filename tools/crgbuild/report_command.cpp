@@ -34,11 +34,12 @@ std::string command_line(const std::string& subcommand, const std::vector<std::p
     if (value.empty()) continue;
     text += (flag.empty() ? " " : " " + flag + " ") + quoted(value);
   }
-  for (const auto& [name, value] : flags) {
-    std::string flag = name;
-    std::replace(flag.begin(), flag.end(), '_', '-');
-    text += " --" + flag + " " + quoted(value);
-  }
+  const auto stands_alone = [](const std::string& name) {
+    const std::vector<road::RecipeKey>& keys = road::recipe_keys();
+    return std::any_of(keys.begin(), keys.end(), [&](const road::RecipeKey& key) { return key.name == name && is_switch(key); });
+  };
+  for (const auto& [name, value] : flags)
+    text += " " + flag_of(name) + (stands_alone(name) ? "" : " " + quoted(value));
   return text;
 }
 
