@@ -152,7 +152,7 @@ Words cells(const std::string& row) {
 class Called : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new Folder;
+    folder_ = new Folder("Stra\xdf" "e");  // names are any bytes: Latin-1, no UTF-8
     const Folder& f = *folder_;
     const std::string crg = f / "out/s.crg";
     cli::write(f / "s.obj", cli::Stadium{}.obj());

@@ -42,8 +42,8 @@ Ran crgbuild(const std::vector<std::string>& arguments, double kill_after_s, int
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(out), read(err)};
 }
 
-Folder::Folder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "crgbuild_XXXXXX").string();
+Folder::Folder(const std::string& name) {
+  std::string pattern = (std::filesystem::temp_directory_path() / (name + "_XXXXXX")).string();
   if (!::mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
   path_ = pattern;
 }

@@ -19,7 +19,7 @@ Ran crgbuild(const std::vector<std::string>& arguments, double kill_after_s = 0.
 /// A folder that vanishes with the object.
 class Folder {
  public:
-  Folder();
+  explicit Folder(const std::string& name = "crgbuild");  ///< what its name begins with
   ~Folder();
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;

@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "crg/check.h"
 #include "crg/edit.h"
+#include "files/json_text.h"
 #include "files/write_file.h"
 #include "settings.h"
 
@@ -35,7 +36,7 @@ int save(const crg::Crg& crg, const std::string& path, const std::string& format
     out["columns"] = grid.columns();
     out["u_begin_m"] = grid.u_begin_m;
     out["u_end_m"] = grid.u_of(grid.rows() - 1);
-    terminal.print(out.dump(2) + "\n");
+    terminal.print(files::json_text(out));
   } else {
     terminal.print(fmt::format("{} x {} nodes, u {:.3f} to {:.3f} m\nroad     {}\n", grid.rows(),
                                grid.columns(), grid.u_begin_m, grid.u_of(grid.rows() - 1), path));
@@ -89,8 +90,7 @@ int run_check(const CheckCommand& command, Terminal& terminal) {
            {"row", finding.row ? nlohmann::ordered_json(*finding.row) : nullptr},
            {"count", finding.count}});
     }
-    terminal.print(out.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
-                   "\n");
+    terminal.print(files::json_text(out));
   } else {
     std::string text = command.crg + "\n";
     for (const crg::Finding& finding : report.findings) {

@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "crg/file.h"
+#include "files/json_text.h"
 #include "road/summary.h"
 
 namespace crgbuild {
@@ -102,7 +103,7 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
     out["options"] = entries(file.options);
     out["modifiers"] = file.has_modifier_section ? entries(file.modifiers) : Json(nullptr);
     out["projection"] = entries(file.projection);
-    terminal.print(out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(out));
     return kOk;
   }
 

@@ -8,6 +8,7 @@
 #include "cloud/read_cloud.h"
 #include "commands.h"
 #include "crg/surface.h"
+#include "files/json_text.h"
 #include "files/output_set.h"
 #include "files/sha256.h"
 #include "road/build.h"
@@ -117,9 +118,12 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   const road::ReportFiles files = road::write_report(request, command.output_dir);
   terminal.progress_done();
   if (terminal.json) {
-    terminal.print(nlohmann::ordered_json{{"verdict", road::to_string(files.verdict)}, {"errors", files.errors}, {"remarks", files.remarks},
-                                          {"report_json", files.json_path}, {"report_html", files.page_path}}
-                       .dump(2) + "\n");
+    terminal.print(
+        files::json_text(nlohmann::ordered_json{{"verdict", road::to_string(files.verdict)},
+                                                {"errors", files.errors},
+                                                {"remarks", files.remarks},
+                                                {"report_json", files.json_path},
+                                                {"report_html", files.page_path}}));
   } else {
     terminal.print(fmt::format("{}: {}\n", command.crg, sentence(files)));
     if (!files.page_path.empty()) terminal.print(fmt::format("report   {}\n", files.page_path));

@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "crg/file.h"
+#include "files/json_text.h"
 #include "files/write_file.h"
 #include "road/build.h"
 #include "road/parallel.h"
@@ -73,7 +74,7 @@ void report(Terminal& terminal, const std::string& json, const std::string& text
 }
 
 void report(Terminal& terminal, const nlohmann::ordered_json& numbers, const std::string& text) {
-  report(terminal, numbers.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", text);
+  report(terminal, files::json_text(numbers), text);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "files/json_text.h"
 #include "road/synth.h"
 
 namespace crgbuild {
@@ -51,7 +52,7 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
           {"runoff_p99_m", made.mesh_error.runoff_p99_m},
           {"runoff_max_m", made.mesh_error.runoff_max_m},
           {"points_without_mesh", made.mesh_error.points_without_mesh}}}};
-    terminal.print(numbers.dump(2) + "\n");
+    terminal.print(files::json_text(numbers));
   } else {
     terminal.print(
         fmt::format("circuit of {:.1f} m: {} triangles in {} objects, road within {:.2f} mm of the "

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "files/json_text.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
 #include "vehicle/error.h"
@@ -65,10 +66,16 @@ int actuator(const ActuatorCommand& command, Terminal& terminal) {
   const vehicle::ArxCoefficients arx = vehicle::arx_of(m, 0.001);
   if (!command.out_path.empty()) files::write_file(command.out_path, sheet);
   if (terminal.json) {
-    terminal.print(nlohmann::ordered_json{{"command", in}, {"movement", out}, {"rows", longest.end - longest.begin}, {"gain", m.gain},
-                                          {"dead_time_s", m.dead_time_s}, {"lag_s", m.lag_s}, {"damping", m.damping}, {"lead_s", m.lead_s},
-                                          {"rms", m.rms}, {"rms_gain_alone", m.rms_plain}}
-                       .dump(2) + "\n");
+    terminal.print(files::json_text(nlohmann::ordered_json{{"command", in},
+                                                           {"movement", out},
+                                                           {"rows", longest.end - longest.begin},
+                                                           {"gain", m.gain},
+                                                           {"dead_time_s", m.dead_time_s},
+                                                           {"lag_s", m.lag_s},
+                                                           {"damping", m.damping},
+                                                           {"lead_s", m.lead_s},
+                                                           {"rms", m.rms},
+                                                           {"rms_gain_alone", m.rms_plain}}));
     return kOk;
   }
   terminal.print(fmt::format("{}root mean square left: {:.4g}; with a gain alone: {:.4g}\n", sheet, m.rms,

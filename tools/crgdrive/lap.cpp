@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "files/json_text.h"
 #include "files/write_file.h"
 #include "live.h"
 #include "load_car.h"
@@ -83,7 +84,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
 
   const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
   if (terminal.json)
-    terminal.print(numbers(command, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(numbers(command, result)));
   else
     terminal.print(sentences(result));
   if (!command.out_path.empty()) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "files/json_text.h"
 #include "files/write_file.h"
 #include "live.h"
 #include "load_car.h"
@@ -42,10 +43,15 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
 
   const vehicle::ManoeuvreResult r = vehicle::run_manoeuvre(car, m);
   if (terminal.json)
-    terminal.print(nlohmann::ordered_json{{"manoeuvre", command.kind}, {"complete", r.complete}, {"peak_fz_n", r.peak_fz_n}, {"peak_ay_mps2", r.peak_ay_mps2},
-                                          {"peak_yaw_rate_radps", r.peak_yaw_rate_radps}, {"end_mps", r.end_mps},
-                                          {"stop_m", r.stop_m > 0.0 ? nlohmann::ordered_json(r.stop_m) : nullptr}, {"telemetry", command.out_path}}
-                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(nlohmann::ordered_json{
+        {"manoeuvre", command.kind},
+        {"complete", r.complete},
+        {"peak_fz_n", r.peak_fz_n},
+        {"peak_ay_mps2", r.peak_ay_mps2},
+        {"peak_yaw_rate_radps", r.peak_yaw_rate_radps},
+        {"end_mps", r.end_mps},
+        {"stop_m", r.stop_m > 0.0 ? nlohmann::ordered_json(r.stop_m) : nullptr},
+        {"telemetry", command.out_path}}));
   else
     terminal.print(fmt::format(
       "{}: largest wheel load {:.0f} N, lateral acceleration {:.2f} m/s2, yaw rate {:.3f} rad/s; "

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "files/json_text.h"
 
 namespace crgdrive {
 
@@ -15,7 +16,8 @@ int parameters(Terminal& terminal) {
   for (const vehicle::ParameterInfo& p : vehicle::parameter_list())
     parameters.push_back({{"name", p.name}, {"unit", p.unit}, {"default", p.value}, {"lowest", p.low}, {"highest", p.high}, {"prior", p.prior}, {"meaning", p.text}});
   for (const vehicle::TermInfo& t : vehicle::term_list()) terms.push_back({{"name", t.name}, {"without", t.absence}});
-  terminal.print(nlohmann::ordered_json{{"parameters", parameters}, {"terms", terms}}.dump(2) + "\n");
+  terminal.print(
+      files::json_text(nlohmann::ordered_json{{"parameters", parameters}, {"terms", terms}}));
   return kOk;
 }
 

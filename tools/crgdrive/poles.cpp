@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "files/json_text.h"
 #include "load_car.h"
 
 namespace crgdrive {
@@ -32,7 +33,7 @@ int poles(const PolesCommand& command, Terminal& terminal) {
     }
     all.push_back({{"speed_mps", at.speed_mps}, {"euler_step_s", at.euler_step_s}, {"radii", radii}, {"poles", poles}});
   }
-  terminal.print(terminal.json ? all.dump(2) + "\n" : text);
+  terminal.print(terminal.json ? files::json_text(all) : text);
   return kOk;
 }
 

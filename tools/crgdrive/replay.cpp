@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "files/json_text.h"
 #include "files/write_file.h"
 #include "load_car.h"
 #include "vehicle/error.h"
@@ -78,7 +79,7 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
   const vehicle::ReplayResult result =
       vehicle::replay(car, vehicle::Road(surface), recording, options);
   if (terminal.json)
-    terminal.print(numbers(recording, result).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(numbers(recording, result)));
   else
     print_result(result, terminal);
   if (!command.out_path.empty()) {

@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "crg/surface.h"
+#include "files/json_text.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
 #include "load_car.h"
@@ -107,8 +108,8 @@ int report(const ReportCommand& command, Terminal& terminal) {
   }
   files::write_file(command.out_path, report::plot_page(page));
   if (terminal.json)
-    terminal.print(nlohmann::ordered_json{{"curves", page.plots.size()}, {"drives", command.telemetry}, {"page", command.out_path}}.dump(
-                       2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(nlohmann::ordered_json{
+        {"curves", page.plots.size()}, {"drives", command.telemetry}, {"page", command.out_path}}));
   else
     terminal.print(fmt::format("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path));
   return kOk;

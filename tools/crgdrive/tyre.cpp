@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "commands.h"
+#include "files/json_text.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
 #include "report/plot_page.h"
@@ -110,7 +111,7 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
     text += fmt::format("curves -> {}\n", command.plots_path);
     numbers["plots"] = command.plots_path;
   }
-  terminal.print(terminal.json ? numbers.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n" : text);
+  terminal.print(terminal.json ? files::json_text(numbers) : text);
   return kOk;
 }
 

@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "explain/mapping.h"
+#include "files/json_text.h"
 #include "files/write_file.h"
 #include "vehicle/error.h"
 
@@ -24,8 +25,11 @@ int map(const MapCommand& command, Terminal& terminal) {
   if (terminal.json) {
     nlohmann::ordered_json columns = nlohmann::ordered_json::object();
     for (const explain::ColumnMapping& m : mapping.columns) columns[m.column] = m.channel;
-    terminal.print(nlohmann::ordered_json{{"rows", table.rows()}, {"columns", table.names.size()}, {"channel_of_column", columns}, {"notes", notes}, {"mapping", command.out_path}}
-                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(nlohmann::ordered_json{{"rows", table.rows()},
+                                                           {"columns", table.names.size()},
+                                                           {"channel_of_column", columns},
+                                                           {"notes", notes},
+                                                           {"mapping", command.out_path}}));
     return kOk;
   }
   terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size()));

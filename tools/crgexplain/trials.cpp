@@ -16,6 +16,7 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "explain/explain.h"
+#include "files/json_text.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
 #include "vehicle/error.h"
@@ -78,7 +79,8 @@ int make(const TrialsCommand& c, Terminal& terminal) {
   files::write_file(c.folder + "/SHA256SUMS", sums);
   const std::string seal = files::sha256_of_file(c.folder + "/SHA256SUMS");
   const std::size_t count = folders(c.folder).size();
-  terminal.print(terminal.json ? json{{"trials", count}, {"seal", seal}}.dump(2) + "\n" : fmt::format("{} trials; seal of all truths: {}\n", count, seal));
+  terminal.print(terminal.json ? files::json_text(json{{"trials", count}, {"seal", seal}})
+                               : fmt::format("{} trials; seal of all truths: {}\n", count, seal));
   return 0;
 }
 
@@ -109,7 +111,8 @@ int run_all(const TrialsCommand& c, Terminal& terminal) {
       try {
         result = explain::findings_json(explained(all[k], here + "/run.csv", true));
       } catch (const std::exception& error) {
-        result = json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}.dump(1) + "\n";
+        result = files::json_text(
+            json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}, 1);
       }
       files::write_file(here + "/findings.json", result);
       progress("trials", static_cast<double>(++done) / static_cast<double>(all.size()));
@@ -120,7 +123,8 @@ int run_all(const TrialsCommand& c, Terminal& terminal) {
   for (unsigned k = 1; k < threads; ++k) pool.emplace_back(work);
   work();
   for (std::thread& thread : pool) thread.join();
-  terminal.print(terminal.json ? json{{"recordings", all.size()}}.dump(2) + "\n" : fmt::format("{} recordings explained\n", all.size()));
+  terminal.print(terminal.json ? files::json_text(json{{"recordings", all.size()}})
+                               : fmt::format("{} recordings explained\n", all.size()));
   return 0;
 }
 
@@ -316,7 +320,11 @@ int score(const TrialsCommand& c, Terminal& terminal) {
     named[mechanism] = {{"first", count.hits}, {"of", count.of}};
   }
   text += fmt::format("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures);
-  terminal.print(terminal.json ? nlohmann::ordered_json{{"metrics", metrics}, {"single_effects", named}, {"failures", failed_trials}}.dump(2) + "\n" : text);
+  terminal.print(
+      terminal.json
+          ? files::json_text(nlohmann::ordered_json{
+                {"metrics", metrics}, {"single_effects", named}, {"failures", failed_trials}})
+          : text);
   return kOk;
 }
 

@@ -6,6 +6,7 @@
 #include "cloud/read_cloud.h"
 #include "cloud/register.h"
 #include "commands.h"
+#include "files/json_text.h"
 
 namespace lidar2mesh {
 
@@ -30,8 +31,10 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
   progress("write", 0.9);
   cloud::write_ply(cloud, command.output);
   if (terminal.json) {
-    terminal.print(nlohmann::ordered_json{{"points", cloud.size()}, {"ground", count}, {"cloud", command.output}, {"remarks", report.remarks}}
-                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(nlohmann::ordered_json{{"points", cloud.size()},
+                                                           {"ground", count},
+                                                           {"cloud", command.output},
+                                                           {"remarks", report.remarks}}));
     return kOk;
   }
   terminal.print(fmt::format("{} of {} points are ground (class 2)\n", count, cloud.size()));
@@ -63,7 +66,7 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
   if (terminal.json) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
-    terminal.print(fmt::format("{}\n", nlohmann::ordered_json{{"T_target_source", rows},
+    terminal.print(files::json_text(nlohmann::ordered_json{{"T_target_source", rows},
                                               {"converged", facts.converged},
                                               {"iterations", facts.iterations},
                                               {"points", facts.points},
@@ -71,8 +74,7 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
                                               {"rms_before_m", facts.rms_before_m},
                                               {"rms_after_m", facts.rms_after_m},
                                               {"information", facts.information},
-                                              {"unfixed", facts.unfixed}}
-                           .dump(2)));
+                                              {"unfixed", facts.unfixed}}));
     return facts.converged ? kOk : kNotValid;
   }
   terminal.print(fmt::format(

@@ -4,6 +4,7 @@
 
 #include "cloud/read_cloud.h"
 #include "commands.h"
+#include "files/json_text.h"
 
 namespace lidar2mesh {
 
@@ -43,7 +44,7 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
           {"has_intensity", facts.has_intensity},
           {"classes", classes},
           {"remarks", read.remarks}};
-      terminal.print(fmt::format("{}\n", numbers.dump(2)));
+      terminal.print(files::json_text(numbers));
       continue;
     }
     terminal.print(fmt::format("{}: {}, {} points\n", path, read.format, read.points));

@@ -5,6 +5,7 @@
 #include "cloud/synth.h"
 #include "commands.h"
 #include "files/ending.h"
+#include "files/json_text.h"
 #include "files/write_file.h"
 #include "road/circuit.h"
 
@@ -28,9 +29,12 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
   const std::string truth = command.output_dir + "/truth.crg";
   files::write_file(truth, crg::to_bytes(road, crg::Format::KRBI));
   if (terminal.json) {
-    terminal.print(nlohmann::ordered_json{{"points", made.points}, {"share_on_cars", made.share_on_cars}, {"scans", made.scan_paths}, {"trajectory", made.trajectory_path},
-                                          {"truth_trajectory", made.truth_path}, {"truth_road", truth}}
-                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    terminal.print(files::json_text(nlohmann::ordered_json{{"points", made.points},
+                                                           {"share_on_cars", made.share_on_cars},
+                                                           {"scans", made.scan_paths},
+                                                           {"trajectory", made.trajectory_path},
+                                                           {"truth_trajectory", made.truth_path},
+                                                           {"truth_road", truth}}));
     return kOk;
   }
   terminal.print(fmt::format("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",

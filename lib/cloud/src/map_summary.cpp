@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cloud/map.h"
+#include "files/json_text.h"
 
 namespace cloud {
 
@@ -60,7 +61,7 @@ std::string map_summary_json(const MapReport& r) {
                                         {"changed_max_m", r.changed_max_m}}},
                                       {"remarks", r.remarks},
                                       {"drift", drift}};
-  return out.dump(2) + "\n";
+  return files::json_text(out);
 }
 
 std::string map_timing_json(const MapReport& r) {
@@ -71,7 +72,7 @@ std::string map_timing_json(const MapReport& r) {
                                         {"drift", r.seconds_drift},
                                         {"grid", r.seconds_grid},
                                         {"fusion", r.seconds_fuse}}}};
-  return out.dump(2) + "\n";
+  return files::json_text(out);
 }
 
 }  // namespace cloud

@@ -1,4 +1,5 @@
 #include "explain/findings.h"
+#include "files/json_text.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -92,7 +93,7 @@ std::string findings_json(const Findings& f) {
   if (f.simulated_lap_before_s > 0) root["lap_s"]["simulated_before"] = number(f.simulated_lap_before_s);
   if (f.simulated_lap_after_s > 0) root["lap_s"]["simulated_after"] = number(f.simulated_lap_after_s);
   root["remarks"] = f.remarks;
-  return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return files::json_text(root, 1);
 }
 
 }  // namespace explain

@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "files/error.h"
+#include "files/json_text.h"
 #include "files/read_file.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
@@ -52,7 +53,7 @@ std::string text_of(const Manifest& manifest) {
     files.push_back({{"file", name}, {"bytes", hashed ? Json(entry.bytes) : Json()}, {"sha256", hashed ? Json(entry.sha256) : Json()}});
   }
   const Json out = {{"schema", 1}, {"command", manifest.command}, {"program_sha256", manifest.program_sha256}, {"name", manifest.name}, {"complete", manifest.complete}, {"files", files}};
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(out);
 }
 
 std::optional<Manifest> read_manifest(const std::string& folder) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "files/json_text.h"
 #include "files/sha256.h"
 #include "road/error.h"
 
@@ -247,7 +248,7 @@ std::string finished(Json& out, const Summary& summary) {
     out["outputs"] = outputs;
   }
   // Object names of a mesh need not be UTF-8.
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return files::json_text(out);
 }
 
 }  // namespace
@@ -330,8 +331,7 @@ GridReport describe(const crg::Grid& grid, const crg::ReferenceLine& line) {
 
 namespace {
 
-/// Object names of a mesh need not be UTF-8.
-std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string text_of(const Json& json) { return files::json_text(json); }
 
 }  // namespace
 
