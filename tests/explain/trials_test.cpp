@@ -10,6 +10,7 @@
 
 #include "explain/unknowns.h"
 #include "support/places.h"
+#include "support/run_tool.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -55,6 +56,27 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   // A truth that was changed is refused.
   folder.file("t/sealed/0000.json", "{}");
   EXPECT_NE(shell(tool + " trials score " + here + " > " + folder.path("log") + " 2>&1"), 0);
+}
+
+TEST(Trials, AFileThatCannotBeWrittenEndsThemInOneLine) {
+  const support::TemporaryFolder folder;
+  const std::string here = folder.path("t");
+  const auto trials = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all{"trials"};
+    all.insert(all.end(), words.begin(), words.end());
+    return support::run_tool(places::crgexplain(), all);
+  };
+  ASSERT_EQ(trials({"make", "--generator", places::make_trials(), "--count", "3", here}).code, 0);
+  for (const char* id : {"0000", "0001", "0002"}) {
+    folder.file(std::string("t/") + id + "/run.csv", "no recording\n");  // nothing to wait for
+    std::filesystem::create_symlink("missing/x", here + "/" + id + "/findings.json");
+  }
+  const support::ToolRun ran = trials({"run", "--threads", "2", here});
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err,
+              ::testing::StartsWith("crgexplain: " + here +
+                                    "/0000/findings.json: cannot create a file in this folder"));
+  EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
 }
 
 TEST(Trials, LogsWithSuspensionAndDiscsAreExplainedBlindToo) {

@@ -10,13 +10,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <thread>
 
 #include "command/signals.h"
 #include "commands.h"
 #include "crg/file.h"
 #include "explain/explain.h"
 #include "files/json_text.h"
+#include "files/parallel.h"
 #include "files/sha256.h"
 #include "files/write_file.h"
 #include "vehicle/error.h"
@@ -101,28 +101,21 @@ explain::Findings explained(const fs::path& trial, const fs::path& recording, bo
 
 int run_all(const TrialsCommand& c, Terminal& terminal) {
   const std::vector<fs::path> all = folders(c.folder);
-  std::atomic<std::size_t> next{0}, done{0};
+  std::atomic<std::size_t> done{0};
   const files::Progress progress = terminal.progress();
-  const auto work = [&] {
-    for (std::size_t k = next++; k < all.size(); k = next++) {
-      const std::string here = all[k].string();
-      if (fs::exists(here + "/findings.json")) continue;  // a run that was stopped goes on
-      std::string result;
-      try {
-        result = explain::findings_json(explained(all[k], here + "/run.csv", true));
-      } catch (const std::exception& error) {
-        result = files::json_text(
-            json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}, 1);
-      }
-      files::write_file(here + "/findings.json", result);
-      progress("trials", static_cast<double>(++done) / static_cast<double>(all.size()));
+  files::parallel_for(all.size(), 1, c.threads, [&](std::size_t k, std::size_t) {
+    const std::string here = all[k].string();
+    if (fs::exists(here + "/findings.json")) return;  // a run that was stopped goes on
+    std::string result;
+    try {
+      result = explain::findings_json(explained(all[k], here + "/run.csv", true));
+    } catch (const std::exception& error) {
+      result = files::json_text(
+          json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}, 1);
     }
-  };
-  unsigned threads = c.threads == 0 ? std::max(1u, std::thread::hardware_concurrency()) : c.threads;
-  std::vector<std::thread> pool;
-  for (unsigned k = 1; k < threads; ++k) pool.emplace_back(work);
-  work();
-  for (std::thread& thread : pool) thread.join();
+    files::write_file(here + "/findings.json", result);
+    progress("trials", static_cast<double>(++done) / static_cast<double>(all.size()));
+  });
   terminal.print(terminal.json ? files::json_text(json{{"recordings", all.size()}})
                                : fmt::format("{} recordings explained\n", all.size()));
   return 0;

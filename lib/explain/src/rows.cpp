@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <thread>
+
+#include "files/parallel.h"
 
 namespace explain {
 
@@ -78,25 +79,18 @@ Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Veh
   for (const Signals& s : logs) base.push_back(residuals(s, car, at));
   const Eigen::VectorXd r0 = gather(rows, base);
   Eigen::MatrixXd out(r0.size(), static_cast<Eigen::Index>(unknowns.size()));
-  std::atomic<std::size_t> next{0};
-  const auto work = [&](bool first) {
-    for (std::size_t j = next++; j < unknowns.size(); j = next++) {
-      Setting moved = at;
-      unknowns[j]->set(moved, unknowns[j]->step);
-      std::vector<Residuals> r;
-      for (const Signals& s : logs) r.push_back(residuals(s, car, moved));
-      Eigen::VectorXd column = (r0 - gather(rows, r)) / unknowns[j]->step;
-      for (Eigen::Index i = 0; i < column.size(); ++i)
-        if (!std::isfinite(column[i])) column[i] = 0.0;
-      out.col(static_cast<Eigen::Index>(j)) = column;
-      if (first && progress) progress(static_cast<double>(j) / static_cast<double>(unknowns.size()));
-    }
-  };
-  if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  std::vector<std::thread> pool;
-  for (unsigned k = 1; k < threads; ++k) pool.emplace_back(work, false);
-  work(true);
-  for (std::thread& thread : pool) thread.join();
+  std::atomic<std::size_t> done{0};
+  files::parallel_for(unknowns.size(), 1, threads, [&](std::size_t j, std::size_t) {
+    Setting moved = at;
+    unknowns[j]->set(moved, unknowns[j]->step);
+    std::vector<Residuals> r;
+    for (const Signals& s : logs) r.push_back(residuals(s, car, moved));
+    Eigen::VectorXd column = (r0 - gather(rows, r)) / unknowns[j]->step;
+    for (Eigen::Index i = 0; i < column.size(); ++i)
+      if (!std::isfinite(column[i])) column[i] = 0.0;
+    out.col(static_cast<Eigen::Index>(j)) = column;
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(unknowns.size()));
+  });
   return out;
 }
 

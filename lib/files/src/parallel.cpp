@@ -1,4 +1,4 @@
-#include "road/parallel.h"
+#include "files/parallel.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace road {
+namespace files {
 
 void parallel_for(std::size_t count, std::size_t chunk, unsigned threads,
                   const std::function<void(std::size_t begin, std::size_t end)>& body) {
@@ -27,8 +27,10 @@ void parallel_for(std::size_t count, std::size_t chunk, unsigned threads,
       try {
         body(i * chunk, std::min(count, (i + 1) * chunk));
       } catch (...) {
-        // The error of the lowest chunk is reported, so that it does not depend on timing.
+        // The error of the lowest chunk is reported, so that it does not depend on timing: those
+        // before this one have all been begun.
         const std::lock_guard lock(mutex);
+        next = chunks;
         if (i < error_chunk) {
           error_chunk = i;
           error = std::current_exception();
@@ -44,4 +46,4 @@ void parallel_for(std::size_t count, std::size_t chunk, unsigned threads,
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace road
+}  // namespace files
