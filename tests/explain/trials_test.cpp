@@ -58,14 +58,43 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   EXPECT_NE(shell(tool + " trials score " + here + " > " + folder.path("log") + " 2>&1"), 0);
 }
 
+/// crgexplain trials WORDS...
+support::ToolRun trials(std::vector<std::string> words) {
+  words.insert(words.begin(), "trials");
+  return support::run_tool(places::crgexplain(), words);
+}
+
+TEST(Trials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
+  const support::TemporaryFolder folder;
+  const std::string here = folder.path("t");
+  ASSERT_EQ(
+      trials({"make", "--generator", places::make_trials(), "--count", "2", "--seed", "101", here})
+          .code,
+      0);
+  const std::string recording = folder.read("t/0001/run.csv");
+  folder.file("t/0001/run.csv", "no recording\n");
+  const support::ToolRun ran = trials({"run", "--json", here});
+  EXPECT_EQ(ran.code, 3);
+  EXPECT_EQ(json::parse(ran.out), (json{{"recordings", 2}, {"failed", 1}}));
+  EXPECT_THAT(ran.err, ::testing::StartsWith(
+                           "crgexplain: " + here +
+                           ": 1 of 2 recordings could not be explained, the first because: " +
+                           here + "/0001/run.csv"));
+  EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  EXPECT_EQ(json::parse(folder.read("t/0001/findings.json")).at("verdict"), "failed");
+  const std::string first = folder.read("t/0000/findings.json");
+  folder.file("t/0000/run.csv", "no recording\n");  // is not looked at again
+  folder.file("t/0001/run.csv", recording);
+  const support::ToolRun again = trials({"run", here});
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(again.out, "2 recordings explained\n");
+  EXPECT_EQ(folder.read("t/0000/findings.json"), first);
+  EXPECT_NE(json::parse(folder.read("t/0001/findings.json")).at("verdict"), "failed");
+}
+
 TEST(Trials, AFileThatCannotBeWrittenEndsThemInOneLine) {
   const support::TemporaryFolder folder;
   const std::string here = folder.path("t");
-  const auto trials = [&](const std::vector<std::string>& words) {
-    std::vector<std::string> all{"trials"};
-    all.insert(all.end(), words.begin(), words.end());
-    return support::run_tool(places::crgexplain(), all);
-  };
   ASSERT_EQ(trials({"make", "--generator", places::make_trials(), "--count", "3", here}).code, 0);
   for (const char* id : {"0000", "0001", "0002"}) {
     folder.file(std::string("t/") + id + "/run.csv", "no recording\n");  // nothing to wait for

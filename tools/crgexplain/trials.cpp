@@ -28,6 +28,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using vehicle::Error;
 
+constexpr const char* kFailedVerdict = "failed";  ///< of a recording that could not be explained
+
 std::vector<fs::path> folders(const fs::path& folder) {
   std::vector<fs::path> out;
   if (!fs::is_directory(folder)) throw Error(fmt::format("{}: no such folder", folder.string()));
@@ -99,26 +101,46 @@ explain::Findings explained(const fs::path& trial, const fs::path& recording, bo
   return mechanisms ? look({{&table, &logs.front()}}, logs, explain::identity_mapping(table), surface, car, options) : explain::explain(logs, car, options);
 }
 
+/// Whether a run before this one explained it; one that failed is tried again.
+bool is_explained(const fs::path& trial) {
+  std::ifstream in(trial / "findings.json");
+  const json found = json::parse(in, nullptr, false);
+  return found.is_object() && found.contains("verdict") && found["verdict"] != kFailedVerdict;
+}
+
 int run_all(const TrialsCommand& c, Terminal& terminal) {
   const std::vector<fs::path> all = folders(c.folder);
   std::atomic<std::size_t> done{0};
+  std::vector<std::string> failures(all.size());  ///< why; empty: none
   const files::Progress progress = terminal.progress();
   files::parallel_for(all.size(), 1, c.threads, [&](std::size_t k, std::size_t) {
     const std::string here = all[k].string();
-    if (fs::exists(here + "/findings.json")) return;  // a run that was stopped goes on
+    if (is_explained(all[k])) return;  // a run that was stopped goes on
     std::string result;
     try {
       result = explain::findings_json(explained(all[k], here + "/run.csv", true));
     } catch (const std::exception& error) {
+      failures[k] = error.what();
       result = files::json_text(
-          json{{"verdict", "failed"}, {"error", error.what()}, {"findings", json::array()}}, 1);
+          json{{"verdict", kFailedVerdict}, {"error", failures[k]}, {"findings", json::array()}},
+          1);
     }
     files::write_file(here + "/findings.json", result);
     progress("trials", static_cast<double>(++done) / static_cast<double>(all.size()));
   });
-  terminal.print(terminal.json ? files::json_text(json{{"recordings", all.size()}})
-                               : fmt::format("{} recordings explained\n", all.size()));
-  return 0;
+  const auto is_failure = [](const std::string& why) { return !why.empty(); };
+  const auto failed = static_cast<std::size_t>(
+      std::count_if(failures.begin(), failures.end(), is_failure));
+  terminal.print(terminal.json
+                     ? files::json_text(json{{"recordings", all.size()}, {"failed", failed}})
+                     : fmt::format("{} recordings explained\n", all.size() - failed));
+  if (failed > 0)
+    throw command::NotValid(fmt::format(
+        "{}: {} of {} recordings could not be explained, the first because: {}; findings.json of "
+        "each says why, and 'trials run' tries them again",
+        c.folder, failed, all.size(),
+        *std::find_if(failures.begin(), failures.end(), is_failure)));
+  return kOk;
 }
 
 /// P(X <= k) of n draws at p.
@@ -202,7 +224,7 @@ int score(const TrialsCommand& c, Terminal& terminal) {
       return std::any_of(truth.at("alike").begin(), truth.at("alike").end(), [&](const json& a) { return mechanism.starts_with(a.get<std::string>()); });
     };
     const bool first = !names.empty() && is_true(names.front());
-    if (verdict == "failed") failed = true;
+    if (verdict == kFailedVerdict) failed = true;
     if (kind == "none") alarm.add(verdict != "none"), failed = failed || verdict != "none";
     if (kind == "single") {
       const double size = truth.at("effects")[0].at("size_sd");
