@@ -92,6 +92,23 @@ TEST(Trials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
   EXPECT_NE(json::parse(folder.read("t/0001/findings.json")).at("verdict"), "failed");
 }
 
+TEST(Trials, AGeneratorThatCannotBeStartedOrFailsIsNamed) {
+  const support::TemporaryFolder folder;
+  const auto expect_refused = [&](const std::string& generator, const std::string& why) {
+    const support::ToolRun ran = trials({"make", "--generator", generator, folder.path("t")});
+    EXPECT_EQ(ran.code, 1) << generator;
+    EXPECT_THAT(ran.err, ::testing::StartsWith("crgexplain: " + generator + ": " + why));
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  };
+  expect_refused(folder.path("missing"), "cannot be started: No such file or directory; give ");
+  expect_refused(folder.file("text", "no program"), "cannot be started: Permission denied; give ");
+  std::filesystem::permissions(folder.path("text"), std::filesystem::perms::owner_all);
+  expect_refused(folder.path("text"), "cannot be started: Exec format error; give ");
+  expect_refused("ls",
+                 "cannot be started: No such file or directory; give ");  // of no other folder
+  expect_refused("/bin/false", "failed with exit code 1");
+}
+
 TEST(Trials, AFileThatCannotBeWrittenEndsThemInOneLine) {
   const support::TemporaryFolder folder;
   const std::string here = folder.path("t");

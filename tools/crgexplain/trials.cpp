@@ -1,10 +1,13 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -50,20 +53,40 @@ json read_json(const fs::path& path) {
   }
 }
 
-/// A program run to its end; what it prints goes to standard error. Whether it ended well.
-bool run_program(std::vector<std::string> words) {
+/// Runs a program to its end; what it prints goes to standard error. Throws Error.
+void run_program(std::vector<std::string> words) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
+  const auto refuse = [&](int reason) {
+    throw Error(fmt::format("{}: cannot be started: {}; give the program make_trials of the tests "
+                            "with --generator",
+                            words[0], std::strerror(reason)));
+  };
+  int told[2];  // closed by a program that starts; otherwise the reason comes through
+  if (::pipe2(told, O_CLOEXEC) != 0) refuse(errno);
   const pid_t child = ::fork();
+  int reason = errno;
   if (child == 0) {
     command::end_with_parent();
     ::dup2(STDERR_FILENO, STDOUT_FILENO);
-    ::execvp(argv[0], argv.data());
-    ::_exit(127);
+    ::execv(argv[0], argv.data());
+    reason = errno;
+    (void)!::write(told[1], &reason, sizeof reason);
+    ::_exit(1);
   }
+  ::close(told[1]);
+  const bool started = child > 0 && ::read(told[0], &reason, sizeof reason) == 0;
+  ::close(told[0]);
   int status = 0;
-  return child > 0 && ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  if (child > 0) ::waitpid(child, &status, 0);
+  if (!started) refuse(reason);
+  if (WIFSIGNALED(status))
+    throw Error(fmt::format("{}: was ended by signal {} ({})", words[0], WTERMSIG(status),
+                            strsignal(WTERMSIG(status))));
+  if (WEXITSTATUS(status) != 0)
+    throw Error(fmt::format("{}: failed with exit code {}; what it says is above", words[0],
+                            WEXITSTATUS(status)));
 }
 
 int make(const TrialsCommand& c, Terminal& terminal) {
@@ -71,8 +94,7 @@ int make(const TrialsCommand& c, Terminal& terminal) {
   if (!fs::is_empty(c.folder)) throw Error(c.folder + ": is not empty; trials want a folder of their own");
   std::vector<std::string> words{c.generator, std::to_string(c.count), std::to_string(c.seed), c.folder};
   if (c.waves) words.insert(words.begin() + 1, "--waves");
-  if (!run_program(words))
-    throw Error(c.generator + ": failed; the message above says why");
+  run_program(words);
   std::string sums;
   std::vector<fs::path> sealed;
   for (const auto& entry : fs::directory_iterator(fs::path(c.folder) / "sealed")) sealed.push_back(entry.path());
