@@ -84,7 +84,8 @@ TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_GT(crg::read(folder.path("points_alone/refined.crg")).grid.rows(), 1500u);
 
   // Into the folder of an earlier map: what this one does not make goes, and the set is whole.
-  ran = lidar2mesh(folder, "map " + scans + " --base " + at("points_alone/refined.crg") + " -o " + at("first") + " --stl --no-report");
+  ran = lidar2mesh(folder, "map " + scans + " --base " + at("road.crg") + " -o " + at("first") +
+                               " --stl --no-report");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/refined.ply")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("first/report.html")));
@@ -93,6 +94,27 @@ TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
   for (const auto& file : manifest["files"]) listed.insert(file["file"].get<std::string>());
   for (const auto& entry : std::filesystem::directory_iterator(folder.path("first"))) there.insert(entry.path().filename().string());
   EXPECT_EQ(there, listed);
+}
+
+TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
+  const support::TemporaryFolder folder;
+  write_road(folder.path("road.crg"));
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  // Few points with 20 cm of noise.
+  Ran ran = lidar2mesh(folder,
+                       "synth " + at("road.crg") + " -o " + at("scans") +
+                           " --from-m 40 --to-m 80 --azimuths 16 --beams 8 --noise-m 0.2 --cars 0");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  for (const char* flag : {"", " --json", " --quiet"}) {
+    ran =
+        lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                               " --base " + at("road.crg") +
+                               " --drift-m 1 --drift-rad 0.05 --no-report -o " + at("out") + flag);
+    EXPECT_EQ(ran.code, 3) << flag;
+    EXPECT_THAT(ran.err, HasSubstr("out/refined.crg: the drift had not converged after ")) << flag;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  }
+  EXPECT_FALSE(nlohmann::json::parse(folder.read("out/summary.json"))["registration"]["converged"]);
 }
 
 TEST(Command, AFullDiskLeavesNoHalfFile) {

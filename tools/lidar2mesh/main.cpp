@@ -133,7 +133,9 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
       ->check(CLI::Range(1e-8, 0.1));
   add_base_options(*map, c);
   map->footer(
-      "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o out");
+      "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
+      "out\n\n"
+      "Exit code 3 when the drift from the base did not converge.");
   map->callback([&] { run = [&] { return run_map(c, terminal); }; });
 }
 

@@ -87,6 +87,33 @@ road::Mesh mesh_of(const crg::Crg& file) {
   return mesh;
 }
 
+void print_result(const MapCommand& command, const cloud::MapReport& facts,
+                  const files::OutputSet& outputs, Terminal& terminal) {
+  terminal.print(fmt::format("{} points read, {} used; {:.1f} % of the nodes come from points\n",
+                             facts.points, facts.used, 100.0 * facts.coverage));
+  if (command.correct_drift) {
+    terminal.print(fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
+               facts.converged ? "converged" : "NOT converged", facts.iterations, facts.sections,
+               facts.passes));
+    if (!command.base.empty())
+      terminal.print(fmt::format(
+          "against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
+          1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share));
+    if (facts.passes > 1)
+      terminal.print(fmt::format("between passes {:.1f} -> {:.1f} mm\n",
+                                 1e3 * facts.pass_rms_before_m, 1e3 * facts.pass_rms_after_m));
+    for (const std::string& direction : facts.unfixed)
+      terminal.print(fmt::format(
+          "note: {} is hardly fixed by the data (typical deviation in summary.json)\n", direction));
+  }
+  terminal.print(
+      fmt::format("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
+                  1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m));
+  for (const std::string& remark : facts.remarks) terminal.print(fmt::format("note: {}\n", remark));
+  terminal.print(fmt::format("road     {}\nsummary  {}\n", outputs.path("refined.crg"),
+                             outputs.path("summary.json")));
+}
+
 }  // namespace
 
 int run_map(const MapCommand& command, Terminal& terminal) {
@@ -161,30 +188,17 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     write_map_report(outputs, base, refined, result.source, facts, command.threads);
   }
   outputs.commit("refined", {}, {"timing.json"});
-  if (terminal.json) {
-    terminal.print(fmt::format("{}", summary));
-    return 0;
-  }
-  terminal.print(fmt::format("{} points read, {} used; {:.1f} % of the nodes come from points\n", facts.points,
-             facts.used, 100.0 * facts.coverage));
-  if (command.correct_drift) {
-    terminal.print(fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
-               facts.converged ? "converged" : "NOT converged", facts.iterations, facts.sections,
-               facts.passes));
-    if (!command.base.empty())
-      terminal.print(fmt::format("against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
-                 1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share));
-    if (facts.passes > 1)
-      terminal.print(fmt::format("between passes {:.1f} -> {:.1f} mm\n", 1e3 * facts.pass_rms_before_m,
-                 1e3 * facts.pass_rms_after_m));
-    for (const std::string& direction : facts.unfixed)
-      terminal.print(fmt::format("note: {} is hardly fixed by the data (typical deviation in summary.json)\n",
-                 direction));
-  }
-  terminal.print(fmt::format("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
-             1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m));
-  for (const std::string& remark : facts.remarks) terminal.print(fmt::format("note: {}\n", remark));
-  terminal.print(fmt::format("road     {}\nsummary  {}\n", outputs.path("refined.crg"), outputs.path("summary.json")));
+  if (terminal.json)
+    terminal.print(summary);
+  else
+    print_result(command, facts, outputs, terminal);
+  // Without a base nothing holds the height of all poses together: it goes on moving, and the road
+  // between the poses is right all the same.
+  if (command.correct_drift && !command.base.empty() && !facts.converged)
+    throw command::NotValid(fmt::format(
+        "{}: the drift had not converged after {} rounds, do not use this road; give more points, "
+        "less noisy ones, or --drift-m and --drift-rad that fit the trajectory",
+        outputs.path("refined.crg"), facts.iterations));
   return kOk;
 }
 
