@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <mutex>
 #include <thread>
 
 #include "command/terminal.h"
@@ -16,6 +17,13 @@ namespace {
 volatile std::sig_atomic_t exit_code = 1;
 
 void at_once(int) { ::_exit(exit_code); }
+
+Terminal* speaker = nullptr;  ///< says the last words; none once it is destroyed
+
+std::mutex& speaker_guard() {
+  static auto& guard = *new std::mutex;  // never destroyed: the watching thread may outlive main
+  return guard;
+}
 
 }  // namespace
 
@@ -30,7 +38,8 @@ void end_on_signals(Terminal& terminal) {
     sigaddset(&watched, signal);
   }
   pthread_sigmask(SIG_BLOCK, &watched, nullptr);
-  std::thread([watched, &terminal] {
+  speaker = &terminal;
+  std::thread([watched] {
     int signal = 0;
     sigwait(&watched, &signal);
     exit_code = 128 + signal;
@@ -38,9 +47,15 @@ void end_on_signals(Terminal& terminal) {
     std::signal(SIGALRM, at_once);
     ::alarm(1);
     files::abandon_writes();
-    terminal.last_words("interrupted; no file is half-written");
+    speaker_guard().lock();  // for good: whoever destroys the terminal waits for the end
+    if (speaker != nullptr) speaker->last_words("interrupted; no file is half-written");
     ::_exit(exit_code);
   }).detach();
+}
+
+void say_nothing_more(const Terminal& terminal) {
+  const std::lock_guard lock(speaker_guard());
+  if (speaker == &terminal) speaker = nullptr;
 }
 
 void end_with_parent() noexcept {

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "command/signals.h"
 #include "files/error.h"
 #include "files/write_file.h"
 
@@ -67,7 +68,10 @@ std::string shell_word(const std::string& word) {
 
 Terminal::Terminal(std::string tool) : tool_(std::move(tool)) {}
 
-Terminal::~Terminal() { progress_done(); }
+Terminal::~Terminal() {
+  say_nothing_more(*this);
+  progress_done();
+}
 
 void Terminal::print(const std::string& text) {
   if (redirected()) {
@@ -94,6 +98,7 @@ void Terminal::remark(const std::string& text) {
 
 void Terminal::error(const std::string& text) {
   progress_done();
+  const std::lock_guard lock(mutex_);
   line(text, true);
 }
 
@@ -121,6 +126,7 @@ void Terminal::progress_done() {
   }
   changed_.notify_all();
   thread_.join();
+  const std::lock_guard lock(mutex_);
   wipe();
 }
 

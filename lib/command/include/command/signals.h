@@ -9,6 +9,10 @@ class Terminal;
 /// exit code is 128 + signal. Call it before any thread starts.
 void end_on_signals(Terminal& terminal);
 
+/// For the terminal's destructor: from now on nothing is said through it. Does not return when a
+/// signal is ending the process.
+void say_nothing_more(const Terminal& terminal);
+
 /// In a child between fork and exec: signals are as the shell gave them, and it ends with its parent.
 void end_with_parent() noexcept;
 
