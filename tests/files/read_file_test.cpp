@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
 
 #include "files/error.h"
 #include "files/sha256.h"
@@ -28,7 +31,19 @@ TEST(ReadFile, GivesEveryByteUpToTheLargestSize) {
   const std::string path = folder.file("a", bytes);
   EXPECT_EQ(files::read_file(path, bytes.size()), bytes);
   EXPECT_EQ(files::read_file(folder.file("empty", ""), 0), "");
-  EXPECT_THAT(refusal(path, bytes.size() - 1), HasSubstr("larger than 199999 bytes"));
+  EXPECT_THAT(refusal(path, bytes.size() - 1), HasSubstr("200000 bytes, wanted at most 199999, "));
+}
+
+TEST(ReadFile, RefusesATooLargeFileWithoutReadingIt) {
+  const support::TemporaryFolder folder;
+  const std::string path = folder.file("a", "");
+  ASSERT_EQ(::truncate(path.c_str(), off_t{1} << 33), 0);  // takes no room on the disk
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THAT(refusal(path, std::size_t{1} << 32),
+              HasSubstr(path + ": 8589934592 bytes, wanted at most 4294967296, "));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(200));
+  EXPECT_THAT(refusal("/proc/self/maps", 10),
+              HasSubstr(": more than 10 bytes, wanted at most 10, "));  // says that it is empty
 }
 
 TEST(ReadFile, NamesPathAndReason) {

@@ -46,8 +46,16 @@ std::string read_file(const std::string& path, std::size_t largest_bytes) {
   struct stat status {};
   if (::fstat(file.value, &status) != 0) fail(path, "cannot read");
   want_file(path, status);
+  const auto refuse = [&](std::size_t seen, const char* more) {
+    throw Error(
+        fmt::format("{}: {}{} bytes, wanted at most {}, the most such a file can need; look "
+                    "whether it is the file that was meant",
+                    path, more, seen, largest_bytes));
+  };
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > largest_bytes) refuse(size, "");
   std::string bytes;
-  if (static_cast<std::size_t>(status.st_size) <= largest_bytes) bytes.reserve(static_cast<std::size_t>(status.st_size));
+  bytes.reserve(size);
   char block[1 << 16];
   for (;;) {
     const ssize_t count = ::read(file.value, block, sizeof block);
@@ -55,9 +63,7 @@ std::string read_file(const std::string& path, std::size_t largest_bytes) {
     if (count < 0) fail(path, "cannot read");
     if (count == 0) return bytes;
     bytes.append(block, static_cast<std::size_t>(count));
-    if (bytes.size() > largest_bytes)
-      throw Error(fmt::format("{}: larger than {} bytes, the most such a file can need", path,
-                              largest_bytes));
+    if (bytes.size() > largest_bytes) refuse(largest_bytes, "more than ");  // it has grown
   }
 }
 
