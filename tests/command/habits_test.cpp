@@ -308,6 +308,20 @@ TEST_F(Called, OutputIsLookedAtBeforeTheWork) {
     }
 }
 
+TEST_F(Called, AnEmptyOutputIsAWrongCommandLine) {
+  for (const Tool& tool : all_tools())
+    for (const Words& call : calls_[tool.name]) {
+      const auto flag = std::find(call.begin(), call.end(), "-o");
+      Words words = flag == call.end() ? call + Words{"-o", ""} : call;
+      if (flag != call.end()) words[static_cast<std::size_t>(flag - call.begin()) + 1] = "";
+      SCOPED_TRACE(tool.name + " " + joined(words));
+      const ToolRun ran = run_tool(tool.path, words);
+      EXPECT_EQ(ran.code, 2);
+      expect_one_line(tool, ran.err);
+      EXPECT_THAT(ran.err, ::testing::ContainsRegex("--output: '' seen, a (file|folder) wanted; see "));
+    }
+}
+
 TEST_F(Called, OneFileGoesToStandardOutputWithADash) {
   for (const Tool& tool : all_tools())
     for (const Words& call : calls_[tool.name]) {

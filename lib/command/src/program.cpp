@@ -141,8 +141,10 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
     const std::string& kind = option->get_type_name();
     if (kind != kFile && kind != kFileOrDash && kind != kFileOrFolder && kind != kFolder) continue;
     for (const std::string& path : option->results()) {
-      if (path == "-" && kind != kFileOrDash)
-        throw UsageError(fmt::format("{}: '-' seen, a {} wanted", option->get_name(), kind == kFolder ? "folder" : "file"));
+      const bool nothing = path.empty() && (is_output(*option) || kind == kFolder);
+      if (nothing || (path == "-" && kind != kFileOrDash))
+        throw UsageError(fmt::format("{}: '{}' seen, a {} wanted", option->get_name(), path,
+                                     kind == kFolder ? "folder" : "file"));
       if (is_output(*option)) {
         if (path == "-") terminal.results_to_stderr();
         kind == kFolder ? files::check_writable_folder(path) : files::check_writable(path);
