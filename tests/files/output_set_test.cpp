@@ -217,6 +217,23 @@ TEST(OutputSet, GivenUpLeavesTheFolderAsItWas) {
   EXPECT_EQ(folder.read("out/a.crg"), "a.crg");
 }
 
+TEST(OutputSet, GivenUpRemovesTheFoldersThatItMadeUnlessSomethingLiesInThem) {
+  const support::TemporaryFolder folder;
+  const auto give_up = [&](bool with_a_file) {
+    return killed([&] {
+      const OutputSet set(folder.path("new/./deep/out/"), "tool make");
+      if (with_a_file) folder.file("new/mine.txt", "kept");
+      files::abandon_writes();
+      ::_exit(0);
+      return 0;
+    });
+  };
+  EXPECT_EQ(give_up(false), 0);
+  EXPECT_FALSE(fs::exists(folder.path("new")));
+  EXPECT_EQ(give_up(true), 0);
+  EXPECT_EQ(names_in(folder.path("new")), Names{"mine.txt"});
+}
+
 TEST(OutputSet, GivenUpRemovesTheLockAfterAllThatItGuards) {
   const support::TemporaryFolder folder;
   const std::string out = folder.path("out");

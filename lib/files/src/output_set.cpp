@@ -102,11 +102,13 @@ void move_in(const std::string& from, const std::string& to) {
 
 FolderLock::FolderLock(const std::string& folder, const std::string& command) : folder_(folder), path_(folder + "/.kerbstone.lock") {
   const auto refuse = [&](const std::string& why) {
-    for (const std::string& made : made_) ::rmdir(made.c_str());
+    remove_made();
     throw Error(fmt::format("{}: cannot write into this folder: {}; give a folder that can be written with -o", folder_, why));
   };
   // Another process may remove the folder or the lock between two of these steps: then once more.
   for (int attempt = 0; attempt < 100; ++attempt) {
+    const std::lock_guard guard(
+        unfinished_guard());  // nobody interrupts before all that is made is known
     std::error_code problem;
     std::vector<std::string> missing;
     for (fs::path at = fs::absolute(folder).lexically_normal(); !fs::exists(at, problem) && at.has_relative_path(); at = at.parent_path())
@@ -114,6 +116,7 @@ FolderLock::FolderLock(const std::string& folder, const std::string& command) : 
     fs::create_directories(folder, problem);
     if (problem && problem.value() != ENOENT) refuse(problem.message());
     made_.insert(made_.end(), missing.begin(), missing.end());
+    for (auto made = missing.rbegin(); made != missing.rend(); ++made) add_made_folder(*made);
     const int file = ::open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
     if (file < 0 && errno == ENOENT) continue;
     if (file < 0) refuse(std::strerror(errno));
@@ -121,12 +124,12 @@ FolderLock::FolderLock(const std::string& folder, const std::string& command) : 
       char who[200];
       const ssize_t count = ::pread(file, who, sizeof who, 0);
       ::close(file);
+      remove_made();
       throw Error(fmt::format("{}: {} is writing into this folder; wait until it has ended, or give another folder with -o", folder_,
                               count > 0 ? std::string(who, static_cast<std::size_t>(count)) : "another process"));
     }
     struct stat mine {}, there {};
     if (::fstat(file, &mine) == 0 && ::stat(path_.c_str(), &there) == 0 && mine.st_ino == there.st_ino && mine.st_dev == there.st_dev) {
-      const std::lock_guard guard(unfinished_guard());
       descriptor_ = file;
       add_unfinished(path_);
       const std::string who = fmt::format("{} (process {})", command, ::getpid());
@@ -143,7 +146,15 @@ FolderLock::~FolderLock() {
   ::unlink(path_.c_str());
   ::close(descriptor_);
   drop_unfinished(path_);
-  for (const std::string& made : made_) ::rmdir(made.c_str());  // fails where something lies in it
+  remove_made();
+}
+
+void FolderLock::remove_made() {
+  const std::lock_guard guard(unfinished_guard());
+  for (const std::string& made : made_) {
+    ::rmdir(made.c_str());  // fails where something lies in it
+    drop_unfinished(made);
+  }
 }
 
 OutputSet::OutputSet(const std::string& folder, const std::string& command)

@@ -128,9 +128,15 @@ int create_temporary(const std::string& folder, const std::string& stem, std::st
   }
 }
 
-std::vector<std::string>& unfinished() {
-  static auto& paths = *new std::vector<std::string>;  // never destroyed: the watching thread may outlive main
-  return paths;
+struct Unfinished {
+  std::string path;
+  bool only_if_empty = false;
+};
+
+std::vector<Unfinished>& unfinished() {
+  static auto& list =
+      *new std::vector<Unfinished>;  // never destroyed: the watching thread may outlive main
+  return list;
 }
 
 }  // namespace
@@ -140,16 +146,26 @@ std::recursive_mutex& unfinished_guard() {
   return guard;
 }
 
-void add_unfinished(const std::string& path) { unfinished().push_back(fs::absolute(path).string()); }
-void drop_unfinished(const std::string& path) { std::erase(unfinished(), fs::absolute(path).string()); }
+void add_unfinished(const std::string& path) {
+  unfinished().push_back({fs::absolute(path).string()});
+}
+
+void add_made_folder(const std::string& path) {
+  unfinished().push_back({fs::absolute(path).string(), true});
+}
+
+void drop_unfinished(const std::string& path) {
+  const std::string full = fs::absolute(path).string();
+  std::erase_if(unfinished(), [&](const Unfinished& one) { return one.path == full; });
+}
 
 void abandon_writes() noexcept {
   unfinished_guard().lock();
   // The newest first, so that a folder's lock goes after all that it guards: whoever takes the lock
   // next makes things of the same names.
-  for (auto path = unfinished().rbegin(); path != unfinished().rend(); ++path) {
+  for (auto one = unfinished().rbegin(); one != unfinished().rend(); ++one) {
     std::error_code ignored;
-    fs::remove_all(*path, ignored);
+    one->only_if_empty ? fs::remove(one->path, ignored) : fs::remove_all(one->path, ignored);
   }
 }
 

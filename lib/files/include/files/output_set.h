@@ -19,6 +19,8 @@ class FolderLock {
   ~FolderLock();
 
  private:
+  void remove_made();
+
   std::string folder_, path_;
   std::vector<std::string> made_;  ///< folders, the innermost first
   int descriptor_ = -1;
