@@ -150,8 +150,16 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
   const double size = std::max(1.0, static_cast<double>(points.tellg()));
   points.clear();  // a pipe has no end to look for
   if (size > 1.0) points.seekg(0);
+  const auto want_read = [&] {  // a disk or a pipe that fails is no end of the file
+    if (points.bad())
+      throw road::Error(
+          fmt::format("{}: cannot be read to its end; look at the disk or the program "
+                      "that it comes from",
+                      standard_input ? "standard input" : command.points));
+  };
   std::string header;
   std::getline(points, header);
+  want_read();
   const Columns columns = find_columns(header, command.points + ":1");
 
   const road::Progress progress = terminal.progress();
@@ -201,6 +209,7 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
     first_number += lines.size();
     progress("query", std::min(1.0, done / size));
   }
+  want_read();
   output.commit();
   terminal.progress_done();
   if (terminal.json)
