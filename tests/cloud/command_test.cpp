@@ -96,6 +96,21 @@ TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
   EXPECT_EQ(there, listed);
 }
 
+TEST(Command, InfoOfAFolderIsOneJsonArray) {
+  const support::TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path("scans"));
+  for (const char* name : {"scans/a.xyz", "scans/b.xyz"}) folder.file(name, "0 0 0\n1 2 3\n");
+  const auto info = [&](const char* of) {
+    const Ran ran = lidar2mesh(folder, "info '" + folder.path(of) + "' --json");
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out);
+  };
+  const auto all = info("scans");
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[1]["path"], folder.path("scans/b.xyz"));
+  EXPECT_EQ(all[0], info("scans/a.xyz"));
+}
+
 TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
   const support::TemporaryFolder folder;
   write_road(folder.path("road.crg"));

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cloud/read_cloud.h"
@@ -8,27 +9,14 @@
 
 namespace lidar2mesh {
 
-std::optional<double> metres_per_unit(const std::string& unit) {
-  if (unit == "m") return 1.0;
-  if (unit == "cm") return 0.01;
-  if (unit == "mm") return 0.001;
-  if (unit == "ft") return 0.3048;
-  if (unit == "us-ft") return 1200.0 / 3937.0;
-  return std::nullopt;
-}
+namespace {
 
-int run_info(const InfoCommand& command, Terminal& terminal) {
-  cloud::CloudReadOptions options;
-  options.metres_per_unit = metres_per_unit(command.unit);
-  for (const std::string& path : cloud::cloud_files(command.cloud)) {
-    const cloud::CloudFacts facts = cloud::describe(path, options);
-    const cloud::CloudReadReport& read = facts.read;
-    if (terminal.json) {
-      nlohmann::ordered_json classes = nlohmann::ordered_json::object();
-      for (const auto& [number, points] : facts.points_of_class)
-        classes[std::to_string(number)] = points;
-      const nlohmann::ordered_json numbers = {
-          {"path", path},
+nlohmann::ordered_json numbers_of(const std::string& path, const cloud::CloudFacts& facts) {
+  const cloud::CloudReadReport& read = facts.read;
+  nlohmann::ordered_json classes = nlohmann::ordered_json::object();
+  for (const auto& [number, points] : facts.points_of_class)
+    classes[std::to_string(number)] = points;
+  return {{"path", path},
           {"format", read.format},
           {"points", read.points},
           {"not_finite", read.not_finite},
@@ -44,23 +32,52 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
           {"has_intensity", facts.has_intensity},
           {"classes", classes},
           {"remarks", read.remarks}};
-      terminal.print(files::json_text(numbers));
-      continue;
-    }
-    terminal.print(fmt::format("{}: {}, {} points\n", path, read.format, read.points));
-    for (int k = 0; k < 3; ++k)
-      terminal.print(fmt::format("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k], facts.min_m[k],
-                 facts.max_m[k], facts.resolution_m[static_cast<std::size_t>(k)]));
-    terminal.print(fmt::format("  unit of the file: {}{}\n", read.unit,
-               read.unit_from_file ? " (from its coordinate system)" : ""));
-    if (!read.coordinate_system.empty())
-      terminal.print(fmt::format("  coordinate system: {}\n", read.coordinate_system));
-    if (facts.has_time)
-      terminal.print(fmt::format("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s));
-    for (const auto& [number, points] : facts.points_of_class)
-      terminal.print(fmt::format("  class {}: {} points\n", number, points));
-    for (const std::string& remark : read.remarks) terminal.print(fmt::format("  note: {}\n", remark));
+}
+
+void print_facts(const std::string& path, const cloud::CloudFacts& facts, Terminal& terminal) {
+  const cloud::CloudReadReport& read = facts.read;
+  terminal.print(fmt::format("{}: {}, {} points\n", path, read.format, read.points));
+  for (int k = 0; k < 3; ++k)
+    terminal.print(fmt::format("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k],
+                               facts.min_m[k], facts.max_m[k],
+                               facts.resolution_m[static_cast<std::size_t>(k)]));
+  terminal.print(fmt::format("  unit of the file: {}{}\n", read.unit,
+                             read.unit_from_file ? " (from its coordinate system)" : ""));
+  if (!read.coordinate_system.empty())
+    terminal.print(fmt::format("  coordinate system: {}\n", read.coordinate_system));
+  if (facts.has_time)
+    terminal.print(
+        fmt::format("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s));
+  for (const auto& [number, points] : facts.points_of_class)
+    terminal.print(fmt::format("  class {}: {} points\n", number, points));
+  for (const std::string& remark : read.remarks)
+    terminal.print(fmt::format("  note: {}\n", remark));
+}
+
+}  // namespace
+
+std::optional<double> metres_per_unit(const std::string& unit) {
+  if (unit == "m") return 1.0;
+  if (unit == "cm") return 0.01;
+  if (unit == "mm") return 0.001;
+  if (unit == "ft") return 0.3048;
+  if (unit == "us-ft") return 1200.0 / 3937.0;
+  return std::nullopt;
+}
+
+int run_info(const InfoCommand& command, Terminal& terminal) {
+  cloud::CloudReadOptions options;
+  options.metres_per_unit = metres_per_unit(command.unit);
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const std::string& path : cloud::cloud_files(command.cloud)) {
+    const cloud::CloudFacts facts = cloud::describe(path, options);
+    if (terminal.json)
+      all.push_back(numbers_of(path, facts));
+    else
+      print_facts(path, facts, terminal);
   }
+  const bool is_folder = std::filesystem::is_directory(command.cloud);
+  if (terminal.json) terminal.print(files::json_text(is_folder ? all : all.front()));
   return kOk;
 }
 

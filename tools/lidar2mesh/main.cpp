@@ -22,7 +22,9 @@ void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
             command::kFileOrFolder)
       ->required();
   add_unit(*info, c.unit);
-  info->footer("Example:\n  lidar2mesh info survey.las");
+  info->footer(
+      "With --json: an object for a file, an array of them for a folder.\n\n"
+      "Example:\n  lidar2mesh info survey.las");
   info->callback([&] { run = [&] { return run_info(c, terminal); }; });
 }
 
