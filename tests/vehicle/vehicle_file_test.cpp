@@ -167,6 +167,15 @@ TEST_F(VehicleFile, ReadsMapsFromMatlabFiles) {
   EXPECT_EQ(evaluate(v.files.engine_torque_nm, 250.0, 1.0), 200.0);
   EXPECT_EQ(evaluate(v.files.engine_torque_nm, 900.0, 0.0), -50.0);
 
+  for (const auto& [thousands, machine] : {std::pair{2, "VAX"}, {3, "VAX"}, {4, "Cray"}}) {
+    const std::int32_t type = 1000 * thousands;
+    files::write_file(
+        path("engine.mat"),
+        std::string(reinterpret_cast<const char*>(&type), sizeof type) + bytes.substr(4));
+    EXPECT_THAT(refusal(yaml), HasSubstr(std::string("engine.mat: numbers of a ") + machine +
+                                         ", wanted those of IEEE"));
+  }
+
   files::write_file(path("engine.mat"), "not a MATLAB file");
   EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat"));
   for (std::size_t length = 0; length < bytes.size(); length += 5) {

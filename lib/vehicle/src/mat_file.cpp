@@ -111,10 +111,13 @@ std::optional<Matrix> find_level4(std::string_view bytes, const Reader& reader) 
     std::uint32_t head[5];
     const bool swap = number_at<std::uint32_t>(bytes, 0, false) > 9999;
     for (std::size_t k = 0; k < 5; ++k) head[k] = number_at<std::uint32_t>(bytes, 4 * k, swap);
-    const std::uint32_t format = head[0] % 100 / 10, kind = head[0] % 10;
+    const std::uint32_t numbers = head[0] / 1000, format = head[0] % 100 / 10, kind = head[0] % 10;
     if (head[0] > 4052 || head[0] % 1000 / 100 != 0 || format > 5 || head[3] > 1 ||
         head[4] > bytes.size() - 20)
       reader.fail("no MATLAB file of level 4, 5 or 7, or a damaged one; save it with -v7");
+    if (numbers > 1)  // 0 and 1 are IEEE's, little and big-endian
+      reader.fail(fmt::format("numbers of a {}, wanted those of IEEE; save it with -v7",
+                              numbers == 4 ? "Cray" : "VAX"));
     std::string_view name = bytes.substr(20, head[4]);
     name = name.substr(0, name.find('\0'));
     bytes.remove_prefix(20 + head[4]);
