@@ -1,12 +1,9 @@
 #include "fuzz/mesh_fuzz.h"
 
-#include <unistd.h>
-
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
+#include <string>
 
+#include "fuzz/target.h"
 #include "road/clean.h"
 #include "road/error.h"
 #include "road/read_mesh.h"
@@ -14,11 +11,7 @@
 namespace road::fuzz {
 namespace {
 
-void require(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "mesh fuzz: %s\n", what);
-  std::abort();
-}
+using ::fuzz::require;
 
 void check(const Mesh& mesh) {
   require(mesh.object_of_triangle.size() == mesh.triangles.size(), "an object for every triangle");
@@ -34,15 +27,7 @@ void check(const Mesh& mesh) {
 }  // namespace
 
 void run(std::string_view kind, std::string_view bytes) {
-  static const std::string folder = [] {
-    std::string name =
-        (std::filesystem::temp_directory_path() / "kerbstone_mesh_fuzz.XXXXXX").string();
-    require(::mkdtemp(name.data()) != nullptr, "a temporary folder");
-    return name;
-  }();
-  const std::string path = folder + "/mesh." + std::string(kind);
-  std::ofstream(path, std::ios::binary)
-      .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  const std::string path = ::fuzz::folder().put("mesh." + std::string(kind), bytes);
   try {
     MeshReadOptions options;
     options.own_process = false;
