@@ -11,7 +11,7 @@
 
 namespace crgexplain {
 
-using command::kOk, command::shell_word, command::Terminal;
+using command::kOk, command::one_line, command::shell_word, command::Terminal;
 
 struct MapCommand {
   std::string log_path, out_path;

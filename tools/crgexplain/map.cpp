@@ -33,7 +33,7 @@ int map(const MapCommand& command, Terminal& terminal) {
     return kOk;
   }
   terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size()));
-  for (const std::string& note : notes) terminal.print(fmt::format("  {}\n", note));
+  for (const std::string& note : notes) terminal.print(fmt::format("  {}\n", one_line(note)));
   terminal.print(fmt::format("{}: look through it and correct what was guessed wrong\n", command.out_path));
   return kOk;
 }

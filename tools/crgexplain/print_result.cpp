@@ -6,18 +6,22 @@ namespace crgexplain {
 namespace {
 
 void print_finding(const explain::Finding& f, Terminal& terminal) {
-  terminal.print(fmt::format("  {}{}: {}\n", f.mechanism, f.channel.empty() ? "" : " (" + f.channel + ")", f.physics));
+  terminal.print(fmt::format("  {}{}: {}\n", f.mechanism,
+                             f.channel.empty() ? "" : " (" + one_line(f.channel) + ")", f.physics));
   for (const explain::FoundParameter& p : f.parameters)
     terminal.print(fmt::format("    {} = {:.4g} {} [{:.4g}, {:.4g}]\n", p.name, p.value, p.unit, p.low, p.high));
   for (const explain::Place& w : f.where) terminal.print(fmt::format("    u {:.0f} to {:.0f} m\n", w.u_begin_m, w.u_end_m));
   for (const explain::Rival& r : f.rivals)
-    if (!r.separable) terminal.print(fmt::format("    cannot be told from {}: {}\n", r.mechanism, r.separating_experiment));
+    if (!r.separable)
+      terminal.print(fmt::format("    cannot be told from {}: {}\n", r.mechanism,
+                                 one_line(r.separating_experiment)));
 }
 
 void print_unexplained(const explain::Unexplained& u, Terminal& terminal) {
   std::string where;
   if (!u.where.empty()) where = fmt::format("{} from {:.0f} to {:.0f} m", u.locked_to == "u" ? "" : ", first at u", u.where[0].u_begin_m, u.where[0].u_end_m);
-  terminal.print(fmt::format("  unexplained: {} over {}{}, {:.3g} {}\n", u.channel, u.locked_to, where, u.size, u.unit));
+  terminal.print(fmt::format("  unexplained: {} over {}{}, {:.3g} {}\n", one_line(u.channel),
+                             u.locked_to, where, u.size, u.unit));
 }
 
 /// How the corrected inputs are simulated with, and looked at again.
@@ -40,7 +44,8 @@ void print_result(const RunCommand& command, const Recordings& recordings, const
   terminal.print(fmt::format("verdict: {}\n", findings.verdict));
   for (const explain::Finding& f : findings.findings) print_finding(f, terminal);
   for (const explain::Unexplained& u : findings.unexplained) print_unexplained(u, terminal);
-  for (const std::string& remark : findings.remarks) terminal.print(fmt::format("  {}\n", remark));
+  for (const std::string& remark : findings.remarks)
+    terminal.print(fmt::format("  {}\n", one_line(remark)));
   if (now.track_path != command.track_path) terminal.print(fmt::format("corrected road: {}\n", now.track_path));
   if (now.friction_path != command.friction_path) terminal.print(fmt::format("grip of the road: {}\n", now.friction_path));
   if (now.vehicle_path != command.vehicle_path) terminal.print(fmt::format("corrected car: {}\n", now.vehicle_path));

@@ -38,7 +38,8 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
     return kOk;
   }
   terminal.print(fmt::format("{} of {} points are ground (class 2)\n", count, cloud.size()));
-  for (const std::string& remark : report.remarks) terminal.print(fmt::format("note: {}\n", remark));
+  for (const std::string& remark : report.remarks)
+    terminal.print(fmt::format("note: {}\n", one_line(remark)));
   terminal.print(fmt::format("cloud    {}\n", command.output));
   return kOk;
 }

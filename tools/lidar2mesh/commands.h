@@ -13,7 +13,7 @@
 
 namespace lidar2mesh {
 
-using command::kNotValid, command::kOk, command::Terminal;
+using command::kNotValid, command::kOk, command::one_line, command::Terminal;
 
 /// "m", "ft", "us-ft", "cm", "mm" or empty (automatic) as metres.
 std::optional<double> metres_per_unit(const std::string& unit);

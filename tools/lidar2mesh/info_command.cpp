@@ -41,17 +41,17 @@ void print_facts(const std::string& path, const cloud::CloudFacts& facts, Termin
     terminal.print(fmt::format("  {}  {:.3f} to {:.3f} m, resolution {:.2g} m\n", "xyz"[k],
                                facts.min_m[k], facts.max_m[k],
                                facts.resolution_m[static_cast<std::size_t>(k)]));
-  terminal.print(fmt::format("  unit of the file: {}{}\n", read.unit,
+  terminal.print(fmt::format("  unit of the file: {}{}\n", one_line(read.unit),
                              read.unit_from_file ? " (from its coordinate system)" : ""));
   if (!read.coordinate_system.empty())
-    terminal.print(fmt::format("  coordinate system: {}\n", read.coordinate_system));
+    terminal.print(fmt::format("  coordinate system: {}\n", one_line(read.coordinate_system)));
   if (facts.has_time)
     terminal.print(
         fmt::format("  time {:.3f} to {:.3f} s\n", facts.time_begin_s, facts.time_end_s));
   for (const auto& [number, points] : facts.points_of_class)
     terminal.print(fmt::format("  class {}: {} points\n", number, points));
   for (const std::string& remark : read.remarks)
-    terminal.print(fmt::format("  note: {}\n", remark));
+    terminal.print(fmt::format("  note: {}\n", one_line(remark)));
 }
 
 }  // namespace

@@ -109,7 +109,8 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
   terminal.print(
       fmt::format("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
                   1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m));
-  for (const std::string& remark : facts.remarks) terminal.print(fmt::format("note: {}\n", remark));
+  for (const std::string& remark : facts.remarks)
+    terminal.print(fmt::format("note: {}\n", one_line(remark)));
   terminal.print(fmt::format("road     {}\nsummary  {}\n", outputs.path("refined.crg"),
                              outputs.path("summary.json")));
 }
