@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -43,9 +42,7 @@ void apply(const RecipeFlags& flags, road::Recipe& recipe) {
 
 /// By its name, or by the sections that it begins with.
 bool is_road_file(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (ending == ".crg") return true;
+  if (files::ending_of(path) == ".crg") return true;
   if (!std::filesystem::is_regular_file(path)) return false;
   std::ifstream file(path, std::ios::binary);
   std::string begin(10, '\0');

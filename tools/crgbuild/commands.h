@@ -16,7 +16,7 @@
 namespace crgbuild {
 
 using command::kFailed, command::kNotValid, command::kOk, command::one_line;
-using command::NotValid, command::Terminal, command::UsageError;
+using command::NotValid, command::shell_word, command::Terminal, command::UsageError;
 
 [[noreturn]] void throw_validation_failed(const std::string& path,
                                           const std::vector<std::string>& failures);

@@ -18,29 +18,19 @@
 namespace crgbuild {
 namespace {
 
-std::string quoted(const std::string& word) {
-  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
-                                              "_-./=:,+@%") == std::string::npos) {
-    return word;
-  }
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
 std::string command_line(const std::string& subcommand, const std::vector<std::pair<std::string, std::string>>& words,
                          const RecipeFlags& flags) {
   std::string text = "crgbuild " + subcommand;
   for (const auto& [flag, value] : words) {
     if (value.empty()) continue;
-    text += (flag.empty() ? " " : " " + flag + " ") + quoted(value);
+    text += (flag.empty() ? " " : " " + flag + " ") + shell_word(value);
   }
   const auto stands_alone = [](const std::string& name) {
     const std::vector<road::RecipeKey>& keys = road::recipe_keys();
     return std::any_of(keys.begin(), keys.end(), [&](const road::RecipeKey& key) { return key.name == name && is_switch(key); });
   };
   for (const auto& [name, value] : flags)
-    text += " " + flag_of(name) + (stands_alone(name) ? "" : " " + quoted(value));
+    text += " " + flag_of(name) + (stands_alone(name) ? "" : " " + shell_word(value));
   return text;
 }
 

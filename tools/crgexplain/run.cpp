@@ -30,7 +30,7 @@ std::vector<std::string> inputs_of(const RunCommand& command, const vehicle::Veh
 
 /// Everything that the result depends on: this program, names and bytes of all inputs, options.
 std::string hash_of(const RunCommand& command, const std::vector<std::string>& inputs) {
-  std::string all = files::sha256_of_file("/proc/self/exe");
+  std::string all = files::sha256_of_program();
   for (const std::string& input : inputs)
     if (!input.empty()) all += fmt::format("\n{} {}", input, files::sha256_of_file(input));
   all += fmt::format("\n{} {} {}", command.nulls, fmt::join(command.hold_out, ","), command.fuel_kg);

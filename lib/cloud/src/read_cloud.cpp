@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "files/ending.h"
 #include "mapped_file.h"
 #include "records.h"
 #include "road/error.h"
@@ -17,11 +18,7 @@
 namespace cloud {
 namespace {
 
-std::string ending_of(const std::string& name) {
-  std::string ending = std::filesystem::path(name).extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending;
-}
+using files::ending_of;
 
 template <typename T>
 double value_of(const char* from, bool swap) {

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "files/descriptor.h"
 #include "files/error.h"
 
 namespace files {
@@ -21,17 +22,6 @@ void want_file(const std::string& path, const struct stat& status) {
   if (S_ISDIR(status.st_mode)) throw Error(path + ": is a folder, wanted a file");
   if (!S_ISREG(status.st_mode)) throw Error(path + ": is a device, a FIFO or a socket, wanted a regular file");
 }
-
-/// Closes on every way out.
-struct Descriptor {
-  int value = -1;
-  explicit Descriptor(int opened) : value(opened) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (value >= 0) ::close(value);
-  }
-};
 
 }  // namespace
 

@@ -36,9 +36,6 @@ RawMesh read_ply(std::string_view bytes, const std::string& path);
 /// A mesh of 100 million triangles, or the buffer of one, in the most wasteful format.
 constexpr std::size_t kLargestMeshFile = 16'000'000'000;
 
-/// ".obj" of "track.OBJ".
-std::string lower_extension(const std::string& path);
-
 /// Refuses what would make a reader that calls itself for every level run out of stack, or visit
 /// shared parts without end: nested glTF, XML and text in braces. What is no such format, or damaged
 /// otherwise, passes. Throws Error.

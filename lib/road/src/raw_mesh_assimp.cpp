@@ -11,6 +11,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "files/ending.h"
 #include "files/read_file.h"
 #include "files/sha256.h"
 #include "raw_mesh.h"
@@ -105,7 +106,7 @@ class MemoryFirst : public Assimp::DefaultIOSystem {
       std::string content = files::read_file(file, kLargestMeshFile);
       if (companions_.opened) companions_.opened(content.size());
       companions_.add(file, files::sha256(content));
-      if (lower_extension(path_) == ".obj") content = names_and_textures(content);
+      if (files::ending_of(path_) == ".obj") content = names_and_textures(content);
       return new CompanionStream(std::move(content));
     } catch (const Error& error) {
       companions_.add(file, {});
@@ -309,7 +310,7 @@ void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
 bool is_for_looks(const std::string& path) {
   constexpr std::string_view kEndings[] = {".mtl", ".material", ".png", ".jpg",  ".jpeg", ".bmp",
                                            ".tga", ".dds",      ".gif", ".tiff", ".tif",  ".webp"};
-  const std::string ending = lower_extension(path);
+  const std::string ending = files::ending_of(path);
   return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
 }
 

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <type_traits>
 
+#include "files/descriptor.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -44,16 +45,6 @@ constexpr std::size_t kWaiting = 10;
 
 enum class Outcome : std::uint32_t { mesh = 0x6d657368, refusal = 0x6e6f6e65 };
 constexpr std::uint32_t kEnd = 0x656e6421;
-
-struct Descriptor {
-  int value = -1;
-  explicit Descriptor(int opened) : value(opened) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (value >= 0) ::close(value);
-  }
-};
 
 template <typename T>
 inline constexpr bool kAsItLies = std::is_trivially_copyable_v<T> || std::is_same_v<T, Eigen::Vector3d>;
@@ -236,7 +227,7 @@ int run_child(pid_t parent, int result, const std::string& path, std::size_t byt
 
 RawMesh read_in_child(const std::string& path, std::size_t bytes,
                       const std::function<RawMesh(const std::function<void(std::size_t)>& opened)>& read) {
-  const Descriptor result(::memfd_create("kerbstone-mesh", MFD_CLOEXEC));
+  const files::Descriptor result(::memfd_create("kerbstone-mesh", MFD_CLOEXEC));
   const pid_t parent = ::getpid();
   const pid_t child = result.value < 0 ? -1 : ::fork();
   if (child < 0)

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "files/ending.h"
 #include "files/read_file.h"
 #include "raw_mesh.h"
 #include "road/error.h"
@@ -75,7 +76,7 @@ RawMesh read_foreign(std::string_view bytes, const std::string& path, const Eige
 
 RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
   const std::string bytes = load(path);
-  const std::string extension = lower_extension(path);
+  const std::string extension = files::ending_of(path);
   if (extension == ".stl") return read_stl(bytes, path);
   if (extension == ".ply") return read_ply(bytes, path);
   if (extension == ".ac" || extension == ".acc" || extension == ".obj") {
@@ -201,13 +202,6 @@ double float32_spacing(double magnitude) {
 }
 
 }  // namespace
-
-std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshReadReport* report) {
   RawMesh raw = read_raw(path, options);
