@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,6 +42,22 @@ constexpr std::size_t kLargestMeshFile = 16'000'000'000;
 /// otherwise, passes. Throws Error.
 void check_nesting(std::string_view bytes, const std::string& path);
 
+/// What an .obj calls a list of materials (.mtl) -> its text; nothing where it cannot be had.
+using MaterialLibrary = std::function<std::optional<std::string>(const std::string& name)>;
+
+/// Wavefront .obj. What the last 'o' or 'g' line says is an object's name; objects and materials that
+/// come again go on where they stopped. Throws Error. Folded polygons of 2,000 corners take seconds.
+RawMesh read_obj(std::string_view bytes, const std::string& path, const MaterialLibrary& library);
+
+/// The same, with lists of materials that lie where the mesh may refer to (see read_with_assimp).
+RawMesh read_obj_file(std::string_view bytes, const std::string& path, bool allow_outside,
+                      const std::function<void(std::size_t)>& opened);
+
+/// Cuts a polygon into triangles by ears; points and lines give none. assimp's own step for this
+/// ends the program on some damaged files.
+void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::uint32_t>& polygon,
+                 std::vector<std::array<std::uint32_t, 3>>& triangles);
+
 /// Any other format. Files that the mesh refers to are read only below its folder unless
 /// `allow_outside`: one with geometry refuses the mesh, one for looks is a remark. Calls `opened` with
 /// the size of each. Throws Error; damaged files may crash it.
@@ -66,9 +83,6 @@ struct LocalText {
 /// AC3D (.ac, .acc): checks that the file is complete and drops every texture line but the base one
 /// (the last line would win in assimp, which then loses the object's texture).
 LocalText localise_ac3d(std::string_view bytes, const std::string& path);
-
-/// Wavefront .obj: checks vertex lines, subtracts an origin from large coordinates.
-LocalText localise_obj(std::string_view bytes, const std::string& path);
 
 /// An origin worth subtracting, or zero: coordinates beyond 1,000 units lose 0.1 mm in float32.
 Eigen::Vector3d local_origin(const Eigen::Vector3d& lowest, const Eigen::Vector3d& highest);

@@ -8,67 +8,16 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <filesystem>
 
-#include "files/ending.h"
-#include "files/read_file.h"
-#include "files/sha256.h"
 #include "raw_mesh.h"
+#include "raw_mesh_companions.h"
 #include "road/error.h"
-#include "text_lines.h"
 
 namespace road {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// What assimp wants beside the mesh: seen while it reads.
-struct Companions {
-  fs::path folder;  ///< canonical; empty: files may lie anywhere
-  std::function<void(std::size_t)> opened;
-  std::vector<MeshFile> files;
-  std::vector<std::string> problems;  ///< one sentence for each that is there and could not be read
-  std::vector<std::string> outside;   ///< those refused because of where they lie
-
-  void add(const std::string& path, const std::string& sha256) {
-    const auto known = std::find_if(files.begin(), files.end(),
-                                    [&](const MeshFile& file) { return file.path == path; });
-    if (known == files.end()) files.push_back({path, sha256});
-  }
-
-  /// Whether the file, after every link and "..", lies below the folder; if not, keeps its name.
-  bool may_open(const std::string& path) {
-    if (folder.empty()) return true;
-    std::error_code error;
-    const fs::path below = fs::weakly_canonical(fs::absolute(path), error).lexically_relative(folder);
-    if (!error && !below.empty() && *below.begin() != "..") return true;
-    if (std::find(outside.begin(), outside.end(), path) == outside.end()) outside.push_back(path);
-    return false;
-  }
-};
-
-/// What is used of a list of materials, and nothing of the rest, which assimp reads without looking
-/// whether there is a material yet: names and base textures, from the first name on.
-std::string names_and_textures(std::string_view library) {
-  const auto is = [](std::string_view word, std::string_view wanted) {
-    return std::equal(word.begin(), word.end(), wanted.begin(), wanted.end(), [](char a, char b) {
-      return std::tolower(static_cast<unsigned char>(a)) == b;
-    });
-  };
-  std::string text;
-  Lines lines(library);
-  std::string_view line;
-  while (lines.next(line)) {
-    std::string_view rest = line;
-    const std::string_view word = take_word(rest);
-    const bool named = is(word, "newmtl") || (!text.empty() && is(word, "map_kd"));
-    if (!named || take_word(rest).empty() || line.find('\0') != std::string_view::npos) continue;
-    text.append(line);
-    text.push_back('\n');
-  }
-  return text;
-}
 
 /// Bytes that live as long as the stream that assimp reads them from.
 struct OwnedBytes {
@@ -81,19 +30,14 @@ class CompanionStream : private OwnedBytes, public Assimp::MemoryIOStream {
         MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()) {}
 };
 
-/// Hands assimp the main file from memory and its companions (.mtl, .bin) from disk: the only way
+/// Hands assimp the main file from memory and its companions (.bin) from disk: the only way
 /// by which it comes to a file.
 class MemoryFirst : public Assimp::DefaultIOSystem {
  public:
   MemoryFirst(std::string path, std::string_view bytes, Companions& companions)
       : path_(std::move(path)), bytes_(bytes), companions_(companions) {}
   bool Exists(const char* file) const override {
-    if (path_ == file) return true;
-    if (!companions_.may_open(file)) return false;
-    std::error_code error;
-    if (fs::exists(file, error)) return true;
-    companions_.add(file, {});
-    return false;
+    return path_ == file || companions_.exists(file);
   }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     if (mode == nullptr || *mode != 'r') return nullptr;
@@ -101,18 +45,8 @@ class MemoryFirst : public Assimp::DefaultIOSystem {
       return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
                                         bytes_.size());
     }
-    if (!Exists(file)) return nullptr;
-    try {
-      std::string content = files::read_file(file, kLargestMeshFile);
-      if (companions_.opened) companions_.opened(content.size());
-      companions_.add(file, files::sha256(content));
-      if (files::ending_of(path_) == ".obj") content = names_and_textures(content);
-      return new CompanionStream(std::move(content));
-    } catch (const Error& error) {
-      companions_.add(file, {});
-      companions_.problems.emplace_back(error.what());
-      return nullptr;
-    }
+    auto content = companions_.read(file);
+    return content ? new CompanionStream(std::move(*content)) : nullptr;
   }
 
  private:
@@ -155,47 +89,6 @@ std::string object_name(const aiNode& node) {
     if (name.starts_with(made_up)) return {};
   }
   return name;
-}
-
-/// Cuts a polygon into triangles by ears; points and lines give none. assimp's own step for this
-/// ends the program on some damaged files.
-void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::uint32_t>& polygon,
-                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  // Polygons with many corners are terrain borders; beyond this the quadratic search is no use.
-  constexpr std::size_t kMostEars = 2000;
-  if (polygon.size() > 3 && polygon.size() <= kMostEars) {
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // Newell's
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      normal += (vertices[polygon[i]] - vertices[polygon[0]])
-                    .cross(vertices[polygon[(i + 1) % polygon.size()]] - vertices[polygon[0]]);
-    }
-    const auto left = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-      return normal.dot((vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]));
-    };
-    for (std::size_t i = 0, refused = 0; polygon.size() > 3 && refused < polygon.size();) {
-      const std::size_t n = polygon.size();
-      const std::uint32_t a = polygon[(i + n - 1) % n], b = polygon[i % n],
-                          c = polygon[(i + 1) % n];
-      bool ear = left(a, b, c) > 0.0;
-      for (std::size_t k = 0; k < n && ear; ++k) {
-        const std::uint32_t p = polygon[k];
-        if (p == a || p == b || p == c) continue;
-        ear = !(left(a, b, p) >= 0.0 && left(b, c, p) >= 0.0 && left(c, a, p) >= 0.0);
-      }
-      if (ear) {
-        triangles.push_back({a, b, c});
-        polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(i % n));
-        refused = 0;
-      } else {
-        ++refused;
-        ++i;
-      }
-      i %= polygon.size();
-    }
-  }
-  // The last ear, or what no ear could be cut from (folded polygons): a fan.
-  for (std::size_t k = 2; k < polygon.size(); ++k)
-    triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
 }
 
 RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::string& path) {
@@ -281,11 +174,10 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
 }
 
 /// One remark for all companions that are not there. assimp looks for each in several places, which
-/// it joins with two strokes, and for an .mtl of the mesh's own name: nobody asked for those.
+/// it joins with two strokes.
 void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
                     std::vector<std::string>& remarks) {
-  const fs::path mesh(path);
-  const std::string own_mtl = fs::path(mesh).replace_extension(".mtl").string();
+  const std::size_t folder_length = fs::path(path).parent_path().string().size();
   std::string names;
   for (const MeshFile& file : files) {
     const auto has_its_name = [&](const MeshFile& other) {
@@ -293,41 +185,12 @@ void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
                                           fs::path(file.path).filename();
     };
     if (!file.sha256.empty() || std::any_of(files.begin(), files.end(), has_its_name)) continue;
-    if (file.path.find("//", mesh.parent_path().string().size()) != std::string::npos) continue;
+    if (file.path.find("//", folder_length) != std::string::npos) continue;
     const std::string plain = fs::path(file.path).lexically_normal().string();
-    if (plain == fs::path(own_mtl).lexically_normal() && &file != &files.front()) continue;
-    if (plain != file.path && !names.empty()) continue;  // "./road.mtl" after "road.mtl"
+    if (plain != file.path && !names.empty()) continue;  // "./road.bin" after "road.bin"
     names += (names.empty() ? "" : ", ") + file.path;
   }
-  if (!names.empty()) {
-    remarks.push_back(fmt::format(
-        "the mesh refers to files that are missing: {}; names of materials and textures may be too",
-        names));
-  }
-}
-
-/// Pictures and lists of materials: a mesh is the same road without them.
-bool is_for_looks(const std::string& path) {
-  constexpr std::string_view kEndings[] = {".mtl", ".material", ".png", ".jpg",  ".jpeg", ".bmp",
-                                           ".tga", ".dds",      ".gif", ".tiff", ".tif",  ".webp"};
-  const std::string ending = files::ending_of(path);
-  return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
-}
-
-/// Throws for a file that lies outside, remarks on one that is for looks only.
-void tell_outside(const std::string& path, const std::vector<std::string>& outside,
-                  std::vector<std::string>& remarks) {
-  for (const std::string& file : outside) {
-    // assimp looks for one file in several places: the first is what the mesh says.
-    if (&file != &outside.front() && is_for_looks(file)) continue;
-    const std::string seen = fmt::format("'{}' lies outside the folder of the mesh", file);
-    constexpr const char* kAdvice =
-        "move it below that folder, or give --allow-outside (recipe: allow_outside: true)";
-    if (!is_for_looks(file)) {
-      throw Error(fmt::format("{}: refers to a file that is not read: {}; {}", path, seen, kAdvice));
-    }
-    remarks.push_back(fmt::format("refers to a file that was not read: {}; {}", seen, kAdvice));
-  }
+  if (!names.empty()) remarks.push_back(remark_on_missing(names));
 }
 
 }  // namespace
@@ -335,13 +198,11 @@ void tell_outside(const std::string& path, const std::vector<std::string>& outsi
 RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
                          const Eigen::Vector3d& origin, bool allow_outside,
                          const std::function<void(std::size_t)>& opened) {
-  Companions companions;
-  companions.opened = opened;
-  const fs::path folder = fs::canonical(fs::absolute(path).parent_path());
-  if (!allow_outside) companions.folder = folder;
+  Companions companions(path, allow_outside, opened);
   // Where the path goes up, assimp looks for what belongs to the mesh in places that nobody named.
   const bool goes_up = path.find("..") != std::string::npos;
-  const std::string own = goes_up ? (folder / fs::path(path).filename()).string() : path;
+  const std::string own =
+      goes_up ? (companions.folder() / fs::path(path).filename()).string() : path;
   Assimp::Importer importer;
   importer.SetIOHandler(new MemoryFirst(own, bytes, companions));  // owned by the importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_AC_EVAL_SUBDIVISION, false);
@@ -353,11 +214,11 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
     throw Error(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
                             error.what()));
   }
-  std::vector<std::string> remarks;
-  tell_outside(path, companions.outside, remarks);
+  std::vector<std::string> remarks = companions.remarks_on_outside();
+  const std::vector<std::string>& problems = companions.problems();
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    if (!companions.problems.empty())
-      throw Error(fmt::format("{}: refers to a file that cannot be read: {}", path, companions.problems.front()));
+    if (!problems.empty())
+      throw Error(fmt::format("{}: refers to a file that cannot be read: {}", path, problems.front()));
     std::string reason = importer.GetErrorString();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw Error(fmt::format(
@@ -367,12 +228,12 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   }
   RawMesh mesh = flatten(*scene, origin, path);
   mesh.remarks = std::move(remarks);
-  if (!companions.problems.empty()) {
-    mesh.remarks.push_back("refers to a file that cannot be read: " + companions.problems.front());
-  } else if (companions.outside.empty()) {
-    remark_missing(own, companions.files, mesh.remarks);
+  if (!problems.empty()) {
+    mesh.remarks.push_back("refers to a file that cannot be read: " + problems.front());
+  } else if (companions.outside().empty()) {
+    remark_missing(own, companions.files(), mesh.remarks);
   }
-  mesh.files = std::move(companions.files);
+  mesh.files = companions.files();
   return mesh;
 }
 

@@ -1,75 +1,15 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 
 #include "raw_mesh.h"
 #include "road/error.h"
 #include "text_lines.h"
+#include "text_vertices.h"
 
 namespace road {
 namespace {
-
-/// Coordinates that lost digits: texts written from float32 numbers, too large for the digits
-/// needed.
-constexpr double kFloat32Suspect = 1e5;
-
-struct Bounds {
-  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d highest = -lowest;
-  std::array<std::size_t, 3> large{}, float32{}, odd{};  ///< per axis
-
-  void add(const Eigen::Vector3d& vertex) {
-    lowest = lowest.cwiseMin(vertex);
-    highest = highest.cwiseMax(vertex);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double value = vertex[static_cast<int>(axis)];
-      if (std::abs(value) < kFloat32Suspect) continue;
-      ++large[axis];
-      const auto single = static_cast<float>(value);
-      if (static_cast<double>(single) != value) continue;
-      ++float32[axis];
-      std::uint32_t bits = 0;
-      std::memcpy(&bits, &single, sizeof bits);
-      odd[axis] += bits & 1u;
-    }
-  }
-
-  /// All large coordinates are float32 numbers and many need the last bit: two axes at least, since
-  /// a road drawn on whole metres is no sign of loss.
-  bool float32_quantised() const {
-    int axes = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (large[axis] < 100) continue;
-      if (float32[axis] != large[axis]) return false;
-      axes += 5 * odd[axis] >= large[axis] ? 1 : 0;
-    }
-    return axes >= 2;
-  }
-};
-
-Eigen::Vector3d take_vertex(std::string_view& rest, const std::string& path,
-                            std::size_t line_number, std::string_view line) {
-  Eigen::Vector3d vertex;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto value = to_number<double>(take_word(rest));
-    if (!value) {
-      throw Error(
-          fmt::format("{}:{}: '{}': wanted three coordinates; copy or export the mesh again", path,
-                      line_number, line.substr(0, 60)));
-    }
-    if (!std::isfinite(*value) || std::abs(*value) > 1e10) {
-      throw Error(fmt::format(
-          "{}:{}: a coordinate is {}; wanted a finite number of at most 1e7 m; repair the "
-          "object in the program that made it, or delete it",
-          path, line_number, *value));
-    }
-    vertex[axis] = *value;
-  }
-  return vertex;
-}
 
 void append_line(std::string& text, std::string_view line) {
   text.append(line);
@@ -110,7 +50,7 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
     return *count;
   };
 
-  Bounds bounds;
+  TextBounds bounds;
   bool transformed = false;  // loc or rot: an origin cannot be subtracted from the vertices alone
   std::string text;
   text.reserve(bytes.size());
@@ -230,58 +170,6 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
       fmt::format_to(std::back_inserter(local.text), "{:.9f} {:.9f} {:.9f}{}\n", vertex.x(),
                      vertex.y(), vertex.z(), rest);
     }
-  }
-  return local;
-}
-
-LocalText localise_obj(std::string_view bytes, const std::string& path) {
-  Bounds bounds;
-  Lines lines(bytes);
-  std::string_view line;
-  std::size_t faces = 0;
-  std::string_view last_word;
-  std::size_t last_corners = 0;
-  while (lines.next(line)) {
-    std::string_view rest = line;
-    last_word = take_word(rest);
-    if (last_word == "v") {
-      bounds.add(take_vertex(rest, path, lines.number(), line));
-    } else if (last_word == "f") {
-      ++faces;
-      last_corners = 0;
-      while (!take_word(rest).empty()) ++last_corners;
-    }
-  }
-  if (last_word == "f" && last_corners < 3 && !bytes.ends_with('\n')) {
-    throw Error(fmt::format(
-        "{}:{}: the file is truncated: its last face has {} corners; copy or export it again", path,
-        lines.number(), last_corners));
-  }
-  if (faces == 0) {
-    throw Error(
-        fmt::format("{}: no faces ('f' lines) in {} lines; wanted an .obj mesh; give a mesh file",
-                    path, lines.number()));
-  }
-  LocalText local;
-  local.float32_quantised = bounds.float32_quantised();
-  local.origin = local_origin(bounds.lowest, bounds.highest);
-  if (local.origin.isZero()) {
-    local.text.assign(bytes);
-    return local;
-  }
-  local.text.reserve(bytes.size() + bytes.size() / 8);
-  Lines again(bytes);
-  while (again.next(line)) {
-    std::string_view rest = line;
-    if (take_word(rest) != "v") {
-      append_line(local.text, line);
-      continue;
-    }
-    const Eigen::Vector3d vertex = take_vertex(rest, path, 0, line) - local.origin;
-    // Without what follows (weights, colours): assimp would read six numbers as position and colour
-    // anyway.
-    fmt::format_to(std::back_inserter(local.text), "v {:.9f} {:.9f} {:.9f}\n", vertex.x(),
-                   vertex.y(), vertex.z());
   }
   return local;
 }

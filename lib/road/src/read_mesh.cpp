@@ -64,14 +64,20 @@ void check_3ds_length(std::string_view bytes, const std::string& path) {
   }
 }
 
-/// By assimp, in a process of its own unless the options say otherwise.
+using Opened = std::function<void(std::size_t)>;
+
+/// In a process of its own unless the options say otherwise.
+RawMesh read_apart(std::string_view bytes, const std::string& path, const MeshReadOptions& options,
+                   const std::function<RawMesh(const Opened&)>& read) {
+  return options.own_process ? read_in_child(path, bytes.size(), read) : read({});
+}
+
 RawMesh read_foreign(std::string_view bytes, const std::string& path, const Eigen::Vector3d& origin,
                      const MeshReadOptions& options) {
   check_nesting(bytes, path);
-  const auto read = [&](const std::function<void(std::size_t)>& opened) {
+  return read_apart(bytes, path, options, [&](const Opened& opened) {
     return read_with_assimp(bytes, path, origin, options.allow_outside, opened);
-  };
-  return options.own_process ? read_in_child(path, bytes.size(), read) : read({});
+  });
 }
 
 RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
@@ -79,17 +85,19 @@ RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
   const std::string extension = files::ending_of(path);
   if (extension == ".stl") return read_stl(bytes, path);
   if (extension == ".ply") return read_ply(bytes, path);
-  if (extension == ".ac" || extension == ".acc" || extension == ".obj") {
-    const LocalText local =
-        extension == ".obj" ? localise_obj(bytes, path) : localise_ac3d(bytes, path);
+  if (extension == ".obj") {
+    return read_apart(bytes, path, options, [&](const Opened& opened) {
+      return read_obj_file(bytes, path, options.allow_outside, opened);
+    });
+  }
+  if (extension == ".ac" || extension == ".acc") {
+    const LocalText local = localise_ac3d(bytes, path);
     RawMesh mesh = read_foreign(local.text, path, local.origin, options);
     mesh.stored_as_float32 = local.float32_quantised;
     mesh.local_magnitude = 0.0;
     mesh.remarks.insert(mesh.remarks.begin(), local.remarks.begin(), local.remarks.end());
-    if (extension != ".obj") {
-      mesh.up = 'y';
-      mesh.metres_per_unit = 0.0;
-    }
+    mesh.up = 'y';
+    mesh.metres_per_unit = 0.0;
     return mesh;
   }
   if (extension == ".glb") check_glb_length(bytes, path);

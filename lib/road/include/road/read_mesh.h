@@ -20,8 +20,9 @@ struct MeshReadOptions {
   /// Files that the mesh refers to (.bin, .mtl) may lie outside the folder of the mesh. Not by default:
   /// a mesh from elsewhere shall not choose what is read here.
   bool allow_outside = false;
-  /// Formats without a reader of our own are read in a child process, so that a crash of the foreign
-  /// reader is a refusal. false, for debuggers and fuzzers: in this one.
+  /// Formats without a reader of our own, and .obj for its polygons, are read in a child process, so
+  /// that a crash of the foreign reader, or taking far too long, is a refusal. false, for debuggers
+  /// and fuzzers: in this one.
   bool own_process = true;
 };
 

@@ -1,0 +1,243 @@
+// Wavefront .obj. Of assimp 5.2.5 it is known that it puts the faces of an object that comes again
+// into another one, or nowhere.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "files/one_line.h"
+#include "raw_mesh.h"
+#include "road/error.h"
+#include "text_lines.h"
+#include "text_vertices.h"
+
+namespace road {
+namespace {
+
+/// Longer names are cut: one text repeated for a million materials would fill the memory.
+constexpr std::size_t kLongestName = 1000;
+
+bool is_word(std::string_view word, std::string_view lower_case) {
+  return std::equal(
+      word.begin(), word.end(), lower_case.begin(), lower_case.end(),
+      [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+}
+
+/// The rest of a line without the blanks around it.
+std::string_view trimmed(std::string_view rest) {
+  const std::size_t begin = rest.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return rest.substr(begin, rest.find_last_not_of(" \t") + 1 - begin);
+}
+
+std::string name_of(std::string_view rest) {
+  return files::one_line(std::string(trimmed(rest).substr(0, kLongestName)));
+}
+
+/// The file that a map_Kd line names, without its folders and the options before it.
+std::string texture_of(std::string_view rest) {
+  while (true) {
+    std::string_view after = rest;
+    const std::string_view option = take_word(after);
+    if (option.size() < 2 || option.front() != '-') break;
+    // -o, -s and -t have one to three numbers, -mm has two, all others one word.
+    const bool is_vector = option.size() == 2 && option.find_first_of("ost") == 1;
+    const int words = is_vector ? 3 : is_word(option, "-mm") ? 2 : 1;
+    for (int i = 0; i < words; ++i) {
+      std::string_view next = after;
+      const std::string_view word = take_word(next);
+      if (is_vector && i > 0 && !to_number<double>(word)) break;
+      after = next;
+    }
+    rest = after;
+  }
+  rest = trimmed(rest);
+  return name_of(rest.substr(rest.find_last_of("/\\") + 1));
+}
+
+/// Material -> its base texture. What else a list of materials says is not used.
+void add_textures(std::string_view text, std::map<std::string, std::string>& textures) {
+  Lines lines(text);
+  std::string_view line;
+  std::string material;
+  while (lines.next(line)) {
+    std::string_view rest = line;
+    const std::string_view word = take_word(rest);
+    if (is_word(word, "newmtl")) {
+      material = name_of(rest);
+    } else if (is_word(word, "map_kd") && !material.empty()) {
+      textures[material] = texture_of(rest);
+    }
+  }
+}
+
+class ObjReader {
+ public:
+  ObjReader(std::string_view bytes, const std::string& path, const MaterialLibrary& library)
+      : lines_(bytes), ends_whole_(bytes.ends_with('\n')), path_(path), library_(library) {}
+
+  RawMesh read() {
+    while (next_line()) {
+      std::string_view rest = line_;
+      const std::string_view word = take_word(rest);
+      last_corners_ = 3;
+      if (word == "v") {
+        check_count(mesh_.vertices.size());
+        mesh_.vertices.push_back(take_vertex(rest, path_, lines_.number(), line_));
+        bounds_.add(mesh_.vertices.back());
+      } else if (word == "f") {
+        add_face(rest);
+      } else if (word == "o" || word == "g") {
+        name_ = name_of(rest);
+        current_ = kNone;
+      } else if (word == "usemtl") {
+        material_ = name_of(rest);
+        current_ = kNone;
+      } else if (word == "mtllib") {
+        add_library(name_of(rest));
+      }
+    }
+    check_end();
+    cut_polygons();
+    for (MeshObject& object : mesh_.objects) {
+      const auto texture = textures_.find(object.material);
+      if (texture != textures_.end()) object.texture = texture->second;
+    }
+    mesh_.stored_as_float32 = bounds_.float32_quantised();
+    return std::move(mesh_);
+  }
+
+ private:
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  struct Face {
+    std::uint32_t corners, object;
+  };
+
+  /// One line; a vertex or face whose line ends in a stroke goes on in the next.
+  bool next_line() {
+    if (!lines_.next(line_)) return false;
+    if (line_number_ == 0 && line_.starts_with("\xef\xbb\xbf")) line_.remove_prefix(3);
+    line_number_ = lines_.number();
+    if (!line_.ends_with('\\')) return true;
+    std::string_view rest = line_;
+    const std::string_view word = take_word(rest);
+    if (word != "v" && word != "f") return true;
+    joined_.assign(line_);
+    while (joined_.ends_with('\\')) {
+      joined_.back() = ' ';
+      if (lines_.next(line_)) joined_ += line_;
+    }
+    line_ = joined_;
+    return true;
+  }
+
+  void check_count(std::size_t count) const {
+    if (count < kNone) return;
+    throw Error(fmt::format(
+        "{}: more than 4,294,967,294 vertices or corners of faces; reduce the mesh", path_));
+  }
+
+  void add_face(std::string_view rest) {
+    const auto vertices = static_cast<std::int64_t>(mesh_.vertices.size());
+    const std::size_t begin = corners_.size();
+    for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+      auto index = to_number<std::int64_t>(word.substr(0, word.find('/'))).value_or(0);
+      if (index < 0) index += vertices + 1;
+      if (index <= 0 || index > kNone) {
+        throw Error(
+            fmt::format("{}:{}: '{}': wanted numbers of vertices from 1 on, or from -1 back to "
+                        "-{}; export the mesh "
+                        "again",
+                        path_, line_number_, line_.substr(0, 60), vertices));
+      }
+      if (index > largest_index_) {
+        largest_index_ = index;
+        largest_index_line_ = line_number_;
+      }
+      check_count(corners_.size());
+      corners_.push_back(static_cast<std::uint32_t>(index - 1));
+    }
+    ++faces_seen_;
+    last_corners_ = corners_.size() - begin;
+    if (last_corners_ < 3) {
+      corners_.resize(begin);
+      return;
+    }
+    if (current_ == kNone) {
+      const auto next = static_cast<std::uint32_t>(mesh_.objects.size());
+      const auto [known, is_new] = numbers_.try_emplace({name_, material_}, next);
+      if (is_new) mesh_.objects.push_back({name_, material_, ""});
+      current_ = known->second;
+    }
+    faces_.push_back({static_cast<std::uint32_t>(last_corners_), current_});
+  }
+
+  void add_library(const std::string& name) {
+    if (name.empty() || !libraries_.insert(name).second) return;
+    if (const auto text = library_(name)) add_textures(*text, textures_);
+  }
+
+  void check_end() const {
+    if (last_corners_ < 3 && !ends_whole_) {
+      throw Error(fmt::format(
+          "{}:{}: the file is truncated: its last face has {} corners; copy or export it again",
+          path_, lines_.number(), last_corners_));
+    }
+    if (faces_seen_ == 0) {
+      throw Error(
+          fmt::format("{}: no faces ('f' lines) in {} lines; wanted an .obj mesh; give a mesh file",
+                      path_, lines_.number()));
+    }
+    if (largest_index_ > static_cast<std::int64_t>(mesh_.vertices.size())) {
+      throw Error(fmt::format(
+          "{}:{}: a face has corner {}, but there are {} vertices; export the mesh again", path_,
+          largest_index_line_, largest_index_, mesh_.vertices.size()));
+    }
+  }
+
+  /// Only now: faces may stand before their vertices.
+  void cut_polygons() {
+    std::vector<std::uint32_t> polygon;
+    mesh_.triangles.reserve(faces_.size());
+    auto at = corners_.begin();
+    for (const Face& face : faces_) {
+      polygon.assign(at, at + face.corners);
+      at += face.corners;
+      triangulate(mesh_.vertices, polygon, mesh_.triangles);
+      mesh_.object_of_triangle.resize(mesh_.triangles.size(), face.object);
+    }
+  }
+
+  Lines lines_;
+  bool ends_whole_;
+  const std::string& path_;
+  const MaterialLibrary& library_;
+  std::string_view line_;
+  std::string joined_;
+  std::size_t line_number_ = 0;
+
+  RawMesh mesh_;
+  TextBounds bounds_;
+  std::string name_, material_;    ///< in force
+  std::uint32_t current_ = kNone;  ///< the object of both; none before a face of it
+  std::map<std::pair<std::string, std::string>, std::uint32_t> numbers_;
+  std::map<std::string, std::string> textures_;
+  std::set<std::string> libraries_;
+  std::vector<Face> faces_;
+  std::vector<std::uint32_t> corners_;  ///< of all faces, counted from 0
+  std::size_t faces_seen_ = 0, last_corners_ = 3;
+  std::int64_t largest_index_ = 0;
+  std::size_t largest_index_line_ = 0;
+};
+
+}  // namespace
+
+RawMesh read_obj(std::string_view bytes, const std::string& path, const MaterialLibrary& library) {
+  return ObjReader(bytes, path, library).read();
+}
+
+}  // namespace road
