@@ -79,18 +79,30 @@ TEST(BadInput, OpenRoadWorksAndSaysSo) {
 
 TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
   for (const auto& [unit, scale] :
-       {std::pair{"mm", 1000.0}, std::pair{"ft", 1 / 0.3048}, std::pair{"cm", 100.0}}) {
+       {std::pair{"mm", 1000.0}, std::pair{"ft", 1 / 0.3048}, std::pair{"cm", 100.0}, std::pair{"inch", 1 / 0.0254}}) {
     Stadium stadium;
     stadium.scale = scale;
     const Folder folder;
     write(folder / "s.obj", stadium.obj());
     if (std::string(unit) != "ft")  // 1,600 ft long and 32 ft wide could be metres
-      expect_refused(build(folder, folder / "s.obj"), folder / "out", {"--unit"});
+      expect_refused(build(folder, folder / "s.obj"), folder / "out", {fmt::format("--unit {}", unit)});
     const Ran ran = build(folder, folder / "s.obj", {"--unit", unit});
     EXPECT_EQ(ran.code, 0) << unit << ran.err;
     const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
     EXPECT_NEAR(s["reference_line"]["length_m"], Stadium::length_m(), 0.3) << unit;
   }
+}
+
+TEST(BadInput, AScaleStandsForAUnitWithoutAName) {
+  Stadium stadium;
+  stadium.scale = 1 / 0.254;
+  const Folder folder;
+  write(folder / "s.obj", stadium.obj());
+  const Ran ran = build(folder, folder / "s.obj", {"--scale", "0.254"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));
+  EXPECT_NEAR(s["reference_line"]["length_m"], Stadium::length_m(), 0.3);
+  EXPECT_EQ(s["read"]["scale"], 0.254);
 }
 
 TEST(BadInput, WrongUpAxisSaysWhichFlagToGive) {

@@ -209,6 +209,8 @@ TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
   for (const auto& [unit, name, scale] : {std::tuple{road::Unit::mm, "mm", 1000.0},
                                           {road::Unit::cm, "cm", 100.0},
                                           {road::Unit::ft, "ft", 1.0 / 0.3048},
+                                          {road::Unit::inch, "inch", 1.0 / 0.0254},
+                                          {road::Unit::yard, "yard", 1.0 / 0.9144},
                                           {road::Unit::m, "m", 1.0}}) {
     MeshReadOptions options;
     options.unit = unit;
@@ -219,6 +221,24 @@ TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
     EXPECT_LT(distance(road_, seen), 5e-5) << name;  // float32 of 200,000 mm: 16 um
     EXPECT_EQ(report.unit, name);
   }
+  MeshReadOptions scaled;
+  for (const auto& [unit, name, factor] :
+       {std::tuple{road::Unit::automatic, "m", 0.254},
+        {road::Unit::cm, "cm", 25.4},
+        {road::Unit::cm, "cm", 0.5}}) {
+    scaled.unit = unit;
+    scaled.scale = factor;
+    const double per_metre = 1.0 / (factor * road::metres_per(unit));
+    MeshReadReport report;
+    const Mesh seen = road::read_mesh(
+        folder_.file("scaled.obj", as_obj(road_, 'z', Eigen::Vector3d::Zero(), per_metre)), scaled,
+        &report);
+    EXPECT_LT(distance(road_, seen), 5e-5) << factor;
+    EXPECT_EQ(report.unit, name);
+    EXPECT_EQ(report.scale, factor);
+  }
+  scaled.scale = 1e-3;
+  EXPECT_THAT(message_of(folder_.file("m.obj", as_obj(road_)), scaled), HasSubstr("times the scale 0.001"));
   const std::string mm =
       folder_.file("mm.obj", as_obj(road_, 'z', Eigen::Vector3d::Zero(), 1000.0));
   EXPECT_THAT(message_of(mm), HasSubstr("200000 m across"));

@@ -62,6 +62,7 @@ mesh: /abs/track.ac
 name: my track
 up: y
 unit: cm
+scale: 2.5
 use_names: false
 weld_tolerance_m: 0.02
 reverse: true
@@ -86,6 +87,7 @@ name_rules:
   EXPECT_EQ(recipe.name, "my track");
   EXPECT_EQ(recipe.read.up, UpAxis::y);
   EXPECT_EQ(recipe.read.unit, Unit::cm);
+  EXPECT_EQ(recipe.read.scale, 2.5);
   EXPECT_EQ(recipe.clean.use_names, road::UseNames::no);
   EXPECT_DOUBLE_EQ(recipe.clean.weld_tolerance_m, 0.02);
   EXPECT_TRUE(recipe.centreline.reverse);

@@ -20,10 +20,7 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
                   : command.names == "ac"   ? road::NameStyle::ac
                   : command.names == "none" ? road::NameStyle::none
                                             : road::NameStyle::plain;
-  options.unit = command.unit == "cm"   ? road::Unit::cm
-                 : command.unit == "mm" ? road::Unit::mm
-                 : command.unit == "ft" ? road::Unit::ft
-                                        : road::Unit::m;
+  options.unit = road::unit_called(command.unit);
   // The sagitta grows with the square of a chord: bends get coarser in step with straights.
   const double coarser = command.facet_m / options.ring_step_m;
   options.ring_step_m = command.facet_m;

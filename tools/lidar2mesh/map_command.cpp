@@ -25,10 +25,7 @@ crg::Crg read_base(const MapCommand& command) {
   road::MeshReadOptions read;
   if (command.base_up == "y") read.up = road::UpAxis::y;
   if (command.base_up == "z") read.up = road::UpAxis::z;
-  if (command.base_unit == "m") read.unit = road::Unit::m;
-  if (command.base_unit == "cm") read.unit = road::Unit::cm;
-  if (command.base_unit == "mm") read.unit = road::Unit::mm;
-  if (command.base_unit == "ft") read.unit = road::Unit::ft;
+  read.unit = road::unit_called(command.base_unit);
   read.allow_outside = command.allow_outside;
   const road::RoadMesh mesh = road::clean(road::read_mesh(command.base, read));
   const road::Centreline centreline = road::trace_centreline(mesh);

@@ -22,6 +22,7 @@
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
+#include "suggest_unit.h"
 
 namespace road {
 
@@ -74,6 +75,18 @@ std::string write_patches(std::vector<KerbPatch> patches, const files::OutputSet
 /// Role and name of each file beside summary.json.
 void add_output(const char* role, const std::string& name, const files::OutputSet& outputs, BuildSummary& summary) {
   if (!name.empty()) summary.outputs.push_back({role, name, files::sha256_of_file(outputs.staged(name))});
+}
+
+/// A refusal of `body` says in which other unit there is a road.
+template <typename Body>
+auto try_in_units(const Recipe& recipe, const MeshReadReport& read, const Mesh& mesh, const Body& body) {
+  try {
+    return body();
+  } catch (const Error& error) {
+    const std::string other = recipe.read.scale == 1.0 ? unit_with_a_road(mesh, read.metres_per_unit, recipe.clean) : "";
+    if (other.empty()) throw;
+    throw Error(error.what() + other);
+  }
 }
 
 }  // namespace
@@ -168,7 +181,7 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
     if (cleaned) paths.kept.push_back(cache);
     if (!cleaned) {
       cleaned.emplace();
-      cleaned->road = clean(mesh, clean_options, &cleaned->report);
+      cleaned->road = try_in_units(recipe, summary.read, mesh, [&] { return clean(mesh, clean_options, &cleaned->report); });
       if (mesh.triangles.size() >= kTrianglesWorthKeeping) write_clean_cache(*cleaned, key, outputs.staged(cache));
     }
     write_road_mesh(cleaned->road, outputs.staged(stl));
@@ -176,13 +189,13 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
     return std::move(cleaned->road);
   });
   const Centreline centreline = stage("centreline", [&] {
-    Centreline traced = trace_centreline(road, centreline_options);
+    Centreline traced = try_in_units(recipe, summary.read, mesh, [&] { return trace_centreline(road, centreline_options); });
     write_centreline_csv(traced, outputs.staged(kCentrelineName));
     return traced;
   });
   summary.centreline = describe(centreline);
   crg::ReferenceLine line = stage("reference_line", [&] {
-    return fit_reference_line(centreline, recipe.reference_line, &summary.reference_line);
+    return try_in_units(recipe, summary.read, mesh, [&] { return fit_reference_line(centreline, recipe.reference_line, &summary.reference_line); });
   });
   const RaySurface surface(road.mesh);
   SampledGrid sampled = stage("sample", [&] {

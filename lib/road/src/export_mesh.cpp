@@ -22,26 +22,11 @@ namespace {
 
 constexpr std::uint32_t kUnseen = std::numeric_limits<std::uint32_t>::max();
 
-double units_per_metre(Unit unit) {
-  switch (unit) {
-    case Unit::cm:
-      return 100.0;
-    case Unit::mm:
-      return 1000.0;
-    case Unit::ft:
-      return 1.0 / 0.3048;
-    case Unit::m:
-    case Unit::automatic:
-      break;
-  }
-  return 1.0;
-}
-
 /// In file axes and units, origin added; objects with empty names merged into one.
 Mesh in_file_frame(const Mesh& mesh, const MeshExportOptions& options) {
   Mesh result = mesh;
   result.origin_m.setZero();
-  const double scale = units_per_metre(options.unit);
+  const double scale = 1.0 / metres_per(options.unit);
   for (Eigen::Vector3d& vertex : result.vertices_m) {
     const Eigen::Vector3d p = scale * (mesh.origin_m + vertex);
     vertex = options.up == UpAxis::y ? Eigen::Vector3d(p.x(), p.z(), -p.y()) : p;

@@ -116,26 +116,9 @@ RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
   return mesh;
 }
 
-double metres_per(Unit unit) {
-  switch (unit) {
-    case Unit::cm:
-      return 0.01;
-    case Unit::mm:
-      return 0.001;
-    case Unit::ft:
-      return 0.3048;
-    case Unit::automatic:
-    case Unit::m:
-      return 1.0;
-  }
-  return 1.0;
-}
-
 std::string unit_name(double metres_per_unit) {
-  if (metres_per_unit == 1.0) return "m";
-  if (metres_per_unit == 0.3048) return "ft";
-  if (std::abs(metres_per_unit - 0.01) < 1e-9) return "cm";
-  if (std::abs(metres_per_unit - 0.001) < 1e-10) return "mm";
+  for (const NamedUnit& known : kUnits)
+    if (std::abs(metres_per_unit - known.metres) < 1e-6 * known.metres) return known.name;
   return fmt::format("{} m", metres_per_unit);
 }
 
@@ -236,19 +219,21 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
       highest = highest.cwiseMax(raw.vertices[index]);
     }
   }
-  double scale = metres_per(options.unit);
-  if (options.unit == Unit::automatic && raw.metres_per_unit > 0.0) scale = raw.metres_per_unit;
+  double unit_m = metres_per(options.unit);
+  if (options.unit == Unit::automatic && raw.metres_per_unit > 0.0) unit_m = raw.metres_per_unit;
+  const double scale = unit_m * options.scale;
   const double extent = (highest - lowest).head<2>().maxCoeff();
   if (!(extent * scale >= kSmallestMesh_m && extent * scale <= kLargestMesh_m)) {
     std::string fitting;
     for (const auto& [name, factor] : {std::pair{"mm", 0.001}, {"cm", 0.01}, {"m", 1.0}}) {
-      if (extent * factor >= 100.0 && extent * factor <= kLargestMesh_m) {
-        fitting += fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name,
-                               extent * factor);
-      }
+      const double fitted_m = extent * factor * options.scale;
+      if (fitted_m >= 100.0 && fitted_m <= kLargestMesh_m)
+        fitting += fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name, fitted_m);
     }
-    throw Error(fmt::format("{}: the mesh is {:.6g} {} across; wanted {:.0f} m to {:.0f} km; {}",
-                            path, extent, unit_name(scale), kSmallestMesh_m,
+    const std::string scaled =
+        options.scale == 1.0 ? "" : fmt::format(", times the scale {:g},", options.scale);
+    throw Error(fmt::format("{}: the mesh is {:.6g} {}{} across; wanted {:.0f} m to {:.0f} km; {}",
+                            path, extent, unit_name(unit_m), scaled, kSmallestMesh_m,
                             kLargestMesh_m / 1000.0,
                             fitting.empty() ? "check the file and its unit"
                                             : "if the unit is another, give " + fitting));
@@ -296,7 +281,9 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
   mesh.objects = std::move(raw.objects);
   if (report != nullptr) {
     report->up = std::string(1, up);
-    report->unit = unit_name(scale);
+    report->unit = unit_name(unit_m);
+    report->scale = options.scale;
+    report->metres_per_unit = scale;
     report->vertices = mesh.vertices_m.size();
     report->triangles = mesh.triangles.size();
     report->objects = mesh.objects.size();

@@ -204,13 +204,12 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(choice<UpAxis>(
       "read", "up", {{"automatic", UpAxis::automatic}, {"y", UpAxis::y}, {"z", UpAxis::z}},
       "axis of the mesh that points up", [](Recipe& r) -> UpAxis& { return r.read.up; }));
-  keys.push_back(choice<Unit>("read", "unit",
-                              {{"automatic", Unit::automatic},
-                               {"m", Unit::m},
-                               {"cm", Unit::cm},
-                               {"mm", Unit::mm},
-                               {"ft", Unit::ft}},
-                              "unit of the mesh", [](Recipe& r) -> Unit& { return r.read.unit; }));
+  std::vector<std::pair<std::string, Unit>> units{{"automatic", Unit::automatic}};
+  for (const NamedUnit& known : kUnits) units.emplace_back(known.name, known.unit);
+  keys.push_back(choice<Unit>("read", "unit", std::move(units), "unit of the mesh",
+                              [](Recipe& r) -> Unit& { return r.read.unit; }));
+  keys.push_back(number("read", "scale", 1e-6, 1e6, "factor on top of the unit, for meshes in a unit without a name",
+                        [](Recipe& r) -> double& { return r.read.scale; }));
   keys.push_back(yes_or_no("read", "allow_outside",
                            "the mesh may refer to files outside its folder",
                            [](Recipe& r) -> bool& { return r.read.allow_outside; }));

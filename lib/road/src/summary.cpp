@@ -44,6 +44,7 @@ Json json_of(const std::vector<InputFile>& inputs) {
 Json json_of(const MeshReadReport& report) {
   return {{"up", report.up},
           {"unit", report.unit},
+          {"scale", report.scale},
           {"vertices", report.vertices},
           {"triangles", report.triangles},
           {"objects", report.objects},

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "road/mesh.h"
@@ -9,7 +10,31 @@
 namespace road {
 
 enum class UpAxis { automatic, y, z };
-enum class Unit { automatic, m, cm, mm, ft };
+enum class Unit { automatic, m, cm, mm, ft, inch, yard };
+
+struct NamedUnit {
+  Unit unit;
+  const char* name;
+  double metres;
+};
+/// Every unit but `automatic`.
+inline constexpr NamedUnit kUnits[] = {{Unit::m, "m", 1.0},          {Unit::cm, "cm", 0.01},
+                                       {Unit::mm, "mm", 0.001},      {Unit::ft, "ft", 0.3048},
+                                       {Unit::inch, "inch", 0.0254}, {Unit::yard, "yard", 0.9144}};
+
+/// automatic counts as m.
+constexpr double metres_per(Unit unit) {
+  for (const NamedUnit& known : kUnits)
+    if (known.unit == unit) return known.metres;
+  return 1.0;
+}
+
+/// automatic for any other word.
+constexpr Unit unit_called(std::string_view name) {
+  for (const NamedUnit& known : kUnits)
+    if (name == known.name) return known.unit;
+  return Unit::automatic;
+}
 
 struct MeshReadOptions {
   /// automatic: the format's own rule (.ac, .acc, .gltf, .glb: y) checked against where the large
@@ -17,6 +42,8 @@ struct MeshReadOptions {
   UpAxis up = UpAxis::automatic;
   /// automatic: metres, refused when the size of the mesh speaks against it (see read_mesh).
   Unit unit = Unit::automatic;
+  /// Factor on top of the unit, for meshes whose unit has no name.
+  double scale = 1.0;
   /// Files that the mesh refers to (.bin, .mtl) may lie outside the folder of the mesh. Not by default:
   /// a mesh from elsewhere shall not choose what is read here.
   bool allow_outside = false;
@@ -35,7 +62,9 @@ struct MeshFile {
 /// What was decided and seen while reading; for summary.json.
 struct MeshReadReport {
   std::string up;           ///< "y" or "z"
-  std::string unit;         ///< "m", "cm", "mm", "ft"
+  std::string unit;         ///< "m", "cm", "mm", "ft", "inch", "yard"
+  double scale = 1.0;       ///< as in MeshReadOptions
+  double metres_per_unit = 1.0;  ///< of the coordinates in the file: unit times scale
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t objects = 0;
