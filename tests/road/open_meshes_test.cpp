@@ -98,7 +98,8 @@ TEST_P(MeshWithoutRoad, IsRefusedOrDoubted) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MeshWithoutRoad,
-                         testing::Values("stk_fortmagma.b3d", "stk_mansion.b3d", "stk_sandtrack.b3d", "superdrift_racetrack.glb"),
+                         testing::Values("stk_fortmagma.b3d", "stk_mansion.b3d", "stk_sandtrack.b3d", "superdrift_racetrack.glb",
+                                         "pmndrs_track_draco.glb"),
                          [](const auto& mesh) {
                            std::string name = mesh.param;
                            for (char& c : name)

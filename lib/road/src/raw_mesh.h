@@ -58,6 +58,15 @@ RawMesh read_obj_file(std::string_view bytes, const std::string& path, bool allo
 void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::uint32_t>& polygon,
                  std::vector<std::array<std::uint32_t, 3>>& triangles);
 
+/// What a glTF calls a buffer -> its bytes; nothing where they cannot be had.
+using BufferFile = std::function<std::optional<std::string>(const std::string& uri)>;
+
+/// A glTF or .glb whose meshes are compressed by Draco, with plain ones in their place, or nothing where
+/// none is. Throws Error: damaged, or far more triangles declared than so many bytes can hold. Damaged
+/// files may crash it.
+std::optional<std::string> without_draco(std::string_view bytes, const std::string& path,
+                                         const BufferFile& buffer_file);
+
 /// Any other format. Files that the mesh refers to are read only below its folder unless
 /// `allow_outside`: one with geometry refuses the mesh, one for looks is a remark. Calls `opened` with
 /// the size of each. Throws Error; damaged files may crash it.

@@ -203,6 +203,19 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   const bool goes_up = path.find("..") != std::string::npos;
   const std::string own =
       goes_up ? (companions.folder() / fs::path(path).filename()).string() : path;
+  const std::string extension = lower_extension(path);
+  std::optional<std::string> plain;
+  if (extension == ".glb" || extension == ".gltf") {
+    plain = without_draco(bytes, path, [&](const std::string& uri) {
+      auto content = companions.read((fs::path(own).parent_path() / uri).string());
+      companions.remarks_on_outside();  // throws: a buffer is geometry
+      return content;
+    });
+  }
+  if (plain) {
+    bytes = *plain;
+    if (opened) opened(plain->size());
+  }
   Assimp::Importer importer;
   importer.SetIOHandler(new MemoryFirst(own, bytes, companions));  // owned by the importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_AC_EVAL_SUBDIVISION, false);

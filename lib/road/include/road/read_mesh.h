@@ -75,7 +75,8 @@ struct MeshReadReport {
   std::vector<MeshFile> files;
 };
 
-/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...).
+/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...), glTF compressed by
+/// Draco too.
 /// y-up source axes (ax, ay, az) become (ax, -az, ay). Large coordinates (UTM) of text formats and of
 /// double PLY survive: a local origin is subtracted in double before assimp sees them.
 /// Throws Error: missing, empty, truncated, no triangles, not finite or > 1e7 m coordinates (with object
