@@ -94,7 +94,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       "road     {}\npicture  {}\nnumbers  {}\n",
       recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")), number(width.at("width_min_m")),
       number(width.at("width_max_m")), number(grid.at("width_min_m")), number(grid.at("width_max_m")), clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
-      clean.at("by_names").get<bool>() ? "by names" : "by shape", grid.at("rows").get<std::size_t>(),
+      clean.at("by_guide").get<bool>() ? "by the guide" : clean.at("by_names").get<bool>() ? "by names" : "by shape", grid.at("rows").get<std::size_t>(),
       grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")), recipe.sample.v_step_m, grid.at("holes").get<std::size_t>(),
       sample.at("filled").get<std::size_t>(), sample.at("folds").size(), s.at("kerb").at("kerbs").size(),
       1e3 * number(s.at("smooth").at("largest_change_road_m")), smoothed_waves(s.at("smooth")),

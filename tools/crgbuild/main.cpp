@@ -314,10 +314,12 @@ int naming(const std::string& input, const Run& run) {
   try {
     return run();
   } catch (const road::Error& error) {
-    const std::string text = error.what();
+    std::string text = error.what();
     const std::string first_word = text.substr(0, text.find(' '));
     const bool names_a_file = first_word.ends_with(':') || text.find(input) != std::string::npos;
-    throw road::Error(names_a_file ? text : input + ": " + text);
+    if (!names_a_file) text = input + ": " + text;
+    if (dynamic_cast<const road::NotUsable*>(&error) != nullptr) throw NotValid(text);
+    throw road::Error(text);
   }
 }
 

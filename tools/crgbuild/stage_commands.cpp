@@ -68,6 +68,12 @@ road::SampledGrid classified(Track& track, const road::RoadMesh& mesh,
   return sampled;
 }
 
+/// The recipe with its guide read, in the frame of the mesh.
+road::Recipe with_guide(road::Recipe recipe) {
+  road::set_guide(recipe, road::place_mesh(recipe));
+  return recipe;
+}
+
 void report(Terminal& terminal, const std::string& json, const std::string& text) {
   terminal.progress_done();
   terminal.print(terminal.json ? json : text);
@@ -86,7 +92,7 @@ void throw_validation_failed(const std::string& path, const std::vector<std::str
 }
 
 int run_clean(const CleanCommand& command, Terminal& terminal) {
-  const road::Recipe recipe = make_recipe(command.input, command.flags);
+  const road::Recipe recipe = with_guide(make_recipe(command.input, command.flags));
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
   road::CleanReport clean_report;
@@ -96,7 +102,7 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
   road::write_road_mesh(road, command.output);
   std::string text =
       fmt::format("kept {} of {} triangles ({})\n", clean_report.triangles_kept,
-                  clean_report.triangles_in, clean_report.by_names ? "by names" : "by shape");
+                  clean_report.triangles_in, clean_report.by_guide ? "by the guide" : clean_report.by_names ? "by names" : "by shape");
   for (const auto& [name, count] : clean_report.kept)
     text += fmt::format("  {}: {}\n", name, count);
   for (const auto& [reason, count] : clean_report.dropped)
@@ -108,6 +114,7 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
           {"triangles_kept_by_class", clean_report.kept},
           {"triangles_dropped_by_reason", clean_report.dropped},
           {"by_names", clean_report.by_names},
+          {"by_guide", clean_report.by_guide},
           {"vertices_welded", clean_report.vertices_welded},
           {"remarks", clean_report.remarks}},
          text + "surface  " + command.output + "\n");
@@ -115,7 +122,7 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
 }
 
 int run_centreline(const CentrelineCommand& command, Terminal& terminal) {
-  const road::Recipe recipe = make_recipe(command.input, command.flags);
+  const road::Recipe recipe = with_guide(make_recipe(command.input, command.flags));
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
   const road::RoadMesh mesh = road::read_road_mesh(recipe);

@@ -135,6 +135,7 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   if (!recipe.recipe_path.empty()) add("recipe", recipe.recipe_path);
   add("mesh", recipe.mesh_path);
   std::vector<InputFile> mesh_files{summary.inputs.back()};
+  add("guide", recipe.guide_path);
   add("control_points", recipe.control_points_path);
   add("trajectory", recipe.trajectory_path);
   if (recipe.friction.wanted) {
@@ -163,6 +164,7 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   const std::optional<FrictionPaint> paint = recipe.friction.wanted ? std::optional(read_friction_paint(recipe.friction)) : std::nullopt;
   CleanOptions clean_options = recipe.clean;
   CentrelineOptions centreline_options = recipe.centreline;
+  clean_options.guide = centreline_options.guide = place_guide(recipe, summary.placement);
   Mesh mesh = stage("read", [&] {
     Mesh read = read_mesh(recipe.mesh_path, recipe.read, &summary.read);
     if (tilt_and_scale.is_identity()) return read;
@@ -175,7 +177,7 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   for (const MeshFile& file : summary.read.files) mesh_files.push_back({kMeshFile, file.path, file.sha256});
   summary.inputs.insert(summary.inputs.end(), mesh_files.begin() + 1, mesh_files.end());
   const RoadMesh road = stage("clean", [&] {
-    const std::string key = clean_key(recipe, tilt_and_scale, program_name() + " " + files::sha256_of_program(), mesh_files);
+    const std::string key = clean_key(recipe, clean_options.guide, tilt_and_scale, program_name() + " " + files::sha256_of_program(), mesh_files);
     std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, outputs.path(cache));
     paths.clean_reused = cleaned.has_value();
     if (cleaned) paths.kept.push_back(cache);

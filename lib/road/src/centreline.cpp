@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "files/write_file.h"
+#include "guide_rows.h"
 #include "road/csv.h"
 #include "road/error.h"
 #include "road_graph.h"
@@ -74,9 +75,28 @@ std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOption
   return ways[0];
 }
 
-/// The road of the surface: what a walk finds, unless the graph of the surface shows a closed road that the walk has
+/// The way along the guide, in the middle of the surface; without width where nothing tells where that is.
+RoadWay way_along(const Guide& guide, const RaySurface& surface) {
+  const GuideRows all = rows_along(guide, surface, [](std::uint32_t) { return true; });
+  RoadWay way;
+  way.closed = all.closed;
+  for (const GuideRow& row : all.rows) {
+    const Vector2d p = row.at_m + row.middle_m * left_of(row.heading);
+    way.points_m.emplace_back(p.x(), p.y(), row.z_m);
+    way.half_width_m.push_back(row.half_width_m);
+  }
+  return way;
+}
+
+/// The road of the surface: what lies along the guide; else what a walk finds, unless the graph of the surface shows a closed road that the walk has
 /// lost or only a part of which it has found.
 Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph, const CentrelineOptions& options) {
+  if (options.guide) {
+    const RoadWay way = way_along(*options.guide, surface);
+    if (median(way.half_width_m) == 0.0)
+      throw Error("nothing on the surface along the guide tells where the road ends; say how wide it is: --guide-width-m 8 (guide_width_m in a recipe)");
+    return walk_along(surface, way);
+  }
   const std::optional<RoadWay> way = closed_way(graph, options);
   if (!way) return walk_road(mesh, surface, options);
   try {
@@ -535,8 +555,9 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const CentrelineOptio
   }
   if (line.points_m.size() < 4) throw Error(fmt::format("the road found is too short: {}", describe(walk)));
 
-  // Counter-clockwise unless asked otherwise; an open road keeps the order of its walk's longer axis.
-  const bool backwards = line.closed ? signed_area_m2(line.points_m) < 0.0
+  // Counter-clockwise unless asked otherwise; an open road keeps the order of its walk's longer axis. A guide
+  // is followed.
+  const bool backwards = options.guide ? false : line.closed ? signed_area_m2(line.points_m) < 0.0
                                      : (line.points_m.back() - line.points_m.front()).head<2>().sum() < 0.0;
   if (backwards != options.reverse) {
     std::reverse(line.points_m.begin(), line.points_m.end());
@@ -545,12 +566,25 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const CentrelineOptio
   if (line.closed) {
     if (options.start_near_m) {
       start_at(line, *options.start_near_m);
+    } else if (options.guide) {
+      start_at(line, options.guide->points_m.front().head<2>());
     } else {
       const auto first = static_cast<std::ptrdiff_t>(middle_of_longest_straight(line.points_m));
       std::rotate(line.points_m.begin(), line.points_m.begin() + first, line.points_m.end());
       std::rotate(line.half_width_m.begin(), line.half_width_m.begin() + first, line.half_width_m.end());
     }
   }
+  line.length_m = curve_length_m(line.points_m, line.closed);
+  return line;
+}
+
+/// The guide itself, where the surface goes on on both sides: smoothed over a road's width.
+Centreline along_guide(const RoadWay& way, double width_m, bool reverse) {
+  Centreline line;
+  line.closed = way.closed;
+  line.points_m = way.points_m;
+  line.half_width_m.assign(way.points_m.size(), 0.5 * width_m);
+  if (reverse) std::reverse(line.points_m.begin(), line.points_m.end());
   line.length_m = curve_length_m(line.points_m, line.closed);
   return line;
 }
@@ -567,7 +601,7 @@ double typical_width_m(const RoadGraph& graph) {
 Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options) {
   Mesh mesh = road_only(road);
   if (mesh.triangles.empty()) throw Error("no road found: the mesh has no drivable triangles");
-  RoadGraph graph = road_graph(mesh);
+  const RoadGraph graph = options.guide ? RoadGraph{} : road_graph(mesh);
   CentrelineOptions placed = options;
   if (options.start_object && !options.start_near_m) {
     placed.start_near_m = middle_of_object(road.mesh, *options.start_object);
@@ -576,7 +610,13 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
                               "start_object, or a point as start_near_m", *options.start_object));
     }
   }
-  const double width_m = typical_width_m(graph);
+  double width_m = typical_width_m(graph);
+  if (options.guide) {
+    const RaySurface surface(mesh);
+    const RoadWay way = way_along(*options.guide, surface);
+    width_m = 2.0 * median(way.half_width_m);
+    if (width_m == 0.0 && options.guide_width_m) return along_guide(way, *options.guide_width_m, options.reverse);
+  }
   if (width_m >= kModelWidth_m || width_m < kSmallestWidth_m) return trace(mesh, graph, placed);
 
   // A model circuit is traced as large as life, and the line made small again.
@@ -584,7 +624,9 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
   mesh.origin_m *= enlarged;
   for (Vector3d& p : mesh.vertices_m) p *= enlarged;
   if (placed.start_near_m) *placed.start_near_m *= enlarged;
-  Centreline line = trace(mesh, road_graph(mesh), placed);
+  if (placed.guide)
+    for (Vector3d& p : placed.guide->points_m) p *= enlarged;
+  Centreline line = trace(mesh, options.guide ? RoadGraph{} : road_graph(mesh), placed);
   for (Vector3d& p : line.points_m) p /= enlarged;
   for (double& half_m : line.half_width_m) half_m /= enlarged;
   line.length_m /= enlarged;

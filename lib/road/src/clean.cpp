@@ -12,9 +12,11 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "classify_by_guide.h"
 #include "classify_by_shape.h"
 #include "mesh_topology.h"
 #include "name_pattern.h"
+#include "road/centreline.h"
 #include "road/error.h"
 #include "road_graph.h"
 #include "strip_ends.h"
@@ -597,6 +599,19 @@ void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges, std::
   }
 }
 
+/// Keeps every piece of the surface that has road in it.
+void keep_what_touches_road(Soup& soup, CleanReport& facts) {
+  const std::vector<std::uint32_t> component = touching_components(soup, facts.components);
+  std::unordered_set<std::uint32_t> with_road;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i)
+    if (soup.surface_class[i] == SurfaceClass::road) with_road.insert(component[i]);
+  soup.filter([&](std::size_t i) {
+    if (with_road.contains(component[i])) return true;
+    ++facts.dropped["not connected"];
+    return false;
+  });
+}
+
 /// Keeps the connected surface that carries the most road; refuses to choose between circuits.
 void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges, const Eigen::Vector3d& origin_m,
                       const CleanOptions& options, CleanReport& facts) {
@@ -754,7 +769,7 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector
   };
   CleanReport first = facts;
   Soup soup = build_soup(first);
-  if (fill_gaps_from_other_names(mesh, soup, triangles.flat, class_of_triangle, facts)) {
+  if (!options.guide && fill_gaps_from_other_names(mesh, soup, triangles.flat, class_of_triangle, facts)) {
     first = facts;
     soup = build_soup(first);
   }
@@ -781,7 +796,8 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector
   bridge_gaps(
       soup, [&](std::size_t i) { return soup.surface_class[i] == SurfaceClass::road; },
       mesh.origin_m, options, facts);
-  keep_one_circuit(soup, bridges, mesh.origin_m, options, facts);
+  if (options.guide) keep_what_touches_road(soup, facts);
+  else keep_one_circuit(soup, bridges, mesh.origin_m, options, facts);
   if (soup.triangles.empty()) {
     throw Error(
         fmt::format("nothing to drive on: {} triangles in {} objects, none of them road; give a "
@@ -841,6 +857,68 @@ Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles, std::vecto
   return std::move(taken);
 }
 
+/// The surface as others see it.
+RoadMesh road_mesh_of(const Mesh& mesh, const Cleaning& cleaning) {
+  const Soup& soup = cleaning.soup;
+  RoadMesh road;
+  road.mesh.origin_m = mesh.origin_m;
+  road.mesh.vertices_m = soup.vertices_m;
+  road.mesh.triangles = soup.triangles;
+  road.mesh.object_of_triangle.reserve(soup.source.size());
+  for (const std::uint32_t i : soup.source) road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
+  road.mesh.objects = mesh.objects;
+  road.class_of_triangle = soup.surface_class;
+  return road;
+}
+
+/// Classes from what lies along a guide.
+Cleaning clean_along(const Mesh& mesh, const Triangles& triangles, const std::vector<SurfaceClass>& by_names, const CleanOptions& options, CleanReport facts) {
+  facts.by_guide = true;
+  GuidedClasses guided = classes_along(mesh, *options.guide, options.guide_width_m, triangles.flat, by_names);
+  facts.remarks.insert(facts.remarks.end(), guided.remarks.begin(), guided.remarks.end());
+  return clean_classes(mesh, triangles, std::move(guided.class_of_triangle), options, std::move(facts), false);
+}
+
+/// Whether a line stays on the road along another one.
+bool goes_along(const Centreline& line, const Centreline& other) {
+  const std::size_t n = line.points_m.size(), m = other.points_m.size();
+  for (std::size_t i = 0; i < n; i += std::max<std::size_t>(1, n / 500)) {
+    bool near = false;
+    for (std::size_t k = 0; k + (other.closed ? 0 : 1) < m && !near; ++k) {
+      const Eigen::Vector2d a = other.points_m[k].head<2>(), b = other.points_m[(k + 1) % m].head<2>();
+      const double t = std::clamp((line.points_m[i].head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
+      near = (line.points_m[i].head<2>() - a - t * (b - a)).norm() < line.half_width_m[i] + other.half_width_m[k];
+    }
+    if (!near) return false;
+  }
+  return true;
+}
+
+/// A line that names did not confirm tells what looks like road: with it as the guide, the parts of the road that
+/// were missed come in, and what only lay beside it goes. Where that does not work the first look stands.
+void look_again(const Mesh& mesh, const Triangles& triangles, const std::vector<SurfaceClass>& by_names, const CleanOptions& options, Cleaning& cleaning) {
+  if (!has_several_looks(mesh)) return;
+  try {
+    const Centreline line = trace_centreline(road_mesh_of(mesh, cleaning));
+    CleanOptions guided = options;
+    guided.guide = Guide{line.points_m, line.closed};
+    CleanReport facts;
+    facts.triangles_in = cleaning.facts.triangles_in;
+    facts.weld_tolerance_m = cleaning.facts.weld_tolerance_m;
+    facts.snap_tolerance_m = cleaning.facts.snap_tolerance_m;
+    facts.road_agreement = cleaning.facts.road_agreement;
+    facts.remarks = cleaning.facts.remarks;
+    Cleaning again = clean_along(mesh, triangles, by_names, guided, std::move(facts));
+    again.soup.compact();
+    const Centreline line_again = trace_centreline(road_mesh_of(mesh, again));
+    if (line_again.closed != line.closed || !goes_along(line_again, line) || !goes_along(line, line_again)) return;
+    again.facts.by_guide = false;
+    again.facts.by_names = cleaning.facts.by_names;
+    cleaning = std::move(again);
+  } catch (const Error&) {  // trace_centreline() will say so to the user
+  }
+}
+
 }  // namespace
 
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
@@ -870,18 +948,25 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
 
   const bool has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
                                         SurfaceClass::road) != class_of_object.end();
-  std::vector<SurfaceClass> by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
-  if (options.use_names != UseNames::no && has_named_road) {
+  std::vector<SurfaceClass> by_shape;
+  if (!options.guide) by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
+  if (!options.guide && options.use_names != UseNames::no && has_named_road) {
     facts.by_names = true;
     facts.road_agreement = agreement(mesh, by_names, by_shape, triangles.flat);
   }
   Cleaning cleaning;
-  if (!facts.by_names) {
+  if (options.guide) {
+    cleaning = clean_along(mesh, triangles, by_names, options, std::move(facts));
+  } else if (!facts.by_names) {
     cleaning = clean_classes(mesh, triangles, std::move(by_shape), options, std::move(facts), true);
+    cleaning.soup.compact();
+    look_again(mesh, triangles, by_names, options, cleaning);
   } else if (options.use_names == UseNames::yes || options.near_m || *facts.road_agreement >= kNamesAreRight) {
     cleaning = clean_classes(mesh, triangles, std::move(by_names), options, std::move(facts), false);
   } else {
-    cleaning = more_plausible(mesh, triangles, std::move(by_names), std::move(by_shape), options, facts);
+    cleaning = more_plausible(mesh, triangles, by_names, std::move(by_shape), options, facts);
+    cleaning.soup.compact();
+    look_again(mesh, triangles, by_names, options, cleaning);
   }
   Soup& soup = cleaning.soup;
   facts = std::move(cleaning.facts);
@@ -889,15 +974,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   facts.non_manifold_edges = adjacency(soup.triangles).non_manifold_edges;
   facts.boundary_loops = count_borders(soup.triangles);
 
-  RoadMesh road;
-  road.mesh.origin_m = mesh.origin_m;
-  road.mesh.vertices_m = std::move(soup.vertices_m);
-  road.mesh.triangles = std::move(soup.triangles);
-  road.mesh.object_of_triangle.reserve(soup.source.size());
-  for (const std::uint32_t i : soup.source)
-    road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
-  road.mesh.objects = mesh.objects;
-  road.class_of_triangle = std::move(soup.surface_class);
+  RoadMesh road = road_mesh_of(mesh, cleaning);
   facts.class_of_triangle = std::move(cleaning.class_of_triangle);
   for (const SurfaceClass surface_class : road.class_of_triangle)
     ++facts.kept[to_string(surface_class)];

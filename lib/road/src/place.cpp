@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "road/error.h"
 
@@ -105,6 +106,36 @@ std::optional<Placement> place_mesh(const Recipe& recipe) {
   // Refused here rather than after the mesh was cleaned.
   if (recipe.trajectory_path) read_trajectory(*recipe.trajectory_path, recipe.projection);
   return placement;
+}
+
+std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Placement>& placement) {
+  if (!recipe.guide_path) return std::nullopt;
+  const std::string& path = *recipe.guide_path;
+  GuideFile file = read_guide(path);
+  if (!file.geographic) {
+    if (placement)
+      for (Eigen::Vector3d& p : file.points) {
+        const double z_m = p.z();
+        p = placement->align.tilt_and_scale({p.x(), p.y(), std::isnan(z_m) ? 0.0 : z_m});
+        if (std::isnan(z_m)) p.z() = z_m;
+      }
+  } else {
+    if (!placement || placement->projection.kind == Projection::Kind::none)
+      throw Error(fmt::format("{}: has latitudes and longitudes, and nothing tells where the mesh lies on the Earth; give control points "
+                              "with latitudes and longitudes (--control-points FILE), or the guide as x_m,y_m in the frame of the mesh",
+                              path));
+    const RotoTranslation& T = placement->align.T_global_mesh;
+    const double cosine = std::cos(T.yaw_rad), sine = std::sin(T.yaw_rad);
+    for (Eigen::Vector3d& p : file.points) {
+      const Eigen::Vector2d d = project(placement->projection, p.x(), p.y()) - T.translation_m.head<2>();
+      p = {cosine * d.x() + sine * d.y(), -sine * d.x() + cosine * d.y(), p.z() - T.translation_m.z()};
+    }
+  }
+  return naming(path, [&] { return guide_along(file.points); });
+}
+
+void set_guide(Recipe& recipe, const std::optional<Placement>& placement) {
+  recipe.clean.guide = recipe.centreline.guide = place_guide(recipe, placement);
 }
 
 std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line) {

@@ -132,7 +132,7 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
                                       const CleanReport& report) {
   std::vector<std::string> doubts;
   surface_missing(line, surface, doubts);
-  if (report.by_names) return doubts;
+  if (report.by_names || report.by_guide) return doubts;
   if (!line.closed) little_of_the_ground(mesh, report, doubts);
   same_material_elsewhere(line, mesh, report, doubts);
   return doubts;

@@ -235,6 +235,20 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(
       point("clean", "near_m", "of several separate roads take the one nearest to this point",
             [](Recipe& r) -> std::optional<Eigen::Vector2d>& { return r.clean.near_m; }));
+  keys.push_back({"clean", "guide", "a path",
+                  "rough line along the road (CSV, GPX, KML, GeoJSON): what lies under it is the road; relative to the recipe's folder", true,
+                  [](Recipe& recipe, const std::string& text) {
+                    if (text.empty()) refuse(text, "the path of a CSV, GPX, KML or GeoJSON file");
+                    recipe.guide_path = text;
+                  },
+                  [](const Recipe& recipe) { return recipe.guide_path.value_or(""); }});
+  keys.push_back({"clean", "guide_width_m", "0.1 to 200", "width of the road along the guide where the surface does not tell", false,
+                  [](Recipe& recipe, const std::string& text) {
+                    const auto value = parse_number(text);
+                    if (!value || *value < 0.1 || *value > 200.0) refuse(text, "a number from 0.1 to 200");
+                    recipe.clean.guide_width_m = recipe.centreline.guide_width_m = *value;
+                  },
+                  [](const Recipe& recipe) { return recipe.clean.guide_width_m ? fmt::format("{}", *recipe.clean.guide_width_m) : ""; }});
   // centreline
   keys.push_back(yes_or_no("centreline", "reverse", "drive the other way round",
                            [](Recipe& r) -> bool& { return r.centreline.reverse; }));
@@ -617,6 +631,7 @@ Recipe read_recipe(const std::string& path) {
     place.fail(error.mark, "no valid YAML: " + error.msg);
   }
   recipe.mesh_path = beside(path, recipe.mesh_path);
+  if (recipe.guide_path) recipe.guide_path = beside(path, *recipe.guide_path);
   if (recipe.control_points_path)
     recipe.control_points_path = beside(path, *recipe.control_points_path);
   if (recipe.friction.picture_path) recipe.friction.picture_path = beside(path, *recipe.friction.picture_path);

@@ -27,6 +27,10 @@ struct CentrelineOptions {
   bool reverse = false;                              ///< drive the other way round
   std::optional<Eigen::Vector2d> start_near_m;       ///< u = 0 where the line passes nearest to this map point
   std::optional<std::string> start_object;           ///< u = 0 at the middle of the object with this name
+  /// The road lies along it: open or closed, in its direction, u = 0 at its beginning. Its own errors do not
+  /// enter the line, but where the surface does not tell how wide the road is.
+  std::optional<Guide> guide;
+  std::optional<double> guide_width_m;               ///< there
 };
 
 /// Finds the road by itself: a closed loop if there is one, else the longest open road.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "road/guide.h"
 #include "road/mesh.h"
 
 namespace road {
@@ -47,6 +48,10 @@ struct CleanOptions {
   double max_gap_m = 0.5;
   /// Of several separate roads keep the one nearest to this map point.
   std::optional<Eigen::Vector2d> near_m;
+  /// What lies along it is the road, whatever it is called and however many pieces it has.
+  std::optional<Guide> guide;
+  /// Of the road along the guide, where nothing on the surface tells.
+  std::optional<double> guide_width_m;
 };
 
 struct CleanReport {
@@ -64,7 +69,8 @@ struct CleanReport {
   std::size_t non_manifold_edges = 0;
   std::size_t boundary_loops = 0;
   std::size_t components = 0;  ///< connected components of the drivable surface before filtering
-  bool by_names = false;       ///< false: geometry alone
+  bool by_names = false;       ///< false: geometry alone, or a guide
+  bool by_guide = false;
   /// With names: area that names and geometry both call road over the area that either does, before
   /// anything is dropped as not connected. Empty without names.
   std::optional<double> road_agreement;

@@ -7,4 +7,10 @@ namespace road {
 /// The one exception of lib/road.
 using Error = files::Error;
 
+/// What was given can be read, but no road can be made of it that a car may drive on.
+class NotUsable : public Error {
+ public:
+  using Error::Error;
+};
+
 }  // namespace road

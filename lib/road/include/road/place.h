@@ -6,6 +6,7 @@
 
 #include "crg/reference_line.h"
 #include "road/align.h"
+#include "road/guide.h"
 #include "road/recipe.h"
 
 namespace road {
@@ -21,6 +22,14 @@ struct Placement {
 /// that a damaged one is refused early. Throws Error as fit_alignment(), naming the file, and for a free rotation or scale
 /// without control points.
 std::optional<Placement> place_mesh(const Recipe& recipe);
+
+/// The recipe's guide in the frame of the mesh as it is after its tilt and scale; empty when it has none. A
+/// geographic one goes back through `placement`. Throws Error as read_guide() and guide_along(), and for a
+/// geographic guide without a placement, naming the file.
+std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Placement>& placement);
+
+/// Puts the recipe's guide into the options of cleaning and tracing.
+void set_guide(Recipe& recipe, const std::optional<Placement>& placement);
 
 /// The same, or from the recipe's trajectory. `line` is the road's
 /// in the frame of the mesh, its z_m may be empty (a trajectory then fits in plan, and its mean height

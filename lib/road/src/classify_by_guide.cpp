@@ -1,0 +1,216 @@
+#include "classify_by_guide.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <unordered_map>
+
+#include "guide_rows.h"
+#include "road/error.h"
+#include "road/ray_surface.h"
+#include "stations.h"
+
+namespace road {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kRoadInside = 0.02;   // a look that is rarer under the guide is paint or a mistake
+constexpr double kRoadOutside = 2.0;   // the road's look is so many times rarer beside it
+constexpr double kLayerShare = 0.05;   // of the reach: the surface beside the road may lie so much higher or lower,
+constexpr double kSlope = 0.5;         // and this much more per metre beyond its border
+constexpr double kMostMissing = 0.3;   // of the rows may be without surface
+constexpr double kEndsShare = 0.5;     // of the rows have to know where the road ends
+
+/// Look of every triangle, and the names of the looks.
+struct Looks {
+  std::vector<std::uint32_t> of_object;
+  std::vector<std::string> names;
+};
+
+Looks looks_of(const Mesh& mesh) {
+  const bool has_looks = std::any_of(mesh.objects.begin(), mesh.objects.end(),
+                                     [](const MeshObject& o) { return !o.material.empty() || !o.texture.empty(); });
+  Looks looks;
+  std::map<std::string, std::uint32_t> known;
+  for (const MeshObject& object : mesh.objects) {
+    const std::string name = !has_looks               ? object.name
+                             : object.texture.empty() ? object.material
+                             : object.material.empty() ? object.texture
+                                                       : object.material + " with " + object.texture;
+    const auto [at, added] = known.try_emplace(name, static_cast<std::uint32_t>(looks.names.size()));
+    if (added) looks.names.push_back(name);
+    looks.of_object.push_back(at->second);
+  }
+  return looks;
+}
+
+/// The looks that lie under the guide rather than beside it.
+std::vector<bool> road_looks(const LookShares& shares) {
+  std::vector<bool> is_road(shares.inside.size(), false);
+  std::size_t main = 0;
+  const auto worth = [&](std::size_t k) { return shares.inside[k] * shares.inside[k] / (shares.outside[k] + 0.05); };
+  for (std::size_t k = 0; k < is_road.size(); ++k) {
+    if (worth(k) > worth(main)) main = k;
+    is_road[k] = shares.inside[k] >= kRoadInside && shares.inside[k] > kRoadOutside * shares.outside[k];
+  }
+  is_road[main] = true;
+  return is_road;
+}
+
+/// The rows near a place in plan.
+class RowsNear {
+ public:
+  explicit RowsNear(const GuideRows& all) : all_(all) {
+    for (std::uint32_t i = 0; i < all.rows.size(); ++i) cells_[key(all.rows[i].at_m, 0, 0)].push_back(i);
+  }
+
+  /// The nearest row of the layer in which the point lies; none within reach: the number of rows.
+  std::size_t nearest(const Vector3d& p_m) const {
+    std::size_t best = all_.rows.size();
+    double best_m = all_.reach_m;
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        const auto cell = cells_.find(key(p_m.head<2>(), dx, dy));
+        if (cell == cells_.end()) continue;
+        for (const std::uint32_t i : cell->second) {
+          const GuideRow& row = all_.rows[i];
+          const double d = (p_m.head<2>() - row.at_m).norm();
+          const double beside_m = std::max(0.0, d - row.half_width_m);
+          if (d < best_m && std::abs(p_m.z() - row.z_m) <= kLayerShare * all_.reach_m + kSlope * beside_m) best = i, best_m = d;
+        }
+      }
+    }
+    return best;
+  }
+
+ private:
+  std::int64_t key(const Vector2d& p_m, int dx, int dy) const {
+    const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / all_.reach_m)); };
+    return (index(p_m.x()) + dx) << 32 ^ ((index(p_m.y()) + dy) & 0xffffffff);
+  }
+  const GuideRows& all_;
+  std::unordered_map<std::int64_t, std::vector<std::uint32_t>> cells_;
+};
+
+/// Takes the width as given, where the rows do not find it.
+void set_width(GuideRows& all, double width_m) {
+  all.usual_half_m = 0.5 * width_m;
+  for (GuideRow& row : all.rows) {
+    if (row.is_usual && std::abs(row.half_width_m - 0.5 * width_m) < 0.125 * width_m) continue;
+    row.is_usual = false;
+    row.half_width_m = 0.5 * width_m;
+    row.middle_m = 0.0;
+  }
+}
+
+/// Throws where too much of the surface is missing to make a line; less of it is for the validation to say.
+void refuse_missing(const GuideRows& all) {
+  const std::size_t n = all.rows.size();
+  std::size_t missing = 0, run = 0, longest = 0, at = 0;
+  for (std::size_t i = 0; i < (all.closed ? 2 * n : n); ++i) {  // a gap may lie across the beginning
+    run = all.rows[i % n].has_surface ? 0 : std::min(run + 1, n);
+    if (i < n && run > 0) ++missing;
+    if (run > longest) longest = run, at = (i + 1 - run) % n;
+  }
+  if (static_cast<double>(missing) <= kMostMissing * static_cast<double>(n)) return;
+  throw NotUsable(fmt::format("the surface is missing along {:.0f} % of the guide ({:.0f} of {:.0f} m), the longest piece of {:.0f} m begins at ({:.1f}, {:.1f}); "
+                              "give a mesh that has it, or a guide that lies on what there is",
+                              100.0 * static_cast<double>(missing) / static_cast<double>(n), static_cast<double>(missing) * all.step_m,
+                              static_cast<double>(n) * all.step_m, static_cast<double>(longest) * all.step_m, all.rows[at].at_m.x(), all.rows[at].at_m.y()));
+}
+
+}  // namespace
+
+bool has_several_looks(const Mesh& mesh) { return looks_of(mesh).names.size() > 1; }
+
+GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m, const std::vector<bool>& flat,
+                            const std::vector<SurfaceClass>& by_names) {
+  Mesh ground;
+  ground.origin_m = mesh.origin_m;
+  ground.vertices_m = mesh.vertices_m;
+  std::vector<std::uint32_t> source, look_of_triangle;
+  const Looks looks = looks_of(mesh);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!flat[t]) continue;
+    ground.triangles.push_back(mesh.triangles[t]);
+    source.push_back(t);
+    look_of_triangle.push_back(looks.of_object[mesh.object_of_triangle[t]]);
+  }
+  if (source.empty()) throw Error(fmt::format("nothing to drive on: none of {} triangles is flat; check the axis that points up (--up)", mesh.triangles.size()));
+  ground.object_of_triangle.assign(source.size(), 0);
+  ground.objects.resize(1);
+  const RaySurface surface(ground);
+
+  const LookShares shares = look_shares(guide, surface, look_of_triangle, looks.names.size());
+  if (std::all_of(shares.inside.begin(), shares.inside.end(), [](double share) { return share == 0.0; }))
+    throw Error("no surface lies under the guide; check that both are in the same frame and that its columns are x and y of the mesh "
+                "(--up and --unit say how the mesh is read)");
+  const std::vector<bool> is_road = road_looks(shares);
+  const auto looks_like_road = [&](std::uint32_t t) { return static_cast<bool>(is_road[look_of_triangle[t]]); };
+  GuideRows all = rows_along(guide, surface, looks_like_road);
+  refuse_missing(all);
+  const auto ends = std::count_if(all.rows.begin(), all.rows.end(), [](const GuideRow& row) { return row.is_usual; });
+  const auto with_surface = std::count_if(all.rows.begin(), all.rows.end(), [](const GuideRow& row) { return row.has_surface; });
+  const bool width_unknown = static_cast<double>(ends) < kEndsShare * static_cast<double>(with_surface);
+  if (width_unknown && !width_m)
+    throw Error(fmt::format("under the guide lies a surface whose look, slope and border tell only along {:.0f} % of it where the road ends; say how wide "
+                            "it is: --guide-width-m 8 (guide_width_m in a recipe)",
+                            100.0 * static_cast<double>(ends) / static_cast<double>(std::max<std::ptrdiff_t>(with_surface, 1))));
+  if (width_m) set_width(all, *width_m);
+
+  GuidedClasses result;
+  std::string names;
+  for (std::size_t k = 0; k < is_road.size(); ++k)
+    if (is_road[k]) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", looks.names[k]);
+  result.remarks.push_back(fmt::format("by the guide ({}, {} rows), the road looks like {}", guide.closed ? "closed" : "open", all.rows.size(), names));
+  if (width_m && width_unknown)
+    result.remarks.push_back(fmt::format("nothing but the guide tells where the road lies along {:.0f} % of it: there its middle is the guide's",
+                                         100.0 * (1.0 - static_cast<double>(ends) / static_cast<double>(all.rows.size()))));
+
+  result.class_of_triangle.assign(mesh.triangles.size(), SurfaceClass::scenery);
+  const RowsNear near(all);
+  const auto inside = [&](const GuideRow& row, double offset_m, double more_m) {
+    const double low_m = row.is_usual ? row.right_m : row.middle_m - row.half_width_m;
+    const double high_m = row.is_usual ? row.left_m : row.middle_m + row.half_width_m;
+    return offset_m >= low_m - more_m && offset_m <= high_m + more_m;
+  };
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const bool is_kerb = by_names[t] == SurfaceClass::kerb;
+    if (!flat[t] && !is_kerb) continue;
+    const Vector3d middle = mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+    const std::size_t i = near.nearest(middle);
+    if (i == all.rows.size()) continue;
+    const GuideRow& row = all.rows[i];
+    const double offset_m = (middle.head<2>() - row.at_m).dot(left_of(row.heading));
+    const bool looks_right = is_road[looks.of_object[mesh.object_of_triangle[t]]];
+    bool is_road_here = flat[t] && !is_kerb && inside(row, offset_m, looks_right ? all.across_m : 0.0);
+    if (is_road_here && !looks_right) {
+      // Paint lies on the road; what lies under it is ground that goes on below.
+      const auto above = surface.all_hits(middle.x(), middle.y());
+      is_road_here = std::none_of(above.begin(), above.end(), [&](const SurfaceHit& hit) {
+        return looks_like_road(hit.triangle) && hit.z_m > middle.z() && hit.z_m < middle.z() + kLayerShare * all.reach_m;
+      });
+      if (!is_road_here) continue;
+    }
+    result.class_of_triangle[t] = is_road_here ? SurfaceClass::road : is_kerb ? SurfaceClass::kerb : SurfaceClass::runoff;
+  }
+  // Large triangles are hit by rays though their middles lie far away.
+  for (const GuideRow& row : all.rows) {
+    if (!row.has_surface) continue;
+    for (double offset_m = -all.reach_m; offset_m <= all.reach_m; offset_m += all.across_m) {
+      if (!inside(row, offset_m, 0.0)) continue;
+      const Vector2d p = row.at_m + offset_m * left_of(row.heading);
+      const auto hit = surface.nearest_hit(p.x(), p.y(), row.z_m, kLayerShare * all.reach_m);
+      if (hit && looks_like_road(hit->triangle) && by_names[source[hit->triangle]] != SurfaceClass::kerb)
+        result.class_of_triangle[source[hit->triangle]] = SurfaceClass::road;
+    }
+  }
+  return result;
+}
+
+}  // namespace road
