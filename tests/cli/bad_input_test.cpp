@@ -149,9 +149,15 @@ TEST(BadInput, OnlyTrees) {
 TEST(BadInput, TwoCircuits) {
   Stadium stadium;
   stadium.x2_m = 400;
-  expect_mesh_refused("s.obj", stadium.obj(), {"2 separate roads", "--near-m 460,40"});
   const Folder folder;
   write(folder / "s.obj", stadium.obj());
+  const Ran asked = build(folder, folder / "s.obj");
+  EXPECT_EQ(asked.code, 3);
+  EXPECT_THAT(asked.err, HasSubstr("2 separate roads"));
+  EXPECT_THAT(asked.err, HasSubstr("which road is meant?"));
+  EXPECT_THAT(asked.out, HasSubstr("2  closed road"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/s.question.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/s.crg"));
   const Ran ran = build(folder, folder / "s.obj", {"--near-m", "460,0"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto info = nlohmann::json::parse(crgbuild({"info", folder / "out/s.crg", "--json"}).out);

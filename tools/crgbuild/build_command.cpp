@@ -11,6 +11,7 @@
 #include "files/output_set.h"
 #include "road/build.h"
 #include "road/error.h"
+#include "road/question.h"
 
 namespace crgbuild {
 namespace {
@@ -110,6 +111,26 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
   return text;
 }
 
+/// One line for each answer, with the command that takes it.
+void print_answers(const BuildCommand& command, const road::Question& question, Terminal& terminal) {
+  terminal.progress_done();
+  std::string text;
+  auto answers = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < question.candidates().size(); ++k) {
+    const road::Candidate& road = question.candidates()[k];
+    std::string run = "crgbuild build " + command::shell_word(command.input);
+    for (const auto& [name, value] : command.flags) {
+      std::string flag = name;
+      std::replace(flag.begin(), flag.end(), '_', '-');
+      if (name != "use_names") run += fmt::format(" --{} {}", flag, command::shell_word(value));
+    }
+    run += fmt::format(" {} -o {}", road.flags, command::shell_word(command.output_dir));
+    text += fmt::format("{}  {} road, {:.0f} m long, {:.1f} m wide: {}\n", k + 1, road.closed ? "closed" : "open", road.length_m, road.width_m, run);
+    answers.push_back({{"closed", road.closed}, {"length_m", road.length_m}, {"width_m", road.width_m}, {"flags", road.flags}, {"command", run}});
+  }
+  terminal.print(terminal.json ? nlohmann::ordered_json{{"question", question.what()}, {"answers", answers}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n" : text);
+}
+
 }  // namespace
 
 std::string flag_of(std::string key) {
@@ -145,8 +166,15 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
   files::OutputSet outputs(command.output_dir, road::kBuildCommand);
-  const road::BuildResult result = road::build_track(recipe, outputs, terminal.progress(), command.no_report ? nullptr : &evidence,
-                                                     command.force ? road::Reuse::nothing : road::Reuse::everything);
+  const road::BuildResult result = [&] {
+    try {
+      return road::build_track(recipe, outputs, terminal.progress(), command.no_report ? nullptr : &evidence,
+                               command.force ? road::Reuse::nothing : road::Reuse::everything);
+    } catch (const road::Question& question) {
+      print_answers(command, question, terminal);
+      throw;
+    }
+  }();
   std::optional<road::ReportFiles> report;
   if (!command.no_report) report = result.reused ? road::read_report(command.output_dir) : report_build(command, recipe, result, evidence, outputs);
   road::commit_build(recipe, result, outputs);

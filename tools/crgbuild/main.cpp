@@ -32,6 +32,20 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
           ->group(group);
       continue;
     }
+    if (key.wanted.ends_with(" ...")) {  // words that may stand one by one
+      command
+          .add_option_function<std::vector<std::string>>(
+              flag_of(key.name),
+              [&flags, name = key.name](const std::vector<std::string>& words) {
+                std::string value;
+                for (const std::string& word : words) value += (value.empty() ? "" : " ") + word;
+                flags.emplace_back(name, value);
+              },
+              text)
+          ->type_name(key.wanted)
+          ->group(group);
+      continue;
+    }
     CLI::Option* option = command.add_option_function<std::string>(
         flag_of(key.name),
         [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); }, text);

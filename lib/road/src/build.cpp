@@ -18,6 +18,7 @@
 #include "road/error.h"
 #include "road/gaps.h"
 #include "road/place.h"
+#include "road/question.h"
 #include "road/plausible.h"
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
@@ -77,15 +78,22 @@ void add_output(const char* role, const std::string& name, const files::OutputSe
   if (!name.empty()) summary.outputs.push_back({role, name, files::sha256_of_file(outputs.staged(name))});
 }
 
-/// A refusal of `body` says in which other unit there is a road.
+/// Runs a stage that finds the road. Where it refuses, and nobody has said yet which road is meant, says in which
+/// other unit there is a road; or asks, with a picture of the answers.
 template <typename Body>
-auto try_in_units(const Recipe& recipe, const MeshReadReport& read, const Mesh& mesh, const Body& body) {
+auto asking(const Mesh& mesh, double metres_per_unit, const Recipe& recipe, const std::string& picture_path, const Body& body) {
   try {
     return body();
-  } catch (const Error& error) {
-    const std::string other = recipe.read.scale == 1.0 ? unit_with_a_road(mesh, read.metres_per_unit, recipe.clean) : "";
-    if (other.empty()) throw;
-    throw Error(error.what() + other);
+  } catch (const Error& refused) {
+    if (recipe.clean.guide || !recipe.clean.route_m.empty()) throw;
+    const std::string other = recipe.read.scale == 1.0 ? unit_with_a_road(mesh, metres_per_unit, recipe.clean) : "";
+    if (!other.empty()) throw Error(refused.what() + other);
+    std::vector<Candidate> could_be = candidates(mesh, recipe);
+    if (could_be.empty())
+      throw Error(fmt::format("{}; or give a rough line along the road that is meant: --guide FILE (CSV, GPX, KML, GeoJSON)", refused.what()));
+    files::write_file(picture_path, question_picture(recipe.name + ": which road is meant?", mesh, could_be));
+    const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be", refused.what(), picture_path, could_be.size());
+    throw Question(question, std::move(could_be));
   }
 }
 
@@ -164,7 +172,7 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   const std::optional<FrictionPaint> paint = recipe.friction.wanted ? std::optional(read_friction_paint(recipe.friction)) : std::nullopt;
   CleanOptions clean_options = recipe.clean;
   CentrelineOptions centreline_options = recipe.centreline;
-  clean_options.guide = centreline_options.guide = place_guide(recipe, summary.placement);
+  clean_options.guide = place_guide(recipe, summary.placement);
   Mesh mesh = stage("read", [&] {
     Mesh read = read_mesh(recipe.mesh_path, recipe.read, &summary.read);
     if (tilt_and_scale.is_identity()) return read;
@@ -176,28 +184,34 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   });
   for (const MeshFile& file : summary.read.files) mesh_files.push_back({kMeshFile, file.path, file.sha256});
   summary.inputs.insert(summary.inputs.end(), mesh_files.begin() + 1, mesh_files.end());
-  const RoadMesh road = stage("clean", [&] {
+  Recipe asked = recipe;
+  asked.clean = clean_options;
+  asked.centreline = centreline_options;
+  const auto finding = [&](const char* name, const auto& body) {
+    return stage(name, [&] { return asking(mesh, summary.read.metres_per_unit, asked, outputs.path(recipe.name + ".question.png"), body); });
+  };
+  const RoadMesh road = finding("clean", [&] {
     const std::string key = clean_key(recipe, clean_options.guide, tilt_and_scale, program_name() + " " + files::sha256_of_program(), mesh_files);
     std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, outputs.path(cache));
     paths.clean_reused = cleaned.has_value();
     if (cleaned) paths.kept.push_back(cache);
     if (!cleaned) {
       cleaned.emplace();
-      cleaned->road = try_in_units(recipe, summary.read, mesh, [&] { return clean(mesh, clean_options, &cleaned->report); });
+      cleaned->road = clean(mesh, clean_options, &cleaned->report);
       if (mesh.triangles.size() >= kTrianglesWorthKeeping) write_clean_cache(*cleaned, key, outputs.staged(cache));
     }
     write_road_mesh(cleaned->road, outputs.staged(stl));
     summary.clean = std::move(cleaned->report);
     return std::move(cleaned->road);
   });
-  const Centreline centreline = stage("centreline", [&] {
-    Centreline traced = try_in_units(recipe, summary.read, mesh, [&] { return trace_centreline(road, centreline_options); });
+  const Centreline centreline = finding("centreline", [&] {
+    Centreline traced = trace_centreline(road, centreline_options);
     write_centreline_csv(traced, outputs.staged(kCentrelineName));
     return traced;
   });
   summary.centreline = describe(centreline);
-  crg::ReferenceLine line = stage("reference_line", [&] {
-    return try_in_units(recipe, summary.read, mesh, [&] { return fit_reference_line(centreline, recipe.reference_line, &summary.reference_line); });
+  crg::ReferenceLine line = finding("reference_line", [&] {
+    return fit_reference_line(centreline, recipe.reference_line, &summary.reference_line);
   });
   const RaySurface surface(road.mesh);
   SampledGrid sampled = stage("sample", [&] {
@@ -270,6 +284,7 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   for (const auto& [role, name] : {std::pair<const char*, std::string>{"road", road_crg}, {"surface", stl}, {"centreline", kCentrelineName}, {"picture", picture},
                                    {"classes", classes_png}, {"friction", summary.friction_file}, {"patches", patches_index}})
     add_output(role, name, outputs, summary);
+  std::filesystem::remove(outputs.path(recipe.name + ".question.png"));  // answered
   paths.summary_json = summary_json(summary);
   paths.timing_json = timing_json(seconds, seconds_since(start));
   files::write_file(outputs.staged(kSummaryName), paths.summary_json);

@@ -28,6 +28,8 @@ constexpr double kShortestLoopWidths = 10.0;  // a shorter loop is a traffic isl
 constexpr double kLostShare = 1.2;        // the graph's ways are 3 to 6 % too long: their cells make steps
 constexpr double kSmallestWidth_m = 0.2;
 constexpr double kLargestStep_m = 0.5;    // of a border, sideways
+constexpr double kSecondWay = 0.3;        // of the longest way: a shorter one is a branch
+constexpr double kUnlike = 0.3;           // of half the width, along a guide
 
 double angle_between(const Vector2d& from, const Vector2d& to) {
   return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
@@ -75,6 +77,15 @@ std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOption
   return ways[0];
 }
 
+/// The one way of a graph that has no second one to speak of.
+std::optional<RoadWay> only_way(const RoadGraph& graph) {
+  const std::vector<RoadWay> ways = road_ways(graph, 0.0, 2);
+  if (ways.empty() || (ways.size() > 1 && ways[1].length_m > kSecondWay * ways[0].length_m)) return std::nullopt;
+  const double width_m = 2.0 * median(ways[0].half_width_m);
+  if (width_m < kMinWidth_m || width_m > kMaxWidth_m || ways[0].length_m < kShortestLoopWidths * width_m) return std::nullopt;
+  return ways[0];
+}
+
 /// The way along the guide, in the middle of the surface; without width where nothing tells where that is.
 RoadWay way_along(const Guide& guide, const RaySurface& surface) {
   const GuideRows all = rows_along(guide, surface, [](std::uint32_t) { return true; });
@@ -90,15 +101,23 @@ RoadWay way_along(const Guide& guide, const RaySurface& surface) {
 
 /// The road of the surface: what lies along the guide; else what a walk finds, unless the graph of the surface shows a closed road that the walk has
 /// lost or only a part of which it has found.
-Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph, const CentrelineOptions& options) {
-  if (options.guide) {
-    const RoadWay way = way_along(*options.guide, surface);
+Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph, const std::optional<Guide>& guide, const CentrelineOptions& options) {
+  if (guide) {
+    const RoadWay way = way_along(*guide, surface);
     if (median(way.half_width_m) == 0.0)
       throw Error("nothing on the surface along the guide tells where the road ends; say how wide it is: --guide-width-m 8 (guide_width_m in a recipe)");
-    return walk_along(surface, way);
+    return walk_along(surface, way, false);
   }
   const std::optional<RoadWay> way = closed_way(graph, options);
-  if (!way) return walk_road(mesh, surface, options);
+  if (!way) {
+    try {
+      return walk_road(mesh, surface, options);
+    } catch (const Error&) {
+      const std::optional<RoadWay> only = only_way(graph);
+      if (!only) throw;
+      return walk_along(surface, *only);
+    }
+  }
   try {
     Walk walk = walk_road(mesh, surface, options);
     if (walk.closed && way->length_m < kLostShare * walk.length_m) return walk;
@@ -382,6 +401,18 @@ std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk, const
   return result;
 }
 
+/// Whether a cross-section is like the walk's there; at junctions a border may be that of another road.
+bool agrees(const Middle& middle, const Walk& walk, const std::vector<double>& station_s_m) {
+  const std::size_t n = walk.stations.size();
+  const auto after = static_cast<std::size_t>(std::upper_bound(station_s_m.begin(), station_s_m.end(), middle.s_m) - station_s_m.begin());
+  const std::size_t b = std::min(after, station_s_m.size() - 1), a = b == 0 ? 0 : b - 1;
+  const double t = b == a ? 0.0 : (middle.s_m - station_s_m[a]) / std::max(station_s_m[b] - station_s_m[a], 1e-9);
+  const Station &from = walk.stations[a], &to = walk.stations[b % n];
+  const Vector2d place = from.centre.head<2>() + t * (to.centre - from.centre).head<2>();
+  const double half_m = 0.5 * (from.width_m() + t * (to.width_m() - from.width_m()));
+  return (middle.point.head<2>() - place).norm() < kUnlike * half_m && std::abs(middle.half_width_m - half_m) < kUnlike * half_m;
+}
+
 /// Length along the cubic through the stations; 8 chords per segment keep the error below 1e-6 of it.
 double curve_length_m(const std::vector<Vector3d>& points, bool closed) {
   std::vector<EdgePoint> edge_points;
@@ -497,9 +528,9 @@ double signed_area_m2(const std::vector<Vector3d>& points) {
   return area;
 }
 
-Centreline trace(const Mesh& mesh, const RoadGraph& graph, const CentrelineOptions& options) {
+Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<Guide>& guide, const CentrelineOptions& options) {
   const RaySurface surface(mesh);
-  Walk walk = find_road(mesh, surface, graph, options);
+  Walk walk = find_road(mesh, surface, graph, guide, options);
   refine(surface, walk);
   measure(walk);
 
@@ -519,12 +550,13 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const CentrelineOptio
     const EdgeCurve left_curve(std::move(left), walk.closed);
     const EdgeCurve right_curve(std::move(right), walk.closed);
     middles = ordered(middles_of(surface, walk, left_curve, right_curve), walk, station_s_m);
+    if (guide) std::erase_if(middles, [&](const Middle& m) { return !agrees(m, walk, station_s_m); });
   }
   // Where the mesh's border told too little, the walk itself fills in.
   std::vector<Middle> complete;
-  constexpr double kLongestBare_m = 40.0;
+  const double longest_bare_m = guide ? 10.0 : 40.0;
   const auto fill = [&](double from_m, double to_m) {
-    if (to_m - from_m < kLongestBare_m) return;
+    if (to_m - from_m < longest_bare_m) return;
     for (std::size_t i = 0; i < n; ++i) {
       if (station_s_m[i] > from_m + 1.0 && station_s_m[i] < to_m - 1.0) {
         complete.push_back({station_s_m[i], walk.stations[i].centre, 0.5 * walk.stations[i].width_m()});
@@ -557,7 +589,7 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const CentrelineOptio
 
   // Counter-clockwise unless asked otherwise; an open road keeps the order of its walk's longer axis. A guide
   // is followed.
-  const bool backwards = options.guide ? false : line.closed ? signed_area_m2(line.points_m) < 0.0
+  const bool backwards = guide ? false : line.closed ? signed_area_m2(line.points_m) < 0.0
                                      : (line.points_m.back() - line.points_m.front()).head<2>().sum() < 0.0;
   if (backwards != options.reverse) {
     std::reverse(line.points_m.begin(), line.points_m.end());
@@ -566,8 +598,8 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const CentrelineOptio
   if (line.closed) {
     if (options.start_near_m) {
       start_at(line, *options.start_near_m);
-    } else if (options.guide) {
-      start_at(line, options.guide->points_m.front().head<2>());
+    } else if (guide) {
+      start_at(line, guide->points_m.front().head<2>());
     } else {
       const auto first = static_cast<std::ptrdiff_t>(middle_of_longest_straight(line.points_m));
       std::rotate(line.points_m.begin(), line.points_m.begin() + first, line.points_m.end());
@@ -601,7 +633,7 @@ double typical_width_m(const RoadGraph& graph) {
 Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& options) {
   Mesh mesh = road_only(road);
   if (mesh.triangles.empty()) throw Error("no road found: the mesh has no drivable triangles");
-  const RoadGraph graph = options.guide ? RoadGraph{} : road_graph(mesh);
+  const RoadGraph graph = road.guide ? RoadGraph{} : road_graph(mesh);
   CentrelineOptions placed = options;
   if (options.start_object && !options.start_near_m) {
     placed.start_near_m = middle_of_object(road.mesh, *options.start_object);
@@ -611,26 +643,41 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
     }
   }
   double width_m = typical_width_m(graph);
-  if (options.guide) {
+  if (road.guide) {
     const RaySurface surface(mesh);
-    const RoadWay way = way_along(*options.guide, surface);
+    const RoadWay way = way_along(*road.guide, surface);
     width_m = 2.0 * median(way.half_width_m);
     if (width_m == 0.0 && options.guide_width_m) return along_guide(way, *options.guide_width_m, options.reverse);
   }
-  if (width_m >= kModelWidth_m || width_m < kSmallestWidth_m) return trace(mesh, graph, placed);
+  if (width_m >= kModelWidth_m || width_m < kSmallestWidth_m) return trace(mesh, graph, road.guide, placed);
 
   // A model circuit is traced as large as life, and the line made small again.
   const double enlarged = kUsualWidth_m / width_m;
   mesh.origin_m *= enlarged;
   for (Vector3d& p : mesh.vertices_m) p *= enlarged;
   if (placed.start_near_m) *placed.start_near_m *= enlarged;
-  if (placed.guide)
-    for (Vector3d& p : placed.guide->points_m) p *= enlarged;
-  Centreline line = trace(mesh, options.guide ? RoadGraph{} : road_graph(mesh), placed);
+  std::optional<Guide> guide = road.guide;
+  if (guide)
+    for (Vector3d& p : guide->points_m) p *= enlarged;
+  Centreline line = trace(mesh, guide ? RoadGraph{} : road_graph(mesh), guide, placed);
   for (Vector3d& p : line.points_m) p /= enlarged;
   for (double& half_m : line.half_width_m) half_m /= enlarged;
   line.length_m /= enlarged;
   return line;
+}
+
+bool goes_along(const Centreline& line, const Centreline& other) {
+  const std::size_t n = line.points_m.size(), m = other.points_m.size();
+  for (std::size_t i = 0; i < n; i += std::max<std::size_t>(1, n / 500)) {
+    bool near = false;
+    for (std::size_t k = 0; k + (other.closed ? 0 : 1) < m && !near; ++k) {
+      const Vector2d a = other.points_m[k].head<2>(), b = other.points_m[(k + 1) % m].head<2>();
+      const double t = std::clamp((line.points_m[i].head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
+      near = (line.points_m[i].head<2>() - a - t * (b - a)).norm() < line.half_width_m[i] + other.half_width_m[k];
+    }
+    if (!near) return false;
+  }
+  return true;
 }
 
 void write_centreline_csv(const Centreline& centreline, const std::string& path) {

@@ -23,6 +23,7 @@ constexpr double kRoadInside = 0.02;   // a look that is rarer under the guide i
 constexpr double kRoadOutside = 2.0;   // the road's look is so many times rarer beside it
 constexpr double kLayerShare = 0.05;   // of the reach: the surface beside the road may lie so much higher or lower,
 constexpr double kSlope = 0.5;         // and this much more per metre beyond its border
+constexpr double kPaintShare = 0.001;  // of the reach, above the road: 30 mm
 constexpr double kMostMissing = 0.3;   // of the rows may be without surface
 constexpr double kEndsShare = 0.5;     // of the rows have to know where the road ends
 
@@ -126,7 +127,11 @@ void refuse_missing(const GuideRows& all) {
 
 }  // namespace
 
-bool has_several_looks(const Mesh& mesh) { return looks_of(mesh).names.size() > 1; }
+bool has_several_looks(const Mesh& mesh) {
+  return std::any_of(mesh.objects.begin(), mesh.objects.end(), [&](const MeshObject& object) {
+    return object.material != mesh.objects.front().material || object.texture != mesh.objects.front().texture;
+  });
+}
 
 GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m, const std::vector<bool>& flat,
                             const std::vector<SurfaceClass>& by_names) {
@@ -190,10 +195,12 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     const bool looks_right = is_road[looks.of_object[mesh.object_of_triangle[t]]];
     bool is_road_here = flat[t] && !is_kerb && inside(row, offset_m, looks_right ? all.across_m : 0.0);
     if (is_road_here && !looks_right) {
-      // Paint lies on the road; what lies under it is ground that goes on below.
-      const auto above = surface.all_hits(middle.x(), middle.y());
-      is_road_here = std::none_of(above.begin(), above.end(), [&](const SurfaceHit& hit) {
-        return looks_like_road(hit.triangle) && hit.z_m > middle.z() && hit.z_m < middle.z() + kLayerShare * all.reach_m;
+      // Paint lies on the road; what lies under it is ground that goes on below, what lies over it a thing that stands there.
+      const auto hits = surface.all_hits(middle.x(), middle.y());
+      is_road_here = std::none_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
+        const double above_m = middle.z() - hit.z_m;
+        const bool is_paint = above_m >= 0.0 && above_m <= kPaintShare * all.reach_m;
+        return looks_like_road(hit.triangle) && std::abs(above_m) < kLayerShare * all.reach_m && !is_paint;
       });
       if (!is_road_here) continue;
     }

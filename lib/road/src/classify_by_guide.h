@@ -10,7 +10,7 @@
 
 namespace road {
 
-/// Whether materials and pictures, or else objects, tell anything apart.
+/// Whether materials and pictures tell anything apart.
 bool has_several_looks(const Mesh& mesh);
 
 struct GuidedClasses {

@@ -19,6 +19,8 @@
 #include "road/centreline.h"
 #include "road/error.h"
 #include "road_graph.h"
+#include "roads_of.h"
+#include "route.h"
 #include "strip_ends.h"
 
 namespace road {
@@ -51,6 +53,10 @@ constexpr double kRoadGap_m = 12.0;
 constexpr double kModelScale = 10.0;
 // A second component with this share of the largest one's road is another circuit, not a leftover.
 constexpr double kOtherCircuitShare = 0.3;
+// A second look that makes the road longer than this has gone astray at a wide place.
+constexpr double kDetour = 1.01;
+// Two components whose corners lie this near, as a share of their size, are one road drawn twice.
+constexpr double kSameRoadShare = 0.02;
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -646,7 +652,13 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges, const Eige
   }
   std::vector<const Part*> circuits;
   for (const auto& [number, part] : parts) {
-    if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2) circuits.push_back(&part);
+    // One road drawn twice is one road.
+    const auto is_this = [&, &part = part](const Part* other) {
+      const double apart_m = (part.lowest - other->lowest).norm() + (part.highest - other->highest).norm();
+      return apart_m < kSameRoadShare * (part.highest - part.lowest).norm();
+    };
+    if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 && std::none_of(circuits.begin(), circuits.end(), is_this))
+      circuits.push_back(&part);
   }
   if (circuits.size() > 1 && !options.near_m) {
     std::string places;
@@ -657,11 +669,7 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges, const Eige
                             places.empty() ? "" : "; ", part->road_m2, centre.x(), centre.y(),
                             size.x(), size.y());
     }
-    const Eigen::Vector3d corner = origin_m + circuits.back()->centre();
-    throw Error(
-        fmt::format("{} separate roads of similar size: {}; wanted one; choose by a point on it: "
-                    "--near-m {:.0f},{:.0f} (near_m in a recipe)",
-                    circuits.size(), places, corner.x(), corner.y()));
+    throw Error(fmt::format("{} separate roads of similar size: {}; wanted one, near a point (--near-m X,Y, near_m in a recipe)", circuits.size(), places));
   }
   if (options.near_m) {
     for (auto part = parts.begin(); part != parts.end(); ++part) {
@@ -738,7 +746,42 @@ double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
 /// What is known of every triangle before anything is kept.
 struct Triangles {
   std::vector<bool> empty, flat;
+  std::vector<SurfaceClass> by_names;
+  bool has_named_road = false;
 };
+
+Triangles look_at(const Mesh& mesh, const CleanOptions& options) {
+  NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
+  std::vector<SurfaceClass> class_of_object;
+  class_of_object.reserve(mesh.objects.size());
+  for (const MeshObject& object : mesh.objects) {
+    class_of_object.push_back(table.class_of(object).value_or(SurfaceClass::scenery));
+  }
+  const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
+  Triangles triangles;
+  triangles.by_names.resize(mesh.triangles.size());
+  triangles.flat.resize(mesh.triangles.size());
+  triangles.empty.resize(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    triangles.by_names[i] = class_of_object[mesh.object_of_triangle[i]];
+    const Eigen::Vector3d area =
+        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2));
+    triangles.empty[i] = area.norm() < kZeroArea_m2;
+    triangles.flat[i] = !triangles.empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
+  }
+  triangles.has_named_road = std::find(class_of_object.begin(), class_of_object.end(), SurfaceClass::road) != class_of_object.end();
+  return triangles;
+}
+
+/// Whether nothing that is flat is called anything else than road: then names cannot mislead.
+bool is_all_road(const Mesh& mesh, const Triangles& triangles) {
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    if (triangles.flat[i] && triangles.by_names[i] != SurfaceClass::road) return false;
+  return true;
+}
+
+/// What is left of several roads.
+enum class Keep : std::uint8_t { one, touching_road, all };
 
 /// A cleaned surface, and the road that its graph shows.
 struct Cleaning {
@@ -750,7 +793,7 @@ struct Cleaning {
 /// Everything from classes to a welded surface. With `doubtful` classes (nobody confirms them) also gaps that are
 /// longer than a crack are looked at.
 Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector<SurfaceClass> class_of_triangle, const CleanOptions& options,
-                       CleanReport facts, bool doubtful) {
+                       CleanReport facts, bool doubtful, Keep keep = Keep::one) {
   const auto build_soup = [&](CleanReport& counted) {
     std::vector<std::uint32_t> kept;
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -769,7 +812,7 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector
   };
   CleanReport first = facts;
   Soup soup = build_soup(first);
-  if (!options.guide && fill_gaps_from_other_names(mesh, soup, triangles.flat, class_of_triangle, facts)) {
+  if (keep == Keep::one && fill_gaps_from_other_names(mesh, soup, triangles.flat, class_of_triangle, facts)) {
     first = facts;
     soup = build_soup(first);
   }
@@ -796,8 +839,8 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector
   bridge_gaps(
       soup, [&](std::size_t i) { return soup.surface_class[i] == SurfaceClass::road; },
       mesh.origin_m, options, facts);
-  if (options.guide) keep_what_touches_road(soup, facts);
-  else keep_one_circuit(soup, bridges, mesh.origin_m, options, facts);
+  if (keep == Keep::touching_road) keep_what_touches_road(soup, facts);
+  if (keep == Keep::one) keep_one_circuit(soup, bridges, mesh.origin_m, options, facts);
   if (soup.triangles.empty()) {
     throw Error(
         fmt::format("nothing to drive on: {} triangles in {} objects, none of them road; give a "
@@ -827,8 +870,8 @@ RoadShown road_shown(const Soup& soup) {
 
 /// Both ways of telling road from scenery, and of these the one that shows more of a road; says which and why.
 /// Throws what the names' way throws, with what shape finds as a way out.
-Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles, std::vector<SurfaceClass> by_names,
-                        std::vector<SurfaceClass> by_shape, const CleanOptions& options, const CleanReport& facts) {
+Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles, std::vector<SurfaceClass> by_shape, const CleanOptions& options,
+                        const CleanReport& facts) {
   CleanReport shape_facts = facts;
   shape_facts.by_names = false;
   const auto text = [](const RoadShown& shown) {
@@ -844,10 +887,10 @@ Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles, std::vecto
   const RoadShown by_form = shaped ? road_shown(shaped->soup) : RoadShown{};
   std::optional<Cleaning> named;
   try {
-    named = clean_classes(mesh, triangles, std::move(by_names), options, facts, true);
+    named = clean_classes(mesh, triangles, triangles.by_names, options, facts, true);
   } catch (const Error& refused) {
     if (by_form.length_m == 0.0) throw;
-    throw Error(fmt::format("{}; or take what shape alone finds, {}: --use-names false", refused.what(), text(by_form)));
+    throw Error(fmt::format("{}; shape alone finds {}", refused.what(), text(by_form)));
   }
   const RoadShown by_name = road_shown(named->soup);
   const bool take_shape = by_form.worth() > kClearlyMore * by_name.worth();
@@ -872,46 +915,32 @@ RoadMesh road_mesh_of(const Mesh& mesh, const Cleaning& cleaning) {
 }
 
 /// Classes from what lies along a guide.
-Cleaning clean_along(const Mesh& mesh, const Triangles& triangles, const std::vector<SurfaceClass>& by_names, const CleanOptions& options, CleanReport facts) {
+Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& triangles, const CleanOptions& options, CleanReport facts) {
   facts.by_guide = true;
-  GuidedClasses guided = classes_along(mesh, *options.guide, options.guide_width_m, triangles.flat, by_names);
+  GuidedClasses guided = classes_along(mesh, guide, options.guide_width_m, triangles.flat, triangles.by_names);
   facts.remarks.insert(facts.remarks.end(), guided.remarks.begin(), guided.remarks.end());
-  return clean_classes(mesh, triangles, std::move(guided.class_of_triangle), options, std::move(facts), false);
-}
-
-/// Whether a line stays on the road along another one.
-bool goes_along(const Centreline& line, const Centreline& other) {
-  const std::size_t n = line.points_m.size(), m = other.points_m.size();
-  for (std::size_t i = 0; i < n; i += std::max<std::size_t>(1, n / 500)) {
-    bool near = false;
-    for (std::size_t k = 0; k + (other.closed ? 0 : 1) < m && !near; ++k) {
-      const Eigen::Vector2d a = other.points_m[k].head<2>(), b = other.points_m[(k + 1) % m].head<2>();
-      const double t = std::clamp((line.points_m[i].head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
-      near = (line.points_m[i].head<2>() - a - t * (b - a)).norm() < line.half_width_m[i] + other.half_width_m[k];
-    }
-    if (!near) return false;
-  }
-  return true;
+  return clean_classes(mesh, triangles, std::move(guided.class_of_triangle), options, std::move(facts), false, Keep::touching_road);
 }
 
 /// A line that names did not confirm tells what looks like road: with it as the guide, the parts of the road that
-/// were missed come in, and what only lay beside it goes. Where that does not work the first look stands.
-void look_again(const Mesh& mesh, const Triangles& triangles, const std::vector<SurfaceClass>& by_names, const CleanOptions& options, Cleaning& cleaning) {
-  if (!has_several_looks(mesh)) return;
+/// were missed come in, and what only lay beside it goes. Where that does not work, and where names shall not count, the
+/// first look stands.
+void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions& options, Cleaning& cleaning) {
+  if (options.use_names == UseNames::no || !has_several_looks(mesh)) return;
   try {
     const Centreline line = trace_centreline(road_mesh_of(mesh, cleaning));
-    CleanOptions guided = options;
-    guided.guide = Guide{line.points_m, line.closed};
+    if (!line.closed) return;  // doubted anyway
     CleanReport facts;
     facts.triangles_in = cleaning.facts.triangles_in;
     facts.weld_tolerance_m = cleaning.facts.weld_tolerance_m;
     facts.snap_tolerance_m = cleaning.facts.snap_tolerance_m;
     facts.road_agreement = cleaning.facts.road_agreement;
     facts.remarks = cleaning.facts.remarks;
-    Cleaning again = clean_along(mesh, triangles, by_names, guided, std::move(facts));
+    Cleaning again = clean_along(mesh, {line.points_m, line.closed}, triangles, options, std::move(facts));
     again.soup.compact();
     const Centreline line_again = trace_centreline(road_mesh_of(mesh, again));
-    if (line_again.closed != line.closed || !goes_along(line_again, line) || !goes_along(line, line_again)) return;
+    const bool detours = line_again.length_m > kDetour * line.length_m;
+    if (!line_again.closed || detours || !goes_along(line_again, line) || !goes_along(line, line_again)) return;
     again.facts.by_guide = false;
     again.facts.by_names = cleaning.facts.by_names;
     cleaning = std::move(again);
@@ -919,7 +948,35 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const std::vector<
   }
 }
 
+/// The way of the options' route over the roads by names, else over those by shape.
+Guide guide_through(const Mesh& mesh, const CleanOptions& options) {
+  std::optional<Error> refused;
+  for (const RoadGraph& graph : roads_of(mesh, options)) {
+    try {
+      return guide_of(way_through(graph, options.route_m));
+    } catch (const Error& error) {
+      if (!refused) refused = error;
+    }
+  }
+  throw refused ? *refused : Error("nothing looks like road: a route has nothing to lead over; give a line (--guide FILE)");
+}
+
 }  // namespace
+
+std::vector<RoadGraph> roads_of(const Mesh& mesh, const CleanOptions& options) {
+  const Triangles triangles = look_at(mesh, options);
+  std::vector<RoadGraph> graphs;
+  const auto add = [&](std::vector<SurfaceClass> classes) {
+    try {
+      const RoadGraph graph = road_graph(surface_of(clean_classes(mesh, triangles, std::move(classes), options, {}, false, Keep::all).soup));
+      if (!graph.branches.empty()) graphs.push_back(graph);
+    } catch (const Error&) {  // no road of this kind
+    }
+  };
+  if (options.use_names != UseNames::no && triangles.has_named_road) add(triangles.by_names);
+  if (options.use_names != UseNames::yes) add(classes_by_shape(mesh, triangles.empty, triangles.flat, options));
+  return graphs;
+}
 
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
   CleanReport facts;
@@ -927,46 +984,28 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   facts.weld_tolerance_m = options.weld_tolerance_m;
   facts.snap_tolerance_m = options.snap_tolerance_m;
 
-  NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
-  std::vector<SurfaceClass> class_of_object;
-  class_of_object.reserve(mesh.objects.size());
-  for (const MeshObject& object : mesh.objects) {
-    class_of_object.push_back(table.class_of(object).value_or(SurfaceClass::scenery));
-  }
-  const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
-  std::vector<SurfaceClass> by_names(mesh.triangles.size());
-  Triangles triangles;
-  triangles.flat.resize(mesh.triangles.size());
-  triangles.empty.resize(mesh.triangles.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    by_names[i] = class_of_object[mesh.object_of_triangle[i]];
-    const Eigen::Vector3d area =
-        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2));
-    triangles.empty[i] = area.norm() < kZeroArea_m2;
-    triangles.flat[i] = !triangles.empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
-  }
-
-  const bool has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
-                                        SurfaceClass::road) != class_of_object.end();
+  Triangles triangles = look_at(mesh, options);
+  const std::optional<Guide> guide = options.guide || options.route_m.empty() ? options.guide : guide_through(mesh, options);
   std::vector<SurfaceClass> by_shape;
-  if (!options.guide) by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
-  if (!options.guide && options.use_names != UseNames::no && has_named_road) {
+  if (!guide) by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
+  if (!guide && options.use_names != UseNames::no && triangles.has_named_road) {
     facts.by_names = true;
-    facts.road_agreement = agreement(mesh, by_names, by_shape, triangles.flat);
+    facts.road_agreement = agreement(mesh, triangles.by_names, by_shape, triangles.flat);
   }
   Cleaning cleaning;
-  if (options.guide) {
-    cleaning = clean_along(mesh, triangles, by_names, options, std::move(facts));
+  if (guide) {
+    cleaning = clean_along(mesh, *guide, triangles, options, std::move(facts));
   } else if (!facts.by_names) {
     cleaning = clean_classes(mesh, triangles, std::move(by_shape), options, std::move(facts), true);
     cleaning.soup.compact();
-    look_again(mesh, triangles, by_names, options, cleaning);
-  } else if (options.use_names == UseNames::yes || options.near_m || *facts.road_agreement >= kNamesAreRight) {
-    cleaning = clean_classes(mesh, triangles, std::move(by_names), options, std::move(facts), false);
+    look_again(mesh, triangles, options, cleaning);
+  } else if (options.use_names == UseNames::yes || options.near_m || *facts.road_agreement >= kNamesAreRight ||
+             is_all_road(mesh, triangles)) {
+    cleaning = clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
   } else {
-    cleaning = more_plausible(mesh, triangles, by_names, std::move(by_shape), options, facts);
+    cleaning = more_plausible(mesh, triangles, std::move(by_shape), options, facts);
     cleaning.soup.compact();
-    look_again(mesh, triangles, by_names, options, cleaning);
+    look_again(mesh, triangles, options, cleaning);
   }
   Soup& soup = cleaning.soup;
   facts = std::move(cleaning.facts);
@@ -975,6 +1014,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   facts.boundary_loops = count_borders(soup.triangles);
 
   RoadMesh road = road_mesh_of(mesh, cleaning);
+  road.guide = guide;
   facts.class_of_triangle = std::move(cleaning.class_of_triangle);
   for (const SurfaceClass surface_class : road.class_of_triangle)
     ++facts.kept[to_string(surface_class)];

@@ -30,6 +30,10 @@ struct Writer {
   void operator()(const std::string& text) { (*this)(text.size()), bytes += text; }
   void operator()(const Eigen::Vector3d& v) { bytes.append(reinterpret_cast<const char*>(v.data()), 3 * sizeof(double)); }
   void operator()(const MeshObject& object) { (*this)(object.name), (*this)(object.material), (*this)(object.texture); }
+  void operator()(const std::optional<Guide>& guide) {
+    (*this)(guide.has_value());
+    if (guide) (*this)(guide->points_m), (*this)(guide->closed);
+  }
   template <typename T>
   void operator()(const std::vector<T>& values) {
     (*this)(values.size());
@@ -68,6 +72,13 @@ struct Reader {
   }
   void operator()(Eigen::Vector3d& v) { take(v.data(), 3 * sizeof(double)); }
   void operator()(MeshObject& object) { (*this)(object.name), (*this)(object.material), (*this)(object.texture); }
+  void operator()(std::optional<Guide>& guide) {
+    bool has_guide = false;
+    (*this)(has_guide);
+    if (!has_guide) return guide.reset();
+    guide.emplace();
+    (*this)(guide->points_m), (*this)(guide->closed);
+  }
   template <typename T>
   void operator()(std::vector<T>& values) {
     const std::size_t n = count();
@@ -89,7 +100,7 @@ template <typename Archive, typename Value>
 void each(Archive& a, Value& cleaned) {
   auto& [road, r] = cleaned;
   a(road.mesh.origin_m), a(road.mesh.vertices_m), a(road.mesh.triangles), a(road.mesh.object_of_triangle), a(road.mesh.objects);
-  a(road.class_of_triangle);
+  a(road.class_of_triangle), a(road.guide);
   a(r.triangles_in), a(r.triangles_kept), a(r.dropped), a(r.kept), a(r.vertices_welded), a(r.weld_tolerance_m), a(r.vertices_snapped);
   a(r.snap_tolerance_m), a(r.faces_turned), a(r.bridging_triangles), a(r.non_manifold_edges), a(r.boundary_loops), a(r.components);
   a(r.by_names), a(r.by_guide), a(r.road_agreement), a(r.class_of_triangle), a(r.remarks);

@@ -53,15 +53,17 @@ Return best_return(const std::vector<Vector3d>& way) {
   const auto heading = [&](std::size_t i) -> Vector2d {
     return (way[std::min(i + 1, n - 1)] - way[i == 0 ? 0 : i - 1]).head<2>().normalized();
   };
+  const double least_m = std::max(10.0 * most_m, kRoomShare * s_m.back());
   Return best;
   double repeated_m = 0.0;
   for (std::size_t j = 1; j < n; ++j) {
     // The latest place of this kind: one lap, not two.
     for (std::size_t i = j; i-- > 0;) {
-      if (s_m[j] - s_m[i] < std::max(10.0 * most_m, kRoomShare * s_m.back())) continue;
+      if (s_m[j] - s_m[i] < least_m) continue;
       const Vector2d along = (way[i + 1] - way[i]).head<2>();
       const double t = std::clamp((way[j] - way[i]).head<2>().dot(along) / along.squaredNorm(), 0.0, 1.0);
       const Vector3d there = way[i] + t * (way[i + 1] - way[i]);
+      if (s_m[j] - s_m[i] - t * along.norm() < least_m) continue;
       const double d = apart_m(way[j], there);
       const bool other_deck = std::abs(way[j].z() - there.z()) > 0.5 * kMost_m;  // false where unknown
       if (d > most_m || other_deck || heading(j).dot(along.normalized()) < kSameWay) continue;

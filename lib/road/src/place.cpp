@@ -135,7 +135,7 @@ std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Place
 }
 
 void set_guide(Recipe& recipe, const std::optional<Placement>& placement) {
-  recipe.clean.guide = recipe.centreline.guide = place_guide(recipe, placement);
+  recipe.clean.guide = place_guide(recipe, placement);
 }
 
 std::optional<Placement> place_road(const Recipe& recipe, const crg::ReferenceLine& line) {

@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kMissingShare = 0.05;
 constexpr double kGroundShare = 0.5;
+constexpr double kAgreement = 0.5;  // of names and shape: less is no confirmation
 constexpr double kElsewhereShare = 0.2;
 constexpr double kMainMaterialShare = 0.6;
 
@@ -132,8 +133,12 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
                                       const CleanReport& report) {
   std::vector<std::string> doubts;
   surface_missing(line, surface, doubts);
-  if (report.by_names || report.by_guide) return doubts;
-  if (!line.closed) little_of_the_ground(mesh, report, doubts);
+  const bool confirmed = report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
+  if (confirmed || report.by_guide) return doubts;
+  if (!line.closed && report.by_names)
+    doubts.push_back(fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the road found by names is open: it may be a part of it; {}",
+                                 100.0 * *report.road_agreement, kWayOut));
+  if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
   same_material_elsewhere(line, mesh, report, doubts);
   return doubts;
 }

@@ -242,6 +242,23 @@ std::vector<RecipeKey> make_keys() {
                     recipe.guide_path = text;
                   },
                   [](const Recipe& recipe) { return recipe.guide_path.value_or(""); }});
+  keys.push_back({"clean", "route", "x,y x,y ...",
+                  "points in the order of driving: the road is the shortest way through them; closed when the last is the first", true,
+                  [](Recipe& recipe, const std::string& text) {
+                    std::vector<Eigen::Vector2d> points;
+                    std::istringstream words{text};
+                    for (std::string word; words >> word;) {
+                      const auto xy = parse_numbers(word, 2, 1e8, "points x,y in metres, parted by blanks");
+                      points.emplace_back(xy[0], xy[1]);
+                    }
+                    if (points.size() < 2 || points.size() > 1000) refuse(text, "2 to 1000 points x,y in metres, parted by blanks");
+                    recipe.clean.route_m = std::move(points);
+                  },
+                  [](const Recipe& recipe) {
+                    std::string text;
+                    for (const Eigen::Vector2d& p : recipe.clean.route_m) text += fmt::format("{}{},{}", text.empty() ? "" : " ", p.x(), p.y());
+                    return text;
+                  }});
   keys.push_back({"clean", "guide_width_m", "0.1 to 200", "width of the road along the guide where the surface does not tell", false,
                   [](Recipe& recipe, const std::string& text) {
                     const auto value = parse_number(text);

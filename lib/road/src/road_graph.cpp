@@ -13,6 +13,7 @@
 #include <set>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace road {
 namespace {
@@ -66,21 +67,31 @@ class Cells {
     const auto most = static_cast<std::size_t>(std::max(1.0, largest_m2 / (cell_m_ * cell_m_)));
     // Empty places that were looked at, each with the height of the layer from which it was reached.
     std::unordered_map<std::int64_t, std::vector<double>> seen;
+    std::unordered_set<std::int64_t> in_hole;
+    const auto key_of = [](const Cell& c) { return static_cast<std::int64_t>(c.y) << 32 ^ (c.x & 0xffffffff); };
     const auto mark = [&](const Cell& c) {
-      std::vector<double>& heights = seen[static_cast<std::int64_t>(c.y) << 32 ^ (c.x & 0xffffffff)];
+      std::vector<double>& heights = seen[key_of(c)];
       for (const double z_m : heights)
         if (std::abs(z_m - c.z_m) < kOneLayer * cell_m_) return false;
       heights.push_back(c.z_m);
       return true;
     };
     std::vector<Cell> added, hole;
+    // A surface torn into steps has a hole at every step, on each of its heights: such holes stay.
+    const std::size_t most_looked_at = 4 * cells.size() + 100'000;
+    std::size_t looked_at = 0;
     for (const Cell& border : cells) {
+      if (looked_at > most_looked_at) return;
       for (std::size_t k = 0; k < 8; k += 2) {
         if (border.around[k] != kNone) continue;
         hole.assign(1, {border.x + kAround[k][0], border.y + kAround[k][1], border.z_m, {}});
         if (!mark(hole.front())) continue;
+        in_hole.clear();
+        in_hole.insert(key_of(hole.front()));
+        ++looked_at;
         bool open = false;
         for (std::size_t i = 0; i < hole.size() && !open; ++i) {
+          if (looked_at > most_looked_at) return;
           for (std::size_t side = 0; side < 8 && !open; side += 2) {
             Cell next{hole[i].x + kAround[side][0], hole[i].y + kAround[side][1], hole[i].z_m, {}};
             const std::int32_t there = find(next.x, next.y, next.z_m);
@@ -88,10 +99,12 @@ class Cells {
               hole[i].z_m = 0.5 * (hole[i].z_m + cells[static_cast<std::size_t>(there)].z_m);
             } else if (mark(next)) {
               hole.push_back(next);
+              in_hole.insert(key_of(next));
+              ++looked_at;
               open = hole.size() > most;
             } else {
               // Part of this hole, or of one that was found to be open.
-              open = std::none_of(hole.begin(), hole.end(), [&](const Cell& c) { return c.x == next.x && c.y == next.y; });
+              open = !in_hole.contains(key_of(next));
             }
           }
         }

@@ -116,6 +116,7 @@ RoadMesh read_road_mesh(const Recipe& recipe) {
   if (!is_cleaned(recipe.mesh_path))
     return clean(read_mesh(recipe.mesh_path, recipe.read), recipe.clean);
   RoadMesh road;
+  road.guide = recipe.clean.guide;
   road.mesh = read_mesh(recipe.mesh_path, {UpAxis::z, Unit::m});
   share_equal_vertices(road.mesh);
   if (ending_of(recipe.mesh_path) == ".stl")

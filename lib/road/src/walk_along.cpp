@@ -72,7 +72,7 @@ double running_median(const std::vector<double>& values, std::size_t i, std::siz
 
 }  // namespace
 
-Walk walk_along(const RaySurface& surface, const RoadWay& way) {
+Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end) {
   const double typical_m = median(way.half_width_m);  // half the width
   const double step_m = std::clamp(typical_m / 2.5, 0.5, 2.0);
   Walk walk;
@@ -135,7 +135,7 @@ Walk walk_along(const RaySurface& surface, const RoadWay& way) {
     if (round < 2) middle = smoothed(next, way.closed, step_m, step_m);
     if (middle.size() != n) break;
   }
-  if (!walk.closed) {
+  if (!walk.closed && to_the_end) {
     for (const bool front : {true, false}) {
       // An open road ends where its surface ends.
       const Station& last = front ? walk.stations.front() : walk.stations.back();

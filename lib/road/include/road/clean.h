@@ -50,6 +50,10 @@ struct CleanOptions {
   std::optional<Eigen::Vector2d> near_m;
   /// What lies along it is the road, whatever it is called and however many pieces it has.
   std::optional<Guide> guide;
+  /// Points in the order of driving, each nearest to the road that is meant: the road is what lies along the
+  /// shortest way through them over everything that looks like road; closed when the last is the first.
+  /// Empty, or at least two. A guide comes before it.
+  std::vector<Eigen::Vector2d> route_m;
   /// Of the road along the guide, where nothing on the surface tells.
   std::optional<double> guide_width_m;
 };
@@ -82,6 +86,7 @@ struct CleanReport {
 struct RoadMesh {
   Mesh mesh;
   std::vector<SurfaceClass> class_of_triangle;
+  std::optional<Guide> guide;  ///< along which it was found, where one or a route was given
 };
 
 /// Drops everything a wheel does not drive on: trees, stands, gantries, barriers, terrain beyond
@@ -90,6 +95,7 @@ struct RoadMesh {
 /// By geometry alone otherwise: connected nearly horizontal surface that forms the longest strip.
 /// Throws Error when nothing drivable is left (says what was seen), or when two separate circuits
 /// of similar size are present (says where they lie and how to choose: `near_m`).
+/// Along a guide or route: NotUsable where more than 30 % of it have no surface.
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options = {}, CleanReport* report = nullptr);
 
 }  // namespace road

@@ -28,7 +28,7 @@ std::optional<Placement> place_mesh(const Recipe& recipe);
 /// geographic guide without a placement, naming the file.
 std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Placement>& placement);
 
-/// Puts the recipe's guide into the options of cleaning and tracing.
+/// Puts the recipe's guide into the options of cleaning.
 void set_guide(Recipe& recipe, const std::optional<Placement>& placement);
 
 /// The same, or from the recipe's trajectory. `line` is the road's

@@ -1,0 +1,347 @@
+#include "road/guide.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "road/build.h"
+#include "road/centreline.h"
+#include "road/clean.h"
+#include "road/error.h"
+#include "road/plausible.h"
+#include "road/question.h"
+#include "road/ray_surface.h"
+#include "road/read_mesh.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+std::string refusal(const std::function<void()>& run) {
+  try {
+    run();
+  } catch (const road::Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Strips side by side along a way, all in one object, told apart by material only.
+struct World {
+  road::Mesh mesh;
+
+  std::uint32_t material(const std::string& name) {
+    for (std::uint32_t k = 0; k < mesh.objects.size(); ++k)
+      if (mesh.objects[k].material == name) return k;
+    mesh.objects.push_back({"Track", name, ""});
+    return static_cast<std::uint32_t>(mesh.objects.size() - 1);
+  }
+
+  void add(const Vector3d& a, const Vector3d& b, const Vector3d& c, std::uint32_t object) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+    mesh.vertices_m.insert(mesh.vertices_m.end(), {a, b, c});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.object_of_triangle.push_back(object);
+  }
+
+  /// Between two offsets from a way, which is given by place and left normal at each t of [0, 1].
+  void strip(const std::function<Vector3d(double t, double offset_m)>& way, double right_m, double left_m, const std::string& name, double begin = 0.0,
+             double end = 1.0, int pieces = 360) {
+    const std::uint32_t object = material(name);
+    for (int k = 0; k < pieces; ++k) {
+      const double s = begin + (end - begin) * k / pieces, t = begin + (end - begin) * (k + 1) / pieces;
+      const Vector3d a = way(s, right_m), b = way(t, right_m), c = way(t, left_m), d = way(s, left_m);
+      add(a, b, c, object);
+      add(a, c, d, object);
+    }
+  }
+};
+
+double radius_m(double t) { return 120.0 + 20.0 * std::sin(3.0 * kTurn * t); }
+
+/// A hilly circuit about the origin; to the left is inwards.
+Vector3d ring(double t, double offset_m) {
+  const double r = radius_m(t) - offset_m, x = r * std::cos(kTurn * t), y = r * std::sin(kTurn * t);
+  return {x, y, 0.03 * x + std::sin(0.05 * y)};
+}
+
+/// Asphalt 10 m wide in grass, and beside it a second road as wide, of the same asphalt.
+World park() {
+  World world;
+  world.strip(ring, 5.0, 25.0, "m1");
+  world.strip(ring, -5.0, 5.0, "m2");
+  world.strip(ring, -12.0, -5.0, "m1");
+  world.strip(ring, -22.0, -12.0, "m2");
+  world.strip(ring, -40.0, -22.0, "m1");
+  return world;
+}
+
+/// Points metres off the middle of a road of the ring.
+road::Guide sketch(double offset_m, double error_m, unsigned seed, int points = 40) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> anywhere(-error_m, error_m);
+  std::vector<Vector3d> rough;
+  for (int k = 0; k < points; ++k) {
+    Vector3d p = ring(static_cast<double>(k) / points, offset_m);
+    rough.emplace_back(p.x() + anywhere(random), p.y() + anywhere(random), std::nan(""));
+  }
+  return road::guide_along(rough);
+}
+
+road::Centreline trace(const road::Mesh& mesh, const road::Guide& guide, std::optional<double> width_m = {}) {
+  road::CleanOptions options;
+  options.guide = guide;
+  options.guide_width_m = width_m;
+  road::CentrelineOptions line_options;
+  line_options.guide_width_m = width_m;
+  return road::trace_centreline(road::clean(mesh, options), line_options);
+}
+
+/// How far a line leaves the middle of the ring's road at this offset, in plan and in height.
+std::pair<double, double> off_m(const road::Centreline& line, double offset_m) {
+  double plan = 0.0, height = 0.0;
+  for (const Vector3d& p : line.points_m) {
+    double nearest = 1e9, dz = 0.0;
+    for (int k = 0; k < 3600; ++k) {
+      const Vector3d q = ring(k / 3600.0, offset_m);
+      const double d = (p - q).head<2>().norm();
+      if (d < nearest) nearest = d, dz = std::abs(p.z() - q.z());
+    }
+    plan = std::max(plan, nearest), height = std::max(height, dz);
+  }
+  return {plan, height};
+}
+
+TEST(Guide, DecidesBetweenRoadsOfOneMaterialAndItsErrorsDoNotEnterTheLine) {
+  const World world = park();
+  for (const double offset_m : {0.0, -17.0}) {
+    for (const unsigned seed : {1u, 2u}) {
+      const road::Centreline line = trace(world.mesh, sketch(offset_m, 2.0, seed));
+      EXPECT_TRUE(line.closed);
+      const auto [plan, height] = off_m(line, offset_m);
+      // The strip's facets reach across it: its middle lies up to 0.0025 / m * (10 m)^2 / 8 = 31 mm off the hill.
+      EXPECT_LT(plan, 0.2) << "road at " << offset_m << ", sketch " << seed;
+      EXPECT_LT(height, 0.05);
+      // Offsets are along the radius, which lies up to 27 degrees off the normal.
+      EXPECT_GT(*std::min_element(line.half_width_m.begin(), line.half_width_m.end()), 5.0 * std::cos(0.47) - 0.1);
+      EXPECT_LT(*std::max_element(line.half_width_m.begin(), line.half_width_m.end()), 5.1);
+    }
+  }
+}
+
+TEST(Guide, GivesTheDirectionAndTheBeginning) {
+  const World world = park();
+  road::Guide guide = sketch(0.0, 1.0, 3);
+  std::reverse(guide.points_m.begin(), guide.points_m.end());
+  const road::Centreline line = trace(world.mesh, guide);
+  EXPECT_LT((line.points_m.front() - guide.points_m.front()).head<2>().norm(), 3.0);
+  double turn = 0.0;
+  for (std::size_t i = 0; i + 1 < line.points_m.size(); ++i)
+    turn += line.points_m[i].x() * line.points_m[i + 1].y() - line.points_m[i].y() * line.points_m[i + 1].x();
+  EXPECT_LT(turn, 0.0) << "clockwise, as the guide";
+}
+
+TEST(Guide, OfAPartGivesAnOpenRoad) {
+  const World world = park();
+  road::Guide guide = sketch(0.0, 1.0, 4);
+  guide.points_m.resize(20);
+  guide = road::guide_along(guide.points_m);
+  EXPECT_FALSE(guide.closed);
+  const road::Centreline line = trace(world.mesh, guide);
+  EXPECT_FALSE(line.closed);
+  EXPECT_LT(off_m(line, 0.0).first, 0.3);
+}
+
+TEST(Guide, OverMissingSurfaceIsRefusedWithThePlaceAndDoubtedWhenItIsLess) {
+  World most;
+  most.strip(ring, -5.0, 5.0, "m2", 0.0, 0.55);
+  most.strip(ring, 5.0, 25.0, "m1", 0.0, 0.55);
+  try {
+    trace(most.mesh, sketch(0.0, 1.0, 5));
+    FAIL() << "45 % of the surface are missing";
+  } catch (const road::NotUsable& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the surface is missing along 4"));
+    EXPECT_THAT(error.what(), HasSubstr("begins at ("));
+  }
+  World some;
+  some.strip(ring, -5.0, 5.0, "m2", 0.0, 0.88);
+  some.strip(ring, 5.0, 25.0, "m1", 0.0, 0.88);
+  road::CleanOptions options;
+  options.guide = sketch(0.0, 1.0, 6);
+  road::CleanReport report;
+  const road::RoadMesh road = road::clean(some.mesh, options, &report);
+  const road::Centreline line = road::trace_centreline(road);
+  const auto doubts = road::doubts_about(line, road::RaySurface(road.mesh), some.mesh, report);
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_THAT(doubts[0], HasSubstr("the surface is missing along 1"));
+}
+
+TEST(Guide, OverGroundThatTellsNothingNeedsAWidth) {
+  World plain;
+  plain.strip([](double t, double offset_m) { return Vector3d(600.0 * t - 300.0, offset_m, 0.0); }, -300.0, 300.0, "m", 0.0, 1.0, 20);
+  const road::Guide guide = sketch(0.0, 0.0, 7);
+  EXPECT_THAT(refusal([&] { trace(plain.mesh, guide); }), HasSubstr("--guide-width-m"));
+  const road::Centreline line = trace(plain.mesh, guide, 8.0);
+  EXPECT_TRUE(line.closed);
+  EXPECT_LT(off_m(line, 0.0).first, 0.5) << "the guide itself";
+  EXPECT_DOUBLE_EQ(line.half_width_m.front(), 4.0);
+}
+
+TEST(Guide, FollowsTheRightDeckOfACrossing) {
+  // A figure of eight, 8 m apart in height where it crosses itself.
+  const auto eight = [](double t, double offset_m) {
+    const auto middle = [](double s) { return Vector3d(150.0 * std::sin(kTurn * s), 90.0 * std::sin(2.0 * kTurn * s), 4.0 * std::cos(kTurn * s)); };
+    const Vector3d p = middle(t), q = middle(t + 1e-5);
+    const Vector2d along = (q - p).head<2>().normalized();
+    return Vector3d(p.x() - offset_m * along.y(), p.y() + offset_m * along.x(), p.z());
+  };
+  World world;
+  world.strip(eight, -4.0, 4.0, "m2", 0.0, 1.0, 720);
+  world.strip(eight, 4.0, 10.0, "m1", 0.0, 1.0, 720);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
+  std::vector<Vector3d> rough;
+  for (int k = 0; k < 60; ++k) {
+    const Vector3d p = eight(k / 60.0, 0.0);
+    rough.emplace_back(p.x() + anywhere(random), p.y() + anywhere(random), std::nan(""));
+  }
+  const road::Centreline line = trace(world.mesh, road::guide_along(rough));
+  EXPECT_TRUE(line.closed);
+  for (const Vector3d& p : line.points_m) {
+    double best = 1e9;
+    for (int k = 0; k < 2000; ++k) best = std::min(best, (p - eight(k / 2000.0, 0.0)).norm());
+    EXPECT_LT(best, 0.5) << p.transpose();
+  }
+}
+
+TEST(GuideLap, OfSeveralLapsIsOne) {
+  std::vector<Vector3d> driven;
+  for (int k = -40; k < 0; ++k) driven.emplace_back(k * 5.0 + 60.0, -180.0, 0.0);  // out of the pits
+  for (int k = 0; k < 1000; ++k) driven.push_back(ring(k / 400.0, 2.0 * std::sin(0.037 * k)));
+  const road::Guide lap = road::guide_along(driven);
+  EXPECT_TRUE(lap.closed);
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < lap.points_m.size(); ++i) length_m += (lap.points_m[i] - lap.points_m[i - 1]).head<2>().norm();
+  double once_m = 0.0;
+  for (int k = 0; k < 400; ++k) once_m += (ring((k + 1) / 400.0, 0.0) - ring(k / 400.0, 0.0)).head<2>().norm();
+  EXPECT_GT(length_m, 0.95 * once_m);
+  EXPECT_LT(length_m, 1.05 * once_m);
+}
+
+TEST(GuideLap, OfAHelixIsTheWholeWay) {
+  std::vector<Vector3d> up;
+  for (int k = 0; k < 200; ++k) up.emplace_back(40.0 * std::cos(kTurn * k / 60.0), 40.0 * std::sin(kTurn * k / 60.0), 0.1 * k);
+  for (int k = 0; k < 200; ++k) up.emplace_back(up.back().x() + 5.0, up.back().y(), 20.0);
+  EXPECT_FALSE(road::guide_along(up).closed);
+  EXPECT_GT(road::guide_along(up).points_m.size(), 350u);
+  EXPECT_THAT(refusal([] { road::guide_along({{0, 0, 0}, {0, 0, 0}, {1, 0, 0}}); }), HasSubstr("2 different positions"));
+}
+
+TEST(GuideFile, IsReadInEveryFormat) {
+  const support::TemporaryFolder folder;
+  const auto points = [&](const std::string& name, const std::string& text) { return road::read_guide(folder.file(name, text)); };
+  const road::GuideFile csv = points("a.csv", "# by hand\nspeed,x_m,y_m\n1,10,20\n2,11,21\n3,12,22.5\n");
+  EXPECT_FALSE(csv.geographic);
+  ASSERT_EQ(csv.points.size(), 3u);
+  EXPECT_DOUBLE_EQ(csv.points[2].y(), 22.5);
+  EXPECT_TRUE(std::isnan(csv.points[2].z()));
+  const std::vector<road::GuideFile> same{
+      points("b.csv", "lat_deg,lon_deg,h_m\n45.5,9.25,100\n45.6,9.35,101\n45.7,9.45,102\n"),
+      points("c.csv", "latitude,longitude,height\n45.5,9.25,100\n45.6,9.35,101\n45.7,9.45,102\n"),
+      points("d.gpx", "<?xml version=\"1.0\"?><gpx><wpt lat=\"1\" lon=\"1\"/><trk><trkseg><trkpt lat=\"45.5\" lon=\"9.25\"><ele>100</ele></trkpt>"
+                      "<trkpt lat=\"45.6\" lon=\"9.35\"/></trkseg><trkseg><trkpt lat=\"45.7\" lon=\"9.45\"/></trkseg></trk></gpx>"),
+      points("e.kml", "<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document><Placemark><Point><coordinates>1,2,3</coordinates></Point></Placemark>"
+                      "<Placemark><LineString><coordinates> 9.25,45.5,100 9.35,45.6,101\n9.45,45.7,102 </coordinates></LineString></Placemark></Document></kml>"),
+      points("f.geojson", R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{},"geometry":{"type":"LineString",
+                             "coordinates":[[9.25,45.5,100],[9.35,45.6],[9.45,45.7]]}}]})"),
+  };
+  for (std::size_t k = 0; k < same.size(); ++k) {
+    EXPECT_TRUE(same[k].geographic);
+    ASSERT_EQ(same[k].points.size(), 3u) << k;
+    EXPECT_DOUBLE_EQ(same[k].points[0].x(), 45.5) << k;
+    EXPECT_DOUBLE_EQ(same[k].points[2].y(), 9.45) << k;
+    EXPECT_DOUBLE_EQ(same[k].points[0].z(), 100.0) << k;
+  }
+}
+
+TEST(GuideFile, ThatIsNoneIsRefused) {
+  const support::TemporaryFolder folder;
+  const auto refused = [&](const std::string& name, const std::string& text) { return refusal([&] { road::read_guide(folder.file(name, text)); }); };
+  EXPECT_THAT(refused("a.csv", "u,v\n1,2\n"), HasSubstr("x_m"));
+  EXPECT_THAT(refused("b.csv", "x_m,y_m\n1,2\n"), HasSubstr("1 positions"));
+  EXPECT_THAT(refused("c.gpx", "<gpx><trk></gpx>"), HasSubstr("c.gpx:1: no XML"));
+  EXPECT_THAT(refused("d.kml", "<kml></kml>"), HasSubstr("without a track"));
+  EXPECT_THAT(refused("e.json", "{\"type\":"), HasSubstr("no GeoJSON"));
+  EXPECT_THAT(refused("f.json", R"({"type":"LineString","coordinates":[[500,1],[2,2],[3,3]]})"), HasSubstr("latitude and longitude in degrees"));
+  EXPECT_THAT(refused("g.json", "{\"a\":" + std::string(5000, '[') + std::string(5000, ']') + "}"), HasSubstr("without a LineString"));
+}
+
+/// Streets of 8 m every 100 m, three by three.
+World town() {
+  World world;
+  for (int k = 0; k < 3; ++k) {
+    world.strip([k](double t, double offset_m) { return Vector3d(240.0 * t - 20.0, 100.0 * k + offset_m, 0.0); }, -4.0, 4.0, "asphalt", 0.0, 1.0, 60);
+    world.strip([k](double t, double offset_m) { return Vector3d(100.0 * k - offset_m, 240.0 * t - 20.0, 0.0); }, -4.0, 4.0, "asphalt", 0.0, 1.0, 60);
+  }
+  world.strip([](double t, double offset_m) { return Vector3d(400.0 * t - 100.0, offset_m, -0.3); }, -100.0, 300.0, "grass", 0.0, 1.0, 20);
+  return world;
+}
+
+TEST(Route, LeadsThroughANetwork) {
+  const World world = town();
+  road::CleanOptions options;
+  options.route_m = {{0, 50}, {50, 100}, {100, 50}, {50, 0}, {0, 50}};
+  const road::Centreline line = road::trace_centreline(road::clean(world.mesh, options));
+  EXPECT_TRUE(line.closed);
+  EXPECT_NEAR(line.length_m, 400.0, 40.0) << "around one block, corners cut";
+  for (const Vector3d& p : line.points_m) {
+    EXPECT_GT(p.x(), -5.0);
+    EXPECT_LT(p.x(), 105.0);
+    EXPECT_GT(p.y(), -5.0);
+    EXPECT_LT(p.y(), 105.0);
+  }
+  options.route_m = {{0, 50}, {5000, 100}};
+  EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }), HasSubstr("point 2 of the route"));
+}
+
+TEST(Question, AboutTwoRingsHasTwoAnswersThatLeadOn) {
+  const support::TemporaryFolder folder;
+  World world;
+  world.strip(ring, -5.0, 5.0, "asphalt");
+  world.strip([](double t, double offset_m) { return Vector3d(ring(t, offset_m) + Vector3d(400.0, 0.0, 0.0)); }, -4.0, 4.0, "asphalt");
+  road::write_mesh(world.mesh, folder.path("rings.obj"), "");
+  road::Recipe recipe = road::recipe_for_mesh(folder.path("rings.obj"));
+  std::vector<road::Candidate> answers;
+  try {
+    road::build_track(recipe, folder.path("out"));
+    FAIL() << "there are two roads";
+  } catch (const road::Question& question) {
+    answers = question.candidates();
+    EXPECT_THAT(question.what(), HasSubstr("which road is meant? " + folder.path("out/rings.question.png") + " shows 2 that could be"));
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder.path("out/rings.question.png")));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("out/rings.crg")));
+  ASSERT_EQ(answers.size(), 2u);
+  for (const road::Candidate& answer : answers) {
+    EXPECT_TRUE(answer.closed);
+    ASSERT_TRUE(answer.flags.starts_with("--route "));
+    for (const road::RecipeKey& key : road::recipe_keys())
+      if (key.name == "route") key.set(recipe, answer.flags.substr(8));
+    const road::BuildResult built = road::build_track(recipe, folder.path("out"));
+    EXPECT_TRUE(built.validation_failures.empty());
+    const road::Centreline line = road::read_centreline_csv(built.centreline_path);
+    EXPECT_NEAR(line.length_m, answer.length_m, 0.5);
+    EXPECT_FALSE(std::filesystem::exists(folder.path("out/rings.question.png"))) << "answered";
+  }
+}
+
+}  // namespace
