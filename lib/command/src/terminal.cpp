@@ -69,8 +69,11 @@ std::string shell_word(const std::string& word) {
 Terminal::Terminal(std::string tool) : tool_(std::move(tool)) {}
 
 Terminal::~Terminal() {
-  say_nothing_more(*this);
-  progress_done();
+  try {
+    say_nothing_more(*this);
+    progress_done();
+  } catch (...) {  // a lock that cannot be had: nothing is left to be said
+  }
 }
 
 void Terminal::print(const std::string& text) {

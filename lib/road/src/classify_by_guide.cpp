@@ -112,6 +112,7 @@ void set_width(GuideRows& all, double width_m) {
 /// Throws where too much of the surface is missing to make a line; less of it is for the validation to say.
 void refuse_missing(const GuideRows& all) {
   const std::size_t n = all.rows.size();
+  if (n == 0) return;
   std::size_t missing = 0, run = 0, longest = 0, at = 0;
   for (std::size_t i = 0; i < (all.closed ? 2 * n : n); ++i) {  // a gap may lie across the beginning
     run = all.rows[i % n].has_surface ? 0 : std::min(run + 1, n);
@@ -209,7 +210,9 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   // Large triangles are hit by rays though their middles lie far away.
   for (const GuideRow& row : all.rows) {
     if (!row.has_surface) continue;
-    for (double offset_m = -all.reach_m; offset_m <= all.reach_m; offset_m += all.across_m) {
+    const int most = static_cast<int>(std::lround(all.reach_m / all.across_m));
+    for (int k = -most; k <= most; ++k) {
+      const double offset_m = k * all.across_m;
       if (!inside(row, offset_m, 0.0)) continue;
       const Vector2d p = row.at_m + offset_m * left_of(row.heading);
       const auto hit = surface.nearest_hit(p.x(), p.y(), row.z_m, kLayerShare * all.reach_m);

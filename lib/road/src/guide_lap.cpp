@@ -109,6 +109,7 @@ Guide guide_along(const std::vector<Vector3d>& points_m) {
   Guide guide{std::move(way), false};
   guide.closed = is_lap || comes_back(guide.points_m);
   if (guide.closed && apart_m(guide.points_m.front(), guide.points_m.back()) < 1e-3) guide.points_m.pop_back();
+  if (guide.points_m.size() < 3) throw Error("the guide has 2 different positions; wanted at least 3, in the order of driving");
   return guide;
 }
 

@@ -211,7 +211,8 @@ void measure(GuideRow& row, const GuideRows& all, double scale, const RaySurface
   const Vector2d normal = left_of(row.heading);
   const int most = static_cast<int>(kBeside * all.reach_m / all.across_m);
   for (int k = 0; k <= 2 * most; ++k) {
-    const double offset_m = all.across_m * ((k + 1) / 2) * (k % 2 == 0 ? 1.0 : -1.0);
+    const int steps = (k + 1) / 2;  // 0, -1, 1, -2, 2, ...
+    const double offset_m = all.across_m * steps * (k % 2 == 0 ? 1.0 : -1.0);
     const Vector2d p = row.at_m + offset_m * normal;
     const auto hit = surface.nearest_hit(p.x(), p.y(), row.z_m, kLayer_m * scale);
     if (!hit || !looks_like_road(hit->triangle)) continue;
