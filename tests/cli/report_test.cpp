@@ -141,7 +141,7 @@ TEST(BuildVerdict, ARoadThatItsOwnReportCallsNotUsableExitsWithThreeEveryTime) {
   };
   const auto expect_refused = [&](const Ran& ran, bool reused) {
     EXPECT_EQ(ran.code, 3);
-    EXPECT_THAT(ran.err, HasSubstr("ridge.crg: not usable, 1 errors; see "));
+    EXPECT_THAT(ran.err, HasSubstr("ridge.crg: not usable, 1 error; see "));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
     EXPECT_EQ(ran.out.find("reused: nothing has changed") != std::string::npos, reused) << ran.out;
   };
@@ -151,7 +151,7 @@ TEST(BuildVerdict, ARoadThatItsOwnReportCallsNotUsableExitsWithThreeEveryTime) {
   EXPECT_EQ(report["verdict"], "not_usable");
   EXPECT_TRUE(Json::parse(read(folder / "out/summary.json"))["validation"]["passed"]) << "only the report may speak against it";
   const std::string last = built.out.substr(built.out.rfind('\n', built.out.size() - 2) + 1);
-  EXPECT_THAT(last, HasSubstr("(not usable: 1 errors"));
+  EXPECT_THAT(last, HasSubstr("(not usable: 1 error,"));
   const Ran again = crgbuild(command);
   expect_refused(again, true);
   EXPECT_EQ(again.out.substr(again.out.rfind('\n', again.out.size() - 2) + 1), last);

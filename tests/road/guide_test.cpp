@@ -1,5 +1,6 @@
 #include "road/guide.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +13,7 @@
 #include "road/centreline.h"
 #include "road/clean.h"
 #include "road/error.h"
+#include "road/place.h"
 #include "road/plausible.h"
 #include "road/question.h"
 #include "road/ray_surface.h"
@@ -190,10 +192,55 @@ TEST(Guide, OverGroundThatTellsNothingNeedsAWidth) {
   plain.strip([](double t, double offset_m) { return Vector3d(600.0 * t - 300.0, offset_m, 0.0); }, -300.0, 300.0, "m", 0.0, 1.0, 20);
   const road::Guide guide = sketch(0.0, 0.0, 7);
   EXPECT_THAT(refusal([&] { trace(plain.mesh, guide); }), HasSubstr("--guide-width-m"));
+  road::CleanOptions options;
+  options.guide = guide;
+  options.guide_width_m = 8.0;
+  road::CleanReport report;
+  road::clean(plain.mesh, options, &report);
+  ASSERT_EQ(report.doubts.size(), 1u) << "nobody but the guide knows";
+  EXPECT_THAT(report.doubts[0], HasSubstr("along 100 % of the guide nothing but the guide tells"));
   const road::Centreline line = trace(plain.mesh, guide, 8.0);
   EXPECT_TRUE(line.closed);
   EXPECT_LT(off_m(line, 0.0).first, 0.5) << "the guide itself";
   EXPECT_DOUBLE_EQ(line.half_width_m.front(), 4.0);
+}
+
+TEST(Guide, AndRouteAreNotGivenTogetherNorAWidthAlone) {
+  const World world = park();
+  road::CleanOptions options;
+  options.guide = sketch(0.0, 1.0, 1);
+  options.route_m = {{0, 0}, {1, 1}};
+  EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }), HasSubstr("give one of them"));
+  options = {};
+  options.guide_width_m = 8.0;
+  EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }), HasSubstr("give --guide FILE too"));
+}
+
+TEST(Guide, OfLatitudesComesBackThroughTheControlPoints) {
+  const support::TemporaryFolder folder;
+  const road::UtmZone zone{32, true};
+  const auto global = [](const Vector3d& p) {  // turned by 90 degrees and moved
+    return Vector3d(500000.0 - p.y(), 5400000.0 + p.x(), p.z() + 300.0);
+  };
+  std::string control = "mesh_x_m,mesh_y_m,mesh_z_m,lat_deg,lon_deg,h_m\n", rough = "lat_deg,lon_deg\n";
+  for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(200, 0, 1), Vector3d(0, 150, 2)}) {
+    const Vector3d q = global(p);
+    const Vector2d at = road::from_utm(zone, q.head<2>());
+    control += fmt::format("{},{},{},{:.10f},{:.10f},{}\n", p.x(), p.y(), p.z(), at.x(), at.y(), q.z());
+  }
+  for (int k = 0; k < 30; ++k) {
+    const Vector2d at = road::from_utm(zone, global(ring(k / 30.0, 0.0)).head<2>());
+    rough += fmt::format("{:.10f},{:.10f}\n", at.x(), at.y());
+  }
+  road::Recipe recipe;
+  recipe.guide_path = folder.file("rough.csv", rough);
+  EXPECT_THAT(refusal([&] { road::place_guide(recipe, road::place_mesh(recipe)); }), HasSubstr("--control-points"));
+  recipe.control_points_path = folder.file("control.csv", control);
+  const auto guide = road::place_guide(recipe, road::place_mesh(recipe));
+  ASSERT_TRUE(guide);
+  ASSERT_EQ(guide->points_m.size(), 30u);
+  EXPECT_TRUE(guide->closed);
+  for (int k = 0; k < 30; ++k) EXPECT_LT((guide->points_m[static_cast<std::size_t>(k)] - ring(k / 30.0, 0.0)).head<2>().norm(), 0.01) << k;
 }
 
 TEST(Guide, FollowsTheRightDeckOfACrossing) {

@@ -128,8 +128,11 @@ TEST_P(GuidedMesh, IsRightOrItsMissingSurfaceIsSaid) {
     for (std::size_t i = 0; i < driven.rows(); ++i) {
       const Eigen::Vector3d p(driven.value(i, 0), driven.value(i, 1), driven.value(i, 2));
       double dz = 1e9;  // where the road crosses itself the other deck may lie nearer in plan
-      for (const Eigen::Vector3d& q : line.points_m)
-        if ((p - q).head<2>().norm() < 25.0) dz = std::min(dz, std::abs(p.z() - q.z()));
+      for (std::size_t k = 0; k < line.points_m.size(); ++k) {
+        const Eigen::Vector3d a = line.points_m[k], ab = line.points_m[(k + 1) % line.points_m.size()] - a;
+        const double t = std::clamp((p - a).head<2>().dot(ab.head<2>()) / std::max(ab.head<2>().squaredNorm(), 1e-12), 0.0, 1.0);
+        if ((p - a - t * ab).head<2>().norm() < 1.5 * line.half_width_m[k] + 1.0) dz = std::min(dz, std::abs(p.z() - a.z() - t * ab.z()));
+      }
       EXPECT_LT(dz, 3.0) << "another layer at " << p.transpose();
     }
   }

@@ -71,7 +71,7 @@ std::string sentence(const road::ReportFiles& files) {
   switch (files.verdict) {
     case road::Verdict::usable: return "usable";
     case road::Verdict::usable_with_remarks: return fmt::format("usable with {} remarks", files.remarks);
-    case road::Verdict::not_usable: return fmt::format("not usable: {} errors, {} remarks", files.errors, files.remarks);
+    case road::Verdict::not_usable: return fmt::format("not usable: {} error{}, {} remark{}", files.errors, files.errors == 1 ? "" : "s", files.remarks, files.remarks == 1 ? "" : "s");
   }
   return "";
 }
@@ -126,7 +126,7 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
 
 void refuse_if_not_usable(const std::string& crg_path, const road::ReportFiles& files) {
   if (files.verdict != road::Verdict::not_usable) return;
-  throw NotValid(fmt::format("{}: not usable, {} errors; see {}", crg_path, files.errors,
+  throw NotValid(fmt::format("{}: not usable, {} error{}; see {}", crg_path, files.errors, files.errors == 1 ? "" : "s",
                              files.page_path.empty() ? files.json_path : files.page_path));
 }
 

@@ -105,7 +105,7 @@ Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& gra
   if (guide) {
     const RoadWay way = way_along(*guide, surface);
     if (median(way.half_width_m) == 0.0)
-      throw Error("nothing on the surface along the guide tells where the road ends; say how wide it is: --guide-width-m 8 (guide_width_m in a recipe)");
+      throw Error("nothing on the surface along the guide tells where the road ends; say how wide it is (--guide-width-m W, guide_width_m in a recipe)");
     return walk_along(surface, way, false);
   }
   const std::optional<RoadWay> way = closed_way(graph, options);

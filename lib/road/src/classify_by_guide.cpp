@@ -25,6 +25,8 @@ constexpr double kLayerShare = 0.05;   // of the reach: the surface beside the r
 constexpr double kSlope = 0.5;         // and this much more per metre beyond its border
 constexpr double kPaintShare = 0.001;  // of the reach, above the road: 30 mm
 constexpr double kMostMissing = 0.3;   // of the rows may be without surface
+constexpr double kMissingIsDoubted = 0.05;
+constexpr double kUntoldIsDoubted = 0.3, kUntoldIsSaid = 0.05;  // of the rows do not tell where the road ends
 constexpr double kEndsShare = 0.5;     // of the rows have to know where the road ends
 
 /// Look of every triangle, and the names of the looks.
@@ -109,21 +111,27 @@ void set_width(GuideRows& all, double width_m) {
   }
 }
 
-/// Throws where too much of the surface is missing to make a line; less of it is for the validation to say.
-void refuse_missing(const GuideRows& all) {
+/// How much of the guide has no road under it, with the place of the longest piece.
+struct Missing {
+  double share = 0.0;
+  std::string text;
+};
+
+Missing missing_under(const GuideRows& all) {
   const std::size_t n = all.rows.size();
-  if (n == 0) return;
+  if (n == 0) return {};
   std::size_t missing = 0, run = 0, longest = 0, at = 0;
   for (std::size_t i = 0; i < (all.closed ? 2 * n : n); ++i) {  // a gap may lie across the beginning
     run = all.rows[i % n].has_surface ? 0 : std::min(run + 1, n);
     if (i < n && run > 0) ++missing;
     if (run > longest) longest = run, at = (i + 1 - run) % n;
   }
-  if (static_cast<double>(missing) <= kMostMissing * static_cast<double>(n)) return;
-  throw NotUsable(fmt::format("the surface is missing along {:.0f} % of the guide ({:.0f} of {:.0f} m), the longest piece of {:.0f} m begins at ({:.1f}, {:.1f}); "
-                              "give a mesh that has it, or a guide that lies on what there is",
-                              100.0 * static_cast<double>(missing) / static_cast<double>(n), static_cast<double>(missing) * all.step_m,
-                              static_cast<double>(n) * all.step_m, static_cast<double>(longest) * all.step_m, all.rows[at].at_m.x(), all.rows[at].at_m.y()));
+  const auto metres = [&](std::size_t rows) { return static_cast<double>(rows) * all.step_m; };
+  const double share = static_cast<double>(missing) / static_cast<double>(n);
+  const Vector2d& place = all.rows[at].at_m;
+  return {share, fmt::format("the surface is missing along {:.0f} % of the guide ({:.0f} of {:.0f} m), the longest piece "
+                             "of {:.0f} m begins at ({:.1f}, {:.1f})",
+                             100.0 * share, metres(missing), metres(n), metres(longest), place.x(), place.y())};
 }
 
 }  // namespace
@@ -159,14 +167,17 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   const std::vector<bool> is_road = road_looks(shares);
   const auto looks_like_road = [&](std::uint32_t t) { return static_cast<bool>(is_road[look_of_triangle[t]]); };
   GuideRows all = rows_along(guide, surface, looks_like_road);
-  refuse_missing(all);
+  const Missing missing = missing_under(all);
+  if (missing.share > kMostMissing)
+    throw NotUsable(missing.text + "; give a mesh that has it, or a guide that lies on what there is");
   const auto ends = std::count_if(all.rows.begin(), all.rows.end(), [](const GuideRow& row) { return row.is_usual; });
   const auto with_surface = std::count_if(all.rows.begin(), all.rows.end(), [](const GuideRow& row) { return row.has_surface; });
-  const bool width_unknown = static_cast<double>(ends) < kEndsShare * static_cast<double>(with_surface);
-  if (width_unknown && !width_m)
-    throw Error(fmt::format("under the guide lies a surface whose look, slope and border tell only along {:.0f} % of it where the road ends; say how wide "
-                            "it is: --guide-width-m 8 (guide_width_m in a recipe)",
-                            100.0 * static_cast<double>(ends) / static_cast<double>(std::max<std::ptrdiff_t>(with_surface, 1))));
+  const double told = static_cast<double>(ends) / static_cast<double>(std::max<std::ptrdiff_t>(with_surface, 1));
+  if (told < kEndsShare && !width_m)
+    throw Error(fmt::format("under the guide the surface tells along {:.0f} % of it only, by its look, slope or border, where the "
+                            "road ends. If the guide lies beside the road, check its frame and the order of its columns; if the "
+                            "road is not to be seen on the mesh, say how wide it is (--guide-width-m W, guide_width_m in a recipe)",
+                            100.0 * told));
   if (width_m) set_width(all, *width_m);
 
   GuidedClasses result;
@@ -174,9 +185,13 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   for (std::size_t k = 0; k < is_road.size(); ++k)
     if (is_road[k]) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", looks.names[k]);
   result.remarks.push_back(fmt::format("by the guide ({}, {} rows), the road looks like {}", guide.closed ? "closed" : "open", all.rows.size(), names));
-  if (width_m && width_unknown)
-    result.remarks.push_back(fmt::format("nothing but the guide tells where the road lies along {:.0f} % of it: there its middle is the guide's",
-                                         100.0 * (1.0 - static_cast<double>(ends) / static_cast<double>(all.rows.size()))));
+  if (missing.share > kMissingIsDoubted) result.doubts.push_back(missing.text);
+  if (told < 1.0 - kUntoldIsDoubted)
+    result.doubts.push_back(fmt::format("along {:.0f} % of the guide nothing but the guide tells where the road lies; look at the picture, "
+                                        "and say with --line-is-right that it is right", 100.0 * (1.0 - told)));
+  else if (told < 1.0 - kUntoldIsSaid)
+    result.remarks.push_back(fmt::format("along {:.0f} % of the guide the sides of the road are unlike those of its neighbours (forks, "
+                                         "wide places): there its middle is taken from them", 100.0 * (1.0 - told)));
 
   result.class_of_triangle.assign(mesh.triangles.size(), SurfaceClass::scenery);
   const RowsNear near(all);

@@ -917,8 +917,10 @@ RoadMesh road_mesh_of(const Mesh& mesh, const Cleaning& cleaning) {
 /// Classes from what lies along a guide.
 Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& triangles, const CleanOptions& options, CleanReport facts) {
   facts.by_guide = true;
+  facts.by_route = !options.guide && !options.route_m.empty();
   GuidedClasses guided = classes_along(mesh, guide, options.guide_width_m, triangles.flat, triangles.by_names);
   facts.remarks.insert(facts.remarks.end(), guided.remarks.begin(), guided.remarks.end());
+  facts.doubts = std::move(guided.doubts);
   return clean_classes(mesh, triangles, std::move(guided.class_of_triangle), options, std::move(facts), false, Keep::touching_road);
 }
 
@@ -937,6 +939,7 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions
     facts.road_agreement = cleaning.facts.road_agreement;
     facts.remarks = cleaning.facts.remarks;
     Cleaning again = clean_along(mesh, {line.points_m, line.closed}, triangles, options, std::move(facts));
+    if (!again.facts.doubts.empty()) return;
     again.soup.compact();
     const Centreline line_again = trace_centreline(road_mesh_of(mesh, again));
     const bool detours = line_again.length_m > kDetour * line.length_m;
@@ -979,6 +982,10 @@ std::vector<RoadGraph> roads_of(const Mesh& mesh, const CleanOptions& options) {
 }
 
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
+  if (options.guide && !options.route_m.empty())
+    throw Error("a guide and a route seen; both tell which road is meant: give one of them (--guide, --route)");
+  if (options.guide_width_m && !options.guide && options.route_m.empty())
+    throw Error("guide_width_m seen without a guide; it is the width of the road along one: give --guide FILE too");
   CleanReport facts;
   facts.triangles_in = mesh.triangles.size();
   facts.weld_tolerance_m = options.weld_tolerance_m;

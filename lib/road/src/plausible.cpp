@@ -21,8 +21,8 @@ constexpr double kElsewhereShare = 0.2;
 constexpr double kMainMaterialShare = 0.6;
 
 constexpr const char* kWayOut =
-    "look at the picture of the classes (.classes.png); tell what is road by name_rules in a recipe, or, if the line is "
-    "right all the same, say so with --line-is-right";
+    "look at the picture of the classes (.classes.png); tell what is road by a rough line (--guide FILE) or by name_rules in a "
+    "recipe, or, if the line is right all the same, say so with --line-is-right";
 
 double flat_area_m2(const Mesh& mesh, std::size_t t) {
   const Vector3d a = mesh.vertex(t, 1) - mesh.vertex(t, 0), b = mesh.vertex(t, 2) - mesh.vertex(t, 0);
@@ -131,10 +131,14 @@ void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const Cle
 
 std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface, const Mesh& mesh,
                                       const CleanReport& report) {
-  std::vector<std::string> doubts;
-  surface_missing(line, surface, doubts);
+  std::vector<std::string> doubts = report.doubts;
+  if (!report.by_guide) surface_missing(line, surface, doubts);  // a guide knows better where it should be
   const bool confirmed = report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
-  if (confirmed || report.by_guide) return doubts;
+  if (confirmed || (report.by_guide && (line.closed || !report.by_route))) return doubts;
+  if (report.by_route) {
+    same_material_elsewhere(line, mesh, report, doubts);
+    return doubts;
+  }
   if (!line.closed && report.by_names)
     doubts.push_back(fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the road found by names is open: it may be a part of it; {}",
                                  100.0 * *report.road_agreement, kWayOut));

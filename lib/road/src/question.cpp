@@ -7,6 +7,8 @@
 
 #include "report/question_map.h"
 #include "road/clean.h"
+#include "road/plausible.h"
+#include "road/ray_surface.h"
 #include "roads_of.h"
 #include "route.h"
 
@@ -49,9 +51,11 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
       tried.clean.route_m = points;
       if (g > 0) tried.clean.use_names = UseNames::no;
       try {
-        const RoadMesh road = clean(mesh, tried.clean);
+        CleanReport report;
+        const RoadMesh road = clean(mesh, tried.clean, &report);
         const Centreline line = trace_centreline(road, tried.centreline);
         fit_reference_line(line, tried.reference_line);
+        if (!doubts_about(line, RaySurface(road.mesh), mesh, report).empty()) continue;
         const auto is_this = [&](const Centreline& other) { return other.closed == line.closed && goes_along(line, other) && goes_along(other, line); };
         if (std::any_of(lines.begin(), lines.end(), is_this)) continue;  // names and shape may find one road
         lines.push_back(line);

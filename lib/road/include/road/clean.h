@@ -52,7 +52,7 @@ struct CleanOptions {
   std::optional<Guide> guide;
   /// Points in the order of driving, each nearest to the road that is meant: the road is what lies along the
   /// shortest way through them over everything that looks like road; closed when the last is the first.
-  /// Empty, or at least two. A guide comes before it.
+  /// Empty, or at least two.
   std::vector<Eigen::Vector2d> route_m;
   /// Of the road along the guide, where nothing on the surface tells.
   std::optional<double> guide_width_m;
@@ -74,7 +74,9 @@ struct CleanReport {
   std::size_t boundary_loops = 0;
   std::size_t components = 0;  ///< connected components of the drivable surface before filtering
   bool by_names = false;       ///< false: geometry alone, or a guide
-  bool by_guide = false;
+  bool by_guide = false;       ///< along a guide or a route
+  bool by_route = false;
+  std::vector<std::string> doubts;  ///< what along the guide speaks against the road: for doubts_about()
   /// With names: area that names and geometry both call road over the area that either does, before
   /// anything is dropped as not connected. Empty without names.
   std::optional<double> road_agreement;
@@ -95,6 +97,7 @@ struct RoadMesh {
 /// By geometry alone otherwise: connected nearly horizontal surface that forms the longest strip.
 /// Throws Error when nothing drivable is left (says what was seen), or when two separate circuits
 /// of similar size are present (says where they lie and how to choose: `near_m`).
+/// Throws Error when a guide and a route are given, or a width without either.
 /// Along a guide or route: NotUsable where more than 30 % of it have no surface.
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options = {}, CleanReport* report = nullptr);
 

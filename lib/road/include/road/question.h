@@ -10,7 +10,8 @@
 
 namespace road {
 
-/// A road that could be meant; a build with these flags was tried as far as its reference line.
+/// A road that could be meant; a build with these flags was tried as far as its reference line, and nothing speaks
+/// against it (doubts_about()).
 struct Candidate {
   std::string flags;                       ///< "--route 1,2 3,4 1,2"
   std::vector<Eigen::Vector3d> points_m;   ///< its middle
