@@ -78,14 +78,15 @@ TEST(BadInput, OpenRoadWorksAndSaysSo) {
 }
 
 TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
-  for (const auto& [unit, scale] :
-       {std::pair{"mm", 1000.0}, std::pair{"ft", 1 / 0.3048}, std::pair{"cm", 100.0}, std::pair{"inch", 1 / 0.0254}}) {
+  for (const auto& [unit, scale] : {std::pair{"mm", 1000.0}, std::pair{"ft", 1 / 0.3048},
+                                    std::pair{"cm", 100.0}, std::pair{"inch", 1 / 0.0254}}) {
     Stadium stadium;
     stadium.scale = scale;
     const Folder folder;
     write(folder / "s.obj", stadium.obj());
     if (std::string(unit) != "ft")  // 1,600 ft long and 32 ft wide could be metres
-      expect_refused(build(folder, folder / "s.obj"), folder / "out", {fmt::format("--unit {}", unit)});
+      expect_refused(build(folder, folder / "s.obj"), folder / "out",
+                     {fmt::format("--unit {}", unit)});
     const Ran ran = build(folder, folder / "s.obj", {"--unit", unit});
     EXPECT_EQ(ran.code, 0) << unit << ran.err;
     const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));

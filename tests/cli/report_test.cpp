@@ -81,9 +81,11 @@ TEST_F(Reported, AgainstPointsMeasuredOnIt) {
 }
 
 TEST_F(Reported, TheCommandOfTheReportMakesItAgain) {
-  const std::string mesh = *folder / "the stadium's.obj", to = *folder / "once more", report = to + "/report.json";
+  const std::string mesh = *folder / "the stadium's.obj", to = *folder / "once more",
+                    report = to + "/report.json";
   write(mesh, Stadium{}.obj());
-  const Ran first = crgbuild({"build", mesh, "-o", to, "--reverse", "--line-is-right", "--name", "it's", "--v-max-m", "12"});
+  const Ran first = crgbuild({"build", mesh, "-o", to, "--reverse", "--line-is-right", "--name",
+                              "it's", "--v-max-m", "12"});
   ASSERT_EQ(first.code, 0) << first.err;
   const std::string line = Json::parse(read(report))["command_line"].get<std::string>();
   EXPECT_THAT(line, ::testing::StartsWith("crgbuild build "));

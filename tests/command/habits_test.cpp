@@ -152,7 +152,9 @@ Words cells(const std::string& row) {
 class Called : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new Folder("Stra\xdf" "e");  // names are any bytes: Latin-1, no UTF-8
+    folder_ = new Folder(
+        "Stra\xdf"
+        "e");  // names are any bytes: Latin-1, no UTF-8
     const Folder& f = *folder_;
     const std::string crg = f / "out/s.crg";
     cli::write(f / "s.obj", cli::Stadium{}.obj());
@@ -318,7 +320,8 @@ TEST_F(Called, AnEmptyOutputIsAWrongCommandLine) {
       const ToolRun ran = run_tool(tool.path, words);
       EXPECT_EQ(ran.code, 2);
       expect_one_line(tool, ran.err);
-      EXPECT_THAT(ran.err, ::testing::ContainsRegex("--output: '' seen, a (file|folder) wanted; see "));
+      EXPECT_THAT(ran.err,
+                  ::testing::ContainsRegex("--output: '' seen, a (file|folder) wanted; see "));
     }
 }
 

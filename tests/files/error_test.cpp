@@ -13,7 +13,8 @@ TEST(Error, IsOneLineWhateverItQuotes) {
 }
 
 TEST(Error, OfAVeryLongWordKeepsItsBeginningAndItsEnd) {
-  const std::string text = what("log.csv:3: '" + std::string(100000, 'x') + "' is no number; remove the line");
+  const std::string text =
+      what("log.csv:3: '" + std::string(100000, 'x') + "' is no number; remove the line");
   EXPECT_LT(text.size(), 2000);
   EXPECT_TRUE(text.starts_with("log.csv:3: 'xxx"));
   EXPECT_TRUE(text.ends_with("xxx' is no number; remove the line"));

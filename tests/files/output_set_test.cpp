@@ -245,7 +245,8 @@ TEST(OutputSet, GivenUpRemovesTheLockAfterAllThatItGuards) {
               files::abandon_writes();
               ::_exit(0);
               return 0;
-            }), 0);
+            }),
+            0);
   alignas(inotify_event) char events[4096];
   const ssize_t count = ::read(watch, events, sizeof events);
   ::close(watch);

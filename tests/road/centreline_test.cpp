@@ -166,7 +166,9 @@ TEST(Centreline, PassesAPitLaneThatBranchesOff) {
 support::PlanPoint triangle(double s_m, double radius_m) {
   const double arc_m = 2.0 * M_PI / 3.0 * radius_m, side_m = 100.0 + arc_m;
   double x_m = 0.0, y_m = 0.0, heading = 0.0;
-  const auto go = [&](double length_m) { x_m += length_m * std::cos(heading), y_m += length_m * std::sin(heading); };
+  const auto go = [&](double length_m) {
+    x_m += length_m * std::cos(heading), y_m += length_m * std::sin(heading);
+  };
   const auto turn = [&](double length_m) {
     const double angle = length_m / radius_m;
     x_m += radius_m * (std::sin(heading + angle) - std::sin(heading));
@@ -182,7 +184,8 @@ support::PlanPoint triangle(double s_m, double radius_m) {
 TEST(Centreline, RoundsHairpinsWithoutAnInnerRadius) {
   // The inner border of every corner is one vertex.
   const double radius_m = 4.0, length_m = 300.0 + 2.0 * M_PI * radius_m;
-  const auto road = make_strip([&](double s) { return triangle(s, radius_m); }, length_m, length_m / 600.0, true, {-4, 4}, flat);
+  const auto road = make_strip([&](double s) { return triangle(s, radius_m); }, length_m,
+                               length_m / 600.0, true, {-4, 4}, flat);
   const auto line = trace_centreline(road);
   ASSERT_TRUE(line.closed);
   EXPECT_NEAR(line.length_m, length_m, 0.01 * length_m);
@@ -214,7 +217,11 @@ TEST(Centreline, DrivesOnTheTopOfADeckNotOnItsUnderside) {
 TEST(Centreline, TakesTheLongerWayRoundAShortCut) {
   // The short-cut is a chord of the ring, as wide as the ring.
   auto road = ring(100.0, {-4, 4}, 2.0);
-  append(road, make_strip([](double s) { return support::PlanPoint{-86.0 + s, 50.0, 0.0}; }, 172.0, 4.0, false, {-4, 4}, flat));
+  append(road, make_strip(
+                   [](double s) {
+                     return support::PlanPoint{-86.0 + s, 50.0, 0.0};
+                   },
+                   172.0, 4.0, false, {-4, 4}, flat));
   const auto line = trace_centreline(road);
   ASSERT_TRUE(line.closed);
   EXPECT_NEAR(line.length_m, 2 * M_PI * 100.0, 5.0);

@@ -56,12 +56,15 @@ struct World {
   }
 
   /// Between two offsets from a way, which is given by place and left normal at each t of [0, 1].
-  void strip(const std::function<Vector3d(double t, double offset_m)>& way, double right_m, double left_m, const std::string& name, double begin = 0.0,
-             double end = 1.0, int pieces = 360) {
+  void strip(const std::function<Vector3d(double t, double offset_m)>& way, double right_m,
+             double left_m, const std::string& name, double begin = 0.0, double end = 1.0,
+             int pieces = 360) {
     const std::uint32_t object = material(name);
     for (int k = 0; k < pieces; ++k) {
-      const double s = begin + (end - begin) * k / pieces, t = begin + (end - begin) * (k + 1) / pieces;
-      const Vector3d a = way(s, right_m), b = way(t, right_m), c = way(t, left_m), d = way(s, left_m);
+      const double s = begin + (end - begin) * k / pieces,
+                   t = begin + (end - begin) * (k + 1) / pieces;
+      const Vector3d a = way(s, right_m), b = way(t, right_m), c = way(t, left_m),
+                     d = way(s, left_m);
       add(a, b, c, object);
       add(a, c, d, object);
     }
@@ -99,7 +102,8 @@ road::Guide sketch(double offset_m, double error_m, unsigned seed, int points = 
   return road::guide_along(rough);
 }
 
-road::Centreline trace(const road::Mesh& mesh, const road::Guide& guide, std::optional<double> width_m = {}) {
+road::Centreline trace(const road::Mesh& mesh, const road::Guide& guide,
+                       std::optional<double> width_m = {}) {
   road::CleanOptions options;
   options.guide = guide;
   options.guide_width_m = width_m;
@@ -130,11 +134,13 @@ TEST(Guide, DecidesBetweenRoadsOfOneMaterialAndItsErrorsDoNotEnterTheLine) {
       const road::Centreline line = trace(world.mesh, sketch(offset_m, 2.0, seed));
       EXPECT_TRUE(line.closed);
       const auto [plan, height] = off_m(line, offset_m);
-      // The strip's facets reach across it: its middle lies up to 0.0025 / m * (10 m)^2 / 8 = 31 mm off the hill.
+      // The strip's facets reach across it: its middle lies up to 0.0025 / m * (10 m)^2 / 8 = 31 mm
+      // off the hill.
       EXPECT_LT(plan, 0.2) << "road at " << offset_m << ", sketch " << seed;
       EXPECT_LT(height, 0.05);
       // Offsets are along the radius, which lies up to 27 degrees off the normal.
-      EXPECT_GT(*std::min_element(line.half_width_m.begin(), line.half_width_m.end()), 5.0 * std::cos(0.47) - 0.1);
+      EXPECT_GT(*std::min_element(line.half_width_m.begin(), line.half_width_m.end()),
+                5.0 * std::cos(0.47) - 0.1);
       EXPECT_LT(*std::max_element(line.half_width_m.begin(), line.half_width_m.end()), 5.1);
     }
   }
@@ -148,7 +154,8 @@ TEST(Guide, GivesTheDirectionAndTheBeginning) {
   EXPECT_LT((line.points_m.front() - guide.points_m.front()).head<2>().norm(), 3.0);
   double turn = 0.0;
   for (std::size_t i = 0; i + 1 < line.points_m.size(); ++i)
-    turn += line.points_m[i].x() * line.points_m[i + 1].y() - line.points_m[i].y() * line.points_m[i + 1].x();
+    turn += line.points_m[i].x() * line.points_m[i + 1].y() -
+            line.points_m[i].y() * line.points_m[i + 1].x();
   EXPECT_LT(turn, 0.0) << "clockwise, as the guide";
 }
 
@@ -189,7 +196,8 @@ TEST(Guide, OverMissingSurfaceIsRefusedWithThePlaceAndDoubtedWhenItIsLess) {
 
 TEST(Guide, OverGroundThatTellsNothingNeedsAWidth) {
   World plain;
-  plain.strip([](double t, double offset_m) { return Vector3d(600.0 * t - 300.0, offset_m, 0.0); }, -300.0, 300.0, "m", 0.0, 1.0, 20);
+  plain.strip([](double t, double offset_m) { return Vector3d(600.0 * t - 300.0, offset_m, 0.0); },
+              -300.0, 300.0, "m", 0.0, 1.0, 20);
   const road::Guide guide = sketch(0.0, 0.0, 7);
   EXPECT_THAT(refusal([&] { trace(plain.mesh, guide); }), HasSubstr("--guide-width-m"));
   road::CleanOptions options;
@@ -213,7 +221,8 @@ TEST(Guide, AndRouteAreNotGivenTogetherNorAWidthAlone) {
   EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }), HasSubstr("give one of them"));
   options = {};
   options.guide_width_m = 8.0;
-  EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }), HasSubstr("give --guide FILE too"));
+  EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }),
+              HasSubstr("give --guide FILE too"));
 }
 
 TEST(Guide, OfLatitudesComesBackThroughTheControlPoints) {
@@ -222,11 +231,13 @@ TEST(Guide, OfLatitudesComesBackThroughTheControlPoints) {
   const auto global = [](const Vector3d& p) {  // turned by 90 degrees and moved
     return Vector3d(500000.0 - p.y(), 5400000.0 + p.x(), p.z() + 300.0);
   };
-  std::string control = "mesh_x_m,mesh_y_m,mesh_z_m,lat_deg,lon_deg,h_m\n", rough = "lat_deg,lon_deg\n";
+  std::string control = "mesh_x_m,mesh_y_m,mesh_z_m,lat_deg,lon_deg,h_m\n",
+              rough = "lat_deg,lon_deg\n";
   for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(200, 0, 1), Vector3d(0, 150, 2)}) {
     const Vector3d q = global(p);
     const Vector2d at = road::from_utm(zone, q.head<2>());
-    control += fmt::format("{},{},{},{:.10f},{:.10f},{}\n", p.x(), p.y(), p.z(), at.x(), at.y(), q.z());
+    control +=
+        fmt::format("{},{},{},{:.10f},{:.10f},{}\n", p.x(), p.y(), p.z(), at.x(), at.y(), q.z());
   }
   for (int k = 0; k < 30; ++k) {
     const Vector2d at = road::from_utm(zone, global(ring(k / 30.0, 0.0)).head<2>());
@@ -234,19 +245,26 @@ TEST(Guide, OfLatitudesComesBackThroughTheControlPoints) {
   }
   road::Recipe recipe;
   recipe.guide_path = folder.file("rough.csv", rough);
-  EXPECT_THAT(refusal([&] { road::place_guide(recipe, road::place_mesh(recipe)); }), HasSubstr("--control-points"));
+  EXPECT_THAT(refusal([&] { road::place_guide(recipe, road::place_mesh(recipe)); }),
+              HasSubstr("--control-points"));
   recipe.control_points_path = folder.file("control.csv", control);
   const auto guide = road::place_guide(recipe, road::place_mesh(recipe));
   ASSERT_TRUE(guide);
   ASSERT_EQ(guide->points_m.size(), 30u);
   EXPECT_TRUE(guide->closed);
-  for (int k = 0; k < 30; ++k) EXPECT_LT((guide->points_m[static_cast<std::size_t>(k)] - ring(k / 30.0, 0.0)).head<2>().norm(), 0.01) << k;
+  for (int k = 0; k < 30; ++k)
+    EXPECT_LT((guide->points_m[static_cast<std::size_t>(k)] - ring(k / 30.0, 0.0)).head<2>().norm(),
+              0.01)
+        << k;
 }
 
 TEST(Guide, FollowsTheRightDeckOfACrossing) {
   // A figure of eight, 8 m apart in height where it crosses itself.
   const auto eight = [](double t, double offset_m) {
-    const auto middle = [](double s) { return Vector3d(150.0 * std::sin(kTurn * s), 90.0 * std::sin(2.0 * kTurn * s), 4.0 * std::cos(kTurn * s)); };
+    const auto middle = [](double s) {
+      return Vector3d(150.0 * std::sin(kTurn * s), 90.0 * std::sin(2.0 * kTurn * s),
+                      4.0 * std::cos(kTurn * s));
+    };
     const Vector3d p = middle(t), q = middle(t + 1e-5);
     const Vector2d along = (q - p).head<2>().normalized();
     return Vector3d(p.x() - offset_m * along.y(), p.y() + offset_m * along.x(), p.z());
@@ -272,31 +290,41 @@ TEST(Guide, FollowsTheRightDeckOfACrossing) {
 
 TEST(GuideLap, OfSeveralLapsIsOne) {
   std::vector<Vector3d> driven;
-  for (int k = -40; k < 0; ++k) driven.emplace_back(k * 5.0 + 60.0, -180.0, 0.0);  // out of the pits
+  for (int k = -40; k < 0; ++k)
+    driven.emplace_back(k * 5.0 + 60.0, -180.0, 0.0);  // out of the pits
   for (int k = 0; k < 1000; ++k) driven.push_back(ring(k / 400.0, 2.0 * std::sin(0.037 * k)));
   const road::Guide lap = road::guide_along(driven);
   EXPECT_TRUE(lap.closed);
   double length_m = 0.0;
-  for (std::size_t i = 1; i < lap.points_m.size(); ++i) length_m += (lap.points_m[i] - lap.points_m[i - 1]).head<2>().norm();
+  for (std::size_t i = 1; i < lap.points_m.size(); ++i)
+    length_m += (lap.points_m[i] - lap.points_m[i - 1]).head<2>().norm();
   double once_m = 0.0;
-  for (int k = 0; k < 400; ++k) once_m += (ring((k + 1) / 400.0, 0.0) - ring(k / 400.0, 0.0)).head<2>().norm();
+  for (int k = 0; k < 400; ++k)
+    once_m += (ring((k + 1) / 400.0, 0.0) - ring(k / 400.0, 0.0)).head<2>().norm();
   EXPECT_GT(length_m, 0.95 * once_m);
   EXPECT_LT(length_m, 1.05 * once_m);
 }
 
 TEST(GuideLap, OfAHelixIsTheWholeWay) {
   std::vector<Vector3d> up;
-  for (int k = 0; k < 200; ++k) up.emplace_back(40.0 * std::cos(kTurn * k / 60.0), 40.0 * std::sin(kTurn * k / 60.0), 0.1 * k);
+  for (int k = 0; k < 200; ++k)
+    up.emplace_back(40.0 * std::cos(kTurn * k / 60.0), 40.0 * std::sin(kTurn * k / 60.0), 0.1 * k);
   for (int k = 0; k < 200; ++k) up.emplace_back(up.back().x() + 5.0, up.back().y(), 20.0);
   EXPECT_FALSE(road::guide_along(up).closed);
   EXPECT_GT(road::guide_along(up).points_m.size(), 350u);
-  EXPECT_THAT(refusal([] { road::guide_along({{0, 0, 0}, {0, 0, 0}, {1, 0, 0}}); }), HasSubstr("2 different positions"));
+  EXPECT_THAT(refusal([] {
+                road::guide_along({{0, 0, 0}, {0, 0, 0}, {1, 0, 0}});
+              }),
+              HasSubstr("2 different positions"));
 }
 
 TEST(GuideFile, IsReadInEveryFormat) {
   const support::TemporaryFolder folder;
-  const auto points = [&](const std::string& name, const std::string& text) { return road::read_guide(folder.file(name, text)); };
-  const road::GuideFile csv = points("a.csv", "# by hand\nspeed,x_m,y_m\n1,10,20\n2,11,21\n3,12,22.5\n");
+  const auto points = [&](const std::string& name, const std::string& text) {
+    return road::read_guide(folder.file(name, text));
+  };
+  const road::GuideFile csv =
+      points("a.csv", "# by hand\nspeed,x_m,y_m\n1,10,20\n2,11,21\n3,12,22.5\n");
   EXPECT_FALSE(csv.geographic);
   ASSERT_EQ(csv.points.size(), 3u);
   EXPECT_DOUBLE_EQ(csv.points[2].y(), 22.5);
@@ -304,11 +332,21 @@ TEST(GuideFile, IsReadInEveryFormat) {
   const std::vector<road::GuideFile> same{
       points("b.csv", "lat_deg,lon_deg,h_m\n45.5,9.25,100\n45.6,9.35,101\n45.7,9.45,102\n"),
       points("c.csv", "latitude,longitude,height\n45.5,9.25,100\n45.6,9.35,101\n45.7,9.45,102\n"),
-      points("d.gpx", "<?xml version=\"1.0\"?><gpx><wpt lat=\"1\" lon=\"1\"/><trk><trkseg><trkpt lat=\"45.5\" lon=\"9.25\"><ele>100</ele></trkpt>"
-                      "<trkpt lat=\"45.6\" lon=\"9.35\"/></trkseg><trkseg><trkpt lat=\"45.7\" lon=\"9.45\"/></trkseg></trk></gpx>"),
-      points("e.kml", "<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document><Placemark><Point><coordinates>1,2,3</coordinates></Point></Placemark>"
-                      "<Placemark><LineString><coordinates> 9.25,45.5,100 9.35,45.6,101\n9.45,45.7,102 </coordinates></LineString></Placemark></Document></kml>"),
-      points("f.geojson", R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{},"geometry":{"type":"LineString",
+      points("d.gpx",
+             "<?xml version=\"1.0\"?><gpx><wpt lat=\"1\" lon=\"1\"/><trk><trkseg><trkpt "
+             "lat=\"45.5\" lon=\"9.25\"><ele>100</ele></trkpt>"
+             "<trkpt lat=\"45.6\" lon=\"9.35\"/></trkseg><trkseg><trkpt lat=\"45.7\" "
+             "lon=\"9.45\"/></trkseg></trk></gpx>"),
+      points(
+          "e.kml",
+          "<kml "
+          "xmlns=\"http://www.opengis.net/kml/"
+          "2.2\"><Document><Placemark><Point><coordinates>1,2,3</coordinates></Point></Placemark>"
+          "<Placemark><LineString><coordinates> 9.25,45.5,100 9.35,45.6,101\n9.45,45.7,102 "
+          "</coordinates></LineString></Placemark></Document></kml>"),
+      points(
+          "f.geojson",
+          R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{},"geometry":{"type":"LineString",
                              "coordinates":[[9.25,45.5,100],[9.35,45.6],[9.45,45.7]]}}]})"),
   };
   for (std::size_t k = 0; k < same.size(); ++k) {
@@ -322,24 +360,37 @@ TEST(GuideFile, IsReadInEveryFormat) {
 
 TEST(GuideFile, ThatIsNoneIsRefused) {
   const support::TemporaryFolder folder;
-  const auto refused = [&](const std::string& name, const std::string& text) { return refusal([&] { road::read_guide(folder.file(name, text)); }); };
+  const auto refused = [&](const std::string& name, const std::string& text) {
+    return refusal([&] { road::read_guide(folder.file(name, text)); });
+  };
   EXPECT_THAT(refused("a.csv", "u,v\n1,2\n"), HasSubstr("x_m"));
   EXPECT_THAT(refused("b.csv", "x_m,y_m\n1,2\n"), HasSubstr("1 positions"));
   EXPECT_THAT(refused("c.gpx", "<gpx><trk></gpx>"), HasSubstr("c.gpx:1: no XML"));
   EXPECT_THAT(refused("d.kml", "<kml></kml>"), HasSubstr("without a track"));
   EXPECT_THAT(refused("e.json", "{\"type\":"), HasSubstr("no GeoJSON"));
-  EXPECT_THAT(refused("f.json", R"({"type":"LineString","coordinates":[[500,1],[2,2],[3,3]]})"), HasSubstr("latitude and longitude in degrees"));
-  EXPECT_THAT(refused("g.json", "{\"a\":" + std::string(5000, '[') + std::string(5000, ']') + "}"), HasSubstr("without a LineString"));
+  EXPECT_THAT(refused("f.json", R"({"type":"LineString","coordinates":[[500,1],[2,2],[3,3]]})"),
+              HasSubstr("latitude and longitude in degrees"));
+  EXPECT_THAT(refused("g.json", "{\"a\":" + std::string(5000, '[') + std::string(5000, ']') + "}"),
+              HasSubstr("without a LineString"));
 }
 
 /// Streets of 8 m every 100 m, three by three.
 World town() {
   World world;
   for (int k = 0; k < 3; ++k) {
-    world.strip([k](double t, double offset_m) { return Vector3d(240.0 * t - 20.0, 100.0 * k + offset_m, 0.0); }, -4.0, 4.0, "asphalt", 0.0, 1.0, 60);
-    world.strip([k](double t, double offset_m) { return Vector3d(100.0 * k - offset_m, 240.0 * t - 20.0, 0.0); }, -4.0, 4.0, "asphalt", 0.0, 1.0, 60);
+    world.strip(
+        [k](double t, double offset_m) {
+          return Vector3d(240.0 * t - 20.0, 100.0 * k + offset_m, 0.0);
+        },
+        -4.0, 4.0, "asphalt", 0.0, 1.0, 60);
+    world.strip(
+        [k](double t, double offset_m) {
+          return Vector3d(100.0 * k - offset_m, 240.0 * t - 20.0, 0.0);
+        },
+        -4.0, 4.0, "asphalt", 0.0, 1.0, 60);
   }
-  world.strip([](double t, double offset_m) { return Vector3d(400.0 * t - 100.0, offset_m, -0.3); }, -100.0, 300.0, "grass", 0.0, 1.0, 20);
+  world.strip([](double t, double offset_m) { return Vector3d(400.0 * t - 100.0, offset_m, -0.3); },
+              -100.0, 300.0, "grass", 0.0, 1.0, 20);
   return world;
 }
 
@@ -357,14 +408,19 @@ TEST(Route, LeadsThroughANetwork) {
     EXPECT_LT(p.y(), 105.0);
   }
   options.route_m = {{0, 50}, {5000, 100}};
-  EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }), HasSubstr("point 2 of the route"));
+  EXPECT_THAT(refusal([&] { road::clean(world.mesh, options); }),
+              HasSubstr("point 2 of the route"));
 }
 
 TEST(Question, AboutTwoRingsHasTwoAnswersThatLeadOn) {
   const support::TemporaryFolder folder;
   World world;
   world.strip(ring, -5.0, 5.0, "asphalt");
-  world.strip([](double t, double offset_m) { return Vector3d(ring(t, offset_m) + Vector3d(400.0, 0.0, 0.0)); }, -4.0, 4.0, "asphalt");
+  world.strip(
+      [](double t, double offset_m) {
+        return Vector3d(ring(t, offset_m) + Vector3d(400.0, 0.0, 0.0));
+      },
+      -4.0, 4.0, "asphalt");
   road::write_mesh(world.mesh, folder.path("rings.obj"), "");
   road::Recipe recipe = road::recipe_for_mesh(folder.path("rings.obj"));
   std::vector<road::Candidate> answers;
@@ -373,7 +429,9 @@ TEST(Question, AboutTwoRingsHasTwoAnswersThatLeadOn) {
     FAIL() << "there are two roads";
   } catch (const road::Question& question) {
     answers = question.candidates();
-    EXPECT_THAT(question.what(), HasSubstr("which road is meant? " + folder.path("out/rings.question.png") + " shows 2 that could be"));
+    EXPECT_THAT(question.what(),
+                HasSubstr("which road is meant? " + folder.path("out/rings.question.png") +
+                          " shows 2 that could be"));
   }
   EXPECT_TRUE(std::filesystem::exists(folder.path("out/rings.question.png")));
   EXPECT_FALSE(std::filesystem::exists(folder.path("out/rings.crg")));

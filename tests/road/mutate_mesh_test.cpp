@@ -124,8 +124,9 @@ TEST(AnalyticRoads, FacetsAreAsNearAsStated) {
 /// Reads mutants of a mesh and of its companion, one or both damaged, in this process: a crash ends the
 /// test. KERBSTONE_HEAVY=1: 10,000 of them; KERBSTONE_MUTANTS=N: N; KERBSTONE_FIRST_MUTANT=K: from the
 /// K-th on, to look at one.
-void read_mutants(const std::string& mesh_name, const std::string& mesh, const std::string& companion_name,
-                  const std::string& companion, double least_read_share = 0.05) {
+void read_mutants(const std::string& mesh_name, const std::string& mesh,
+                  const std::string& companion_name, const std::string& companion,
+                  double least_read_share = 0.05) {
   const auto number = [](const char* name, std::size_t otherwise) {
     const char* text = std::getenv(name);
     return text == nullptr ? otherwise : static_cast<std::size_t>(std::strtoul(text, nullptr, 10));
@@ -159,7 +160,10 @@ void read_mutants(const std::string& mesh_name, const std::string& mesh, const s
     longest_s = std::max(longest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   EXPECT_LT(longest_s, 10.0);
-  EXPECT_GT(static_cast<double>(read), least_read_share * static_cast<double>(count));  // most damages are refused; if all were, nothing would be tested
+  EXPECT_GT(static_cast<double>(read),
+            least_read_share *
+                static_cast<double>(
+                    count));  // most damages are refused; if all were, nothing would be tested
   std::printf("%zu mutants, %zu read, longest %.3f s\n", count, read, longest_s);
 }
 
@@ -169,9 +173,12 @@ TEST(MutateMesh, DamagedGltfAndItsBufferAreReadOrRefused) {
 }
 
 TEST(MutateMesh, DamagedDracoIsReadOrRefused) {
-  for (const support::DracoMethod method : {support::DracoMethod::edgebreaker, support::DracoMethod::sequential}) {
-    const support::GltfAndBin parts = support::as_draco_gltf(support::small_road(), "a.bin", method, 12, true);
-    read_mutants("a.gltf", parts.gltf, "a.bin", parts.bin, 0.02);  // hardly a damage of packed bytes leaves a mesh
+  for (const support::DracoMethod method :
+       {support::DracoMethod::edgebreaker, support::DracoMethod::sequential}) {
+    const support::GltfAndBin parts =
+        support::as_draco_gltf(support::small_road(), "a.bin", method, 12, true);
+    read_mutants("a.gltf", parts.gltf, "a.bin", parts.bin,
+                 0.02);  // hardly a damage of packed bytes leaves a mesh
   }
 }
 

@@ -1,4 +1,5 @@
-// Meshes of other simulators, as they are (../shared/data/meshes beside the checkout; skipped where absent).
+// Meshes of other simulators, as they are (../shared/data/meshes beside the checkout; skipped where
+// absent).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,11 +48,13 @@ double on_road(const road::CsvTable& driven, const road::Centreline& line) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < driven.rows(); ++i) {
     const Eigen::Vector2d p(driven.value(i, 0), driven.value(i, 1));
-    double nearest = std::numeric_limits<double>::infinity();  // of the distance over the half width
+    double nearest =
+        std::numeric_limits<double>::infinity();  // of the distance over the half width
     const auto& points = line.points_m;
     for (std::size_t k = 0; k < points.size(); ++k) {
       const Eigen::Vector2d a = points[k].head<2>(), b = points[(k + 1) % points.size()].head<2>();
-      const double t = std::clamp((p - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
+      const double t =
+          std::clamp((p - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
       nearest = std::min(nearest, (p - a - t * (b - a)).norm() / line.half_width_m[k]);
     }
     count += nearest < 1.0 ? 1 : 0;
@@ -63,35 +66,38 @@ class OpenMesh : public testing::TestWithParam<Wanted> {};
 
 TEST_P(OpenMesh, IsFoundWhole) {
   const Wanted& wanted = GetParam();
-  if (!std::filesystem::exists(mesh_path(wanted.file))) GTEST_SKIP() << mesh_path(wanted.file) << " is absent";
+  if (!std::filesystem::exists(mesh_path(wanted.file)))
+    GTEST_SKIP() << mesh_path(wanted.file) << " is absent";
   const Found found = find(wanted.file);
   EXPECT_TRUE(found.line.closed);
   EXPECT_NEAR(found.line.length_m, wanted.length_m, wanted.tolerance_m);
   for (const std::string& doubt : found.doubts) ADD_FAILURE() << doubt;
   if (wanted.driveline == nullptr) return;
-  const road::CsvTable driven = road::read_csv(mesh_path(wanted.driveline), {"x_m", "y_m"}, {"z_m"});
+  const road::CsvTable driven =
+      road::read_csv(mesh_path(wanted.driveline), {"x_m", "y_m"}, {"z_m"});
   EXPECT_GE(on_road(driven, found.line), 0.98);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, OpenMesh,
-                         testing::Values(Wanted{"archracer_track.obj", 387.0, 2.0, nullptr},
-                                         Wanted{"coconut_auto_track.glb", 3328.0, 6.0, nullptr},
-                                         Wanted{"kia4sm.ac", 4566.0, 3.0, nullptr},
-                                         Wanted{"stk_farm.b3d", 793.6, 8.0, "stk_farm_driveline.csv"},
-                                         Wanted{"stk_hacienda.b3d", 1157.8, 12.0, "stk_hacienda_driveline.csv"},
-                                         Wanted{"stk_islandtrack.b3d", 1392.7, 14.0, "stk_islandtrack_driveline.csv"},
-                                         Wanted{"stk_startrack.b3d", 1324.9, 14.0, "stk_startrack_driveline.csv"},
-                                         Wanted{"stk_city.b3d", 1364.5, 14.0, "stk_city_driveline.csv"},
-                                         // Models: their area over their width.
-                                         Wanted{"artudo_track.dae", 111.5, 2.5, nullptr},
-                                         Wanted{"deepracer_austin_road.dae", 60.5, 1.5, nullptr},
-                                         Wanted{"deepracer_monaco_road.dae", 60.8, 1.5, nullptr}),
-                         [](const auto& mesh) {
-                           std::string name = mesh.param.file;
-                           for (char& c : name)
-                             if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    All, OpenMesh,
+    testing::Values(Wanted{"archracer_track.obj", 387.0, 2.0, nullptr},
+                    Wanted{"coconut_auto_track.glb", 3328.0, 6.0, nullptr},
+                    Wanted{"kia4sm.ac", 4566.0, 3.0, nullptr},
+                    Wanted{"stk_farm.b3d", 793.6, 8.0, "stk_farm_driveline.csv"},
+                    Wanted{"stk_hacienda.b3d", 1157.8, 12.0, "stk_hacienda_driveline.csv"},
+                    Wanted{"stk_islandtrack.b3d", 1392.7, 14.0, "stk_islandtrack_driveline.csv"},
+                    Wanted{"stk_startrack.b3d", 1324.9, 14.0, "stk_startrack_driveline.csv"},
+                    Wanted{"stk_city.b3d", 1364.5, 14.0, "stk_city_driveline.csv"},
+                    // Models: their area over their width.
+                    Wanted{"artudo_track.dae", 111.5, 2.5, nullptr},
+                    Wanted{"deepracer_austin_road.dae", 60.5, 1.5, nullptr},
+                    Wanted{"deepracer_monaco_road.dae", 60.8, 1.5, nullptr}),
+    [](const auto& mesh) {
+      std::string name = mesh.param.file;
+      for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+      return name;
+    });
 
 /// Every third point of a driveline, each moved by up to 1.5 m.
 road::Guide disturbed(const road::CsvTable& driven, bool with_heights) {
@@ -99,8 +105,10 @@ road::Guide disturbed(const road::CsvTable& driven, bool with_heights) {
   std::uniform_real_distribution<double> share(0.0, 1.0);
   std::vector<Eigen::Vector3d> points;
   for (std::size_t i = 0; i < driven.rows(); i += 3) {
-    const double turn = 2.0 * std::numbers::pi * share(random), off_m = 1.5 * std::sqrt(share(random));
-    points.emplace_back(driven.value(i, 0) + off_m * std::cos(turn), driven.value(i, 1) + off_m * std::sin(turn),
+    const double turn = 2.0 * std::numbers::pi * share(random),
+                 off_m = 1.5 * std::sqrt(share(random));
+    points.emplace_back(driven.value(i, 0) + off_m * std::cos(turn),
+                        driven.value(i, 1) + off_m * std::sin(turn),
                         with_heights ? driven.value(i, 2) : std::nan(""));
   }
   return road::guide_along(points);
@@ -111,7 +119,8 @@ class GuidedMesh : public testing::TestWithParam<const char*> {};
 TEST_P(GuidedMesh, IsRightOrItsMissingSurfaceIsSaid) {
   const std::string name = GetParam();
   if (!std::filesystem::exists(mesh_path("stk_" + name + ".b3d"))) GTEST_SKIP() << "absent";
-  const road::CsvTable driven = road::read_csv(mesh_path("stk_" + name + "_driveline.csv"), {"x_m", "y_m"}, {"z_m"});
+  const road::CsvTable driven =
+      road::read_csv(mesh_path("stk_" + name + "_driveline.csv"), {"x_m", "y_m"}, {"z_m"});
   const road::Mesh mesh = road::read_mesh(mesh_path("stk_" + name + ".b3d"));
   for (const bool with_heights : {false, true}) {
     road::CleanOptions options;
@@ -129,23 +138,31 @@ TEST_P(GuidedMesh, IsRightOrItsMissingSurfaceIsSaid) {
       const Eigen::Vector3d p(driven.value(i, 0), driven.value(i, 1), driven.value(i, 2));
       double dz = 1e9;  // where the road crosses itself the other deck may lie nearer in plan
       for (std::size_t k = 0; k < line.points_m.size(); ++k) {
-        const Eigen::Vector3d a = line.points_m[k], ab = line.points_m[(k + 1) % line.points_m.size()] - a;
-        const double t = std::clamp((p - a).head<2>().dot(ab.head<2>()) / std::max(ab.head<2>().squaredNorm(), 1e-12), 0.0, 1.0);
-        if ((p - a - t * ab).head<2>().norm() < 1.5 * line.half_width_m[k] + 1.0) dz = std::min(dz, std::abs(p.z() - a.z() - t * ab.z()));
+        const Eigen::Vector3d a = line.points_m[k],
+                              ab = line.points_m[(k + 1) % line.points_m.size()] - a;
+        const double t = std::clamp(
+            (p - a).head<2>().dot(ab.head<2>()) / std::max(ab.head<2>().squaredNorm(), 1e-12), 0.0,
+            1.0);
+        if ((p - a - t * ab).head<2>().norm() < 1.5 * line.half_width_m[k] + 1.0)
+          dz = std::min(dz, std::abs(p.z() - a.z() - t * ab.z()));
       }
       EXPECT_LT(dz, 3.0) << "another layer at " << p.transpose();
     }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, GuidedMesh, testing::Values("city", "farm", "hacienda", "islandtrack", "startrack", "sandtrack", "fortmagma", "mansion"),
+INSTANTIATE_TEST_SUITE_P(All, GuidedMesh,
+                         testing::Values("city", "farm", "hacienda", "islandtrack", "startrack",
+                                         "sandtrack", "fortmagma", "mansion"),
                          [](const auto& mesh) { return std::string(mesh.param); });
 
 class MeshWithoutRoad : public testing::TestWithParam<const char*> {};
 
 TEST_P(MeshWithoutRoad, IsRefusedOrDoubted) {
-  // Where the surface of the road is missing, or only painted on the ground, the tool must not praise what it finds.
-  if (!std::filesystem::exists(mesh_path(GetParam()))) GTEST_SKIP() << mesh_path(GetParam()) << " is absent";
+  // Where the surface of the road is missing, or only painted on the ground, the tool must not
+  // praise what it finds.
+  if (!std::filesystem::exists(mesh_path(GetParam())))
+    GTEST_SKIP() << mesh_path(GetParam()) << " is absent";
   try {
     EXPECT_FALSE(find(GetParam()).doubts.empty());
   } catch (const road::Error&) {
@@ -153,7 +170,8 @@ TEST_P(MeshWithoutRoad, IsRefusedOrDoubted) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MeshWithoutRoad,
-                         testing::Values("stk_fortmagma.b3d", "stk_mansion.b3d", "stk_sandtrack.b3d", "superdrift_racetrack.glb",
+                         testing::Values("stk_fortmagma.b3d", "stk_mansion.b3d",
+                                         "stk_sandtrack.b3d", "superdrift_racetrack.glb",
                                          "pmndrs_track_draco.glb"),
                          [](const auto& mesh) {
                            std::string name = mesh.param;

@@ -222,10 +222,9 @@ TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
     EXPECT_EQ(report.unit, name);
   }
   MeshReadOptions scaled;
-  for (const auto& [unit, name, factor] :
-       {std::tuple{road::Unit::automatic, "m", 0.254},
-        {road::Unit::cm, "cm", 25.4},
-        {road::Unit::cm, "cm", 0.5}}) {
+  for (const auto& [unit, name, factor] : {std::tuple{road::Unit::automatic, "m", 0.254},
+                                           {road::Unit::cm, "cm", 25.4},
+                                           {road::Unit::cm, "cm", 0.5}}) {
     scaled.unit = unit;
     scaled.scale = factor;
     const double per_metre = 1.0 / (factor * road::metres_per(unit));
@@ -238,7 +237,8 @@ TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
     EXPECT_EQ(report.scale, factor);
   }
   scaled.scale = 1e-3;
-  EXPECT_THAT(message_of(folder_.file("m.obj", as_obj(road_)), scaled), HasSubstr("times the scale 0.001"));
+  EXPECT_THAT(message_of(folder_.file("m.obj", as_obj(road_)), scaled),
+              HasSubstr("times the scale 0.001"));
   const std::string mm =
       folder_.file("mm.obj", as_obj(road_, 'z', Eigen::Vector3d::Zero(), 1000.0));
   EXPECT_THAT(message_of(mm), HasSubstr("200000 m across"));

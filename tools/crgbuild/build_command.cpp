@@ -86,24 +86,29 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
   const nlohmann::json &line = s.at("reference_line"), &width = s.at("centreline"), &clean = s.at("clean"), &grid = s.at("grid"),
                        &sample = s.at("sample"), &validation = s.at("validation");
   std::string text = fmt::format(
-      "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} m\n"
+      "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} "
+      "m\n"
       "  kept {} of {} triangles ({})\n"
       "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
       "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
       "  against the mesh at {} points: 99 % within {:.2f} mm, the largest error {:.2f} mm\n"
       "{}"
       "road     {}\npicture  {}\nnumbers  {}\n",
-      recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")), number(width.at("width_min_m")),
-      number(width.at("width_max_m")), number(grid.at("width_min_m")), number(grid.at("width_max_m")), clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
-      clean.at("by_guide").get<bool>() ? "by the guide" : clean.at("by_names").get<bool>() ? "by names" : "by shape", grid.at("rows").get<std::size_t>(),
-      grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")), recipe.sample.v_step_m, grid.at("holes").get<std::size_t>(),
-      sample.at("filled").get<std::size_t>(), sample.at("folds").size(), s.at("kerb").at("kerbs").size(),
-      1e3 * number(s.at("smooth").at("largest_change_road_m")), smoothed_waves(s.at("smooth")),
-      validation.at("points").get<std::size_t>(), 1e3 * number(validation.at("z_error_m").at("p99")),
-      1e3 * number(validation.at("z_error_m").at("max")),
-      cost_text(result),
-      result.crg_path, result.picture_path,
-      result.summary_path);
+      recipe.name, line.at("closed").get<bool>() ? "closed" : "open", number(line.at("length_m")),
+      number(width.at("width_min_m")), number(width.at("width_max_m")),
+      number(grid.at("width_min_m")), number(grid.at("width_max_m")),
+      clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
+      clean.at("by_guide").get<bool>()   ? "by the guide"
+      : clean.at("by_names").get<bool>() ? "by names"
+                                         : "by shape",
+      grid.at("rows").get<std::size_t>(), grid.at("columns").get<std::size_t>(),
+      number(grid.at("u_step_m")), recipe.sample.v_step_m, grid.at("holes").get<std::size_t>(),
+      sample.at("filled").get<std::size_t>(), sample.at("folds").size(),
+      s.at("kerb").at("kerbs").size(), 1e3 * number(s.at("smooth").at("largest_change_road_m")),
+      smoothed_waves(s.at("smooth")), validation.at("points").get<std::size_t>(),
+      1e3 * number(validation.at("z_error_m").at("p99")),
+      1e3 * number(validation.at("z_error_m").at("max")), cost_text(result), result.crg_path,
+      result.picture_path, result.summary_path);
   if (!result.patches_path.empty()) text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path, s.at("patches").size());
   if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
   for (const char* stage : {"read", "clean", "sample", "validation"})
@@ -112,7 +117,8 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
 }
 
 /// One line for each answer, with the command that takes it.
-void print_answers(const BuildCommand& command, const road::Question& question, Terminal& terminal) {
+void print_answers(const BuildCommand& command, const road::Question& question,
+                   Terminal& terminal) {
   terminal.progress_done();
   std::string text;
   auto answers = nlohmann::ordered_json::array();
@@ -125,10 +131,20 @@ void print_answers(const BuildCommand& command, const road::Question& question, 
       if (name != "use_names") run += fmt::format(" --{} {}", flag, command::shell_word(value));
     }
     run += fmt::format(" {} -o {}", road.flags, command::shell_word(command.output_dir));
-    text += fmt::format("{}  {} road, {:.0f} m long, {:.1f} m wide: {}\n", k + 1, road.closed ? "closed" : "open", road.length_m, road.width_m, run);
-    answers.push_back({{"closed", road.closed}, {"length_m", road.length_m}, {"width_m", road.width_m}, {"flags", road.flags}, {"command", run}});
+    text += fmt::format("{}  {} road, {:.0f} m long, {:.1f} m wide: {}\n", k + 1,
+                        road.closed ? "closed" : "open", road.length_m, road.width_m, run);
+    answers.push_back({{"closed", road.closed},
+                       {"length_m", road.length_m},
+                       {"width_m", road.width_m},
+                       {"flags", road.flags},
+                       {"command", run}});
   }
-  terminal.print(terminal.json ? nlohmann::ordered_json{{"question", question.what()}, {"answers", answers}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n" : text);
+  terminal.print(
+      terminal.json
+          ? nlohmann::ordered_json{{"question", question.what()}, {"answers", answers}}.dump(
+                2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                "\n"
+          : text);
 }
 
 }  // namespace
@@ -168,7 +184,8 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
   files::OutputSet outputs(command.output_dir, road::kBuildCommand);
   const road::BuildResult result = [&] {
     try {
-      return road::build_track(recipe, outputs, terminal.progress(), command.no_report ? nullptr : &evidence,
+      return road::build_track(recipe, outputs, terminal.progress(),
+                               command.no_report ? nullptr : &evidence,
                                command.force ? road::Reuse::nothing : road::Reuse::everything);
     } catch (const road::Question& question) {
       print_answers(command, question, terminal);

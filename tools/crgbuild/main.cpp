@@ -312,7 +312,8 @@ void define_file_tools(CLI::App& app, Commands& c) {
   add_output_folder(*synth, c.synth.output_dir, "folder for mesh and truth, made if missing")->required();
   add_choice(*synth, "--format", c.synth.format, "of the mesh [obj]", {"obj", "glb", "ply", "stl"});
   add_choice(*synth, "--up", c.synth.up, "axis of the mesh that points up [y]", {"y", "z"});
-  add_choice(*synth, "--unit", c.synth.unit, "of the mesh's coordinates [m]", {"m", "cm", "mm", "ft", "inch", "yard"});
+  add_choice(*synth, "--unit", c.synth.unit, "of the mesh's coordinates [m]",
+             {"m", "cm", "mm", "ft", "inch", "yard"});
   synth
       ->add_option("--facet-m", c.synth.facet_m,
                    "length of facets on straights; 10 is coarse [0.5]")

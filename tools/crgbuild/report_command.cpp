@@ -27,7 +27,9 @@ std::string command_line(const std::string& subcommand, const std::vector<std::p
   }
   const auto stands_alone = [](const std::string& name) {
     const std::vector<road::RecipeKey>& keys = road::recipe_keys();
-    return std::any_of(keys.begin(), keys.end(), [&](const road::RecipeKey& key) { return key.name == name && is_switch(key); });
+    return std::any_of(keys.begin(), keys.end(), [&](const road::RecipeKey& key) {
+      return key.name == name && is_switch(key);
+    });
   };
   for (const auto& [name, value] : flags)
     text += " " + flag_of(name) + (stands_alone(name) ? "" : " " + shell_word(value));
@@ -71,7 +73,10 @@ std::string sentence(const road::ReportFiles& files) {
   switch (files.verdict) {
     case road::Verdict::usable: return "usable";
     case road::Verdict::usable_with_remarks: return fmt::format("usable with {} remarks", files.remarks);
-    case road::Verdict::not_usable: return fmt::format("not usable: {} error{}, {} remark{}", files.errors, files.errors == 1 ? "" : "s", files.remarks, files.remarks == 1 ? "" : "s");
+    case road::Verdict::not_usable:
+      return fmt::format("not usable: {} error{}, {} remark{}", files.errors,
+                         files.errors == 1 ? "" : "s", files.remarks,
+                         files.remarks == 1 ? "" : "s");
   }
   return "";
 }
@@ -126,7 +131,8 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
 
 void refuse_if_not_usable(const std::string& crg_path, const road::ReportFiles& files) {
   if (files.verdict != road::Verdict::not_usable) return;
-  throw NotValid(fmt::format("{}: not usable, {} error{}; see {}", crg_path, files.errors, files.errors == 1 ? "" : "s",
+  throw NotValid(fmt::format("{}: not usable, {} error{}; see {}", crg_path, files.errors,
+                             files.errors == 1 ? "" : "s",
                              files.page_path.empty() ? files.json_path : files.page_path));
 }
 

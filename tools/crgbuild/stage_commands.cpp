@@ -100,9 +100,11 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
   progress("clean", 0.5);
   const road::RoadMesh road = road::clean(mesh, recipe.clean, &clean_report);
   road::write_road_mesh(road, command.output);
-  std::string text =
-      fmt::format("kept {} of {} triangles ({})\n", clean_report.triangles_kept,
-                  clean_report.triangles_in, clean_report.by_guide ? "by the guide" : clean_report.by_names ? "by names" : "by shape");
+  std::string text = fmt::format("kept {} of {} triangles ({})\n", clean_report.triangles_kept,
+                                 clean_report.triangles_in,
+                                 clean_report.by_guide   ? "by the guide"
+                                 : clean_report.by_names ? "by names"
+                                                         : "by shape");
   for (const auto& [name, count] : clean_report.kept)
     text += fmt::format("  {}: {}\n", name, count);
   for (const auto& [reason, count] : clean_report.dropped)

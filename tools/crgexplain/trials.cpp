@@ -59,9 +59,10 @@ void run_program(std::vector<std::string> words) {
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   const auto refuse = [&](int reason) {
-    throw Error(fmt::format("{}: cannot be started: {}; give the program make_trials of the tests "
-                            "with --generator",
-                            words[0], std::strerror(reason)));
+    throw Error(
+        fmt::format("{}: cannot be started: {}; give the program make_trials of the tests "
+                    "with --generator",
+                    words[0], std::strerror(reason)));
   };
   int told[2];  // closed by a program that starts; otherwise the reason comes through
   if (::pipe2(told, O_CLOEXEC) != 0) refuse(errno);
@@ -151,8 +152,8 @@ int run_all(const TrialsCommand& c, Terminal& terminal) {
     progress("trials", static_cast<double>(++done) / static_cast<double>(all.size()));
   });
   const auto is_failure = [](const std::string& why) { return !why.empty(); };
-  const auto failed = static_cast<std::size_t>(
-      std::count_if(failures.begin(), failures.end(), is_failure));
+  const auto failed =
+      static_cast<std::size_t>(std::count_if(failures.begin(), failures.end(), is_failure));
   terminal.print(terminal.json
                      ? files::json_text(json{{"recordings", all.size()}, {"failed", failed}})
                      : fmt::format("{} recordings explained\n", all.size() - failed));
@@ -160,8 +161,7 @@ int run_all(const TrialsCommand& c, Terminal& terminal) {
     throw command::NotValid(fmt::format(
         "{}: {} of {} recordings could not be explained, the first because: {}; findings.json of "
         "each says why, and 'trials run' tries them again",
-        c.folder, failed, all.size(),
-        *std::find_if(failures.begin(), failures.end(), is_failure)));
+        c.folder, failed, all.size(), *std::find_if(failures.begin(), failures.end(), is_failure)));
   return kOk;
 }
 

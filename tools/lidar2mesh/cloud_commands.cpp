@@ -68,14 +68,14 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
     terminal.print(files::json_text(nlohmann::ordered_json{{"T_target_source", rows},
-                                              {"converged", facts.converged},
-                                              {"iterations", facts.iterations},
-                                              {"points", facts.points},
-                                              {"inliers", facts.inliers},
-                                              {"rms_before_m", facts.rms_before_m},
-                                              {"rms_after_m", facts.rms_after_m},
-                                              {"information", facts.information},
-                                              {"unfixed", facts.unfixed}}));
+                                                           {"converged", facts.converged},
+                                                           {"iterations", facts.iterations},
+                                                           {"points", facts.points},
+                                                           {"inliers", facts.inliers},
+                                                           {"rms_before_m", facts.rms_before_m},
+                                                           {"rms_after_m", facts.rms_after_m},
+                                                           {"information", facts.information},
+                                                           {"unfixed", facts.unfixed}}));
     return facts.converged ? kOk : kNotValid;
   }
   terminal.print(fmt::format(

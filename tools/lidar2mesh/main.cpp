@@ -105,7 +105,8 @@ void add_base_options(CLI::App& app, MapCommand& c) {
       ->check(CLI::Range(1.0, 100.0))
       ->excludes(base);
   add_output_folder(app, c.output_dir, "folder for the results, made if missing")->required();
-  add_choice(app, "--unit", c.base_unit, "of a base mesh [found]", {"m", "cm", "mm", "ft", "inch", "yard"});
+  add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
+             {"m", "cm", "mm", "ft", "inch", "yard"});
   add_choice(app, "--up", c.base_up, "axis of a base mesh that points up [found]", {"y", "z"});
   app.add_flag("--allow-outside", c.allow_outside, "a base mesh may refer to files outside its folder");
   add_choice(app, "--cloud-unit", c.unit, "of the clouds [as the file says, else m]", {"m", "ft", "us-ft", "cm", "mm"});

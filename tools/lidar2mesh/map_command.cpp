@@ -90,8 +90,8 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
                              facts.points, facts.used, 100.0 * facts.coverage));
   if (command.correct_drift) {
     terminal.print(fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
-               facts.converged ? "converged" : "NOT converged", facts.iterations, facts.sections,
-               facts.passes));
+                               facts.converged ? "converged" : "NOT converged", facts.iterations,
+                               facts.sections, facts.passes));
     if (!command.base.empty())
       terminal.print(fmt::format(
           "against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",

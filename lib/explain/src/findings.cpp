@@ -1,8 +1,9 @@
 #include "explain/findings.h"
-#include "files/json_text.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+
+#include "files/json_text.h"
 
 namespace explain {
 namespace {

@@ -129,7 +129,8 @@ FolderLock::FolderLock(const std::string& folder, const std::string& command) : 
                               count > 0 ? std::string(who, static_cast<std::size_t>(count)) : "another process"));
     }
     struct stat mine {}, there {};
-    if (::fstat(file, &mine) == 0 && ::stat(path_.c_str(), &there) == 0 && mine.st_ino == there.st_ino && mine.st_dev == there.st_dev) {
+    if (::fstat(file, &mine) == 0 && ::stat(path_.c_str(), &there) == 0 &&
+        mine.st_ino == there.st_ino && mine.st_dev == there.st_dev) {
       descriptor_ = file;
       add_unfinished(path_);
       const std::string who = fmt::format("{} (process {})", command, ::getpid());

@@ -9,8 +9,8 @@ namespace files {
 /// Held while something unfinished comes to be, gets its final name or is removed. abandon_writes() takes it for ever.
 std::recursive_mutex& unfinished_guard();
 
-/// A file, or a folder with all that is in it, that is to go if the process gives up; what was added
-/// last goes first. The caller holds the guard, here and below.
+/// A file, or a folder with all that is in it, that is to go if the process gives up; what was
+/// added last goes first. The caller holds the guard, here and below.
 void add_unfinished(const std::string& path);
 
 /// The same for a folder that goes only if nothing lies in it.

@@ -18,8 +18,8 @@
 #include "road/error.h"
 #include "road/gaps.h"
 #include "road/place.h"
-#include "road/question.h"
 #include "road/plausible.h"
+#include "road/question.h"
 #include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
@@ -78,21 +78,28 @@ void add_output(const char* role, const std::string& name, const files::OutputSe
   if (!name.empty()) summary.outputs.push_back({role, name, files::sha256_of_file(outputs.staged(name))});
 }
 
-/// Runs a stage that finds the road. Where it refuses, and nobody has said yet which road is meant, says in which
-/// other unit there is a road; or asks, with a picture of the answers.
+/// Runs a stage that finds the road. Where it refuses, and nobody has said yet which road is meant,
+/// says in which other unit there is a road; or asks, with a picture of the answers.
 template <typename Body>
-auto asking(const Mesh& mesh, double metres_per_unit, const Recipe& recipe, const std::string& picture_path, const Body& body) {
+auto asking(const Mesh& mesh, double metres_per_unit, const Recipe& recipe,
+            const std::string& picture_path, const Body& body) {
   try {
     return body();
   } catch (const Error& refused) {
     if (recipe.clean.guide || !recipe.clean.route_m.empty()) throw;
-    const std::string other = recipe.read.scale == 1.0 ? unit_with_a_road(mesh, metres_per_unit, recipe.clean) : "";
+    const std::string other =
+        recipe.read.scale == 1.0 ? unit_with_a_road(mesh, metres_per_unit, recipe.clean) : "";
     if (!other.empty()) throw Error(refused.what() + other);
     std::vector<Candidate> could_be = candidates(mesh, recipe);
     if (could_be.empty())
-      throw Error(fmt::format("{}; or give a rough line along the road that is meant: --guide FILE (CSV, GPX, KML, GeoJSON)", refused.what()));
-    files::write_file(picture_path, question_picture(recipe.name + ": which road is meant?", mesh, could_be));
-    const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be", refused.what(), picture_path, could_be.size());
+      throw Error(
+          fmt::format("{}; or give a rough line along the road that is meant: --guide FILE (CSV, "
+                      "GPX, KML, GeoJSON)",
+                      refused.what()));
+    files::write_file(picture_path,
+                      question_picture(recipe.name + ": which road is meant?", mesh, could_be));
+    const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be",
+                                             refused.what(), picture_path, could_be.size());
     throw Question(question, std::move(could_be));
   }
 }
@@ -188,17 +195,23 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   asked.clean = clean_options;
   asked.centreline = centreline_options;
   const auto finding = [&](const char* name, const auto& body) {
-    return stage(name, [&] { return asking(mesh, summary.read.metres_per_unit, asked, outputs.path(recipe.name + ".question.png"), body); });
+    return stage(name, [&] {
+      return asking(mesh, summary.read.metres_per_unit, asked,
+                    outputs.path(recipe.name + ".question.png"), body);
+    });
   };
   const RoadMesh road = finding("clean", [&] {
-    const std::string key = clean_key(recipe, clean_options.guide, tilt_and_scale, program_name() + " " + files::sha256_of_program(), mesh_files);
+    const std::string key =
+        clean_key(recipe, clean_options.guide, tilt_and_scale,
+                  program_name() + " " + files::sha256_of_program(), mesh_files);
     std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, outputs.path(cache));
     paths.clean_reused = cleaned.has_value();
     if (cleaned) paths.kept.push_back(cache);
     if (!cleaned) {
       cleaned.emplace();
       cleaned->road = clean(mesh, clean_options, &cleaned->report);
-      if (mesh.triangles.size() >= kTrianglesWorthKeeping) write_clean_cache(*cleaned, key, outputs.staged(cache));
+      if (mesh.triangles.size() >= kTrianglesWorthKeeping)
+        write_clean_cache(*cleaned, key, outputs.staged(cache));
     }
     write_road_mesh(cleaned->road, outputs.staged(stl));
     summary.clean = std::move(cleaned->report);
@@ -269,7 +282,8 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   });
   stage("validate", [&] {
     summary.validate = validate(outputs.staged(road_crg), mesh, validate_options);
-    if (!recipe.line_is_right) summary.validate.doubts = doubts_about(centreline, surface, mesh, summary.clean);
+    if (!recipe.line_is_right)
+      summary.validate.doubts = doubts_about(centreline, surface, mesh, summary.clean);
   });
   paths.validation_failures = validation_failures(summary.validate, recipe.limits);
   if (evidence) {

@@ -25,7 +25,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kShortestLoopWidths = 10.0;  // a shorter loop is a traffic island
-constexpr double kLostShare = 1.2;        // the graph's ways are 3 to 6 % too long: their cells make steps
+constexpr double kLostShare =
+    1.2;  // the graph's ways are 3 to 6 % too long: their cells make steps
 constexpr double kSmallestWidth_m = 0.2;
 constexpr double kLargestStep_m = 0.5;    // of a border, sideways
 constexpr double kSecondWay = 0.3;        // of the longest way: a shorter one is a branch
@@ -57,36 +58,46 @@ std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOption
   std::vector<RoadWay> ways = road_ways(graph, kGapAlong_m);
   std::erase_if(ways, [](const RoadWay& way) {
     const double width_m = 2.0 * median(way.half_width_m);
-    return !way.closed || width_m < kMinWidth_m || width_m > kMaxWidth_m || way.length_m < kShortestLoopWidths * width_m;
+    return !way.closed || width_m < kMinWidth_m || width_m > kMaxWidth_m ||
+           way.length_m < kShortestLoopWidths * width_m;
   });
   const auto distance_m = [&](const RoadWay& way) {
     double best = std::numeric_limits<double>::infinity();
-    for (const Vector3d& p : way.points_m) best = std::min(best, (p.head<2>() - *options.start_near_m).norm());
+    for (const Vector3d& p : way.points_m)
+      best = std::min(best, (p.head<2>() - *options.start_near_m).norm());
     return best;
   };
   const auto together = [](const RoadWay& a, const RoadWay& b) {
-    return std::find_first_of(a.branches.begin(), a.branches.end(), b.branches.begin(), b.branches.end()) != a.branches.end();
+    return std::find_first_of(a.branches.begin(), a.branches.end(), b.branches.begin(),
+                              b.branches.end()) != a.branches.end();
   };
   if (ways.empty()) return std::nullopt;
   if (options.start_near_m) {
-    const RoadWay nearest = *std::min_element(ways.begin(), ways.end(), [&](const RoadWay& a, const RoadWay& b) { return distance_m(a) < distance_m(b); });
+    const RoadWay nearest = *std::min_element(
+        ways.begin(), ways.end(),
+        [&](const RoadWay& a, const RoadWay& b) { return distance_m(a) < distance_m(b); });
     std::erase_if(ways, [&](const RoadWay& way) { return !together(way, nearest); });
   }
   for (std::size_t i = 1; i < ways.size(); ++i)
-    if (!together(ways[0], ways[i]) && ways[i].length_m > 0.5 * ways[0].length_m) return std::nullopt;
+    if (!together(ways[0], ways[i]) && ways[i].length_m > 0.5 * ways[0].length_m)
+      return std::nullopt;
   return ways[0];
 }
 
 /// The one way of a graph that has no second one to speak of.
 std::optional<RoadWay> only_way(const RoadGraph& graph) {
   const std::vector<RoadWay> ways = road_ways(graph, 0.0, 2);
-  if (ways.empty() || (ways.size() > 1 && ways[1].length_m > kSecondWay * ways[0].length_m)) return std::nullopt;
+  if (ways.empty() || (ways.size() > 1 && ways[1].length_m > kSecondWay * ways[0].length_m))
+    return std::nullopt;
   const double width_m = 2.0 * median(ways[0].half_width_m);
-  if (width_m < kMinWidth_m || width_m > kMaxWidth_m || ways[0].length_m < kShortestLoopWidths * width_m) return std::nullopt;
+  if (width_m < kMinWidth_m || width_m > kMaxWidth_m ||
+      ways[0].length_m < kShortestLoopWidths * width_m)
+    return std::nullopt;
   return ways[0];
 }
 
-/// The way along the guide, in the middle of the surface; without width where nothing tells where that is.
+/// The way along the guide, in the middle of the surface; without width where nothing tells where
+/// that is.
 RoadWay way_along(const Guide& guide, const RaySurface& surface) {
   const GuideRows all = rows_along(guide, surface, [](std::uint32_t) { return true; });
   RoadWay way;
@@ -99,13 +110,16 @@ RoadWay way_along(const Guide& guide, const RaySurface& surface) {
   return way;
 }
 
-/// The road of the surface: what lies along the guide; else what a walk finds, unless the graph of the surface shows a closed road that the walk has
-/// lost or only a part of which it has found.
-Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph, const std::optional<Guide>& guide, const CentrelineOptions& options) {
+/// The road of the surface: what lies along the guide; else what a walk finds, unless the graph of
+/// the surface shows a closed road that the walk has lost or only a part of which it has found.
+Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph,
+               const std::optional<Guide>& guide, const CentrelineOptions& options) {
   if (guide) {
     const RoadWay way = way_along(*guide, surface);
     if (median(way.half_width_m) == 0.0)
-      throw Error("nothing on the surface along the guide tells where the road ends; say how wide it is (--guide-width-m W, guide_width_m in a recipe)");
+      throw Error(
+          "nothing on the surface along the guide tells where the road ends; say how wide it is "
+          "(--guide-width-m W, guide_width_m in a recipe)");
     return walk_along(surface, way, false);
   }
   const std::optional<RoadWay> way = closed_way(graph, options);
@@ -401,16 +415,21 @@ std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk, const
   return result;
 }
 
-/// Whether a cross-section is like the walk's there; at junctions a border may be that of another road.
+/// Whether a cross-section is like the walk's there; at junctions a border may be that of another
+/// road.
 bool agrees(const Middle& middle, const Walk& walk, const std::vector<double>& station_s_m) {
   const std::size_t n = walk.stations.size();
-  const auto after = static_cast<std::size_t>(std::upper_bound(station_s_m.begin(), station_s_m.end(), middle.s_m) - station_s_m.begin());
+  const auto after = static_cast<std::size_t>(
+      std::upper_bound(station_s_m.begin(), station_s_m.end(), middle.s_m) - station_s_m.begin());
   const std::size_t b = std::min(after, station_s_m.size() - 1), a = b == 0 ? 0 : b - 1;
-  const double t = b == a ? 0.0 : (middle.s_m - station_s_m[a]) / std::max(station_s_m[b] - station_s_m[a], 1e-9);
+  const double t =
+      b == a ? 0.0
+             : (middle.s_m - station_s_m[a]) / std::max(station_s_m[b] - station_s_m[a], 1e-9);
   const Station &from = walk.stations[a], &to = walk.stations[b % n];
   const Vector2d place = from.centre.head<2>() + t * (to.centre - from.centre).head<2>();
   const double half_m = 0.5 * (from.width_m() + t * (to.width_m() - from.width_m()));
-  return (middle.point.head<2>() - place).norm() < kUnlike * half_m && std::abs(middle.half_width_m - half_m) < kUnlike * half_m;
+  return (middle.point.head<2>() - place).norm() < kUnlike * half_m &&
+         std::abs(middle.half_width_m - half_m) < kUnlike * half_m;
 }
 
 /// Length along the cubic through the stations; 8 chords per segment keep the error below 1e-6 of it.
@@ -528,7 +547,8 @@ double signed_area_m2(const std::vector<Vector3d>& points) {
   return area;
 }
 
-Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<Guide>& guide, const CentrelineOptions& options) {
+Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<Guide>& guide,
+                 const CentrelineOptions& options) {
   const RaySurface surface(mesh);
   Walk walk = find_road(mesh, surface, graph, guide, options);
   refine(surface, walk);
@@ -550,7 +570,8 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
     const EdgeCurve left_curve(std::move(left), walk.closed);
     const EdgeCurve right_curve(std::move(right), walk.closed);
     middles = ordered(middles_of(surface, walk, left_curve, right_curve), walk, station_s_m);
-    if (guide) std::erase_if(middles, [&](const Middle& m) { return !agrees(m, walk, station_s_m); });
+    if (guide)
+      std::erase_if(middles, [&](const Middle& m) { return !agrees(m, walk, station_s_m); });
   }
   // Where the mesh's border told too little, the walk itself fills in.
   std::vector<Middle> complete;
@@ -587,10 +608,12 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
   }
   if (line.points_m.size() < 4) throw Error(fmt::format("the road found is too short: {}", describe(walk)));
 
-  // Counter-clockwise unless asked otherwise; an open road keeps the order of its walk's longer axis. A guide
-  // is followed.
-  const bool backwards = guide ? false : line.closed ? signed_area_m2(line.points_m) < 0.0
-                                     : (line.points_m.back() - line.points_m.front()).head<2>().sum() < 0.0;
+  // Counter-clockwise unless asked otherwise; an open road keeps the order of its walk's longer
+  // axis. A guide is followed.
+  const bool backwards = guide ? false
+                         : line.closed
+                             ? signed_area_m2(line.points_m) < 0.0
+                             : (line.points_m.back() - line.points_m.front()).head<2>().sum() < 0.0;
   if (backwards != options.reverse) {
     std::reverse(line.points_m.begin(), line.points_m.end());
     std::reverse(line.half_width_m.begin(), line.half_width_m.end());
@@ -638,8 +661,10 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
   if (options.start_object && !options.start_near_m) {
     placed.start_near_m = middle_of_object(road.mesh, *options.start_object);
     if (!placed.start_near_m) {
-      throw Error(fmt::format("no object named '{}' on the drivable surface; give one of its objects as "
-                              "start_object, or a point as start_near_m", *options.start_object));
+      throw Error(
+          fmt::format("no object named '{}' on the drivable surface; give one of its objects as "
+                      "start_object, or a point as start_near_m",
+                      *options.start_object));
     }
   }
   double width_m = typical_width_m(graph);
@@ -647,9 +672,11 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
     const RaySurface surface(mesh);
     const RoadWay way = way_along(*road.guide, surface);
     width_m = 2.0 * median(way.half_width_m);
-    if (width_m == 0.0 && options.guide_width_m) return along_guide(way, *options.guide_width_m, options.reverse);
+    if (width_m == 0.0 && options.guide_width_m)
+      return along_guide(way, *options.guide_width_m, options.reverse);
   }
-  if (width_m >= kModelWidth_m || width_m < kSmallestWidth_m) return trace(mesh, graph, road.guide, placed);
+  if (width_m >= kModelWidth_m || width_m < kSmallestWidth_m)
+    return trace(mesh, graph, road.guide, placed);
 
   // A model circuit is traced as large as life, and the line made small again.
   const double enlarged = kUsualWidth_m / width_m;
@@ -672,8 +699,11 @@ bool goes_along(const Centreline& line, const Centreline& other) {
     bool near = false;
     for (std::size_t k = 0; k + (other.closed ? 0 : 1) < m && !near; ++k) {
       const Vector2d a = other.points_m[k].head<2>(), b = other.points_m[(k + 1) % m].head<2>();
-      const double t = std::clamp((line.points_m[i].head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
-      near = (line.points_m[i].head<2>() - a - t * (b - a)).norm() < line.half_width_m[i] + other.half_width_m[k];
+      const double t = std::clamp(
+          (line.points_m[i].head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0,
+          1.0);
+      near = (line.points_m[i].head<2>() - a - t * (b - a)).norm() <
+             line.half_width_m[i] + other.half_width_m[k];
     }
     if (!near) return false;
   }

@@ -19,15 +19,17 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRoadInside = 0.02;   // a look that is rarer under the guide is paint or a mistake
-constexpr double kRoadOutside = 2.0;   // the road's look is so many times rarer beside it
-constexpr double kLayerShare = 0.05;   // of the reach: the surface beside the road may lie so much higher or lower,
+constexpr double kRoadInside = 0.02;  // a look that is rarer under the guide is paint or a mistake
+constexpr double kRoadOutside = 2.0;  // the road's look is so many times rarer beside it
+constexpr double kLayerShare =
+    0.05;  // of the reach: the surface beside the road may lie so much higher or lower,
 constexpr double kSlope = 0.5;         // and this much more per metre beyond its border
 constexpr double kPaintShare = 0.001;  // of the reach, above the road: 30 mm
 constexpr double kMostMissing = 0.3;   // of the rows may be without surface
 constexpr double kMissingIsDoubted = 0.05;
-constexpr double kUntoldIsDoubted = 0.3, kUntoldIsSaid = 0.05;  // of the rows do not tell where the road ends
-constexpr double kEndsShare = 0.5;     // of the rows have to know where the road ends
+constexpr double kUntoldIsDoubted = 0.3,
+                 kUntoldIsSaid = 0.05;  // of the rows do not tell where the road ends
+constexpr double kEndsShare = 0.5;      // of the rows have to know where the road ends
 
 /// Look of every triangle, and the names of the looks.
 struct Looks {
@@ -36,16 +38,19 @@ struct Looks {
 };
 
 Looks looks_of(const Mesh& mesh) {
-  const bool has_looks = std::any_of(mesh.objects.begin(), mesh.objects.end(),
-                                     [](const MeshObject& o) { return !o.material.empty() || !o.texture.empty(); });
+  const bool has_looks =
+      std::any_of(mesh.objects.begin(), mesh.objects.end(),
+                  [](const MeshObject& o) { return !o.material.empty() || !o.texture.empty(); });
   Looks looks;
   std::map<std::string, std::uint32_t> known;
   for (const MeshObject& object : mesh.objects) {
     const std::string name = !has_looks               ? object.name
                              : object.texture.empty() ? object.material
-                             : object.material.empty() ? object.texture
-                                                       : object.material + " with " + object.texture;
-    const auto [at, added] = known.try_emplace(name, static_cast<std::uint32_t>(looks.names.size()));
+                             : object.material.empty()
+                                 ? object.texture
+                                 : object.material + " with " + object.texture;
+    const auto [at, added] =
+        known.try_emplace(name, static_cast<std::uint32_t>(looks.names.size()));
     if (added) looks.names.push_back(name);
     looks.of_object.push_back(at->second);
   }
@@ -56,10 +61,13 @@ Looks looks_of(const Mesh& mesh) {
 std::vector<bool> road_looks(const LookShares& shares) {
   std::vector<bool> is_road(shares.inside.size(), false);
   std::size_t main = 0;
-  const auto worth = [&](std::size_t k) { return shares.inside[k] * shares.inside[k] / (shares.outside[k] + 0.05); };
+  const auto worth = [&](std::size_t k) {
+    return shares.inside[k] * shares.inside[k] / (shares.outside[k] + 0.05);
+  };
   for (std::size_t k = 0; k < is_road.size(); ++k) {
     if (worth(k) > worth(main)) main = k;
-    is_road[k] = shares.inside[k] >= kRoadInside && shares.inside[k] > kRoadOutside * shares.outside[k];
+    is_road[k] =
+        shares.inside[k] >= kRoadInside && shares.inside[k] > kRoadOutside * shares.outside[k];
   }
   is_road[main] = true;
   return is_road;
@@ -69,7 +77,8 @@ std::vector<bool> road_looks(const LookShares& shares) {
 class RowsNear {
  public:
   explicit RowsNear(const GuideRows& all) : all_(all) {
-    for (std::uint32_t i = 0; i < all.rows.size(); ++i) cells_[key(all.rows[i].at_m, 0, 0)].push_back(i);
+    for (std::uint32_t i = 0; i < all.rows.size(); ++i)
+      cells_[key(all.rows[i].at_m, 0, 0)].push_back(i);
   }
 
   /// The nearest row of the layer in which the point lies; none within reach: the number of rows.
@@ -84,7 +93,9 @@ class RowsNear {
           const GuideRow& row = all_.rows[i];
           const double d = (p_m.head<2>() - row.at_m).norm();
           const double beside_m = std::max(0.0, d - row.half_width_m);
-          if (d < best_m && std::abs(p_m.z() - row.z_m) <= kLayerShare * all_.reach_m + kSlope * beside_m) best = i, best_m = d;
+          if (d < best_m &&
+              std::abs(p_m.z() - row.z_m) <= kLayerShare * all_.reach_m + kSlope * beside_m)
+            best = i, best_m = d;
         }
       }
     }
@@ -93,7 +104,9 @@ class RowsNear {
 
  private:
   std::int64_t key(const Vector2d& p_m, int dx, int dy) const {
-    const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / all_.reach_m)); };
+    const auto index = [&](double x) {
+      return static_cast<std::int64_t>(std::floor(x / all_.reach_m));
+    };
     return (index(p_m.x()) + dx) << 32 ^ ((index(p_m.y()) + dy) & 0xffffffff);
   }
   const GuideRows& all_;
@@ -121,7 +134,8 @@ Missing missing_under(const GuideRows& all) {
   const std::size_t n = all.rows.size();
   if (n == 0) return {};
   std::size_t missing = 0, run = 0, longest = 0, at = 0;
-  for (std::size_t i = 0; i < (all.closed ? 2 * n : n); ++i) {  // a gap may lie across the beginning
+  for (std::size_t i = 0; i < (all.closed ? 2 * n : n);
+       ++i) {  // a gap may lie across the beginning
     run = all.rows[i % n].has_surface ? 0 : std::min(run + 1, n);
     if (i < n && run > 0) ++missing;
     if (run > longest) longest = run, at = (i + 1 - run) % n;
@@ -129,20 +143,24 @@ Missing missing_under(const GuideRows& all) {
   const auto metres = [&](std::size_t rows) { return static_cast<double>(rows) * all.step_m; };
   const double share = static_cast<double>(missing) / static_cast<double>(n);
   const Vector2d& place = all.rows[at].at_m;
-  return {share, fmt::format("the surface is missing along {:.0f} % of the guide ({:.0f} of {:.0f} m), the longest piece "
+  return {share, fmt::format("the surface is missing along {:.0f} % of the guide ({:.0f} of {:.0f} "
+                             "m), the longest piece "
                              "of {:.0f} m begins at ({:.1f}, {:.1f})",
-                             100.0 * share, metres(missing), metres(n), metres(longest), place.x(), place.y())};
+                             100.0 * share, metres(missing), metres(n), metres(longest), place.x(),
+                             place.y())};
 }
 
 }  // namespace
 
 bool has_several_looks(const Mesh& mesh) {
   return std::any_of(mesh.objects.begin(), mesh.objects.end(), [&](const MeshObject& object) {
-    return object.material != mesh.objects.front().material || object.texture != mesh.objects.front().texture;
+    return object.material != mesh.objects.front().material ||
+           object.texture != mesh.objects.front().texture;
   });
 }
 
-GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m, const std::vector<bool>& flat,
+GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m,
+                            const std::vector<bool>& flat,
                             const std::vector<SurfaceClass>& by_names) {
   Mesh ground;
   ground.origin_m = mesh.origin_m;
@@ -155,43 +173,66 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     source.push_back(t);
     look_of_triangle.push_back(looks.of_object[mesh.object_of_triangle[t]]);
   }
-  if (source.empty()) throw Error(fmt::format("nothing to drive on: none of {} triangles is flat; check the axis that points up (--up)", mesh.triangles.size()));
+  if (source.empty())
+    throw Error(fmt::format(
+        "nothing to drive on: none of {} triangles is flat; check the axis that points up (--up)",
+        mesh.triangles.size()));
   ground.object_of_triangle.assign(source.size(), 0);
   ground.objects.resize(1);
   const RaySurface surface(ground);
 
   const LookShares shares = look_shares(guide, surface, look_of_triangle, looks.names.size());
-  if (std::all_of(shares.inside.begin(), shares.inside.end(), [](double share) { return share == 0.0; }))
-    throw Error("no surface lies under the guide; check that both are in the same frame and that its columns are x and y of the mesh "
-                "(--up and --unit say how the mesh is read)");
+  if (std::all_of(shares.inside.begin(), shares.inside.end(),
+                  [](double share) { return share == 0.0; }))
+    throw Error(
+        "no surface lies under the guide; check that both are in the same frame and that its "
+        "columns are x and y of the mesh "
+        "(--up and --unit say how the mesh is read)");
   const std::vector<bool> is_road = road_looks(shares);
-  const auto looks_like_road = [&](std::uint32_t t) { return static_cast<bool>(is_road[look_of_triangle[t]]); };
+  const auto looks_like_road = [&](std::uint32_t t) {
+    return static_cast<bool>(is_road[look_of_triangle[t]]);
+  };
   GuideRows all = rows_along(guide, surface, looks_like_road);
   const Missing missing = missing_under(all);
   if (missing.share > kMostMissing)
-    throw NotUsable(missing.text + "; give a mesh that has it, or a guide that lies on what there is");
-  const auto ends = std::count_if(all.rows.begin(), all.rows.end(), [](const GuideRow& row) { return row.is_usual; });
-  const auto with_surface = std::count_if(all.rows.begin(), all.rows.end(), [](const GuideRow& row) { return row.has_surface; });
-  const double told = static_cast<double>(ends) / static_cast<double>(std::max<std::ptrdiff_t>(with_surface, 1));
+    throw NotUsable(missing.text +
+                    "; give a mesh that has it, or a guide that lies on what there is");
+  const auto ends = std::count_if(all.rows.begin(), all.rows.end(),
+                                  [](const GuideRow& row) { return row.is_usual; });
+  const auto with_surface = std::count_if(all.rows.begin(), all.rows.end(),
+                                          [](const GuideRow& row) { return row.has_surface; });
+  const double told =
+      static_cast<double>(ends) / static_cast<double>(std::max<std::ptrdiff_t>(with_surface, 1));
   if (told < kEndsShare && !width_m)
-    throw Error(fmt::format("under the guide the surface tells along {:.0f} % of it only, by its look, slope or border, where the "
-                            "road ends. If the guide lies beside the road, check its frame and the order of its columns; if the "
-                            "road is not to be seen on the mesh, say how wide it is (--guide-width-m W, guide_width_m in a recipe)",
-                            100.0 * told));
+    throw Error(
+        fmt::format("under the guide the surface tells along {:.0f} % of it only, by its look, "
+                    "slope or border, where the "
+                    "road ends. If the guide lies beside the road, check its frame and the order "
+                    "of its columns; if the "
+                    "road is not to be seen on the mesh, say how wide it is (--guide-width-m W, "
+                    "guide_width_m in a recipe)",
+                    100.0 * told));
   if (width_m) set_width(all, *width_m);
 
   GuidedClasses result;
   std::string names;
   for (std::size_t k = 0; k < is_road.size(); ++k)
     if (is_road[k]) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", looks.names[k]);
-  result.remarks.push_back(fmt::format("by the guide ({}, {} rows), the road looks like {}", guide.closed ? "closed" : "open", all.rows.size(), names));
+  result.remarks.push_back(fmt::format("by the guide ({}, {} rows), the road looks like {}",
+                                       guide.closed ? "closed" : "open", all.rows.size(), names));
   if (missing.share > kMissingIsDoubted) result.doubts.push_back(missing.text);
   if (told < 1.0 - kUntoldIsDoubted)
-    result.doubts.push_back(fmt::format("along {:.0f} % of the guide nothing but the guide tells where the road lies; look at the picture, "
-                                        "and say with --line-is-right that it is right", 100.0 * (1.0 - told)));
+    result.doubts.push_back(
+        fmt::format("along {:.0f} % of the guide nothing but the guide tells where the road lies; "
+                    "look at the picture, "
+                    "and say with --line-is-right that it is right",
+                    100.0 * (1.0 - told)));
   else if (told < 1.0 - kUntoldIsSaid)
-    result.remarks.push_back(fmt::format("along {:.0f} % of the guide the sides of the road are unlike those of its neighbours (forks, "
-                                         "wide places): there its middle is taken from them", 100.0 * (1.0 - told)));
+    result.remarks.push_back(
+        fmt::format("along {:.0f} % of the guide the sides of the road are unlike those of its "
+                    "neighbours (forks, "
+                    "wide places): there its middle is taken from them",
+                    100.0 * (1.0 - told)));
 
   result.class_of_triangle.assign(mesh.triangles.size(), SurfaceClass::scenery);
   const RowsNear near(all);
@@ -203,24 +244,30 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const bool is_kerb = by_names[t] == SurfaceClass::kerb;
     if (!flat[t] && !is_kerb) continue;
-    const Vector3d middle = mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+    const Vector3d middle =
+        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
     const std::size_t i = near.nearest(middle);
     if (i == all.rows.size()) continue;
     const GuideRow& row = all.rows[i];
     const double offset_m = (middle.head<2>() - row.at_m).dot(left_of(row.heading));
     const bool looks_right = is_road[looks.of_object[mesh.object_of_triangle[t]]];
-    bool is_road_here = flat[t] && !is_kerb && inside(row, offset_m, looks_right ? all.across_m : 0.0);
+    bool is_road_here =
+        flat[t] && !is_kerb && inside(row, offset_m, looks_right ? all.across_m : 0.0);
     if (is_road_here && !looks_right) {
-      // Paint lies on the road; what lies under it is ground that goes on below, what lies over it a thing that stands there.
+      // Paint lies on the road; what lies under it is ground that goes on below, what lies over it
+      // a thing that stands there.
       const auto hits = surface.all_hits(middle.x(), middle.y());
       is_road_here = std::none_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
         const double above_m = middle.z() - hit.z_m;
         const bool is_paint = above_m >= 0.0 && above_m <= kPaintShare * all.reach_m;
-        return looks_like_road(hit.triangle) && std::abs(above_m) < kLayerShare * all.reach_m && !is_paint;
+        return looks_like_road(hit.triangle) && std::abs(above_m) < kLayerShare * all.reach_m &&
+               !is_paint;
       });
       if (!is_road_here) continue;
     }
-    result.class_of_triangle[t] = is_road_here ? SurfaceClass::road : is_kerb ? SurfaceClass::kerb : SurfaceClass::runoff;
+    result.class_of_triangle[t] = is_road_here ? SurfaceClass::road
+                                  : is_kerb    ? SurfaceClass::kerb
+                                               : SurfaceClass::runoff;
   }
   // Large triangles are hit by rays though their middles lie far away.
   for (const GuideRow& row : all.rows) {
@@ -231,7 +278,8 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
       if (!inside(row, offset_m, 0.0)) continue;
       const Vector2d p = row.at_m + offset_m * left_of(row.heading);
       const auto hit = surface.nearest_hit(p.x(), p.y(), row.z_m, kLayerShare * all.reach_m);
-      if (hit && looks_like_road(hit->triangle) && by_names[source[hit->triangle]] != SurfaceClass::kerb)
+      if (hit && looks_like_road(hit->triangle) &&
+          by_names[source[hit->triangle]] != SurfaceClass::kerb)
         result.class_of_triangle[source[hit->triangle]] = SurfaceClass::road;
     }
   }

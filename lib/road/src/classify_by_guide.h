@@ -19,13 +19,15 @@ struct GuidedClasses {
   std::vector<std::string> doubts;  ///< why this may not be the road that is meant
 };
 
-/// Road is what lies along the guide between the places where the look (material and picture, else the
-/// object), the slope or the surface ends; kerbs are what is named so beside it, everything else that is
-/// flat and within reach is run-off. Names of roads do not count. Doubts: no road under more than 5 % of
-/// the guide, or more than 30 % of it over surface that does not tell where the road ends. Throws Error
-/// where no surface lies under the guide, and where most of it does not tell and `width_m` is not given;
-/// NotUsable where more than 30 % of the guide have no road under it.
-GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m, const std::vector<bool>& flat,
+/// Road is what lies along the guide between the places where the look (material and picture, else
+/// the object), the slope or the surface ends; kerbs are what is named so beside it, everything
+/// else that is flat and within reach is run-off. Names of roads do not count. Doubts: no road
+/// under more than 5 % of the guide, or more than 30 % of it over surface that does not tell where
+/// the road ends. Throws Error where no surface lies under the guide, and where most of it does not
+/// tell and `width_m` is not given; NotUsable where more than 30 % of the guide have no road under
+/// it.
+GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m,
+                            const std::vector<bool>& flat,
                             const std::vector<SurfaceClass>& by_names);
 
 }  // namespace road

@@ -387,10 +387,11 @@ struct Bridge {
   std::vector<std::uint32_t> triangles;
 };
 
-/// How much of the straight line from p to q lies on the triangles of one object, within `reach_m` in height; their
-/// flat triangles between the two ends are added to `carrying`.
-double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t object, const Eigen::Vector3d& p,
-               const Eigen::Vector3d& q, double half_width_m, std::vector<std::uint32_t>& carrying) {
+/// How much of the straight line from p to q lies on the triangles of one object, within `reach_m`
+/// in height; their flat triangles between the two ends are added to `carrying`.
+double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t object,
+               const Eigen::Vector3d& p, const Eigen::Vector3d& q, double half_width_m,
+               std::vector<std::uint32_t>& carrying) {
   const double length_m = (q - p).head<2>().norm(), reach_m = std::max(1.0, 0.1 * length_m);
   const Eigen::Vector2d along = (q - p).head<2>() / length_m;
   constexpr int kPlaces = 40;
@@ -402,14 +403,15 @@ double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t ob
       const Eigen::Vector2d to = (mesh.vertex(i, c) - p).head<2>();
       const double s_m = to.dot(along), aside_m = std::abs(to.x() * along.y() - to.y() * along.x());
       const double z_m = p.z() + std::clamp(s_m / length_m, 0.0, 1.0) * (q.z() - p.z());
-      near = s_m > -2.0 * half_width_m && s_m < length_m + 2.0 * half_width_m && aside_m < 2.0 * half_width_m &&
-             std::abs(mesh.vertex(i, c).z() - z_m) < reach_m;
+      near = s_m > -2.0 * half_width_m && s_m < length_m + 2.0 * half_width_m &&
+             aside_m < 2.0 * half_width_m && std::abs(mesh.vertex(i, c).z() - z_m) < reach_m;
     }
     if (!near) continue;
     carrying.push_back(i);
     const Eigen::Vector3d &a = mesh.vertex(i, 0), &b = mesh.vertex(i, 1), &c = mesh.vertex(i, 2);
     for (std::size_t k = 0; k < kPlaces; ++k) {
-      const Eigen::Vector2d at = p.head<2>() + length_m * (static_cast<double>(k) + 0.5) / kPlaces * along;
+      const Eigen::Vector2d at =
+          p.head<2>() + length_m * (static_cast<double>(k) + 0.5) / kPlaces * along;
       const auto side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
         return (to - from).x() * (at.y() - from.y()) - (to - from).y() * (at.x() - from.x());
       };
@@ -420,10 +422,12 @@ double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t ob
   return static_cast<double>(std::count(on.begin(), on.end(), true)) / kPlaces;
 }
 
-/// Where two ends of the road face each other, an object of another class may carry it from one to the other: a bridge
-/// that has a name or a material of its own, and is taken as road.
-std::vector<Bridge> fill_gaps_between_ends(const Mesh& mesh, const RoadGraph& graph, const std::vector<bool>& flat,
-                                           std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts) {
+/// Where two ends of the road face each other, an object of another class may carry it from one to
+/// the other: a bridge that has a name or a material of its own, and is taken as road.
+std::vector<Bridge> fill_gaps_between_ends(const Mesh& mesh, const RoadGraph& graph,
+                                           const std::vector<bool>& flat,
+                                           std::vector<SurfaceClass>& class_of_triangle,
+                                           CleanReport& facts) {
   std::vector<Bridge> bridges;
   for (const RoadBranch& gap : graph.branches) {
     // Shorter ones are crossed where the line is traced; what carries it there may be anything.
@@ -442,9 +446,11 @@ std::vector<Bridge> fill_gaps_between_ends(const Mesh& mesh, const RoadGraph& gr
     const Eigen::Vector3d place = mesh.origin_m + 0.5 * (p + q);
     const MeshObject& object = mesh.objects[mesh.object_of_triangle[best.front()]];
     bridges.push_back({p, q, std::move(best)});
-    facts.remarks.push_back(fmt::format("a gap of {:.0f} m in the road at ({:.1f}, {:.1f}) is bridged by object '{}'{}, taken as road", gap.gap_m,
-                                        place.x(), place.y(), object.name,
-                                        object.texture.empty() ? "" : fmt::format(" (texture '{}')", object.texture)));
+    facts.remarks.push_back(
+        fmt::format("a gap of {:.0f} m in the road at ({:.1f}, {:.1f}) is bridged by object "
+                    "'{}'{}, taken as road",
+                    gap.gap_m, place.x(), place.y(), object.name,
+                    object.texture.empty() ? "" : fmt::format(" (texture '{}')", object.texture)));
   }
   return bridges;
 }
@@ -578,9 +584,11 @@ std::vector<std::uint32_t> touching_components(const Soup& soup, std::size_t& by
 }
 
 /// What a bridge and the roads at its two ends belong to becomes one component.
-void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges, std::vector<std::uint32_t>& component) {
+void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges,
+                     std::vector<std::uint32_t>& component) {
   for (const Bridge& bridge : bridges) {
-    std::array<double, 2> nearest_m{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    std::array<double, 2> nearest_m{std::numeric_limits<double>::infinity(),
+                                    std::numeric_limits<double>::infinity()};
     std::array<std::uint32_t, 2> at{kNoIndex, kNoIndex};
     std::vector<std::uint32_t> together;
     for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
@@ -619,8 +627,9 @@ void keep_what_touches_road(Soup& soup, CleanReport& facts) {
 }
 
 /// Keeps the connected surface that carries the most road; refuses to choose between circuits.
-void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges, const Eigen::Vector3d& origin_m,
-                      const CleanOptions& options, CleanReport& facts) {
+void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
+                      const Eigen::Vector3d& origin_m, const CleanOptions& options,
+                      CleanReport& facts) {
   std::vector<std::uint32_t> component = touching_components(soup, facts.components);
   join_by_bridges(soup, bridges, component);
   struct Part {
@@ -654,10 +663,12 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges, const Eige
   for (const auto& [number, part] : parts) {
     // One road drawn twice is one road.
     const auto is_this = [&, &part = part](const Part* other) {
-      const double apart_m = (part.lowest - other->lowest).norm() + (part.highest - other->highest).norm();
+      const double apart_m =
+          (part.lowest - other->lowest).norm() + (part.highest - other->highest).norm();
       return apart_m < kSameRoadShare * (part.highest - part.lowest).norm();
     };
-    if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 && std::none_of(circuits.begin(), circuits.end(), is_this))
+    if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 &&
+        std::none_of(circuits.begin(), circuits.end(), is_this))
       circuits.push_back(&part);
   }
   if (circuits.size() > 1 && !options.near_m) {
@@ -669,7 +680,10 @@ void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges, const Eige
                             places.empty() ? "" : "; ", part->road_m2, centre.x(), centre.y(),
                             size.x(), size.y());
     }
-    throw Error(fmt::format("{} separate roads of similar size: {}; wanted one, near a point (--near-m X,Y, near_m in a recipe)", circuits.size(), places));
+    throw Error(
+        fmt::format("{} separate roads of similar size: {}; wanted one, near a point (--near-m "
+                    "X,Y, near_m in a recipe)",
+                    circuits.size(), places));
   }
   if (options.near_m) {
     for (auto part = parts.begin(); part != parts.end(); ++part) {
@@ -769,7 +783,8 @@ Triangles look_at(const Mesh& mesh, const CleanOptions& options) {
     triangles.empty[i] = area.norm() < kZeroArea_m2;
     triangles.flat[i] = !triangles.empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
   }
-  triangles.has_named_road = std::find(class_of_object.begin(), class_of_object.end(), SurfaceClass::road) != class_of_object.end();
+  triangles.has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
+                                       SurfaceClass::road) != class_of_object.end();
   return triangles;
 }
 
@@ -790,9 +805,10 @@ struct Cleaning {
   std::vector<SurfaceClass> class_of_triangle;
 };
 
-/// Everything from classes to a welded surface. With `doubtful` classes (nobody confirms them) also gaps that are
-/// longer than a crack are looked at.
-Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector<SurfaceClass> class_of_triangle, const CleanOptions& options,
+/// Everything from classes to a welded surface. With `doubtful` classes (nobody confirms them) also
+/// gaps that are longer than a crack are looked at.
+Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
+                       std::vector<SurfaceClass> class_of_triangle, const CleanOptions& options,
                        CleanReport facts, bool doubtful, Keep keep = Keep::one) {
   const auto build_soup = [&](CleanReport& counted) {
     std::vector<std::uint32_t> kept;
@@ -812,13 +828,16 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector
   };
   CleanReport first = facts;
   Soup soup = build_soup(first);
-  if (keep == Keep::one && fill_gaps_from_other_names(mesh, soup, triangles.flat, class_of_triangle, facts)) {
+  if (keep == Keep::one &&
+      fill_gaps_from_other_names(mesh, soup, triangles.flat, class_of_triangle, facts)) {
     first = facts;
     soup = build_soup(first);
   }
   facts = std::move(first);
   std::vector<Bridge> bridges;
-  if (doubtful) bridges = fill_gaps_between_ends(mesh, road_graph(surface_of(soup)), triangles.flat, class_of_triangle, facts);
+  if (doubtful)
+    bridges = fill_gaps_between_ends(mesh, road_graph(surface_of(soup)), triangles.flat,
+                                     class_of_triangle, facts);
   if (!bridges.empty()) {
     facts.dropped.clear();
     facts.vertices_welded = facts.faces_turned = 0;
@@ -851,7 +870,8 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles, std::vector
   return {std::move(soup), std::move(facts), std::move(class_of_triangle)};
 }
 
-/// How much road a surface shows: the longest way through it, less what is not closed, and less what lies beside it.
+/// How much road a surface shows: the longest way through it, less what is not closed, and less
+/// what lies beside it.
 struct RoadShown {
   double length_m = 0.0, share = 0.0;
   bool closed = false;
@@ -864,24 +884,29 @@ RoadShown road_shown(const Soup& soup) {
   if (ways.empty()) return {};
   double way_m2 = 0.0;
   const auto& points = ways[0].points_m;
-  for (std::size_t i = 1; i < points.size(); ++i) way_m2 += 2.0 * ways[0].half_width_m[i] * (points[i] - points[i - 1]).head<2>().norm();
+  for (std::size_t i = 1; i < points.size(); ++i)
+    way_m2 += 2.0 * ways[0].half_width_m[i] * (points[i] - points[i - 1]).head<2>().norm();
   return {ways[0].length_m, std::min(1.0, way_m2 / graph.area_m2), ways[0].closed};
 }
 
-/// Both ways of telling road from scenery, and of these the one that shows more of a road; says which and why.
-/// Throws what the names' way throws, with what shape finds as a way out.
-Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles, std::vector<SurfaceClass> by_shape, const CleanOptions& options,
+/// Both ways of telling road from scenery, and of these the one that shows more of a road; says
+/// which and why. Throws what the names' way throws, with what shape finds as a way out.
+Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
+                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
                         const CleanReport& facts) {
   CleanReport shape_facts = facts;
   shape_facts.by_names = false;
   const auto text = [](const RoadShown& shown) {
-    return shown.length_m == 0.0 ? std::string("no road")
-                                 : fmt::format("{} road of about {:.0f} m ({:.0f} % of what looks like road)", shown.closed ? "a closed" : "an open",
-                                               shown.length_m, 100.0 * shown.share);
+    return shown.length_m == 0.0
+               ? std::string("no road")
+               : fmt::format("{} road of about {:.0f} m ({:.0f} % of what looks like road)",
+                             shown.closed ? "a closed" : "an open", shown.length_m,
+                             100.0 * shown.share);
   };
   std::optional<Cleaning> shaped;
   try {
-    shaped = clean_classes(mesh, triangles, std::move(by_shape), options, std::move(shape_facts), true);
+    shaped =
+        clean_classes(mesh, triangles, std::move(by_shape), options, std::move(shape_facts), true);
   } catch (const Error&) {  // shape finds nothing: then it is for the names to say what is wrong
   }
   const RoadShown by_form = shaped ? road_shown(shaped->soup) : RoadShown{};
@@ -895,8 +920,10 @@ Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles, std::vecto
   const RoadShown by_name = road_shown(named->soup);
   const bool take_shape = by_form.worth() > kClearlyMore * by_name.worth();
   Cleaning& taken = take_shape ? *shaped : *named;
-  taken.facts.remarks.push_back(fmt::format("names and shape disagree about what is road: by names {}, by shape {}; taken by {} (--use-names {} takes the other)",
-                                            text(by_name), text(by_form), take_shape ? "shape" : "names", take_shape ? "true" : "false"));
+  taken.facts.remarks.push_back(fmt::format(
+      "names and shape disagree about what is road: by names {}, by shape {}; taken by {} "
+      "(--use-names {} takes the other)",
+      text(by_name), text(by_form), take_shape ? "shape" : "names", take_shape ? "true" : "false"));
   return std::move(taken);
 }
 
@@ -908,26 +935,31 @@ RoadMesh road_mesh_of(const Mesh& mesh, const Cleaning& cleaning) {
   road.mesh.vertices_m = soup.vertices_m;
   road.mesh.triangles = soup.triangles;
   road.mesh.object_of_triangle.reserve(soup.source.size());
-  for (const std::uint32_t i : soup.source) road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
+  for (const std::uint32_t i : soup.source)
+    road.mesh.object_of_triangle.push_back(mesh.object_of_triangle[i]);
   road.mesh.objects = mesh.objects;
   road.class_of_triangle = soup.surface_class;
   return road;
 }
 
 /// Classes from what lies along a guide.
-Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& triangles, const CleanOptions& options, CleanReport facts) {
+Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& triangles,
+                     const CleanOptions& options, CleanReport facts) {
   facts.by_guide = true;
   facts.by_route = !options.guide && !options.route_m.empty();
-  GuidedClasses guided = classes_along(mesh, guide, options.guide_width_m, triangles.flat, triangles.by_names);
+  GuidedClasses guided =
+      classes_along(mesh, guide, options.guide_width_m, triangles.flat, triangles.by_names);
   facts.remarks.insert(facts.remarks.end(), guided.remarks.begin(), guided.remarks.end());
   facts.doubts = std::move(guided.doubts);
-  return clean_classes(mesh, triangles, std::move(guided.class_of_triangle), options, std::move(facts), false, Keep::touching_road);
+  return clean_classes(mesh, triangles, std::move(guided.class_of_triangle), options,
+                       std::move(facts), false, Keep::touching_road);
 }
 
-/// A line that names did not confirm tells what looks like road: with it as the guide, the parts of the road that
-/// were missed come in, and what only lay beside it goes. Where that does not work, and where names shall not count, the
-/// first look stands.
-void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions& options, Cleaning& cleaning) {
+/// A line that names did not confirm tells what looks like road: with it as the guide, the parts of
+/// the road that were missed come in, and what only lay beside it goes. Where that does not work,
+/// and where names shall not count, the first look stands.
+void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions& options,
+                Cleaning& cleaning) {
   if (options.use_names == UseNames::no || !has_several_looks(mesh)) return;
   try {
     const Centreline line = trace_centreline(road_mesh_of(mesh, cleaning));
@@ -938,12 +970,15 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions
     facts.snap_tolerance_m = cleaning.facts.snap_tolerance_m;
     facts.road_agreement = cleaning.facts.road_agreement;
     facts.remarks = cleaning.facts.remarks;
-    Cleaning again = clean_along(mesh, {line.points_m, line.closed}, triangles, options, std::move(facts));
+    Cleaning again =
+        clean_along(mesh, {line.points_m, line.closed}, triangles, options, std::move(facts));
     if (!again.facts.doubts.empty()) return;
     again.soup.compact();
     const Centreline line_again = trace_centreline(road_mesh_of(mesh, again));
     const bool detours = line_again.length_m > kDetour * line.length_m;
-    if (!line_again.closed || detours || !goes_along(line_again, line) || !goes_along(line, line_again)) return;
+    if (!line_again.closed || detours || !goes_along(line_again, line) ||
+        !goes_along(line, line_again))
+      return;
     again.facts.by_guide = false;
     again.facts.by_names = cleaning.facts.by_names;
     cleaning = std::move(again);
@@ -961,7 +996,10 @@ Guide guide_through(const Mesh& mesh, const CleanOptions& options) {
       if (!refused) refused = error;
     }
   }
-  throw refused ? *refused : Error("nothing looks like road: a route has nothing to lead over; give a line (--guide FILE)");
+  throw refused ? *refused
+                : Error(
+                      "nothing looks like road: a route has nothing to lead over; give a line "
+                      "(--guide FILE)");
 }
 
 }  // namespace
@@ -971,28 +1009,35 @@ std::vector<RoadGraph> roads_of(const Mesh& mesh, const CleanOptions& options) {
   std::vector<RoadGraph> graphs;
   const auto add = [&](std::vector<SurfaceClass> classes) {
     try {
-      const RoadGraph graph = road_graph(surface_of(clean_classes(mesh, triangles, std::move(classes), options, {}, false, Keep::all).soup));
+      const RoadGraph graph = road_graph(surface_of(
+          clean_classes(mesh, triangles, std::move(classes), options, {}, false, Keep::all).soup));
       if (!graph.branches.empty()) graphs.push_back(graph);
     } catch (const Error&) {  // no road of this kind
     }
   };
   if (options.use_names != UseNames::no && triangles.has_named_road) add(triangles.by_names);
-  if (options.use_names != UseNames::yes) add(classes_by_shape(mesh, triangles.empty, triangles.flat, options));
+  if (options.use_names != UseNames::yes)
+    add(classes_by_shape(mesh, triangles.empty, triangles.flat, options));
   return graphs;
 }
 
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {
   if (options.guide && !options.route_m.empty())
-    throw Error("a guide and a route seen; both tell which road is meant: give one of them (--guide, --route)");
+    throw Error(
+        "a guide and a route seen; both tell which road is meant: give one of them (--guide, "
+        "--route)");
   if (options.guide_width_m && !options.guide && options.route_m.empty())
-    throw Error("guide_width_m seen without a guide; it is the width of the road along one: give --guide FILE too");
+    throw Error(
+        "guide_width_m seen without a guide; it is the width of the road along one: give --guide "
+        "FILE too");
   CleanReport facts;
   facts.triangles_in = mesh.triangles.size();
   facts.weld_tolerance_m = options.weld_tolerance_m;
   facts.snap_tolerance_m = options.snap_tolerance_m;
 
   Triangles triangles = look_at(mesh, options);
-  const std::optional<Guide> guide = options.guide || options.route_m.empty() ? options.guide : guide_through(mesh, options);
+  const std::optional<Guide> guide =
+      options.guide || options.route_m.empty() ? options.guide : guide_through(mesh, options);
   std::vector<SurfaceClass> by_shape;
   if (!guide) by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
   if (!guide && options.use_names != UseNames::no && triangles.has_named_road) {
@@ -1006,8 +1051,8 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
     cleaning = clean_classes(mesh, triangles, std::move(by_shape), options, std::move(facts), true);
     cleaning.soup.compact();
     look_again(mesh, triangles, options, cleaning);
-  } else if (options.use_names == UseNames::yes || options.near_m || *facts.road_agreement >= kNamesAreRight ||
-             is_all_road(mesh, triangles)) {
+  } else if (options.use_names == UseNames::yes || options.near_m ||
+             *facts.road_agreement >= kNamesAreRight || is_all_road(mesh, triangles)) {
     cleaning = clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
   } else {
     cleaning = more_plausible(mesh, triangles, std::move(by_shape), options, facts);

@@ -103,7 +103,8 @@ void each(Archive& a, Value& cleaned) {
   a(road.class_of_triangle), a(road.guide);
   a(r.triangles_in), a(r.triangles_kept), a(r.dropped), a(r.kept), a(r.vertices_welded), a(r.weld_tolerance_m), a(r.vertices_snapped);
   a(r.snap_tolerance_m), a(r.faces_turned), a(r.bridging_triangles), a(r.non_manifold_edges), a(r.boundary_loops), a(r.components);
-  a(r.by_names), a(r.by_guide), a(r.by_route), a(r.doubts), a(r.road_agreement), a(r.class_of_triangle), a(r.remarks);
+  a(r.by_names), a(r.by_guide), a(r.by_route), a(r.doubts), a(r.road_agreement),
+      a(r.class_of_triangle), a(r.remarks);
 }
 
 bool is_whole(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle) {
@@ -118,13 +119,15 @@ bool is_whole(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triang
 
 }  // namespace
 
-std::string clean_key(const Recipe& recipe, const std::optional<Guide>& guide, const TiltAndScale& tilt_and_scale, const std::string& program,
+std::string clean_key(const Recipe& recipe, const std::optional<Guide>& guide,
+                      const TiltAndScale& tilt_and_scale, const std::string& program,
                       const std::vector<InputFile>& mesh_files) {
   std::string key = program + "\n";
   for (const InputFile& file : mesh_files) key += fmt::format("{} {} {}\n", file.role, file.path, file.sha256);
   if (guide) {
     key += guide->closed ? "closed guide" : "open guide";
-    for (const Eigen::Vector3d& p : guide->points_m) key += fmt::format(" {},{},{}", p.x(), p.y(), p.z());
+    for (const Eigen::Vector3d& p : guide->points_m)
+      key += fmt::format(" {},{},{}", p.x(), p.y(), p.z());
     key += "\n";
   }
   if (!tilt_and_scale.is_identity()) {

@@ -10,9 +10,10 @@
 
 namespace road {
 
-/// Everything that cleaning depends on, as text: program, bytes of the mesh and of what it refers to
-/// (by hash), how it is read, tilted, scaled and cleaned, and the guide.
-std::string clean_key(const Recipe& recipe, const std::optional<Guide>& guide, const TiltAndScale& tilt_and_scale, const std::string& program,
+/// Everything that cleaning depends on, as text: program, bytes of the mesh and of what it refers
+/// to (by hash), how it is read, tilted, scaled and cleaned, and the guide.
+std::string clean_key(const Recipe& recipe, const std::optional<Guide>& guide,
+                      const TiltAndScale& tilt_and_scale, const std::string& program,
                       const std::vector<InputFile>& mesh_files);
 
 struct Cleaned {

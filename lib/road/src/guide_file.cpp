@@ -21,7 +21,8 @@ using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 
 constexpr std::size_t kLargestFileBytes = 256'000'000;
-constexpr std::size_t kLargestTreeBytes = 20'000'000;  // XML and JSON take up to sixty times as much memory
+constexpr std::size_t kLargestTreeBytes =
+    20'000'000;  // XML and JSON take up to sixty times as much memory
 constexpr std::size_t kMostPoints = 5'000'000;
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kWanted =
@@ -57,10 +58,9 @@ GuideFile from_csv(const std::string& path, std::string_view text) {
   GuideFile guide;
   guide.geographic = !has("x_m") && (has("lat") || has("lon"));
   const bool written_out = has("latitude");
-  const CsvTable table =
-      !guide.geographic ? read_csv(path, {"x_m", "y_m"}, {"z_m"})
-      : written_out     ? read_csv(path, {"latitude", "longitude"}, {"height"})
-                        : read_csv(path, {"lat_deg", "lon_deg"}, {"h_m"});
+  const CsvTable table = !guide.geographic ? read_csv(path, {"x_m", "y_m"}, {"z_m"})
+                         : written_out     ? read_csv(path, {"latitude", "longitude"}, {"height"})
+                                           : read_csv(path, {"lat_deg", "lon_deg"}, {"h_m"});
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double z_m = table.present[2] ? table.value(i, 2) : kNoHeight;
     const Vector3d point(table.value(i, 0), table.value(i, 1), z_m);
@@ -105,10 +105,12 @@ struct Lines : pugi::xml_tree_walker {
       const pugi::xml_node part = node.parent();
       // A track in several pieces is one way.
       add(name == "trkpt" ? part.parent() : part,
-          position(node.attribute("lat").value(), node.attribute("lon").value(), node.child_value("ele")));
+          position(node.attribute("lat").value(), node.attribute("lon").value(),
+                   node.child_value("ele")));
     } else if (name == "coordinates") {
       const std::string_view parent = node.parent().name();
-      if (parent == "LineString" || parent == "LinearRing") lines.push_back(coordinates(node.child_value()));
+      if (parent == "LineString" || parent == "LinearRing")
+        lines.push_back(coordinates(node.child_value()));
       of = node;
     } else if (name == "gx:coord") {
       std::istringstream words{node.child_value()};
@@ -124,15 +126,22 @@ GuideFile from_xml(const std::string& path, std::string_view text) {
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());
   if (!parsed) {
-    const auto line = 1 + std::count(text.begin(), text.begin() + std::min<std::ptrdiff_t>(parsed.offset, std::ssize(text)), '\n');
+    const auto line =
+        1 + std::count(text.begin(),
+                       text.begin() + std::min<std::ptrdiff_t>(parsed.offset, std::ssize(text)),
+                       '\n');
     throw Error(fmt::format("{}:{}: no XML: {}; {}", path, line, parsed.description(), kWanted));
   }
   Lines found;
   document.traverse(found);
   if (found.lines.empty())
-    throw Error(fmt::format("{}: XML without a track, route or line (trkpt, rtept, LineString, LinearRing, gx:Track); {}", path, kWanted));
-  const auto longest = std::max_element(found.lines.begin(), found.lines.end(),
-                                        [](const Points& a, const Points& b) { return a.size() < b.size(); });
+    throw Error(
+        fmt::format("{}: XML without a track, route or line (trkpt, rtept, LineString, LinearRing, "
+                    "gx:Track); {}",
+                    path, kWanted));
+  const auto longest =
+      std::max_element(found.lines.begin(), found.lines.end(),
+                       [](const Points& a, const Points& b) { return a.size() < b.size(); });
   return {true, std::move(*longest)};
 }
 
@@ -151,7 +160,9 @@ void longest_line(const nlohmann::json& object, int depth, Points& longest) {
     if (!list.is_array() || list.size() <= longest.size()) return;
     Points points;
     for (const auto& at : list) {
-      const auto value = [&](std::size_t k) { return at.size() > k && at[k].is_number() ? at[k].get<double>() : kNoHeight; };
+      const auto value = [&](std::size_t k) {
+        return at.size() > k && at[k].is_number() ? at[k].get<double>() : kNoHeight;
+      };
       if (!at.is_array()) return;
       points.emplace_back(value(1), value(0), value(2));
     }
@@ -171,7 +182,8 @@ GuideFile from_json(const std::string& path, std::string_view text) {
     throw Error(fmt::format("{}: no GeoJSON: {}; {}", path, error.what(), kWanted));
   }
   if (guide.points.empty())
-    throw Error(fmt::format("{}: JSON without a LineString, MultiLineString or Polygon; {}", path, kWanted));
+    throw Error(fmt::format("{}: JSON without a LineString, MultiLineString or Polygon; {}", path,
+                            kWanted));
   return guide;
 }
 
@@ -181,26 +193,33 @@ GuideFile read_guide(const std::string& path) {
   const std::string text = files::read_file(path, kLargestFileBytes);
   std::string_view begin = text;
   if (begin.starts_with("\xEF\xBB\xBF")) begin.remove_prefix(3);
-  while (!begin.empty() && std::isspace(static_cast<unsigned char>(begin.front())) != 0) begin.remove_prefix(1);
+  while (!begin.empty() && std::isspace(static_cast<unsigned char>(begin.front())) != 0)
+    begin.remove_prefix(1);
   const bool is_tree = begin.starts_with('<') || begin.starts_with('{');
   if (is_tree && text.size() > kLargestTreeBytes)
-    throw Error(fmt::format("{}: {} bytes; GPX, KML and GeoJSON are read up to {}; thin the line, a few thousand points are enough",
-                            path, text.size(), kLargestTreeBytes));
+    throw Error(
+        fmt::format("{}: {} bytes; GPX, KML and GeoJSON are read up to {}; thin the line, a few "
+                    "thousand points are enough",
+                    path, text.size(), kLargestTreeBytes));
   GuideFile guide = begin.starts_with('<')   ? from_xml(path, begin)
                     : begin.starts_with('{') ? from_json(path, begin)
                                              : from_csv(path, begin);
   if (guide.points.size() < 3)
-    throw Error(fmt::format("{}: {} positions; a guide has at least 3, in the order of driving", path, guide.points.size()));
+    throw Error(fmt::format("{}: {} positions; a guide has at least 3, in the order of driving",
+                            path, guide.points.size()));
   if (guide.points.size() > kMostPoints)
-    throw Error(fmt::format("{}: {} positions; at most {} are read, a few thousand are enough", path, guide.points.size(), kMostPoints));
+    throw Error(fmt::format("{}: {} positions; at most {} are read, a few thousand are enough",
+                            path, guide.points.size(), kMostPoints));
   for (std::size_t i = 0; i < guide.points.size(); ++i) {
     const Vector3d& p = guide.points[i];
     const bool good = guide.geographic ? std::abs(p.x()) <= 90.0 && std::abs(p.y()) <= 180.0
                                        : std::abs(p.x()) <= 1e8 && std::abs(p.y()) <= 1e8;
     if (!good)  // NaN too
       throw Error(fmt::format("{}: position {} is ({}, {}); wanted {}", path, i + 1, p.x(), p.y(),
-                              guide.geographic ? "latitude and longitude in degrees; positions in the frame of the mesh are given as CSV with x_m,y_m"
-                                               : "metres within 1e8 of the origin"));
+                              guide.geographic
+                                  ? "latitude and longitude in degrees; positions in the frame of "
+                                    "the mesh are given as CSV with x_m,y_m"
+                                  : "metres within 1e8 of the origin"));
     if (!(std::abs(p.z()) < 1e6)) guide.points[i].z() = kNoHeight;
   }
   return guide;

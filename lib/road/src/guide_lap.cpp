@@ -20,17 +20,20 @@ constexpr std::size_t kMostPoints = 4000;  // of which a lap is looked for
 constexpr double kSameWay = 0.7;           // cosine between the directions of two laps at one place
 constexpr double kMost_m = 10.0;           // between two laps at one place: the width of a road
 constexpr double kMostShare = 0.01;        // of the whole length, for models
-constexpr double kRoomShare = 0.05;        // of the length, between the end and the beginning of a lap
-constexpr double kRepeatedShare = 0.3;     // of the length is driven twice where there are several laps,
-constexpr double kLapShare = 0.5;          // or one lap is so much of it; else it is a helix
+constexpr double kRoomShare = 0.05;  // of the length, between the end and the beginning of a lap
+constexpr double kRepeatedShare =
+    0.3;                           // of the length is driven twice where there are several laps,
+constexpr double kLapShare = 0.5;  // or one lap is so much of it; else it is a helix
 
 double apart_m(const Vector3d& a, const Vector3d& b) { return (a - b).head<2>().norm(); }
 
 /// Without repetitions, which have no direction, and thinned to at most kMostPoints.
 std::vector<Vector3d> different(const std::vector<Vector3d>& points_m) {
   double length_m = 0.0;
-  for (std::size_t i = 1; i < points_m.size(); ++i) length_m += apart_m(points_m[i], points_m[i - 1]);
-  const double least_m = std::max(length_m / 1e6, points_m.size() > kMostPoints ? length_m / kMostPoints : 0.0);
+  for (std::size_t i = 1; i < points_m.size(); ++i)
+    length_m += apart_m(points_m[i], points_m[i - 1]);
+  const double least_m =
+      std::max(length_m / 1e6, points_m.size() > kMostPoints ? length_m / kMostPoints : 0.0);
   std::vector<Vector3d> kept;
   for (const Vector3d& p : points_m)
     if (kept.empty() || apart_m(p, kept.back()) > least_m) kept.push_back(p);
@@ -61,11 +64,13 @@ Return best_return(const std::vector<Vector3d>& way) {
     for (std::size_t i = j; i-- > 0;) {
       if (s_m[j] - s_m[i] < least_m) continue;
       const Vector2d along = (way[i + 1] - way[i]).head<2>();
-      const double t = std::clamp((way[j] - way[i]).head<2>().dot(along) / along.squaredNorm(), 0.0, 1.0);
+      const double t =
+          std::clamp((way[j] - way[i]).head<2>().dot(along) / along.squaredNorm(), 0.0, 1.0);
       const Vector3d there = way[i] + t * (way[i + 1] - way[i]);
       if (s_m[j] - s_m[i] - t * along.norm() < least_m) continue;
       const double d = apart_m(way[j], there);
-      const bool other_deck = std::abs(way[j].z() - there.z()) > 0.5 * kMost_m;  // false where unknown
+      const bool other_deck =
+          std::abs(way[j].z() - there.z()) > 0.5 * kMost_m;  // false where unknown
       if (d > most_m || other_deck || heading(j).dot(along.normalized()) < kSameWay) continue;
       repeated_m += s_m[j] - s_m[j - 1];
       if (d < best.apart_m) best = {i + 1, j, d, (s_m[j] - s_m[i]) / s_m.back(), 0.0};
@@ -81,17 +86,20 @@ bool comes_back(const std::vector<Vector3d>& way) {
   const std::size_t n = way.size();
   std::vector<double> steps_m;
   double length_m = 0.0;
-  for (std::size_t i = 1; i < n; ++i) steps_m.push_back(apart_m(way[i], way[i - 1])), length_m += steps_m.back();
+  for (std::size_t i = 1; i < n; ++i)
+    steps_m.push_back(apart_m(way[i], way[i - 1])), length_m += steps_m.back();
   const double room_m = apart_m(way.front(), way.back());
   const double longest_m = *std::max_element(steps_m.begin(), steps_m.end());
-  if (room_m > std::max(kRoomShare * length_m, std::min(1.5 * longest_m, 0.3 * length_m))) return false;
+  if (room_m > std::max(kRoomShare * length_m, std::min(1.5 * longest_m, 0.3 * length_m)))
+    return false;
   const Vector2d over = (way.front() - way.back()).head<2>();
   if (room_m < 1e-3 * length_m) return true;
   // Directions over a stretch: single points are metres off.
   std::size_t ahead = 1, behind = n - 2;
   while (ahead + 1 < n && apart_m(way[ahead], way.front()) < kRoomShare * length_m) ++ahead;
   while (behind > 0 && apart_m(way[behind], way.back()) < kRoomShare * length_m) --behind;
-  const Vector2d first = (way[ahead] - way.front()).head<2>().normalized(), last = (way.back() - way[behind]).head<2>().normalized();
+  const Vector2d first = (way[ahead] - way.front()).head<2>().normalized(),
+                 last = (way.back() - way[behind]).head<2>().normalized();
   if (room_m <= 1.5 * longest_m) return first.dot(last) > 0.0;
   return over.normalized().dot(first) > 0.0 && over.normalized().dot(last) > 0.0;
 }
@@ -101,15 +109,22 @@ bool comes_back(const std::vector<Vector3d>& way) {
 Guide guide_along(const std::vector<Vector3d>& points_m) {
   std::vector<Vector3d> way = different(points_m);
   if (way.size() < 3)
-    throw Error(fmt::format("the guide has {} different positions; wanted at least 3, in the order of driving", way.size()));
+    throw Error(fmt::format(
+        "the guide has {} different positions; wanted at least 3, in the order of driving",
+        way.size()));
   const Return lap = best_return(way);
-  const bool is_lap = lap.to >= lap.from + 3 &&
-                      (lap.repeated_share >= kRepeatedShare || (lap.length_share >= kLapShare && !comes_back(way)));
-  if (is_lap) way = {way.begin() + static_cast<std::ptrdiff_t>(lap.from), way.begin() + static_cast<std::ptrdiff_t>(lap.to)};
+  const bool is_lap =
+      lap.to >= lap.from + 3 &&
+      (lap.repeated_share >= kRepeatedShare || (lap.length_share >= kLapShare && !comes_back(way)));
+  if (is_lap)
+    way = {way.begin() + static_cast<std::ptrdiff_t>(lap.from),
+           way.begin() + static_cast<std::ptrdiff_t>(lap.to)};
   Guide guide{std::move(way), false};
   guide.closed = is_lap || comes_back(guide.points_m);
-  if (guide.closed && apart_m(guide.points_m.front(), guide.points_m.back()) < 1e-3) guide.points_m.pop_back();
-  if (guide.points_m.size() < 3) throw Error("the guide has 2 different positions; wanted at least 3, in the order of driving");
+  if (guide.closed && apart_m(guide.points_m.front(), guide.points_m.back()) < 1e-3)
+    guide.points_m.pop_back();
+  if (guide.points_m.size() < 3)
+    throw Error("the guide has 2 different positions; wanted at least 3, in the order of driving");
   return guide;
 }
 

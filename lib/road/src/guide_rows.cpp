@@ -17,43 +17,52 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kUsualReach_m = 30.0;  // to both sides; lengths below are for this reach and shrink with it
-constexpr double kReachShare = 0.025;   // of the guide's length: a circuit has no room for wider roads
+constexpr double kUsualReach_m =
+    30.0;  // to both sides; lengths below are for this reach and shrink with it
+constexpr double kReachShare =
+    0.025;  // of the guide's length: a circuit has no room for wider roads
 constexpr double kSmallestReach_m = 1.0;
 constexpr double kRowsPerReach = 15.0, kRaysPerReach = 60.0;
-constexpr double kBeside = 0.25;        // of the reach: how far the guide may lie beside the road
+constexpr double kBeside = 0.25;  // of the reach: how far the guide may lie beside the road
 constexpr double kHeadroom_m = 1.8;
 constexpr double kBetweenLayers_m = 0.7;
 constexpr double kLayer_m = 1.0;
-constexpr double kGapAcross_m = 1.0;    // painted lines, cracks
-constexpr double kStep_m = 0.15;        // up or down between two rays, besides the slope
+constexpr double kGapAcross_m = 1.0;  // painted lines, cracks
+constexpr double kStep_m = 0.15;      // up or down between two rays, besides the slope
 constexpr double kSteepest = 0.6, kCrease = 0.35;
 // What a layer costs, for each row.
-constexpr double kMissing = 4.0, kOtherLook = 3.5, kNarrow = 1.5, kPerMetre = 2.0, kPerMetreOfGuide = 0.3, kMostOfGuide = 5.0;
+constexpr double kMissing = 4.0, kOtherLook = 3.5, kNarrow = 1.5, kPerMetre = 2.0,
+                 kPerMetreOfGuide = 0.3, kMostOfGuide = 5.0;
 constexpr double kSlopeFree = 0.2;
-constexpr std::size_t kAround = 12;     // rows to both sides that tell what is usual
+constexpr std::size_t kAround = 12;  // rows to both sides that tell what is usual
 
-/// Points on the centripetal Catmull-Rom curve through the guide (Yuksel et al. 2011), evenly spaced; z
-/// is linear in between.
+/// Points on the centripetal Catmull-Rom curve through the guide (Yuksel et al. 2011), evenly
+/// spaced; z is linear in between.
 std::vector<Vector3d> resampled(const Guide& guide, double step_m) {
   const std::vector<Vector3d>& p = guide.points_m;
   const auto n = static_cast<std::ptrdiff_t>(p.size());
   const auto at = [&](std::ptrdiff_t i) -> Vector2d {
     if (guide.closed) return p[static_cast<std::size_t>((i % n + n) % n)].head<2>();
     if (i < 0) return 2.0 * p[0].head<2>() - p[1].head<2>();
-    if (i >= n) return 2.0 * p[static_cast<std::size_t>(n - 1)].head<2>() - p[static_cast<std::size_t>(n - 2)].head<2>();
+    if (i >= n)
+      return 2.0 * p[static_cast<std::size_t>(n - 1)].head<2>() -
+             p[static_cast<std::size_t>(n - 2)].head<2>();
     return p[static_cast<std::size_t>(i)].head<2>();
   };
   std::vector<Vector3d> fine;
   for (std::ptrdiff_t i = 0; i < (guide.closed ? n : n - 1); ++i) {
     const Vector2d a = at(i - 1), b = at(i), c = at(i + 1), d = at(i + 2);
-    const double ab = std::sqrt(std::max((b - a).norm(), 1e-9)), bc = std::sqrt(std::max((c - b).norm(), 1e-9)),
+    const double ab = std::sqrt(std::max((b - a).norm(), 1e-9)),
+                 bc = std::sqrt(std::max((c - b).norm(), 1e-9)),
                  cd = std::sqrt(std::max((d - c).norm(), 1e-9));
-    const double zb = p[static_cast<std::size_t>(i)].z(), zc = p[static_cast<std::size_t>((i + 1) % n)].z();
-    const auto pieces = static_cast<int>(std::clamp((c - b).norm() / step_m * 4.0, 1.0, 100000.0)) + 1;
+    const double zb = p[static_cast<std::size_t>(i)].z(),
+                 zc = p[static_cast<std::size_t>((i + 1) % n)].z();
+    const auto pieces =
+        static_cast<int>(std::clamp((c - b).norm() / step_m * 4.0, 1.0, 100000.0)) + 1;
     for (int k = 0; k < pieces; ++k) {
       const double t = ab + bc * k / pieces;
-      const Vector2d a1 = (ab - t) / ab * a + t / ab * b, a2 = (ab + bc - t) / bc * b + (t - ab) / bc * c,
+      const Vector2d a1 = (ab - t) / ab * a + t / ab * b,
+                     a2 = (ab + bc - t) / bc * b + (t - ab) / bc * c,
                      a3 = (ab + bc + cd - t) / cd * c + (t - ab - bc) / cd * d;
       const Vector2d b1 = (ab + bc - t) / (ab + bc) * a1 + t / (ab + bc) * a2,
                      b2 = (ab + bc + cd - t) / (bc + cd) * a2 + (t - ab) / (bc + cd) * a3;
@@ -63,12 +72,15 @@ std::vector<Vector3d> resampled(const Guide& guide, double step_m) {
   }
   fine.push_back(guide.closed ? fine.front() : p.back());
   std::vector<double> s_m{0.0};
-  for (std::size_t i = 1; i < fine.size(); ++i) s_m.push_back(s_m.back() + (fine[i] - fine[i - 1]).head<2>().norm());
-  const auto count = std::max<std::size_t>(4, static_cast<std::size_t>(std::lround(s_m.back() / step_m)));
+  for (std::size_t i = 1; i < fine.size(); ++i)
+    s_m.push_back(s_m.back() + (fine[i] - fine[i - 1]).head<2>().norm());
+  const auto count =
+      std::max<std::size_t>(4, static_cast<std::size_t>(std::lround(s_m.back() / step_m)));
   std::vector<Vector3d> even;
   std::size_t k = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const double here_m = s_m.back() * static_cast<double>(i) / static_cast<double>(guide.closed ? count : count - 1);
+    const double here_m =
+        s_m.back() * static_cast<double>(i) / static_cast<double>(guide.closed ? count : count - 1);
     while (k + 2 < s_m.size() && s_m[k + 1] < here_m) ++k;
     const double t = std::clamp((here_m - s_m[k]) / std::max(s_m[k + 1] - s_m[k], 1e-12), 0.0, 1.0);
     even.push_back(fine[k] + t * (fine[k + 1] - fine[k]));
@@ -81,7 +93,8 @@ struct Layer {
 };
 
 /// Layers of the surface near one row, each with what speaks against it.
-std::vector<Layer> layers_at(const GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface, const LooksLikeRoad& looks_like_road) {
+std::vector<Layer> layers_at(const GuideRow& row, const GuideRows& all, double scale,
+                             const RaySurface& surface, const LooksLikeRoad& looks_like_road) {
   struct Hit {
     double z_m, beside_m;
     bool looks;
@@ -104,18 +117,24 @@ std::vector<Layer> layers_at(const GuideRow& row, const GuideRows& all, double s
   for (std::size_t i = 0, j = 0; i < hits.size(); i = j) {
     double looks = 0.0;
     std::size_t nearest = i;
-    for (j = i; j < hits.size() && (j == i || hits[j].z_m - hits[j - 1].z_m < kBetweenLayers_m * scale); ++j) {
+    for (j = i;
+         j < hits.size() && (j == i || hits[j].z_m - hits[j - 1].z_m < kBetweenLayers_m * scale);
+         ++j) {
       looks += hits[j].looks ? 1.0 : 0.0;
-      if (hits[j].beside_m < hits[nearest].beside_m || (hits[j].looks && !hits[nearest].looks)) nearest = j;
+      if (hits[j].beside_m < hits[nearest].beside_m || (hits[j].looks && !hits[nearest].looks))
+        nearest = j;
     }
     const double share = std::min(1.0, static_cast<double>(j - i) / (2 * kOffsets + 1));
-    layers.push_back({hits[nearest].z_m, kNarrow * (1.0 - share) + kOtherLook * (1.0 - looks / static_cast<double>(j - i))});
+    layers.push_back(
+        {hits[nearest].z_m,
+         kNarrow * (1.0 - share) + kOtherLook * (1.0 - looks / static_cast<double>(j - i))});
   }
   return layers;
 }
 
 /// The cheapest way through the layers of all rows; NaN where it is best to have none.
-std::vector<double> best_layers(const std::vector<std::vector<Layer>>& layers, double step_m, double scale) {
+std::vector<double> best_layers(const std::vector<std::vector<Layer>>& layers, double step_m,
+                                double scale) {
   const std::size_t n = layers.size();
   std::vector<std::vector<double>> cost(n);
   std::vector<std::vector<std::size_t>> from(n);
@@ -132,13 +151,18 @@ std::vector<double> best_layers(const std::vector<std::vector<Layer>>& layers, d
       for (std::size_t j = 0; j < cost[i - 1].size(); ++j) {
         double change = 0.0;
         if (k + 1 < states && j + 1 < cost[i - 1].size())
-          change = kPerMetre * std::max(0.0, std::abs(layers[i][k].z_m - layers[i - 1][j].z_m) - kSlopeFree * step_m) / scale;
-        if (cost[i - 1][j] + change + own < cost[i][k]) cost[i][k] = cost[i - 1][j] + change + own, from[i][k] = j;
+          change = kPerMetre *
+                   std::max(0.0, std::abs(layers[i][k].z_m - layers[i - 1][j].z_m) -
+                                     kSlopeFree * step_m) /
+                   scale;
+        if (cost[i - 1][j] + change + own < cost[i][k])
+          cost[i][k] = cost[i - 1][j] + change + own, from[i][k] = j;
       }
     }
   }
   std::vector<double> z_m(n, std::numeric_limits<double>::quiet_NaN());
-  std::size_t k = static_cast<std::size_t>(std::min_element(cost[n - 1].begin(), cost[n - 1].end()) - cost[n - 1].begin());
+  std::size_t k = static_cast<std::size_t>(
+      std::min_element(cost[n - 1].begin(), cost[n - 1].end()) - cost[n - 1].begin());
   for (std::size_t i = n; i-- > 0;) {
     if (k < layers[i].size()) z_m[i] = layers[i][k].z_m;
     k = from[i][k];
@@ -162,8 +186,10 @@ void fill_between(std::vector<double>& values, bool closed) {
       values[i] = old[has_after ? *after : known.back()];
       continue;
     }
-    const std::size_t b = has_after ? *after : known.front(), a = has_before ? *(after - 1) : known.back();
-    const auto forward = static_cast<double>((i + n - a) % n), span = static_cast<double>((b + n - a) % n);
+    const std::size_t b = has_after ? *after : known.front(),
+                      a = has_before ? *(after - 1) : known.back();
+    const auto forward = static_cast<double>((i + n - a) % n),
+               span = static_cast<double>((b + n - a) % n);
     values[i] = span > 0.0 ? old[a] + (old[b] - old[a]) * forward / span : old[a];
   }
 }
@@ -173,13 +199,14 @@ struct Side {
   double offset_m = 0.0;
   bool ends = false;
 };
-Side side_of(const GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface, const LooksLikeRoad& looks_like_road, double from_m,
-             double from_z_m, double sign) {
+Side side_of(const GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface,
+             const LooksLikeRoad& looks_like_road, double from_m, double from_z_m, double sign) {
   const Vector2d normal = left_of(row.heading);
   Side side{from_m, false};
   double z_m = from_z_m, slope = 0.0;
   bool has_slope = false;
-  for (double offset_m = from_m + sign * all.across_m; std::abs(offset_m) <= all.reach_m; offset_m += sign * all.across_m) {
+  for (double offset_m = from_m + sign * all.across_m; std::abs(offset_m) <= all.reach_m;
+       offset_m += sign * all.across_m) {
     const double out_m = std::abs(offset_m - side.offset_m);
     const Vector2d p = row.at_m + offset_m * normal;
     const auto hit = surface.nearest_hit(p.x(), p.y(), z_m + slope * out_m, kLayer_m * scale);
@@ -206,7 +233,8 @@ Side side_of(const GuideRow& row, const GuideRows& all, double scale, const RayS
 }
 
 /// Sides of one row, from the place nearest to the guide that is road; none there: no surface.
-void measure(GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface, const LooksLikeRoad& looks_like_road) {
+void measure(GuideRow& row, const GuideRows& all, double scale, const RaySurface& surface,
+             const LooksLikeRoad& looks_like_road) {
   if (!row.has_surface) return;
   const Vector2d normal = left_of(row.heading);
   const int most = static_cast<int>(kBeside * all.reach_m / all.across_m);
@@ -229,7 +257,9 @@ void measure(GuideRow& row, const GuideRows& all, double scale, const RaySurface
 void settle(GuideRows& all, double scale) {
   const std::size_t n = all.rows.size();
   std::vector<double> halves_m, middle_m(n, std::numeric_limits<double>::quiet_NaN());
-  const auto measured = [](const GuideRow& row) { return row.ends_left && row.ends_right && row.left_m > row.right_m; };
+  const auto measured = [](const GuideRow& row) {
+    return row.ends_left && row.ends_right && row.left_m > row.right_m;
+  };
   for (const GuideRow& row : all.rows)
     if (measured(row)) halves_m.push_back(0.5 * (row.left_m - row.right_m));
   if (halves_m.empty()) return;
@@ -239,13 +269,15 @@ void settle(GuideRows& all, double scale) {
     for (std::size_t k = 0; k <= 2 * kAround; ++k) {
       const auto at = static_cast<std::ptrdiff_t>(i + k) - static_cast<std::ptrdiff_t>(kAround);
       if (!all.closed && (at < 0 || at >= static_cast<std::ptrdiff_t>(n))) continue;
-      const GuideRow& other = all.rows[static_cast<std::size_t>((at + static_cast<std::ptrdiff_t>(n)) % static_cast<std::ptrdiff_t>(n))];
+      const GuideRow& other = all.rows[static_cast<std::size_t>(
+          (at + static_cast<std::ptrdiff_t>(n)) % static_cast<std::ptrdiff_t>(n))];
       if (measured(other)) near_m.push_back(0.5 * (other.left_m - other.right_m));
     }
     GuideRow& row = all.rows[i];
     row.half_width_m = near_m.empty() ? all.usual_half_m : median(std::move(near_m));
     const double half_m = 0.5 * (row.left_m - row.right_m);
-    row.is_usual = measured(row) && std::abs(half_m - row.half_width_m) < 0.25 * row.half_width_m + 0.1 * scale;
+    row.is_usual = measured(row) &&
+                   std::abs(half_m - row.half_width_m) < 0.25 * row.half_width_m + 0.1 * scale;
     if (row.is_usual) middle_m[i] = 0.5 * (row.left_m + row.right_m);
   }
   fill_between(middle_m, all.closed);
@@ -257,7 +289,8 @@ GuideRows empty_rows(const Guide& guide) {
   GuideRows all;
   all.closed = guide.closed;
   double length_m = 0.0;
-  for (std::size_t i = 1; i < guide.points_m.size(); ++i) length_m += (guide.points_m[i] - guide.points_m[i - 1]).head<2>().norm();
+  for (std::size_t i = 1; i < guide.points_m.size(); ++i)
+    length_m += (guide.points_m[i] - guide.points_m[i - 1]).head<2>().norm();
   all.reach_m = std::clamp(kReachShare * length_m, kSmallestReach_m, kUsualReach_m);
   all.across_m = all.reach_m / kRaysPerReach;
   const std::vector<Vector3d> curve = resampled(guide, all.reach_m / kRowsPerReach);
@@ -265,7 +298,8 @@ GuideRows empty_rows(const Guide& guide) {
   all.step_m = (curve[1] - curve[0]).head<2>().norm();
   all.rows.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t before = i > 0 ? i - 1 : (guide.closed ? n - 1 : 0), after = i + 1 < n ? i + 1 : (guide.closed ? 0 : i);
+    const std::size_t before = i > 0 ? i - 1 : (guide.closed ? n - 1 : 0),
+                      after = i + 1 < n ? i + 1 : (guide.closed ? 0 : i);
     all.rows[i].at_m = curve[i].head<2>();
     all.rows[i].z_m = curve[i].z();
     all.rows[i].heading = (curve[after] - curve[before]).head<2>().normalized();
@@ -275,24 +309,29 @@ GuideRows empty_rows(const Guide& guide) {
 
 }  // namespace
 
-GuideRows rows_along(const Guide& guide, const RaySurface& surface, const LooksLikeRoad& looks_like_road) {
+GuideRows rows_along(const Guide& guide, const RaySurface& surface,
+                     const LooksLikeRoad& looks_like_road) {
   GuideRows all = empty_rows(guide);
   const double scale = all.reach_m / kUsualReach_m;
   const std::size_t n = all.rows.size();
   std::vector<std::vector<Layer>> layers(n);
   parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) layers[i] = layers_at(all.rows[i], all, scale, surface, looks_like_road);
+    for (std::size_t i = begin; i < end; ++i)
+      layers[i] = layers_at(all.rows[i], all, scale, surface, looks_like_road);
   });
   // The guide's heights may begin elsewhere: where there is only one layer they tell from where.
   std::vector<double> above_m;
   for (std::size_t i = 0; i < n; ++i)
-    if (layers[i].size() == 1 && std::isfinite(all.rows[i].z_m)) above_m.push_back(layers[i][0].z_m - all.rows[i].z_m);
+    if (layers[i].size() == 1 && std::isfinite(all.rows[i].z_m))
+      above_m.push_back(layers[i][0].z_m - all.rows[i].z_m);
   if (!above_m.empty()) {
     const double shift_m = median(std::move(above_m));
     for (std::size_t i = 0; i < n; ++i)
       for (Layer& layer : layers[i])
         if (std::isfinite(all.rows[i].z_m))
-          layer.cost += std::min(kMostOfGuide, kPerMetreOfGuide * std::abs(layer.z_m - all.rows[i].z_m - shift_m) / scale);
+          layer.cost +=
+              std::min(kMostOfGuide,
+                       kPerMetreOfGuide * std::abs(layer.z_m - all.rows[i].z_m - shift_m) / scale);
   }
   std::vector<double> z_m = best_layers(layers, all.step_m, scale);
   for (std::size_t i = 0; i < n; ++i) all.rows[i].has_surface = std::isfinite(z_m[i]);
@@ -311,7 +350,8 @@ GuideRows rows_along(const Guide& guide, const RaySurface& surface, const LooksL
   return all;
 }
 
-LookShares look_shares(const Guide& guide, const RaySurface& surface, const std::vector<std::uint32_t>& look_of_triangle, std::size_t looks) {
+LookShares look_shares(const Guide& guide, const RaySurface& surface,
+                       const std::vector<std::uint32_t>& look_of_triangle, std::size_t looks) {
   const GuideRows all = empty_rows(guide);
   LookShares shares{std::vector<double>(looks, 0.0), std::vector<double>(looks, 0.0)};
   std::vector<std::size_t> last_seen(looks, 0);

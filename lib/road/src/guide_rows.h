@@ -15,10 +15,10 @@ namespace road {
 /// A cross-section; offsets are to the left of the guide.
 struct GuideRow {
   Eigen::Vector2d at_m, heading;
-  double z_m = 0.0;                        ///< of the layer; between two known ones where none is
-  double left_m = 0.0, right_m = 0.0;      ///< where the road ends, right < left
+  double z_m = 0.0;                    ///< of the layer; between two known ones where none is
+  double left_m = 0.0, right_m = 0.0;  ///< where the road ends, right < left
   double middle_m = 0.0, half_width_m = 0.0;  ///< what its neighbours say where it is unlike them
-  bool is_usual = false;                   ///< like its neighbours
+  bool is_usual = false;                      ///< like its neighbours
   bool has_surface = false;
   bool ends_left = false, ends_right = false;  ///< the road ends there; otherwise the row does
 };
@@ -34,17 +34,19 @@ struct GuideRows {
 
 using LooksLikeRoad = std::function<bool(std::uint32_t triangle)>;
 
-/// Rows along a smooth curve through the guide's points. The layer is the one that goes on most smoothly,
-/// looks like road, has headroom, and lies as high as the guide says where it says so. From its middle a
-/// row reaches out to both sides as far as the surface goes on without a step or a crease, and looks
-/// like road. Lengths shrink for guides shorter than 1.2 km, so that models are seen alike.
-GuideRows rows_along(const Guide& guide, const RaySurface& surface, const LooksLikeRoad& looks_like_road);
+/// Rows along a smooth curve through the guide's points. The layer is the one that goes on most
+/// smoothly, looks like road, has headroom, and lies as high as the guide says where it says so.
+/// From its middle a row reaches out to both sides as far as the surface goes on without a step or
+/// a crease, and looks like road. Lengths shrink for guides shorter than 1.2 km, so that models are
+/// seen alike.
+GuideRows rows_along(const Guide& guide, const RaySurface& surface,
+                     const LooksLikeRoad& looks_like_road);
 
 /// Share of the places under the guide where a look lies on any layer, and of those far beside it.
 struct LookShares {
   std::vector<double> inside, outside;  ///< by look
 };
-LookShares look_shares(const Guide& guide, const RaySurface& surface, const std::vector<std::uint32_t>& look_of_triangle,
-                       std::size_t looks);
+LookShares look_shares(const Guide& guide, const RaySurface& surface,
+                       const std::vector<std::uint32_t>& look_of_triangle, std::size_t looks);
 
 }  // namespace road

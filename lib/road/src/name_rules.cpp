@@ -46,8 +46,10 @@ std::vector<NameRule> default_name_rules() {
       assetto(R"(^\d+(kerb|curb))", kerb),
       assetto(R"(^\d+(grass|sand|gravel|runoff|dirt|turf))", runoff),
       assetto(R"(^\d+(wall|fence|armco|barr))", barrier),
-      // Plain words, rFactor's four-letter ones among them. Scenery and walls by the object's name first; else the
-      // material tells more than the object: one object "track" may hold grass, asphalt and painted lines.
+      // Plain words, rFactor's four-letter ones among them. Scenery and walls by the object's name
+      // first; else the
+      // material tells more than the object: one object "track" may hold grass, asphalt and painted
+      // lines.
       words(object,
             "(^|[^a-z])(tree|bush|forest|crowd|stand|grandstand|gantry|building|house|sign|board|"
             "light|car|tent|sky|terrain|hill|mountain)",

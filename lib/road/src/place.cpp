@@ -121,14 +121,19 @@ std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Place
       }
   } else {
     if (!placement || placement->projection.kind == Projection::Kind::none)
-      throw Error(fmt::format("{}: has latitudes and longitudes, and nothing tells where the mesh lies on the Earth; give control points "
-                              "with latitudes and longitudes (--control-points FILE), or the guide as x_m,y_m in the frame of the mesh",
-                              path));
+      throw Error(
+          fmt::format("{}: has latitudes and longitudes, and nothing tells where the mesh lies on "
+                      "the Earth; give control points "
+                      "with latitudes and longitudes (--control-points FILE), or the guide as "
+                      "x_m,y_m in the frame of the mesh",
+                      path));
     const RotoTranslation& T = placement->align.T_global_mesh;
     const double cosine = std::cos(T.yaw_rad), sine = std::sin(T.yaw_rad);
     for (Eigen::Vector3d& p : file.points) {
-      const Eigen::Vector2d d = project(placement->projection, p.x(), p.y()) - T.translation_m.head<2>();
-      p = {cosine * d.x() + sine * d.y(), -sine * d.x() + cosine * d.y(), p.z() - T.translation_m.z()};
+      const Eigen::Vector2d d =
+          project(placement->projection, p.x(), p.y()) - T.translation_m.head<2>();
+      p = {cosine * d.x() + sine * d.y(), -sine * d.x() + cosine * d.y(),
+           p.z() - T.translation_m.z()};
     }
   }
   return naming(path, [&] { return guide_along(file.points); });

@@ -21,18 +21,23 @@ constexpr double kElsewhereShare = 0.2;
 constexpr double kMainMaterialShare = 0.6;
 
 constexpr const char* kWayOut =
-    "look at the picture of the classes (.classes.png); tell what is road by a rough line (--guide FILE) or by name_rules in a "
+    "look at the picture of the classes (.classes.png); tell what is road by a rough line (--guide "
+    "FILE) or by name_rules in a "
     "recipe, or, if the line is right all the same, say so with --line-is-right";
 
 double flat_area_m2(const Mesh& mesh, std::size_t t) {
-  const Vector3d a = mesh.vertex(t, 1) - mesh.vertex(t, 0), b = mesh.vertex(t, 2) - mesh.vertex(t, 0);
+  const Vector3d a = mesh.vertex(t, 1) - mesh.vertex(t, 0),
+                 b = mesh.vertex(t, 2) - mesh.vertex(t, 0);
   const Vector3d area = 0.5 * a.cross(b);
   return std::abs(area.z()) >= 0.7 * area.norm() ? std::abs(area.z()) : 0.0;
 }
 
-bool is_drivable(SurfaceClass surface_class) { return surface_class == SurfaceClass::road || surface_class == SurfaceClass::runoff; }
+bool is_drivable(SurfaceClass surface_class) {
+  return surface_class == SurfaceClass::road || surface_class == SurfaceClass::runoff;
+}
 
-void surface_missing(const Centreline& line, const RaySurface& surface, std::vector<std::string>& doubts) {
+void surface_missing(const Centreline& line, const RaySurface& surface,
+                     std::vector<std::string>& doubts) {
   const std::size_t n = line.points_m.size(), segments = line.closed ? n : n - 1;
   double missing_m = 0.0, all_m = 0.0, longest_m = 0.0, run_m = 0.0;
   Vector3d place = line.points_m.front(), run_begin = place;
@@ -40,7 +45,8 @@ void surface_missing(const Centreline& line, const RaySurface& surface, std::vec
     const Vector3d &p = line.points_m[i], &q = line.points_m[(i + 1) % n];
     const double length_m = (q - p).head<2>().norm();
     const double reach_m = 1.0 + 0.5 * line.half_width_m[i];
-    const int pieces = std::max(1, static_cast<int>(length_m / std::max(0.2 * line.half_width_m[i], 1e-3)));
+    const int pieces =
+        std::max(1, static_cast<int>(length_m / std::max(0.2 * line.half_width_m[i], 1e-3)));
     for (int k = 0; k < std::min(pieces, 1000); ++k) {
       const Vector3d at = p + (k + 0.5) / std::min(pieces, 1000) * (q - p);
       const double piece_m = length_m / std::min(pieces, 1000);
@@ -56,11 +62,14 @@ void surface_missing(const Centreline& line, const RaySurface& surface, std::vec
     }
   }
   if (missing_m <= kMissingShare * all_m) return;
-  doubts.push_back(fmt::format("the surface is missing along {:.0f} % of the line ({:.0f} of {:.0f} m), the longest piece of {:.0f} m at ({:.1f}, {:.1f})",
-                               100.0 * missing_m / all_m, missing_m, all_m, longest_m, place.x(), place.y()));
+  doubts.push_back(
+      fmt::format("the surface is missing along {:.0f} % of the line ({:.0f} of {:.0f} m), the "
+                  "longest piece of {:.0f} m at ({:.1f}, {:.1f})",
+                  100.0 * missing_m / all_m, missing_m, all_m, longest_m, place.x(), place.y()));
 }
 
-void little_of_the_ground(const Mesh& mesh, const CleanReport& report, std::vector<std::string>& doubts) {
+void little_of_the_ground(const Mesh& mesh, const CleanReport& report,
+                          std::vector<std::string>& doubts) {
   double found_m2 = 0.0, all_m2 = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const double area_m2 = flat_area_m2(mesh, t);
@@ -68,11 +77,14 @@ void little_of_the_ground(const Mesh& mesh, const CleanReport& report, std::vect
     if (is_drivable(report.class_of_triangle[t])) found_m2 += area_m2;
   }
   if (found_m2 >= kGroundShare * all_m2) return;
-  doubts.push_back(fmt::format("an open road was found by its shape alone on {:.0f} of {:.0f} m2 of flat ground: that may be any strip of it; {}",
-                               found_m2, all_m2, kWayOut));
+  doubts.push_back(
+      fmt::format("an open road was found by its shape alone on {:.0f} of {:.0f} m2 of flat "
+                  "ground: that may be any strip of it; {}",
+                  found_m2, all_m2, kWayOut));
 }
 
-void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const CleanReport& report, std::vector<std::string>& doubts) {
+void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const CleanReport& report,
+                             std::vector<std::string>& doubts) {
   const auto look_of = [&](std::size_t t) {
     const MeshObject& object = mesh.objects[mesh.object_of_triangle[t]];
     return object.texture.empty() ? object.material : object.texture;
@@ -87,7 +99,9 @@ void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const Cle
     all_m2 += flat_area_m2(mesh, t);
   }
   if (looks.size() < 3 || road_m2.empty()) return;  // materials tell nothing apart
-  const auto main = std::max_element(road_m2.begin(), road_m2.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto main =
+      std::max_element(road_m2.begin(), road_m2.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
   if (main->first.empty() || main->second < kMainMaterialShare * all_m2) return;
 
   // What lies above or below the line is its own underside or a bridge's.
@@ -95,7 +109,8 @@ void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const Cle
   for (const double half_m : line.half_width_m) widest_m = std::max(widest_m, half_m);
   const double cell_m = std::max(widest_m, 1e-3);
   const auto cell = [&](double x, double y) {
-    return static_cast<std::int64_t>(std::floor(x / cell_m)) << 32 ^ (static_cast<std::int64_t>(std::floor(y / cell_m)) & 0xffffffff);
+    return static_cast<std::int64_t>(std::floor(x / cell_m)) << 32 ^
+           (static_cast<std::int64_t>(std::floor(y / cell_m)) & 0xffffffff);
   };
   std::unordered_set<std::int64_t> near;
   const std::size_t n = line.points_m.size();
@@ -105,7 +120,8 @@ void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const Cle
     for (int k = 0; k <= pieces; ++k) {
       const Vector3d at = p + static_cast<double>(k) / pieces * (q - p);
       for (int dx = -1; dx <= 1; ++dx)
-        for (int dy = -1; dy <= 1; ++dy) near.insert(cell(at.x() + dx * cell_m, at.y() + dy * cell_m));
+        for (int dy = -1; dy <= 1; ++dy)
+          near.insert(cell(at.x() + dx * cell_m, at.y() + dy * cell_m));
     }
   }
   double found_m2 = 0.0, elsewhere_m2 = 0.0, largest_m2 = 0.0;
@@ -117,31 +133,38 @@ void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const Cle
       found_m2 += area_m2;
       continue;
     }
-    const Vector3d middle = mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+    const Vector3d middle =
+        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
     if (near.contains(cell(middle.x(), middle.y()))) continue;
     elsewhere_m2 += area_m2;
     if (area_m2 > largest_m2) largest_m2 = area_m2, place = middle;
   }
   if (elsewhere_m2 <= kElsewhereShare * found_m2) return;
-  doubts.push_back(fmt::format("the road is made of '{}', of which {:.0f} m2 are in it and {:.0f} m2 lie elsewhere, for example at ({:.1f}, {:.1f}): this may be a part of the road only; {}",
-                               main->first, found_m2, elsewhere_m2, place.x(), place.y(), kWayOut));
+  doubts.push_back(fmt::format(
+      "the road is made of '{}', of which {:.0f} m2 are in it and {:.0f} m2 lie elsewhere, for "
+      "example at ({:.1f}, {:.1f}): this may be a part of the road only; {}",
+      main->first, found_m2, elsewhere_m2, place.x(), place.y(), kWayOut));
 }
 
 }  // namespace
 
-std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface, const Mesh& mesh,
-                                      const CleanReport& report) {
+std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,
+                                      const Mesh& mesh, const CleanReport& report) {
   std::vector<std::string> doubts = report.doubts;
-  if (!report.by_guide) surface_missing(line, surface, doubts);  // a guide knows better where it should be
-  const bool confirmed = report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
+  if (!report.by_guide)
+    surface_missing(line, surface, doubts);  // a guide knows better where it should be
+  const bool confirmed =
+      report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
   if (confirmed || (report.by_guide && (line.closed || !report.by_route))) return doubts;
   if (report.by_route) {
     same_material_elsewhere(line, mesh, report, doubts);
     return doubts;
   }
   if (!line.closed && report.by_names)
-    doubts.push_back(fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the road found by names is open: it may be a part of it; {}",
-                                 100.0 * *report.road_agreement, kWayOut));
+    doubts.push_back(
+        fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the "
+                    "road found by names is open: it may be a part of it; {}",
+                    100.0 * *report.road_agreement, kWayOut));
   if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
   same_material_elsewhere(line, mesh, report, doubts);
   return doubts;

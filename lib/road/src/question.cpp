@@ -17,13 +17,15 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kShortestShare = 0.1;  // of the longest way: shorter ones are no roads to ask about
-constexpr double kSameShare = 0.9;      // of a way's branches shared with another: no other way
+constexpr double kShortestShare =
+    0.1;                            // of the longest way: shorter ones are no roads to ask about
+constexpr double kSameShare = 0.9;  // of a way's branches shared with another: no other way
 
 double shared(const RoadWay& a, const RoadWay& b, const RoadGraph& graph) {
   double shared_m = 0.0;
   for (const std::uint32_t branch : a.branches)
-    if (std::find(b.branches.begin(), b.branches.end(), branch) != b.branches.end()) shared_m += graph.branches[branch].length_m;
+    if (std::find(b.branches.begin(), b.branches.end(), branch) != b.branches.end())
+      shared_m += graph.branches[branch].length_m;
   return shared_m / std::max(a.length_m, 1e-9);
 }
 
@@ -42,8 +44,12 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
   for (std::size_t g = 0; g < graphs.size(); ++g) {
     std::vector<RoadWay> taken;
     for (const RoadWay& way : road_ways(graphs[g], 0.0, 4 * most)) {
-      const bool known = std::any_of(taken.begin(), taken.end(), [&](const RoadWay& other) { return shared(way, other, graphs[g]) > kSameShare; });
-      if (known || taken.size() == most || (!taken.empty() && way.length_m < kShortestShare * taken.front().length_m)) continue;
+      const bool known = std::any_of(taken.begin(), taken.end(), [&](const RoadWay& other) {
+        return shared(way, other, graphs[g]) > kSameShare;
+      });
+      if (known || taken.size() == most ||
+          (!taken.empty() && way.length_m < kShortestShare * taken.front().length_m))
+        continue;
       taken.push_back(way);
       const std::vector<Vector2d> points = points_that_tell(graphs[g], way);
       if (points.empty()) continue;
@@ -56,10 +62,15 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
         const Centreline line = trace_centreline(road, tried.centreline);
         fit_reference_line(line, tried.reference_line);
         if (!doubts_about(line, RaySurface(road.mesh), mesh, report).empty()) continue;
-        const auto is_this = [&](const Centreline& other) { return other.closed == line.closed && goes_along(line, other) && goes_along(other, line); };
-        if (std::any_of(lines.begin(), lines.end(), is_this)) continue;  // names and shape may find one road
+        const auto is_this = [&](const Centreline& other) {
+          return other.closed == line.closed && goes_along(line, other) && goes_along(other, line);
+        };
+        if (std::any_of(lines.begin(), lines.end(), is_this))
+          continue;  // names and shape may find one road
         lines.push_back(line);
-        found.push_back({flags_of(points, g > 0 && recipe.clean.use_names != UseNames::no), line.points_m, line.length_m, 2.0 * median(line.half_width_m), line.closed});
+        found.push_back({flags_of(points, g > 0 && recipe.clean.use_names != UseNames::no),
+                         line.points_m, line.length_m, 2.0 * median(line.half_width_m),
+                         line.closed});
       } catch (const Error&) {  // no answer that leads on
       }
     }
@@ -71,7 +82,8 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
   return found;
 }
 
-std::string question_picture(const std::string& title, const Mesh& mesh, const std::vector<Candidate>& candidates) {
+std::string question_picture(const std::string& title, const Mesh& mesh,
+                             const std::vector<Candidate>& candidates) {
   std::vector<std::array<std::array<double, 2>, 3>> ground;
   ground.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -85,7 +97,9 @@ std::string question_picture(const std::string& title, const Mesh& mesh, const s
   std::vector<report::QuestionLine> lines;
   for (const Candidate& candidate : candidates) {
     report::QuestionLine line;
-    line.text = fmt::format("{} road, {:.0f} m long, {:.1f} m wide", candidate.closed ? "closed" : "open", candidate.length_m, candidate.width_m);
+    line.text =
+        fmt::format("{} road, {:.0f} m long, {:.1f} m wide", candidate.closed ? "closed" : "open",
+                    candidate.length_m, candidate.width_m);
     line.closed = candidate.closed;
     for (const Eigen::Vector3d& p : candidate.points_m) line.points_m.push_back({p.x(), p.y()});
     lines.push_back(std::move(line));

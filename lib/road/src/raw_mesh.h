@@ -45,8 +45,9 @@ void check_nesting(std::string_view bytes, const std::string& path);
 /// What an .obj calls a list of materials (.mtl) -> its text; nothing where it cannot be had.
 using MaterialLibrary = std::function<std::optional<std::string>(const std::string& name)>;
 
-/// Wavefront .obj. What the last 'o' or 'g' line says is an object's name; objects and materials that
-/// come again go on where they stopped. Throws Error. Folded polygons of 2,000 corners take seconds.
+/// Wavefront .obj. What the last 'o' or 'g' line says is an object's name; objects and materials
+/// that come again go on where they stopped. Throws Error. Folded polygons of 2,000 corners take
+/// seconds.
 RawMesh read_obj(std::string_view bytes, const std::string& path, const MaterialLibrary& library);
 
 /// The same, with lists of materials that lie where the mesh may refer to (see read_with_assimp).
@@ -61,9 +62,9 @@ void triangulate(const std::vector<Eigen::Vector3d>& vertices, std::vector<std::
 /// What a glTF calls a buffer -> its bytes; nothing where they cannot be had.
 using BufferFile = std::function<std::optional<std::string>(const std::string& uri)>;
 
-/// A glTF or .glb whose meshes are compressed by Draco, with plain ones in their place, or nothing where
-/// none is. Throws Error: damaged, or far more triangles declared than so many bytes can hold. Damaged
-/// files may crash it.
+/// A glTF or .glb whose meshes are compressed by Draco, with plain ones in their place, or nothing
+/// where none is. Throws Error: damaged, or far more triangles declared than so many bytes can
+/// hold. Damaged files may crash it.
 std::optional<std::string> without_draco(std::string_view bytes, const std::string& path,
                                          const BufferFile& buffer_file);
 

@@ -37,9 +37,7 @@ class MemoryFirst : public Assimp::DefaultIOSystem {
  public:
   MemoryFirst(std::string path, std::string_view bytes, Companions& companions)
       : path_(std::move(path)), bytes_(bytes), companions_(companions) {}
-  bool Exists(const char* file) const override {
-    return path_ == file || companions_.exists(file);
-  }
+  bool Exists(const char* file) const override { return path_ == file || companions_.exists(file); }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     if (mode == nullptr || *mode != 'r') return nullptr;
     if (path_ == file) {
@@ -232,7 +230,8 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   const std::vector<std::string>& problems = companions.problems();
   if (scene == nullptr || scene->mRootNode == nullptr) {
     if (!problems.empty())
-      throw Error(fmt::format("{}: refers to a file that cannot be read: {}", path, problems.front()));
+      throw Error(
+          fmt::format("{}: refers to a file that cannot be read: {}", path, problems.front()));
     std::string reason = importer.GetErrorString();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw Error(fmt::format(

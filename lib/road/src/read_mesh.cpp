@@ -228,7 +228,8 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
     for (const auto& [name, factor] : {std::pair{"mm", 0.001}, {"cm", 0.01}, {"m", 1.0}}) {
       const double fitted_m = extent * factor * options.scale;
       if (fitted_m >= 100.0 && fitted_m <= kLargestMesh_m)
-        fitting += fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name, fitted_m);
+        fitting +=
+            fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name, fitted_m);
     }
     const std::string scaled =
         options.scale == 1.0 ? "" : fmt::format(", times the scale {:g},", options.scale);

@@ -208,7 +208,8 @@ std::vector<RecipeKey> make_keys() {
   for (const NamedUnit& known : kUnits) units.emplace_back(known.name, known.unit);
   keys.push_back(choice<Unit>("read", "unit", std::move(units), "unit of the mesh",
                               [](Recipe& r) -> Unit& { return r.read.unit; }));
-  keys.push_back(number("read", "scale", 1e-6, 1e6, "factor on top of the unit, for meshes in a unit without a name",
+  keys.push_back(number("read", "scale", 1e-6, 1e6,
+                        "factor on top of the unit, for meshes in a unit without a name",
                         [](Recipe& r) -> double& { return r.read.scale; }));
   keys.push_back(yes_or_no("read", "allow_outside",
                            "the mesh may refer to files outside its folder",
@@ -217,7 +218,8 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(choice<UseNames>(
       "clean", "use_names",
       {{"automatic", UseNames::automatic}, {"true", UseNames::yes}, {"false", UseNames::no}},
-      "classify by object, material and texture names, or (false) by shape alone; automatic: what finds the more "
+      "classify by object, material and texture names, or (false) by shape alone; automatic: what "
+      "finds the more "
       "plausible road",
       [](Recipe& r) -> UseNames& { return r.clean.use_names; }));
   keys.push_back(number("clean", "weld_tolerance_m", 0.0, 0.1,
@@ -236,36 +238,49 @@ std::vector<RecipeKey> make_keys() {
       point("clean", "near_m", "of several separate roads take the one nearest to this point",
             [](Recipe& r) -> std::optional<Eigen::Vector2d>& { return r.clean.near_m; }));
   keys.push_back({"clean", "guide", "a path",
-                  "rough line along the road (CSV, GPX, KML, GeoJSON): what lies under it is the road; relative to the recipe's folder", true,
+                  "rough line along the road (CSV, GPX, KML, GeoJSON): what lies under it is the "
+                  "road; relative to the recipe's folder",
+                  true,
                   [](Recipe& recipe, const std::string& text) {
                     if (text.empty()) refuse(text, "the path of a CSV, GPX, KML or GeoJSON file");
                     recipe.guide_path = text;
                   },
                   [](const Recipe& recipe) { return recipe.guide_path.value_or(""); }});
   keys.push_back({"clean", "route", "x,y x,y ...",
-                  "points in the order of driving: the road is the shortest way through them; closed when the last is the first", true,
+                  "points in the order of driving: the road is the shortest way through them; "
+                  "closed when the last is the first",
+                  true,
                   [](Recipe& recipe, const std::string& text) {
                     std::vector<Eigen::Vector2d> points;
                     std::istringstream words{text};
                     for (std::string word; words >> word;) {
-                      const auto xy = parse_numbers(word, 2, 1e8, "points x,y in metres, parted by blanks");
+                      const auto xy =
+                          parse_numbers(word, 2, 1e8, "points x,y in metres, parted by blanks");
                       points.emplace_back(xy[0], xy[1]);
                     }
-                    if (points.size() < 2 || points.size() > 1000) refuse(text, "2 to 1000 points x,y in metres, parted by blanks");
+                    if (points.size() < 2 || points.size() > 1000)
+                      refuse(text, "2 to 1000 points x,y in metres, parted by blanks");
                     recipe.clean.route_m = std::move(points);
                   },
                   [](const Recipe& recipe) {
                     std::string text;
-                    for (const Eigen::Vector2d& p : recipe.clean.route_m) text += fmt::format("{}{},{}", text.empty() ? "" : " ", p.x(), p.y());
+                    for (const Eigen::Vector2d& p : recipe.clean.route_m)
+                      text += fmt::format("{}{},{}", text.empty() ? "" : " ", p.x(), p.y());
                     return text;
                   }});
-  keys.push_back({"clean", "guide_width_m", "0.1 to 200", "width of the road along the guide where the surface does not tell", false,
+  keys.push_back({"clean", "guide_width_m", "0.1 to 200",
+                  "width of the road along the guide where the surface does not tell", false,
                   [](Recipe& recipe, const std::string& text) {
                     const auto value = parse_number(text);
-                    if (!value || *value < 0.1 || *value > 200.0) refuse(text, "a number from 0.1 to 200");
+                    if (!value || *value < 0.1 || *value > 200.0)
+                      refuse(text, "a number from 0.1 to 200");
                     recipe.clean.guide_width_m = recipe.centreline.guide_width_m = *value;
                   },
-                  [](const Recipe& recipe) { return recipe.clean.guide_width_m ? fmt::format("{}", *recipe.clean.guide_width_m) : ""; }});
+                  [](const Recipe& recipe) {
+                    return recipe.clean.guide_width_m
+                               ? fmt::format("{}", *recipe.clean.guide_width_m)
+                               : "";
+                  }});
   // centreline
   keys.push_back(yes_or_no("centreline", "reverse", "drive the other way round",
                            [](Recipe& r) -> bool& { return r.centreline.reverse; }));
@@ -431,9 +446,10 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(number("validate", "validate_reach_m", 0.01, 100.0,
                         "a mesh surface further above or below is another one",
                         [](Recipe& r) -> double& { return r.validate.reach_m; }));
-  keys.push_back(yes_or_no("validate", "line_is_right",
-                           "somebody has looked at the picture and the line is the road: doubts about it do not count",
-                           [](Recipe& r) -> bool& { return r.line_is_right; }));
+  keys.push_back(yes_or_no(
+      "validate", "line_is_right",
+      "somebody has looked at the picture and the line is the road: doubts about it do not count",
+      [](Recipe& r) -> bool& { return r.line_is_right; }));
   keys.push_back(number("validate", "max_z_error_p99_m", 0.0, 100.0,
                         "validation fails when 1 % of the points are further from the mesh",
                         [](Recipe& r) -> double& { return r.limits.max_z_error_p99_m; }));

@@ -81,8 +81,10 @@ double model_scale_of(const Centreline& centreline) {
 }
 
 /// Penalised least squares (P-spline): sum |p_i - S(t_i)|^2 + lambda * integral |S'''|^2 dt.
-PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<double>& t, double length_t, bool closed, double model_scale) {
-  const auto spans = static_cast<Eigen::Index>(std::max(closed ? 6.0 : 3.0, std::round(length_t / (model_scale * kKnotSpacing_m))));
+PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<double>& t,
+                       double length_t, bool closed, double model_scale) {
+  const auto spans = static_cast<Eigen::Index>(
+      std::max(closed ? 6.0 : 3.0, std::round(length_t / (model_scale * kKnotSpacing_m))));
   const double knot_m = length_t / static_cast<double>(spans);
   const Eigen::Index unknowns = closed ? spans : spans + 3;
   const double density = static_cast<double>(points.size()) / length_t;

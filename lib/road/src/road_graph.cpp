@@ -21,16 +21,17 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kCells = 60'000;          // of the whole surface, more where the road is narrow
+constexpr double kCells = 60'000;  // of the whole surface, more where the road is narrow
 constexpr double kMostCells = 1'500'000;
 constexpr double kCellsAcross = 8.0;
-constexpr double kOneLayer = 0.3;  // of a cell: heights at one place that are this near are one surface
+constexpr double kOneLayer =
+    0.3;  // of a cell: heights at one place that are this near are one surface
 constexpr double kSteepest = 1.2;
 constexpr double kHeadroom_m = 1.5;
 constexpr double kLongestGapWidths = 8.0;
-constexpr double kFacing = 0.8;               // cosine between the direction of an end and the gap
-constexpr double kSharpest = -0.35;           // cosine of the sharpest turn at a fork, 110 degrees
-constexpr double kStraightOn = 0.7;           // over a crossing
+constexpr double kFacing = 0.8;      // cosine between the direction of an end and the gap
+constexpr double kSharpest = -0.35;  // cosine of the sharpest turn at a fork, 110 degrees
+constexpr double kStraightOn = 0.7;  // over a crossing
 constexpr std::int32_t kNone = -1;
 // East, then counter-clockwise: even ones share a side with the cell.
 constexpr std::array<std::array<int, 2>, 8> kAround{
@@ -45,7 +46,8 @@ struct Cell {
 /// The surface as square cells, several above each other where it has layers.
 class Cells {
  public:
-  Cells(const Mesh& mesh, double cell_m, double headroom_m) : cell_m_(cell_m), origin_m_(mesh.origin_m) {
+  Cells(const Mesh& mesh, double cell_m, double headroom_m)
+      : cell_m_(cell_m), origin_m_(mesh.origin_m) {
     std::vector<Cell> hits;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       add_triangle(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2), hits);
@@ -65,10 +67,13 @@ class Cells {
   /// Cells for what is empty, at most this large, and surrounded by one layer.
   void fill_holes(double largest_m2) {
     const auto most = static_cast<std::size_t>(std::max(1.0, largest_m2 / (cell_m_ * cell_m_)));
-    // Empty places that were looked at, each with the height of the layer from which it was reached.
+    // Empty places that were looked at, each with the height of the layer from which it was
+    // reached.
     std::unordered_map<std::int64_t, std::vector<double>> seen;
     std::unordered_set<std::int64_t> in_hole;
-    const auto key_of = [](const Cell& c) { return static_cast<std::int64_t>(c.y) << 32 ^ (c.x & 0xffffffff); };
+    const auto key_of = [](const Cell& c) {
+      return static_cast<std::int64_t>(c.y) << 32 ^ (c.x & 0xffffffff);
+    };
     const auto mark = [&](const Cell& c) {
       std::vector<double>& heights = seen[key_of(c)];
       for (const double z_m : heights)
@@ -127,7 +132,8 @@ class Cells {
   double cell_m() const { return cell_m_; }
   bool has_surface_at(const Vector3d& map_m) const {
     const Vector3d p = map_m - origin_m_;
-    return find(static_cast<std::int32_t>(std::floor(p.x() / cell_m_)), static_cast<std::int32_t>(std::floor(p.y() / cell_m_)), p.z()) != kNone;
+    return find(static_cast<std::int32_t>(std::floor(p.x() / cell_m_)),
+                static_cast<std::int32_t>(std::floor(p.y() / cell_m_)), p.z()) != kNone;
   }
 
   std::vector<Cell> cells;
@@ -139,13 +145,20 @@ class Cells {
   /// Cells beside each other are joined up to this difference in height.
   double step_m() const { return kSteepest * cell_m_; }
 
-  void add_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, std::vector<Cell>& hits) const {
+  void add_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c,
+                    std::vector<Cell>& hits) const {
     const double area = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
     if (std::abs(area) < 1e-12) return;
-    const auto first = [&](double v) { return static_cast<std::int32_t>(std::ceil(v / cell_m_ - 0.5 - 1e-9)); };
-    const auto last = [&](double v) { return static_cast<std::int32_t>(std::floor(v / cell_m_ - 0.5 + 1e-9)); };
-    const std::int32_t y0 = first(std::min({a.y(), b.y(), c.y()})), y1 = last(std::max({a.y(), b.y(), c.y()}));
-    const std::int32_t x0 = first(std::min({a.x(), b.x(), c.x()})), x1 = last(std::max({a.x(), b.x(), c.x()}));
+    const auto first = [&](double v) {
+      return static_cast<std::int32_t>(std::ceil(v / cell_m_ - 0.5 - 1e-9));
+    };
+    const auto last = [&](double v) {
+      return static_cast<std::int32_t>(std::floor(v / cell_m_ - 0.5 + 1e-9));
+    };
+    const std::int32_t y0 = first(std::min({a.y(), b.y(), c.y()})),
+                       y1 = last(std::max({a.y(), b.y(), c.y()}));
+    const std::int32_t x0 = first(std::min({a.x(), b.x(), c.x()})),
+                       x1 = last(std::max({a.x(), b.x(), c.x()}));
     for (std::int32_t y = y0; y <= y1; ++y) {
       for (std::int32_t x = x0; x <= x1; ++x) {
         const Vector2d p((x + 0.5) * cell_m_, (y + 0.5) * cell_m_);
@@ -164,17 +177,22 @@ class Cells {
     if (cells.empty()) return;
     first_row_ = cells.front().y;
     row_begin_.assign(static_cast<std::size_t>(cells.back().y - first_row_) + 2, cells.size());
-    for (std::size_t i = cells.size(); i-- > 0;) row_begin_[static_cast<std::size_t>(cells[i].y - first_row_)] = i;
-    for (std::size_t r = row_begin_.size() - 1; r-- > 0;) row_begin_[r] = std::min(row_begin_[r], row_begin_[r + 1]);
+    for (std::size_t i = cells.size(); i-- > 0;)
+      row_begin_[static_cast<std::size_t>(cells[i].y - first_row_)] = i;
+    for (std::size_t r = row_begin_.size() - 1; r-- > 0;)
+      row_begin_[r] = std::min(row_begin_[r], row_begin_[r + 1]);
   }
 
   /// The cell at (x, y) whose height is nearest to z_m.
   std::int32_t find(std::int32_t x, std::int32_t y, double z_m) const {
     const std::int64_t row = static_cast<std::int64_t>(y) - first_row_;
     if (row < 0 || row + 1 >= static_cast<std::int64_t>(row_begin_.size())) return kNone;
-    const auto begin = cells.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row)]);
-    const auto end = cells.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row) + 1]);
-    auto at = std::lower_bound(begin, end, x, [](const Cell& c, std::int32_t wanted) { return c.x < wanted; });
+    const auto begin =
+        cells.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row)]);
+    const auto end =
+        cells.begin() + static_cast<std::ptrdiff_t>(row_begin_[static_cast<std::size_t>(row) + 1]);
+    auto at = std::lower_bound(begin, end, x,
+                               [](const Cell& c, std::int32_t wanted) { return c.x < wanted; });
     std::int32_t best = kNone;
     double best_m = step_m();
     for (; at != end && at->x == x; ++at) {
@@ -187,7 +205,8 @@ class Cells {
 
   void link() {
     for (Cell& c : cells)
-      for (std::size_t k = 0; k < 8; ++k) c.around[k] = find(c.x + kAround[k][0], c.y + kAround[k][1], c.z_m);
+      for (std::size_t k = 0; k < 8; ++k)
+        c.around[k] = find(c.x + kAround[k][0], c.y + kAround[k][1], c.z_m);
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(cells.size()); ++i) {
       for (std::size_t k = 0; k < 8; ++k) {
         std::int32_t& n = cells[static_cast<std::size_t>(i)].around[k];
@@ -211,7 +230,8 @@ std::vector<double> distances_m(const Cells& grid) {
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   for (std::size_t i = 0; i < n; ++i) {
     const auto& around = grid.cells[i].around;
-    if (around[0] != kNone && around[2] != kNone && around[4] != kNone && around[6] != kNone) continue;
+    if (around[0] != kNone && around[2] != kNone && around[4] != kNone && around[6] != kNone)
+      continue;
     far[i] = 0.0;
     source[i] = static_cast<std::int32_t>(i);
     open.emplace(0.0, static_cast<std::int32_t>(i));
@@ -243,7 +263,8 @@ std::vector<char> skeleton(const Cells& grid, const std::vector<double>& distanc
   std::vector<std::int32_t> order(n);
   for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::int32_t>(i);
   const auto nearer_to_border = [&](std::int32_t a, std::int32_t b) {
-    return std::pair(distance_m[static_cast<std::size_t>(a)], a) < std::pair(distance_m[static_cast<std::size_t>(b)], b);
+    return std::pair(distance_m[static_cast<std::size_t>(a)], a) <
+           std::pair(distance_m[static_cast<std::size_t>(b)], b);
   };
   std::sort(order.begin(), order.end(), nearer_to_border);
   std::vector<std::int32_t> next;
@@ -267,7 +288,8 @@ std::vector<char> skeleton(const Cells& grid, const std::vector<double>& distanc
       if (parts != 1) continue;
       left[static_cast<std::size_t>(i)] = 0;
       for (const std::int32_t j : around) {  // they may go now
-        if (j == kNone || !left[static_cast<std::size_t>(j)] || listed[static_cast<std::size_t>(j)]) continue;
+        if (j == kNone || !left[static_cast<std::size_t>(j)] || listed[static_cast<std::size_t>(j)])
+          continue;
         listed[static_cast<std::size_t>(j)] = 1;
         next.push_back(j);
       }
@@ -280,21 +302,26 @@ std::vector<char> skeleton(const Cells& grid, const std::vector<double>& distanc
 
 double length_of(const std::vector<Vector3d>& points_m) {
   double length_m = 0.0;
-  for (std::size_t i = 1; i < points_m.size(); ++i) length_m += (points_m[i] - points_m[i - 1]).head<2>().norm();
+  for (std::size_t i = 1; i < points_m.size(); ++i)
+    length_m += (points_m[i] - points_m[i - 1]).head<2>().norm();
   return length_m;
 }
 
 /// Chains of skeleton cells between ends and forks.
-RoadGraph chains(const Cells& grid, const std::vector<double>& distance_m, const std::vector<char>& left) {
+RoadGraph chains(const Cells& grid, const std::vector<double>& distance_m,
+                 const std::vector<char>& left) {
   RoadGraph graph;
   graph.cell_m = grid.cell_m();
   const auto neighbours = [&](std::int32_t i) {
     std::vector<std::int32_t> out;
     const auto& around = grid.cells[static_cast<std::size_t>(i)].around;
-    const auto there = [&](std::size_t k) { return around[k % 8] != kNone && left[static_cast<std::size_t>(around[k % 8])]; };
+    const auto there = [&](std::size_t k) {
+      return around[k % 8] != kNone && left[static_cast<std::size_t>(around[k % 8])];
+    };
     for (std::size_t k = 0; k < 8; ++k) {
       if (!there(k)) continue;
-      if (k % 2 == 1 && (there(k + 1) || there(k + 7))) continue;  // round the corner, not across it
+      if (k % 2 == 1 && (there(k + 1) || there(k + 7)))
+        continue;  // round the corner, not across it
       out.push_back(around[k]);
     }
     return out;
@@ -346,7 +373,9 @@ RoadGraph chains(const Cells& grid, const std::vector<double>& distance_m, const
   }
   // Rings without a fork.
   for (std::int32_t i = 0; i < n; ++i) {
-    if (!left[static_cast<std::size_t>(i)] || used[static_cast<std::size_t>(i)] || node_of.contains(i)) continue;
+    if (!left[static_cast<std::size_t>(i)] || used[static_cast<std::size_t>(i)] ||
+        node_of.contains(i))
+      continue;
     add_node(i);
     graph.branches.push_back(follow(i, neighbours(i)[0]));
   }
@@ -442,13 +471,15 @@ void merge_near_forks(RoadGraph& graph) {
       if (branch.from == branch.to) continue;
       const RoadNode &p = graph.nodes[branch.from], &q = graph.nodes[branch.to];
       if (p.branches.size() < 3 || q.branches.size() < 3) continue;
-      if (branch.length_m > std::max(3.0 * graph.cell_m, std::min(p.half_width_m, q.half_width_m))) continue;
+      if (branch.length_m > std::max(3.0 * graph.cell_m, std::min(p.half_width_m, q.half_width_m)))
+        continue;
       // Both ends move to the middle between them, so that ways through it stay smooth.
       const Vector3d middle = 0.5 * (p.point_m + q.point_m);
       const double half_m = std::max(p.half_width_m, q.half_width_m);
       for (RoadBranch& other : graph.branches) {
         for (const std::uint32_t node : {branch.from, branch.to}) {
-          if (other.from == node) other.points_m.front() = middle, other.half_width_m.front() = half_m;
+          if (other.from == node)
+            other.points_m.front() = middle, other.half_width_m.front() = half_m;
           if (other.to == node) other.points_m.back() = middle, other.half_width_m.back() = half_m;
         }
         if (other.from == branch.to) other.from = branch.from;
@@ -464,7 +495,8 @@ void merge_near_forks(RoadGraph& graph) {
   }
 }
 
-/// The last stretch of a dead end, where the axis runs into a corner or the surface narrows, is left out.
+/// The last stretch of a dead end, where the axis runs into a corner or the surface narrows, is
+/// left out.
 void trim_ends(RoadGraph& graph) {
   for (std::uint32_t b = 0; b < graph.branches.size(); ++b) {
     const double usual_m = 0.8 * median(graph.branches[b].half_width_m);
@@ -494,7 +526,9 @@ void trim_ends(RoadGraph& graph) {
 Vector2d leaving(const RoadGraph& graph, std::uint32_t b, bool forwards) {
   const RoadBranch& branch = graph.branches[b];
   const std::size_t n = branch.points_m.size();
-  const auto at = [&](std::size_t i) -> const Vector3d& { return branch.points_m[forwards ? i : n - 1 - i]; };
+  const auto at = [&](std::size_t i) -> const Vector3d& {
+    return branch.points_m[forwards ? i : n - 1 - i];
+  };
   const double begin_m = graph.nodes[forwards ? branch.from : branch.to].half_width_m;
   std::size_t i = 0;
   double s_m = 0.0;
@@ -523,10 +557,14 @@ void add_gaps(const Cells& grid, RoadGraph& graph) {
       const RoadNode &p = graph.nodes[ends[i].node], &q = graph.nodes[ends[j].node];
       const Vector2d across = (q.point_m - p.point_m).head<2>();
       const double length_m = across.norm();
-      if (length_m <= 0.0 || length_m > kLongestGapWidths * (p.half_width_m + q.half_width_m)) continue;
-      if (std::min(ends[i].outwards.dot(across), -ends[j].outwards.dot(across)) < kFacing * length_m) continue;
+      if (length_m <= 0.0 || length_m > kLongestGapWidths * (p.half_width_m + q.half_width_m))
+        continue;
+      if (std::min(ends[i].outwards.dot(across), -ends[j].outwards.dot(across)) <
+          kFacing * length_m)
+        continue;
       if (std::abs(p.point_m.z() - q.point_m.z()) > 0.5 * length_m) continue;
-      if (std::max(p.half_width_m, q.half_width_m) > 2.0 * std::min(p.half_width_m, q.half_width_m)) continue;
+      if (std::max(p.half_width_m, q.half_width_m) > 2.0 * std::min(p.half_width_m, q.half_width_m))
+        continue;
       pairs.emplace_back(length_m, i, j);
     }
   }
@@ -567,7 +605,8 @@ double median(std::vector<double> values) {
 RoadGraph road_graph(const Mesh& surface) {
   double area_m2 = 0.0;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const Vector3d a = surface.vertex(t, 1) - surface.vertex(t, 0), b = surface.vertex(t, 2) - surface.vertex(t, 0);
+    const Vector3d a = surface.vertex(t, 1) - surface.vertex(t, 0),
+                   b = surface.vertex(t, 2) - surface.vertex(t, 0);
     area_m2 += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
   }
   if (!(area_m2 > 0.0)) return {};
@@ -610,10 +649,14 @@ RoadWay way_of(const RoadGraph& graph, const std::vector<Step>& steps, bool clos
   RoadWay way;
   way.closed = closed;
   for (const Step& step : steps) {
-    const RoadBranch branch = step.forwards ? graph.branches[step.branch] : reversed(graph.branches[step.branch]);
+    const RoadBranch branch =
+        step.forwards ? graph.branches[step.branch] : reversed(graph.branches[step.branch]);
     const std::size_t skip = way.points_m.empty() ? 0 : 1;
-    way.points_m.insert(way.points_m.end(), branch.points_m.begin() + static_cast<std::ptrdiff_t>(skip), branch.points_m.end());
-    way.half_width_m.insert(way.half_width_m.end(), branch.half_width_m.begin() + static_cast<std::ptrdiff_t>(skip),
+    way.points_m.insert(way.points_m.end(),
+                        branch.points_m.begin() + static_cast<std::ptrdiff_t>(skip),
+                        branch.points_m.end());
+    way.half_width_m.insert(way.half_width_m.end(),
+                            branch.half_width_m.begin() + static_cast<std::ptrdiff_t>(skip),
                             branch.half_width_m.end());
     way.branches.push_back(step.branch);
     way.length_m += branch.length_m;
@@ -632,7 +675,9 @@ std::vector<RoadWay> road_ways(const RoadGraph& graph, double longest_gap_m, std
   std::vector<Step> path;
   std::vector<char> branch_used(graph.branches.size(), 0);
   std::vector<int> visits(graph.nodes.size(), 0);
-  const auto end_of = [&](const Step& s) { return s.forwards ? graph.branches[s.branch].to : graph.branches[s.branch].from; };
+  const auto end_of = [&](const Step& s) {
+    return s.forwards ? graph.branches[s.branch].to : graph.branches[s.branch].from;
+  };
   const auto cosine = [&](const Step& in, const Step& out) {
     return -leaving(graph, in.branch, !in.forwards).dot(leaving(graph, out.branch, out.forwards));
   };
@@ -647,14 +692,16 @@ std::vector<RoadWay> road_ways(const RoadGraph& graph, double longest_gap_m, std
     return at.size() == 1 || (at.size() == 2 && graph.branches[at[1]].gap_m > longest_gap_m);
   };
   for (const bool closed : {true, false}) {
-    // A cycle is found from its lowest branch, in that branch's own direction. A node is passed once, a crossing
-    // also twice, straight on.
-    const std::function<void(std::uint32_t, std::uint32_t)> go = [&](std::uint32_t lowest, std::uint32_t start) {
+    // A cycle is found from its lowest branch, in that branch's own direction. A node is passed
+    // once, a crossing also twice, straight on.
+    const std::function<void(std::uint32_t, std::uint32_t)> go = [&](std::uint32_t lowest,
+                                                                     std::uint32_t start) {
       if (++steps_taken > kMostSteps) return;
       const std::uint32_t here = end_of(path.back());
       const RoadNode& node = graph.nodes[here];
       // Where a ring has no fork its node is any place, perhaps in a hairpin.
-      if (closed && here == start && (path.size() == 1 || cosine(path.back(), path.front()) > kSharpest)) {
+      if (closed && here == start &&
+          (path.size() == 1 || cosine(path.back(), path.front()) > kSharpest)) {
         keep(true);
         if (node.branches.size() < 4) return;
       }
@@ -665,7 +712,8 @@ std::vector<RoadWay> road_ways(const RoadGraph& graph, double longest_gap_m, std
       if (visits[here] > (node.branches.size() >= 4 ? 1 : 0)) return;
       ++visits[here];
       for (const std::uint32_t b : node.branches) {
-        if ((closed && b < lowest) || branch_used[b] || graph.branches[b].gap_m > longest_gap_m) continue;
+        if ((closed && b < lowest) || branch_used[b] || graph.branches[b].gap_m > longest_gap_m)
+          continue;
         const Step on{b, graph.branches[b].from == here};
         if (cosine(path.back(), on) < (visits[here] > 1 ? kStraightOn : kSharpest)) continue;
         branch_used[b] = 1;

@@ -29,14 +29,14 @@ struct RoadNode {
 struct RoadGraph {
   std::vector<RoadNode> nodes;
   std::vector<RoadBranch> branches;
-  double cell_m = 0.0;        ///< how fine the surface was looked at: places are good to this
-  double area_m2 = 0.0;       ///< of the surface in plan, coplanar doubles counted once
+  double cell_m = 0.0;   ///< how fine the surface was looked at: places are good to this
+  double area_m2 = 0.0;  ///< of the surface in plan, coplanar doubles counted once
 };
 
 /// The medial axis of a surface in plan, layer by layer: a bridge and the road below it are not
 /// joined. Cells are a part of the surface's size, so that a model circuit and a pass road are seen
-/// alike; cracks, T-junctions and doubled triangles narrower than a cell do not count. Branches that
-/// only lead into a corner of the surface are left out.
+/// alike; cracks, T-junctions and doubled triangles narrower than a cell do not count. Branches
+/// that only lead into a corner of the surface are left out.
 RoadGraph road_graph(const Mesh& surface);
 
 /// The middle value; of two the larger. Not for an empty list.
@@ -52,9 +52,9 @@ struct RoadWay {
   double gap_m = 0.0;
 };
 
-/// The `most` longest closed ways without a sharp turn; where there are none, the longest open ones, from end to
-/// end. Ends of roads that face each other over at most `longest_gap_m` are joined. No branch is used twice; a
-/// crossing may be passed twice, straight on.
+/// The `most` longest closed ways without a sharp turn; where there are none, the longest open
+/// ones, from end to end. Ends of roads that face each other over at most `longest_gap_m` are
+/// joined. No branch is used twice; a crossing may be passed twice, straight on.
 std::vector<RoadWay> road_ways(const RoadGraph& graph, double longest_gap_m, std::size_t most = 12);
 
 }  // namespace road

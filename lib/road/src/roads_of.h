@@ -8,8 +8,8 @@
 
 namespace road {
 
-/// What names call road, and what looks like road by its shape, as far as the options let names count; each as a
-/// graph, those without any road left out.
+/// What names call road, and what looks like road by its shape, as far as the options let names
+/// count; each as a graph, those without any road left out.
 std::vector<RoadGraph> roads_of(const Mesh& mesh, const CleanOptions& options);
 
 }  // namespace road

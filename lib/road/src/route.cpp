@@ -31,7 +31,8 @@ struct Net {
 
 Net net_of(const RoadGraph& graph) {
   Net net;
-  for (const RoadNode& node : graph.nodes) net.places.push_back({node.point_m, node.half_width_m, {}, true});
+  for (const RoadNode& node : graph.nodes)
+    net.places.push_back({node.point_m, node.half_width_m, {}, true});
   const auto join = [&](std::size_t a, std::size_t b) {
     net.places[a].next.push_back(static_cast<std::uint32_t>(b));
     net.places[b].next.push_back(static_cast<std::uint32_t>(a));
@@ -51,20 +52,28 @@ Net net_of(const RoadGraph& graph) {
 std::size_t nearest(const Net& net, const Vector2d& p, std::size_t number) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < net.places.size(); ++i)
-    if ((net.places[i].point_m.head<2>() - p).squaredNorm() < (net.places[best].point_m.head<2>() - p).squaredNorm()) best = i;
+    if ((net.places[i].point_m.head<2>() - p).squaredNorm() <
+        (net.places[best].point_m.head<2>() - p).squaredNorm())
+      best = i;
   const double off_m = (net.places[best].point_m.head<2>() - p).norm();
   if (off_m > kFarWidths * 2.0 * net.places[best].half_width_m)
-    throw Error(fmt::format("point {} of the route, ({:.1f}, {:.1f}), is {:.0f} m from the nearest road, at ({:.1f}, {:.1f}); wanted points on the road "
-                            "in the frame of the mesh (--route X,Y X,Y ...)",
-                            number, p.x(), p.y(), off_m, net.places[best].point_m.x(), net.places[best].point_m.y()));
+    throw Error(fmt::format(
+        "point {} of the route, ({:.1f}, {:.1f}), is {:.0f} m from the nearest road, at ({:.1f}, "
+        "{:.1f}); wanted points on the road "
+        "in the frame of the mesh (--route X,Y X,Y ...)",
+        number, p.x(), p.y(), off_m, net.places[best].point_m.x(), net.places[best].point_m.y()));
   return best;
 }
 
-/// Places from `from` to `to` without both ends' repetition; empty when there is no way but over what is used.
-std::vector<std::size_t> shortest(const Net& net, std::size_t from, std::size_t to, const std::vector<char>& used) {
+/// Places from `from` to `to` without both ends' repetition; empty when there is no way but over
+/// what is used.
+std::vector<std::size_t> shortest(const Net& net, std::size_t from, std::size_t to,
+                                  const std::vector<char>& used) {
   std::vector<double> length_m(net.places.size(), std::numeric_limits<double>::infinity());
   std::vector<std::size_t> before(net.places.size(), net.places.size());
-  std::priority_queue<std::pair<double, std::size_t>, std::vector<std::pair<double, std::size_t>>, std::greater<>> open;
+  std::priority_queue<std::pair<double, std::size_t>, std::vector<std::pair<double, std::size_t>>,
+                      std::greater<>>
+      open;
   length_m[from] = 0.0;
   open.emplace(0.0, from);
   while (!open.empty()) {
@@ -94,7 +103,8 @@ RoadWay way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_
   const Net net = net_of(graph);
   if (net.places.empty()) throw Error("nothing looks like road: a route has nothing to lead over");
   std::vector<std::size_t> stops;
-  for (std::size_t i = 0; i < points_m.size(); ++i) stops.push_back(nearest(net, points_m[i], i + 1));
+  for (std::size_t i = 0; i < points_m.size(); ++i)
+    stops.push_back(nearest(net, points_m[i], i + 1));
   RoadWay way;
   way.closed = stops.size() > 2 && stops.front() == stops.back();
   std::vector<char> used(net.places.size(), 0);
@@ -108,13 +118,18 @@ RoadWay way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_
     if (stops[k] == stops[k - 1]) continue;
     const std::vector<std::size_t> path = shortest(net, stops[k - 1], stops[k], used);
     if (path.empty())
-      throw Error(fmt::format("there is no way over what looks like road from point {} of the route, ({:.1f}, {:.1f}), to point {}, ({:.1f}, {:.1f}), that uses "
-                              "no road twice; give the points in the order of driving, or a line (--guide FILE)",
-                              k, points_m[k - 1].x(), points_m[k - 1].y(), k + 1, points_m[k].x(), points_m[k].y()));
+      throw Error(fmt::format(
+          "there is no way over what looks like road from point {} of the route, ({:.1f}, {:.1f}), "
+          "to point {}, ({:.1f}, {:.1f}), that uses "
+          "no road twice; give the points in the order of driving, or a line (--guide FILE)",
+          k, points_m[k - 1].x(), points_m[k - 1].y(), k + 1, points_m[k].x(), points_m[k].y()));
     for (std::size_t i = 1; i < path.size(); ++i) add(path[i]);
   }
   if (way.closed) way.points_m.pop_back(), way.half_width_m.pop_back();
-  if (way.points_m.size() < 4) throw Error("the route is a point; wanted at least two points some widths of the road apart (--route X,Y X,Y ...)");
+  if (way.points_m.size() < 4)
+    throw Error(
+        "the route is a point; wanted at least two points some widths of the road apart (--route "
+        "X,Y X,Y ...)");
   for (std::size_t i = 1; i < way.points_m.size() + (way.closed ? 1 : 0); ++i)
     way.length_m += (way.points_m[i % way.points_m.size()] - way.points_m[i - 1]).head<2>().norm();
   return way;
@@ -127,7 +142,8 @@ Guide guide_of(const RoadWay& way) {
   double since_m = std::numeric_limits<double>::infinity();
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const auto at = [&](std::ptrdiff_t k) -> const Vector3d& {
-      return way.points_m[static_cast<std::size_t>(way.closed ? (k % n + n) % n : std::clamp<std::ptrdiff_t>(k, 0, n - 1))];
+      return way.points_m[static_cast<std::size_t>(
+          way.closed ? (k % n + n) % n : std::clamp<std::ptrdiff_t>(k, 0, n - 1))];
     };
     if (i > 0) since_m += (at(i) - at(i - 1)).head<2>().norm();
     const bool is_end = !way.closed && (i == 0 || i == n - 1);
@@ -137,13 +153,18 @@ Guide guide_of(const RoadWay& way) {
     Vector3d sum = at(i);
     double count = 1.0;
     for (std::ptrdiff_t k = 1; !is_end && k < n / 4; ++k) {
-      if ((at(i + k) - at(i)).head<2>().norm() > half_m || (at(i - k) - at(i)).head<2>().norm() > half_m) break;
+      if ((at(i + k) - at(i)).head<2>().norm() > half_m ||
+          (at(i - k) - at(i)).head<2>().norm() > half_m)
+        break;
       sum += at(i + k) + at(i - k);
       count += 2.0;
     }
     guide.points_m.push_back(sum / count);
   }
-  if (guide.points_m.size() < 3) throw Error(fmt::format("the road found is {:.0f} m long and {:.0f} m wide; a road is longer than wide", way.length_m, 2.0 * half_m));
+  if (guide.points_m.size() < 3)
+    throw Error(
+        fmt::format("the road found is {:.0f} m long and {:.0f} m wide; a road is longer than wide",
+                    way.length_m, 2.0 * half_m));
   return guide;
 }
 
@@ -159,7 +180,9 @@ std::vector<Vector2d> points_that_tell(const RoadGraph& graph, const RoadWay& wa
     if (way.closed) points.push_back(points.front());
     try {
       const RoadWay again = way_through(graph, points);
-      if (again.closed == way.closed && std::abs(again.length_m - way.length_m) < 0.03 * way.length_m) return points;
+      if (again.closed == way.closed &&
+          std::abs(again.length_m - way.length_m) < 0.03 * way.length_m)
+        return points;
     } catch (const Error&) {
     }
   }

@@ -56,9 +56,8 @@ Vector3d find_edge(const RaySurface& surface, const Vector3d& from, const Vector
 }
 
 /// The cross-section of the road through `p`, square to `heading`, moved to its middle.
-Station cross_section(const RaySurface& surface, const Vector3d& p,
-                                     const Vector2d& heading, double max_left_m,
-                                     double max_right_m) {
+Station cross_section(const RaySurface& surface, const Vector3d& p, const Vector2d& heading,
+                      double max_left_m, double max_right_m) {
   const Vector2d normal = left_of(heading);
   Station station;
   station.heading = heading;

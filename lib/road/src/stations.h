@@ -8,13 +8,15 @@
 
 namespace road {
 
-constexpr double kGapAlong_m = 12.0;   ///< a missing piece of road shorter than this does not end it
+constexpr double kGapAlong_m = 12.0;  ///< a missing piece of road shorter than this does not end it
 constexpr double kMinWidth_m = 2.0;
 constexpr double kMaxWidth_m = 60.0;
 constexpr double kMaxHalfWidth_m = 40.0;
 constexpr double kLayerReach_m = 1.0;  ///< the road goes on where z continues within this
 
-inline Eigen::Vector2d left_of(const Eigen::Vector2d& direction) { return {-direction.y(), direction.x()}; }
+inline Eigen::Vector2d left_of(const Eigen::Vector2d& direction) {
+  return {-direction.y(), direction.x()};
+}
 
 /// Where a walk across the road stands: the middle and the two edges.
 struct Station {
@@ -32,11 +34,13 @@ struct Walk {
 };
 
 /// Where the surface ends from `from` along `direction`; narrow cracks and holes are crossed.
-Eigen::Vector3d find_edge(const RaySurface& surface, const Eigen::Vector3d& from, const Eigen::Vector2d& direction, double max_m);
+Eigen::Vector3d find_edge(const RaySurface& surface, const Eigen::Vector3d& from,
+                          const Eigen::Vector2d& direction, double max_m);
 
 /// The cross-section of the road through `p`, square to `heading`, moved to its middle.
-Station cross_section(const RaySurface& surface, const Eigen::Vector3d& p, const Eigen::Vector2d& heading,
-                      double max_left_m = kMaxHalfWidth_m, double max_right_m = kMaxHalfWidth_m);
+Station cross_section(const RaySurface& surface, const Eigen::Vector3d& p,
+                      const Eigen::Vector2d& heading, double max_left_m = kMaxHalfWidth_m,
+                      double max_right_m = kMaxHalfWidth_m);
 
 /// Sets length and area.
 void measure(Walk& walk);

@@ -13,27 +13,35 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Places along a way, evenly spaced and smoothed over half the road's width; the ends of an open way stay.
-std::vector<Vector3d> smoothed(const std::vector<Vector3d>& points_m, bool closed, double spacing_m, double sigma_m) {
+/// Places along a way, evenly spaced and smoothed over half the road's width; the ends of an open
+/// way stay.
+std::vector<Vector3d> smoothed(const std::vector<Vector3d>& points_m, bool closed, double spacing_m,
+                               double sigma_m) {
   const std::size_t n = points_m.size();
   std::vector<double> s_m{0.0};
   for (std::size_t i = 1; i < n + (closed ? 1 : 0); ++i)
     s_m.push_back(s_m.back() + (points_m[i % n] - points_m[i - 1]).head<2>().norm());
   const double length_m = s_m.back();
-  const auto count = std::max<std::size_t>(closed ? 8 : 4, static_cast<std::size_t>(std::lround(length_m / spacing_m)));
+  const auto count = std::max<std::size_t>(
+      closed ? 8 : 4, static_cast<std::size_t>(std::lround(length_m / spacing_m)));
   std::vector<Vector3d> out;
   const std::ptrdiff_t size = static_cast<std::ptrdiff_t>(n);
   std::ptrdiff_t low = 0;
   for (std::size_t k = 0; k < count; ++k) {
-    const double at_m = length_m * static_cast<double>(k) / static_cast<double>(closed ? count : count - 1);
+    const double at_m =
+        length_m * static_cast<double>(k) / static_cast<double>(closed ? count : count - 1);
     // Towards the ends of an open way the window shrinks, so that it stays symmetric.
-    const double reach_m = closed ? 3.0 * sigma_m : std::min({3.0 * sigma_m, at_m, length_m - at_m}) + 1e-9;
+    const double reach_m =
+        closed ? 3.0 * sigma_m : std::min({3.0 * sigma_m, at_m, length_m - at_m}) + 1e-9;
     const double width_m = reach_m / 3.0;
     const auto s_of = [&](std::ptrdiff_t i) {  // any number of rounds of a ring
       const std::ptrdiff_t round = i >= 0 ? i / size : -((size - 1 - i) / size);
-      return s_m[static_cast<std::size_t>(i - round * size)] + static_cast<double>(round) * length_m;
+      return s_m[static_cast<std::size_t>(i - round * size)] +
+             static_cast<double>(round) * length_m;
     };
-    const auto point_of = [&](std::ptrdiff_t i) { return points_m[static_cast<std::size_t>(((i % size) + size) % size)]; };
+    const auto point_of = [&](std::ptrdiff_t i) {
+      return points_m[static_cast<std::size_t>(((i % size) + size) % size)];
+    };
     while ((closed || low > 0) && s_of(low) > at_m - reach_m) --low;
     while ((closed || low + 1 < size) && s_of(low) < at_m - reach_m) ++low;
     Vector3d sum = Vector3d::Zero();
@@ -49,7 +57,8 @@ std::vector<Vector3d> smoothed(const std::vector<Vector3d>& points_m, bool close
     } else {  // between two places that are far apart: a gap
       std::ptrdiff_t i = low;
       while ((closed || i + 2 < size) && s_of(i + 1) < at_m) ++i;
-      const double t = std::clamp((at_m - s_of(i)) / std::max(s_of(i + 1) - s_of(i), 1e-9), 0.0, 1.0);
+      const double t =
+          std::clamp((at_m - s_of(i)) / std::max(s_of(i + 1) - s_of(i), 1e-9), 0.0, 1.0);
       out.push_back((1.0 - t) * point_of(i) + t * point_of(i + 1));
     }
   }
@@ -57,13 +66,16 @@ std::vector<Vector3d> smoothed(const std::vector<Vector3d>& points_m, bool close
 }
 
 /// Middle value of the places within `reach` of i, of those that are numbers.
-double running_median(const std::vector<double>& values, std::size_t i, std::size_t reach, bool closed) {
+double running_median(const std::vector<double>& values, std::size_t i, std::size_t reach,
+                      bool closed) {
   const std::size_t n = values.size();
   std::vector<double> window;
   for (std::size_t k = 0; k <= 2 * reach; ++k) {
-    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i + k) - static_cast<std::ptrdiff_t>(reach);
+    const std::ptrdiff_t at =
+        static_cast<std::ptrdiff_t>(i + k) - static_cast<std::ptrdiff_t>(reach);
     if (!closed && (at < 0 || at >= static_cast<std::ptrdiff_t>(n))) continue;
-    const double value = values[static_cast<std::size_t>((at + static_cast<std::ptrdiff_t>(n)) % static_cast<std::ptrdiff_t>(n))];
+    const double value = values[static_cast<std::size_t>((at + static_cast<std::ptrdiff_t>(n)) %
+                                                         static_cast<std::ptrdiff_t>(n))];
     if (std::isfinite(value)) window.push_back(value);
   }
   if (window.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -83,19 +95,23 @@ Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end) 
   for (int round = 0; round < 3; ++round) {
     const auto at = [&](std::ptrdiff_t i) -> const Vector3d& {
       const auto size = static_cast<std::ptrdiff_t>(n);
-      return middle[static_cast<std::size_t>(way.closed ? (i + size) % size : std::clamp<std::ptrdiff_t>(i, 0, size - 1))];
+      return middle[static_cast<std::size_t>(
+          way.closed ? (i + size) % size : std::clamp<std::ptrdiff_t>(i, 0, size - 1))];
     };
     std::vector<Station> stations(n);
     std::vector<double> left_m(n), right_m(n), half_m(n);
     for (std::size_t i = 0; i < n; ++i) {
       const auto k = static_cast<std::ptrdiff_t>(i);
-      const Vector2d heading = (at(k + 1) - at(k - 1)).head<2>().normalized(), normal = left_of(heading);
-      const auto hit = surface.nearest_hit(middle[i].x(), middle[i].y(), middle[i].z(), 2.0 * kLayerReach_m);
+      const Vector2d heading = (at(k + 1) - at(k - 1)).head<2>().normalized(),
+                     normal = left_of(heading);
+      const auto hit =
+          surface.nearest_hit(middle[i].x(), middle[i].y(), middle[i].z(), 2.0 * kLayerReach_m);
       left_m[i] = right_m[i] = half_m[i] = std::numeric_limits<double>::quiet_NaN();
       stations[i].heading = heading;
       if (!hit) continue;
       const double limit_m = 2.0 * typical_m + 4.0;
-      stations[i] = cross_section(surface, {middle[i].x(), middle[i].y(), hit->z_m}, heading, limit_m, limit_m);
+      stations[i] = cross_section(surface, {middle[i].x(), middle[i].y(), hit->z_m}, heading,
+                                  limit_m, limit_m);
       left_m[i] = (stations[i].left - middle[i]).head<2>().dot(normal);
       right_m[i] = -(stations[i].right - middle[i]).head<2>().dot(normal);
       half_m[i] = 0.5 * (left_m[i] + right_m[i]);
@@ -114,7 +130,8 @@ Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end) 
       if (known && std::abs(half_m[i] - half) < 0.1 * half + 0.1) {
         left = left_m[i], right = right_m[i];
       } else if (known) {
-        const double left_off_m = std::abs(left_m[i] - usual(left_m)), right_off_m = std::abs(right_m[i] - usual(right_m));
+        const double left_off_m = std::abs(left_m[i] - usual(left_m)),
+                     right_off_m = std::abs(right_m[i] - usual(right_m));
         if (std::min(left_off_m, right_off_m) < 0.3 * half + 0.3) {
           if (left_off_m < right_off_m) {
             left = left_m[i], right = 2.0 * half - left;

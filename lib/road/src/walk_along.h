@@ -6,9 +6,9 @@
 
 namespace road {
 
-/// Where one edge lies much farther out than elsewhere (a fork, a crossing) or nearer (a hole), the other edge and the
-/// usual width tell where the middle is; in a gap, the way itself does.
-/// An open way goes on to the end of its surface (`to_the_end`), or ends where it ends.
+/// Where one edge lies much farther out than elsewhere (a fork, a crossing) or nearer (a hole), the
+/// other edge and the usual width tell where the middle is; in a gap, the way itself does. An open
+/// way goes on to the end of its surface (`to_the_end`), or ends where it ends.
 Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end = true);
 
 }  // namespace road

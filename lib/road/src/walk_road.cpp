@@ -21,9 +21,7 @@ using Eigen::Vector3d;
 constexpr double kBelieveJump_m = 60.0;  // a change of width that lasts this long is one
 constexpr double kLost_m = 25.0;         // without either edge
 
-Vector2d rotated(const Vector2d& v, double angle_rad) {
-  return Eigen::Rotation2Dd(angle_rad) * v;
-}
+Vector2d rotated(const Vector2d& v, double angle_rad) { return Eigen::Rotation2Dd(angle_rad) * v; }
 
 double angle_between(const Vector2d& from, const Vector2d& to) {
   return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
@@ -50,21 +48,25 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
     const double step_m = std::clamp(here.width_m() / 5.0, 0.5, 2.0);
     const Vector2d direction = rotated(segment, turn_rad);
     const double slope =
-        walk.stations.size() < 2 ? 0.0
-                                 : (here.centre.z() - walk.stations[walk.stations.size() - 2].centre.z()) /
-                                       std::max(0.1, (here.centre - walk.stations[walk.stations.size() - 2].centre)
-                                                         .head<2>().norm());
+        walk.stations.size() < 2
+            ? 0.0
+            : (here.centre.z() - walk.stations[walk.stations.size() - 2].centre.z()) /
+                  std::max(0.1, (here.centre - walk.stations[walk.stations.size() - 2].centre)
+                                    .head<2>()
+                                    .norm());
     std::optional<SurfaceHit> hit;
     Vector2d next;
     double gone_m = step_m;
     for (; gone_m <= kGapAlong_m; gone_m += step_m) {
       next = here.centre.head<2>() + gone_m * direction;
-      hit = surface.nearest_hit(next.x(), next.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
+      hit =
+          surface.nearest_hit(next.x(), next.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
       if (hit) break;
       // A hole in the middle: look beside it before going on.
       for (const double aside : {-0.25, 0.25}) {
         const Vector2d beside = next + aside * here.width_m() * left_of(direction);
-        hit = surface.nearest_hit(beside.x(), beside.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
+        hit = surface.nearest_hit(beside.x(), beside.y(), here.centre.z() + slope * gone_m,
+                                  kLayerReach_m);
         if (hit) {
           next = beside;
           break;
@@ -85,10 +87,11 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
       break;
     }
     const Vector2d heading = rotated(direction, 0.5 * turn_rad);
-    Station station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading, 2.0 * half_m + 2.0, 2.0 * half_m + 2.0);
+    Station station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading,
+                                    2.0 * half_m + 2.0, 2.0 * half_m + 2.0);
     const Vector2d base = here.centre.head<2>() + gone_m * direction, normal = left_of(heading);
-    // An edge that jumps is a pit lane, a crossing or a hole: stay where the other edge says the road
-    // is. When the jump lasts, the road has changed its width, and the edge comes in slowly.
+    // An edge that jumps is a pit lane, a crossing or a hole: stay where the other edge says the
+    // road is. When the jump lasts, the road has changed its width, and the edge comes in slowly.
     const auto track = [&](double measured_m, double& astray_m) {
       const double change_m = measured_m - half_m;
       if (std::abs(change_m) <= 0.4 * gone_m + 0.05) {
@@ -100,10 +103,14 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
     };
     double left_m = track((station.left.head<2>() - base).dot(normal), left_astray_m);
     double right_m = track(-(station.right.head<2>() - base).dot(normal), right_astray_m);
-    if (std::min(left_astray_m, right_astray_m) > kLost_m) break;  // no edge in sight: this is no road
-    // One edge held at its old distance from a predicted middle would let the line drift: keep the width.
-    if (left_astray_m > 0.0 && right_astray_m == 0.0 && left_astray_m < kBelieveJump_m) left_m = 2.0 * half_m - right_m;
-    if (right_astray_m > 0.0 && left_astray_m == 0.0 && right_astray_m < kBelieveJump_m) right_m = 2.0 * half_m - left_m;
+    if (std::min(left_astray_m, right_astray_m) > kLost_m)
+      break;  // no edge in sight: this is no road
+    // One edge held at its old distance from a predicted middle would let the line drift: keep the
+    // width.
+    if (left_astray_m > 0.0 && right_astray_m == 0.0 && left_astray_m < kBelieveJump_m)
+      left_m = 2.0 * half_m - right_m;
+    if (right_astray_m > 0.0 && left_astray_m == 0.0 && right_astray_m < kBelieveJump_m)
+      right_m = 2.0 * half_m - left_m;
     half_m = 0.5 * (left_m + right_m);
     if (2.0 * half_m < kMinWidth_m) break;
     station.left.head<2>() = base + left_m * normal;
@@ -115,7 +122,8 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
     const Vector2d new_segment = chord.normalized();
     const double sharpest_rad = chord.norm() / (1.1 * half_m);  // the inner edge still has a radius
     const double turned_rad = angle_between(segment, new_segment);
-    turn_rad = std::clamp(0.5 * (turn_rad + turned_rad), -sharpest_rad, sharpest_rad);  // damped: holes make it jump
+    turn_rad = std::clamp(0.5 * (turn_rad + turned_rad), -sharpest_rad,
+                          sharpest_rad);  // damped: holes make it jump
     segment = new_segment;
 
     // Met an earlier station going the same way on the same layer: the loop is closed there.
@@ -123,14 +131,17 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
     std::optional<std::size_t> met;
     for (int dx = -1; dx <= 1 && !met; ++dx) {
       for (int dy = -1; dy <= 1 && !met; ++dy) {
-        const auto found = visited.find(cell_of(station.centre.x() + 4.0 * dx, station.centre.y() + 4.0 * dy));
+        const auto found =
+            visited.find(cell_of(station.centre.x() + 4.0 * dx, station.centre.y() + 4.0 * dy));
         if (found == visited.end()) continue;
         for (const std::size_t other : found->second) {
           const Station& old = walk.stations[other];
           const Vector2d d = (station.centre - old.centre).head<2>();
-          if (index - other > 15 && d.dot(old.heading) >= 0.0 && d.dot(old.heading) < 2.0 * step_m &&
+          if (index - other > 15 && d.dot(old.heading) >= 0.0 &&
+              d.dot(old.heading) < 2.0 * step_m &&
               std::abs(d.dot(left_of(old.heading))) < 0.25 * old.width_m() &&
-              std::abs(station.centre.z() - old.centre.z()) < 1.5 && segment.dot(old.heading) > 0.5) {
+              std::abs(station.centre.z() - old.centre.z()) < 1.5 &&
+              segment.dot(old.heading) > 0.5) {
             met = other;
             break;
           }
@@ -144,7 +155,8 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
       }
       // A loop this short is the walk turning on the spot, lost on a wide surface.
       if (loop_m < 10.0 * here.width_m()) break;
-      walk.stations.erase(walk.stations.begin(), walk.stations.begin() + static_cast<std::ptrdiff_t>(*met));
+      walk.stations.erase(walk.stations.begin(),
+                          walk.stations.begin() + static_cast<std::ptrdiff_t>(*met));
       walk.closed = true;
       break;
     }
@@ -194,7 +206,8 @@ Walk walk_from(const RaySurface& surface, const Station& seed) {
         std::swap(station.left, station.right);
       }
       behind.stations.pop_back();  // the station where both begin
-      behind.stations.insert(behind.stations.end(), walk.stations.begin() + static_cast<std::ptrdiff_t>(turn_at),
+      behind.stations.insert(behind.stations.end(),
+                             walk.stations.begin() + static_cast<std::ptrdiff_t>(turn_at),
                              walk.stations.end());
       walk.stations = std::move(behind.stations);
     }
@@ -223,8 +236,8 @@ bool passes_near(const Walk& walk, const Vector3d& p) {
 
 std::string describe(const Walk& walk) {
   const Vector3d& p = walk.stations.front().centre;
-  return fmt::format("{} of {:.0f} m through x = {:.1f}, y = {:.1f}", walk.closed ? "a loop" : "an open road",
-                     walk.length_m, p.x(), p.y());
+  return fmt::format("{} of {:.0f} m through x = {:.1f}, y = {:.1f}",
+                     walk.closed ? "a loop" : "an open road", walk.length_m, p.x(), p.y());
 }
 
 Walk walk_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOptions& options) {
@@ -236,7 +249,8 @@ Walk walk_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOpti
   for (std::size_t t = 0; t < mesh.triangles.size() && covered_m2 < 0.9 * area_m2; t += stride) {
     const Vector3d p =
         mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
-    if (std::any_of(walks.begin(), walks.end(), [&](const Walk& w) { return passes_near(w, p); })) continue;
+    if (std::any_of(walks.begin(), walks.end(), [&](const Walk& w) { return passes_near(w, p); }))
+      continue;
     const auto seed = seed_station(surface, p);
     if (!seed) continue;
     Walk walk = walk_from(surface, *seed);
@@ -248,7 +262,8 @@ Walk walk_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOpti
   std::erase_if(walks, [&](const Walk& walk) { return walk.area_m2 < 0.1 * area_m2; });
   if (walks.empty()) {
     throw Error(fmt::format(
-        "no road found: none of the {:.0f} m2 of road surface forms a strip {:.0f} to {:.0f} m wide; check the "
+        "no road found: none of the {:.0f} m2 of road surface forms a strip {:.0f} to {:.0f} m "
+        "wide; check the "
         "unit and the up axis (--unit, --up) and which objects count as road (name_rules)",
         area_m2, kMinWidth_m, kMaxWidth_m));
   }
@@ -256,17 +271,20 @@ Walk walk_road(const Mesh& mesh, const RaySurface& surface, const CentrelineOpti
     // Where several roads exist, the wanted one passes near the wanted start.
     const auto distance = [&](const Walk& walk) {
       double best = std::numeric_limits<double>::infinity();
-      for (const Station& s : walk.stations) best = std::min(best, (s.centre.head<2>() - *options.start_near_m).norm());
+      for (const Station& s : walk.stations)
+        best = std::min(best, (s.centre.head<2>() - *options.start_near_m).norm());
       return best;
     };
-    return *std::min_element(walks.begin(), walks.end(),
-                             [&](const Walk& a, const Walk& b) { return distance(a) < distance(b); });
+    return *std::min_element(walks.begin(), walks.end(), [&](const Walk& a, const Walk& b) {
+      return distance(a) < distance(b);
+    });
   }
   std::stable_sort(walks.begin(), walks.end(), [](const Walk& a, const Walk& b) {
     if (a.closed != b.closed) return a.closed;
     return a.length_m > b.length_m;
   });
-  if (walks.size() > 1 && walks[1].closed == walks[0].closed && walks[1].length_m > 0.5 * walks[0].length_m) {
+  if (walks.size() > 1 && walks[1].closed == walks[0].closed &&
+      walks[1].length_m > 0.5 * walks[0].length_m) {
     throw Error(fmt::format(
         "two separate roads: {} and {}; choose one with --start-near-m X,Y (recipe: start_near_m)",
         describe(walks[0]), describe(walks[1])));

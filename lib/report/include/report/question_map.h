@@ -14,10 +14,11 @@ struct QuestionLine {
   std::string text;  ///< what stands beside its number
 };
 
-/// North is up; a scale bar; each line in a colour of its own with its number at its beginning and an arrow in its
-/// direction. The longer side has 1600 pixels. Throws std::invalid_argument where coordinates are not finite or there is
-/// nothing to show.
-std::string question_map(const std::string& title, std::span<const std::array<std::array<double, 2>, 3>> triangles,
+/// North is up; a scale bar; each line in a colour of its own with its number at its beginning and
+/// an arrow in its direction. The longer side has 1600 pixels. Throws std::invalid_argument where
+/// coordinates are not finite or there is nothing to show.
+std::string question_map(const std::string& title,
+                         std::span<const std::array<std::array<double, 2>, 3>> triangles,
                          std::span<const QuestionLine> lines);
 
 }  // namespace report

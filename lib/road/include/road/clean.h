@@ -32,8 +32,8 @@ struct NameRule {
 /// and plain words (road, asphalt, kerb, curb, grass, gravel, tree, wall, fence ...).
 std::vector<NameRule> default_name_rules();
 
-/// What tells road from scenery. `automatic`: the names, unless geometry alone disagrees with them and
-/// finds the more plausible road.
+/// What tells road from scenery. `automatic`: the names, unless geometry alone disagrees with them
+/// and finds the more plausible road.
 enum class UseNames : std::uint8_t { automatic, yes, no };
 
 struct CleanOptions {
@@ -50,9 +50,9 @@ struct CleanOptions {
   std::optional<Eigen::Vector2d> near_m;
   /// What lies along it is the road, whatever it is called and however many pieces it has.
   std::optional<Guide> guide;
-  /// Points in the order of driving, each nearest to the road that is meant: the road is what lies along the
-  /// shortest way through them over everything that looks like road; closed when the last is the first.
-  /// Empty, or at least two.
+  /// Points in the order of driving, each nearest to the road that is meant: the road is what lies
+  /// along the shortest way through them over everything that looks like road; closed when the last
+  /// is the first. Empty, or at least two.
   std::vector<Eigen::Vector2d> route_m;
   /// Of the road along the guide, where nothing on the surface tells.
   std::optional<double> guide_width_m;
@@ -76,7 +76,8 @@ struct CleanReport {
   bool by_names = false;       ///< false: geometry alone, or a guide
   bool by_guide = false;       ///< along a guide or a route
   bool by_route = false;
-  std::vector<std::string> doubts;  ///< what along the guide speaks against the road: for doubts_about()
+  std::vector<std::string>
+      doubts;  ///< what along the guide speaks against the road: for doubts_about()
   /// With names: area that names and geometry both call road over the area that either does, before
   /// anything is dropped as not connected. Empty without names.
   std::optional<double> road_agreement;

@@ -11,15 +11,15 @@ namespace road {
 /// A file as it is: positions along the road, metres off, in the order of driving.
 struct GuideFile {
   bool geographic = false;
-  /// x, y, z in metres in the frame of the mesh, or latitude and longitude in degrees (WGS84) and the
-  /// height in metres. Heights that are not known are NaN.
+  /// x, y, z in metres in the frame of the mesh, or latitude and longitude in degrees (WGS84) and
+  /// the height in metres. Heights that are not known are NaN.
   std::vector<Eigen::Vector3d> points;
 };
 
-/// CSV with x_m,y_m[,z_m] (a driven log of crgdrive too) or lat_deg,lon_deg[,h_m]; GPX (the longest track,
-/// or route), KML (the longest line, ring or gx:Track), GeoJSON (the longest line or ring). Told apart by
-/// what the file begins with. Throws Error naming the file (and the line of a CSV) when it is none of
-/// these, holds fewer than 3 positions, or a position that is no place on Earth.
+/// CSV with x_m,y_m[,z_m] (a driven log of crgdrive too) or lat_deg,lon_deg[,h_m]; GPX (the longest
+/// track, or route), KML (the longest line, ring or gx:Track), GeoJSON (the longest line or ring).
+/// Told apart by what the file begins with. Throws Error naming the file (and the line of a CSV)
+/// when it is none of these, holds fewer than 3 positions, or a position that is no place on Earth.
 GuideFile read_guide(const std::string& path);
 
 /// One lap, or a way from a beginning to an end, in the frame of the mesh.
@@ -28,9 +28,9 @@ struct Guide {
   bool closed = false;                    ///< from the last point on to the first
 };
 
-/// A way that comes back to its beginning, in the direction in which it left it, is closed. Of several
-/// laps the one whose end lies nearest to its beginning is taken, without the ways to and from it.
-/// At least 3 different points, else throws Error.
+/// A way that comes back to its beginning, in the direction in which it left it, is closed. Of
+/// several laps the one whose end lies nearest to its beginning is taken, without the ways to and
+/// from it. At least 3 different points, else throws Error.
 Guide guide_along(const std::vector<Eigen::Vector3d>& points_m);
 
 }  // namespace road

@@ -23,9 +23,9 @@ struct Placement {
 /// without control points.
 std::optional<Placement> place_mesh(const Recipe& recipe);
 
-/// The recipe's guide in the frame of the mesh as it is after its tilt and scale; empty when it has none. A
-/// geographic one goes back through `placement`. Throws Error as read_guide() and guide_along(), and for a
-/// geographic guide without a placement, naming the file.
+/// The recipe's guide in the frame of the mesh as it is after its tilt and scale; empty when it has
+/// none. A geographic one goes back through `placement`. Throws Error as read_guide() and
+/// guide_along(), and for a geographic guide without a placement, naming the file.
 std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Placement>& placement);
 
 /// Puts the recipe's guide into the options of cleaning.

@@ -10,13 +10,15 @@
 
 namespace road {
 
-/// What speaks against a traced line, each a sentence with the place and a way out; empty when nothing does.
+/// What speaks against a traced line, each a sentence with the place and a way out; empty when
+/// nothing does.
 ///
-/// Looked at: surface missing along the line, more than 5 % of it; and where no name told what is road, an open road
-/// that is less than half of the flat ground, and more of the material of the road elsewhere than a fifth of what
-/// was found. Along a guide: what cleaning doubted there; along an open route also the material elsewhere.
-/// `surface` holds the triangles of `road`, `mesh` everything that was read, `report` what cleaning said.
-std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface, const Mesh& mesh,
-                                      const CleanReport& report);
+/// Looked at: surface missing along the line, more than 5 % of it; and where no name told what is
+/// road, an open road that is less than half of the flat ground, and more of the material of the
+/// road elsewhere than a fifth of what was found. Along a guide: what cleaning doubted there; along
+/// an open route also the material elsewhere. `surface` holds the triangles of `road`, `mesh`
+/// everything that was read, `report` what cleaning said.
+std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,
+                                      const Mesh& mesh, const CleanReport& report);
 
 }  // namespace road

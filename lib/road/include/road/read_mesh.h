@@ -47,9 +47,9 @@ struct MeshReadOptions {
   /// Files that the mesh refers to (.bin, .mtl) may lie outside the folder of the mesh. Not by default:
   /// a mesh from elsewhere shall not choose what is read here.
   bool allow_outside = false;
-  /// Formats without a reader of our own, and .obj for its polygons, are read in a child process, so
-  /// that a crash of the foreign reader, or taking far too long, is a refusal. false, for debuggers
-  /// and fuzzers: in this one.
+  /// Formats without a reader of our own, and .obj for its polygons, are read in a child process,
+  /// so that a crash of the foreign reader, or taking far too long, is a refusal. false, for
+  /// debuggers and fuzzers: in this one.
   bool own_process = true;
 };
 
@@ -75,13 +75,13 @@ struct MeshReadReport {
   std::vector<MeshFile> files;
 };
 
-/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...), glTF compressed by
-/// Draco too.
-/// y-up source axes (ax, ay, az) become (ax, -az, ay). Large coordinates (UTM) of text formats and of
-/// double PLY survive: a local origin is subtracted in double before assimp sees them.
-/// Throws Error: missing, empty, truncated, no triangles, not finite or > 1e7 m coordinates (with object
-/// name and vertex), wrong axis or unit (what was seen, which flag to give), nested beyond reason, refers to geometry outside
-/// its folder, or its reader crashed or took far too much time or memory.
+/// Reads any format assimp knows (.obj .glb .gltf .ply .stl .fbx .dae .3ds .ac .acc ...), glTF
+/// compressed by Draco too. y-up source axes (ax, ay, az) become (ax, -az, ay). Large coordinates
+/// (UTM) of text formats and of double PLY survive: a local origin is subtracted in double before
+/// assimp sees them. Throws Error: missing, empty, truncated, no triangles, not finite or > 1e7 m
+/// coordinates (with object name and vertex), wrong axis or unit (what was seen, which flag to
+/// give), nested beyond reason, refers to geometry outside its folder, or its reader crashed or
+/// took far too much time or memory.
 Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {}, MeshReadReport* report = nullptr);
 
 /// Writes triangles as binary .stl, .ply (binary, double coordinates) or .obj by the ending of

@@ -48,7 +48,8 @@ struct ValidateReport {
   /// by a third of named_error_m (16 a row), and in the middle of every cell of the rows 0.5 m apart: what is shorter
   /// than that or narrower than a cell, and touches no node, is found by the random points only.
   std::vector<RoughPlace> rough_places;
-  std::vector<std::string> doubts;  ///< why the line may not be the road (road/plausible.h); each fails the validation
+  std::vector<std::string>
+      doubts;  ///< why the line may not be the road (road/plausible.h); each fails the validation
   std::vector<std::string> remarks;
 };
 
