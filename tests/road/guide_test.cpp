@@ -18,6 +18,7 @@
 #include "road/question.h"
 #include "road/ray_surface.h"
 #include "road/read_mesh.h"
+#include "road/reference_line.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -392,6 +393,49 @@ World town() {
   world.strip([](double t, double offset_m) { return Vector3d(400.0 * t - 100.0, offset_m, -0.3); },
               -100.0, 300.0, "grass", 0.0, 1.0, 20);
   return world;
+}
+
+/// A ring of columns between these offsets, without any names.
+road::Mesh nameless_ring(const std::function<Vector3d(double t, double offset_m)>& way,
+                         const std::vector<double>& offsets_m, double scale = 1.0) {
+  World world;
+  for (std::size_t k = 0; k + 1 < offsets_m.size(); ++k)
+    world.strip(way, offsets_m[k], offsets_m[k + 1], "", 0.0, 1.0, 120);
+  world.mesh.objects[0] = {};
+  for (Vector3d& p : world.mesh.vertices_m) p *= scale;
+  return world.mesh;
+}
+
+TEST(ShapeAlone, DoubtsALaneOfWhatIsAllOneRoad) {
+  const auto round = [](double t, double offset_m) {
+    const double r = 120.0 - offset_m;
+    return Vector3d(r * std::cos(kTurn * t), r * std::sin(kTurn * t), 0.0);
+  };
+  const road::Mesh mesh = nameless_ring(round, {-6.5, -5.5, 0.0, 6.5});
+  road::CleanReport report;
+  const road::RoadMesh surface = road::clean(mesh, {}, &report);
+  const road::Centreline line = road::trace_centreline(surface);
+  const auto doubts = road::doubts_about(line, road::RaySurface(surface.mesh), mesh, report);
+  double widest_m = 0.0;
+  for (const double half_m : line.half_width_m) widest_m = std::max(widest_m, 2.0 * half_m);
+  ASSERT_LT(widest_m, 7.0) << "columns of different widths: shape takes one of them";
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_THAT(doubts[0], HasSubstr("may be one lane of it"));
+  // The way out that is named.
+  std::vector<Vector3d> points;
+  for (int k = 0; k < 40; ++k) points.push_back(round(k / 40.0, 0.5));
+  const road::Centreline whole = trace(mesh, road::guide_along(points));
+  EXPECT_TRUE(whole.closed);
+  EXPECT_NEAR(2.0 * whole.half_width_m[whole.half_width_m.size() / 2], 13.0, 0.1);
+}
+
+TEST(ShapeAlone, TakesAllOfASmallRing) {
+  const road::Mesh mesh = nameless_ring(ring, {-1.0, -0.2, 1.5}, 0.3);
+  const road::Centreline line = road::trace_centreline(road::clean(mesh));
+  EXPECT_TRUE(line.closed);
+  EXPECT_NEAR(2.0 * line.half_width_m[line.half_width_m.size() / 2], 0.75, 0.08)
+      << "radial; across the road it is a little less";
+  EXPECT_DOUBLE_EQ(road::automatic_step_m(line), 0.01) << "a fortieth is 0.019";
 }
 
 TEST(Route, LeadsThroughANetwork) {

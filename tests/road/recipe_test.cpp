@@ -49,8 +49,8 @@ TEST(Recipe, DefaultsAndPathsBesideTheRecipe) {
   EXPECT_EQ(recipe.mesh_path, (file.folder() / "meshes/circuit.obj").string());
   EXPECT_EQ(recipe.name, "circuit");
   EXPECT_EQ(recipe.recipe_path, file.path());
-  EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m, 0.1);
-  EXPECT_DOUBLE_EQ(recipe.sample.v_step_m, 0.1);
+  EXPECT_FALSE(recipe.reference_line.u_step_m) << "automatic";
+  EXPECT_FALSE(recipe.sample.v_step_m);
   EXPECT_DOUBLE_EQ(recipe.sample.v_max_m, 15.0);
   EXPECT_DOUBLE_EQ(recipe.smooth.window_u_m, 0.0);
   EXPECT_EQ(recipe.format, crg::Format::KRBI);
@@ -93,8 +93,8 @@ name_rules:
   EXPECT_TRUE(recipe.centreline.reverse);
   EXPECT_EQ(recipe.centreline.start_near_m, Eigen::Vector2d(12.5, -300.0));
   EXPECT_EQ(recipe.centreline.start_object, "START");
-  EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m, 0.25);
-  EXPECT_DOUBLE_EQ(recipe.sample.v_step_m, 0.05);
+  EXPECT_DOUBLE_EQ(recipe.reference_line.u_step_m.value(), 0.25);
+  EXPECT_DOUBLE_EQ(recipe.sample.v_step_m.value(), 0.05);
   EXPECT_DOUBLE_EQ(recipe.sample.v_max_m, 20.0);
   EXPECT_DOUBLE_EQ(recipe.smooth.window_u_m, 1.5);
   ASSERT_TRUE(recipe.T_global_mesh);
@@ -140,8 +140,10 @@ TEST(Recipe, ErrorsNameFileLineSeenAndWanted) {
   EXPECT_THAT(
       error_of("mesh: a.obj\n\nu_stepm: 1\n"),
       HasSubstr("track.yaml:3: unknown key 'u_stepm'; the nearest known one is 'u_step_m'"));
-  EXPECT_THAT(error_of("mesh: a.obj\nu_step_m: 50\n"),
-              HasSubstr("track.yaml:2: u_step_m: '50' seen, a number from 0.01 to 10 wanted"));
+  EXPECT_THAT(
+      error_of("mesh: a.obj\nu_step_m: 50\n"),
+      HasSubstr(
+          "track.yaml:2: u_step_m: '50' seen, automatic or a number from 0.001 to 10 wanted"));
   EXPECT_THAT(error_of("mesh: a.obj\nformat: XYZ\n"),
               HasSubstr("track.yaml:2: format: 'XYZ' seen, KRBI, KDBI, LRFI or LDFI wanted"));
   EXPECT_THAT(error_of("mesh: a.obj\nmesh: b.obj\n"), HasSubstr(":2: mesh: given twice"));

@@ -207,6 +207,7 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
     };
     const Decks decks = check_decks(road, drivable, 0, grid.rows(), height);
     std::printf(" decks: %zu nodes, %zu wrong, %zu on nothing named, %zu jumps\n", decks.checked, decks.wrong_deck, decks.elsewhere, decks.jumps);
+    EXPECT_TRUE(summary["validation"]["passed"]) << summary["validation"]["failures"].dump();
     EXPECT_EQ(decks.wrong_deck, 0u) << name;
     EXPECT_EQ(decks.jumps, 0u) << name;
     EXPECT_LE(nameless ? 0u : decks.elsewhere, 2u) << name;  // measured: 1 node at a hole's border on each of two tracks

@@ -102,10 +102,11 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       : clean.at("by_names").get<bool>() ? "by names"
                                          : "by shape",
       grid.at("rows").get<std::size_t>(), grid.at("columns").get<std::size_t>(),
-      number(grid.at("u_step_m")), recipe.sample.v_step_m, grid.at("holes").get<std::size_t>(),
-      sample.at("filled").get<std::size_t>(), sample.at("folds").size(),
-      s.at("kerb").at("kerbs").size(), 1e3 * number(s.at("smooth").at("largest_change_road_m")),
-      smoothed_waves(s.at("smooth")), validation.at("points").get<std::size_t>(),
+      number(grid.at("u_step_m")), number(grid.at("v_step_max_m")),
+      grid.at("holes").get<std::size_t>(), sample.at("filled").get<std::size_t>(),
+      sample.at("folds").size(), s.at("kerb").at("kerbs").size(),
+      1e3 * number(s.at("smooth").at("largest_change_road_m")), smoothed_waves(s.at("smooth")),
+      validation.at("points").get<std::size_t>(),
       1e3 * number(validation.at("z_error_m").at("p99")),
       1e3 * number(validation.at("z_error_m").at("max")), cost_text(result), result.crg_path,
       result.picture_path, result.summary_path);

@@ -15,8 +15,8 @@ int run_from_edges(const FromEdgesCommand& command, Terminal& terminal) {
   recipe.left_path = command.left;
   recipe.right_path = command.right;
   recipe.name = from_flags.name;
-  recipe.options.u_step_m = from_flags.reference_line.u_step_m;
-  recipe.options.v_step_m = from_flags.sample.v_step_m;
+  recipe.options.u_step_m = from_flags.reference_line.u_step_m.value_or(recipe.options.u_step_m);
+  recipe.options.v_step_m = from_flags.sample.v_step_m.value_or(recipe.options.v_step_m);
   recipe.format = from_flags.format;
   recipe.threads = from_flags.sample.threads;
   const road::BuildResult result = road::build_from_edges(recipe, command.output_dir, terminal.progress());

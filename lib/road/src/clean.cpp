@@ -55,6 +55,14 @@ constexpr double kModelScale = 10.0;
 constexpr double kOtherCircuitShare = 0.3;
 // A second look that makes the road longer than this has gone astray at a wide place.
 constexpr double kDetour = 1.01;
+// Of flat ground beyond this multiple of the road only a part can be road.
+constexpr double kMuchGround = 4.0;
+// All of the ground is a road when its longest way covers this much of it, this slim or slimmer.
+constexpr double kAllOfIt = 0.9;
+constexpr double kRingSlimness = 0.1;
+// A road by its shape that is narrower than this share of a ring this wide may be a lane of it.
+constexpr double kLaneShare = 0.7;
+constexpr double kWideRing_m = 16.0;
 // Two components whose corners lie this near, as a share of their size, are one road drawn twice.
 constexpr double kSameRoadShare = 0.02;
 
@@ -873,7 +881,7 @@ Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
 /// How much road a surface shows: the longest way through it, less what is not closed, and less
 /// what lies beside it.
 struct RoadShown {
-  double length_m = 0.0, share = 0.0;
+  double length_m = 0.0, share = 0.0, width_m = 0.0;
   bool closed = false;
   double worth() const { return length_m * (closed ? 1.0 : 0.6) * std::sqrt(share); }
 };
@@ -886,7 +894,59 @@ RoadShown road_shown(const Soup& soup) {
   const auto& points = ways[0].points_m;
   for (std::size_t i = 1; i < points.size(); ++i)
     way_m2 += 2.0 * ways[0].half_width_m[i] * (points[i] - points[i - 1]).head<2>().norm();
-  return {ways[0].length_m, std::min(1.0, way_m2 / graph.area_m2), ways[0].closed};
+  return {ways[0].length_m, std::min(1.0, way_m2 / graph.area_m2),
+          2.0 * median(ways[0].half_width_m), ways[0].closed};
+}
+
+/// The road by its shape. Where the flat ground as a whole is a closed road, shape must not find
+/// only a part of it: the whole is taken in place of an open strip, and a closed lane that is much
+/// narrower is doubted.
+Cleaning clean_by_shape(const Mesh& mesh, const Triangles& triangles,
+                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
+                        const CleanReport& facts) {
+  double flat_m2 = 0.0, road_m2 = 0.0;
+  std::vector<SurfaceClass> all_flat(mesh.triangles.size(), SurfaceClass::scenery);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!triangles.flat[t]) continue;
+    const double area_m2 =
+        0.5 * std::abs(area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).z());
+    all_flat[t] = SurfaceClass::road;
+    flat_m2 += area_m2;
+    if (by_shape[t] == SurfaceClass::road) road_m2 += area_m2;
+  }
+  std::optional<Cleaning> shaped;
+  std::optional<Error> refused;
+  try {
+    shaped = clean_classes(mesh, triangles, std::move(by_shape), options, facts, true);
+  } catch (const Error& error) {
+    refused = error;
+  }
+  std::optional<Cleaning> whole;
+  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround) {
+    try {
+      whole = clean_classes(mesh, triangles, std::move(all_flat), options, facts, true);
+    } catch (const Error&) {  // no road then
+    }
+  }
+  const RoadShown ground = whole ? road_shown(whole->soup) : RoadShown{};
+  const bool is_ring =
+      ground.closed && ground.share > kAllOfIt && ground.width_m < kRingSlimness * ground.length_m;
+  const RoadShown strip = shaped ? road_shown(shaped->soup) : RoadShown{};
+  if (is_ring && !strip.closed) {
+    whole->facts.remarks.push_back(fmt::format(
+        "all of the flat ground is one closed road of about {:.0f} m, {:.1f} m wide; its shape "
+        "alone tells no narrower road on it",
+        ground.length_m, ground.width_m));
+    return std::move(*whole);
+  }
+  if (!shaped) throw *refused;
+  if (is_ring && strip.width_m < kLaneShare * ground.width_m && ground.width_m < kWideRing_m)
+    shaped->facts.doubts.push_back(fmt::format(
+        "by its shape the road is {:.1f} m wide, on flat ground that is itself a closed road, "
+        "{:.1f} m wide: it may be one lane of it; take all of it by a rough line along its middle "
+        "(--guide FILE), or, if the line is right all the same, say so with --line-is-right",
+        strip.width_m, ground.width_m));
+  return std::move(*shaped);
 }
 
 /// Both ways of telling road from scenery, and of these the one that shows more of a road; says
@@ -905,8 +965,7 @@ Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
   };
   std::optional<Cleaning> shaped;
   try {
-    shaped =
-        clean_classes(mesh, triangles, std::move(by_shape), options, std::move(shape_facts), true);
+    shaped = clean_by_shape(mesh, triangles, std::move(by_shape), options, shape_facts);
   } catch (const Error&) {  // shape finds nothing: then it is for the names to say what is wrong
   }
   const RoadShown by_form = shaped ? road_shown(shaped->soup) : RoadShown{};
@@ -1048,7 +1107,7 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   if (guide) {
     cleaning = clean_along(mesh, *guide, triangles, options, std::move(facts));
   } else if (!facts.by_names) {
-    cleaning = clean_classes(mesh, triangles, std::move(by_shape), options, std::move(facts), true);
+    cleaning = clean_by_shape(mesh, triangles, std::move(by_shape), options, facts);
     cleaning.soup.compact();
     look_again(mesh, triangles, options, cleaning);
   } else if (options.use_names == UseNames::yes || options.near_m ||

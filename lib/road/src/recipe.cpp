@@ -88,6 +88,29 @@ RecipeKey number(std::string stage, std::string name, double low, double high, s
           }};
 }
 
+RecipeKey number_or_automatic(std::string stage, std::string name, double low, double high,
+                              std::string meaning,
+                              const std::function<std::optional<double>&(Recipe&)>& field) {
+  std::string wanted = fmt::format("automatic or {} to {}", low, high);
+  return {std::move(stage),
+          std::move(name),
+          wanted,
+          std::move(meaning),
+          false,
+          [=](Recipe& recipe, const std::string& text) {
+            field(recipe).reset();
+            if (text == "automatic") return;
+            const auto value = parse_number(text);
+            if (!value || *value < low || *value > high)
+              refuse(text, fmt::format("automatic or a number from {} to {}", low, high));
+            field(recipe) = *value;
+          },
+          [=](const Recipe& recipe) -> std::string {
+            const auto& value = field(const_cast<Recipe&>(recipe));  // only read here
+            return value ? fmt::format("{}", *value) : "automatic";
+          }};
+}
+
 template <class Integer>
 RecipeKey whole_number(std::string stage, std::string name, std::uint64_t low, std::uint64_t high,
                        std::string meaning,
@@ -296,20 +319,28 @@ std::vector<RecipeKey> make_keys() {
        },
        [](const Recipe& recipe) { return recipe.centreline.start_object.value_or(""); }});
   // reference line
-  keys.push_back(number("reference_line", "u_step_m", 0.01, 10.0, "step along the road",
-                        [](Recipe& r) -> double& { return r.reference_line.u_step_m; }));
+  keys.push_back(number_or_automatic(
+      "reference_line", "u_step_m", 0.001, 10.0,
+      "step along the road; automatic: 0.1, or a fortieth of the width of a narrow road",
+      [](Recipe& r) -> std::optional<double>& { return r.reference_line.u_step_m; }));
   // sample
-  keys.push_back(number("sample", "v_step_m", 0.01, 10.0, "step across the road",
-                        [](Recipe& r) -> double& { return r.sample.v_step_m; }));
+  keys.push_back(number_or_automatic(
+      "sample", "v_step_m", 0.001, 10.0, "step across the road; automatic as along it",
+      [](Recipe& r) -> std::optional<double>& { return r.sample.v_step_m; }));
   keys.push_back(number("sample", "v_max_m", 1.0, 100.0,
                         "how far from the reference line the grid reaches on both sides",
                         [](Recipe& r) -> double& { return r.sample.v_max_m; }));
-  keys.push_back(number("sample", "max_step_m", 0.01, 5.0,
-                        "a larger jump of height between neighbouring nodes ends the surface",
-                        [](Recipe& r) -> double& { return r.sample.max_step_m; }));
-  keys.push_back(number("sample", "max_gap_m", 0.0, 5.0,
-                        "gaps in the road up to this wide are filled and flagged",
-                        [](Recipe& r) -> double& { return r.sample.max_gap_m; }));
+  keys.push_back(
+      number_or_automatic("sample", "max_step_m", 0.001, 5.0,
+                          "a larger jump of height between neighbouring nodes ends the surface; "
+                          "automatic: 0.3, less on "
+                          "a narrow road",
+                          [](Recipe& r) -> std::optional<double>& { return r.sample.max_step_m; }));
+  keys.push_back(number_or_automatic(
+      "sample", "max_gap_m", 0.0, 5.0,
+      "gaps in the road up to this wide are filled and flagged; automatic: 0.3, less on a narrow "
+      "road",
+      [](Recipe& r) -> std::optional<double>& { return r.sample.max_gap_m; }));
   // kerb
   keys.push_back(number("kerb", "kerb_max_extra_columns_share", 0.0, 10.0,
                         "most columns added at kerbs, as a share of the even ones",

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "road/error.h"
+#include "road_graph.h"
 
 namespace road {
 
@@ -147,11 +148,23 @@ double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::n
 
 }  // namespace
 
+double automatic_step_m(const Centreline& centreline) {
+  constexpr double kUsual_m = 0.1, kStepsAcross = 40.0;
+  if (centreline.half_width_m.empty()) return kUsual_m;
+  const double wanted_m = 2.0 * median(centreline.half_width_m) / kStepsAcross;
+  if (!(wanted_m > 0.0) || wanted_m >= kUsual_m) return kUsual_m;
+  const double decade_m = std::pow(10.0, std::floor(std::log10(wanted_m)));
+  for (const double nice : {5.0, 2.0})
+    if (nice * decade_m <= wanted_m) return nice * decade_m;
+  return decade_m;
+}
+
 crg::ReferenceLine fit_reference_line(const Centreline& centreline, const ReferenceLineOptions& options,
                                       ReferenceLineReport* report) {
   const std::size_t n = centreline.points_m.size();
   if (n < 4) throw Error(fmt::format("{} centreline stations; a reference line needs at least 4", n));
-  if (!(options.u_step_m > 0.0)) throw Error(fmt::format("u_step_m is {}; wanted > 0", options.u_step_m));
+  const double u_step_m = options.u_step_m.value_or(automatic_step_m(centreline));
+  if (!(u_step_m > 0.0)) throw Error(fmt::format("u_step_m is {}; wanted > 0", u_step_m));
 
   // Work near zero: squares of UTM coordinates would cost the fit its last millimetres.
   const Vector2d origin = centreline.points_m[0].head<2>();
@@ -160,8 +173,9 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
   for (const auto& p : centreline.points_m) points.emplace_back(p.head<2>() - origin);
   for (std::size_t i = 1; i < n; ++i) t.push_back(t.back() + (points[i] - points[i - 1]).norm());
   const double length_t = t.back() + (centreline.closed ? (points[0] - points[n - 1]).norm() : 0.0);
-  if (length_t < 10.0 * options.u_step_m) {
-    throw Error(fmt::format("the centreline is {:.2f} m long; wanted at least ten steps of {} m", length_t, options.u_step_m));
+  if (length_t < 10.0 * u_step_m) {
+    throw Error(fmt::format("the centreline is {:.2f} m long; wanted at least ten steps of {} m",
+                            length_t, u_step_m));
   }
   const double model_scale = model_scale_of(centreline);
   const PlaneSpline spline = fit_spline(points, t, length_t, centreline.closed, model_scale);
@@ -179,9 +193,9 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
 
   crg::ReferenceLine line;
   line.closed = centreline.closed;
-  const auto steps = static_cast<std::size_t>(
-      line.closed ? std::round(length_m / options.u_step_m) : std::floor(length_m / options.u_step_m));
-  line.u_step_m = line.closed ? (length_m - kClosingGap_m) / static_cast<double>(steps) : options.u_step_m;
+  const auto steps = static_cast<std::size_t>(line.closed ? std::round(length_m / u_step_m)
+                                                          : std::floor(length_m / u_step_m));
+  line.u_step_m = line.closed ? (length_m - kClosingGap_m) / static_cast<double>(steps) : u_step_m;
   // Equal chords all round, the last node kClosingGap_m short of the first.
   for (int round = 0; round < 5; ++round) {
     line.x_m.assign(1, spline.at(0.0).x());

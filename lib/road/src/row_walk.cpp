@@ -119,7 +119,7 @@ bool RowWalk::end_rows(Side& side, double v_m) const {
   for (std::size_t k = 0; k < rows_; ++k) {
     if (side.packet.active[k] == 0 || std::abs(v_m) <= static_cast<double>(side.limit_m[k])) continue;
     side.packet.active[k] = 0;
-    side.cut[k] = std::abs(v_m - side.last_v_m[k]) < 2.0 * options_.v_step_m;
+    side.cut[k] = std::abs(v_m - side.last_v_m[k]) < 2.0 * *options_.v_step_m;
   }
   find_nearest_limit(side);
   return side.nearest_limit_m >= 0.0;
@@ -155,7 +155,7 @@ void RowWalk::find_nearest_limit(Side& side) const {
   const auto z_m = reinterpret_cast<Floats16>(reinterpret_cast<Ints16>(hit_z_m) | missed);
   const auto& triangle = lanes<const Ints16>(side.packet.triangle.data());
   // The bits of floats without sign are in the order of the floats, NaN last.
-  const auto step = std::bit_cast<std::int32_t>(static_cast<float>(options_.max_step_m));
+  const auto step = std::bit_cast<std::int32_t>(static_cast<float>(*options_.max_step_m));
   const Ints16 change = reinterpret_cast<Ints16>(z_m - side.last_z_m) & std::numeric_limits<std::int32_t>::max();
   const Ints16 far = (step - change) & std::numeric_limits<std::int32_t>::min(), other = triangle ^ side.triangle;
   const auto column = static_cast<std::size_t>(side.column);
@@ -183,7 +183,7 @@ void RowWalk::take_one_by_one(Side& side) {
     if (side.packet.active[k] == 0) continue;
     const double gap_m = std::abs(v_m - side.last_v_m[k]);
     // Across a gap the surface may have climbed with any slope a road has.
-    const double reach_m = options_.max_step_m + 0.5 * std::max(0.0, gap_m - options_.v_step_m);
+    const double reach_m = *options_.max_step_m + 0.5 * std::max(0.0, gap_m - *options_.v_step_m);
     float z = height_m(side.packet, k);
     std::uint32_t triangle = side.packet.triangle[k];
     if (!(std::abs(z - side.last_z_m[k]) <= static_cast<float>(reach_m)) && !std::isnan(z)) {
@@ -198,7 +198,8 @@ void RowWalk::take_one_by_one(Side& side) {
       z_m[k] = side.last_z_m[k] = z;
       class_[column * rows_ + k] = road_.class_of_triangle[triangle];
       side.last_v_m[k] = v_m;
-    } else if (gap_m > options_.max_gap_m + options_.v_step_m && std::abs(v_m) > guide_.half_width_m[first_row_ + k]) {
+    } else if (gap_m > *options_.max_gap_m + *options_.v_step_m &&
+               std::abs(v_m) > guide_.half_width_m[first_row_ + k]) {
       side.packet.active[k] = 0;  // outside the known road, a gap ends the surface; inside it is a hole
       ended = true;
     }

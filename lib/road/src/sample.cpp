@@ -10,6 +10,7 @@
 #include "crg/huge_pages.h"
 #include "road/error.h"
 #include "road/parallel.h"
+#include "road/reference_line.h"
 #include "row_walk.h"
 #include "u_ranges.h"
 
@@ -216,25 +217,35 @@ void refuse_narrow(const Centreline& centreline, double least_m) {
 }
 
 void check(const crg::ReferenceLine& line, const Centreline& centreline, const RaySurface& surface, const SampleOptions& options) {
+  const double v_step_m = *options.v_step_m;
   if (line.size() < 2) throw Error("the reference line has fewer than two nodes");
   if (centreline.points_m.size() < 2) throw Error("the centreline has fewer than two stations");
-  if (!(options.v_step_m > 0.0) || !(options.v_max_m >= options.v_step_m)) {
-    throw Error(fmt::format("v_step_m is {} and v_max_m is {}; wanted 0 < v_step_m <= v_max_m", options.v_step_m, options.v_max_m));
+  if (!(v_step_m > 0.0) || !(options.v_max_m >= v_step_m)) {
+    throw Error(fmt::format("v_step_m is {} and v_max_m is {}; wanted 0 < v_step_m <= v_max_m",
+                            v_step_m, options.v_max_m));
   }
-  const double nodes = static_cast<double>(line.size()) * (2.0 * std::floor(options.v_max_m / options.v_step_m) + 1.0);
+  const double nodes =
+      static_cast<double>(line.size()) * (2.0 * std::floor(options.v_max_m / v_step_m) + 1.0);
   if (nodes > static_cast<double>(options.max_nodes)) {
     throw Error(fmt::format("the grid would have {:.3g} nodes, more than the limit of {:.3g}; take larger steps "
                             "(--u-step-m, --v-step-m), a smaller --v-max-m, or raise max_nodes", nodes,
                             static_cast<double>(options.max_nodes)));
   }
-  refuse_coarse_floats(line, surface, std::min(line.u_step_m, options.v_step_m));
-  refuse_narrow(centreline, 2.0 * options.v_step_m);
+  refuse_coarse_floats(line, surface, std::min(line.u_step_m, v_step_m));
+  refuse_narrow(centreline, 2.0 * v_step_m);
 }
 
 }  // namespace
 
-SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line,
-                        const Centreline& centreline, const SampleOptions& options, SampleReport* report) {
+SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
+                        const crg::ReferenceLine& line, const Centreline& centreline,
+                        const SampleOptions& asked, SampleReport* report) {
+  const double automatic_m = automatic_step_m(centreline), scale = automatic_m / 0.1;
+  const double v_step_m = asked.v_step_m.value_or(automatic_m);
+  SampleOptions options = asked;
+  options.v_step_m = v_step_m;
+  options.max_step_m = asked.max_step_m.value_or(0.3 * scale);
+  options.max_gap_m = asked.max_gap_m.value_or(0.3 * scale);
   check(line, centreline, surface, options);
   const RowGuide guide = guide_rows(line, centreline);
   std::vector<Crossing> crossings = find_crossings(line, guide.z_m);
@@ -243,8 +254,9 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
   SampledGrid out;
   out.grid.u_begin_m = line.u_begin_m;
   out.grid.u_step_m = line.u_step_m;
-  const auto half = static_cast<std::ptrdiff_t>(std::floor(options.v_max_m / options.v_step_m + 1e-9));
-  for (std::ptrdiff_t j = -half; j <= half; ++j) out.grid.v_m.push_back(static_cast<double>(j) * options.v_step_m);
+  const auto half = static_cast<std::ptrdiff_t>(std::floor(options.v_max_m / v_step_m + 1e-9));
+  for (std::ptrdiff_t j = -half; j <= half; ++j)
+    out.grid.v_m.push_back(static_cast<double>(j) * v_step_m);
   const std::size_t columns = out.grid.v_m.size();
   crg::reserve_huge(out.grid.z_m, line.size() * columns);
   crg::reserve_huge(out.surface_class, line.size() * columns);
@@ -284,7 +296,7 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface, const c
     const RowsReached& ends = reached[i / kWalkRows];
     if (!ends.empty()) spans[i] = span_of(&out.provenance[i * kept], ends.first_column - first_column, ends.end_column - first_column);
   }
-  const std::size_t filled = fill_gaps(out, spans, options.max_gap_m);
+  const std::size_t filled = fill_gaps(out, spans, *options.max_gap_m);
   if (line.closed) {
     const std::size_t last = (line.size() - 1) * kept;
     std::copy_n(out.grid.z_m.begin(), kept, out.grid.z_m.begin() + static_cast<std::ptrdiff_t>(last));

@@ -26,7 +26,7 @@ Json json_of(const Recipe& recipe) {
     const std::string text = key.show(recipe);
     if (text.empty())
       out[key.name] = nullptr;
-    else if (key.is_text)
+    else if (key.is_text || !Json::accept(text))  // "automatic" in place of a number
       out[key.name] = text;
     else
       out[key.name] = Json::parse(text);

@@ -1,13 +1,16 @@
 // From the raw centreline to the reference line of a CRG: uniform steps, smooth heading, closed.
 #pragma once
 
+#include <optional>
+
 #include "crg/reference_line.h"
 #include "road/centreline.h"
 
 namespace road {
 
 struct ReferenceLineOptions {
-  double u_step_m = 0.1;       ///< wanted step; a closed line changes it by < 0.1 % to close
+  /// Wanted step; a closed line changes it by < 0.1 % to close. Absent: automatic_step_m().
+  std::optional<double> u_step_m = {};
 };
 
 struct ReferenceLineReport {
@@ -19,6 +22,9 @@ struct ReferenceLineReport {
   double fit_residual_max_m = 0.0;
   double min_radius_m = 0.0;
 };
+
+/// 0.1 m; on a road less than 4 m wide (median) a fortieth of its width, rounded down to 1, 2 or 5.
+double automatic_step_m(const Centreline& centreline);
 
 /// The line passes within the report's residual of the stations. Its z_m and banking are empty.
 crg::ReferenceLine fit_reference_line(const Centreline& centreline, const ReferenceLineOptions& options = {},

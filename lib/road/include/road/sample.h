@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,10 +19,12 @@ namespace road {
 enum class Provenance : std::uint8_t { none, mesh, filled };
 
 struct SampleOptions {
-  double v_step_m = 0.1;
+  std::optional<double> v_step_m = {};  ///< absent: automatic_step_m()
   double v_max_m = 15.0;           ///< on both sides of the reference line
-  double max_step_m = 0.3;         ///< a larger jump of z between neighbouring nodes ends the surface
-  double max_gap_m = 0.3;          ///< misses up to this wide inside the road are filled and flagged
+  /// A larger jump of z between neighbouring nodes ends the surface. Absent: three automatic steps.
+  std::optional<double> max_step_m = {};
+  /// Misses up to this wide inside the road are filled and flagged. Absent: three automatic steps.
+  std::optional<double> max_gap_m = {};
   unsigned threads = 0;            ///< 0 = all cores; any number gives the same bytes
   std::size_t max_nodes = 400'000'000;  ///< asked before allocation; 6 bytes each
 };
