@@ -85,6 +85,7 @@ Linearisation linearise(const Car<double>& car, double speed_mps,
       State<double> next = s, rate;
       Detail<double> scratch;
       derivative(car, s, in, road, cursors, rate, scratch);
+      settle_frictions(car, h, rate, scratch);
       integrate(car, next, rate, scratch, {h, integrator});
       return next;
     };

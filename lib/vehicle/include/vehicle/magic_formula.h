@@ -125,6 +125,22 @@ Condition<T> condition(const TyreCoefficients& t, const TyreFactors<T>& f, const
   return c;
 }
 
+/// (4.E13), `gamma` scaled by LGAX.
+template <class T>
+T peak_friction_x(const TyreCoefficients& t, const TyreFactors<T>& f, const T& dfz, const T& dpi,
+                  const T& gamma) {
+  return (t.pdx1 + t.pdx2 * dfz) * (1.0 + dpi * (t.ppx3 + t.ppx4 * dpi)) *
+         (1.0 - t.pdx3 * gamma * gamma) * (t.lmux * f.grip_x);
+}
+
+/// (4.E23), `gamma` scaled by LGAY.
+template <class T>
+T peak_friction_y(const TyreCoefficients& t, const TyreFactors<T>& f, const T& dfz, const T& dpi,
+                  const T& gamma) {
+  return (t.pdy1 + t.pdy2 * dfz) * (1.0 + dpi * (t.ppy3 + t.ppy4 * dpi)) *
+         (1.0 - t.pdy3 * (gamma * gamma)) * t.lmuy * f.grip_y;
+}
+
 /// What the pure side force at one inclination consists of; the moment needs the parts.
 template <class T>
 struct SideForce {
@@ -139,8 +155,7 @@ SideForce<T> pure_side_force(const TyreCoefficients& t, const TyreFactors<T>& f,
   const T gamma = g * t.lgay;
   const T gamma2 = gamma * gamma;
   SideForce<T> out;
-  out.mu = (t.pdy1 + t.pdy2 * dfz) * (1.0 + dpi * (t.ppy3 + t.ppy4 * dpi)) *
-           (1.0 - t.pdy3 * gamma2) * t.lmuy * f.grip_y;
+  out.mu = peak_friction_y(t, f, dfz, dpi, gamma);
   // (4.E8): below lambda = 0.1 the shifts fade with the grip.
   const T lambda = t.lmuy * f.grip_y;
   const T shift_lambda = 10.0 * lambda / (1.0 + 9.0 * lambda);
@@ -223,8 +238,7 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   const T shift_vx =
       fz * (t.pvx1 + t.pvx2 * dfz) * t.lvx * (10.0 * lambda_x / (1.0 + 9.0 * lambda_x));
   const T kappa_x = kappa + shift_hx;
-  out.mu_x = (t.pdx1 + t.pdx2 * dfz) * (1.0 + dpi * (t.ppx3 + t.ppx4 * dpi)) *
-             (1.0 - t.pdx3 * gamma_x * gamma_x) * lambda_x;
+  out.mu_x = peak_friction_x(t, factors, dfz, dpi, T(gamma_x));
   const T d_x = out.mu_x * fz;
   const T c_x = T(t.pcx1 * t.lcx);
   const T e_x = at_most_one((t.pex1 + dfz * (t.pex2 + t.pex3 * dfz)) *
@@ -346,6 +360,20 @@ Stiffness<T> tyre_stiffness(const TyreCoefficients& t, const T& fz_n, const T& p
   const auto at = tyre_detail::condition(t, f, fz_n, pressure_pa);
   return {at.beyond * tyre_detail::slip_stiffness(t, f, at.fz, at.dfz, at.dpi),
           at.beyond * tyre_detail::cornering_stiffness(t, f, at.fz, at.dpi, T(0))};
+}
+
+/// Peak friction coefficients of the upright tyre, without what sliding speed takes (LMUV).
+template <class T>
+struct Friction {
+  T x, y;
+};
+
+template <class T>
+Friction<T> peak_friction(const TyreCoefficients& t, const T& fz_n, const T& pressure_pa,
+                          const TyreFactors<T>& f = {}) {
+  const auto at = tyre_detail::condition(t, f, fz_n, pressure_pa);
+  return {tyre_detail::peak_friction_x(t, f, at.dfz, at.dpi, T(0)),
+          tyre_detail::peak_friction_y(t, f, at.dfz, at.dpi, T(0))};
 }
 
 /// Effective rolling radius of a tyre with free radius `free_radius_m` at its speed. Empirical in
