@@ -20,9 +20,10 @@ std::string sentences(const vehicle::LapResult& result) {
   text += fmt::format(
       "top speed {:.1f} m/s; at most {:.2f} m off the line; a wheel came within {:.2f} m of the "
       "road's edge, "
-      "{} of {} steps with a wheel off the road; swings at the step: {:.4f} % of the static load\n",
+      "{} of {} steps with a wheel off the road; swings at the step: {:.4f} %\n",
       result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
       result.steps, 100.0 * result.step_swing);
+  if (!result.swing_warning.empty()) text += result.swing_warning + "\n";
   const double sum = result.energy_j.sum();
   text += fmt::format(
       "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
@@ -45,9 +46,16 @@ nlohmann::ordered_json numbers(const LapCommand& command, const vehicle::LapResu
           {"steps", result.steps},
           {"steps_off_road", result.steps_off_road},
           {"step_swing", result.step_swing},
+          {"swing_warning", result.swing_warning},
           {"energy_j",
-           {{"engine", e.engine}, {"drag", e.drag}, {"brakes", e.brake}, {"tyres", e.tyre_x + e.tyre_y + e.tyre_moment},
-            {"driveline", e.driveline}, {"dampers", e.damper}, {"sum", e.sum()}, {"change", result.energy_change_j}}},
+           {{"engine", e.engine},
+            {"drag", e.drag},
+            {"brakes", e.brake},
+            {"tyres", e.tyre_x + e.tyre_y + e.tyre_moment},
+            {"driveline", e.driveline},
+            {"dampers", e.damper},
+            {"sum", e.sum()},
+            {"change", result.energy_change_j}}},
           {"telemetry", command.out_path}};
 }
 

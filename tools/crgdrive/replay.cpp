@@ -41,6 +41,7 @@ void print_result(const vehicle::ReplayResult& result, Terminal& terminal) {
              result.windows, result.standing, result.too_short, result.problems.size()));
   for (std::size_t i = 0; i < std::min<std::size_t>(5, result.problems.size()); ++i)
     terminal.print(fmt::format("  {}\n", result.problems[i]));
+  if (!result.swing_warning.empty()) terminal.print(result.swing_warning + "\n");
   terminal.print(fmt::format("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples", "max", "RMSE",
              "hold RMSE", "trend RMSE"));
   for (const vehicle::ChannelError& e : result.errors)
@@ -52,9 +53,17 @@ nlohmann::ordered_json numbers(const vehicle::Recording& recording, const vehicl
   nlohmann::ordered_json errors = nlohmann::ordered_json::object();
   for (const vehicle::ChannelError& e : result.errors)
     errors[e.channel] = {{"samples", e.samples}, {"max", e.max}, {"rmse", e.rmse}, {"hold_rmse", e.hold_rmse}, {"trend_rmse", e.trend_rmse}};
-  return {{"rows", recording.table.rows()}, {"step_s", recording.step_s}, {"stretches", recording.stretches.size()},
-          {"driven_by", result.driven_by}, {"windows", result.windows}, {"standing", result.standing},
-          {"too_short", result.too_short}, {"problems", result.problems}, {"errors", errors}};
+  return {{"rows", recording.table.rows()},
+          {"step_s", recording.step_s},
+          {"stretches", recording.stretches.size()},
+          {"driven_by", result.driven_by},
+          {"windows", result.windows},
+          {"standing", result.standing},
+          {"too_short", result.too_short},
+          {"problems", result.problems},
+          {"step_swing", result.step_swing},
+          {"swing_warning", result.swing_warning},
+          {"errors", errors}};
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "vehicle/error.h"
+#include "vehicle/step_swing.h"
 #include "vehicle/work.h"
 
 namespace vehicle {
@@ -21,39 +22,6 @@ void add(Powers<double>& sum, const Powers<double>& work) {
         &Powers<double>::fuel})
     sum.*member += work.*member;
 }
-
-/// Looks for wheel forces that go up in one step and down in the next, on and on.
-class StepSwing {
- public:
-  void look(const Car<double>& car, const Detail<double>& detail) {
-    for (std::size_t k = 0; k < 3 * kWheels; ++k) {
-      const std::size_t i = k / 3;
-      const WheelDetail<double>& wheel = detail.wheel[i];
-      const double force = k % 3 == 0 ? wheel.fz_n : k % 3 == 1 ? wheel.fx_n : wheel.fy_n;
-      Force& w = force_[k];
-      const double change = force - w.force_n;
-      w.force_n = force;
-      w.run = change * w.changes[w.next] < 0.0 ? w.run + 1 : 0;
-      w.next = (w.next + 1) % kRun;
-      w.changes[w.next] = change;
-      if (w.run < kRun) continue;
-      double least = std::abs(change);
-      for (const double one : w.changes) least = std::min(least, std::abs(one));
-      largest_ = std::max(largest_, least / car.static_load_n[axle_of(i)]);
-    }
-  }
-  double largest() const { return largest_; }
-
- private:
-  static constexpr std::size_t kRun = 12;
-  struct Force {
-    double force_n = 0.0;
-    std::array<double, kRun> changes{};
-    std::size_t next = 0, run = 0;
-  };
-  std::array<Force, 3 * kWheels> force_;
-  double largest_ = 0.0;
-};
 
 }  // namespace
 
@@ -107,7 +75,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
       break;
     }
     add(out.energy_j, work_of_step(car, before, sim.state, detail, options.step));
-    swing.look(car, detail);
+    swing.look(car, before, detail);
     bool off = false;
     for (const WheelDetail<double>& wheel : detail.wheel) {
       off = off || !wheel.road.on_road;
@@ -163,6 +131,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
     }
   }
   out.step_swing = swing.largest();
+  out.swing_warning = swing.warning(options.step);
   out.complete = static_cast<int>(out.lap_s.size()) == laps;
   out.energy_change_j = energy(car, sim.state) - energy_begin;
   out.telemetry = recorder.table();

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "vehicle/error.h"
+#include "vehicle/step_swing.h"
 #include "vehicle/telemetry.h"
 
 namespace vehicle {
@@ -492,6 +493,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
     int gear = begin.gear;
     std::size_t next = window.first, row = window.settle;
     bool settled = false, have_before = false;
+    StepSwing swing;
     for (std::int64_t n = 0; next < window.end; ++n) {
       if (options.progress && n % 4096 == 0)
         options.progress("replay", static_cast<double>(next) / static_cast<double>(time.size()));
@@ -515,6 +517,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
                         describe(result, t - time.front(), under.u_m, under.v_m)));
         break;
       }
+      swing.look(car, state, detail);
       // A recorded row lies between two steps: both are written down, the row on their line.
       if (!settled || time[next] > t + 1.5 * h) {
         have_before = false;
@@ -539,6 +542,10 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
       have_before = true;
     }
     last = sim;
+    if (swing.largest() > out.step_swing) {
+      out.step_swing = swing.largest();
+      out.swing_warning = swing.warning(options.step);
+    }
   }
   if (out.windows == 0)
     throw Error(

@@ -36,10 +36,8 @@ struct LapResult {
   double least_edge_m = 0.0;         ///< smallest distance of a wheel to the edge of the v range
   std::size_t steps_off_road = 0;    ///< steps with a wheel beside the grid or over a hole
   double top_mps = 0.0;
-  /// Largest change of a wheel's load, longitudinal or side force from step to step that went back
-  /// and forth over 12 steps, as a share of the static load: an integration that is about to become
-  /// unstable swings at its step.
-  double step_swing = 0.0;
+  double step_swing = 0.0;    ///< StepSwing::largest()
+  std::string swing_warning;  ///< StepSwing::warning()
   std::size_t steps = 0;
   Powers<double> energy_j;       ///< what each power added up to, over all laps
   double energy_change_j = 0.0;  ///< change of the car's energy over the same steps

@@ -21,9 +21,13 @@ struct Linearisation {
   /// Largest step of Integrator::kExplicitEuler, to 5 %, up to which no eigenvalue of a step is
   /// above 1; looked for from 0.2 to 10 ms, slow eigenvalues (within 1e-3 of 1) left out.
   double euler_step_s = 0.0;
-  /// Largest magnitude of the eigenvalues of one step, without those within 1e-3 of 1.
+  /// Largest magnitude of the eigenvalues of one step, without those within 1e-3 of 1, and how far
+  /// the car swings at that step in the half second after settling (StepSwing::largest(); infinite
+  /// where a step fails): frictions that stick and limits also swing where the eigenvalues of one
+  /// point tell nothing.
   struct Radius {
     double step_s, explicit_euler, semi_implicit;
+    double explicit_swing, semi_implicit_swing;
   };
   std::vector<Radius> radii;  ///< one per step asked for; above 1: oscillates or grows
 };

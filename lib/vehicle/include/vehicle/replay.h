@@ -40,6 +40,8 @@ struct ReplayResult {
       0;  ///< stretches of the recording shorter than settling and a tenth of a second
   std::vector<std::string> problems;  ///< windows that ended early: one sentence each
   std::vector<ChannelError> errors;
+  double step_swing = 0.0;    ///< StepSwing::largest() of the window where it was largest
+  std::string swing_warning;  ///< StepSwing::warning() of that window
   Table telemetry;  ///< simulated channels and `window` (from 1) at the recorded times
 };
 
