@@ -98,6 +98,50 @@ TEST(Lap, TakesTheSameTimeToTheBit) {
   EXPECT_NEAR(a.telemetry.columns[0][1] - a.telemetry.columns[0][0], 0.01, 1e-12);
 }
 
+// The place in the telemetry goes on along the road where another part of it lies above or below.
+TEST(Lap, KnowsItsPlaceUnderABridge) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(spiral(8.0));
+  LapOptions options;
+  options.record_every = 1;
+  const LapResult r = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(r.complete) << r.problem;
+  const std::vector<double>& u_m = *r.telemetry.find("u_m");
+  double most = 0.0;
+  for (std::size_t i = 1; i < u_m.size(); ++i) most = std::max(most, std::abs(u_m[i] - u_m[i - 1]));
+  EXPECT_LT(most, 0.05);  // 30 m/s inside the bend, a millisecond apart
+  EXPECT_GT(u_m.back(), 270.0);
+}
+
+// An open road: wheels on it from the begin, no faster than the car can be, once.
+TEST(Lap, BeginsAndEndsOnAnOpenRoad) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(straight(600.0, 0.5, [](double, double) { return 0.0; }));
+  LapOptions options;
+  options.record_every = 1;
+  options.step.stop_off_road = true;
+  const LapResult r = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(r.complete) << r.problem;
+  EXPECT_EQ(r.steps_off_road, 0u);
+  // Where drag takes all that the engine gives, the car begins neither faster nor slower on.
+  const double begin_mps = r.telemetry.find("vx_mps")->front();
+  EXPECT_LT(begin_mps, 90.0);
+  EXPECT_NEAR(r.telemetry.find("vx_mps")->back(), begin_mps, 2.0);
+  options.speed.begin_mps = 20.0;
+  const LapResult slow = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(slow.complete) << slow.problem;
+  EXPECT_NEAR(slow.telemetry.find("vx_mps")->front(), 20.0, 0.01);
+  options.laps = 2;
+  try {
+    drive_laps(car, Road(surface), options);
+    ADD_FAILURE() << "two laps of an open road were driven";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("2 laps of an open road"));
+  }
+}
+
 TEST(Lap, NamesThePlaceWithoutRoad) {
   const Vehicle v = racer();
   const Car<double> car = make_car(v.files, v.parameters, v.terms);

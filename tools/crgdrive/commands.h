@@ -56,6 +56,7 @@ struct LapCommand {
   bool standing = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
   double grip_usage = 0.75;
+  double begin_mps = 0.0;  ///< 0: as fast as the engine holds
   double margin_m = 2.0;
   double rate_hz = 100.0;
 };

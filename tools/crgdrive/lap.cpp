@@ -75,6 +75,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
   options.disc_k = command.disc_k;
   options.fuel_kg = command.fuel_kg;
   options.speed.grip_usage = command.grip_usage;
+  options.speed.begin_mps = command.begin_mps;
   options.line.margin_m = command.margin_m;
   options.step = step_options(command.car);
   options.progress = terminal.progress();

@@ -90,6 +90,10 @@ int main(int argc, char** argv) {
                       "Device configuration: telemetry as sensors measure it; without: ideal");
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
+  lap_app
+      ->add_option("--begin-mps", lap.begin_mps,
+                   "Speed at the begin of an open road, m/s; 0: as fast as the engine holds there")
+      ->check(CLI::Range(0.0, 110.0));
   lap_app->add_option("--tyre-k", lap.tyre_k, "Tyre temperature at the start, K (cold: 295)")
       ->check(CLI::Range(200.0, 500.0));
   lap_app->add_option("--disc-k", lap.disc_k, "Brake disc temperature at the start, K")

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "vehicle/error.h"
 #include "vehicle/step_swing.h"
@@ -489,7 +490,8 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
                       window.settle, stretch_end(recording, window)};
     Driver driver = driver_at(line, begin.x_m, begin.y_m, begin.gear, options.driver);
     Detail<double> detail{};
-    crg::Cursor cursor;
+    std::optional<RoadTracker> tracker;
+    if (road.surface() != nullptr) tracker.emplace(*road.surface());
     int gear = begin.gear;
     std::size_t next = window.first, row = window.settle;
     bool settled = false, have_before = false;
@@ -524,7 +526,9 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
         continue;
       }
       crg::UV place{state[kX], state[kY]};
-      if (road.surface() != nullptr) place = road.surface()->uv_of_xy(state[kX], state[kY], cursor);
+      if (tracker)
+        place = tracker->at(state[kX], state[kY],
+                            state[kZ] - car.parameters[Parameter::chassis_cog_height_m]);
       fill_telemetry(t, state, detail, c, place.u_m, place.v_m, now);
       for (; next < window.end && time[next] <= t + 1e-9; ++next) {
         between = now;

@@ -44,8 +44,9 @@ struct LapResult {
   Table telemetry;
 };
 
-/// Drives laps of a road; an open road is driven once, from its begin to its end. The same
-/// arguments give the same result to the bit. Throws Error when no line can be planned.
+/// Drives laps of a road; an open road is driven once, with all wheels on it from its begin to its
+/// end. The same arguments give the same result to the bit. Throws Error when no line can be
+/// planned, and when several laps of an open road are asked for.
 LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions& options = {});
 
 }  // namespace vehicle
