@@ -100,8 +100,11 @@ int lap(const LapCommand& command, Terminal& terminal) {
     std::vector<std::string> files{command.track_path};
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.devices_path.empty()) files.push_back(command.devices_path);
-    files::write_file(command.out_path, provenance("lap", v, command.car, files) +
-                                            vehicle::format_table(result.telemetry));
+    files::write_file(command.out_path,
+                      provenance("lap", v, command.car, files) +
+                          fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n",
+                                      command.fuel_kg, command.tyre_k, command.disc_k) +
+                          vehicle::format_table(result.telemetry));
   }
   if (!result.complete) throw vehicle::Error(result.problem);
   return kOk;

@@ -64,6 +64,7 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
   if (!command.out_path.empty())
     files::write_file(command.out_path,
                       provenance("manoeuvre " + command.kind, v, command.car, files) +
+                          fmt::format("# start fuel_kg={:g}\n", command.fuel_kg) +
                           vehicle::format_table(r.telemetry));
   if (!r.complete) throw vehicle::Error(r.problem);
   return kOk;

@@ -96,7 +96,10 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
     if (!command.mapping_path.empty()) files.push_back(command.mapping_path);
     std::filesystem::create_directories(command.out_path);
     const std::filesystem::path folder(command.out_path);
-    const std::string from = provenance("replay", v, command.car, files);
+    const std::string from =
+        provenance("replay", v, command.car, files) +
+        fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g} where not recorded\n",
+                    command.fuel_kg, command.tyre_k, command.disc_k);
     files::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
     files::write_file((folder / "replay.csv").string(),
                       from + vehicle::format_table(result.telemetry, 17));

@@ -384,8 +384,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       const T& k = amplitude(Term::tyre_relaxation);
       const Stiffness<T> origin =
           tyre_stiffness(tyre, w.fz_n, p.axle(a, P::front_tyre_pressure_pa), factors);
-      const Relaxation<T> sigma =
-          relaxation_lengths(tyre, w.fz_n, origin.slip_n, origin.cornering_npr);
+      const Relaxation<T> sigma = relaxation_lengths(
+          tyre, w.fz_n, origin.slip_n, origin.cornering_npr, T(w.camber_rad * factors.camber),
+          p.axle(a, P::front_tyre_pressure_pa));
       w.decay_x_1ps = transport_x / sigma.longitudinal_m;
       w.decay_y_1ps = transport_y / sigma.lateral_m;
       // Carcass: spring and damper side by side, in series with the patch, which slides by what the
@@ -461,6 +462,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     }
     if (active(Term::rolling_resistance))
       couple += (amplitude(Term::rolling_resistance) * f.my_nm) * w.left;
+
+    if (files.fx_arm == FxArm::kRollingRadius)
+      couple -= (w.fx_n * (w.rolling_radius_m - radius)) * axis[i];
 
     const Vec3<T> tangential = w.fx_n * w.heading + w.fy_n * w.left;
     const Vec3<T> contact_force = w.fz_n * n + tangential;
