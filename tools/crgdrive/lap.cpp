@@ -64,10 +64,7 @@ nlohmann::ordered_json numbers(const LapCommand& command, const vehicle::LapResu
 int lap(const LapCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
-  crg::SurfaceOptions surface_options;
-  if (!command.friction_path.empty())
-    surface_options.friction_map = crg::read(command.friction_path);
-  const crg::Surface surface(crg::read(command.track_path), surface_options);
+  const crg::Surface surface = read_road(command.track_path, command.friction_path, terminal);
   vehicle::LapOptions options;
   options.laps = command.laps;
   options.standing = command.standing;
@@ -83,7 +80,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
   if (live.wanted()) options.on_row = [&](const vehicle::Table& table) { live.row(table); };
   options.record_every = command.out_path.empty() && !live.wanted()
                              ? 0
-                             : steps_per_row(command.rate_hz, options.step.step_s);
+                             : steps_per_row(command.rate_hz, options.step.step_s, terminal);
 
   vehicle::DeviceFile devices;
   if (!command.devices_path.empty()) {

@@ -18,6 +18,10 @@ namespace crgdrive {
 int timing(const TimingCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  if (v.contact == vehicle::Contact::kStrip && command.track_path.empty())
+    throw vehicle::Error(
+        "strip contact looks at samples of a road, a plane has none: nothing to measure; give "
+        "--track, or --contact single-point");
   const vehicle::StepOptions options = step_options(command.car);
   vehicle::check_step(v.parameters, options);
   std::optional<crg::Surface> surface;

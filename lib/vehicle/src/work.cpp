@@ -34,7 +34,7 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
   };
   const double drag_height_m = p[P::aero_drag_height_m] - p[P::chassis_cog_height_m];
   work.drag = push({detail.drag_x_n, detail.drag_y_n, 0.0}, {0.0, 0.0, drag_height_m});
-  work.side = push({0.0, detail.side_n, 0.0}, {-p[P::aero_side_behind_cog_m], 0.0, 0.0});
+  work.side = push({0.0, detail.side_n, 0.0}, {-p[P::aero_side_behind_cog_m], 0.0, drag_height_m});
   work.downforce = push({0.0, 0.0, -detail.front_downforce_n}, {car.wheel_m[0].x, 0.0, 0.0}) +
                    push({0.0, 0.0, -detail.rear_downforce_n}, {car.wheel_m[2].x, 0.0, 0.0});
 
@@ -46,6 +46,7 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
   work.driveline =
       h * (driven_nm * axle - detail.clutch_nm * engine - detail.differential_nm * difference);
   work.fuel = h * detail.power.fuel;
+  work.hold = h * detail.inputs.hold_n * V.x;
   return work;
 }
 

@@ -52,10 +52,11 @@ struct Powers {
   T driveline = T(0);  ///< lost in clutch, gears and differential
   T clutch = T(0);     ///< the clutch's part of it
   T fuel = T(0);       ///< motion and height of the mass that burns
+  T hold = T(0);       ///< the push from outside
 
   T sum() const {
     return tyre_normal + tyre_x + tyre_y + tyre_moment + drag + downforce + side + damper + brake +
-           engine + driveline + fuel;
+           engine + driveline + fuel + hold;
   }
 };
 
@@ -606,6 +607,11 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       push({T(0), T(0), -k * front}, {car.wheel_m[0].x, T(0), T(0)}, power.downforce);
       push({T(0), T(0), -k * rear}, {car.wheel_m[2].x, T(0), T(0)}, power.downforce);
     }
+  }
+
+  if (!is_exactly_zero(in.hold_n)) {
+    force.x += in.hold_n;
+    power.hold = in.hold_n * V.x;
   }
 
   // 7. Engine, turbo, clutch, differential.

@@ -18,6 +18,7 @@ struct Controls {
   T throttle_command = T(0);   ///< 0 to 1
   std::array<T, kWheels> brake_command_pa{};
   int gear_command = 1;  ///< 1 to 6, 0 neutral
+  T hold_n = T(0);       ///< see Inputs
   bool opponent = false;
   T wake_x_m = T(0), wake_y_m = T(0);  ///< the opponent in this car's body frame
 };
@@ -176,6 +177,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     in.brake_pa[i] =
         through(d.brake[i], Term::brake_actuator,
                 T(p[P::brake_gain] * controls.brake_command_pa[i]), P::brake_dead_time_s);
+  in.hold_n = controls.hold_n;
   in.opponent = controls.opponent;
   in.wake_x_m = controls.wake_x_m;
   in.wake_y_m = controls.wake_y_m;
