@@ -339,6 +339,28 @@ TEST(Dynamics, SplitsTorqueAsTheDifferentialDoes) {
   EXPECT_GT(locked.wheel[2].drive_nm - locked.wheel[3].drive_nm, 10000.0);
 }
 
+// The torque of the longitudinal force on the wheels: by the loaded or the rolling radius.
+TEST(Dynamics, TurnsWheelsByTheArmThatTheVehicleFileNames) {
+  CarFiles files = test_car_files();
+  const Parameters<double> p = test_parameters();
+  std::mt19937 random(8);
+  const State<double> s = random_state(random);
+  const Inputs<double> in = random_inputs(random);
+  const auto loaded = answer(make_car(files, p, default_amplitudes()), s, in, Road());
+  files.fx_arm = FxArm::kRollingRadius;
+  const auto rolling = answer(make_car(files, p, default_amplitudes()), s, in, Road());
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const WheelDetail<double>& w = rolling.detail.wheel[i];
+    const TyreCoefficients& tyre = files.tyre[axle_of(i)];
+    const double speed = w.spin_radps * tyre.unloaded_radius_m / tyre.nominal_speed_mps;
+    const double loaded_m =
+        tyre.unloaded_radius_m * (tyre.qre0 + tyre.qv1 * speed * speed) - w.deflection_m;
+    const double more_nm = p.axle(axle_of(i), P::front_wheel_inertia_kgm2) *
+                           (rolling.rate[kSpin + i] - loaded.rate[kSpin + i]);
+    EXPECT_NEAR(more_nm, -w.fx_n * (w.rolling_radius_m - loaded_m), 1e-9 * std::abs(w.fx_n));
+  }
+}
+
 TEST(Dynamics, FollowsAnOpponentWithLessDrag) {
   const CarFiles files = test_car_files();
   const Car<double> car = make_car(files, test_parameters(), default_amplitudes());

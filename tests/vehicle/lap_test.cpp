@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "support/places.h"
+#include "support/run_crgbuild.h"
 #include "test_roads.h"
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
@@ -98,6 +99,50 @@ TEST(Lap, TakesTheSameTimeToTheBit) {
   EXPECT_NEAR(a.telemetry.columns[0][1] - a.telemetry.columns[0][0], 0.01, 1e-12);
 }
 
+// The place in the telemetry goes on along the road where another part of it lies above or below.
+TEST(Lap, KnowsItsPlaceUnderABridge) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(spiral(8.0));
+  LapOptions options;
+  options.record_every = 1;
+  const LapResult r = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(r.complete) << r.problem;
+  const std::vector<double>& u_m = *r.telemetry.find("u_m");
+  double most = 0.0;
+  for (std::size_t i = 1; i < u_m.size(); ++i) most = std::max(most, std::abs(u_m[i] - u_m[i - 1]));
+  EXPECT_LT(most, 0.05);  // 30 m/s inside the bend, a millisecond apart
+  EXPECT_GT(u_m.back(), 270.0);
+}
+
+// An open road: wheels on it from the begin, no faster than the car can be, once.
+TEST(Lap, BeginsAndEndsOnAnOpenRoad) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(straight(600.0, 0.5, [](double, double) { return 0.0; }));
+  LapOptions options;
+  options.record_every = 1;
+  options.step.stop_off_road = true;
+  const LapResult r = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(r.complete) << r.problem;
+  EXPECT_EQ(r.steps_off_road, 0u);
+  // Where drag takes all that the engine gives, the car begins neither faster nor slower on.
+  const double begin_mps = r.telemetry.find("vx_mps")->front();
+  EXPECT_LT(begin_mps, 90.0);
+  EXPECT_NEAR(r.telemetry.find("vx_mps")->back(), begin_mps, 2.0);
+  options.speed.begin_mps = 20.0;
+  const LapResult slow = drive_laps(car, Road(surface), options);
+  ASSERT_TRUE(slow.complete) << slow.problem;
+  EXPECT_NEAR(slow.telemetry.find("vx_mps")->front(), 20.0, 0.01);
+  options.laps = 2;
+  try {
+    drive_laps(car, Road(surface), options);
+    ADD_FAILURE() << "two laps of an open road were driven";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("2 laps of an open road"));
+  }
+}
+
 TEST(Lap, NamesThePlaceWithoutRoad) {
   const Vehicle v = racer();
   const Car<double> car = make_car(v.files, v.parameters, v.terms);
@@ -112,6 +157,52 @@ TEST(Lap, NamesThePlaceWithoutRoad) {
   } catch (const Error& error) {  // the line already cannot be planned there
     EXPECT_THAT(std::string(error.what()), ::testing::HasSubstr("u = "));
   }
+}
+
+TEST(Lap, RefusesOrSaysWhatTheCommandLineCannotMean) {
+  const cli::Folder folder;
+  const std::string road = folder / "s.crg", grip = folder / "grip.crg";
+  crg::write(straight(400.0, 1.0, [](double, double) { return 0.0; }), road, crg::Format::KRBI);
+  const auto run = [&](const std::string& arguments) {
+    const std::string line = places::crgdrive() + " " + arguments + " --vehicle " +
+                             places::source() + "/vehicles/open_wheel/vehicle.yaml > '" +
+                             (folder / "said") + "' 2>&1";
+    const int status = std::system(line.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  const auto said = [&] { return cli::read(folder / "said"); };
+  const std::string lap =
+      "lap --begin-mps 20 --track '" + road + "' -o '" + (folder / "lap.csv") + "'";
+  // A row every 8 steps of 1.2 ms is what comes nearest to 100 Hz.
+  EXPECT_EQ(run(lap + " --step-s 0.0012"), 0) << said();
+  EXPECT_THAT(said(), ::testing::HasSubstr("104.167 Hz"));
+  EXPECT_EQ(run(lap + " --rate-hz 2000"), 1);
+  EXPECT_THAT(said(), ::testing::HasSubstr("at most 1000"));
+  EXPECT_EQ(run(lap + " --laps 2"), 1);
+  EXPECT_THAT(said(), ::testing::HasSubstr("open road"));
+  // Grip factors that cannot be.
+  const auto with_grip = [&](double factor, double at_m) {
+    crg::write(straight(400.0, 1.0, [&](double u, double) { return u < at_m ? factor : 1.0; }),
+               grip, crg::Format::KRBI);
+    return run(lap + " --friction '" + grip + "'");
+  };
+  EXPECT_EQ(with_grip(-0.2, 10.0), 1);
+  EXPECT_THAT(said(), ::testing::HasSubstr("grip factor -0.2"));
+  EXPECT_EQ(with_grip(5.0, 10.0), 1);
+  EXPECT_THAT(said(), ::testing::HasSubstr("wanted 0 to 3"));
+  EXPECT_EQ(with_grip(std::nan(""), 10.0), 0) << said();
+  EXPECT_THAT(said(), ::testing::HasSubstr("empty; there it is 1"));
+  EXPECT_EQ(with_grip(std::nan(""), 1e9), 1);
+  // Less grip is felt in a replay too.
+  EXPECT_EQ(with_grip(0.7, 1e9), 0) << said();
+  const std::string replay =
+      "replay --recording '" + (folder / "lap.csv") + "' --track '" + road + "'";
+  EXPECT_EQ(run(replay), 0) << said();
+  const std::string dry = said();
+  EXPECT_EQ(run(replay + " --friction '" + grip + "'"), 0) << said();
+  EXPECT_NE(said(), dry);
+  EXPECT_EQ(run("timing --seconds 0.1 --contact strip"), 1);
+  EXPECT_THAT(said(), ::testing::HasSubstr("--track"));
 }
 
 TEST(Lap, RunsFromTheCommandLine) {

@@ -240,6 +240,112 @@ TEST(MagicFormula, RelaxesOverStiffnessOfContactAndCarcass) {
   EXPECT_DOUBLE_EQ(length.longitudinal_m, f.slip_stiffness_n / 300000);
   EXPECT_DOUBLE_EQ(length.lateral_m, -f.cornering_stiffness_npr / 150000);
   EXPECT_EQ(vehicle::relaxation_lengths(tyre, 0.0, 0.0, 0.0).longitudinal_m, 0.06);
+  // A higher pressure stiffens the carcass, scale factors act on the length.
+  TyreCoefficients other = tyre;
+  other.pcfx3 = 0.5;
+  other.pcfy3 = 0.25;
+  other.lsgkp = 2.0;
+  const auto hard = vehicle::relaxation_lengths(other, 3000.0, f.slip_stiffness_n,
+                                                f.cornering_stiffness_npr, 0.0, 225000.0);
+  EXPECT_DOUBLE_EQ(hard.longitudinal_m, 2.0 * length.longitudinal_m / 1.25);
+  EXPECT_DOUBLE_EQ(hard.lateral_m, length.lateral_m / 1.125);
+}
+
+// 5.2: PTX1 to PTX3 and PTY1, PTY2. Numbers by hand for 3600 N at a nominal load of 3000 N:
+// dfz = 0.2; 3600 (2 + 0.5 * 0.2) exp(-0.2) 0.3 / 3000 and 1.5 sin(2 atan(3600 / 6000)) 0.3.
+TEST(MagicFormula, RelaxesByThePolynomialsOfOlderFiles) {
+  TyreCoefficients tyre = test_tyre();
+  tyre.version = 52;
+  tyre.longitudinal_stiffness_npm = tyre.lateral_stiffness_npm = 0.0;
+  tyre.ptx1 = 2.0;
+  tyre.ptx2 = 0.5;
+  tyre.ptx3 = 1.0;
+  tyre.pty1 = 1.5;
+  tyre.pty2 = 2.0;
+  tyre.pky3 = 2.0;
+  tyre.lsgkp = 0.5;
+  tyre.lsgal = 0.8;
+  const auto upright = vehicle::relaxation_lengths(tyre, 3600.0, 1.0, 1.0);
+  EXPECT_NEAR(upright.longitudinal_m, 0.5 * 0.756 * 0.8187307531, 1e-9);
+  EXPECT_NEAR(upright.lateral_m, 0.8 * 0.45 * 0.8823529412, 1e-9);
+  for (const double gamma : {0.05, -0.05})
+    EXPECT_NEAR(vehicle::relaxation_lengths(tyre, 3600.0, 1.0, 1.0, gamma).lateral_m,
+                0.9 * upright.lateral_m, 1e-12);
+}
+
+// Less friction shrinks the vertical shift of a 5.2 tyre in proportion; one of 6.x keeps more of it
+// (digressive, A_mu = 10): 0.5 becomes 10 * 0.5 / (1 + 9 * 0.5).
+TEST(MagicFormula, ShiftsWithFrictionAsTheVersionSays) {
+  TyreCoefficients tyre = test_tyre();
+  tyre.phy1 = tyre.phy2 = tyre.pvy2 = 0.0;
+  tyre.pvy1 = 0.02;
+  const auto shift = [&](int version, double lmuy) {
+    TyreCoefficients one = tyre;
+    one.version = version;
+    one.lmuy = lmuy;
+    return tyre_forces(one, Point{3000, 0, 0, 0, 20, 0}).fy_n;
+  };
+  EXPECT_NEAR(shift(52, 1.0), 60.0, 1e-9);
+  EXPECT_NEAR(shift(52, 0.5), 30.0, 1e-9);
+  EXPECT_NEAR(shift(61, 0.5), 60.0 * 5.0 / 5.5, 1e-9);
+}
+
+// Overturning couple, term by term at 3000 N = nominal load, 0.3 m: each number by hand.
+TEST(MagicFormula, OverturnsAsTheSourceSays) {
+  TyreCoefficients tyre = test_tyre();
+  for (double TyreCoefficients::*member :
+       {&TyreCoefficients::qsx1, &TyreCoefficients::qsx2, &TyreCoefficients::qsx3,
+        &TyreCoefficients::qsx4, &TyreCoefficients::qsx5, &TyreCoefficients::qsx6,
+        &TyreCoefficients::qsx7, &TyreCoefficients::qsx8, &TyreCoefficients::qsx9,
+        &TyreCoefficients::qsx10, &TyreCoefficients::qsx11})
+    tyre.*member = 0.0;
+  const double gamma = 0.1;
+  const auto mx = [&](const TyreCoefficients& t) {
+    return tyre_forces(t, Point{3000, 0, 0, std::asin(gamma), 20, 0}).mx_nm;
+  };
+  const double fy_n = tyre_forces(tyre, Point{3000, 0, 0, std::asin(gamma), 20, 0}).fy_n;
+  EXPECT_EQ(mx(tyre), 0.0);
+  TyreCoefficients one = tyre;
+  one.qsx4 = 0.5;
+  one.qsx5 = 2.0;
+  one.qsx6 = 2.0;
+  one.qsx7 = 3.0;
+  // The arc of the square: cos(2 atan 4) = (1 - 16) / (1 + 16).
+  EXPECT_NEAR(mx(one), 900.0 * 0.5 * (-15.0 / 17.0) * std::sin(0.3), 1e-9);
+  one = tyre;
+  one.qsx12 = 2.0;
+  EXPECT_NEAR(mx(one), -900.0 * 2.0 * 0.01, 1e-9);
+  one = tyre;
+  one.qsx13 = 0.1;
+  one.qsx14 = 0.5;
+  EXPECT_NEAR(mx(one), 0.3 * fy_n * 0.15, 1e-9);
+}
+
+// LFZO scales the load at which coefficients hold, not the arms of the moments: half the trail's
+// reference load would double the trail.
+TEST(MagicFormula, ReferencesMomentsToTheNominalLoadItself) {
+  TyreCoefficients tyre = test_tyre();
+  for (double TyreCoefficients::*member :
+       {&TyreCoefficients::qdz2, &TyreCoefficients::qbz2, &TyreCoefficients::qbz3,
+        &TyreCoefficients::qez2, &TyreCoefficients::qez3, &TyreCoefficients::qhz2,
+        &TyreCoefficients::qdz7})
+    tyre.*member = 0.0;
+  tyre.ssz1 = tyre.ssz2 = tyre.qdz6 = 0.0;
+  const auto trail = [](const TyreCoefficients& t) {
+    const auto f = tyre_forces(t, Point{3000, 0, 0.03, 0, 20, 0});
+    return -f.mz_nm / f.fy_n;
+  };
+  TyreCoefficients half = tyre;
+  half.lfzo = 0.5;
+  EXPECT_NEAR(trail(half) / trail(tyre), 1.0, 1e-9);
+}
+
+TEST(MagicFormula, RollsOnItsFreeRadiusWhereTheFileSaysSo) {
+  const TyreCoefficients silent = test_tyre();
+  EXPECT_DOUBLE_EQ(vehicle::rolling_radius(silent, 3000.0, 0.3, 0.015), 0.295);
+  const TyreCoefficients zero =
+      vehicle::parse_tyre(test_tyre_text() + "BREFF = 0\nDREFF = 0\nFREFF = 0\n", "t").coefficients;
+  EXPECT_DOUBLE_EQ(vehicle::rolling_radius(zero, 3000.0, 0.3, 0.015), 0.3);
 }
 
 }  // namespace

@@ -13,6 +13,8 @@
 #include <string>
 
 #include "support/places.h"
+#include "test_car.h"
+#include "vehicle/driver.h"
 #include "vehicle/error.h"
 #include "vehicle/vehicle_file.h"
 
@@ -37,6 +39,20 @@ ManoeuvreResult run(ManoeuvreKind kind, Manoeuvre m = {}) {
 TEST(Manoeuvre, IsKnownByItsName) {
   EXPECT_EQ(manoeuvre_named("kerb"), ManoeuvreKind::kKerb);
   EXPECT_THROW(manoeuvre_named("drift"), Error);
+}
+
+// A car has the gears whose ratios are not zero, also near its limiter.
+TEST(Manoeuvre, ChoosesAGearThatTheCarHas) {
+  const CarFiles files = test_car_files();
+  Parameters<double> p = default_parameters();
+  for (const Parameter ratio :
+       {Parameter::gearbox_ratio_2, Parameter::gearbox_ratio_3, Parameter::gearbox_ratio_4,
+        Parameter::gearbox_ratio_5, Parameter::gearbox_ratio_6})
+    p[ratio] = 0.0;
+  const Car<double> car = make_car(files, p, default_amplitudes());
+  for (double vx_mps = 0.0; vx_mps < 60.0; vx_mps += 0.5)
+    for (int gear = 1; gear <= 6; ++gear)
+      EXPECT_EQ(choose_gear(car, vx_mps, gear), 1) << vx_mps << " m/s from " << gear;
 }
 
 TEST(Manoeuvre, TurnsTheWayItSteers) {

@@ -147,6 +147,66 @@ TEST_F(Replay, DrivesWithFewerChannelsAndClosesThePath) {
   EXPECT_LT(error_of(alone, "lateral_m").max, 3.0);
 }
 
+// A whole lap in one window. With recorded pedals a car with more drag runs away from it; the push
+// that holds it is the drag that the recorded car did not have.
+TEST_F(Replay, HoldsTheSpeedOfAWholeLapAndTellsWhatThatTakes) {
+  Vehicle draggy = *vehicle_;
+  const double more_m2 = 0.2 * draggy.parameters[Parameter::aero_drag_area_m2];
+  draggy.parameters[Parameter::aero_drag_area_m2] += more_m2;
+  const Car<double> other = make_car(draggy.files, draggy.parameters, draggy.terms);
+  const Recording recording = make_recording(*lap_, "lap");
+  ReplayOptions options;
+  options.window_s = 0.0;
+  options.closed_path = true;
+  const double away_m = error_of(replay(other, Road(*surface_), recording, options), "along_m").max;
+  options.hold_speed = true;
+  const ReplayResult own = replay(*car_, Road(*surface_), recording, options);
+  const ReplayResult held = replay(other, Road(*surface_), recording, options);
+  EXPECT_THAT(held.problems, ::testing::IsEmpty());
+  const ChannelError along = error_of(held, "along_m"), speed = error_of(held, "vx_mps");
+  // Drag of the difference at the driven speeds; ride heights and yaw change it by less than 1 %.
+  double expected_n = 0.0, pushed_n = 0.0;
+  const std::vector<double>& vx_mps = *held.telemetry.find("vx_mps");
+  const std::vector<double>& hold_n = *held.telemetry.find("hold_n");
+  for (std::size_t i = 0; i < vx_mps.size(); ++i) {
+    expected_n +=
+        0.5 * draggy.parameters[Parameter::aero_density_kgpm3] * more_m2 * vx_mps[i] * vx_mps[i];
+    pushed_n += hold_n[i];
+  }
+  std::printf(
+      "own push mean %.1f rms %.1f N; more drag: mean %.1f N of %.1f N; along %.2f m, without %.1f "
+      "m; speed %.3f m/s\n",
+      own.hold_mean_n, own.hold_rms_n, held.hold_mean_n,
+      expected_n / static_cast<double>(vx_mps.size()), along.max, away_m, speed.rmse);
+  EXPECT_GT(away_m, 5.0);                         // measured 10.2
+  EXPECT_LT(along.max, 0.1);                      // 0.04
+  EXPECT_LT(speed.rmse, 0.03);                    // 0.011
+  EXPECT_NEAR(pushed_n / expected_n, 1.0, 0.02);  // 1.003
+  EXPECT_LT(std::abs(own.hold_mean_n), 5.0);      // 1.7, root mean square 38
+  options.driver = true;
+  EXPECT_THROW(replay(other, Road(*surface_), recording, options), Error);
+}
+
+// No recorded command at all: the driver takes the car along the recorded path for a whole lap.
+TEST_F(Replay, LetsTheDriverFollowTheRecordedLine) {
+  const Recording path = make_recording(
+      without({"steer_command_rad", "steer_rad", "throttle_command", "throttle", "gear",
+               "brake_fl_command_pa", "brake_fr_command_pa", "brake_rl_command_pa",
+               "brake_rr_command_pa", "brake_fl_pa", "brake_fr_pa", "brake_rl_pa", "brake_rr_pa"}),
+      "lap");
+  ReplayOptions options;
+  options.window_s = 0.0;
+  options.driver = true;
+  const ReplayResult r = replay(*car_, Road(*surface_), path, options);
+  EXPECT_THAT(r.problems, ::testing::IsEmpty());
+  EXPECT_EQ(r.windows, 1u);
+  std::printf("driver on the recorded line: lateral %.2f m, speed rms %.2f m/s\n",
+              error_of(r, "lateral_m").max, error_of(r, "vx_mps").rmse);
+  EXPECT_LT(error_of(r, "lateral_m").max, 1.5);  // measured 0.68
+  EXPECT_LT(error_of(r, "vx_mps").rmse, 1.5);    // 0.66
+  EXPECT_THAT(r.driven_by.front(), ::testing::HasSubstr("the driver"));
+}
+
 TEST_F(Replay, DoesNotDriveOverGapsAndSaysWhatIsMissing) {
   Table torn = *lap_;
   for (std::size_t r = 1000; r < torn.rows(); ++r) torn.columns[0][r] += 5;

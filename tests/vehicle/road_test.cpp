@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "test_car.h"
 #include "test_roads.h"
@@ -38,6 +39,26 @@ TEST(Road, AnswersWithTheLevelThatIsNear) {
   // The same from fresh cursors: they never change an answer.
   RoadCursors fresh;
   EXPECT_EQ(road.at(x, y, low + 8.2, 1, fresh).z_m, above.z_m);
+}
+
+// Round a ramp whose last half turn lies above its first: along the leg that a drive came by, with
+// or without heights; a drive that begins on the upper leg needs a height, once.
+TEST(Road, TracksADriveUnderAndOverABridge) {
+  const crg::Surface surface(spiral(8.0));
+  const double turn_m = 2.0 * std::numbers::pi * 30.0;
+  for (const bool heights : {true, false}) {
+    for (const double begin_m : {2.0, heights ? turn_m + 5.0 : 2.0}) {
+      RoadTracker tracker(surface);
+      for (double u = begin_m; u < 1.5 * turn_m - 1.0; u += 0.4) {
+        const double v = 2.0 * std::sin(0.05 * u), r = 30.0 - v, a = u / 30.0;
+        const double z = heights ? 8.0 * u / turn_m : std::numeric_limits<double>::quiet_NaN();
+        const crg::UV at = tracker.at(r * std::sin(a), 30.0 - r * std::cos(a), z);
+        // The line is a polygon of 0.47 m: its foot lies up to a centimetre beside the circle's.
+        ASSERT_NEAR(at.u_m, u, 0.02) << heights << " from " << begin_m;
+        ASSERT_NEAR(at.v_m, v, 0.02);
+      }
+    }
+  }
 }
 
 TEST(Road, GoesOnOverHolesAtTheNearestHeightAndSaysSo) {

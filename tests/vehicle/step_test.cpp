@@ -1,5 +1,6 @@
 #include "vehicle/step.h"
 
+#include <ceres/jet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -316,6 +317,75 @@ TEST(Step, AcceleratesFromStandstillToTopSpeedAndBackWithoutOscillation) {
   EXPECT_LT(worst, 0.01);
   RecordProperty("top_mps", std::to_string(top));
   RecordProperty("worst", std::to_string(worst));
+}
+
+// Where a step decides (a patch that slides slowly, wheels that their brakes hold or drag, a clutch
+// and a differential that stick), derivatives after parameters against central differences of it.
+TEST(Step, DifferentiatesLikeCentralDifferencesWhereFrictionsStick) {
+  using Jet = ceres::Jet<double, 1>;
+  const CarFiles files = test_car_files();
+  const Parameters<double> p = default_parameters();
+  const Road road;
+  for (const bool held : {false, true}) {
+    State<double> s = start(make_car(files, p, default_amplitudes()), road, {}).state;
+    s[kVx] = 1.2;
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      s[kSpin + i] = held ? 0.02 : 3.0;
+      s[kSlipX + i] = -0.15;
+      s[kSlipY + i] = 0.05;
+    }
+    s[kSpin + 3] += held ? 0.0 : 0.05;
+    s[kEngine] = held ? 105.0 : 30.0;
+    Inputs<double> in;
+    in.gear = held ? 0 : 1;
+    in.throttle = 0.3;
+    in.brake_pa.fill(held ? 3e6 : 4e5);
+    const auto after = [&]<class T>(const Parameters<T>& parameters) {
+      const Car<T> car = make_car(files, parameters, [] {
+        Amplitudes<T> terms;
+        const Amplitudes<double> plain = default_amplitudes();
+        for (std::size_t i = 0; i < kTermCount; ++i) terms.value[i] = T(plain.value[i]);
+        terms[Term::centrifugal_clutch] = T(0);
+        return terms;
+      }());
+      State<T> state, rate;
+      for (std::size_t i = 0; i < kStateSize; ++i) state[i] = T(s[i]);
+      Inputs<T> inputs;
+      inputs.gear = in.gear;
+      inputs.throttle = T(in.throttle);
+      for (std::size_t i = 0; i < kWheels; ++i) inputs.brake_pa[i] = T(in.brake_pa[i]);
+      RoadCursors cursors;
+      Detail<T> detail;
+      derivative(car, state, inputs, road, cursors, rate, detail);
+      settle_frictions(car, 0.001, rate, detail);
+      integrate(car, state, rate, detail, {});
+      return state;
+    };
+    for (const P which :
+         {P::chassis_mass_kg, P::front_brake_area_m2, P::rear_brake_friction, P::front_tyre_grip,
+          P::rear_tyre_slip_stiffness, P::rear_wheel_inertia_kgm2, P::engine_inertia_kgm2,
+          P::clutch_torque_nm, P::differential_preload_nm, P::differential_drive_ramp,
+          P::chassis_pitch_inertia_kgm2, P::tyre_carcass_damping_s}) {
+      Parameters<Jet> jets;
+      for (std::size_t i = 0; i < kParameterCount; ++i) jets.value[i] = Jet(p.value[i]);
+      jets[which].v[0] = 1.0;
+      const State<Jet> exact = after(jets);
+      const double h = 1e-4 * p[which];
+      const auto moved = [&](double by) {
+        Parameters<double> other = p;
+        other[which] += by;
+        return after(other);
+      };
+      const State<double> a = moved(h), b = moved(-h), c = moved(2 * h), d = moved(-2 * h);
+      for (std::size_t i = 0; i < kStateSize; ++i) {
+        const double expected = (8 * (a[i] - b[i]) - (c[i] - d[i])) / (12 * h);
+        const double noise = 1e-14 * (std::abs(s[i]) + 1.0) / h;  // rounding of the differences
+        EXPECT_NEAR(exact[i].v[0], expected, 1e-6 * std::abs(expected) + noise)
+            << state_name(i) << " after " << parameter_list()[static_cast<std::size_t>(which)].name
+            << (held ? ", held" : "");
+      }
+    }
+  }
 }
 
 TEST(Step, GivesTheSameBytesForTheSameInputs) {

@@ -56,6 +56,7 @@ struct LapCommand {
   bool standing = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
   double grip_usage = 0.75;
+  double begin_mps = 0.0;  ///< 0: as fast as the engine holds
   double margin_m = 2.0;
   double rate_hz = 100.0;
 };
@@ -63,9 +64,9 @@ int lap(const LapCommand& command, Terminal& terminal);
 
 struct ReplayCommand {
   CarOptions car;
-  std::string track_path, recording_path, mapping_path, out_path;
+  std::string track_path, friction_path, recording_path, mapping_path, out_path;
   double window_s = 2.0;
-  bool closed_path = false;
+  bool closed_path = false, hold_speed = false, driver = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;
 };
 int replay(const ReplayCommand& command, Terminal& terminal);

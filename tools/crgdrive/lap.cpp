@@ -20,9 +20,10 @@ std::string sentences(const vehicle::LapResult& result) {
   text += fmt::format(
       "top speed {:.1f} m/s; at most {:.2f} m off the line; a wheel came within {:.2f} m of the "
       "road's edge, "
-      "{} of {} steps with a wheel off the road; swings at the step: {:.4f} % of the static load\n",
+      "{} of {} steps with a wheel off the road; swings at the step: {:.4f} %\n",
       result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
       result.steps, 100.0 * result.step_swing);
+  if (!result.swing_warning.empty()) text += result.swing_warning + "\n";
   const double sum = result.energy_j.sum();
   text += fmt::format(
       "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
@@ -45,9 +46,16 @@ nlohmann::ordered_json numbers(const LapCommand& command, const vehicle::LapResu
           {"steps", result.steps},
           {"steps_off_road", result.steps_off_road},
           {"step_swing", result.step_swing},
+          {"swing_warning", result.swing_warning},
           {"energy_j",
-           {{"engine", e.engine}, {"drag", e.drag}, {"brakes", e.brake}, {"tyres", e.tyre_x + e.tyre_y + e.tyre_moment},
-            {"driveline", e.driveline}, {"dampers", e.damper}, {"sum", e.sum()}, {"change", result.energy_change_j}}},
+           {{"engine", e.engine},
+            {"drag", e.drag},
+            {"brakes", e.brake},
+            {"tyres", e.tyre_x + e.tyre_y + e.tyre_moment},
+            {"driveline", e.driveline},
+            {"dampers", e.damper},
+            {"sum", e.sum()},
+            {"change", result.energy_change_j}}},
           {"telemetry", command.out_path}};
 }
 
@@ -56,10 +64,7 @@ nlohmann::ordered_json numbers(const LapCommand& command, const vehicle::LapResu
 int lap(const LapCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
-  crg::SurfaceOptions surface_options;
-  if (!command.friction_path.empty())
-    surface_options.friction_map = crg::read(command.friction_path);
-  const crg::Surface surface(crg::read(command.track_path), surface_options);
+  const crg::Surface surface = read_road(command.track_path, command.friction_path, terminal);
   vehicle::LapOptions options;
   options.laps = command.laps;
   options.standing = command.standing;
@@ -67,6 +72,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
   options.disc_k = command.disc_k;
   options.fuel_kg = command.fuel_kg;
   options.speed.grip_usage = command.grip_usage;
+  options.speed.begin_mps = command.begin_mps;
   options.line.margin_m = command.margin_m;
   options.step = step_options(command.car);
   options.progress = terminal.progress();
@@ -74,7 +80,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
   if (live.wanted()) options.on_row = [&](const vehicle::Table& table) { live.row(table); };
   options.record_every = command.out_path.empty() && !live.wanted()
                              ? 0
-                             : steps_per_row(command.rate_hz, options.step.step_s);
+                             : steps_per_row(command.rate_hz, options.step.step_s, terminal);
 
   vehicle::DeviceFile devices;
   if (!command.devices_path.empty()) {
@@ -91,8 +97,11 @@ int lap(const LapCommand& command, Terminal& terminal) {
     std::vector<std::string> files{command.track_path};
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.devices_path.empty()) files.push_back(command.devices_path);
-    files::write_file(command.out_path, provenance("lap", v, command.car, files) +
-                                            vehicle::format_table(result.telemetry));
+    files::write_file(command.out_path,
+                      provenance("lap", v, command.car, files) +
+                          fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n",
+                                      command.fuel_kg, command.tyre_k, command.disc_k) +
+                          vehicle::format_table(result.telemetry));
   }
   if (!result.complete) throw vehicle::Error(result.problem);
   return kOk;

@@ -20,6 +20,35 @@ vehicle::Vehicle load_vehicle(const CarOptions& options) {
   return v;
 }
 
+crg::Surface read_road(const std::string& track_path, const std::string& friction_path,
+                       Terminal& terminal) {
+  crg::SurfaceOptions options;
+  if (!friction_path.empty()) {
+    constexpr double kMost = 3.0;  // as environment.road_grip
+    options.friction_map = crg::read(friction_path);
+    const crg::Grid& grid = options.friction_map->grid;
+    std::size_t holes = 0;
+    for (std::size_t i = 0; i < grid.z_m.size(); ++i) {
+      const double grip = grid.z_m[i];
+      if (std::isnan(grip)) {
+        ++holes;
+      } else if (!(grip >= 0.0 && grip <= kMost)) {
+        throw vehicle::Error(fmt::format(
+            "{}: grip factor {:g} at row {}, column {}; wanted 0 to {:g}: heights of this file are "
+            "factors on the tyres' grip",
+            friction_path, grip, i / grid.columns(), i % grid.columns(), kMost));
+      }
+    }
+    if (holes > 0 && holes == grid.z_m.size())
+      throw vehicle::Error(friction_path + ": no grip factor at all, every value is empty");
+    if (holes > 0)
+      terminal.remark(
+          fmt::format("{}: {:.1f} % of the grip factors are empty; there it is 1", friction_path,
+                      100.0 * static_cast<double>(holes) / static_cast<double>(grid.z_m.size())));
+  }
+  return crg::Surface(crg::read(track_path), std::move(options));
+}
+
 vehicle::StepOptions step_options(const CarOptions& options) {
   return {options.step_s,
           options.integrator == "explicit" ? vehicle::Integrator::kExplicitEuler
@@ -50,13 +79,17 @@ void require_on_road(const crg::Surface& road, const std::string& road_path,
         table_path, 100.0 * static_cast<double>(beside) / static_cast<double>(places), road_path));
 }
 
-std::size_t steps_per_row(double rate_hz, double step_s) {
+std::size_t steps_per_row(double rate_hz, double step_s, Terminal& terminal) {
   const double every = 1.0 / (rate_hz * step_s);
-  if (std::abs(every - std::round(every)) > 1e-6 || every < 1.0 - 1e-6)
+  if (every < 1.0 - 1e-6)
     throw vehicle::Error(
-        fmt::format("--rate-hz {}: one row every {:.3f} steps of {} s; wanted a whole number",
-                    rate_hz, every, step_s));
-  return static_cast<std::size_t>(std::lround(every));
+        fmt::format("--rate-hz {}: more than one row per step of {} s; wanted at most {:.6g}",
+                    rate_hz, step_s, 1.0 / step_s));
+  const double whole = std::max(1.0, std::round(every));
+  if (std::abs(every - whole) > 1e-6)
+    terminal.remark(fmt::format("one row every {:.0f} steps of {} s: {:.6g} Hz, nearest to {:g} Hz",
+                                whole, step_s, 1.0 / (whole * step_s), rate_hz));
+  return static_cast<std::size_t>(whole);
 }
 
 std::string provenance(const std::string& run, const vehicle::Vehicle& car,

@@ -90,6 +90,10 @@ int main(int argc, char** argv) {
                       "Device configuration: telemetry as sensors measure it; without: ideal");
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
+  lap_app
+      ->add_option("--begin-mps", lap.begin_mps,
+                   "Speed at the begin of an open road, m/s; 0: as fast as the engine holds there")
+      ->check(CLI::Range(0.0, 110.0));
   lap_app->add_option("--tyre-k", lap.tyre_k, "Tyre temperature at the start, K (cold: 295)")
       ->check(CLI::Range(200.0, 500.0));
   lap_app->add_option("--disc-k", lap.disc_k, "Brake disc temperature at the start, K")
@@ -112,6 +116,8 @@ int main(int argc, char** argv) {
   add_input(*replay_app, "--recording", replay.recording_path, "The log, CSV")->required();
   add_input(*replay_app, "--mapping", replay.mapping_path,
                          "mapping.yaml: which column is which channel; without: by their names");
+  add_input(*replay_app, "--friction", replay.friction_path,
+            "CRG file of the same shape whose heights are grip factors");
   add_output_folder(*replay_app, replay.out_path, "Folder for errors.csv and replay.csv");
   replay_app
       ->add_option("--window-s", replay.window_s,
@@ -119,6 +125,13 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 100000.0));
   replay_app->add_flag("--closed-path", replay.closed_path,
                        "The driver steers along the recorded path; without: open loop");
+  CLI::Option* const hold_speed = replay_app->add_flag(
+      "--hold-speed", replay.hold_speed,
+      "A push along the car holds its speed to the recording; what it takes is the result");
+  replay_app
+      ->add_flag("--driver", replay.driver,
+                 "The built-in driver follows the recorded path at the recorded speed")
+      ->excludes(hold_speed);
   replay_app->add_option("--tyre-k", replay.tyre_k, "Tyre temperature at the begin, K")
       ->check(CLI::Range(200.0, 500.0));
   replay_app->add_option("--disc-k", replay.disc_k, "Brake disc temperature at the begin, K")
@@ -173,7 +186,8 @@ int main(int argc, char** argv) {
   crgdrive::TimingCommand timing;
   CLI::App* const timing_app = app.add_subcommand("timing", "How long a step takes");
   add_car_options(*timing_app, timing.car);
-  add_input(*timing_app, "--track", timing.track_path, "CRG file to drive on; without: a plane");
+  add_input(*timing_app, "--track", timing.track_path,
+            "CRG file to drive on; without: a plane (not for strip contact)");
   timing_app->add_option("--seconds", timing.seconds, "Simulated time, s")
       ->check(CLI::Range(0.01, 3600.0));
   timing_app->callback([&] { run = [&] { return crgdrive::timing(timing, terminal); }; });

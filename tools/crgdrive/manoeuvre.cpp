@@ -31,7 +31,7 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
   m.progress = terminal.progress();
   Live live(command.live);
   if (live.wanted() || !command.out_path.empty())
-    m.record_every = steps_per_row(command.rate_hz, m.step.step_s);
+    m.record_every = steps_per_row(command.rate_hz, m.step.step_s, terminal);
   if (live.wanted()) m.on_row = [&](const vehicle::Table& table) { live.row(table); };
   vehicle::DeviceFile devices;
   std::vector<std::string> files;
@@ -50,6 +50,8 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
         {"peak_ay_mps2", r.peak_ay_mps2},
         {"peak_yaw_rate_radps", r.peak_yaw_rate_radps},
         {"end_mps", r.end_mps},
+        {"step_swing", r.step_swing},
+        {"swing_warning", r.swing_warning},
         {"stop_m", r.stop_m > 0.0 ? nlohmann::ordered_json(r.stop_m) : nullptr},
         {"telemetry", command.out_path}}));
   else
@@ -58,9 +60,11 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
       "{:.2f} m/s at the end{}\n",
       command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
       r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string()));
+  if (!terminal.json && !r.swing_warning.empty()) terminal.print(r.swing_warning + "\n");
   if (!command.out_path.empty())
     files::write_file(command.out_path,
                       provenance("manoeuvre " + command.kind, v, command.car, files) +
+                          fmt::format("# start fuel_kg={:g}\n", command.fuel_kg) +
                           vehicle::format_table(r.telemetry));
   if (!r.complete) throw vehicle::Error(r.problem);
   return kOk;

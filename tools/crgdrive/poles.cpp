@@ -7,6 +7,7 @@
 
 #include "files/json_text.h"
 #include "load_car.h"
+#include "vehicle/step_swing.h"
 
 namespace crgdrive {
 
@@ -22,7 +23,24 @@ int poles(const PolesCommand& command, Terminal& terminal) {
     for (const auto& radius : at.radii) {
       text += fmt::format("  step {:g} ms: largest eigenvalue of a step {:.4f} explicit, {:.4f} semi-implicit\n", radius.step_s * 1e3,
                           radius.explicit_euler, radius.semi_implicit);
-      radii.push_back({{"step_s", radius.step_s}, {"explicit", radius.explicit_euler}, {"semi_implicit", radius.semi_implicit}});
+      const auto say = [&](const char* integrator, double swing) {
+        if (swing > vehicle::StepSwing::kWorthSaying)
+          text +=
+              fmt::format("    {}: {}\n", integrator,
+                          std::isfinite(swing)
+                              ? fmt::format("swings from step to step by {:.2g} %", 100.0 * swing)
+                              : "ends in numbers no car has");
+      };
+      say("explicit", radius.explicit_swing);
+      say("semi-implicit", radius.semi_implicit_swing);
+      const auto finite = [](double swing) {
+        return std::isfinite(swing) ? nlohmann::ordered_json(swing) : nullptr;
+      };
+      radii.push_back({{"step_s", radius.step_s},
+                       {"explicit", radius.explicit_euler},
+                       {"semi_implicit", radius.semi_implicit},
+                       {"explicit_swing", finite(radius.explicit_swing)},
+                       {"semi_implicit_swing", finite(radius.semi_implicit_swing)}});
     }
     std::size_t shown = 0;
     for (const vehicle::Pole& pole : at.poles) {

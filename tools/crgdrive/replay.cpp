@@ -35,12 +35,17 @@ void print_notes(const vehicle::Recording& r, Terminal& terminal) {
   for (const std::string& channel : r.constant) terminal.print(fmt::format("  {}: constant\n", channel));
 }
 
-void print_result(const vehicle::ReplayResult& result, Terminal& terminal) {
+void print_result(const vehicle::ReplayResult& result, bool held, Terminal& terminal) {
   for (const std::string& sentence : result.driven_by) terminal.print(fmt::format("{}\n", sentence));
   terminal.print(fmt::format("{} windows; {} left out standing, {} stretches too short, {} ended early\n",
              result.windows, result.standing, result.too_short, result.problems.size()));
   for (std::size_t i = 0; i < std::min<std::size_t>(5, result.problems.size()); ++i)
     terminal.print(fmt::format("  {}\n", result.problems[i]));
+  if (held)
+    terminal.print(fmt::format(
+        "push that held the speed: mean {:.1f} N, root mean square {:.1f} N, at most {:.1f} N\n",
+        result.hold_mean_n, result.hold_rms_n, result.hold_most_n));
+  if (!result.swing_warning.empty()) terminal.print(result.swing_warning + "\n");
   terminal.print(fmt::format("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples", "max", "RMSE",
              "hold RMSE", "trend RMSE"));
   for (const vehicle::ChannelError& e : result.errors)
@@ -52,9 +57,20 @@ nlohmann::ordered_json numbers(const vehicle::Recording& recording, const vehicl
   nlohmann::ordered_json errors = nlohmann::ordered_json::object();
   for (const vehicle::ChannelError& e : result.errors)
     errors[e.channel] = {{"samples", e.samples}, {"max", e.max}, {"rmse", e.rmse}, {"hold_rmse", e.hold_rmse}, {"trend_rmse", e.trend_rmse}};
-  return {{"rows", recording.table.rows()}, {"step_s", recording.step_s}, {"stretches", recording.stretches.size()},
-          {"driven_by", result.driven_by}, {"windows", result.windows}, {"standing", result.standing},
-          {"too_short", result.too_short}, {"problems", result.problems}, {"errors", errors}};
+  return {{"rows", recording.table.rows()},
+          {"step_s", recording.step_s},
+          {"stretches", recording.stretches.size()},
+          {"driven_by", result.driven_by},
+          {"windows", result.windows},
+          {"standing", result.standing},
+          {"too_short", result.too_short},
+          {"problems", result.problems},
+          {"hold_mean_n", result.hold_mean_n},
+          {"hold_rms_n", result.hold_rms_n},
+          {"hold_most_n", result.hold_most_n},
+          {"step_swing", result.step_swing},
+          {"swing_warning", result.swing_warning},
+          {"errors", errors}};
 }
 
 }  // namespace
@@ -62,7 +78,7 @@ nlohmann::ordered_json numbers(const vehicle::Recording& recording, const vehicl
 int replay(const ReplayCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
-  const crg::Surface surface(crg::read(command.track_path));
+  const crg::Surface surface = read_road(command.track_path, command.friction_path, terminal);
   vehicle::Mapping mapping;
   if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
   const vehicle::Recording recording = vehicle::read_recording(command.recording_path, mapping);
@@ -71,6 +87,8 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
   vehicle::ReplayOptions options;
   options.window_s = command.window_s;
   options.closed_path = command.closed_path;
+  options.hold_speed = command.hold_speed;
+  options.driver = command.driver;
   options.fuel_kg = command.fuel_kg;
   options.tyre_k = command.tyre_k;
   options.disc_k = command.disc_k;
@@ -81,13 +99,17 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
   if (terminal.json)
     terminal.print(files::json_text(numbers(recording, result)));
   else
-    print_result(result, terminal);
+    print_result(result, command.hold_speed, terminal);
   if (!command.out_path.empty()) {
     std::vector<std::string> files{command.track_path, command.recording_path};
+    if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.mapping_path.empty()) files.push_back(command.mapping_path);
     std::filesystem::create_directories(command.out_path);
     const std::filesystem::path folder(command.out_path);
-    const std::string from = provenance("replay", v, command.car, files);
+    const std::string from =
+        provenance("replay", v, command.car, files) +
+        fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g} where not recorded\n",
+                    command.fuel_kg, command.tyre_k, command.disc_k);
     files::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
     files::write_file((folder / "replay.csv").string(),
                       from + vehicle::format_table(result.telemetry, 17));

@@ -15,6 +15,7 @@
 #include "report/plot_page.h"
 #include "vehicle/error.h"
 #include "vehicle/recording.h"
+#include "vehicle/road.h"
 
 namespace crgdrive {
 namespace {
@@ -44,13 +45,14 @@ AlongRoad see(const crg::Surface& road, const std::string& road_path, const std:
   const auto* const yaw = t.find("yaw_rad");
   const auto* const vx = t.find("vx_mps");
   const auto* const vy = t.find("vy_mps");
-  crg::Cursor cursor;
+  const auto* const z = t.find("z_m");
+  vehicle::RoadTracker tracker(road);
   double last_u = kNaN;
   for (std::size_t i = 0; i < t.rows(); ++i) {
     crg::UV place{kNaN, kNaN};
     double heading = kNaN;
     if (std::isfinite((*x)[i]) && std::isfinite((*y)[i])) {
-      place = road.uv_of_xy((*x)[i], (*y)[i], cursor);
+      place = tracker.at((*x)[i], (*y)[i], z == nullptr ? kNaN : (*z)[i]);
       const crg::Point2 a = road.xy_of_uv(place.u_m, 0.0), b = road.xy_of_uv(place.u_m, 1.0);
       heading = std::atan2(-(b.x_m - a.x_m), b.y_m - a.y_m);  // the normal points left
     }

@@ -11,12 +11,17 @@
 #include "load_car.h"
 #include "vehicle/driver.h"
 #include "vehicle/error.h"
+#include "vehicle/step_swing.h"
 
 namespace crgdrive {
 
 int timing(const TimingCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  if (v.contact == vehicle::Contact::kStrip && command.track_path.empty())
+    throw vehicle::Error(
+        "strip contact looks at samples of a road, a plane has none: nothing to measure; give "
+        "--track, or --contact single-point");
   const vehicle::StepOptions options = step_options(command.car);
   vehicle::check_step(v.parameters, options);
   std::optional<crg::Surface> surface;
@@ -45,6 +50,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
   if (count == 0) throw vehicle::Error("--seconds is shorter than a step");
   std::vector<double> us(count);
   const files::Progress progress = terminal.progress();
+  vehicle::StepSwing swing;
   for (std::size_t i = 0; i < count; ++i) {
     if (i % 4096 == 0) progress("timing", static_cast<double>(i) / static_cast<double>(count));
     if (surface) {
@@ -56,6 +62,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
           std::clamp(0.3 + 0.2 * (40.0 - sim.state[vehicle::kVx]), 0.0, 1.0);
       controls.steer_command_rad = 0.02 * std::sin(3.0 * sim.time_s);
     }
+    const vehicle::State<double> state = sim.state;
     const auto before = std::chrono::steady_clock::now();
     const vehicle::StepResult result = vehicle::step(car, sim, controls, road, options, detail);
     us[i] = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - before)
@@ -63,6 +70,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
     if (!result.ok())
       throw vehicle::Error(vehicle::describe(result, sim.time_s, detail.wheel[0].road.u_m,
                                              detail.wheel[0].road.v_m));
+    swing.look(car, state, detail);
   }
   const double total = std::accumulate(us.begin(), us.end(), 0.0);
   const auto late = static_cast<std::size_t>(
@@ -76,8 +84,9 @@ int timing(const TimingCommand& command, Terminal& terminal) {
     terminal.print(fmt::format(
         "{{\"median_us\": {:.4f}, \"p99_us\": {:.4f}, \"max_us\": {:.4f}, \"steps\": {}, "
         "\"steps_late\": {}, "
-        "\"step_us\": {:g}, \"real_time_factor\": {:.2f}}}\n",
-        quantile(0.5), quantile(0.99), us.back(), count, late, options.step_s * 1e6, factor));
+        "\"step_us\": {:g}, \"real_time_factor\": {:.2f}, \"step_swing\": {:.4g}}}\n",
+        quantile(0.5), quantile(0.99), us.back(), count, late, options.step_s * 1e6, factor,
+        swing.largest()));
     return kOk;
   }
   terminal.print(fmt::format(
@@ -85,6 +94,8 @@ int timing(const TimingCommand& command, Terminal& terminal) {
       "late; "
       "{:.0f} times real time\n",
       options.step_s * 1e3, quantile(0.5), quantile(0.99), us.back(), late, count, factor));
+  if (const std::string warning = swing.warning(options); !warning.empty())
+    terminal.print(warning + "\n");
   // Histogram with doubling bins up to the step itself, which is the line not to cross.
   const double deadline = options.step_s * 1e6;
   double low = 0.0;

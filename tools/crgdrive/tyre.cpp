@@ -96,7 +96,11 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
   options.mirrored = command.mirrored;
   const double version = file.coefficients.version / 10.0;
   std::string text = fmt::format("{}: Magic Formula {:.1f}, {} coefficients at their default\n", command.tyre_path, version, file.defaulted.size());
-  nlohmann::ordered_json numbers = {{"tyre", command.tyre_path}, {"magic_formula", version}, {"defaulted", file.defaulted.size()}};
+  if (!file.unused.empty()) text += fmt::format("not used: {}\n", fmt::join(file.unused, ", "));
+  nlohmann::ordered_json numbers = {{"tyre", command.tyre_path},
+                                    {"magic_formula", version},
+                                    {"defaulted", file.defaulted.size()},
+                                    {"unused", file.unused}};
   if (!command.points_path.empty()) {
     const vehicle::Table points = vehicle::read_table(command.points_path);
     const vehicle::Table forces =

@@ -39,6 +39,7 @@ int choose_gear(const Car<double>& car, double vx_mps, int gear_now) {
   const double limit = car.parameters[Parameter::engine_limit_radps];
   const double wheel = std::max(0.0, vx_mps) / car.static_radius_m[1];
   int gear = std::clamp(gear_now, 1, 6);
+  while (gear > 1 && !(ratio_of(car, gear) > 0.0)) --gear;  // no such gear
   while (gear < 6 && ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit)
     ++gear;
   while (gear > 1 && wheel * ratio_of(car, gear - 1) < 0.80 * limit) --gear;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "vehicle/error.h"
+#include "vehicle/step_swing.h"
 #include "vehicle/work.h"
 
 namespace vehicle {
@@ -18,42 +19,12 @@ void add(Powers<double>& sum, const Powers<double>& work) {
         &Powers<double>::tyre_moment, &Powers<double>::drag, &Powers<double>::downforce,
         &Powers<double>::side, &Powers<double>::damper, &Powers<double>::brake,
         &Powers<double>::engine, &Powers<double>::driveline, &Powers<double>::clutch,
-        &Powers<double>::fuel})
+        &Powers<double>::fuel, &Powers<double>::hold})
     sum.*member += work.*member;
 }
 
-/// Looks for wheel forces that go up in one step and down in the next, on and on.
-class StepSwing {
- public:
-  void look(const Car<double>& car, const Detail<double>& detail) {
-    for (std::size_t k = 0; k < 3 * kWheels; ++k) {
-      const std::size_t i = k / 3;
-      const WheelDetail<double>& wheel = detail.wheel[i];
-      const double force = k % 3 == 0 ? wheel.fz_n : k % 3 == 1 ? wheel.fx_n : wheel.fy_n;
-      Force& w = force_[k];
-      const double change = force - w.force_n;
-      w.force_n = force;
-      w.run = change * w.changes[w.next] < 0.0 ? w.run + 1 : 0;
-      w.next = (w.next + 1) % kRun;
-      w.changes[w.next] = change;
-      if (w.run < kRun) continue;
-      double least = std::abs(change);
-      for (const double one : w.changes) least = std::min(least, std::abs(one));
-      largest_ = std::max(largest_, least / car.static_load_n[axle_of(i)]);
-    }
-  }
-  double largest() const { return largest_; }
-
- private:
-  static constexpr std::size_t kRun = 12;
-  struct Force {
-    double force_n = 0.0;
-    std::array<double, kRun> changes{};
-    std::size_t next = 0, run = 0;
-  };
-  std::array<Force, 3 * kWheels> force_;
-  double largest_ = 0.0;
-};
+/// Half the strip of road that a wheel looks at, and reserve.
+constexpr double kBesideWheel_m = 0.5;
 
 }  // namespace
 
@@ -63,6 +34,12 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   const crg::Surface& surface = *road.surface();
   if (options.progress) options.progress("racing line", 0.0);
   RacingLine line = plan_line(surface, options.line);
+  if (!line.closed && options.laps > 1)
+    throw Error(fmt::format(
+        "{} laps of an open road, whose end is {:.0f} m from its begin; wanted one, or a closed "
+        "road",
+        options.laps,
+        std::hypot(line.x_m.back() - line.x_m.front(), line.y_m.back() - line.y_m.front())));
   SpeedOptions plan = options.speed;
   plan.tyre_k = options.tyre_k;
   plan.fuel_kg = options.fuel_kg;
@@ -70,11 +47,25 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   plan_speed(line, car, plan);
 
   StartOptions begin;
-  begin.x_m = line.x_m[0];
-  begin.y_m = line.y_m[0];
-  begin.z_near_m = surface.z_at_uv(line.u_begin_m, line.v_m[0]);
-  begin.yaw_rad = line.heading_rad[0];
-  begin.speed_mps = options.standing ? 0.0 : line.speed_mps[0];
+  // On an open road all four wheels stand on it: the car begins by its tail behind the road's begin
+  // and ends by its nose before the road's end.
+  const double nose_m = car.parameters[Parameter::chassis_cog_behind_front_m] + kBesideWheel_m;
+  const double tail_m =
+      car.parameters[Parameter::chassis_wheelbase_m] + 2.0 * kBesideWheel_m - nose_m;
+  std::size_t first = 0;
+  double ahead_m = line.closed ? 0.0 : tail_m;
+  while (first + 2 < line.s_m.size() && line.s_m[first + 1] <= ahead_m) ++first;
+  ahead_m -= line.s_m[first];
+  const std::size_t next = (first + 1) % line.x_m.size();
+  const double heading_rad =
+      line.closed ? line.heading_rad[0]
+                  : std::atan2(line.y_m[next] - line.y_m[first], line.x_m[next] - line.x_m[first]);
+  begin.x_m = line.x_m[first] + ahead_m * std::cos(heading_rad);
+  begin.y_m = line.y_m[first] + ahead_m * std::sin(heading_rad);
+  begin.z_near_m =
+      surface.z_at_uv(line.u_begin_m + line.u_step_m * static_cast<double>(first), line.v_m[first]);
+  begin.yaw_rad = heading_rad;
+  begin.speed_mps = options.standing ? 0.0 : line.speed_mps[first];
   begin.gear = choose_gear(car, begin.speed_mps, 6);
   begin.fuel_kg = options.fuel_kg;
   begin.tyre_k = options.tyre_k;
@@ -83,6 +74,8 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   Driver driver;
   driver.options = options.driver;
   driver.gear = begin.gear;
+  driver.station = first;
+  driver.s_m = line.s_m[first];
 
   LapResult out;
   const auto& v_m = surface.file().grid.v_m;
@@ -90,7 +83,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   RunRecorder recorder(options.devices, options.record_every, options.step.step_s, options.on_row);
   Detail<double> detail{};
   StepSwing swing;
-  crg::Cursor cursor;
+  RoadTracker tracker(surface);
   const double energy_begin = energy(car, sim.state);
   double lap_begin_s = 0.0, last_s_m = 0.0;
   bool half_round = false;  // the start lies on the line: a lap counts once the far side was seen
@@ -107,7 +100,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
       break;
     }
     add(out.energy_j, work_of_step(car, before, sim.state, detail, options.step));
-    swing.look(car, detail);
+    swing.look(car, before, detail);
     bool off = false;
     for (const WheelDetail<double>& wheel : detail.wheel) {
       off = off || !wheel.road.on_road;
@@ -123,7 +116,8 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
         std::max(1e-9, std::hypot(dx, dy));
     out.furthest_off_line_m = std::max(out.furthest_off_line_m, away);
     if (recorder.wants_step()) {
-      const crg::UV place = surface.uv_of_xy(before[kX], before[kY], cursor);
+      const crg::UV place = tracker.at(
+          before[kX], before[kY], before[kZ] - car.parameters[Parameter::chassis_cog_height_m]);
       recorder.record(time_s, before, detail, controls, place.u_m, place.v_m);
     }
     if (away > 30.0) {
@@ -134,8 +128,9 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
     const double place_s = driver.s_m;
     half_round = half_round || std::abs(place_s - 0.5 * line.length_m) < 0.1 * line.length_m;
     // Over the line: his place jumped back by about a lap.
-    const bool over = line.closed ? half_round && place_s < last_s_m - 0.5 * line.length_m
-                                  : driver.station + 3 >= line.s_m.size();
+    const bool over =
+        line.closed ? half_round && place_s < last_s_m - 0.5 * line.length_m
+                    : driver.station + 3 >= line.s_m.size() || line.length_m - place_s < nose_m;
     if (over) {
       const double gone = line.closed ? place_s + line.length_m - last_s_m : 1.0;
       const double share = line.closed && gone > 0.0 ? (line.length_m - last_s_m) / gone : 0.0;
@@ -163,6 +158,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
     }
   }
   out.step_swing = swing.largest();
+  out.swing_warning = swing.warning(options.step);
   out.complete = static_cast<int>(out.lap_s.size()) == laps;
   out.energy_change_j = energy(car, sim.state) - energy_begin;
   out.telemetry = recorder.table();

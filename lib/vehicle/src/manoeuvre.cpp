@@ -10,6 +10,7 @@
 
 #include "vehicle/driver.h"
 #include "vehicle/error.h"
+#include "vehicle/step_swing.h"
 
 namespace vehicle {
 namespace {
@@ -96,6 +97,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   Detail<double> detail{};
   RunRecorder recorder(m.devices, m.record_every, m.step.step_s, m.on_row);
   ManoeuvreResult out;
+  StepSwing swing;
   constexpr double kBegin_s = 1.0;
   double brake_x_m = 0.0;
   bool braking = false;
@@ -136,6 +138,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
       out.problem = describe(result, t, under.u_m, under.v_m);
       break;
     }
+    swing.look(car, before, detail);
     if (recorder.wants_step()) recorder.record(t, before, detail, c, before[kX], before[kY]);
     for (const auto& wheel : detail.wheel) out.peak_fz_n = std::max(out.peak_fz_n, wheel.fz_n);
     out.peak_ay_mps2 = std::max(out.peak_ay_mps2, std::abs(detail.specific_force_mps2.y));
@@ -144,6 +147,8 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
       out.stop_m = sim.state[kX] - brake_x_m;
   }
   out.complete = out.problem.empty();
+  out.step_swing = swing.largest();
+  out.swing_warning = swing.warning(m.step);
   out.end_mps = sim.state[kVx];
   out.telemetry = recorder.table();
   return out;

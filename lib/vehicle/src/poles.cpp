@@ -7,6 +7,7 @@
 
 #include "vehicle/driver.h"
 #include "vehicle/error.h"
+#include "vehicle/step_swing.h"
 
 namespace vehicle {
 namespace {
@@ -15,6 +16,7 @@ using Matrix = Eigen::MatrixXd;
 
 /// Between these the largest stable step is looked for, s.
 constexpr double kShortestStep = 2e-4, kLongestStep = 0.01;
+constexpr double kWatched_s = 0.5;
 
 /// Size of a difference for each state: small against what it usually is.
 double difference(std::size_t i) {
@@ -85,6 +87,7 @@ Linearisation linearise(const Car<double>& car, double speed_mps,
       State<double> next = s, rate;
       Detail<double> scratch;
       derivative(car, s, in, road, cursors, rate, scratch);
+      settle_frictions(car, h, rate, scratch);
       integrate(car, next, rate, scratch, {h, integrator});
       return next;
     };
@@ -95,9 +98,27 @@ Linearisation linearise(const Car<double>& car, double speed_mps,
       if (std::abs(values(i) - 1.0) > 1e-3) largest = std::max(largest, std::abs(values(i)));
     return largest;
   };
+  const auto step_swing = [&](double h, Integrator integrator) {
+    Simulation<double> own = sim;
+    Detail<double> scratch = detail;
+    Controls<double> held = controls;
+    StepSwing swing;
+    const StepOptions options{h, integrator};
+    for (int i = 0; i < static_cast<int>(kWatched_s / h); ++i) {
+      const State<double> before = own.state;
+      if (begin.gear != 0)
+        held.throttle_command = std::clamp(0.3 + 0.5 * (speed_mps - before[kVx]), 0.0, 1.0);
+      if (!step(car, own, held, road, options, scratch).ok())
+        return std::numeric_limits<double>::infinity();
+      swing.look(car, before, scratch);
+    }
+    return swing.largest();
+  };
   for (const double h : steps_s)
     out.radii.push_back({h, largest_eigenvalue(h, Integrator::kExplicitEuler),
-                         largest_eigenvalue(h, Integrator::kSemiImplicit)});
+                         largest_eigenvalue(h, Integrator::kSemiImplicit),
+                         step_swing(h, Integrator::kExplicitEuler),
+                         step_swing(h, Integrator::kSemiImplicit)});
   out.euler_step_s = kLongestStep;
   for (double h = kShortestStep; h < kLongestStep; h *= 1.05)
     if (largest_eigenvalue(h, Integrator::kExplicitEuler) > 1.0) {

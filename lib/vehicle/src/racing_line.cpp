@@ -337,6 +337,14 @@ void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& op
   // Twice round a closed lap, so that the end knows the beginning. An open road ends rolling.
   const std::size_t rounds = line.closed ? 2 * n : n;
   if (options.standing_start) speed[0] = std::min(speed[0], 3.0);
+  if (!line.closed) {
+    // Nobody knows what was before: as fast as asked, at most what the engine holds there.
+    const auto holds = [&](double v) {
+      return engine_force(v) >= half_density * drag_area * v * v + mass * g * line.grade[0];
+    };
+    if (options.begin_mps > 0.0) speed[0] = std::min(speed[0], options.begin_mps);
+    while (speed[0] > 3.0 && !holds(speed[0])) speed[0] = std::max(3.0, speed[0] - 0.25);
+  }
   for (std::size_t k = 0; k + 1 < rounds; ++k) {  // forwards: acceleration
     const std::size_t i = k % n, j = (k + 1) % n;
     if (options.standing_start && j == 0) break;

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "vehicle/error.h"
+#include "vehicle/step_swing.h"
 #include "vehicle/telemetry.h"
 
 namespace vehicle {
@@ -17,6 +19,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, kWheels> kWheelNames{"fl", "fr", "rl", "rr"};
 constexpr double kTrend_s = 0.2;
+constexpr double kHold_1ps = 3.0;    ///< how fast the held car comes back to its recorded place
 constexpr double kShortest_s = 0.1;  ///< of a window
 
 /// A channel without empty cells; empty where it was not recorded.
@@ -62,6 +65,14 @@ Commands read_commands(const Source& source, const ReplayOptions& options, Car<d
     for (double& value : values) value *= factor;
     return values;
   };
+  out.wake_x_m = source.channel("wake_x_m");
+  out.wake_y_m = source.channel("wake_y_m");
+  if (options.driver) {
+    said.emplace_back("the driver steers, accelerates, brakes and shifts along the recorded path");
+    return out;
+  }
+  if (options.hold_speed)
+    said.emplace_back("a push along the car holds its speed and place to the recording");
   out.steer_command_rad = source.channel("steer_command_rad");
   const char* const how = options.closed_path ? ", with what leads back to the recorded path" : "";
   if (!out.steer_command_rad.empty()) {
@@ -133,8 +144,6 @@ Commands read_commands(const Source& source, const ReplayOptions& options, Car<d
   }
   said.emplace_back(out.gear.empty() ? "no gear was recorded: the car shifts by itself"
                                      : "gear shifts");
-  out.wake_x_m = source.channel("wake_x_m");
-  out.wake_y_m = source.channel("wake_y_m");
   return out;
 }
 
@@ -382,7 +391,8 @@ Controls<double> controls_at(const Commands& commands, const std::vector<double>
   Controls<double> c;
   if (!commands.steer_command_rad.empty())
     c.steer_command_rad = at(commands.steer_command_rad, time, row, t);
-  c.throttle_command = std::clamp(at(commands.throttle_command, time, row, t), 0.0, 1.0);
+  if (!commands.throttle_command.empty())
+    c.throttle_command = std::clamp(at(commands.throttle_command, time, row, t), 0.0, 1.0);
   for (std::size_t i = 0; i < kWheels; ++i)
     if (!commands.brake_command_pa[i].empty())
       c.brake_command_pa[i] = std::max(0.0, at(commands.brake_command_pa[i], time, row, t));
@@ -450,7 +460,10 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
   Comparison comparison(source);
   const auto& names = telemetry_channels();
   for (const std::string& name : names) out.telemetry.add(name, {});
+  out.telemetry.add("hold_n", {});
   out.telemetry.add("window", {});
+  if (options.hold_speed && options.driver)
+    throw Error("the driver holds the speed by his pedals; a push beside them tells nothing");
 
   const double h = options.step.step_s;
   Simulation<double> last{};  // temperatures and fuel go on from the window before
@@ -480,18 +493,20 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
     put_on(road, window.settle, states, sim);
     comparison.begin(window);
     RacingLine line;
-    if (options.closed_path && commands.steer_command_rad.empty())
+    if (options.driver || (options.closed_path && commands.steer_command_rad.empty()))
       line =
           recorded_line(x_m, y_m, vx_mps, {window.stretch_begin, stretch_end(recording, window)});
     PathKeeper keeper{x_m,           y_m,
                       yaw_rad,       commands.steer_command_rad,
                       window.settle, stretch_end(recording, window)};
-    Driver driver = driver_at(line, begin.x_m, begin.y_m, begin.gear, options.driver);
+    Driver driver = driver_at(line, begin.x_m, begin.y_m, begin.gear, options.driver_options);
     Detail<double> detail{};
-    crg::Cursor cursor;
+    std::optional<RoadTracker> tracker;
+    if (road.surface() != nullptr) tracker.emplace(*road.surface());
     int gear = begin.gear;
     std::size_t next = window.first, row = window.settle;
     bool settled = false, have_before = false;
+    StepSwing swing;
     for (std::int64_t n = 0; next < window.end; ++n) {
       if (options.progress && n % 4096 == 0)
         options.progress("replay", static_cast<double>(next) / static_cast<double>(time.size()));
@@ -503,10 +518,26 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
       }
       const State<double> state = sim.state;
       Controls<double> c = controls_at(commands, time, row, t, car, state[kVx], gear);
-      if (options.closed_path)
+      if (options.driver) {
+        const Controls<double> driven = drive(driver, line, car, state, detail);
+        c.steer_command_rad = driven.steer_command_rad;
+        c.throttle_command = driven.throttle_command;
+        c.brake_command_pa = driven.brake_command_pa;
+        c.gear_command = gear = driven.gear_command;
+      } else if (options.closed_path) {
         c.steer_command_rad = commands.steer_command_rad.empty()
                                   ? drive(driver, line, car, state, detail).steer_command_rad
-                                  : keeper.steer(car, state, options.driver);
+                                  : keeper.steer(car, state, options.driver_options);
+      }
+      if (options.hold_speed) {
+        // Critically damped on the distance to the recorded place, seen along the recorded heading.
+        const double cy = std::cos(yaw_rad[row]), sy = std::sin(yaw_rad[row]);
+        const double behind_m =
+            cy * (at(x_m, time, row, t) - state[kX]) + sy * (at(y_m, time, row, t) - state[kY]);
+        const double slower_mps = at(vx_mps, time, row, t) - state[kVx];
+        c.hold_n = (car.parameters[Parameter::chassis_mass_kg] + state[kFuel]) * kHold_1ps *
+                   (2.0 * slower_mps + kHold_1ps * behind_m);
+      }
       const StepResult result = step(car, sim, c, road, options.step, detail);
       if (!result.ok()) {
         const RoadPoint& under = detail.wheel[0].road;
@@ -515,13 +546,16 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
                         describe(result, t - time.front(), under.u_m, under.v_m)));
         break;
       }
+      swing.look(car, state, detail);
       // A recorded row lies between two steps: both are written down, the row on their line.
       if (!settled || time[next] > t + 1.5 * h) {
         have_before = false;
         continue;
       }
       crg::UV place{state[kX], state[kY]};
-      if (road.surface() != nullptr) place = road.surface()->uv_of_xy(state[kX], state[kY], cursor);
+      if (tracker)
+        place = tracker->at(state[kX], state[kY],
+                            state[kZ] - car.parameters[Parameter::chassis_cog_height_m]);
       fill_telemetry(t, state, detail, c, place.u_m, place.v_m, now);
       for (; next < window.end && time[next] <= t + 1e-9; ++next) {
         between = now;
@@ -532,6 +566,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
         between[0] = time[next];
         for (std::size_t i = 0; i < names.size(); ++i)
           out.telemetry.columns[i].push_back(between[i]);
+        out.telemetry.columns[names.size()].push_back(c.hold_n);
         out.telemetry.columns.back().push_back(static_cast<double>(out.windows));
         comparison.add(next, between);
       }
@@ -539,12 +574,25 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
       have_before = true;
     }
     last = sim;
+    if (swing.largest() > out.step_swing) {
+      out.step_swing = swing.largest();
+      out.swing_warning = swing.warning(options.step);
+    }
   }
   if (out.windows == 0)
     throw Error(
         fmt::format("nothing to replay: {} windows standing, {} stretches shorter than {} s",
                     out.standing, out.too_short, options.settle_s + kShortest_s));
   out.errors = comparison.finish();
+  const std::vector<double>& hold_n = *out.telemetry.find("hold_n");
+  for (const double push_n : hold_n) {
+    out.hold_mean_n += push_n;
+    out.hold_rms_n += push_n * push_n;
+    out.hold_most_n = std::max(out.hold_most_n, std::abs(push_n));
+  }
+  const auto rows = static_cast<double>(std::max<std::size_t>(1, hold_n.size()));
+  out.hold_mean_n /= rows;
+  out.hold_rms_n = std::sqrt(out.hold_rms_n / rows);
   return out;
 }
 

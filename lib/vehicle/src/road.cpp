@@ -11,6 +11,38 @@ namespace {
 /// Farther than this from the wheel, the answer may be the other level of a bridge.
 constexpr double kOtherLevel_m = 1.5;
 
+/// Calls use(place) for every leg of the road on whose grid the point lies.
+template <class Use>
+void each_leg(const crg::Surface& surface, double x_m, double y_m, Use&& use) {
+  const crg::ReferenceLine& line = surface.reference_line();
+  const auto& v_m = surface.file().grid.v_m;
+  if (v_m.size() < 2) return;
+  const double reach = std::max(std::abs(v_m.front()), std::abs(v_m.back()));
+  constexpr double kStride_m = 4.0;
+  const auto stride = static_cast<std::size_t>(std::max(1.0, kStride_m / line.u_step_m));
+  double last_u = -1e300;
+  for (std::size_t i = 0; i < line.size(); i += stride) {
+    if (std::hypot(x_m - line.x_m[i], y_m - line.y_m[i]) > reach + kStride_m) continue;
+    // The foot of the point on this leg, by steps along the line.
+    double u = line.u_begin_m + static_cast<double>(i) * line.u_step_m, v = 0.0;
+    for (int k = 0; k < 30; ++k) {
+      const crg::Point2 base = surface.xy_of_uv(u, 0.0), left = surface.xy_of_uv(u, 1.0);
+      const double nx = left.x_m - base.x_m, ny = left.y_m - base.y_m;
+      const double dx = x_m - base.x_m, dy = y_m - base.y_m;
+      v = dx * nx + dy * ny;
+      const double along = dx * ny - dy * nx;
+      u += along;
+      if (std::abs(along) < 1e-10) break;
+    }
+    if (std::abs(u - last_u) < 1e-6) continue;
+    last_u = u;
+    const crg::Point2 back = surface.xy_of_uv(u, v);
+    if (!(std::hypot(back.x_m - x_m, back.y_m - y_m) < 1e-3)) continue;
+    if (v < v_m.front() || v > v_m.back()) continue;
+    use(crg::UV{u, v});
+  }
+}
+
 }  // namespace
 
 RoadPoint Road::at(double x_m, double y_m, double z_near_m, std::size_t wheel,
@@ -106,42 +138,18 @@ RoadPoint Road::under_strip(double x_m, double y_m, double z_near_m, double head
 
 crg::Sample Road::other_leg(double x_m, double y_m, double z_near_m,
                             const crg::Sample& first) const noexcept {
-  const crg::ReferenceLine& line = surface_->reference_line();
-  const auto& v_m = surface_->file().grid.v_m;
-  if (v_m.size() < 2) return first;
-  const double reach = std::max(std::abs(v_m.front()), std::abs(v_m.back()));
-  constexpr double kStride_m = 4.0;
-  const auto stride = static_cast<std::size_t>(std::max(1.0, kStride_m / line.u_step_m));
   crg::Sample best = first;
-  double distance =
-      first.valid ? std::abs(first.z_m - z_near_m) : std::numeric_limits<double>::infinity();
-  double last_u = -1e300;
-  for (std::size_t i = 0; i < line.size(); i += stride) {
-    if (std::hypot(x_m - line.x_m[i], y_m - line.y_m[i]) > reach + kStride_m) continue;
-    // The foot of the point on this leg, by steps along the line.
-    double u = line.u_begin_m + static_cast<double>(i) * line.u_step_m, v = 0.0;
-    for (int k = 0; k < 30; ++k) {
-      const crg::Point2 base = surface_->xy_of_uv(u, 0.0), left = surface_->xy_of_uv(u, 1.0);
-      const double nx = left.x_m - base.x_m, ny = left.y_m - base.y_m;
-      const double dx = x_m - base.x_m, dy = y_m - base.y_m;
-      v = dx * nx + dy * ny;
-      const double along = dx * ny - dy * nx;
-      u += along;
-      if (std::abs(along) < 1e-10) break;
-    }
-    if (std::abs(u - last_u) < 1e-6) continue;
-    last_u = u;
-    const crg::Point2 back = surface_->xy_of_uv(u, v);
-    if (!(std::hypot(back.x_m - x_m, back.y_m - y_m) < 1e-3)) continue;
-    if (v < v_m.front() || v > v_m.back()) continue;
-    const crg::Sample sample = surface_->at_uv(u, v);
-    if (!sample.valid || !sample.inside) continue;
+  // Beside the road or over a hole, only a leg at this height; not one that passes far above.
+  double distance = first.valid ? std::abs(first.z_m - z_near_m) : kOtherLevel_m;
+  each_leg(*surface_, x_m, y_m, [&](const crg::UV& place) {
+    const crg::Sample sample = surface_->at_uv(place.u_m, place.v_m);
+    if (!sample.valid || !sample.inside) return;
     const double away = std::abs(sample.z_m - z_near_m);
     if (away < distance) {
       distance = away;
       best = sample;
     }
-  }
+  });
   return best;
 }
 
@@ -177,6 +185,41 @@ RoadPoint Road::nearest_valid(const crg::Sample& hole) const noexcept {
     }
   }
   return out;
+}
+
+crg::UV RoadTracker::at(double x_m, double y_m, double z_near_m) {
+  const crg::ReferenceLine& line = surface_->reference_line();
+  const double length_m = line.u_step_m * static_cast<double>(line.size() - 1);
+  crg::UV best = surface_->uv_of_xy(x_m, y_m, cursor_);
+  if (!std::isfinite(best.u_m)) return best;
+  // A car gets no further along the road than it moves, inside a bend somewhat.
+  const double reach_m = 2.0 * std::hypot(x_m - x_m_, y_m - y_m_) + 3.0;
+  const auto gone = [&](const crg::UV& place) {
+    const double du = place.u_m - last_.u_m;
+    return std::abs(line.closed ? std::remainder(du, length_m) : du);
+  };
+  const bool known = std::isfinite(last_.u_m);
+  if (!known || gone(best) > reach_m) {
+    // By history, else by height, else as the surface answers.
+    double least = std::numeric_limits<double>::infinity(), least_away = least;
+    crg::UV nearest = best, level = best;
+    each_leg(*surface_, x_m, y_m, [&](const crg::UV& place) {
+      if (known && gone(place) < least) {
+        least = gone(place);
+        nearest = place;
+      }
+      const double away = std::abs(surface_->z_at_uv(place.u_m, place.v_m) - z_near_m);
+      if (away < least_away) {
+        least_away = away;
+        level = place;
+      }
+    });
+    best = least <= reach_m ? nearest : level;
+  }
+  last_ = best;
+  x_m_ = x_m;
+  y_m_ = y_m;
+  return best;
 }
 
 }  // namespace vehicle

@@ -29,6 +29,12 @@ constexpr Entry kEntries[] = {
 #undef VEHICLE_TYRE_COEFFICIENT
 };
 
+/// Coefficients that are read, and checked where they can be wrong, but used by nothing: masses and
+/// inertias are the vehicle's, the patch follows from the deflection, and only FZMAX limits.
+constexpr std::string_view kChecked[] = {
+    "MASS",   "IXX",    "IYY",    "Q_RA1",  "Q_RA2",  "Q_RB1",  "Q_RB2",   "FZMIN",
+    "KPUMIN", "KPUMAX", "ALPMIN", "ALPMAX", "CAMMIN", "CAMMAX", "PRESMIN", "PRESMAX"};
+
 std::string_view trim(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
   while (!text.empty() && blank(text.front())) text.remove_prefix(1);
@@ -72,13 +78,14 @@ void check_unit(std::string_view quantity, std::string_view unit, const std::str
 }
 
 int version_of(double fit_type, const std::string& where) {
-  static constexpr std::pair<int, int> kVersions[] = {{5, 52},  {51, 52}, {52, 52}, {6, 61},
-                                                      {60, 61}, {61, 61}, {62, 62}};
+  static constexpr std::pair<int, int> kVersions[] = {{5, 52},  {6, 52},  {21, 52}, {51, 52},
+                                                      {52, 52}, {60, 61}, {61, 61}, {62, 62}};
   for (const auto& [code, version] : kVersions)
     if (fit_type == code) return version;
-  throw Error(fmt::format(
-      "{}: FITTYP = {} is no Magic Formula this program knows; wanted 5, 51, 52, 6, 60, 61 or 62",
-      where, fit_type));
+  throw Error(
+      fmt::format("{}: FITTYP = {} is no Magic Formula this program knows; wanted 5, 6, 21, 51, "
+                  "52, 60, 61 or 62",
+                  where, fit_type));
 }
 
 /// "file:line" of the value that settled a keyword, for errors found after the whole file is read.
@@ -210,6 +217,8 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
       has_fit_type = true;
     } else if (entry != std::end(kEntries)) {
       file.coefficients.*(entry->member) = number;
+      if (std::find(std::begin(kChecked), std::end(kChecked), keyword) != std::end(kChecked))
+        file.unused.push_back(keyword);
     } else {
       file.unused.push_back(keyword);
     }
@@ -226,6 +235,8 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
     file.defaulted.emplace_back(entry.keyword);
   }
   TyreCoefficients& tyre = file.coefficients;
+  tyre.states_rolling_radius =
+      seen.contains("BREFF") || seen.contains("DREFF") || seen.contains("FREFF");
   if (tyre.nominal_pressure_pa > 0 && tyre.pressure_pa == 0)
     tyre.pressure_pa = tyre.nominal_pressure_pa;
   check_values(tyre, places, name);

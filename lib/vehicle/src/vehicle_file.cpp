@@ -130,7 +130,7 @@ Vehicle read_vehicle(const std::string& path) {
   };
 
   const Section tyres = top.section("tyres");
-  tyres.allow({"front", "rear", "alpha"});
+  tyres.allow({"front", "rear", "alpha", "fx_arm"});
   vehicle.files.tyre[0] = read_tyre(file(tyres.text("front"))).coefficients;
   vehicle.files.tyre[1] = read_tyre(file(tyres.text("rear"))).coefficients;
   if (tyres.has("alpha")) {
@@ -138,6 +138,14 @@ Vehicle read_vehicle(const std::string& path) {
     if (alpha != "tan" && alpha != "angle")
       throw Error(fmt::format("{}: alpha = '{}', wanted tan or angle", path, alpha.substr(0, 60)));
     vehicle.files.alpha = alpha == "tan" ? AlphaConvention::kTangent : AlphaConvention::kAngle;
+  }
+
+  if (tyres.has("fx_arm")) {
+    const std::string arm = tyres.text("fx_arm");
+    if (arm != "loaded_radius" && arm != "rolling_radius")
+      throw Error(fmt::format("{}: fx_arm = '{}', wanted loaded_radius or rolling_radius", path,
+                              arm.substr(0, 60)));
+    vehicle.files.fx_arm = arm == "loaded_radius" ? FxArm::kLoadedRadius : FxArm::kRollingRadius;
   }
 
   const Section maps = top.section("maps");

@@ -8,9 +8,7 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
   using P = Parameter;
   const Parameters<double>& p = car.parameters;
   const double h = options.step_s;
-  const Sticking<double> stick = sticking(car, detail, h);
   const auto mean = [&](std::size_t i) { return 0.5 * (before[i] + after[i]); };
-  const auto change = [&](std::size_t i) { return after[i] - before[i]; };
   const Vec3<double> V{mean(kVx), mean(kVy), mean(kVz)};
   const Vec3<double> omega{mean(kRollRate), mean(kPitchRate), mean(kYawRate)};
   Powers<double> work;
@@ -28,7 +26,7 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
     work.tyre_moment +=
         h * (dot(w.couple, omega) + w.couple_on_travel * rate + dot(w.couple, w.axis) * spin[i]);
     work.damper -= h * w.damper_n * rate;
-    work.brake += h * (w.brake_nm - stick.brake_nms[i] * change(kSpin + i)) * spin[i];
+    work.brake += h * w.brake_nm * spin[i];
   }
 
   const auto push = [&](const Vec3<double>& force, const Vec3<double>& at) {
@@ -36,23 +34,19 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
   };
   const double drag_height_m = p[P::aero_drag_height_m] - p[P::chassis_cog_height_m];
   work.drag = push({detail.drag_x_n, detail.drag_y_n, 0.0}, {0.0, 0.0, drag_height_m});
-  work.side = push({0.0, detail.side_n, 0.0}, {-p[P::aero_side_behind_cog_m], 0.0, 0.0});
+  work.side = push({0.0, detail.side_n, 0.0}, {-p[P::aero_side_behind_cog_m], 0.0, drag_height_m});
   work.downforce = push({0.0, 0.0, -detail.front_downforce_n}, {car.wheel_m[0].x, 0.0, 0.0}) +
                    push({0.0, 0.0, -detail.rear_downforce_n}, {car.wheel_m[2].x, 0.0, 0.0});
 
   const double engine = mean(kEngine);
   const double axle = 0.5 * (spin[2] + spin[3]), difference = spin[2] - spin[3];
-  const double clutch_nm =
-      detail.clutch_nm +
-      stick.clutch_nms *
-          (change(kEngine) - detail.gear_ratio * 0.5 * (change(kSpin + 2) + change(kSpin + 3)));
-  const double differential_nm =
-      detail.differential_nm + stick.differential_nms * (change(kSpin + 2) - change(kSpin + 3));
-  const double driven_nm = clutch_nm * detail.gear_ratio * detail.drive_efficiency;
+  const double driven_nm = detail.clutch_nm * detail.gear_ratio * detail.drive_efficiency;
   work.engine = h * detail.engine_nm * engine;
-  work.clutch = -h * clutch_nm * (engine - detail.gear_ratio * axle);
-  work.driveline = h * (driven_nm * axle - clutch_nm * engine - differential_nm * difference);
+  work.clutch = -h * detail.clutch_nm * (engine - detail.gear_ratio * axle);
+  work.driveline =
+      h * (driven_nm * axle - detail.clutch_nm * engine - detail.differential_nm * difference);
   work.fuel = h * detail.power.fuel;
+  work.hold = h * detail.inputs.hold_n * V.x;
   return work;
 }
 

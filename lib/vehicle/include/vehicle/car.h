@@ -12,10 +12,17 @@
 
 namespace vehicle {
 
+/// The arm at which the longitudinal force turns a wheel. By force and place it is the loaded
+/// radius; many programs take the rolling radius, so that the force at the tread does exactly the
+/// work of the torque on the wheel: what differs they leave out as the work of the carcass's
+/// deformation.
+enum class FxArm { kLoadedRadius, kRollingRadius };
+
 /// What a car has in files: two tyres and its maps. An empty map is replaced as stated.
 struct CarFiles {
   std::array<TyreCoefficients, 2> tyre;  ///< front, rear
   AlphaConvention alpha = AlphaConvention::kTangent;
+  FxArm fx_arm = FxArm::kLoadedRadius;
   Map2 engine_torque_nm;         ///< over engine speed rad/s and throttle; required
   std::array<Map1, 2> damper_n;  ///< over speed m/s, bump positive; empty: the damping parameters
   Map2 drag_factor;              ///< over front and rear ride height, m; empty: 1

@@ -35,8 +35,8 @@ struct Driver {
 Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>& car,
                        const State<double>& state, const Detail<double>& detail);
 
-/// The gear for a speed: the highest wheel torque below the limiter, not shifting back for less
-/// than a tenth of the engine's range.
+/// The gear for a speed, of those the car has: the highest wheel torque below the limiter, not
+/// shifting back for less than a tenth of the engine's range.
 int choose_gear(const Car<double>& car, double vx_mps, int gear_now);
 
 }  // namespace vehicle

@@ -31,8 +31,9 @@ struct WheelDetail {
   T decay_x_1ps = T(0), decay_y_1ps = T(0);  ///< of the contact patch's deflections
   T yield_x = T(1), yield_y = T(1);          ///< their rate per sliding speed, less by damping
   T spin_radps = T(0);                       ///< against the body
-  T brake_stiffness_nms = T(0);              ///< fall of the brake torque per wheel speed
+  T brake_capacity_nm = T(0);                ///< largest brake torque, either way
   Vec3<T> axis, arm, swing;  ///< spin axis; wheel centre to contact; contact per travel
+  Vec3<T> centre, slide;     ///< wheel centre, and its path per travel
   Vec3<T> couple;            ///< moment of the tyre on the wheel
   T couple_on_travel = T(0), damper_n = T(0);
   RoadPoint road;
@@ -51,10 +52,11 @@ struct Powers {
   T driveline = T(0);  ///< lost in clutch, gears and differential
   T clutch = T(0);     ///< the clutch's part of it
   T fuel = T(0);       ///< motion and height of the mass that burns
+  T hold = T(0);       ///< the push from outside
 
   T sum() const {
     return tyre_normal + tyre_x + tyre_y + tyre_moment + drag + downforce + side + damper + brake +
-           engine + driveline + fuel;
+           engine + driveline + fuel + hold;
   }
 };
 
@@ -71,8 +73,11 @@ struct Detail {
   T clutch_slip_radps = T(0);     ///< engine against gearbox
   T clutch_stiffness_nms = T(0);  ///< fall of the clutch torque per slip speed
   T differential_nm = T(0), differential_slip_radps = T(0), differential_stiffness_nms = T(0);
+  T limited_slip_nm = T(0);    ///< the part of limited slip in the first, fully sliding
+  T limited_slip_grip = T(0);  ///< share of it that acts, signed
   T drag_n = T(0), front_downforce_n = T(0), rear_downforce_n = T(0);
   T drag_x_n = T(0), drag_y_n = T(0), side_n = T(0);  ///< along the body's axes
+  std::array<std::array<T, 6>, 6> inertia{};  ///< of the body with its wheels, LDL^T factors
 };
 
 namespace dynamics_detail {
@@ -90,9 +95,9 @@ T smooth_step(const T& x) {
   return c * c * (3.0 - 2.0 * c);
 }
 
-/// Solves the symmetric positive definite 6 x 6 system a x = b in place (LDL^T).
+/// Factors a symmetric positive definite 6 x 6 matrix in place (LDL^T, lower triangle).
 template <class T>
-void solve6(std::array<std::array<T, 6>, 6>& a, std::array<T, 6>& b) {
+void factor6(std::array<std::array<T, 6>, 6>& a) {
   for (std::size_t j = 0; j < 6; ++j) {
     for (std::size_t k = 0; k < j; ++k) {
       const T l = a[j][k];
@@ -103,6 +108,11 @@ void solve6(std::array<std::array<T, 6>, 6>& a, std::array<T, 6>& b) {
     const T inverse = T(1) / a[j][j];
     for (std::size_t i = j + 1; i < 6; ++i) a[i][j] *= inverse;
   }
+}
+
+/// Solves a x = b in place with the factors of a.
+template <class T>
+void solve6(const std::array<std::array<T, 6>, 6>& a, std::array<T, 6>& b) {
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
   for (std::size_t i = 0; i < 6; ++i) b[i] /= a[i][i];
@@ -131,6 +141,17 @@ void add_point_mass(std::array<std::array<T, 6>, 6>& m, const T& mass, const Vec
 }
 
 }  // namespace dynamics_detail
+
+/// Friction torque of the limited slip differential, fully sliding, under a torque `driven_nm`.
+template <class T>
+T limited_slip_torque(const Car<T>& car, const T& driven_nm) {
+  using std::abs;
+  using P = Parameter;
+  const Parameters<T>& p = car.parameters;
+  const T& ramp = driven_nm > T(0) ? p[P::differential_drive_ramp] : p[P::differential_coast_ramp];
+  return car.terms[Term::limited_slip] * (p[P::differential_preload_nm] + ramp * abs(driven_nm)) *
+         0.5;
+}
 
 /// Height, slope and friction under a wheel, for any scalar: the road stays double, its height
 /// follows the scalar through the gradient (the gradient itself counts as constant).
@@ -352,6 +373,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     // The patch is carried through at the speed of travel, but its deflection never exceeds what a
     // slip of kLargestSlip gives: below a certain speed it is the sliding that renews it.
     constexpr double kLargestSlip = 1.5;
+    constexpr double kSlowSliding_mps = 3.0, kUnwinding_s = 0.005;
     const T transport_x = std::max(forward, T(abs(w.slip_x_mps) / kLargestSlip));
     const T transport_y = std::max(forward, T(abs(w.slip_y_mps) / kLargestSlip));
     w.kappa = -w.slip_x_mps / std::max(transport_x, low);
@@ -363,8 +385,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       const T& k = amplitude(Term::tyre_relaxation);
       const Stiffness<T> origin =
           tyre_stiffness(tyre, w.fz_n, p.axle(a, P::front_tyre_pressure_pa), factors);
-      const Relaxation<T> sigma =
-          relaxation_lengths(tyre, w.fz_n, origin.slip_n, origin.cornering_npr);
+      const Relaxation<T> sigma = relaxation_lengths(
+          tyre, w.fz_n, origin.slip_n, origin.cornering_npr, T(w.camber_rad * factors.camber),
+          p.axle(a, P::front_tyre_pressure_pa));
       w.decay_x_1ps = transport_x / sigma.longitudinal_m;
       w.decay_y_1ps = transport_y / sigma.lateral_m;
       // Carcass: spring and damper side by side, in series with the patch, which slides by what the
@@ -386,6 +409,31 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       if (damped) {
         along += tau * out[kSlipX + i];
         across += tau * out[kSlipY + i];
+      }
+      // A carcass holds no more than friction over its stiffness; what fast sliding adds to the
+      // deflection is no spring and must not push on once the sliding ends. So the most that a
+      // slowly sliding patch keeps shrinks to the carcass's own with the speed.
+      const T pace_x = std::max(forward, T(abs(w.slip_x_mps)));
+      const T pace_y = std::max(forward, T(abs(w.slip_y_mps)));
+      if (w.fz_n > T(0) && (pace_x < T(kSlowSliding_mps) || pace_y < T(kSlowSliding_mps))) {
+        const Friction<T> peak =
+            peak_friction(tyre, w.fz_n, p.axle(a, P::front_tyre_pressure_pa), factors);
+        const auto excess_1ps = [&](const T& pace, const T& friction, const T& stiffness_n,
+                                    const T& sigma_m, const T& deflection_m) {
+          const T held = std::min(T(kLargestSlip), T(abs(friction * w.fz_n / stiffness_n)));
+          const T most =
+              (held + (kLargestSlip - held) * smooth_step(T(pace / kSlowSliding_mps))) * sigma_m;
+          const T size = abs(deflection_m);
+          return size > most ? T((1.0 - most / size) / kUnwinding_s) : T(0);
+        };
+        const T excess_x =
+            excess_1ps(pace_x, peak.x, origin.slip_n, sigma.longitudinal_m, s[kSlipX + i]);
+        const T excess_y =
+            excess_1ps(pace_y, peak.y, origin.cornering_npr, sigma.lateral_m, s[kSlipY + i]);
+        out[kSlipX + i] -= excess_x * s[kSlipX + i];
+        out[kSlipY + i] -= excess_y * s[kSlipY + i];
+        w.decay_x_1ps += excess_x;
+        w.decay_y_1ps += excess_y;
       }
       const T kappa = along / sigma.longitudinal_m, tan_alpha = across / sigma.lateral_m;
       w.kappa += k * (kappa - w.kappa);
@@ -416,6 +464,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     if (active(Term::rolling_resistance))
       couple += (amplitude(Term::rolling_resistance) * f.my_nm) * w.left;
 
+    if (files.fx_arm == FxArm::kRollingRadius)
+      couple -= (w.fx_n * (w.rolling_radius_m - radius)) * axis[i];
+
     const Vec3<T> tangential = w.fx_n * w.heading + w.fy_n * w.left;
     const Vec3<T> contact_force = w.fz_n * n + tangential;
     force += contact_force;
@@ -426,6 +477,8 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     w.axis = axis[i];
     w.arm = arm;
     w.swing = swing;
+    w.centre = centre[i];
+    w.slide = slide[i];
     w.couple = couple;
     w.couple_on_travel = dot(couple, turn[i]);
     const Vec3<T> tread = v + spin[i] * cross(axis[i], arm);
@@ -556,6 +609,11 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     }
   }
 
+  if (!is_exactly_zero(in.hold_n)) {
+    force.x += in.hold_n;
+    power.hold = in.hold_n * V.x;
+  }
+
   // 7. Engine, turbo, clutch, differential.
   const T& engine_speed = s[kEngine];
   const T throttle = clip(in.throttle, 0.0, 1.0);
@@ -625,10 +683,10 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   const T difference = spin[2] - spin[3];
   detail.differential_slip_radps = difference;
   if (active(Term::limited_slip)) {
-    const T& ramp = driven > T(0) ? p[P::differential_drive_ramp] : p[P::differential_coast_ramp];
-    const T friction =
-        amplitude(Term::limited_slip) * (p[P::differential_preload_nm] + ramp * abs(driven)) * 0.5;
+    const T friction = limited_slip_torque(car, driven);
     const T grip = tanh(difference / p[P::differential_stick_radps]);
+    detail.limited_slip_nm = friction;
+    detail.limited_slip_grip = grip;
     detail.differential_nm += friction * grip;
     detail.differential_stiffness_nms +=
         friction * (1.0 - grip * grip) / p[P::differential_stick_radps];
@@ -667,7 +725,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
                        p.axle(a, P::front_brake_radius_m);
     const T grip = tanh(spin[i] / p[P::brake_stop_radps]);
     w.brake_nm = -capacity * grip;
-    w.brake_stiffness_nms = capacity * (1.0 - grip * grip) / p[P::brake_stop_radps];
+    w.brake_capacity_nm = capacity;
     const T torque = w.brake_nm + w.drive_nm;
     spin_torque[i] += torque;
     power.brake += w.brake_nm * spin[i];
@@ -738,7 +796,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   }
   out[kEngine] = engine_torque / p[P::engine_inertia_kgm2];
 
-  std::array<std::array<T, 6>, 6> inertia{};
+  std::array<std::array<T, 6>, 6>& inertia = detail.inertia;
   const Vec3<T> none;
   const T ms = car.sprung_mass_kg;
   const Vec3<T> cs = car.sprung_cog_m;
@@ -779,6 +837,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     moment += cross(centre[i], m * gravity - reaction);
   }
   std::array<T, 6> x{force.x, force.y, force.z, moment.x, moment.y, moment.z};
+  factor6(inertia);
   solve6(inertia, x);
   const Vec3<T> acceleration{x[0], x[1], x[2]};  // of the origin, body axes
   const Vec3<T> angular{x[3], x[4], x[5]};

@@ -36,18 +36,17 @@ struct LapResult {
   double least_edge_m = 0.0;         ///< smallest distance of a wheel to the edge of the v range
   std::size_t steps_off_road = 0;    ///< steps with a wheel beside the grid or over a hole
   double top_mps = 0.0;
-  /// Largest change of a wheel's load, longitudinal or side force from step to step that went back
-  /// and forth over 12 steps, as a share of the static load: an integration that is about to become
-  /// unstable swings at its step.
-  double step_swing = 0.0;
+  double step_swing = 0.0;    ///< StepSwing::largest()
+  std::string swing_warning;  ///< StepSwing::warning()
   std::size_t steps = 0;
   Powers<double> energy_j;       ///< what each power added up to, over all laps
   double energy_change_j = 0.0;  ///< change of the car's energy over the same steps
   Table telemetry;
 };
 
-/// Drives laps of a road; an open road is driven once, from its begin to its end. The same
-/// arguments give the same result to the bit. Throws Error when no line can be planned.
+/// Drives laps of a road; an open road is driven once, with all wheels on it from its begin to its
+/// end. The same arguments give the same result to the bit. Throws Error when no line can be
+/// planned, and when several laps of an open road are asked for.
 LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions& options = {});
 
 }  // namespace vehicle

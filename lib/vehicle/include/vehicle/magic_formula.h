@@ -103,6 +103,14 @@ T cornering_stiffness(const TyreCoefficients& t, const TyreFactors<T>& f, const 
          f.stiffness_y;
 }
 
+/// (4.E2b); 0 Pa: as in the file.
+template <class T>
+T pressure_change(const TyreCoefficients& t, const T& pressure_pa) {
+  if (!(t.nominal_pressure_pa > 0)) return T(0);
+  const T pressure = pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa;
+  return (pressure - t.nominal_pressure_pa) / t.nominal_pressure_pa;
+}
+
 /// Load and pressure as the formulas see them.
 template <class T>
 struct Condition {
@@ -119,10 +127,31 @@ Condition<T> condition(const TyreCoefficients& t, const TyreFactors<T>& f, const
   c.fz = overloaded ? T(t.fz_max_n) : fz_n;
   c.beyond = overloaded ? T(fz_n / t.fz_max_n) : T(1);
   c.dfz = f.load_sensitivity * ((c.fz - fz0) / fz0);  // (4.E2a)
-  const T pressure = pressure_pa == T(0) ? T(t.pressure_pa) : pressure_pa;
-  c.dpi = t.nominal_pressure_pa > 0 ? T((pressure - t.nominal_pressure_pa) / t.nominal_pressure_pa)
-                                    : T(0);  // (4.E2b)
+  c.dpi = pressure_change(t, pressure_pa);
   return c;
+}
+
+/// (4.E13), `gamma` scaled by LGAX.
+template <class T>
+T peak_friction_x(const TyreCoefficients& t, const TyreFactors<T>& f, const T& dfz, const T& dpi,
+                  const T& gamma) {
+  return (t.pdx1 + t.pdx2 * dfz) * (1.0 + dpi * (t.ppx3 + t.ppx4 * dpi)) *
+         (1.0 - t.pdx3 * gamma * gamma) * (t.lmux * f.grip_x);
+}
+
+/// (4.E23), `gamma` scaled by LGAY.
+template <class T>
+T peak_friction_y(const TyreCoefficients& t, const TyreFactors<T>& f, const T& dfz, const T& dpi,
+                  const T& gamma) {
+  return (t.pdy1 + t.pdy2 * dfz) * (1.0 + dpi * (t.ppy3 + t.ppy4 * dpi)) *
+         (1.0 - t.pdy3 * (gamma * gamma)) * t.lmuy * f.grip_y;
+}
+
+/// What a friction factor does to the vertical shifts. 6.x, (4.E8): they fade with the grip below
+/// lambda = 0.1 only; 5.2: in proportion.
+template <class T>
+T shift_scale(const TyreCoefficients& t, const T& lambda) {
+  return t.version == 52 ? lambda : T(10.0 * lambda / (1.0 + 9.0 * lambda));
 }
 
 /// What the pure side force at one inclination consists of; the moment needs the parts.
@@ -139,11 +168,8 @@ SideForce<T> pure_side_force(const TyreCoefficients& t, const TyreFactors<T>& f,
   const T gamma = g * t.lgay;
   const T gamma2 = gamma * gamma;
   SideForce<T> out;
-  out.mu = (t.pdy1 + t.pdy2 * dfz) * (1.0 + dpi * (t.ppy3 + t.ppy4 * dpi)) *
-           (1.0 - t.pdy3 * gamma2) * t.lmuy * f.grip_y;
-  // (4.E8): below lambda = 0.1 the shifts fade with the grip.
-  const T lambda = t.lmuy * f.grip_y;
-  const T shift_lambda = 10.0 * lambda / (1.0 + 9.0 * lambda);
+  out.mu = peak_friction_y(t, f, dfz, dpi, gamma);
+  const T shift_lambda = shift_scale(t, T(t.lmuy * f.grip_y));
 
   out.stiffness = cornering_stiffness(t, f, fz, dpi, gamma);
 
@@ -182,8 +208,7 @@ struct TyreOptions {
 /// The forces of a rolling tyre in steady state. Load, slips, inclination and pressure may have any
 /// finite value: the load coefficients stop changing at FZMAX of the file, and beyond it forces
 /// grow in proportion to the load. Zero load gives exactly zero everywhere. Checked against two
-/// independent programs to 1e-5 N in Fx (docs/crgdrive.md); Mx, My and Mz are checked by their
-/// symmetries and limits only.
+/// independent programs to 1e-5 N in Fx; what is known of Mx, My and Mz: docs/crgdrive.md.
 template <class T>
 TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
                           const TyreFactors<T>& f = {}, const TyreOptions& options = {}) {
@@ -197,7 +222,6 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
 
   TyreForces<T> out;
   if (!(in.fz_n > T(0))) return out;
-  const double fz0 = t.lfzo * t.nominal_load_n;
   const Condition<T> at = condition(t, f, in.fz_n, in.pressure_pa);
   const T &fz = at.fz, &dfz = at.dfz, &dpi = at.dpi, &beyond = at.beyond;
   const double side = options.mirrored ? -1.0 : 1.0;
@@ -220,11 +244,9 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   const T gamma_x = inclination * t.lgax;  // (4.E13) has gamma itself
   const T lambda_x = t.lmux * factors.grip_x;
   const T shift_hx = (t.phx1 + t.phx2 * dfz) * t.lhx;
-  const T shift_vx =
-      fz * (t.pvx1 + t.pvx2 * dfz) * t.lvx * (10.0 * lambda_x / (1.0 + 9.0 * lambda_x));
+  const T shift_vx = fz * (t.pvx1 + t.pvx2 * dfz) * t.lvx * shift_scale(t, T(lambda_x));
   const T kappa_x = kappa + shift_hx;
-  out.mu_x = (t.pdx1 + t.pdx2 * dfz) * (1.0 + dpi * (t.ppx3 + t.ppx4 * dpi)) *
-             (1.0 - t.pdx3 * gamma_x * gamma_x) * lambda_x;
+  out.mu_x = peak_friction_x(t, factors, dfz, dpi, T(gamma_x));
   const T d_x = out.mu_x * fz;
   const T c_x = T(t.pcx1 * t.lcx);
   const T e_x = at_most_one((t.pex1 + dfz * (t.pex2 + t.pex3 * dfz)) *
@@ -269,19 +291,27 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   if (!options.moments) return out;
 
   const double r0 = t.unloaded_radius_m;
-  // Overturning couple, (4.E69).
-  const T fz_rel = fz / fz0;
-  const T fy_rel = fy / fz0;
-  const T load_arc = atan(t.qsx6 * fz_rel);
-  out.mx_nm = side * beyond * r0 * fz * t.lmx *
-              (t.qsx1 * t.lvmx - t.qsx2 * gamma * (1.0 + t.ppmx1 * dpi) + t.qsx3 * fy_rel +
-               t.qsx4 * cos(t.qsx5 * load_arc * load_arc) *
-                   sin(t.qsx7 * gamma + t.qsx8 * atan(t.qsx9 * fy_rel)) +
-               t.qsx10 * atan(t.qsx11 * fz_rel) * gamma);
+  // The moments refer to the nominal load without LFZO, as in the paper (A42), (A47), (A48), (A56):
+  // I. J. M. Besselink, A. J. C. Schmeitz, H. B. Pacejka, An improved Magic Formula/Swift tyre
+  // model that can handle inflation pressure changes, Vehicle System Dynamics 48 (2010) S1.
+  const double load0 = t.nominal_load_n;
+  // Overturning couple, (4.E69), with the arc of the square as in the draft of that paper (49); the
+  // book's square of the arc gives other values than the programs of its authors. QSX12 to QSX14
+  // are from that draft too.
+  const T fz_rel = fz / load0;
+  const T fy_rel = fy / load0;
+  const T load_arc = atan((t.qsx6 * fz_rel) * (t.qsx6 * fz_rel));
+  out.mx_nm =
+      side * beyond * r0 * fz * t.lmx *
+      (t.qsx1 * t.lvmx - t.qsx2 * gamma * (1.0 + t.ppmx1 * dpi) - t.qsx12 * gamma * abs(gamma) +
+       t.qsx3 * fy_rel +
+       t.qsx4 * cos(t.qsx5 * load_arc) * sin(t.qsx7 * gamma + t.qsx8 * atan(t.qsx9 * fy_rel)) +
+       t.qsx10 * atan(t.qsx11 * fz_rel) * gamma);
+  out.mx_nm += side * beyond * r0 * fy * t.lmx * (t.qsx13 + t.qsx14 * abs(gamma));
 
   // Rolling resistance, (4.E70): against the direction of travel, fading out below VXLOW.
   const T v_rel = abs(in.vx_mps) / t.nominal_speed_mps;
-  const T roll = t.qsy1 + t.qsy2 * fx / fz0 + t.qsy3 * v_rel +
+  const T roll = t.qsy1 + t.qsy2 * fx / load0 + t.qsy3 * v_rel +
                  t.qsy4 * v_rel * v_rel * v_rel * v_rel +
                  (t.qsy5 + t.qsy6 * fz_rel) * gamma * gamma;
   T load_power = t.qsy7 == 1.0 ? fz_rel : T(pow(fz_rel, t.qsy7));
@@ -289,7 +319,7 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   T direction = in.vx_mps / t.low_speed_mps;
   if (direction > T(1)) direction = T(1);
   if (direction < T(-1)) direction = T(-1);
-  out.my_nm = -beyond * direction * r0 * fz0 * roll * load_power * t.lmy;
+  out.my_nm = -beyond * direction * r0 * load0 * roll * load_power * t.lmy;
 
   // Aligning moment: trail times the side force of the upright tyre, plus the residual moment,
   // plus the arm of Fx; (4.E31) to (4.E49) and (4.E71) to (4.E78).
@@ -310,7 +340,7 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
                 (1.0 + t.qbz4 * gamma_z + t.qbz5 * abs(gamma_z)) * t.lky * factors.stiffness_y /
                 (grip_y + 1e-9);
   const T c_t = T(t.qcz1);
-  const T d_t = fz * (r0 / fz0) * (t.qdz1 + t.qdz2 * dfz) * (1.0 - t.ppz1 * dpi) *
+  const T d_t = fz * (r0 / load0) * (t.qdz1 + t.qdz2 * dfz) * (1.0 - t.ppz1 * dpi) *
                 (1.0 + gamma_z * (t.qdz3 + t.qdz4 * gamma_z)) * t.ltr;
   const T e_t = at_most_one((t.qez1 + dfz * (t.qez2 + t.qez3 * dfz)) *
                             (1.0 + (t.qez4 + t.qez5 * gamma_z) * (2.0 / 3.14159265358979323846) *
@@ -325,9 +355,11 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
            gamma_z * t.lkzc) *
       grip_y * cos_alpha;
   const T residual = d_r * cos_atan(T(b_r * alpha_r_eq));  // C_r = 1, (4.E46)
+  // 5.2 has the inclined tyre's own side force there.
   const T fy_upright =
-      gamma == T(0) ? T(weight_y * lateral.fy)
-                    : T(weight_y * pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, T(0)).fy);
+      gamma == T(0) || t.version == 52
+          ? T(weight_y * lateral.fy)
+          : T(weight_y * pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, T(0)).fy);
   const T arm = r0 * (t.ssz1 + t.ssz2 * fy_rel + (t.ssz3 + t.ssz4 * dfz) * gamma_z) * t.ls;
   out.mz_nm = side * beyond * (-trail * fy_upright + residual + arm * fx);
   return out;
@@ -348,14 +380,28 @@ Stiffness<T> tyre_stiffness(const TyreCoefficients& t, const T& fz_n, const T& p
           at.beyond * tyre_detail::cornering_stiffness(t, f, at.fz, at.dpi, T(0))};
 }
 
+/// Peak friction coefficients of the upright tyre, without what sliding speed takes (LMUV).
+template <class T>
+struct Friction {
+  T x, y;
+};
+
+template <class T>
+Friction<T> peak_friction(const TyreCoefficients& t, const T& fz_n, const T& pressure_pa,
+                          const TyreFactors<T>& f = {}) {
+  const auto at = tyre_detail::condition(t, f, fz_n, pressure_pa);
+  return {tyre_detail::peak_friction_x(t, f, at.dfz, at.dpi, T(0)),
+          tyre_detail::peak_friction_y(t, f, at.dfz, at.dpi, T(0))};
+}
+
 /// Effective rolling radius of a tyre with free radius `free_radius_m` at its speed. Empirical in
 /// the load (BREFF, DREFF, FREFF); files without these get the rule of thumb that a third of the
-/// deflection shortens the rolling radius.
+/// deflection shortens the rolling radius. All three stated as 0: no load shortens it.
 template <class T>
 T rolling_radius(const TyreCoefficients& t, const T& fz_n, const T& free_radius_m,
                  const T& deflection_m) {
   using std::atan;
-  if (t.breff == 0.0 && t.dreff == 0.0 && t.freff == 0.0)
+  if (!t.states_rolling_radius)
     return deflection_m > T(0) ? T(free_radius_m - deflection_m / 3.0) : free_radius_m;
   const T load = fz_n / t.nominal_load_n;
   return free_radius_m - t.nominal_load_n / t.vertical_stiffness_npm *
@@ -397,6 +443,7 @@ struct Relaxation {
 template <class T>
 Relaxation<T> relaxation_lengths(const TyreCoefficients& t, const T& fz_n,
                                  const T& slip_stiffness_n, const T& cornering_stiffness_npr,
+                                 const T& gamma_rad = T(0), const T& pressure_pa = T(0),
                                  double shortest_m = 0.06) {
   using std::abs;
   using std::atan;
@@ -404,21 +451,27 @@ Relaxation<T> relaxation_lengths(const TyreCoefficients& t, const T& fz_n,
   using std::sin;
   const double fz0 = t.lfzo * t.nominal_load_n;
   const T dfz = (fz_n - fz0) / fz0;
+  const T dpi = tyre_detail::pressure_change(t, pressure_pa);
   Relaxation<T> out{T(shortest_m), T(shortest_m)};
   if (!(fz_n > T(0))) return out;
   if (t.longitudinal_stiffness_npm > 0) {
-    const T carcass = t.longitudinal_stiffness_npm * (1.0 + dfz * (t.pcfx1 + t.pcfx2 * dfz));
+    const T carcass =
+        t.longitudinal_stiffness_npm * (1.0 + dfz * (t.pcfx1 + t.pcfx2 * dfz) + t.pcfx3 * dpi);
     if (carcass > T(0)) out.longitudinal_m = slip_stiffness_n / carcass;
   } else if (t.ptx1 != 0) {
-    out.longitudinal_m = fz_n * (t.ptx1 + t.ptx2 * dfz) * exp(t.ptx3 * dfz) *
+    out.longitudinal_m = fz_n * (t.ptx1 + t.ptx2 * dfz) * exp(-t.ptx3 * dfz) *
                          (t.unloaded_radius_m / t.nominal_load_n);
   }
   if (t.lateral_stiffness_npm > 0) {
-    const T carcass = t.lateral_stiffness_npm * (1.0 + dfz * (t.pcfy1 + t.pcfy2 * dfz));
+    const T carcass =
+        t.lateral_stiffness_npm * (1.0 + dfz * (t.pcfy1 + t.pcfy2 * dfz) + t.pcfy3 * dpi);
     if (carcass > T(0)) out.lateral_m = abs(cornering_stiffness_npr) / carcass;
   } else if (t.pty1 != 0) {
-    out.lateral_m = t.pty1 * sin(2.0 * atan(fz_n / (t.pty2 * fz0))) * t.unloaded_radius_m * t.lfzo;
+    out.lateral_m = t.pty1 * sin(2.0 * atan(fz_n / (t.pty2 * fz0))) *
+                    (1.0 - t.pky3 * abs(gamma_rad * t.lgay)) * t.unloaded_radius_m * t.lfzo;
   }
+  out.longitudinal_m *= t.lsgkp;
+  out.lateral_m *= t.lsgal;
   if (!(out.longitudinal_m > T(shortest_m))) out.longitudinal_m = T(shortest_m);
   if (!(out.lateral_m > T(shortest_m))) out.lateral_m = T(shortest_m);
   return out;

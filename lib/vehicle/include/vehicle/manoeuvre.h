@@ -51,6 +51,8 @@ struct ManoeuvreResult {
   double peak_yaw_rate_radps = 0.0;  ///< absolute
   double stop_m = 0.0;  ///< distance from the first brake command to standstill; 0: did not stop
   double end_mps = 0.0;
+  double step_swing = 0.0;    ///< StepSwing::largest()
+  std::string swing_warning;  ///< StepSwing::warning()
   Table telemetry;
 };
 

@@ -42,6 +42,7 @@ struct SpeedOptions {
   double fuel_kg = 30.0;
   double top_mps = 110.0;
   bool standing_start = false;
+  double begin_mps = 0.0;  ///< open road: speed at its begin; 0: as fast as the engine holds there
 };
 
 /// Fills line.speed_mps: everywhere at most what the car can corner, brake and accelerate with,

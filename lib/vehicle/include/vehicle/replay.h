@@ -14,9 +14,15 @@ struct ReplayOptions {
   double window_s = 2.0;     ///< the car is put back on the recording this often; 0: never
   double settle_s = 0.5;     ///< driven before each window, so that what is not recorded settles
   bool closed_path = false;  ///< the driver steers along the recorded path; else open loop
+  /// A push along the car holds speed and place along the path to the recording, beside the
+  /// recorded pedals: what the simulated car lacks, in newton. Not with `driver`.
+  bool hold_speed = false;
+  /// The built-in driver steers, accelerates, brakes and shifts along the recorded path at the
+  /// recorded speed; no recorded command is used.
+  bool driver = false;
   double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0;  ///< at the begin, where not recorded
   StepOptions step;
-  DriverOptions driver;
+  DriverOptions driver_options;
   files::Progress progress;
 };
 
@@ -40,7 +46,11 @@ struct ReplayResult {
       0;  ///< stretches of the recording shorter than settling and a tenth of a second
   std::vector<std::string> problems;  ///< windows that ended early: one sentence each
   std::vector<ChannelError> errors;
-  Table telemetry;  ///< simulated channels and `window` (from 1) at the recorded times
+  double hold_mean_n = 0.0, hold_rms_n = 0.0, hold_most_n = 0.0;  ///< of the push, hold_speed only
+  double step_swing = 0.0;    ///< StepSwing::largest() of the window where it was largest
+  std::string swing_warning;  ///< StepSwing::warning() of that window
+  Table telemetry;  ///< simulated channels, `hold_n` (0 without hold_speed) and `window` (from 1)
+                    ///< at the recorded times
 };
 
 /// Drives the recorded commands. Needs the channels x_m, y_m, yaw_rad, vx_mps, throttle_command or

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 
 #include "crg/surface.h"
 #include "vehicle/car.h"
@@ -55,6 +56,23 @@ class Road {
 
   const crg::Surface* surface_ = nullptr;
   double slope_x_ = 0.0, slope_y_ = 0.0;
+};
+
+/// Where a drive is along a road, place after place. Where legs of the road cross, a point lies on
+/// several: the drive stays on the leg that it came along; without a place before, or far from it,
+/// the leg nearest to `z_near_m` counts, where that is NaN the one that crg::Surface answers with.
+class RoadTracker {
+ public:
+  explicit RoadTracker(const crg::Surface& surface) : surface_(&surface) {}
+
+  /// NaN only for points that are not finite; these are no part of the drive.
+  crg::UV at(double x_m, double y_m, double z_near_m = std::numeric_limits<double>::quiet_NaN());
+
+ private:
+  const crg::Surface* surface_;
+  crg::Cursor cursor_;
+  crg::UV last_{std::numeric_limits<double>::quiet_NaN(), 0.0};
+  double x_m_ = 0.0, y_m_ = 0.0;
 };
 
 }  // namespace vehicle

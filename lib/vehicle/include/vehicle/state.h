@@ -62,6 +62,7 @@ struct Inputs {
   std::array<T, kWheels> brake_pa{};   ///< pressure at each wheel's brake
   int gear = 0;                        ///< 1 to 6; 0: nothing engaged
   int next_gear = 0;                   ///< while a shift has nothing engaged: the gear to come
+  T hold_n = T(0);  ///< a push from outside, forward, at the design centre of mass
   bool opponent = false;               ///< a car whose wake acts on this one
   T wake_x_m = T(0), wake_y_m = T(0);  ///< its place in the body frame, if so
 };

@@ -18,6 +18,7 @@ struct Controls {
   T throttle_command = T(0);   ///< 0 to 1
   std::array<T, kWheels> brake_command_pa{};
   int gear_command = 1;  ///< 1 to 6, 0 neutral
+  T hold_n = T(0);       ///< see Inputs
   bool opponent = false;
   T wake_x_m = T(0), wake_y_m = T(0);  ///< the opponent in this car's body frame
 };
@@ -41,8 +42,8 @@ struct Discrete {
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
 };
 
-/// How the continuous state moves on. Either way frictions that can stick act implicitly on wheel
-/// spin and engine speed (see Sticking): no explicit step resolves them.
+/// How the continuous state moves on. Either way frictions that can stick act with their torque at
+/// the end of the step (see settle_frictions): no explicit step resolves them.
 enum class Integrator {
   kExplicitEuler,  ///< every rate from the old state
   kSemiImplicit    ///< velocities first, then positions from the new velocities; contact deflection
@@ -176,6 +177,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     in.brake_pa[i] =
         through(d.brake[i], Term::brake_actuator,
                 T(p[P::brake_gain] * controls.brake_command_pa[i]), P::brake_dead_time_s);
+  in.hold_n = controls.hold_n;
   in.opponent = controls.opponent;
   in.wake_x_m = controls.wake_x_m;
   in.wake_y_m = controls.wake_y_m;
@@ -197,91 +199,165 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   return in;
 }
 
-/// Falls of the friction torques per slip speed, for one step: N m s. Where friction alone would
-/// carry its slip through zero within the step, the fall is that of the friction which ends the
-/// slip just there (a time-stepping contact law, J. J. Moreau, 1988); elsewhere it is the slope of
-/// the regularised law. So a stick speed far too small for the step does not chatter.
+/// Gives wheels, engine and body the friction torques that act over the next step of length
+/// `step_s`, in place of those of the state: no explicit step resolves a friction that can stick.
+/// Brakes: the torque that ends the turning at the end of the step, or all they have (a
+/// time-stepping contact law, J. J. Moreau, 1988): a wheel that its brake can hold stands still.
+/// Clutch and differential: their torque at the end of the step, by the slope of the regularised
+/// law; where friction alone would carry the slip through zero within the step, by the slope that
+/// ends it just there. So a stick speed far too small for the step does not chatter. The torques
+/// and the specific force in `detail` become those of the step; its powers and the heats in `rate`
+/// stay those of the state.
 template <class T>
-struct Sticking {
-  T clutch_nms = T(0), differential_nms = T(0);
-  std::array<T, kWheels> brake_nms{};
-};
-
-template <class T>
-Sticking<T> sticking(const Car<T>& car, const Detail<T>& detail, double step_s) {
+void settle_frictions(const Car<T>& car, double step_s, State<T>& rate, Detail<T>& detail) {
   using P = Parameter;
   using std::abs;
   const Parameters<T>& p = car.parameters;
-  const auto fall = [&](const T& slope, const T& torque, const T& slip, const T& inertia) {
-    if (value_of(slip) == 0.0) return slope;
-    const T ending = abs(torque / slip) - inertia / step_s;
-    return ending > slope ? ending : slope;
+  const double h = step_s;
+  const auto clip = [](const T& x, const T& most) {
+    return x > most ? most : (x < -most ? -most : x);
   };
-  Sticking<T> out;
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const WheelDetail<T>& w = detail.wheel[i];
-    out.brake_nms[i] = fall(w.brake_stiffness_nms, w.brake_nm, w.spin_radps,
-                            p.axle(axle_of(i), P::front_wheel_inertia_kgm2));
-  }
-  const T& wheel = p[P::rear_wheel_inertia_kgm2];
-  if (!is_exactly_zero(detail.gear_ratio)) {
-    const T& ratio = detail.gear_ratio;
-    const T through = 0.5 * ratio * ratio * detail.drive_efficiency / wheel;
-    out.clutch_nms = fall(detail.clutch_stiffness_nms, detail.clutch_nm, detail.clutch_slip_radps,
-                          T(1.0 / (1.0 / p[P::engine_inertia_kgm2] + through)));
-  }
-  out.differential_nms = fall(detail.differential_stiffness_nms, detail.differential_nm,
-                              detail.differential_slip_radps, T(0.5 * wheel));
-  return out;
-}
+  std::array<T, kWheels> spin_rate;
+  std::array<T, kWheels> brake_nm;
 
-/// Moves the continuous state on by one step with the derivative already evaluated.
-template <class T>
-void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detail<T>& detail,
-               const StepOptions& options) {
-  const double h = options.step_s;
-  using P = Parameter;
-  const Parameters<T>& p = car.parameters;
-
-  // Engine and driven wheels: (1 - h J) change = h rate, with J the falls of clutch, differential
-  // and brake friction; the front wheels only have their brakes.
-  const Sticking<T> stick = sticking(car, detail, h);
-  std::array<T, kWheels> spin_change;
+  // Front wheels: nothing but their brakes.
   for (std::size_t i = 0; i < 2; ++i) {
+    const WheelDetail<T>& w = detail.wheel[i];
     const T& inertia = p[P::front_wheel_inertia_kgm2];
-    spin_change[i] = h * rate[kSpin + i] / (1.0 + h * stick.brake_nms[i] / inertia);
+    const T others_nm = inertia * rate[kSpin + i] - w.brake_nm;
+    brake_nm[i] = clip(T(-inertia * w.spin_radps / h - others_nm), w.brake_capacity_nm);
+    spin_rate[i] = (others_nm + brake_nm[i]) / inertia;
   }
+
+  // Engine and driven wheels: (1 - h J) change = h rate, with J the falls of clutch and
+  // differential friction per slip speed.
   const T& inertia_w = p[P::rear_wheel_inertia_kgm2];
   const T& inertia_e = p[P::engine_inertia_kgm2];
-  const T half = 0.5 * detail.gear_ratio;
-  const T& c = stick.clutch_nms;
-  const T& k = stick.differential_nms;
   const T e = detail.drive_efficiency;
+  const T half = 0.5 * detail.gear_ratio;
+  const auto fall = [&](const T& slope, const T& torque, const T& slip, const T& inertia) {
+    if (value_of(slip) == 0.0) return slope;
+    const T ending = abs(torque / slip) - inertia / h;
+    return ending > slope ? ending : slope;
+  };
+  T c = T(0);
+  if (!is_exactly_zero(detail.gear_ratio))
+    c = fall(detail.clutch_stiffness_nms, detail.clutch_nm, detail.clutch_slip_radps,
+             T(1.0 / (1.0 / inertia_e + 2.0 * half * half * e / inertia_w)));
   // Rows: engine, left, right. The engine's row is eliminated first.
   const T a00 = 1.0 + h * c / inertia_e;
   const T a01 = -h * c * half / inertia_e;
   const T a10 = -h * c * half * e / inertia_w;
   const T through = h * (c * half * half * e) / inertia_w;
-  const T lock = h * k / inertia_w;
-  const T fall_l = h * stick.brake_nms[2] / inertia_w;
-  const T fall_r = h * stick.brake_nms[3] / inertia_w;
   const T b0 = h * rate[kEngine];
   const T eliminated = a10 * a01 / a00;
-  const T m00 = 1.0 + through + lock + fall_l - eliminated;
-  const T m11 = 1.0 + through + lock + fall_r - eliminated;
-  const T m01 = through - lock - eliminated;
-  const T r0 = h * rate[kSpin + 2] - a10 * b0 / a00;
-  const T r1 = h * rate[kSpin + 3] - a10 * b0 / a00;
-  const T determinant = m00 * m11 - m01 * m01;
-  spin_change[2] = (r0 * m11 - m01 * r1) / determinant;
-  spin_change[3] = (m00 * r1 - m01 * r0) / determinant;
-  const T engine_change = (b0 - a01 * (spin_change[2] + spin_change[3])) / a00;
+  // Without brakes; every newton metre of a brake adds h / inertia.
+  std::array<T, 2> free, change;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const WheelDetail<T>& w = detail.wheel[2 + i];
+    free[i] = h * (rate[kSpin + 2 + i] - w.brake_nm / inertia_w) - a10 * b0 / a00;
+  }
+  // The mean of both wheels does not see the differential: it gives the clutch torque of the step,
+  // on which the limited slip depends.
+  T differential_nm = detail.differential_nm, slope = detail.differential_stiffness_nms;
+  if (!is_exactly_zero(detail.limited_slip_nm)) {
+    const T both = (free[0] + free[1] +
+                    h / inertia_w * (detail.wheel[2].brake_nm + detail.wheel[3].brake_nm)) /
+                   (1.0 + 2.0 * (through - eliminated));
+    const T clutch_nm = detail.clutch_nm + c * ((b0 - a01 * both) / a00 - half * both);
+    const T more_nm =
+        limited_slip_torque(car, T(clutch_nm * detail.gear_ratio * e)) - detail.limited_slip_nm;
+    const T& grip = detail.limited_slip_grip;
+    differential_nm += more_nm * grip;
+    slope += more_nm * (1.0 - grip * grip) / p[P::differential_stick_radps];
+    free[0] -= h / inertia_w * more_nm * grip;
+    free[1] += h / inertia_w * more_nm * grip;
+  }
+  const T k = fall(slope, differential_nm, detail.differential_slip_radps, T(0.5 * inertia_w));
+  const T lock = h * k / inertia_w;
+  const T m0 = 1.0 + through + lock - eliminated;
+  const T m1 = through - lock - eliminated;
+  // A brake slides with all it has, or holds its wheel with what that takes. At most one of both
+  // decisions changes in a round.
+  std::array<bool, 2> holds{}, slides{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const WheelDetail<T>& w = detail.wheel[2 + i];
+    const double spin = value_of(w.spin_radps);
+    slides[i] = !(value_of(w.brake_capacity_nm) > 0.0);
+    holds[i] = !slides[i] && spin == 0.0;
+    brake_nm[2 + i] = spin > 0.0 ? T(-w.brake_capacity_nm) : w.brake_capacity_nm;
+  }
+  for (int round = 0; round < 5; ++round) {
+    const auto right = [&](std::size_t i) { return free[i] + h / inertia_w * brake_nm[2 + i]; };
+    const auto stop = [&](std::size_t i) { return T(-detail.wheel[2 + i].spin_radps); };
+    if (holds[0] && holds[1]) {
+      change = {stop(0), stop(1)};
+    } else if (holds[0]) {
+      change[0] = stop(0);
+      change[1] = (right(1) - m1 * change[0]) / m0;
+    } else if (holds[1]) {
+      change[1] = stop(1);
+      change[0] = (right(0) - m1 * change[1]) / m0;
+    } else {
+      const T determinant = m0 * m0 - m1 * m1;
+      change[0] = (right(0) * m0 - m1 * right(1)) / determinant;
+      change[1] = (m0 * right(1) - m1 * right(0)) / determinant;
+    }
+    bool done = true;
+    for (std::size_t i = 0; i < 2 && done; ++i) {
+      const WheelDetail<T>& w = detail.wheel[2 + i];
+      if (holds[i]) {
+        const T needed_nm = (m0 * change[i] + m1 * change[1 - i] - free[i]) * inertia_w / h;
+        brake_nm[2 + i] = clip(needed_nm, w.brake_capacity_nm);
+        slides[i] = abs(needed_nm) > w.brake_capacity_nm;
+        holds[i] = !slides[i];
+        done = holds[i];
+      } else if (!slides[i] && w.spin_radps * (w.spin_radps + change[i]) <= T(0)) {
+        holds[i] = true;
+        done = false;
+      }
+    }
+    if (done) break;
+  }
+  spin_rate[2] = change[0] / h;
+  spin_rate[3] = change[1] / h;
+  const T engine_change = (b0 - a01 * (change[0] + change[1])) / a00;
+  rate[kEngine] = engine_change / h;
+  const T clutch_nm = detail.clutch_nm + c * (engine_change - half * (change[0] + change[1]));
+  differential_nm += k * (change[0] - change[1]);
+  const T driven_nm = clutch_nm * detail.gear_ratio * e;
+  detail.clutch_nm = clutch_nm;
+  detail.differential_nm = differential_nm;
+  detail.wheel[2].drive_nm = 0.5 * driven_nm - differential_nm;
+  detail.wheel[3].drive_nm = 0.5 * driven_nm + differential_nm;
 
+  // The body takes the reaction of every torque that differs from the state's.
+  Vec3<T> moment;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    detail.wheel[i].brake_nm = brake_nm[i];
+    const T& inertia = p.axle(axle_of(i), P::front_wheel_inertia_kgm2);
+    moment -= (inertia * (spin_rate[i] - rate[kSpin + i])) * detail.wheel[i].axis;
+    rate[kSpin + i] = spin_rate[i];
+  }
+  std::array<T, 6> x{T(0), T(0), T(0), moment.x, moment.y, moment.z};
+  dynamics_detail::solve6(detail.inertia, x);
+  const Vec3<T> acceleration{x[0], x[1], x[2]}, angular{x[3], x[4], x[5]};
+  for (std::size_t i = 0; i < 6; ++i) rate[kVx + i] += x[i];
+  detail.specific_force_mps2 = detail.specific_force_mps2 + acceleration;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const WheelDetail<T>& w = detail.wheel[i];
+    const Vec3<T> a = acceleration + cross(angular, w.centre);
+    rate[kTravelRate + i] -= dot(a, w.slide) / dot(w.slide, w.slide);
+  }
+}
+
+/// Moves the continuous state on by one step with its rates, frictions settled.
+template <class T>
+void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detail<T>& detail,
+               const StepOptions& options) {
+  const double h = options.step_s;
   if (options.integrator == Integrator::kExplicitEuler) {
-    for (std::size_t i = 0; i < kStateSize; ++i)
-      if (i != kEngine && (i < kSpin || i >= kSlipX)) s[i] += h * rate[i];
-    for (std::size_t i = 0; i < kWheels; ++i) s[kSpin + i] += spin_change[i];
-    s[kEngine] += engine_change;
+    for (std::size_t i = 0; i < kStateSize; ++i) s[i] += h * rate[i];
     return;
   }
 
@@ -293,7 +369,7 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
     const WheelDetail<T>& w = detail.wheel[i];
     if (is_exactly_zero(car.terms[Term::tyre_relaxation])) continue;
     const Vec3<T> dcontact = dv + cross(domega, w.contact_m);
-    const T dslip_x = dot(dcontact, w.heading) - spin_change[i] * w.rolling_radius_m;
+    const T dslip_x = dot(dcontact, w.heading) - h * rate[kSpin + i] * w.rolling_radius_m;
     const T dslip_y = dot(dcontact, w.left);
     s[kSlipX + i] += h * (rate[kSlipX + i] - w.yield_x * dslip_x) / (1.0 + h * w.decay_x_1ps);
     s[kSlipY + i] += h * (rate[kSlipY + i] + w.yield_y * dslip_y) / (1.0 + h * w.decay_y_1ps);
@@ -316,11 +392,10 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   for (std::size_t i = 0; i < kWheels; ++i) {
     s[kTravelRate + i] += h * rate[kTravelRate + i];
     s[kTravel + i] += h * s[kTravelRate + i];
-    s[kSpin + i] += spin_change[i];
+    s[kSpin + i] += h * rate[kSpin + i];
   }
   for (std::size_t i = kVx; i <= kYawRate; ++i) s[i] += h * rate[i];
-  s[kEngine] += engine_change;
-  for (std::size_t i = kTyre; i < kEngine; ++i) s[i] += h * rate[i];
+  for (std::size_t i = kTyre; i <= kEngine; ++i) s[i] += h * rate[i];
   s[kBoost] += h * rate[kBoost];
   s[kFuel] += h * rate[kFuel];
   s[kPadHeat] += h * rate[kPadHeat];
@@ -328,8 +403,8 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
 }
 
 /// One step: actuators, derivative, integration, and a look at the result. `detail` describes the
-/// beginning of the step. Allocates nothing. On a problem the state is left as it came out, so that
-/// the value that is not finite can be seen.
+/// beginning of the step, with the friction torques of the step. Allocates nothing. On a problem
+/// the state is left as it came out, so that the value that is not finite can be seen.
 template <class T>
 StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& controls,
                 const Road& road, const StepOptions& options, Detail<T>& detail) {
@@ -340,6 +415,7 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
     if (!std::isfinite(detail.wheel[i].road.z_m) ||
         (options.stop_off_road && !detail.wheel[i].road.on_road))
       return {StepResult::Problem::kNoRoad, i};
+  settle_frictions(car, options.step_s, rate, detail);
   integrate(car, sim.state, rate, detail, options);
   sim.time_s = static_cast<double>(sim.discrete.step) * options.step_s;
   for (std::size_t i = 0; i < kStateSize; ++i)

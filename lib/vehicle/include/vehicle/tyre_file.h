@@ -16,6 +16,7 @@ struct TyreCoefficients {
 #include "vehicle/tyre_coefficients.def"
 #undef VEHICLE_TYRE_COEFFICIENT
   int version = 62;        ///< 52, 61 or 62
+  bool states_rolling_radius = false;  ///< BREFF, DREFF or FREFF is in the file
   bool left_side = false;  ///< TYRESIDE = 'LEFT': the side the coefficients were measured for
 };
 
@@ -23,12 +24,13 @@ struct TyreCoefficients {
 struct TyreFile {
   TyreCoefficients coefficients;
   std::vector<std::string> defaulted;  ///< keywords of the formula that the file does not have
-  std::vector<std::string> unused;  ///< numeric keywords of the file that the formula does not use
+  std::vector<std::string> unused;     ///< numeric keywords of the file that nothing uses
 };
 
-/// Reads a .tir file. FITTYP 5, 6, 51, 52, 60, 61, 62; units metre, newton, radian, kilogram,
-/// second, pascal only. Throws Error with file:line on anything that is not such a file, on values
-/// that are not finite or physically impossible, and on two different values for one keyword.
+/// Reads a .tir file. FITTYP 5, 6, 21, 51, 52 (all 5.2), 60, 61, 62; units metre, newton, radian,
+/// kilogram, second, pascal only. Throws Error with file:line on anything that is not such a file,
+/// on values that are not finite or physically impossible, and on two different values for one
+/// keyword.
 TyreFile read_tyre(const std::string& path);
 
 /// No tyre file is read that is longer.
