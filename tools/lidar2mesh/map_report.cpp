@@ -52,9 +52,12 @@ report::ExtraSection coverage(const cloud::MapReport& facts) {
   section.sentences = {
       "Nodes without points keep the base's height bit by bit. The provenance and the standard "
       "deviation of every node are in refined.provenance.crg and refined.stddev.crg; the "
-      "differences to the base are the comparison \"against\"."};
+      "differences to the base are the comparison \"against\". Grass beside the road is left out: "
+      "blades do not show the ground."};
   section.facts = {{"points read", fmt::format("{}", facts.points)},
                    {"points used", fmt::format("{}", facts.used)},
+                   {"of those looked at, on grass beside the road",
+                    fmt::format("{} of {}", facts.on_grass, facts.looked_at)},
                    {"heights from points", share(facts.nodes_lidar)},
                    {"interpolated between such", share(facts.nodes_interpolated)},
                    {"heights of the base", share(facts.nodes_base)},

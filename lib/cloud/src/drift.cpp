@@ -8,7 +8,7 @@
 namespace cloud {
 namespace {
 
-constexpr int kRounds = 16;
+constexpr int kRounds = 24;  // steps shrink by a third each; grass too low to tell needs 20
 /// Where the base lies farther off than this it is not believed, round by round; then three of its
 /// own deviations.
 constexpr double kBaseScales_m[] = {0.1, 0.05, 0.025, 0.012, 0.006, 0.003};

@@ -147,7 +147,7 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
 
   stage("look at the points", 0.0);
   Clock::time_point start = Clock::now();
-  Sections sections = collect_sections(source, frame, poses, options);
+  Sections sections = collect_sections(source, frame, poses, options, options.correct_drift);
   report.looked_at = sections.points, report.without_pose = sections.without_pose,
   report.off_road = sections.off_road;
   report.far_from_base = sections.far_from_base, report.on_obstacles = sections.on_obstacles;
@@ -167,12 +167,13 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
       // Once more with that taken out of every point, for what a section's means do not show.
       straightened.poses = corrected_trajectory(placed, sections, drift);
       stage("look at the straightened points", 0.4);
-      sections = collect_sections(source, frame, &straightened, options);
+      sections = collect_sections(source, frame, &straightened, options, false);
     } else {
       std::fill(first.begin(), first.end(), Correction::Zero());
     }
     drift = estimate_drift(sections, frame, options, first, report);
   }
+  report.on_grass = sections.on_grass;
   if (trajectory != nullptr) {
     straightened.poses = corrected_trajectory(straightened, sections, drift);
     result.corrected.push_back(straightened.poses);
@@ -194,7 +195,7 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
   report.seconds_grid = seconds_since(start);
   stage("base and points", 0.9);
   start = Clock::now();
-  fuse(sums, frame, base.grid, drift, options, result);
+  fuse(sums, frame, base.grid, sections, drift, options, result);
   report.seconds_fuse = seconds_since(start);
   return result;
 }

@@ -21,7 +21,6 @@ struct MapOptions {
   double drift_m_per_100m = 0.05;  ///< how fast the trajectory's x, y, z may change their error
   double drift_rad_per_100m = 0.002;  ///< the same of roll, pitch, yaw
   double gate_m = 0.5;                ///< points farther from the base than this are no road
-  double max_scatter_m = 0.03;  ///< cells whose heights scatter more are no surface (grass, bushes)
   int estimate_every = 2;       ///< points looked at for the drift: one in so many
   bool correct_drift = true;
   bool trust_base =
@@ -45,7 +44,7 @@ struct DriftStation {
 
 struct MapReport {
   std::size_t points = 0, looked_at = 0, without_pose = 0, off_road = 0, far_from_base = 0,
-              on_obstacles = 0, used = 0;
+              on_obstacles = 0, on_grass = 0, used = 0;
   bool converged =
       false;  ///< the drift changed by less than 0.2 mm and 0.02 mrad in the last round
   int iterations = 0;
