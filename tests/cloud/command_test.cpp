@@ -121,15 +121,18 @@ TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
                            " --from-m 40 --to-m 80 --azimuths 16 --beams 8 --noise-m 0.2 --cars 0");
   ASSERT_EQ(ran.code, 0) << ran.err;
   for (const char* flag : {"", " --json", " --quiet"}) {
-    ran =
-        lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
-                               " --base " + at("road.crg") +
-                               " --drift-m 1 --drift-rad 0.05 --no-report -o " + at("out") + flag);
+    ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                                 " --base " + at("road.crg") + " --drift-m 1 --drift-rad 0.05 -o " +
+                                 at("out") + flag);
     EXPECT_EQ(ran.code, 3) << flag;
     EXPECT_THAT(ran.err, HasSubstr("out/refined.crg: the drift had not converged after ")) << flag;
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   }
   EXPECT_FALSE(nlohmann::json::parse(folder.read("out/summary.json"))["registration"]["converged"]);
+  const auto report = nlohmann::json::parse(folder.read("out/report.json"));
+  EXPECT_EQ(report["verdict"], "not_usable");
+  EXPECT_EQ(report["findings"][0]["kind"], "registration");
+  EXPECT_THAT(report["findings"][1]["text"].get<std::string>(), HasSubstr("tried with "));
 }
 
 TEST(Command, AFullDiskLeavesNoHalfFile) {

@@ -178,7 +178,7 @@ TEST(Map, SaysWhatDoesNotFit) {
   EXPECT_THAT(refusal(timeless, road, &good), HasSubstr("have no time"));
 }
 
-TEST(Map, RemarksOnAClockThatIsALittleOff) {
+TEST(Map, RefusesAClockThatIsALittleOff) {
   const support::TemporaryFolder folder;
   const crg::Crg road = support::trial_roads(0.2).truth;
   ScanSynthOptions options;
@@ -189,7 +189,8 @@ TEST(Map, RemarksOnAClockThatIsALittleOff) {
   EXPECT_THAT(map_clouds(source, road, &trajectory).report.remarks, ::testing::IsEmpty());
   for (double& t : trajectory.time_s) t += 0.05;
   const MapResult late = map_clouds(source, road, &trajectory);
-  EXPECT_THAT(late.report.remarks, ::testing::Contains(HasSubstr("clock, mounting of the sensor")));
+  EXPECT_THAT(late.report.faults, ::testing::Contains(HasSubstr("clock, mounting of the sensor")));
+  EXPECT_THAT(late.report.faults, ::testing::Contains(HasSubstr("+0.050 s on the times")));
 }
 
 TEST(Map, GrassBesideTheRoadLeavesTheRoadAlone) {

@@ -138,7 +138,8 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
       "out\n\n"
-      "Exit code 3 when the drift from the base did not converge.");
+      "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
+      "different heights as seen from different places.");
   map->callback([&] { run = [&] { return run_map(c, terminal); }; });
 }
 

@@ -161,6 +161,16 @@ void write_map_report(const files::OutputSet& outputs, const crg::Crg& base, con
                              fmt::format("drift taken out of {}, pass {}", names[entry], pass + 1),
                              entry < 3 ? "mm" : "mrad", along(facts, pass, entry, page, count),
                              1e3});
+  if (!facts.faults.empty()) page.verdict = "not_usable";
+  std::vector<report::ReportFinding> faults;
+  for (const std::string& fault : facts.faults) {
+    report::ReportFinding& finding = faults.emplace_back();
+    finding.kind = "registration", finding.severity = "error", finding.text = fault;
+    finding.u_begin_m = page.u_begin_m;
+    finding.u_end_m =
+        page.u_begin_m + page.u_step_m * static_cast<double>(std::max<std::size_t>(count, 1) - 1);
+  }
+  page.findings.insert(page.findings.begin(), faults.begin(), faults.end());
   page.extra.push_back(coverage(facts));
   if (facts.sections > 0) page.extra.push_back(registration(facts));
   page.extra.push_back(kerbs_before_after(page, base, refined, source));

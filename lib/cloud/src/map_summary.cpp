@@ -61,6 +61,7 @@ std::string map_summary_json(const MapReport& r) {
                                         {"changed_p99_m", r.changed_p99_m},
                                         {"changed_max_m", r.changed_max_m}}},
                                       {"remarks", r.remarks},
+                                      {"faults", r.faults},
                                       {"drift", drift}};
   return files::json_text(out);
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "causes.h"
 #include "road/error.h"
 #include "road/parallel.h"
 #include "verge.h"
@@ -263,7 +264,7 @@ RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
       if (std::abs(ratio / factor - 1.0) < 0.1)
         hint = fmt::format("the base is {:.4g} times as large, as if it were in {}; give --unit {}",
                            ratio, unit, unit);
-    throw road::Error(
+    throw Misfit(
         fmt::format("{} of {} poses lie beside the base: poses x {:.1f} to {:.1f}, y {:.1f} to "
                     "{:.1f} m, base x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m; {}",
                     beside, n, low.x(), high.x(), low.y(), high.y(), road_low.x(), road_high.x(),

@@ -66,6 +66,7 @@ struct MapReport {
   double seconds_estimate = 0.0, seconds_drift = 0.0, seconds_grid = 0.0, seconds_fuse = 0.0;
   double seconds_read = 0.0;  ///< part of estimate and grid
   std::vector<std::string> remarks;
+  std::vector<std::string> faults;  ///< why the road must not be used, and what was tried
 };
 
 struct MapResult {
