@@ -184,7 +184,8 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
           n = static_cast<double>(sums.points[k]);
           mean = static_cast<double>(sums.height[k]) / n;
           const double scatter2 =
-              std::max(0.0, static_cast<double>(sums.height2[k]) / n - mean * mean) * n / (n - 1.0);
+              std::max(0.0, static_cast<double>(sums.height2[k]) / n - mean * mean) * n /
+              std::max(1.0, n - 1.0);
           // Few points say little about their own scatter: the typical one counts as ten more.
           variance = ((n - 1.0) * scatter2 + 10.0 * typical_noise * typical_noise) / (n + 9.0) / n;
         } else {  // a gap among nodes with points

@@ -25,7 +25,7 @@ struct MapOptions {
   bool correct_drift = true;
   bool trust_base =
       true;              ///< false: the base's heights do not hold the drift, only other passes do
-  int min_points = 3;    ///< of a node
+  int min_points = 1;    ///< of a node that takes part in the fusion
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
   files::Progress progress;
 };
