@@ -63,7 +63,8 @@ TrialError measure_trial(const TrialRoads& roads, const cloud::MapResult& result
     for (std::size_t j = 0; j < wanted.columns(); ++j) {
       const double v = wanted.v_m[j];
       const float source = result.source.at(i, j);
-      if (!std::isfinite(source)) continue;
+      if (!std::isfinite(source) || source == static_cast<float>(cloud::NodeSource::blended))
+        continue;
       if (source < static_cast<float>(cloud::NodeSource::lidar)) {
         error.changed_outside +=
             std::isfinite(base.at(i, j)) && result.grid.at(i, j) != base.at(i, j) ? 1 : 0;

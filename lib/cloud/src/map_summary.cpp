@@ -55,6 +55,7 @@ std::string map_summary_json(const MapReport& r) {
                                         {"from_points", r.nodes_lidar},
                                         {"interpolated", r.nodes_interpolated},
                                         {"from_base", r.nodes_base},
+                                        {"blended", r.nodes_blended},
                                         {"holes", r.nodes_hole},
                                         {"coverage", r.coverage},
                                         {"changed_p50_m", r.changed_p50_m},

@@ -26,12 +26,15 @@ struct MapOptions {
   bool trust_base =
       true;              ///< false: the base's heights do not hold the drift, only other passes do
   int min_points = 1;    ///< of a node that takes part in the fusion
+  double blend_m = 1.0;  ///< beside nodes with points the base runs into them over this width
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
   files::Progress progress;
 };
 
 /// What a node of the refined grid rests on.
-enum class NodeSource : std::uint8_t { hole, base, lidar, interpolated };
+/// blended: the base, moved by what the nearest node with points differs from it, less and less
+/// over MapOptions::blend_m.
+enum class NodeSource : std::uint8_t { hole, base, lidar, interpolated, blended };
 
 /// One station of the drift along the trajectory.
 struct DriftStation {
@@ -59,7 +62,8 @@ struct MapReport {
   std::array<double, 6> typical_stddev{};  ///< median over stations: x, y, z, roll, pitch, yaw
   std::vector<std::string> unfixed;        ///< directions that the data leaves open
   std::vector<DriftStation> drift;
-  std::size_t nodes = 0, nodes_lidar = 0, nodes_interpolated = 0, nodes_base = 0, nodes_hole = 0;
+  std::size_t nodes = 0, nodes_lidar = 0, nodes_interpolated = 0, nodes_base = 0, nodes_hole = 0,
+              nodes_blended = 0;
   double coverage = 0.0;  ///< nodes from points over nodes with road
   double changed_p50_m = 0.0, changed_p99_m = 0.0,
          changed_max_m = 0.0;  ///< |refined - base| of covered nodes
