@@ -54,6 +54,9 @@ void check(const Sections& sections, const RoadFrame& frame, const RoadTrajector
     if (std::abs(ratio / factor - 1.0) < 0.25)
       hint = fmt::format("the base is {:.4g} times as large, as if it were in {}", ratio, unit);
   if (trajectory != nullptr && static_cast<double>(sections.without_pose) > 0.5 * all) {
+    if (!(sections.time_begin_s <= sections.time_end_s))
+      throw road::Error(
+          "the times of the points are not numbers; seconds on the trajectory's clock wanted");
     const std::vector<double>& t = trajectory->poses.time_s;
     throw Misfit(
         fmt::format("{:.0f} % of the points lie outside the trajectory's time: points {:.3f} to "
