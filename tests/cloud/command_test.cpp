@@ -164,6 +164,17 @@ TEST(Command, SaysWhatIsMissing) {
   ran = lidar2mesh(folder, "map '" + folder.path("points.xyz") + "' -o '" + folder.path("o") + "'");
   EXPECT_EQ(ran.code, 1);
   EXPECT_THAT(ran.err, HasSubstr("--centreline"));
+  // A line beside the cloud, which its outermost points still touch.
+  std::string cloud, line = "x_m,y_m,z_m,half_width_m\n";
+  for (int i = 0; i < 20000; ++i)
+    cloud += std::to_string(0.5 * (i % 200)) + "," + std::to_string(0.2 * (i / 200)) + ",0\n";
+  for (int i = 0; i < 60; ++i) line += std::to_string(2 * i) + ",-9.7,0,5\n";
+  ran = lidar2mesh(folder, "grid '" + folder.file("c.xyz", cloud) + "' --centreline '" +
+                               folder.file("line.csv", line) + "' -o '" + folder.path("beside") +
+                               "' --no-report");
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("lies beside the cloud"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("beside/refined.crg")));
 }
 
 }  // namespace

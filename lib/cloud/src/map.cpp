@@ -237,6 +237,12 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
   start = Clock::now();
   fuse(sums, frame, base.grid, sections, drift, options, result);
   report.seconds_fuse = seconds_since(start);
+  if (200 * report.nodes_lidar < report.nodes - report.nodes_hole || report.nodes_lidar < 100)
+    if (!options.trust_base || report.nodes_lidar == 0)
+      throw road::Error(fmt::format(
+          "{} of {} nodes of the road got a height from the {} points: the line, or the road, lies "
+          "beside the cloud",
+          report.nodes_lidar, report.nodes - report.nodes_hole, report.points));
   return result;
 }
 
