@@ -220,6 +220,18 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
                      noise.end());
     typical_noise = static_cast<double>(noise[noise.size() / 2]);
   }
+  // Nodes with few points lie farther away, where points scatter more than where many fall.
+  double few_square = 0.0, few_freedom = 0.0;
+  for (std::size_t k = 0; k < sums.points.size(); ++k) {
+    const auto n = static_cast<double>(sums.points[k]);
+    if (n < 2.0 || n > 3.0) continue;
+    const double mean = static_cast<double>(sums.height[k]) / n;
+    few_square += std::max(0.0, static_cast<double>(sums.height2[k]) - n * mean * mean);
+    few_freedom += n - 1.0;
+  }
+  const double noise2 = typical_noise * typical_noise,
+               few_noise2 =
+                   few_freedom < 100.0 ? noise2 : std::max(noise2, few_square / few_freedom);
   const auto least = static_cast<float>(options.min_points);
   const auto excess = [&](std::size_t row, double v) {
     const auto along = static_cast<std::size_t>(static_cast<double>(row) * frame.u_step_m() /
@@ -257,7 +269,8 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
               std::max(0.0, static_cast<double>(sums.height2[k]) / n - mean * mean) * n /
               std::max(1.0, n - 1.0);
           // Few points say little about their own scatter: the typical one counts as ten more.
-          variance = ((n - 1.0) * scatter2 + 10.0 * typical_noise * typical_noise) / (n + 9.0) / n;
+          variance =
+              ((n - 1.0) * scatter2 + 10.0 * (n < 8.0 ? few_noise2 : noise2)) / (n + 9.0) / n;
         } else {  // a gap among nodes with points
           double around = 0.0, sum = 0.0, sum2 = 0.0;
           for (int di = -1; di <= 1; ++di)
