@@ -121,15 +121,18 @@ TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
                            " --from-m 40 --to-m 80 --azimuths 16 --beams 8 --noise-m 0.2 --cars 0");
   ASSERT_EQ(ran.code, 0) << ran.err;
   for (const char* flag : {"", " --json", " --quiet"}) {
-    ran =
-        lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
-                               " --base " + at("road.crg") +
-                               " --drift-m 1 --drift-rad 0.05 --no-report -o " + at("out") + flag);
+    ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                                 " --base " + at("road.crg") + " --drift-m 1 --drift-rad 0.05 -o " +
+                                 at("out") + flag);
     EXPECT_EQ(ran.code, 3) << flag;
     EXPECT_THAT(ran.err, HasSubstr("out/refined.crg: the drift had not converged after ")) << flag;
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   }
   EXPECT_FALSE(nlohmann::json::parse(folder.read("out/summary.json"))["registration"]["converged"]);
+  const auto report = nlohmann::json::parse(folder.read("out/report.json"));
+  EXPECT_EQ(report["verdict"], "not_usable");
+  EXPECT_EQ(report["findings"][0]["kind"], "registration");
+  EXPECT_THAT(report["findings"][1]["text"].get<std::string>(), HasSubstr("tried with "));
 }
 
 TEST(Command, AFullDiskLeavesNoHalfFile) {
@@ -161,6 +164,17 @@ TEST(Command, SaysWhatIsMissing) {
   ran = lidar2mesh(folder, "map '" + folder.path("points.xyz") + "' -o '" + folder.path("o") + "'");
   EXPECT_EQ(ran.code, 1);
   EXPECT_THAT(ran.err, HasSubstr("--centreline"));
+  // A line beside the cloud, which its outermost points still touch.
+  std::string cloud, line = "x_m,y_m,z_m,half_width_m\n";
+  for (int i = 0; i < 20000; ++i)
+    cloud += std::to_string(0.5 * (i % 200)) + "," + std::to_string(0.2 * (i / 200)) + ",0\n";
+  for (int i = 0; i < 60; ++i) line += std::to_string(2 * i) + ",-9.7,0,5\n";
+  ran = lidar2mesh(folder, "grid '" + folder.file("c.xyz", cloud) + "' --centreline '" +
+                               folder.file("line.csv", line) + "' -o '" + folder.path("beside") +
+                               "' --no-report");
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("lies beside the cloud"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("beside/refined.crg")));
 }
 
 }  // namespace

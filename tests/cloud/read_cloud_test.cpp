@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 
@@ -159,12 +160,83 @@ TEST(ReadCloud, HugePromisesCostNothing) {
 TEST(WriteCloud, PlyKeepsEveryBit) {
   const support::TemporaryFolder folder;
   const Cloud cloud = read_cloud(folder.file("a.las", support::as_las({}, 4, 6)));
-  write_ply(cloud, folder.path("b.ply"));
+  write_cloud(cloud, folder.path("b.ply"), true);
   const Cloud again = read_cloud(folder.path("b.ply"));
   EXPECT_EQ(again.x_m, cloud.x_m);
   EXPECT_EQ(again.z_m, cloud.z_m);
   EXPECT_EQ(again.time_s, cloud.time_s);
   EXPECT_EQ(again.classification, cloud.classification);
+}
+
+// As PCL reads it: fields by name and offset, float32.
+TEST(WriteCloud, PcdAndPlyAreFloatsRelativeToAnOriginInTheHeader) {
+  const support::TemporaryFolder folder;
+  const Cloud cloud = read_cloud(folder.file("a.las", support::as_las({}, 4, 6)));
+  ASSERT_FALSE(cloud.origin_m.isZero());
+  for (const char* name : {"b.pcd", "b.ply"}) {
+    SCOPED_TRACE(name);
+    write_cloud(cloud, folder.path(name));
+    const std::string bytes = folder.read(name);
+    const bool pcd = std::string(name) == "b.pcd";
+    EXPECT_TRUE(bytes.starts_with(pcd ? "# .PCD v0.7" : "ply\n"));
+    const std::string begin = pcd ? "DATA binary\n" : "end_header\n";
+    const std::string header = bytes.substr(0, bytes.find(begin));
+    EXPECT_THAT(header,
+                HasSubstr(pcd ? "SIZE 4 4 4 8 4 1\nTYPE F F F F F U" : "property float x\n"));
+    EXPECT_THAT(header, HasSubstr(fmt::format("origin_m {} {} {}", cloud.origin_m.x(),
+                                              cloud.origin_m.y(), cloud.origin_m.z())));
+    constexpr std::size_t kStride = 12 + 8 + 4 + 1;
+    const std::size_t data = header.size() + begin.size();
+    ASSERT_EQ(bytes.size(), data + kStride * cloud.size());
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      float p[3];
+      std::memcpy(p, bytes.data() + data + kStride * i, sizeof p);
+      EXPECT_EQ(p[0], static_cast<float>(cloud.x_m[i]));
+      EXPECT_EQ(p[1], static_cast<float>(cloud.y_m[i]));
+      EXPECT_EQ(p[2], static_cast<float>(cloud.z_m[i]));
+    }
+    const Cloud again = read_cloud(folder.path(name));
+    ASSERT_EQ(again.size(), cloud.size());
+    EXPECT_EQ(again.time_s, cloud.time_s);
+    EXPECT_EQ(again.classification, cloud.classification);
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+      EXPECT_LT((again.origin_m + again.point(i) - cloud.origin_m - cloud.point(i)).norm(), 1e-4);
+    EXPECT_THAT(describe(folder.path(name)).read.remarks, ::testing::IsEmpty());
+  }
+  EXPECT_THROW(write_cloud(cloud, folder.path("b.xyz")), road::Error);
+}
+
+TEST(ReadCloud, NuscenesHasFiveFloats) {
+  std::string bytes;
+  for (int i = 0; i < 4; ++i)
+    for (const float value : {1.0f + static_cast<float>(i), 2.0f, 3.0f, 40.0f, 7.0f})
+      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  const support::TemporaryFolder folder;
+  const Cloud cloud = read_cloud(folder.file("sweep.pcd.bin", bytes));
+  ASSERT_EQ(cloud.size(), 4u);
+  EXPECT_EQ(cloud.x_m, (std::vector<double>{1.0, 2.0, 3.0, 4.0}));
+  EXPECT_EQ(cloud.z_m, (std::vector<double>(4, 3.0)));
+  EXPECT_EQ(cloud.intensity, (std::vector<float>(4, 40.0f)));
+  EXPECT_THAT(refusal(bytes.substr(1), "sweep.pcd.bin"), HasSubstr("a multiple of 20 wanted"));
+  EXPECT_THAT(refusal(bytes + bytes.substr(0, 20), "sweep.bin"), HasSubstr(".pcd.bin (nuScenes)"));
+}
+
+TEST(ReadCloud, RefusesDegrees) {
+  std::string las = support::as_las({}, 4, 6, true);  // with geo keys: feet
+  // GTModelTypeGeoKey 1024 = 2: geographic, in place of the first key.
+  const std::size_t keys = las.find("LASF_Projection") + 52 + 8;
+  const std::uint16_t model[4] = {1024, 0, 1, 2};
+  std::memcpy(las.data() + keys, model, sizeof model);
+  EXPECT_THAT(refusal(las, "a.las"), HasSubstr("degrees of longitude and latitude"));
+}
+
+TEST(Describe, SaysThatTimesAreNoNumbers) {
+  const support::TemporaryFolder folder;
+  const CloudFacts facts =
+      describe(folder.file("a.csv", "x_m,y_m,z_m,time_s\n0,0,0,nan\n1,0,0,nan\n"));
+  EXPECT_FALSE(facts.has_time);
+  EXPECT_THAT(facts.read.remarks,
+              ::testing::Contains(HasSubstr("times of the points are not numbers")));
 }
 
 TEST(Describe, FindsQuantisation) {
@@ -201,7 +273,7 @@ TEST(RealClouds, Autzen) {
   EXPECT_NEAR(mixed.min_m.z(), facts.min_m.z(), 30.0);
   const support::TemporaryFolder folder;
   const Cloud cloud = read_cloud(lidar("autzen_trim.las"));
-  write_ply(cloud, folder.path("a.ply"));
+  write_cloud(cloud, folder.path("a.ply"), true);
   const Cloud again = read_cloud(folder.path("a.ply"));
   ASSERT_EQ(again.size(), cloud.size());
   double worst = 0.0;

@@ -50,7 +50,7 @@ TrialError measure_trial(const TrialRoads& roads, const cloud::MapResult& result
     return (l.z_m.empty() ? 0.0 : l.z_m[i]) + (l.banking.empty() ? 0.0 : l.banking[i] * v);
   };
   TrialError error;
-  std::vector<double> errors;
+  std::vector<double> errors, kerbs;
   double sum2 = 0.0, base2 = 0.0;
   std::size_t covered = 0, within = 0;
   for (std::size_t i = 0; i < wanted.rows(); ++i) {
@@ -63,7 +63,8 @@ TrialError measure_trial(const TrialRoads& roads, const cloud::MapResult& result
     for (std::size_t j = 0; j < wanted.columns(); ++j) {
       const double v = wanted.v_m[j];
       const float source = result.source.at(i, j);
-      if (!std::isfinite(source)) continue;
+      if (!std::isfinite(source) || source == static_cast<float>(cloud::NodeSource::blended))
+        continue;
       if (source < static_cast<float>(cloud::NodeSource::lidar)) {
         error.changed_outside +=
             std::isfinite(base.at(i, j)) && result.grid.at(i, j) != base.at(i, j) ? 1 : 0;
@@ -90,11 +91,14 @@ TrialError measure_trial(const TrialRoads& roads, const cloud::MapResult& result
     if (n > 30.0)
       error.banking_error_rad =
           std::max(error.banking_error_rad, std::abs((n * sve - sv * se) / (n * svv - sv * sv)));
+    if (kerb_seen) kerbs.push_back(std::abs((crest - edge) - (crest_wanted - edge_wanted)));
     if (kerb_seen)
       error.kerb_error_m =
           std::max(error.kerb_error_m, std::abs((crest - edge) - (crest_wanted - edge_wanted)));
   }
   std::sort(errors.begin(), errors.end());
+  std::sort(kerbs.begin(), kerbs.end());
+  if (!kerbs.empty()) error.kerb_p95_m = kerbs[kerbs.size() * 95 / 100];
   error.road_nodes = errors.size();
   if (!errors.empty()) {
     error.z_rmse_m = std::sqrt(sum2 / static_cast<double>(errors.size()));

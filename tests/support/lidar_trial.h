@@ -23,6 +23,7 @@ struct TrialError {
   double banking_error_rad =
       0.0;                    ///< largest over the driven road, cross slope fitted over 2 m of road
   double kerb_error_m = 0.0;  ///< of the crest, largest over u = 645..725 m
+  double kerb_p95_m = 0.0;    ///< the same, of 95 % of the rows
   double drift_x_m = 0.0, drift_y_m = 0.0,
          drift_z_m = 0.0;  ///< largest distance of the corrected poses from the truth
   double drift_rms_xy_m = 0.0, drift_rms_z_m = 0.0;

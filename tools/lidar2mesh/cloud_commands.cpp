@@ -11,6 +11,7 @@
 namespace lidar2mesh {
 
 int run_ground(const GroundCommand& command, Terminal& terminal) {
+  cloud::require_cloud_ending(command.output);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::CloudReadReport report;
@@ -29,22 +30,29 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
     count += ground[i];
   }
   progress("write", 0.9);
-  cloud::write_ply(cloud, command.output);
+  cloud::write_cloud(cloud, command.output, command.doubles);
   if (terminal.json) {
-    terminal.print(files::json_text(nlohmann::ordered_json{{"points", cloud.size()},
-                                                           {"ground", count},
-                                                           {"cloud", command.output},
-                                                           {"remarks", report.remarks}}));
+    terminal.print(files::json_text(nlohmann::ordered_json{
+        {"points", cloud.size()},
+        {"ground", count},
+        {"cloud", command.output},
+        {"origin_m", {cloud.origin_m.x(), cloud.origin_m.y(), cloud.origin_m.z()}},
+        {"remarks", report.remarks}}));
     return kOk;
   }
   terminal.print(fmt::format("{} of {} points are ground (class 2)\n", count, cloud.size()));
   for (const std::string& remark : report.remarks)
     terminal.print(fmt::format("note: {}\n", one_line(remark)));
+  if (!command.doubles && !cloud.origin_m.isZero())
+    terminal.print(
+        fmt::format("note: coordinates are relative to {} {} {} (origin_m in the header)\n",
+                    cloud.origin_m.x(), cloud.origin_m.y(), cloud.origin_m.z()));
   terminal.print(fmt::format("cloud    {}\n", command.output));
   return kOk;
 }
 
 int run_register(const RegisterCommand& command, Terminal& terminal) {
+  if (!command.output.empty()) cloud::require_cloud_ending(command.output);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   const files::Progress progress = terminal.progress();
@@ -62,7 +70,7 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
       const Eigen::Vector3d p = T * (source.origin_m + source.point(i)) - source.origin_m;
       moved.x_m[i] = p.x(), moved.y_m[i] = p.y(), moved.z_m[i] = p.z();
     }
-    cloud::write_ply(moved, command.output);
+    cloud::write_cloud(moved, command.output, command.doubles);
   }
   if (terminal.json) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();

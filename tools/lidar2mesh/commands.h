@@ -26,12 +26,14 @@ int run_info(const InfoCommand& command, Terminal& terminal);
 struct GroundCommand {
   std::string cloud, output, unit;
   double cell_m = 1.0, window_m = 18.0, slope = 0.15, height_m = 0.5;
+  bool doubles = false;
 };
 int run_ground(const GroundCommand& command, Terminal& terminal);
 
 struct RegisterCommand {
   std::string target, source, output, unit;
   double voxel_m = 0.25, reach_m = 2.0;
+  bool doubles = false;
   unsigned threads = 0;
 };
 int run_register(const RegisterCommand& command, Terminal& terminal);

@@ -15,6 +15,13 @@ CLI::Option* add_unit(CLI::App& app, std::string& unit) {
   return add_choice(app, "--unit", unit, "of the cloud [as the file says, else m]", {"m", "ft", "us-ft", "cm", "mm"});
 }
 
+void add_doubles(CLI::App& app, bool& doubles) {
+  app.add_flag(
+      "--doubles", doubles,
+      "write coordinates in double, in the map frame [float32, relative to the origin_m in the "
+      "header]");
+}
+
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const info =
       app.add_subcommand("info", "points, bounds, unit, classes and resolution of a cloud");
@@ -32,7 +39,9 @@ void define_ground(CLI::App& app, GroundCommand& c, Terminal& terminal, Run& run
   CLI::App* const ground =
       app.add_subcommand("ground", "tells ground from buildings, cars and trees");
   add_input(*ground, "cloud", c.cloud, "in the map frame")->required();
-  add_output_file(*ground, c.output, "the cloud with classes: 2 ground, 1 other; .ply")->required();
+  add_output_file(*ground, c.output, "the cloud with classes: 2 ground, 1 other; .ply or .pcd")
+      ->required();
+  add_doubles(*ground, c.doubles);
   add_unit(*ground, c.unit);
   ground->add_option("--cell-m", c.cell_m, "of the surface of lowest points [1]")
       ->check(CLI::Range(0.05, 100.0));
@@ -51,7 +60,8 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
       app.add_subcommand("register", "finds how a cloud lies to another that is nearly in place");
   add_input(*reg, "target", c.target, "the cloud that stays")->required();
   add_input(*reg, "source", c.source, "the cloud that moves")->required();
-  add_output_file(*reg, c.output, "the moved source, .ply");
+  add_output_file(*reg, c.output, "the moved source, .ply or .pcd");
+  add_doubles(*reg, c.doubles);
   add_unit(*reg, c.unit);
   reg->add_option("--voxel-m", c.voxel_m, "both are thinned to one point per such cube [0.25]")
       ->check(CLI::Range(0.01, 10.0));
@@ -138,7 +148,8 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
       "out\n\n"
-      "Exit code 3 when the drift from the base did not converge.");
+      "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
+      "different heights as seen from different places.");
   map->callback([&] { run = [&] { return run_map(c, terminal); }; });
 }
 

@@ -190,13 +190,10 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     terminal.print(summary);
   else
     print_result(command, facts, outputs, terminal);
-  // Without a base nothing holds the height of all poses together: it goes on moving, and the road
-  // between the poses is right all the same.
-  if (command.correct_drift && !command.base.empty() && !facts.converged)
-    throw command::NotValid(fmt::format(
-        "{}: the drift had not converged after {} rounds, do not use this road; give more points, "
-        "less noisy ones, or --drift-m and --drift-rad that fit the trajectory",
-        outputs.path("refined.crg"), facts.iterations));
+  if (!facts.faults.empty())
+    throw command::NotValid(
+        fmt::format("{}: {}; do not use this road", outputs.path("refined.crg"),
+                    one_line(fmt::format("{}", fmt::join(facts.faults, "; ")))));
   return kOk;
 }
 

@@ -50,13 +50,18 @@ report::ExtraSection coverage(const cloud::MapReport& facts) {
   report::ExtraSection section;
   section.title = "What the points cover";
   section.sentences = {
-      "Nodes without points keep the base's height bit by bit. The provenance and the standard "
+      "Nodes farther than 1 m from any point keep the base's height bit by bit. The provenance and "
+      "the standard "
       "deviation of every node are in refined.provenance.crg and refined.stddev.crg; the "
-      "differences to the base are the comparison \"against\"."};
+      "differences to the base are the comparison \"against\". Grass beside the road is left out: "
+      "blades do not show the ground."};
   section.facts = {{"points read", fmt::format("{}", facts.points)},
                    {"points used", fmt::format("{}", facts.used)},
+                   {"of those looked at, on grass beside the road",
+                    fmt::format("{} of {}", facts.on_grass, facts.looked_at)},
                    {"heights from points", share(facts.nodes_lidar)},
                    {"interpolated between such", share(facts.nodes_interpolated)},
+                   {"blended between points and base, over 1 m", share(facts.nodes_blended)},
                    {"heights of the base", share(facts.nodes_base)},
                    {"holes of the base", fmt::format("{} nodes", facts.nodes_hole)},
                    {"change of height, median", millimetres(facts.changed_p50_m)},
@@ -158,6 +163,16 @@ void write_map_report(const files::OutputSet& outputs, const crg::Crg& base, con
                              fmt::format("drift taken out of {}, pass {}", names[entry], pass + 1),
                              entry < 3 ? "mm" : "mrad", along(facts, pass, entry, page, count),
                              1e3});
+  if (!facts.faults.empty()) page.verdict = "not_usable";
+  std::vector<report::ReportFinding> faults;
+  for (const std::string& fault : facts.faults) {
+    report::ReportFinding& finding = faults.emplace_back();
+    finding.kind = "registration", finding.severity = "error", finding.text = fault;
+    finding.u_begin_m = page.u_begin_m;
+    finding.u_end_m =
+        page.u_begin_m + page.u_step_m * static_cast<double>(std::max<std::size_t>(count, 1) - 1);
+  }
+  page.findings.insert(page.findings.begin(), faults.begin(), faults.end());
   page.extra.push_back(coverage(facts));
   if (facts.sections > 0) page.extra.push_back(registration(facts));
   page.extra.push_back(kerbs_before_after(page, base, refined, source));

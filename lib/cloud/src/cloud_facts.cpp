@@ -48,6 +48,10 @@ CloudFacts describe(const std::string& path, const CloudReadOptions& options) {
     facts.has_intensity |= !chunk.intensity.empty();
     for (const std::uint8_t c : chunk.classification) ++facts.points_of_class[c];
   });
+  if (facts.has_time && !(facts.time_begin_s <= facts.time_end_s)) {
+    facts.has_time = false;
+    facts.read.remarks.push_back("the times of the points are not numbers");
+  }
   if (!facts.has_time) facts.time_begin_s = facts.time_end_s = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Eigen::Index>(k);

@@ -19,7 +19,8 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
                     const HeightCells& surface, const MapOptions& options, MapReport& report);
 
 /// Fills grid, stddev, source and the node part of the report.
-void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base, const Drift& drift,
-          const MapOptions& options, MapResult& result);
+void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
+          const Sections& sections, const Drift& drift, const MapOptions& options,
+          MapResult& result);
 
 }  // namespace cloud

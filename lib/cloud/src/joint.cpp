@@ -70,6 +70,7 @@ void JointProblem::linearise(const std::vector<Correction>& at) {
             const SectionCell& cell = section.cells[k];
             View& view = views_[first_[s] + k];
             view.cell = View::kNone, view.section = static_cast<std::uint32_t>(s);
+            if (cell.beyond) continue;
             const Eigen::Vector3d p = move(cell);
             const std::optional<GridPlace> place = frame_.project(p.x(), p.y(), section.row);
             if (!place) continue;
@@ -233,13 +234,17 @@ void JointProblem::add_prior(std::vector<Eigen::Triplet<double>>& entries) const
           entries.emplace_back(static_cast<int>(6 * i + k), static_cast<int>(6 * j + k),
                                a * b / (sigma * sigma));
   };
+  // Without a base the trajectory is all that says where the road lies: what all poses have in
+  // common is as good as 100 m of its drift.
+  const double root = std::sqrt(std::max(1.0, static_cast<double>(n)));
+  const double own[] = {root * options_.drift_m_per_100m, root * options_.drift_rad_per_100m};
   for (std::ptrdiff_t i = 0; i < n; ++i)
     for (int k = 0; k < 6; ++k) {
       // Slopes averaged over 50 m by a raised cosine: an rms change of 1 over 100 m is a slope of
       // 1/53 per m whose own slope is 0.073 of it per m.
       const double slope = (k < 3 ? options_.drift_m_per_100m : options_.drift_rad_per_100m) / 53.0;
       const double h = kSectionLength_m;
-      penalise({{i, 1.0}}, k, k < 3 ? 3.0 : 0.03);
+      penalise({{i, 1.0}}, k, options_.trust_base ? (k < 3 ? 3.0 : 0.03) : own[k < 3 ? 0 : 1]);
       const auto together = [&](std::ptrdiff_t a) {
         return a < n && sections_.list[static_cast<std::size_t>(a)].piece ==
                             sections_.list[static_cast<std::size_t>(i)].piece;

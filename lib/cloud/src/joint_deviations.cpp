@@ -9,6 +9,8 @@ namespace cloud {
 namespace {
 
 constexpr double kBlock_m = 4.0;
+constexpr double kLane_m = 1.2;       // to both sides of the sensor: surely road
+constexpr std::size_t kEnough = 100;  // cells of it
 
 double median(std::vector<float>& values) {
   if (values.empty()) return 0.0;
@@ -22,7 +24,7 @@ double median(std::vector<float>& values) {
 JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales) {
   // A part of the cells is enough for medians.
   const std::size_t every = 1 + order_.size() / 500'000;
-  std::vector<float> cells, views, views_m, residuals, passes;
+  std::vector<float> cells, lane, views, views_m, residuals, passes;
   double believed = 0.0, all = 0.0;
   std::size_t cell_index = 0;
   for (std::size_t k = 0; k < order_.size();) {
@@ -33,11 +35,16 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
       double sum = 0.0, weights = 0.0;
       double pass_sum[2] = {0.0, 0.0}, pass_weight[2] = {0.0, 0.0};
       int first_pass = -1, second_pass = -1;
+      const double v =
+          frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m;
+      bool driven = false;
       for (std::size_t i = k; i < end; ++i) {
         const View& view = views_[order_[i]];
         const double r = residual_of(view, now);
         double w = static_cast<double>(view.weight);
-        const int pass = sections_.list[view.section].pass;
+        const Section& section = sections_.list[view.section];
+        const int pass = section.pass;
+        driven |= !section.ahead.isZero() && std::abs(v - section.v_m) < kLane_m;
         if (first_pass < 0) first_pass = pass;
         if (pass != first_pass && second_pass < 0) second_pass = pass;
         if (pass == first_pass || pass == second_pass)
@@ -50,6 +57,7 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
       }
       const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
       cells.push_back(static_cast<float>(std::abs(uneven)));
+      if (driven) lane.push_back(cells.back());
       if (end - k > 1)
         for (std::size_t i = k; i < end; ++i) {
           const View& view = views_[order_[i]];
@@ -73,7 +81,9 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
           slopes.push_back(static_cast<float>(std::abs(node.slope)));
   JointFacts facts;
   facts.node_mad_m = 1.4826 * median(heights), facts.node_slope_mad = 1.4826 * median(slopes);
-  facts.base_mad_m = 1.4826 * median(cells), facts.view_mad = 1.4826 * median(views);
+  // What lies beside the road, and is not what the base says, must not widen what is believed.
+  facts.base_mad_m = 1.4826 * median(lane.size() < kEnough ? cells : lane);
+  facts.view_mad = 1.4826 * median(views);
   facts.view_mad_m = 1.4826 * median(views_m), facts.residual_m = 1.4826 * median(residuals);
   facts.between_passes_m = 1.4826 * median(passes);
   facts.believed = all > 0.0 ? believed / all : 0.0;

@@ -53,18 +53,30 @@ void use_units(const std::optional<LengthUnit>& plan, const std::optional<Length
                     height->name, plan->name));
 }
 
+[[noreturn]] void refuse_degrees(const std::string& system) {
+  throw road::Error(
+      fmt::format("the coordinates are degrees of longitude and latitude{}, metres or feet wanted; "
+                  "project them "
+                  "first, as with 'pdal translate in.las out.las reprojection "
+                  "--filters.reprojection.out_srs=EPSG:32632' (the UTM zone of the place)",
+                  system.empty() ? "" : " (" + system + ")"));
+}
+
 void read_geo_keys(std::string_view record, CloudReadReport& report) {
   const std::size_t keys = record.size() / 8;
   int system = 0, horizontal = 0, vertical = 0;
+  bool is_geographic = false;
   for (std::size_t k = 1; k < keys; ++k) {
     const auto id = at<std::uint16_t>(record, 8 * k), place = at<std::uint16_t>(record, 8 * k + 2);
     const auto value = at<std::uint16_t>(record, 8 * k + 6);
     if (place != 0) continue;
     if (id == 3072 || (id == 2048 && system == 0)) system = value;
+    is_geographic |= id == 1024 && value == 2;
     if (id == 3076) horizontal = value;
     if (id == 4099) vertical = value;
   }
   if (system != 0 && system != 32767) report.coordinate_system = fmt::format("EPSG:{}", system);
+  if (is_geographic || system == 4326) refuse_degrees(report.coordinate_system);
   use_units(unit_of(horizontal), unit_of(vertical), report);
 }
 
@@ -85,6 +97,9 @@ void read_wkt(std::string_view text, CloudReadReport& report) {
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
     text = text.substr(0, nul);
   const std::size_t begin = text.find("PROJCS[\"");
+  const auto has = [&](const char* word) { return text.find(word) != std::string_view::npos; };
+  if ((has("GEOGCS[") || has("GEOGCRS[")) && !has("PROJCS[") && !has("PROJCRS["))
+    refuse_degrees("");
   if (begin == std::string_view::npos) return;
   const std::size_t quote = text.find('"', begin + 8);
   if (quote == std::string_view::npos) return;

@@ -4,7 +4,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <numbers>
 
+#include "causes.h"
 #include "drift.h"
 #include "fuse.h"
 #include "height_cells.h"
@@ -52,8 +54,11 @@ void check(const Sections& sections, const RoadFrame& frame, const RoadTrajector
     if (std::abs(ratio / factor - 1.0) < 0.25)
       hint = fmt::format("the base is {:.4g} times as large, as if it were in {}", ratio, unit);
   if (trajectory != nullptr && static_cast<double>(sections.without_pose) > 0.5 * all) {
+    if (!(sections.time_begin_s <= sections.time_end_s))
+      throw road::Error(
+          "the times of the points are not numbers; seconds on the trajectory's clock wanted");
     const std::vector<double>& t = trajectory->poses.time_s;
-    throw road::Error(
+    throw Misfit(
         fmt::format("{:.0f} % of the points lie outside the trajectory's time: points {:.3f} to "
                     "{:.3f} s, trajectory {:.3f} to {:.3f} s; both must use one clock",
                     100.0 * static_cast<double>(sections.without_pose) / all, sections.time_begin_s,
@@ -62,13 +67,13 @@ void check(const Sections& sections, const RoadFrame& frame, const RoadTrajector
   const double placed = all - static_cast<double>(sections.without_pose);
   const double on_road = placed - static_cast<double>(sections.off_road);
   if (on_road < 0.01 * placed || on_road < 100.0) {
-    throw road::Error(fmt::format(
+    throw Misfit(fmt::format(
         "the cloud does not overlap the base: points {}, base {}; {}",
         box(sections.min_m.x(), sections.max_m.x(), sections.min_m.y(), sections.max_m.y()),
         box(low.x(), high.x(), low.y(), high.y()), hint));
   }
   if (static_cast<double>(sections.far_from_base) > 0.5 * on_road)
-    throw road::Error(fmt::format(
+    throw Misfit(fmt::format(
         "{:.0f} % of the points on the road lie more than {} m above or below the base; the {} not "
         "fit (height datum, clock, mounting of the sensor: --extrinsic); {}",
         100.0 * static_cast<double>(sections.far_from_base) / on_road, options.gate_m,
@@ -91,55 +96,90 @@ Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections
 }
 
 /// Places that see the same ground should agree whatever the drift is.
-void look_at_views(MapReport& report) {
+void look_at_views(const MapOptions& options, MapReport& report) {
   constexpr double kTogether = 5.0;  // 1.0 to 1.5 in trials, 30 with a clock that is 50 ms off
-  if (report.view_together > kTogether)
-    report.remarks.push_back(
-        fmt::format("heights of the same ground seen from different places differ evenly over "
-                    "metres (errors of "
-                    "{:.0f} cells come as one, {:.1f} mm remain): clock, mounting of the sensor "
-                    "(--extrinsic) or "
-                    "shape of the trajectory is a little off",
-                    report.view_together, 1e3 * report.rms_after_m));
+  if (!(report.view_together > kTogether)) return;
+  const std::string text = fmt::format(
+      "heights of the same ground seen from different places differ evenly over metres (errors of "
+      "{:.0f} cells come as one, {:.1f} mm remain): clock, mounting of the sensor (--extrinsic) or "
+      "shape of the trajectory is a little off",
+      report.view_together, 1e3 * report.rms_after_m);
+  (options.trust_base ? report.faults : report.remarks).push_back(text);
 }
 
-/// What the corrections along the road say about the clock.
-void look_at_clock(const Sections& sections, const Trajectory& poses, MapReport& report) {
-  double sum = 0.0, speed = 0.0, count = 0.0;
-  std::size_t station = 0;  // one per section with data
-  for (const Section& section : sections.list) {
-    if (!section.has_data() || station == report.drift.size()) continue;
-    const std::array<double, 6>& correction = report.drift[station++].correction;
-    sum += correction[0] * std::cos(section.heading_rad) +
-           correction[1] * std::sin(section.heading_rad);
-    count += 1.0;
-  }
-  double time = 0.0, length = 0.0;
+/// What all corrections have in common is no drift: words for what was corrected.
+void look_at_common(const Sections& sections, const Trajectory& poses, const MapOptions& options,
+                    MapReport& report) {
+  double time = 0.0, length = 0.0, pieces = 1.0;
   for (std::size_t i = 1; i < poses.size(); ++i)
     if (poses.piece[i] == poses.piece[i - 1])
       time += poses.time_s[i] - poses.time_s[i - 1],
           length += poses.driven_m[i] - poses.driven_m[i - 1];
+    else
+      pieces += 1.0;
+  Eigen::Vector3d frame = Eigen::Vector3d::Zero(), mounting = frame, turn = frame;
+  double clock = 0.0, count = 0.0;
+  std::size_t station = 0;  // one per section with data
+  const auto each = [&](const auto& what) {
+    station = 0;
+    for (const Section& section : sections.list) {
+      if (!section.has_data() || station == report.drift.size()) continue;
+      const std::array<double, 6>& c = report.drift[station++].correction;
+      what(section, Eigen::Vector3d(c[0], c[1], c[2]), Eigen::Vector3d(c[3], c[4], c[5]));
+    }
+  };
+  const auto ahead = [](const Section& s) {
+    return Eigen::Vector3d(std::cos(s.heading_rad), std::sin(s.heading_rad), 0.0);
+  };
+  each([&](const Section& s, const Eigen::Vector3d& move, const Eigen::Vector3d& rotation) {
+    frame += move, mounting += s.axes.transpose() * move, turn += rotation;
+    clock += move.dot(ahead(s)), count += 1.0;
+  });
   if (count == 0.0 || time == 0.0) return;
-  speed = length / time;
-  const double mean = sum / count;
-  if (std::abs(mean) > 0.25)
-    report.remarks.push_back(
-        fmt::format("all poses lie {:.2f} m {} along the road on average, which at {:.1f} m/s is a "
-                    "clock that is {:.0f} ms {}",
-                    std::abs(mean), mean > 0.0 ? "behind" : "ahead", speed,
-                    1e3 * std::abs(mean) / speed, mean > 0.0 ? "late" : "early"));
+  frame /= count, mounting /= count, turn /= count, clock /= count;
+  // Three deviations of a drift that began before the first pose.
+  const double as_drift = 3.0 * std::sqrt(1.0 + length / pieces / 100.0);
+  const char* const about[] = {"roll", "pitch", "yaw"};
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(turn[k]) > as_drift * options.drift_rad_per_100m)
+      report.remarks.push_back(fmt::format(
+          "all poses were turned by {:.2f} deg in {} on average, more than a drift explains: the "
+          "mounting of the sensor (--extrinsic) or the attitude of the poses is off; corrected",
+          turn[k] * 180.0 / std::numbers::pi, about[k]));
+  double off_frame = 0.0, off_mounting = 0.0, off_clock = 0.0;
+  each([&](const Section& s, const Eigen::Vector3d& move, const Eigen::Vector3d&) {
+    off_frame += (move - frame).squaredNorm();
+    off_mounting += (s.axes.transpose() * move - mounting).squaredNorm();
+    off_clock += (move - clock * ahead(s)).squaredNorm();
+  });
+  const double limit_m = as_drift * options.drift_m_per_100m;
+  if (std::max({frame.norm(), mounting.norm(), std::abs(clock)}) < limit_m) return;
+  const double speed = length / time;
+  std::string text;
+  if (off_clock < off_frame && off_clock < off_mounting)
+    text = fmt::format(
+        "{:.2f} m {} along the road, which at {:.1f} m/s is a clock that is {:.0f} ms {}",
+        std::abs(clock), clock > 0.0 ? "ahead" : "back", speed, 1e3 * std::abs(clock) / speed,
+        clock > 0.0 ? "late" : "early");
+  else if (off_frame < off_mounting)
+    text = fmt::format(
+        "{:.2f} {:.2f} {:.2f} m in x y z: the frame or height datum of the poses is off", frame.x(),
+        frame.y(), frame.z());
+  else
+    text = fmt::format(
+        "{:.2f} m ahead, {:.2f} m to the left, {:.2f} m up: the mounting of the sensor "
+        "(--extrinsic) is off",
+        mounting.x(), mounting.y(), mounting.z());
+  report.remarks.push_back("all poses were moved on average by " + text + "; corrected");
 }
 
-}  // namespace
-
-MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory,
-                     const MapOptions& options) {
+MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const RoadFrame& frame,
+                      const Trajectory* trajectory, const MapOptions& options) {
   MapResult result;
   MapReport& report = result.report;
   const auto stage = [&](const char* name, double share) {
     if (options.progress) options.progress(name, share);
   };
-  const RoadFrame frame(base);
   RoadTrajectory placed;
   if (trajectory != nullptr) placed = place_on_road(*trajectory, frame);
   const RoadTrajectory* const poses = trajectory != nullptr ? &placed : nullptr;
@@ -147,7 +187,7 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
 
   stage("look at the points", 0.0);
   Clock::time_point start = Clock::now();
-  Sections sections = collect_sections(source, frame, poses, options);
+  Sections sections = collect_sections(source, frame, poses, options, options.correct_drift);
   report.looked_at = sections.points, report.without_pose = sections.without_pose,
   report.off_road = sections.off_road;
   report.far_from_base = sections.far_from_base, report.on_obstacles = sections.on_obstacles;
@@ -167,20 +207,21 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
       // Once more with that taken out of every point, for what a section's means do not show.
       straightened.poses = corrected_trajectory(placed, sections, drift);
       stage("look at the straightened points", 0.4);
-      sections = collect_sections(source, frame, &straightened, options);
+      sections = collect_sections(source, frame, &straightened, options, false);
     } else {
       std::fill(first.begin(), first.end(), Correction::Zero());
     }
     drift = estimate_drift(sections, frame, options, first, report);
   }
+  report.on_grass = sections.on_grass;
   if (trajectory != nullptr) {
     straightened.poses = corrected_trajectory(straightened, sections, drift);
     result.corrected.push_back(straightened.poses);
-    look_at_clock(sections, placed.poses, report);
-    look_at_views(report);
+    if (options.trust_base) look_at_common(sections, placed.poses, options, report);
+    look_at_views(options, report);
   }
   if (options.correct_drift && options.trust_base && report.rms_after_m > 0.05)
-    throw road::Error(fmt::format(
+    throw Misfit(fmt::format(
         "after the correction the points still scatter by {:.0f} mm about the base; the "
         "trajectory's clock or frame does not fit, or base and cloud show different places",
         1e3 * report.rms_after_m));
@@ -194,9 +235,46 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
   report.seconds_grid = seconds_since(start);
   stage("base and points", 0.9);
   start = Clock::now();
-  fuse(sums, frame, base.grid, drift, options, result);
+  fuse(sums, frame, base.grid, sections, drift, options, result);
   report.seconds_fuse = seconds_since(start);
+  if (200 * report.nodes_lidar < report.nodes - report.nodes_hole || report.nodes_lidar < 100)
+    if (!options.trust_base || report.nodes_lidar == 0)
+      throw road::Error(fmt::format(
+          "{} of {} nodes of the road got a height from the {} points: the line, or the road, lies "
+          "beside the cloud",
+          report.nodes_lidar, report.nodes - report.nodes_hole, report.points));
   return result;
+}
+
+}  // namespace
+
+MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory,
+                     const MapOptions& options) {
+  const RoadFrame frame(base);
+  const auto causes = [&] {
+    if (trajectory == nullptr || !options.trust_base) return std::string();
+    if (options.progress) options.progress("look for what does not fit", 0.95);
+    return likely_causes(scans, frame, *trajectory, options);
+  };
+  try {
+    MapResult result = map_fitting(scans, base, frame, trajectory, options);
+    MapReport& report = result.report;
+    // Without a base nothing holds the height of all poses together: it goes on moving, and the
+    // road between the poses is right all the same.
+    if (options.correct_drift && options.trust_base && !report.converged)
+      report.faults.insert(
+          report.faults.begin(),
+          fmt::format("the drift had not converged after {} rounds (more or less noisy points, "
+                      "or --drift-m and --drift-rad that fit the trajectory)",
+                      report.iterations));
+    if (!report.faults.empty())
+      if (std::string text = causes(); !text.empty()) report.faults.push_back(std::move(text));
+    return result;
+  } catch (const Misfit& misfit) {
+    const std::string text = causes();
+    if (text.empty()) throw;
+    throw road::Error(std::string(misfit.what()) + "; " + text);
+  }
 }
 
 }  // namespace cloud

@@ -26,7 +26,8 @@ std::string map_summary_json(const MapReport& r) {
                                         {"without_pose", r.without_pose},
                                         {"beside_the_road", r.off_road},
                                         {"far_from_base", r.far_from_base},
-                                        {"on_obstacles", r.on_obstacles}}},
+                                        {"on_obstacles", r.on_obstacles},
+                                        {"on_grass", r.on_grass}}},
                                       {"registration",
                                        {{"converged", r.converged},
                                         {"iterations", r.iterations},
@@ -54,12 +55,14 @@ std::string map_summary_json(const MapReport& r) {
                                         {"from_points", r.nodes_lidar},
                                         {"interpolated", r.nodes_interpolated},
                                         {"from_base", r.nodes_base},
+                                        {"blended", r.nodes_blended},
                                         {"holes", r.nodes_hole},
                                         {"coverage", r.coverage},
                                         {"changed_p50_m", r.changed_p50_m},
                                         {"changed_p99_m", r.changed_p99_m},
                                         {"changed_max_m", r.changed_max_m}}},
                                       {"remarks", r.remarks},
+                                      {"faults", r.faults},
                                       {"drift", drift}};
   return files::json_text(out);
 }

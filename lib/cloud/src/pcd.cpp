@@ -86,6 +86,7 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
   std::vector<std::string> fields, sizes, types, counts;
   std::size_t here = 0, line_number = 0, width = 0, height = 1, points = 0;
   std::string data;
+  std::vector<std::string> origin;
   const auto where = [&] { return fmt::format("{}:{}: ", name, line_number); };
   while (data.empty() && here < bytes.size() && line_number < 1000) {
     const std::size_t end = bytes.find('\n', here);
@@ -93,6 +94,7 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     const std::vector<std::string> words = words_of(bytes.substr(here, end - here));
     here = end + 1;
     ++line_number;
+    if (words.size() == 5 && words[0] == "#" && words[1] == "origin_m") origin = words;
     if (words.size() < 2 || words[0].starts_with("#")) continue;
     const std::vector<std::string> rest(words.begin() + 1, words.end());
     if (words[0] == "FIELDS" || words[0] == "COLUMNS") fields = rest;
@@ -148,12 +150,15 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     records.text = true, records.counted = true;
     records.text_begin = here;
     records.first_line = line_number + 1;
+    if (!origin.empty())
+      report.remarks.push_back("the comment origin_m holds for binary points only; not added");
     if (points > left / 2 + 1) throw truncated(2 * points);
     return records;
   }
   if (data == "binary") {
     if (points > left / stride) throw truncated(points);
     for (Field& field : records.fields) field.offset += here, field.stride = stride;
+    add_origin(origin, records);
     return records;
   }
   if (data != "binary_compressed")
@@ -179,6 +184,7 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     records.fields[k].stride = widths[k];
     begin += widths[k] * points;
   }
+  add_origin(origin, records);
   return records;
 }
 

@@ -37,6 +37,7 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
   records.bytes = bytes;
   std::size_t here = 0, line_number = 0, stride = 0, before = 0;
   std::string format;
+  std::vector<std::string> origin;
   bool in_vertex = false, seen_vertex = false, ended = false;
   const auto fail = [&](const std::string& text) {
     return road::Error(fmt::format("{}:{}: {}", name, line_number, text));
@@ -52,6 +53,11 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
     std::string word, a, b, c;
     words >> word >> a >> b >> c;
     if (word == "format") format = a;
+    if (word == "comment" && a == "origin_m") {
+      std::string d;
+      words >> d;
+      origin = {a, b, c, d};
+    }
     if (word == "element") {
       const std::optional<std::size_t> count = count_of(b);
       if (!count) throw fail(fmt::format("'{}' seen, 'element NAME COUNT' wanted", line.substr(0, 60)));
@@ -83,6 +89,8 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
     records.text = true, records.counted = true;
     records.text_begin = here;
     records.first_line = line_number + 1;
+    if (!origin.empty())
+      report.remarks.push_back("the comment origin_m holds for binary points only; not added");
     if (records.count > (bytes.size() - here) / 2 + 1)
       throw fail(fmt::format("truncated: {} points promised, {} bytes left", records.count,
                              bytes.size() - here));
@@ -97,6 +105,7 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
         fmt::format("truncated: {} points of {} bytes promised, {} bytes left; copy the file again",
                     records.count, stride, bytes.size() - here));
   for (Field& field : records.fields) field.offset += here, field.stride = stride;
+  add_origin(origin, records);
   return records;
 }
 

@@ -293,6 +293,27 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
   return records;
 }
 
+}  // namespace
+
+void add_origin(const std::vector<std::string>& words, Records& records) {
+  for (std::size_t k = 0; k + 3 < words.size(); ++k) {
+    if (words[k] != "origin_m") continue;
+    double origin[3];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::string& word = words[k + 1 + axis];
+      const char* at = word.data();
+      if (!number_at(at, word.data() + word.size(), origin[axis]) ||
+          !(std::abs(origin[axis]) < 1e8))
+        return;
+    }
+    for (Field& field : records.fields)
+      if (field.role <= Role::z) field.add = origin[static_cast<std::size_t>(field.role)];
+    return;
+  }
+}
+
+namespace {
+
 Records records_of(std::string_view bytes, const std::string& name, CloudReadReport& report) {
   const std::string ending = ending_of(name);
   if (ending == ".laz")
@@ -307,11 +328,28 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
     throw road::Error(name + ": does not begin with LASF, so it is no LAS file");
   if (ending == ".ply")
     throw road::Error(name + ": does not begin with 'ply', so it is no PLY file");
+  if (name.size() > 8 && files::ending_of(name.substr(0, name.size() - 4)) == ".pcd" &&
+      ending == ".bin") {
+    if (bytes.size() % 20 != 0)
+      throw road::Error(fmt::format(
+          "{}: {} bytes seen, a multiple of 20 wanted (float32 x y z intensity ring, as nuScenes "
+          "writes .pcd.bin); truncated?",
+          name, bytes.size()));
+    Records records;
+    records.bytes = bytes;
+    records.count = bytes.size() / 20;
+    for (std::size_t k = 0; k < 4; ++k)
+      records.fields.push_back(
+          {k < 3 ? static_cast<Role>(k) : Role::intensity, FieldType::f32, 4 * k, 20});
+    report.format = "nuScenes binary";
+    return records;
+  }
   if (ending == ".bin") {
     if (bytes.size() % 16 != 0)
       throw road::Error(fmt::format(
-          "{}: {} bytes seen, a multiple of 16 wanted (float32 x y z intensity); truncated?", name,
-          bytes.size()));
+          "{}: {} bytes seen, a multiple of 16 wanted (float32 x y z intensity){}; truncated?",
+          name, bytes.size(),
+          bytes.size() % 20 == 0 ? ", or of 20 with the ending .pcd.bin (nuScenes)" : ""));
     Records records;
     records.bytes = bytes;
     records.count = bytes.size() / 16;
@@ -343,7 +381,8 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
     std::vector<Role> roles;
     for (const Field& field : records.fields) {
       roles.push_back(field.role);
-      if (field.role <= Role::z) report.float32 |= field.type == FieldType::f32;
+      // Relative to an origin float32 is fine enough.
+      if (field.role <= Role::z) report.float32 |= field.type == FieldType::f32 && field.add == 0.0;
     }
     require_xyz(roles, name);
     read_binary(records, chunk, emit, done);

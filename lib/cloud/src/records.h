@@ -20,6 +20,10 @@ enum class Role : std::uint8_t { x, y, z, time, intensity, classification, none 
 /// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification" ...
 Role role_of(std::string name);
 
+struct Records;
+/// "origin_m X Y Z" in a comment of the header, as write_cloud() leaves it: added to x, y, z.
+void add_origin(const std::vector<std::string>& words, Records& records);
+
 struct Field {
   Role role = Role::none;
   FieldType type = FieldType::f32;

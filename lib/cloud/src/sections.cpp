@@ -7,8 +7,10 @@
 #include <limits>
 #include <numbers>
 
+#include "causes.h"
 #include "road/error.h"
 #include "road/parallel.h"
+#include "verge.h"
 
 namespace cloud {
 namespace {
@@ -19,6 +21,8 @@ constexpr double kObstacleTop_m = 2.2;  // higher things (gantries, trees) hang 
 /// Sums of one cell while its section is open.
 struct Sum {
   double x = 0.0, y = 0.0, z = 0.0, driven = 0.0, driven2 = 0.0, height = 0.0, height2 = 0.0;
+  double a = 0.0, b = 0.0, aa = 0.0, ab = 0.0, bb = 0.0, ah = 0.0, bh = 0.0;  ///< about the middle
+  double sine2 = 0.0;
   std::uint32_t points = 0;
   bool obstacle = false;
 };
@@ -29,6 +33,18 @@ struct OpenSection {
   double row = 0.0;
   std::size_t last_use = 0;
 };
+
+/// Sum of the squares of heights about their plane.
+double about_plane(const Sum& s) {
+  const double n = s.points;
+  Eigen::Matrix2d m;
+  m << s.aa - s.a * s.a / n, s.ab - s.a * s.b / n, s.ab - s.a * s.b / n, s.bb - s.b * s.b / n;
+  const Eigen::Vector2d right(s.ah - s.a * s.height / n, s.bh - s.b * s.height / n);
+  const double all = s.height2 - s.height * s.height / n;
+  // Points in a line have no plane: what is left then is taken about the slope along it.
+  m.diagonal().array() += 1e-6 * n;
+  return std::max(0.0, all - right.dot(m.ldlt().solve(right)));
+}
 
 class Collector {
  public:
@@ -57,6 +73,12 @@ class Collector {
     const double on = point.driven_m - sections_.centre_m[index];
     sum.x += p.x(), sum.y += p.y(), sum.z += p.z(), sum.driven += on, sum.driven2 += on * on;
     sum.height += point.above_base_m, sum.height2 += point.above_base_m * point.above_base_m;
+    const double a = ahead * frame_.u_step_m() + kReach_m - (cell + 0.5) * kSectionCell_m,
+                 b = point.place.v_m - frame_.v_m().front() -
+                     (static_cast<double>(column) + 0.5) * kSectionCell_m;
+    sum.a += a, sum.b += b, sum.aa += a * a, sum.ab += a * b, sum.bb += b * b;
+    sum.ah += a * point.above_base_m, sum.bh += b * point.above_base_m;
+    sum.sine2 += point.sine2;
     ++sum.points;
   }
 
@@ -106,14 +128,16 @@ class Collector {
           sections_.on_obstacles += sum.points;
           continue;
         }
-        const double n = sum.points, mean = sum.height / n;
-        // A kerb missing in the base is no scatter: its cells differ by its slope.
-        if (std::sqrt(std::max(0.0, sum.height2 / n - mean * mean)) > options_.max_scatter_m)
-          continue;
+        const double n = sum.points;
         section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
                                  static_cast<float>(sum.z / n), static_cast<float>(n),
                                  static_cast<float>(sum.driven / n),
                                  static_cast<float>(sum.driven2 / n)});
+        SectionCell& cell = section.cells.back();
+        cell.sine2 = static_cast<float>(sum.sine2 / n);
+        if (sum.points >= 4)
+          cell.square_m2 = static_cast<float>(about_plane(sum)),
+          cell.freedom = static_cast<float>(n - 3.0);
       }
   }
 
@@ -240,7 +264,7 @@ RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
       if (std::abs(ratio / factor - 1.0) < 0.1)
         hint = fmt::format("the base is {:.4g} times as large, as if it were in {}; give --unit {}",
                            ratio, unit, unit);
-    throw road::Error(
+    throw Misfit(
         fmt::format("{} of {} poses lie beside the base: poses x {:.1f} to {:.1f}, y {:.1f} to "
                     "{:.1f} m, base x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m; {}",
                     beside, n, low.x(), high.x(), low.y(), high.y(), road_low.x(), road_high.x(),
@@ -256,6 +280,7 @@ Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
     if (!pose_at(trajectory_->poses, chunk.time_s[i], pose_, pose)) return Placed::no_pose;
     point.map_m = pose.position_m + pose.orientation * (chunk.point(i) + chunk.origin_m);
     point.driven_m = pose.driven_m;
+    point.ray = (point.map_m - pose.position_m).normalized();
     point.pose = pose_;
     row_ = trajectory_->row[pose_];
   } else {
@@ -277,7 +302,8 @@ Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
 }
 
 Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
-                          const RoadTrajectory* trajectory, const MapOptions& options) {
+                          const RoadTrajectory* trajectory, const MapOptions& options,
+                          bool drifting) {
   std::vector<std::size_t> first_of_piece;
   Sections sections = empty_sections(frame, trajectory, first_of_piece);
   sections.time_begin_s = std::numeric_limits<double>::infinity(),
@@ -298,8 +324,16 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
     seen.resize(count);
     road::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
       Placer place(frame, trajectory);
-      for (std::size_t k = begin; k < end; ++k)
-        seen[k].how = place(chunk, k * every, seen[k].point);
+      for (std::size_t k = begin; k < end; ++k) {
+        RoadPoint& point = seen[k].point;
+        seen[k].how = place(chunk, k * every, point);
+        point.sine2 = 0.0;
+        if (seen[k].how != Placed::on_road || point.ray.isZero()) continue;
+        const Eigen::Vector2d slope = frame.gradient(point.place, kSectionCell_m);
+        const double across =
+            slope.allFinite() ? point.ray.z() - slope.dot(point.ray.head<2>()) : point.ray.z();
+        point.sine2 = std::min(1.0, across * across);
+      }
     });
     for (std::size_t k = 0; k < count; ++k) {
       ++sections.points;
@@ -331,6 +365,7 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
     }
   });
   collector.close_all();
+  sections.on_grass = leave_out_verge(sections, frame, drifting);
   return sections;
 }
 

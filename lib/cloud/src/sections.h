@@ -16,6 +16,7 @@ namespace cloud {
 
 inline constexpr double kSectionLength_m = 5.0;
 inline constexpr double kSectionCell_m = 0.5;
+inline constexpr double kVergeStretch_m = 10.0;
 
 /// Mean of the points of one cell, relative to the section's sensor position.
 struct SectionCell {
@@ -23,6 +24,10 @@ struct SectionCell {
   float points = 0.0f;
   float driven_m = 0.0f;    ///< from the section's middle to where they were seen from
   float driven2_m2 = 0.0f;  ///< mean of its square
+  float square_m2 = 0.0f;   ///< sum of squares of heights about the cell's own plane
+  float freedom = 0.0f;     ///< degrees of freedom of that
+  float sine2 = 0.0f;       ///< mean square of the sine of the angle of view; 0: no sensor
+  bool beyond = false;      ///< beyond the verge: no word about the trajectory
 };
 
 /// What the sensor saw from one piece of its path. Corrections turn about position_m.
@@ -51,11 +56,15 @@ Eigen::Matrix3d rotation_of(const Correction& correction, const Eigen::Matrix3d&
 struct Sections {
   std::vector<Section> list;
   std::vector<double> centre_m;   ///< along Trajectory::driven_m (map frame: along u)
+  /// How much more than the road under the wheels the surface scatters, m^2, by kVergeStretch_m
+  /// along and kSectionCell_m across: grass too low to be told from a rough road.
+  std::vector<float> excess_m2;
   std::size_t points = 0;         ///< looked at
   std::size_t without_pose = 0;   ///< outside the trajectory's time
   std::size_t off_road = 0;       ///< beside the grid, or on a hole of it
   std::size_t far_from_base = 0;  ///< higher or lower than the gate
   std::size_t on_obstacles = 0;   ///< in cells where something stands on the road
+  std::size_t on_grass = 0;       ///< beside the road, on what scatters
   double time_begin_s = 0.0, time_end_s = 0.0;
   Eigen::Vector2d min_m = Eigen::Vector2d::Constant(1e300),
                   max_m = Eigen::Vector2d::Constant(-1e300);  ///< map frame
@@ -78,6 +87,8 @@ struct RoadPoint {
   GridPlace place;
   double above_base_m = 0.0;
   double driven_m = 0.0;
+  Eigen::Vector3d ray = Eigen::Vector3d::Zero();  ///< from the sensor, of length 1; 0 without one
+  double sine2 = 0.0;  ///< of the angle between ray and road, squared; 0 without a sensor
   std::size_t pose = 0;
 };
 enum class Placed { on_road, no_pose, off_road };
@@ -97,8 +108,9 @@ class Placer {
   double row_ = -1.0;
 };
 
-/// First reading of the scans.
+/// First reading of the scans. `drifting`: the drift is still in the trajectory.
 Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
-                          const RoadTrajectory* trajectory, const MapOptions& options);
+                          const RoadTrajectory* trajectory, const MapOptions& options,
+                          bool drifting);
 
 }  // namespace cloud

@@ -3,7 +3,9 @@
 #include <cstring>
 
 #include "cloud/read_cloud.h"
+#include "files/ending.h"
 #include "files/write_file.h"
+#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -17,20 +19,53 @@ void put(std::string& bytes, T value) {
 
 }  // namespace
 
-void write_ply(const Cloud& cloud, const std::string& path) {
+void require_cloud_ending(const std::string& path) {
+  const std::string ending = files::ending_of(path);
+  if (path == "-" || ending == ".ply" || ending == ".pcd") return;
+  throw road::Error(fmt::format("{}: ending '{}' seen; .ply or .pcd wanted", path, ending));
+}
+
+void write_cloud(const Cloud& cloud, const std::string& path, bool doubles) {
+  require_cloud_ending(path);
+  const std::string ending = files::ending_of(path);
   const bool time = !cloud.time_s.empty(), intensity = !cloud.intensity.empty(),
              classes = !cloud.classification.empty();
+  // float32 keeps 0.06 mm up to 1 km: coordinates stay relative to the origin.
+  const Eigen::Vector3d shown = doubles ? cloud.origin_m : Eigen::Vector3d::Zero();
+  const std::string origin =
+      doubles || cloud.origin_m.isZero()
+          ? ""
+          : fmt::format("{} {} {}", cloud.origin_m.x(), cloud.origin_m.y(), cloud.origin_m.z());
+  std::string bytes;
+  if (ending != ".pcd") {
+    const char* const type = doubles ? "double" : "float";
+    bytes = fmt::format(
+        "ply\nformat binary_little_endian 1.0\n{}element vertex {}\nproperty {} x\nproperty {} "
+        "y\nproperty {} z\n{}{}{}end_header\n",
+        origin.empty() ? "" : "comment origin_m " + origin + "\n", cloud.size(), type, type, type,
+        time ? "property double time\n" : "", intensity ? "property float intensity\n" : "",
+        classes ? "property uchar classification\n" : "");
+  } else {
+    const int size = doubles ? 8 : 4;
+    bytes = fmt::format(
+        "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}\nSIZE {} {} "
+        "{}{}{}{}\nTYPE F F F{}{}{}\nCOUNT 1 1 1{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
+        "0\nPOINTS {}\nDATA binary\n",
+        origin.empty() ? "" : "# origin_m " + origin + "\n", time ? " time" : "",
+        intensity ? " intensity" : "", classes ? " classification" : "", size, size, size,
+        time ? " 8" : "", intensity ? " 4" : "", classes ? " 1" : "", time ? " F" : "",
+        intensity ? " F" : "", classes ? " U" : "", time ? " 1" : "", intensity ? " 1" : "",
+        classes ? " 1" : "", cloud.size(), cloud.size());
+  }
   files::FileWriter file(path);
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double "
-      "y\nproperty double z\n{}{}{}end_header\n",
-      cloud.size(), time ? "property double time\n" : "",
-      intensity ? "property float intensity\n" : "",
-      classes ? "property uchar classification\n" : "");
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    put(bytes, cloud.origin_m.x() + cloud.x_m[i]);
-    put(bytes, cloud.origin_m.y() + cloud.y_m[i]);
-    put(bytes, cloud.origin_m.z() + cloud.z_m[i]);
+    for (int k = 0; k < 3; ++k) {
+      const double value = cloud.point(i)[k] + shown[k];
+      if (doubles)
+        put(bytes, value);
+      else
+        put(bytes, static_cast<float>(value));
+    }
     if (time) put(bytes, cloud.time_s[i]);
     if (intensity) put(bytes, cloud.intensity[i]);
     if (classes) put(bytes, cloud.classification[i]);

@@ -21,18 +21,20 @@ struct MapOptions {
   double drift_m_per_100m = 0.05;  ///< how fast the trajectory's x, y, z may change their error
   double drift_rad_per_100m = 0.002;  ///< the same of roll, pitch, yaw
   double gate_m = 0.5;                ///< points farther from the base than this are no road
-  double max_scatter_m = 0.03;  ///< cells whose heights scatter more are no surface (grass, bushes)
   int estimate_every = 2;       ///< points looked at for the drift: one in so many
   bool correct_drift = true;
   bool trust_base =
       true;              ///< false: the base's heights do not hold the drift, only other passes do
-  int min_points = 3;    ///< of a node
+  int min_points = 1;    ///< of a node that takes part in the fusion
+  double blend_m = 1.0;  ///< beside nodes with points the base runs into them over this width
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
   files::Progress progress;
 };
 
 /// What a node of the refined grid rests on.
-enum class NodeSource : std::uint8_t { hole, base, lidar, interpolated };
+/// blended: the base, moved by what the nearest node with points differs from it, less and less
+/// over MapOptions::blend_m.
+enum class NodeSource : std::uint8_t { hole, base, lidar, interpolated, blended };
 
 /// One station of the drift along the trajectory.
 struct DriftStation {
@@ -45,7 +47,7 @@ struct DriftStation {
 
 struct MapReport {
   std::size_t points = 0, looked_at = 0, without_pose = 0, off_road = 0, far_from_base = 0,
-              on_obstacles = 0, used = 0;
+              on_obstacles = 0, on_grass = 0, used = 0;
   bool converged =
       false;  ///< the drift changed by less than 0.2 mm and 0.02 mrad in the last round
   int iterations = 0;
@@ -60,13 +62,15 @@ struct MapReport {
   std::array<double, 6> typical_stddev{};  ///< median over stations: x, y, z, roll, pitch, yaw
   std::vector<std::string> unfixed;        ///< directions that the data leaves open
   std::vector<DriftStation> drift;
-  std::size_t nodes = 0, nodes_lidar = 0, nodes_interpolated = 0, nodes_base = 0, nodes_hole = 0;
+  std::size_t nodes = 0, nodes_lidar = 0, nodes_interpolated = 0, nodes_base = 0, nodes_hole = 0,
+              nodes_blended = 0;
   double coverage = 0.0;  ///< nodes from points over nodes with road
   double changed_p50_m = 0.0, changed_p99_m = 0.0,
          changed_max_m = 0.0;  ///< |refined - base| of covered nodes
   double seconds_estimate = 0.0, seconds_drift = 0.0, seconds_grid = 0.0, seconds_fuse = 0.0;
   double seconds_read = 0.0;  ///< part of estimate and grid
   std::vector<std::string> remarks;
+  std::vector<std::string> faults;  ///< why the road must not be used, and what was tried
 };
 
 struct MapResult {

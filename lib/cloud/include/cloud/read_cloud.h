@@ -58,9 +58,16 @@ Cloud read_cloud(const std::string& path, const CloudReadOptions& options = {},
 /// none.
 std::vector<std::string> cloud_files(const std::string& path);
 
-/// Binary PLY with double coordinates in map frame, and time, intensity, classification where there
-/// are any; whole or not at all. Map coordinates come back exactly. Throws road::Error.
-void write_ply(const Cloud& cloud, const std::string& path);
+/// Binary .ply or .pcd, as the path ends, with time (double), intensity, classification where there
+/// are any; whole or not at all. Coordinates are float32 relative to the cloud's origin, which
+/// stands in the header as "comment origin_m X Y Z" or "# origin_m X Y Z" where it is not 0;
+/// readers here add it. `doubles`: in the map frame, exact; PCL 1.13 loads such a .ply as 0 0 0.
+/// Throws road::Error (another ending, disk).
+void write_cloud(const Cloud& cloud, const std::string& path, bool doubles = false);
+
+/// For a look before the work: throws road::Error where write_cloud() would not know the format.
+/// Standard output, "-", is .ply.
+void require_cloud_ending(const std::string& path);
 
 /// Facts about a cloud.
 struct CloudFacts {

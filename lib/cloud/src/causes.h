@@ -1,0 +1,27 @@
+// What may be wrong with the inputs when scans do not fit the base, found by trying.
+#pragma once
+
+#include <string>
+
+#include "cloud/map.h"
+#include "cloud/road_frame.h"
+#include "cloud/trajectory.h"
+#include "road/error.h"
+
+namespace cloud {
+
+/// The scans do not fit the base.
+struct Misfit : road::Error {
+  using road::Error::Error;
+};
+
+/// Tries on a part of the points: yaw of the sensor by 15 degrees all round, roll and pitch by 5
+/// degrees to 20 and by quarter turns, its place by 1 m, the clock by +-5 s (also from equal
+/// beginnings), units of points and poses. One sentence: what makes the points lie closer on the
+/// base, best first, or that nothing of it does. The measure: median distance from the base, after
+/// a plane per 10 m driven (none for roll, pitch and units). Reads the scans once. Empty where
+/// there is nothing to try with.
+std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
+                          const Trajectory& trajectory, const MapOptions& options);
+
+}  // namespace cloud

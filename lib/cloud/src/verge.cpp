@@ -1,0 +1,239 @@
+#include "verge.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace cloud {
+namespace {
+
+constexpr double kLane_m = 1.2;  // to both sides of the sensor: what the wheels roll on
+// Grass of 5 mm mean height scatters by 3 mm, a road 8 m beside the sensor by 1 to 1.5 mm.
+constexpr double kTimes = 2.0, kFloor_m = 0.001, kDriftingFloor_m = 0.002;
+// Beside grass less will do.
+constexpr double kTimesBeside = 1.4, kFloorBeside_m = 0.0003;
+constexpr int kGrow = 6;
+constexpr float kNoSurface_m = 0.03f;  // a cell that scatters more is none, wherever it lies
+constexpr double kMost = 0.4;          // of a column must scatter: a car that passed is no grass
+constexpr double kEnoughFreedom = 12.0;
+constexpr std::size_t kWideRun = 3;  // columns: wider than the steep part of a kerb
+constexpr double kRelief_m = 0.004;  // bend of the base over 0.25 m to both sides: a kerb
+constexpr std::size_t kAngles = 12;  // each half as much of the sine's square as the one before
+
+struct Column {
+  double freedom = 0.0, square_m2 = 0.0, expected_m2 = 0.0, points = 0.0;
+  double lane = 0.0;        ///< points of the lane
+  double scattering = 0.0;  ///< freedom of cells that scatter by themselves
+  double relief_m = 0.0;
+  enum { unknown, calm, scatters } is = unknown;
+  bool grass = false, beyond = false;
+};
+
+/// Of a section's cell.
+struct Where {
+  static constexpr std::size_t kNone = ~std::size_t{0};
+  std::size_t column = kNone;
+  bool in_lane = false;
+};
+
+std::size_t angle_of(const SectionCell& cell) {
+  const auto sine2 = static_cast<double>(cell.sine2);
+  if (!(sine2 > 0.0)) return 0;
+  return static_cast<std::size_t>(
+      std::clamp(-std::log2(sine2), 0.0, static_cast<double>(kAngles - 1)));
+}
+
+/// Bins with too few cells take the nearest one's.
+void fill(std::array<double, kAngles>& measure, const std::array<double, kAngles>& freedom) {
+  const std::array<double, kAngles> found = measure;
+  for (std::size_t k = 0; k < kAngles; ++k)
+    for (std::size_t away = 0; away < kAngles; ++away) {
+      if (k >= away && freedom[k - away] >= 50.0) {
+        measure[k] = found[k - away];
+        break;
+      }
+      if (k + away < kAngles && freedom[k + away] >= 50.0) {
+        measure[k] = found[k + away];
+        break;
+      }
+    }
+}
+
+/// What lies beyond grass as seen from the lane.
+void look_beyond(Column* row, std::size_t across) {
+  std::size_t lane = across;
+  double most = 0.0;
+  for (std::size_t j = 0; j < across; ++j)
+    if (row[j].lane > most && !row[j].grass) most = row[j].lane, lane = j;
+  if (lane == across) return;
+  bool passed = false;
+  for (std::size_t j = lane; j < across; ++j) row[j].beyond = passed |= row[j].grass;
+  passed = false;
+  for (std::size_t j = lane; j-- > 0;) row[j].beyond = passed |= row[j].grass;
+}
+
+/// Grass grows over columns beside it that scatter a little, not into the lane.
+void grow(std::vector<Column>& columns, std::size_t along, std::size_t across, bool closed) {
+  const std::vector<Column> before = columns;
+  const auto grass = [&](std::size_t i, std::size_t j) { return before[i * across + j].grass; };
+  for (std::size_t i = 0; i < along; ++i)
+    for (std::size_t j = 0; j < across; ++j) {
+      Column& column = columns[i * across + j];
+      if (column.grass || column.lane > 0.0 || column.is == Column::unknown) continue;
+      const bool back = i > 0 ? grass(i - 1, j) : closed && grass(along - 1, j);
+      const bool forth = i + 1 < along ? grass(i + 1, j) : closed && grass(0, j);
+      const bool beside = (j > 0 && grass(i, j - 1)) || (j + 1 < across && grass(i, j + 1));
+      if (!back && !forth && !beside) continue;
+      column.grass = column.square_m2 > kTimesBeside * column.expected_m2 +
+                                            kFloorBeside_m * kFloorBeside_m * column.freedom;
+    }
+}
+
+/// Runs of scattering columns that are grass, and what lies beyond them as seen from the lane.
+void mark(Column* row, std::size_t across) {
+  for (std::size_t j = 0; j < across;) {
+    if (row[j].is != Column::scatters) {
+      ++j;
+      continue;
+    }
+    std::size_t end = j, count = 0;  // columns without enough points neither begin nor end a run
+    bool bends = false;
+    for (std::size_t k = j; k < across && row[k].is != Column::calm; ++k)
+      if (row[k].is == Column::scatters) end = k + 1, ++count, bends |= row[k].relief_m > kRelief_m;
+    bool left = false, right = false;
+    for (std::size_t k = 0; k < j; ++k) right |= row[k].is == Column::calm;
+    for (std::size_t k = end; k < across; ++k) left |= row[k].is == Column::calm;
+    if (count >= kWideRun || (!bends && !(left && right)))
+      for (std::size_t k = j; k < end; ++k) row[k].grass = true;
+    j = end;
+  }
+  look_beyond(row, across);
+}
+
+}  // namespace
+
+std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting) {
+  const auto across =
+      static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
+  const auto along = static_cast<std::size_t>(frame.length_m() / kVergeStretch_m) + 1;
+  std::vector<Column> columns(along * across);
+  std::array<double, kAngles> measure{}, freedom{};
+  std::vector<std::vector<Where>> where(sections.list.size());
+  std::vector<double> lane_square(along, 0.0), lane_expected(along, 0.0);
+  bool with_sensor = false;
+  for (std::size_t s = 0; s < sections.list.size(); ++s) {
+    const Section& section = sections.list[s];
+    for (const SectionCell& cell : section.cells) {
+      const Eigen::Vector3d p = section.position_m + Eigen::Vector3d(static_cast<double>(cell.x_m),
+                                                                     static_cast<double>(cell.y_m),
+                                                                     static_cast<double>(cell.z_m));
+      const std::optional<GridPlace> place = frame.project(p.x(), p.y(), section.row);
+      where[s].emplace_back();
+      if (!place) continue;
+      const double b = (place->v_m - frame.v_m().front()) / kSectionCell_m;
+      if (!(b >= 0.0 && b < static_cast<double>(across))) continue;
+      const std::size_t at =
+          std::min(static_cast<std::size_t>(place->row * frame.u_step_m() / kVergeStretch_m),
+                   along - 1) *
+              across +
+          static_cast<std::size_t>(b);
+      where[s].back().column = at;
+      Column& column = columns[at];
+      column.points += static_cast<double>(cell.points);
+      const double bend = 0.5 * (frame.height({place->row, place->v_m - 0.25}) +
+                                 frame.height({place->row, place->v_m + 0.25})) -
+                          frame.height(*place);
+      if (std::isfinite(bend)) column.relief_m = std::max(column.relief_m, std::abs(bend));
+      column.freedom += static_cast<double>(cell.freedom);
+      column.square_m2 += static_cast<double>(cell.square_m2);
+      with_sensor |= cell.sine2 > 0.0f;
+      if (cell.sine2 > 0.0f && std::abs(place->v_m - section.v_m) < kLane_m) {
+        where[s].back().in_lane = true;
+        column.lane += static_cast<double>(cell.points);
+        measure[angle_of(cell)] += static_cast<double>(cell.square_m2);
+        freedom[angle_of(cell)] += static_cast<double>(cell.freedom);
+      }
+    }
+  }
+  for (std::size_t k = 0; k < kAngles; ++k) measure[k] /= std::max(1.0, freedom[k]);
+  if (with_sensor) {
+    fill(measure, freedom);
+    for (std::size_t s = 0; s < sections.list.size(); ++s)
+      for (std::size_t k = 0; k < where[s].size(); ++k) {
+        const SectionCell& cell = sections.list[s].cells[k];
+        const Where& at = where[s][k];
+        if (at.column == Where::kNone) continue;
+        columns[at.column].expected_m2 +=
+            static_cast<double>(cell.freedom) * measure[angle_of(cell)];
+        if (!at.in_lane) continue;
+        lane_square[at.column / across] += static_cast<double>(cell.square_m2);
+        lane_expected[at.column / across] +=
+            static_cast<double>(cell.freedom) * measure[angle_of(cell)];
+      }
+    // Where the poses are still off, as at the ends of the drive, the lane itself scatters more
+    // than elsewhere, and what lies beside it yet more.
+    for (std::size_t i = 0; i < along; ++i) {
+      double square = 0.0, expected = 0.0;
+      for (std::size_t k = i - std::min<std::size_t>(i, 1); k <= std::min(i + 1, along - 1); ++k)
+        square += lane_square[k], expected += lane_expected[k];
+      const double more = expected > 0.0 ? std::max(1.0, square / expected) : 1.0;
+      for (std::size_t j = 0; j < across; ++j) columns[i * across + j].expected_m2 *= more * more;
+    }
+  } else {
+    std::vector<double> scatters;
+    for (const Column& column : columns)
+      if (column.freedom >= kEnoughFreedom) scatters.push_back(column.square_m2 / column.freedom);
+    std::sort(scatters.begin(), scatters.end());
+    const double calm_m2 = scatters.empty() ? 0.0 : scatters[scatters.size() / 4];
+    for (Column& column : columns)
+      column.expected_m2 = column.freedom * calm_m2, column.lane = column.points;
+  }
+  for (std::size_t s = 0; s < sections.list.size(); ++s)
+    for (std::size_t k = 0; k < where[s].size(); ++k) {
+      if (where[s][k].column == Where::kNone) continue;
+      Column& column = columns[where[s][k].column];
+      const SectionCell& cell = sections.list[s].cells[k];
+      const auto own = static_cast<double>(cell.freedom);
+      if (static_cast<double>(cell.square_m2) >
+          own * (kTimesBeside * column.expected_m2 / std::max(1.0, column.freedom) +
+                 kFloorBeside_m * kFloorBeside_m))
+        column.scattering += own;
+    }
+  const double floor_m = drifting ? kDriftingFloor_m : kFloor_m;
+  for (Column& column : columns)
+    if (column.freedom >= kEnoughFreedom)
+      column.is =
+          column.square_m2 > kTimes * column.expected_m2 + floor_m * floor_m * column.freedom &&
+                  column.scattering > kMost * column.freedom
+              ? Column::scatters
+              : Column::calm;
+  for (std::size_t i = 0; i < along; ++i) mark(columns.data() + i * across, across);
+  if (!drifting) {
+    for (int round = 0; round < kGrow; ++round) grow(columns, along, across, frame.closed());
+    for (std::size_t i = 0; i < along; ++i) look_beyond(columns.data() + i * across, across);
+  }
+  sections.excess_m2.assign(columns.size(), 0.0f);
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    if (columns[k].is == Column::calm)
+      sections.excess_m2[k] = static_cast<float>(
+          std::max(0.0, columns[k].square_m2 - 1.2 * columns[k].expected_m2) / columns[k].freedom);
+  double on_grass = 0.0;
+  for (std::size_t s = 0; s < sections.list.size(); ++s) {
+    std::vector<SectionCell>& cells = sections.list[s].cells;
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      const bool known = where[s][k].column != Where::kNone;
+      if (known && columns[where[s][k].column].grass) {
+        on_grass += static_cast<double>(cells[k].points);
+        continue;
+      }
+      if (cells[k].square_m2 > cells[k].freedom * kNoSurface_m * kNoSurface_m) continue;
+      cells[kept] = cells[k];
+      cells[kept++].beyond = known && columns[where[s][k].column].beyond;
+    }
+    cells.resize(kept);
+  }
+  return static_cast<std::size_t>(on_grass);
+}
+
+}  // namespace cloud
