@@ -172,7 +172,7 @@ TEST(BadInput, RecipesSayFileAndLine) {
       {"mesh: s.obj\nu_stp_m: 1\n",
        "track.yaml:2: unknown key 'u_stp_m'; the nearest known one is 'u_step_m'"},
       {"mesh: s.obj\n\nu_step_m: 100\n",
-       "track.yaml:3: u_step_m: '100' seen, a number from 0.01 to 10 wanted"},
+       "track.yaml:3: u_step_m: '100' seen, automatic or a number from 0.001 to 10 wanted"},
       {"mesh: s.obj\nup: w\n", "track.yaml:2: up: 'w' seen"},
       {"mesh: missing.obj\n", "missing.obj"},
       {"mesh: s.obj\ncontrol_points: missing.csv\n", "missing.csv"},

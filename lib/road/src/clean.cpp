@@ -61,7 +61,7 @@ constexpr double kMuchGround = 4.0;
 constexpr double kAllOfIt = 0.9;
 constexpr double kRingSlimness = 0.1;
 // A road by its shape that is narrower than this share of a ring this wide may be a lane of it.
-constexpr double kLaneShare = 0.7;
+constexpr double kLaneShare = 0.6;
 constexpr double kWideRing_m = 16.0;
 // Two components whose corners lie this near, as a share of their size, are one road drawn twice.
 constexpr double kSameRoadShare = 0.02;

@@ -25,8 +25,9 @@ struct Writer {
   std::string bytes;
 
   template <typename T>
-    requires std::is_trivially_copyable_v<T>
+    requires std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>
   void operator()(const T& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); }
+  void operator()(const std::optional<double>& value) { (*this)(value.has_value()), (*this)(value.value_or(0.0)); }
   void operator()(const std::string& text) { (*this)(text.size()), bytes += text; }
   void operator()(const Eigen::Vector3d& v) { bytes.append(reinterpret_cast<const char*>(v.data()), 3 * sizeof(double)); }
   void operator()(const MeshObject& object) { (*this)(object.name), (*this)(object.material), (*this)(object.texture); }
@@ -57,8 +58,14 @@ struct Reader {
     bytes.remove_prefix(count);
   }
   template <typename T>
-    requires std::is_trivially_copyable_v<T>
+    requires std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>
   void operator()(T& value) { take(&value, sizeof value); }
+  void operator()(std::optional<double>& value) {
+    bool has_value = false;
+    double number = 0.0;
+    (*this)(has_value), (*this)(number);
+    value = has_value ? std::optional(number) : std::nullopt;
+  }
   /// A count of things that take at least one byte each: never more than there are bytes.
   std::size_t count() {
     std::size_t n = 0;
