@@ -347,6 +347,24 @@ TEST_F(Built, FailedValidationIsExitCode3InOneLine) {
   EXPECT_FALSE(Json::parse(read(*folder / "strict/summary.json"))["validation"]["passed"]);
 }
 
+TEST_F(Built, SaysHowWellItWasAlignedAndThatSmoothingWasHeldBack) {
+  std::string points = "name,mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n";
+  const std::pair<double, double> places[] = {{0, 0}, {100, 0}, {100, 80}, {0, 80}, {50, 40}};
+  int k = 0;
+  for (const auto& [x, y] : places) {
+    points += fmt::format("P{},{},{},0,{},{},3\n", k, x, y, 1000 + x, 2000 + y + (k == 4 ? 2.5 : 0));
+    ++k;
+  }
+  write(*folder / "points.csv", points);
+  const Ran r = crgbuild({"build", *folder / "stadium.obj", "-o", *folder / "aligned",
+                          "--control-points", *folder / "points.csv", "--smooth-window-m", "5",
+                          "--smooth-max-change-road-m", "0.0000001", "--no-report"});
+  EXPECT_EQ(r.code, 0) << r.err;
+  EXPECT_THAT(r.out, HasSubstr("aligned  by 4 control points: rms 0.0 mm, the largest 0.0 mm at P"));
+  EXPECT_THAT(r.out, HasSubstr("left out, as they contradict the others: P4 (2.500 m)"));
+  EXPECT_THAT(r.out, HasSubstr("smoothing was held at its bound at "));
+}
+
 TEST_F(Built, FlagsOverrideTheRecipe) {
   write(*folder / "track.yaml",
         "mesh: stadium.obj\nname: from recipe\nu_step_m: 0.5\nv_step_m: 0.5\nformat: LRFI\n");

@@ -60,6 +60,36 @@ std::string smoothed_waves(const nlohmann::json& smooth) {
                      waves.at(0).get<double>(), waves.at(1).get<double>());
 }
 
+/// Where smoothing would have moved more than it may.
+std::string smoothing_bound(const nlohmann::json& s) {
+  const auto held = s.at("smooth").at("nodes_at_bound").get<std::size_t>();
+  if (held == 0) return "";
+  return fmt::format("remark   smoothing was held at its bound at {} of {} nodes (--smooth-max-change-road-m, --smooth-max-change-kerb-m): there the road is rougher than the window makes it\n",
+                     held, s.at("grid").at("nodes_with_z").get<std::size_t>());
+}
+
+/// How well the road was laid on its control points or trajectory; nothing where none were given.
+std::string alignment_text(const nlohmann::json& align) {
+  if (align.is_null() || align.at("by") == "values") return "";
+  const auto& names = align.at("points");
+  const auto& outliers = align.at("outliers");
+  std::string text = fmt::format("aligned  by {}: rms {:.1f} mm", align.at("by") == "trajectory" ? "the trajectory" : fmt::format("{} control points", names.size() - outliers.size()),
+                                 1e3 * align.at("rms_m").get<double>());
+  std::string worst, left_out;
+  double largest_m = -1.0;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto name = names[k].get<std::string>();
+    const double residual_m = align.at("residual_m").at(k).get<double>();
+    if (std::find(outliers.begin(), outliers.end(), name) != outliers.end())
+      left_out += fmt::format("{}{} ({:.3f} m)", left_out.empty() ? "" : ", ", name, residual_m);
+    else if (residual_m > largest_m)
+      largest_m = residual_m, worst = name;
+  }
+  if (!worst.empty()) text += fmt::format(", the largest {:.1f} mm at {}", 1e3 * largest_m, worst);
+  if (!left_out.empty()) text += "; left out, as they contradict the others: " + left_out;
+  return one_line(text) + "\n";
+}
+
 /// Seconds and memory of the build; nothing where timing.json was removed or changed since.
 std::string timing_text(const std::string& timing_json) {
   try {
@@ -110,10 +140,12 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       1e3 * number(validation.at("z_error_m").at("p99")),
       1e3 * number(validation.at("z_error_m").at("max")), cost_text(result), result.crg_path,
       result.picture_path, result.summary_path);
+  text += alignment_text(s.at("align"));
   if (!result.patches_path.empty()) text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path, s.at("patches").size());
   if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
   for (const char* stage : {"read", "clean", "sample", "validation"})
     for (const auto& remark : s.at(stage).at("remarks")) text += fmt::format("remark   {}\n", one_line(remark.get<std::string>()));
+  text += smoothing_bound(s);
   return text;
 }
 

@@ -121,7 +121,7 @@ void limit(SampledGrid& sampled, const std::vector<float>& before, const SmoothO
     if (std::abs(change_m) > bound_m) {
       change_m = std::copysign(bound_m, change_m);
       grid.z_m[node] = static_cast<float>(old + change_m);
-      ++report.nodes_at_bound;
+      if (bound_m > 0.0) ++report.nodes_at_bound;  // 0: not smoothed at all
     }
     if (kind == Kind::kerb) {
       report.largest_change_kerb_m = std::max(report.largest_change_kerb_m, std::abs(change_m));

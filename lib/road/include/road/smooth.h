@@ -29,7 +29,7 @@ struct SmoothReport {
   double largest_change_road_m = 0.0;
   double largest_change_u_m = 0.0, largest_change_v_m = 0.0;  ///< where the road moved most
   double largest_change_kerb_m = 0.0;
-  std::size_t nodes_at_bound = 0;   ///< nodes whose change was cut to the bound
+  std::size_t nodes_at_bound = 0;   ///< nodes whose change was cut to a bound above 0
   std::vector<SmoothedBand> bands;  ///< of both wheel paths, v = +-0.8 m; empty on roads below 50 m
   /// From the shortest to the longest wave of the bands that lost more than half of their power (and held
   /// more than 2 um); empty when none did.
