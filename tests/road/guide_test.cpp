@@ -259,6 +259,42 @@ TEST(Guide, OfLatitudesComesBackThroughTheControlPoints) {
         << k;
 }
 
+TEST(Guide, BesideAnApronOfTheSameAsphaltKeepsToWhatIsCalledRoadElseIsDoubted) {
+  for (const bool named : {true, false}) {
+    World world;
+    world.mesh.objects = {{named ? "road" : "", "", "t7.png"},
+                          {named ? "apron" : "", "", "t7.png"},
+                          {"", "", "t8.png"}};
+    const auto strip = [&](std::uint32_t object, double right_m, double left_m, double end) {
+      const std::size_t first = world.mesh.triangles.size();
+      world.strip(ring, right_m, left_m, "", 0.0, end, 240);
+      for (std::size_t t = first; t < world.mesh.triangles.size(); ++t)
+        world.mesh.object_of_triangle[t] = object;
+    };
+    strip(0, -5.0, 5.0, 1.0);
+    strip(1, -17.0, -5.0, 0.3);
+    strip(2, 5.0, 25.0, 1.0);
+    strip(2, -40.0, -17.0, 1.0);
+    road::CleanOptions options;
+    options.guide = sketch(0.0, 1.0, 3);
+    road::CleanReport report;
+    road::clean(world.mesh, options, &report);
+    if (named) {
+      EXPECT_TRUE(report.doubts.empty()) << report.doubts[0];
+      EXPECT_LT(off_m(trace(world.mesh, *options.guide), 0.0).first, 0.3);
+      continue;
+    }
+    ASSERT_EQ(report.doubts.size(), 1u);
+    EXPECT_THAT(report.doubts[0], HasSubstr("times as wide as usual"));
+    // The way out that is named.
+    options.guide_width_m = 10.0;
+    road::clean(world.mesh, options, &report);
+    EXPECT_TRUE(report.doubts.empty()) << report.doubts[0];
+    EXPECT_LT(off_m(trace(world.mesh, *options.guide, 10.0), 0.0).first, 3.0)
+        << "measured 2.8, where measured middles meet the guide's; without a width 6";
+  }
+}
+
 TEST(Guide, FollowsTheRightDeckOfACrossing) {
   // A figure of eight, 8 m apart in height where it crosses itself.
   const auto eight = [](double t, double offset_m) {

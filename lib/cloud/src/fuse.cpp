@@ -105,14 +105,14 @@ void blend(const RoadFrame& frame, const crg::Grid& base, const MapOptions& opti
   const auto beyond =
       frame.closed() ? static_cast<std::ptrdiff_t>(options.blend_m / frame.u_step_m()) + 2 : 0;
   for (std::ptrdiff_t step = 0; step < rows + beyond; ++step) {
-    const std::ptrdiff_t i = step % rows;
+    const std::ptrdiff_t i = step % std::max<std::ptrdiff_t>(rows, 1);
     for (std::ptrdiff_t j = 0; j < columns; ++j)
       for (const auto& [a, b] : {std::pair{-1, -1}, {-1, 0}, {-1, 1}, {0, -1}})
         take(i, j, i + a, j + b);
     for (std::ptrdiff_t j = columns; j-- > 0;) take(i, j, i, j + 1);
   }
   for (std::ptrdiff_t step = rows + beyond; step-- > 0;) {
-    const std::ptrdiff_t i = step % rows;
+    const std::ptrdiff_t i = step % std::max<std::ptrdiff_t>(rows, 1);
     for (std::ptrdiff_t j = columns; j-- > 0;)
       for (const auto& [a, b] : {std::pair{1, 1}, {1, 0}, {1, -1}, {0, 1}})
         take(i, j, i + a, j + b);

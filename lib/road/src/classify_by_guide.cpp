@@ -26,6 +26,8 @@ constexpr double kLayerShare =
 constexpr double kSlope = 0.5;         // and this much more per metre beyond its border
 constexpr double kPaintShare = 0.001;  // of the reach, above the road: 30 mm
 constexpr double kMostMissing = 0.3;   // of the rows may be without surface
+constexpr double kNamesKnow = 0.95;    // of the places under the guide are called road
+constexpr double kMuchWider = 1.6, kWideIsDoubted = 0.01;  // of the usual width; of the rows
 constexpr double kMissingIsDoubted = 0.05;
 constexpr double kUntoldIsDoubted = 0.3,
                  kUntoldIsSaid = 0.05;  // of the rows do not tell where the road ends
@@ -55,6 +57,26 @@ Looks looks_of(const Mesh& mesh) {
     looks.of_object.push_back(at->second);
   }
   return looks;
+}
+
+/// Where names call nearly everything under the guide road, what they call otherwise is another
+/// look: pit lanes and aprons have the asphalt of the road.
+void part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& mesh,
+                   const std::vector<std::uint32_t>& source,
+                   const std::vector<SurfaceClass>& by_names, Looks& looks,
+                   std::vector<std::uint32_t>& look_of_triangle) {
+  std::vector<std::uint32_t> is_named(source.size());
+  for (std::size_t k = 0; k < source.size(); ++k)
+    is_named[k] = by_names[source[k]] == SurfaceClass::road ? 1 : 0;
+  if (look_shares(guide, surface, is_named, 2).inside[1] < kNamesKnow) return;
+  const auto count = static_cast<std::uint32_t>(looks.names.size());
+  for (std::uint32_t k = 0; k < count; ++k)
+    looks.names.push_back(looks.names[k] + " not called road");
+  for (std::size_t k = 0; k < source.size(); ++k)
+    if (is_named[k] == 0) {
+      look_of_triangle[k] += count;
+      looks.of_object[mesh.object_of_triangle[source[k]]] = look_of_triangle[k];
+    }
 }
 
 /// The looks that lie under the guide rather than beside it.
@@ -150,6 +172,27 @@ Missing missing_under(const GuideRows& all) {
                              place.y())};
 }
 
+/// Where the road is so much wider than usual that something lies beside it that looks alike.
+std::optional<std::string> much_wider(const GuideRows& all) {
+  std::size_t wide = 0, at = 0;
+  double widest_m = 0.0;
+  for (std::size_t i = 0; i < all.rows.size(); ++i) {
+    const GuideRow& row = all.rows[i];
+    if (!row.has_surface || !(row.half_width_m > kMuchWider * all.usual_half_m)) continue;
+    ++wide;
+    if (row.half_width_m > widest_m) widest_m = row.half_width_m, at = i;
+  }
+  if (static_cast<double>(wide) <= kWideIsDoubted * static_cast<double>(all.rows.size())) return {};
+  const Vector2d& place = all.rows[at].at_m;
+  return fmt::format(
+      "along {:.0f} m of the guide what looks like road is more than {} times as wide as usual "
+      "({:.1f} m), {:.1f} m at ({:.1f}, {:.1f}): a pit lane or an apron may be taken for road "
+      "there; give the road's width (--guide-width-m W), then its middle is the guide's at such "
+      "places, or, if the line is right all the same, say so with --line-is-right",
+      static_cast<double>(wide) * all.step_m, kMuchWider, 2.0 * all.usual_half_m, 2.0 * widest_m,
+      place.x(), place.y());
+}
+
 }  // namespace
 
 bool has_several_looks(const Mesh& mesh) {
@@ -166,7 +209,7 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   ground.origin_m = mesh.origin_m;
   ground.vertices_m = mesh.vertices_m;
   std::vector<std::uint32_t> source, look_of_triangle;
-  const Looks looks = looks_of(mesh);
+  Looks looks = looks_of(mesh);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!flat[t]) continue;
     ground.triangles.push_back(mesh.triangles[t]);
@@ -181,6 +224,7 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   ground.objects.resize(1);
   const RaySurface surface(ground);
 
+  part_by_names(guide, surface, mesh, source, by_names, looks, look_of_triangle);
   const LookShares shares = look_shares(guide, surface, look_of_triangle, looks.names.size());
   if (std::all_of(shares.inside.begin(), shares.inside.end(),
                   [](double share) { return share == 0.0; }))
@@ -221,6 +265,7 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   result.remarks.push_back(fmt::format("by the guide ({}, {} rows), the road looks like {}",
                                        guide.closed ? "closed" : "open", all.rows.size(), names));
   if (missing.share > kMissingIsDoubted) result.doubts.push_back(missing.text);
+  if (const auto wide = much_wider(all)) result.doubts.push_back(*wide);
   if (told < 1.0 - kUntoldIsDoubted)
     result.doubts.push_back(
         fmt::format("along {:.0f} % of the guide nothing but the guide tells where the road lies; "

@@ -21,9 +21,10 @@ struct GuidedClasses {
 
 /// Road is what lies along the guide between the places where the look (material and picture, else
 /// the object), the slope or the surface ends; kerbs are what is named so beside it, everything
-/// else that is flat and within reach is run-off. Names of roads do not count. Doubts: no road
-/// under more than 5 % of the guide, or more than 30 % of it over surface that does not tell where
-/// the road ends. Throws Error where no surface lies under the guide, and where most of it does not
+/// else that is flat and within reach is run-off. Names of roads count where they call nearly all
+/// of the guide road. Doubts: no road under more than 5 % of the guide, more than 30 % of it over
+/// surface that does not tell where the road ends, or a road much wider than usual along more than
+/// 1 % of it. Throws Error where no surface lies under the guide, and where most of it does not
 /// tell and `width_m` is not given; NotUsable where more than 30 % of the guide have no road under
 /// it.
 GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m,
