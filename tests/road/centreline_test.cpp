@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "road/error.h"
 #include "support/ring_strips.h"
@@ -249,6 +250,36 @@ TEST(Centreline, RefusesASurfaceThatIsNoStrip) {
   const auto square = make_strip(support::straight, 400.0, 50.0, false, {-200, 200}, flat);
   EXPECT_THROW(trace_centreline(square), road::Error);
   EXPECT_THROW(trace_centreline(road::RoadMesh{}), road::Error);
+}
+
+TEST(Centreline, EndsOnAnyHeapOfSlabs) {
+  // Layers that meet at every angle: cells of the road's graph see each other one way only.
+  for (unsigned seed = 66; seed <= 72; ++seed) {  // 69 went on for ever
+    std::mt19937 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    road::RoadMesh heap;
+    heap.mesh.objects.resize(1);
+    for (int k = 0; k < 60; ++k) {
+      const Eigen::Vector3d at(uniform(0, 80), uniform(0, 80), uniform(0, 3));
+      const double turn = uniform(0, 2 * M_PI), slope = uniform(-0.3, 0.3);
+      const Eigen::Vector3d along(std::cos(turn), std::sin(turn), slope),
+          across(-std::sin(turn), std::cos(turn), uniform(-0.1, 0.1));
+      const auto first = static_cast<std::uint32_t>(heap.mesh.vertices_m.size());
+      const double length_m = uniform(5, 40), width_m = uniform(2, 10);
+      for (const auto& [a, b] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
+        heap.mesh.vertices_m.emplace_back(at + a * length_m * along + b * width_m * across);
+      heap.mesh.triangles.push_back({first, first + 1, first + 2});
+      heap.mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+    heap.mesh.object_of_triangle.assign(heap.mesh.triangles.size(), 0);
+    heap.class_of_triangle.assign(heap.mesh.triangles.size(), SurfaceClass::road);
+    try {
+      trace_centreline(heap);
+    } catch (const road::Error&) {  // a line or a refusal, but an end
+    }
+  }
 }
 
 TEST(Centreline, CsvKeepsStationsAndClosure) {

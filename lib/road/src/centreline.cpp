@@ -98,8 +98,10 @@ std::optional<RoadWay> only_way(const RoadGraph& graph) {
 
 /// The way along the guide, in the middle of the surface; without width where nothing tells where
 /// that is.
-RoadWay way_along(const Guide& guide, const RaySurface& surface) {
-  const GuideRows all = rows_along(guide, surface, [](std::uint32_t) { return true; });
+RoadWay way_along(const Guide& guide, const RaySurface& surface,
+                  std::optional<double> width_m = {}) {
+  GuideRows all = rows_along(guide, surface, [](std::uint32_t) { return true; });
+  if (width_m && all.usual_half_m > 0.0) set_width(all, *width_m);
   RoadWay way;
   way.closed = all.closed;
   for (const GuideRow& row : all.rows) {
@@ -115,12 +117,12 @@ RoadWay way_along(const Guide& guide, const RaySurface& surface) {
 Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& graph,
                const std::optional<Guide>& guide, const CentrelineOptions& options) {
   if (guide) {
-    const RoadWay way = way_along(*guide, surface);
+    const RoadWay way = way_along(*guide, surface, options.guide_width_m);
     if (median(way.half_width_m) == 0.0)
       throw Error(
           "nothing on the surface along the guide tells where the road ends; say how wide it is "
           "(--guide-width-m W, guide_width_m in a recipe)");
-    return walk_along(surface, way, false);
+    return walk_along(surface, way, false, options.guide_width_m);
   }
   const std::optional<RoadWay> way = closed_way(graph, options);
   if (!way) {

@@ -25,6 +25,7 @@ constexpr double kLayerShare =
     0.05;  // of the reach: the surface beside the road may lie so much higher or lower,
 constexpr double kSlope = 0.5;         // and this much more per metre beyond its border
 constexpr double kPaintShare = 0.001;  // of the reach, above the road: 30 mm
+constexpr double kNearBorder = 2.0;    // rays
 constexpr double kMostMissing = 0.3;   // of the rows may be without surface
 constexpr double kNamesKnow = 0.95;    // of the places under the guide are called road
 constexpr double kMuchWider = 1.6, kWideIsDoubted = 0.01;  // of the usual width; of the rows
@@ -60,15 +61,15 @@ Looks looks_of(const Mesh& mesh) {
 }
 
 /// Where names call nearly everything under the guide road, what they call otherwise is another
-/// look: pit lanes and aprons have the asphalt of the road.
-void part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& mesh,
+/// look: pit lanes and aprons have the asphalt of the road. Whether they do.
+bool part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& mesh,
                    const std::vector<std::uint32_t>& source,
                    const std::vector<SurfaceClass>& by_names, Looks& looks,
                    std::vector<std::uint32_t>& look_of_triangle) {
   std::vector<std::uint32_t> is_named(source.size());
   for (std::size_t k = 0; k < source.size(); ++k)
     is_named[k] = by_names[source[k]] == SurfaceClass::road ? 1 : 0;
-  if (look_shares(guide, surface, is_named, 2).inside[1] < kNamesKnow) return;
+  if (look_shares(guide, surface, is_named, 2).inside[1] < kNamesKnow) return false;
   const auto count = static_cast<std::uint32_t>(looks.names.size());
   for (std::uint32_t k = 0; k < count; ++k)
     looks.names.push_back(looks.names[k] + " not called road");
@@ -77,6 +78,7 @@ void part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& me
       look_of_triangle[k] += count;
       looks.of_object[mesh.object_of_triangle[source[k]]] = look_of_triangle[k];
     }
+  return true;
 }
 
 /// The looks that lie under the guide rather than beside it.
@@ -134,17 +136,6 @@ class RowsNear {
   const GuideRows& all_;
   std::unordered_map<std::int64_t, std::vector<std::uint32_t>> cells_;
 };
-
-/// Takes the width as given, where the rows do not find it.
-void set_width(GuideRows& all, double width_m) {
-  all.usual_half_m = 0.5 * width_m;
-  for (GuideRow& row : all.rows) {
-    if (row.is_usual && std::abs(row.half_width_m - 0.5 * width_m) < 0.125 * width_m) continue;
-    row.is_usual = false;
-    row.half_width_m = 0.5 * width_m;
-    row.middle_m = 0.0;
-  }
-}
 
 /// How much of the guide has no road under it, with the place of the longest piece.
 struct Missing {
@@ -224,7 +215,8 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
   ground.objects.resize(1);
   const RaySurface surface(ground);
 
-  part_by_names(guide, surface, mesh, source, by_names, looks, look_of_triangle);
+  const bool names_know =
+      part_by_names(guide, surface, mesh, source, by_names, looks, look_of_triangle);
   const LookShares shares = look_shares(guide, surface, look_of_triangle, looks.names.size());
   if (std::all_of(shares.inside.begin(), shares.inside.end(),
                   [](double share) { return share == 0.0; }))
@@ -264,6 +256,13 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     if (is_road[k]) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", looks.names[k]);
   result.remarks.push_back(fmt::format("by the guide ({}, {} rows), the road looks like {}",
                                        guide.closed ? "closed" : "open", all.rows.size(), names));
+  const auto narrowed = std::count_if(all.rows.begin(), all.rows.end(),
+                                      [](const GuideRow& row) { return row.is_narrowed; });
+  if (narrowed > 0)
+    result.remarks.push_back(
+        fmt::format("along {:.0f} m of the guide what looks like road is wider on one side than "
+                    "before and after: there the other side tells where the road lies",
+                    static_cast<double>(narrowed) * all.step_m));
   if (missing.share > kMissingIsDoubted) result.doubts.push_back(missing.text);
   if (const auto wide = much_wider(all)) result.doubts.push_back(*wide);
   if (told < 1.0 - kUntoldIsDoubted)
@@ -296,8 +295,9 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     const GuideRow& row = all.rows[i];
     const double offset_m = (middle.head<2>() - row.at_m).dot(left_of(row.heading));
     const bool looks_right = is_road[looks.of_object[mesh.object_of_triangle[t]]];
-    bool is_road_here =
-        flat[t] && !is_kerb && inside(row, offset_m, looks_right ? all.across_m : 0.0);
+    // Along its border, strips that names call otherwise are not the road's.
+    const double more_m = all.across_m * (looks_right ? 1.0 : names_know ? -kNearBorder : 0.0);
+    bool is_road_here = flat[t] && !is_kerb && inside(row, offset_m, more_m);
     if (is_road_here && !looks_right) {
       // Paint lies on the road; what lies under it is ground that goes on below, what lies over it
       // a thing that stands there.

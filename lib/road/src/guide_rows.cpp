@@ -35,6 +35,10 @@ constexpr double kMissing = 4.0, kOtherLook = 3.5, kNarrow = 1.5, kPerMetre = 2.
                  kPerMetreOfGuide = 0.3, kMostOfGuide = 5.0;
 constexpr double kSlopeFree = 0.2;
 constexpr std::size_t kAround = 12;  // rows to both sides that tell what is usual
+constexpr std::size_t kFarAround =
+    100;  // and what is usual where a wide place is longer than those
+constexpr double kWide = 1.2, kNotWide = 1.1, kFullyWide = 0.9;
+constexpr double kQuiet = 0.3;  // of a widening on the side where the road goes on as before
 
 /// Points on the centripetal Catmull-Rom curve through the guide (Yuksel et al. 2011), evenly
 /// spaced; z is linear in between.
@@ -253,31 +257,102 @@ void measure(GuideRow& row, const GuideRows& all, double scale, const RaySurface
   row.has_surface = false;
 }
 
+/// Whether a row knows both sides of the road.
+bool measured(const GuideRow& row) {
+  return row.ends_left && row.ends_right && row.left_m > row.right_m;
+}
+
+double half_of(const GuideRow& row) { return 0.5 * (row.left_m - row.right_m); }
+
+/// Half the width in the middle of the rows within `around`; NaN where none knows it.
+double usual_half(const GuideRows& all, std::size_t i, std::size_t around) {
+  const auto n = static_cast<std::ptrdiff_t>(all.rows.size());
+  std::vector<double> near_m;
+  for (std::size_t k = 0; k <= 2 * around; ++k) {
+    const auto at = static_cast<std::ptrdiff_t>(i + k) - static_cast<std::ptrdiff_t>(around);
+    if (!all.closed && (at < 0 || at >= n)) continue;
+    const GuideRow& other = all.rows[static_cast<std::size_t>(((at % n) + n) % n)];
+    if (measured(other)) near_m.push_back(half_of(other));
+  }
+  return near_m.empty() ? std::numeric_limits<double>::quiet_NaN() : median(std::move(near_m));
+}
+
+/// Where the road is wide on one side only (a lay-by, an apron, a pit lane of its own asphalt), it
+/// ends there as far from its other side as before and after. Wide places longer than the rows from
+/// which it is told what is usual stay as they are.
+void narrow_wide_places(GuideRows& all) {
+  const std::size_t n = all.rows.size();
+  if (n <= 2 * kFarAround) return;
+  std::vector<double> usual_m(n);
+  for (std::size_t i = 0; i < n; ++i)
+    usual_m[i] = std::min(usual_half(all, i, kFarAround), all.usual_half_m);
+  const auto wide = [&](std::size_t i) {
+    return measured(all.rows[i]) && half_of(all.rows[i]) > kWide * usual_m[i];
+  };
+  const auto narrow = [&](std::size_t i) {
+    return measured(all.rows[i]) && half_of(all.rows[i]) < kNotWide * usual_m[i];
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t before = i > 0 ? i - 1 : n - 1;
+    if (!wide(i) || wide(before) || (i == 0 && !all.closed)) continue;
+    // From the last row before that is not wide to the first after it.
+    std::size_t length = 0, back = 1, on = 0;
+    for (std::size_t k = 0; k < 2 * kFarAround && !narrow((i + k) % n); ++k) length = on = k + 1;
+    while (back < kFarAround && !narrow((i + n - back) % n)) ++back;
+    if (length == 2 * kFarAround || back == kFarAround) continue;
+    if (!all.closed && (back > i || i + on >= n)) continue;
+    const GuideRow &first = all.rows[(i + n - back) % n], &last = all.rows[(i + on) % n];
+    std::vector<double> halves_m;
+    for (std::size_t k = 0; k < length; ++k)
+      if (measured(all.rows[(i + k) % n])) halves_m.push_back(half_of(all.rows[(i + k) % n]));
+    const double full_m = kFullyWide * median(halves_m);
+    std::size_t begin = 0, end = length - 1;
+    while (begin < end && !(half_of(all.rows[(i + begin) % n]) >= full_m)) ++begin;
+    while (end > begin && !(half_of(all.rows[(i + end) % n]) >= full_m)) --end;
+    const auto out_left = [&](std::size_t k, const GuideRow& from) {
+      return all.rows[(i + k) % n].left_m - from.left_m;
+    };
+    const auto out_right = [&](std::size_t k, const GuideRow& from) {
+      return from.right_m - all.rows[(i + k) % n].right_m;
+    };
+    const auto quiet = [&](const auto& out, const auto& other) {
+      return std::abs(out(begin, first)) < kQuiet * other(begin, first) &&
+             std::abs(out(end, last)) < kQuiet * other(end, last);
+    };
+    const bool hold_left = quiet(out_left, out_right), hold_right = quiet(out_right, out_left);
+    if (!hold_left && !hold_right) continue;
+    const double span = static_cast<double>(on + back);
+    const double first_m = half_of(first), last_m = half_of(last);
+    for (std::size_t k = 1; k < on + back; ++k) {
+      GuideRow& row = all.rows[(i + n - back + k) % n];
+      if (!measured(row)) continue;
+      const double t = static_cast<double>(k) / span;
+      const double width_m =
+          std::min(row.left_m - row.right_m, 2.0 * ((1.0 - t) * first_m + t * last_m));
+      if (hold_left)
+        row.right_m = row.left_m - width_m;
+      else
+        row.left_m = row.right_m + width_m;
+      row.is_narrowed = true;
+    }
+  }
+}
+
 /// Middle and width of every row, from itself where it is like its neighbours.
 void settle(GuideRows& all, double scale) {
   const std::size_t n = all.rows.size();
   std::vector<double> halves_m, middle_m(n, std::numeric_limits<double>::quiet_NaN());
-  const auto measured = [](const GuideRow& row) {
-    return row.ends_left && row.ends_right && row.left_m > row.right_m;
-  };
   for (const GuideRow& row : all.rows)
-    if (measured(row)) halves_m.push_back(0.5 * (row.left_m - row.right_m));
+    if (measured(row)) halves_m.push_back(half_of(row));
   if (halves_m.empty()) return;
   all.usual_half_m = median(halves_m);
+  narrow_wide_places(all);
   for (std::size_t i = 0; i < n; ++i) {
-    std::vector<double> near_m;
-    for (std::size_t k = 0; k <= 2 * kAround; ++k) {
-      const auto at = static_cast<std::ptrdiff_t>(i + k) - static_cast<std::ptrdiff_t>(kAround);
-      if (!all.closed && (at < 0 || at >= static_cast<std::ptrdiff_t>(n))) continue;
-      const GuideRow& other = all.rows[static_cast<std::size_t>(
-          (at + static_cast<std::ptrdiff_t>(n)) % static_cast<std::ptrdiff_t>(n))];
-      if (measured(other)) near_m.push_back(0.5 * (other.left_m - other.right_m));
-    }
     GuideRow& row = all.rows[i];
-    row.half_width_m = near_m.empty() ? all.usual_half_m : median(std::move(near_m));
-    const double half_m = 0.5 * (row.left_m - row.right_m);
-    row.is_usual = measured(row) &&
-                   std::abs(half_m - row.half_width_m) < 0.25 * row.half_width_m + 0.1 * scale;
+    const double near_m = usual_half(all, i, kAround);
+    row.half_width_m = std::isfinite(near_m) ? near_m : all.usual_half_m;
+    row.is_usual = measured(row) && std::abs(half_of(row) - row.half_width_m) <
+                                        0.25 * row.half_width_m + 0.1 * scale;
     if (row.is_usual) middle_m[i] = 0.5 * (row.left_m + row.right_m);
   }
   fill_between(middle_m, all.closed);
@@ -348,6 +423,16 @@ GuideRows rows_along(const Guide& guide, const RaySurface& surface,
   for (std::size_t i = 0; i < n; ++i) all.rows[i].z_m = z_m[i];
   settle(all, scale);
   return all;
+}
+
+void set_width(GuideRows& all, double width_m) {
+  all.usual_half_m = 0.5 * width_m;
+  for (GuideRow& row : all.rows) {
+    if (row.is_usual && std::abs(row.half_width_m - 0.5 * width_m) < 0.125 * width_m) continue;
+    row.is_usual = false;
+    row.half_width_m = 0.5 * width_m;
+    row.middle_m = 0.0;
+  }
 }
 
 LookShares look_shares(const Guide& guide, const RaySurface& surface,

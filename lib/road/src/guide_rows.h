@@ -19,6 +19,7 @@ struct GuideRow {
   double left_m = 0.0, right_m = 0.0;  ///< where the road ends, right < left
   double middle_m = 0.0, half_width_m = 0.0;  ///< what its neighbours say where it is unlike them
   bool is_usual = false;                      ///< like its neighbours
+  bool is_narrowed = false;  ///< more of what looks like road lies beside one of its sides
   bool has_surface = false;
   bool ends_left = false, ends_right = false;  ///< the road ends there; otherwise the row does
 };
@@ -41,6 +42,9 @@ using LooksLikeRoad = std::function<bool(std::uint32_t triangle)>;
 /// seen alike.
 GuideRows rows_along(const Guide& guide, const RaySurface& surface,
                      const LooksLikeRoad& looks_like_road);
+
+/// Takes the width as given, and the guide as the middle, where the rows do not find this width.
+void set_width(GuideRows& all, double width_m);
 
 /// Share of the places under the guide where a look lies on any layer, and of those far beside it.
 struct LookShares {

@@ -312,7 +312,7 @@ RoadGraph chains(const Cells& grid, const std::vector<double>& distance_m,
                  const std::vector<char>& left) {
   RoadGraph graph;
   graph.cell_m = grid.cell_m();
-  const auto neighbours = [&](std::int32_t i) {
+  const auto seen_from = [&](std::int32_t i) {
     std::vector<std::int32_t> out;
     const auto& around = grid.cells[static_cast<std::size_t>(i)].around;
     const auto there = [&](std::size_t k) {
@@ -324,6 +324,16 @@ RoadGraph chains(const Cells& grid, const std::vector<double>& distance_m,
         continue;  // round the corner, not across it
       out.push_back(around[k]);
     }
+    return out;
+  };
+  // Where layers meet, one cell may see another that does not see it: a chain that goes there would
+  // go round for ever.
+  const auto neighbours = [&](std::int32_t i) {
+    std::vector<std::int32_t> out = seen_from(i);
+    std::erase_if(out, [&](std::int32_t j) {
+      const std::vector<std::int32_t> back = seen_from(j);
+      return std::find(back.begin(), back.end(), i) == back.end();
+    });
     return out;
   };
   const std::int32_t n = static_cast<std::int32_t>(grid.cells.size());

@@ -84,7 +84,8 @@ double running_median(const std::vector<double>& values, std::size_t i, std::siz
 
 }  // namespace
 
-Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end) {
+Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end,
+                std::optional<double> width_m) {
   const double typical_m = median(way.half_width_m);  // half the width
   const double step_m = std::clamp(typical_m / 2.5, 0.5, 2.0);
   Walk walk;
@@ -120,6 +121,7 @@ Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end) 
     std::vector<Vector3d> next(n);
     for (std::size_t i = 0; i < n; ++i) {
       const auto usual = [&](const std::vector<double>& values) {
+        if (width_m) return 0.5 * *width_m;
         const double value_m = running_median(values, i, reach, way.closed);
         return std::isfinite(value_m) ? value_m : typical_m;
       };
