@@ -1005,7 +1005,6 @@ RoadMesh road_mesh_of(const Mesh& mesh, const Cleaning& cleaning) {
 Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& triangles,
                      const CleanOptions& options, CleanReport facts) {
   facts.by_guide = true;
-  facts.by_route = !options.guide && !options.route_m.empty();
   GuidedClasses guided =
       classes_along(mesh, guide, options.guide_width_m, triangles.flat, triangles.by_names);
   facts.remarks.insert(facts.remarks.end(), guided.remarks.begin(), guided.remarks.end());

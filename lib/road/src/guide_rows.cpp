@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 constexpr double kUsualReach_m =
     30.0;  // to both sides; lengths below are for this reach and shrink with it
 constexpr double kReachShare =
-    0.025;  // of the guide's length: a circuit has no room for wider roads
+    0.025;  // of the guide's length: a circuit has no room for wider roads,
+constexpr double kReachShareOpen = 0.1;  // a piece of a road has
 constexpr double kSmallestReach_m = 1.0;
 constexpr double kRowsPerReach = 15.0, kRaysPerReach = 60.0;
 constexpr double kBeside = 0.25;  // of the reach: how far the guide may lie beside the road
@@ -366,7 +367,8 @@ GuideRows empty_rows(const Guide& guide) {
   double length_m = 0.0;
   for (std::size_t i = 1; i < guide.points_m.size(); ++i)
     length_m += (guide.points_m[i] - guide.points_m[i - 1]).head<2>().norm();
-  all.reach_m = std::clamp(kReachShare * length_m, kSmallestReach_m, kUsualReach_m);
+  all.reach_m = std::clamp((guide.closed ? kReachShare : kReachShareOpen) * length_m,
+                           kSmallestReach_m, kUsualReach_m);
   all.across_m = all.reach_m / kRaysPerReach;
   const std::vector<Vector3d> curve = resampled(guide, all.reach_m / kRowsPerReach);
   const std::size_t n = curve.size();

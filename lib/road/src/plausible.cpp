@@ -83,8 +83,10 @@ void little_of_the_ground(const Mesh& mesh, const CleanReport& report,
                   found_m2, all_m2, kWayOut));
 }
 
-void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const CleanReport& report,
-                             std::vector<std::string>& doubts) {
+}  // namespace
+
+std::optional<std::string> same_material_elsewhere(const Centreline& line, const Mesh& mesh,
+                                                   const CleanReport& report) {
   const auto look_of = [&](std::size_t t) {
     const MeshObject& object = mesh.objects[mesh.object_of_triangle[t]];
     return object.texture.empty() ? object.material : object.texture;
@@ -98,11 +100,11 @@ void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const Cle
     road_m2[look_of(t)] += flat_area_m2(mesh, t);
     all_m2 += flat_area_m2(mesh, t);
   }
-  if (looks.size() < 3 || road_m2.empty()) return;  // materials tell nothing apart
+  if (looks.size() < 3 || road_m2.empty()) return {};  // materials tell nothing apart
   const auto main =
       std::max_element(road_m2.begin(), road_m2.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (main->first.empty() || main->second < kMainMaterialShare * all_m2) return;
+  if (main->first.empty() || main->second < kMainMaterialShare * all_m2) return {};
 
   // What lies above or below the line is its own underside or a bridge's.
   double widest_m = 0.0;
@@ -139,14 +141,12 @@ void same_material_elsewhere(const Centreline& line, const Mesh& mesh, const Cle
     elsewhere_m2 += area_m2;
     if (area_m2 > largest_m2) largest_m2 = area_m2, place = middle;
   }
-  if (elsewhere_m2 <= kElsewhereShare * found_m2) return;
-  doubts.push_back(fmt::format(
+  if (elsewhere_m2 <= kElsewhereShare * found_m2) return {};
+  return fmt::format(
       "the road is made of '{}', of which {:.0f} m2 are in it and {:.0f} m2 lie elsewhere, for "
       "example at ({:.1f}, {:.1f}): this may be a part of the road only; {}",
-      main->first, found_m2, elsewhere_m2, place.x(), place.y(), kWayOut));
+      main->first, found_m2, elsewhere_m2, place.x(), place.y(), kWayOut);
 }
-
-}  // namespace
 
 std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,
                                       const Mesh& mesh, const CleanReport& report) {
@@ -155,18 +155,15 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
     surface_missing(line, surface, doubts);  // a guide knows better where it should be
   const bool confirmed =
       report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
-  if (confirmed || (report.by_guide && (line.closed || !report.by_route))) return doubts;
-  if (report.by_route) {
-    same_material_elsewhere(line, mesh, report, doubts);
-    return doubts;
-  }
+  if (confirmed || report.by_guide) return doubts;
   if (!line.closed && report.by_names)
     doubts.push_back(
         fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the "
                     "road found by names is open: it may be a part of it; {}",
                     100.0 * *report.road_agreement, kWayOut));
   if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
-  same_material_elsewhere(line, mesh, report, doubts);
+  if (auto elsewhere = same_material_elsewhere(line, mesh, report))
+    doubts.push_back(std::move(*elsewhere));
   return doubts;
 }
 

@@ -62,6 +62,7 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
         const Centreline line = trace_centreline(road, tried.centreline);
         fit_reference_line(line, tried.reference_line);
         if (!doubts_about(line, RaySurface(road.mesh), mesh, report).empty()) continue;
+        if (!line.closed && same_material_elsewhere(line, mesh, report)) continue;
         const auto is_this = [&](const Centreline& other) {
           return other.closed == line.closed && goes_along(line, other) && goes_along(other, line);
         };

@@ -75,7 +75,6 @@ struct CleanReport {
   std::size_t components = 0;  ///< connected components of the drivable surface before filtering
   bool by_names = false;       ///< false: geometry alone, or a guide
   bool by_guide = false;       ///< along a guide or a route
-  bool by_route = false;
   std::vector<std::string>
       doubts;  ///< what along the guide speaks against the road: for doubts_about()
   /// With names: area that names and geometry both call road over the area that either does, before

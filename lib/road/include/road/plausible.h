@@ -1,6 +1,7 @@
 // Is the road that was found the road that is there?
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,10 +16,16 @@ namespace road {
 ///
 /// Looked at: surface missing along the line, more than 5 % of it; and where no name told what is
 /// road, an open road that is less than half of the flat ground, and more of the material of the
-/// road elsewhere than a fifth of what was found. Along a guide: what cleaning doubted there; along
-/// an open route also the material elsewhere. `surface` holds the triangles of `road`, `mesh`
-/// everything that was read, `report` what cleaning said.
+/// road elsewhere than a fifth of what was found. Along a guide or a route: what cleaning doubted
+/// there. `surface` holds the triangles of `road`, `mesh` everything that was read, `report` what
+/// cleaning said.
 std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,
                                       const Mesh& mesh, const CleanReport& report);
+
+/// That more of the material of the road lies elsewhere than a fifth of what was found, with a
+/// place: the line may be a part of the road only. Empty where that is not so, and where materials
+/// tell nothing apart.
+std::optional<std::string> same_material_elsewhere(const Centreline& line, const Mesh& mesh,
+                                                   const CleanReport& report);
 
 }  // namespace road
