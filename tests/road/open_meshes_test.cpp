@@ -22,6 +22,7 @@
 #include "road/ray_surface.h"
 #include "road/read_mesh.h"
 #include "road/recipe.h"
+#include "road/reference_line.h"
 #include "road/validate.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -183,6 +184,58 @@ INSTANTIATE_TEST_SUITE_P(All, GuidedMesh,
                          testing::Values("city", "farm", "hacienda", "islandtrack", "startrack",
                                          "sandtrack", "fortmagma", "mansion"),
                          [](const auto& mesh) { return std::string(mesh.param); });
+
+TEST(Network, HasARoadAlongALineDrawnOnItsPicture) {
+  if (!std::filesystem::exists(mesh_path("mcity.obj"))) GTEST_SKIP() << "absent";
+  // Round the test town, drawn by hand on a picture of its materials, metres off.
+  const std::vector<Eigen::Vector2d> drawn = {
+      {37, 346},    {60, 402},    {110, 405},   {160, 398},  {220, 370},   {255, 328},
+      {240, 280},   {190, 170},   {150, 75},    {138, -20},  {137, -127},  {150, -230},
+      {155, -300},  {140, -360},  {100, -385},  {10, -400},  {-110, -414}, {-170, -400},
+      {-190, -354}, {-190, -245}, {-184, -120}, {-172, -27}, {-167, 64},   {-150, 110},
+      {-110, 150},  {-60, 165},   {-18, 200},   {25, 208},   {37, 240},    {37, 290}};
+  std::vector<Eigen::Vector3d> points_m;
+  for (const Eigen::Vector2d& p : drawn) points_m.emplace_back(p.x(), p.y(), std::nan(""));
+  road::MeshReadOptions read;
+  read.scale = 0.254;
+  const road::Mesh mesh = road::read_mesh(mesh_path("mcity.obj"), read);
+  road::CleanOptions options;
+  options.guide = road::guide_along(points_m);
+  road::CleanReport report;
+  const road::RoadMesh surface = road::clean(mesh, options, &report);
+  const road::Centreline line = road::trace_centreline(surface);
+  EXPECT_TRUE(line.closed);
+  EXPECT_NEAR(line.length_m, 2213.0, 22.0);  // on the picture, 1 %
+  EXPECT_TRUE(road::doubts_about(line, road::RaySurface(surface.mesh), mesh, report).empty());
+  EXPECT_NO_THROW(road::fit_reference_line(line));
+  for (const Eigen::Vector2d& p : drawn) {
+    double nearest_m = 1e9;
+    for (const Eigen::Vector3d& q : line.points_m)
+      nearest_m = std::min(nearest_m, (q.head<2>() - p).norm());
+    EXPECT_LT(nearest_m, 15.0) << p.transpose() << ": it was drawn up to 13 m off, in bends";
+  }
+}
+
+TEST(Network, HasARouteRoundALoopOfACloverleaf) {
+  if (!std::filesystem::exists(mesh_path("cloverleaf.obj"))) GTEST_SKIP() << "absent";
+  road::MeshReadOptions read;
+  read.unit = road::Unit::inch;
+  const road::Mesh mesh = road::read_mesh(mesh_path("cloverleaf.obj"), read);
+  road::CleanOptions options;
+  options.route_m = {{-150.0, -12.0}, {12.0, -150.0}};  // eastwards, round the loop, southwards
+  road::CleanReport report;
+  const road::RoadMesh surface = road::clean(mesh, options, &report);
+  const road::Centreline line = road::trace_centreline(surface);
+  EXPECT_FALSE(line.closed);
+  EXPECT_TRUE(road::doubts_about(line, road::RaySurface(surface.mesh), mesh, report).empty());
+  EXPECT_NO_THROW(road::fit_reference_line(line));
+  double highest_m = 0.0, lowest_y_m = 0.0;
+  for (const Eigen::Vector3d& p : line.points_m)
+    highest_m = std::max(highest_m, p.z()), lowest_y_m = std::min(lowest_y_m, p.y());
+  EXPECT_NEAR(highest_m, 5.5, 0.5) << "over the bridge";
+  EXPECT_LT(lowest_y_m, -140.0);
+  EXPECT_NEAR(line.length_m, 367.0, 10.0);
+}
 
 class MeshWithoutRoad : public testing::TestWithParam<const char*> {};
 

@@ -122,7 +122,7 @@ Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& gra
       throw Error(
           "nothing on the surface along the guide tells where the road ends; say how wide it is "
           "(--guide-width-m W, guide_width_m in a recipe)");
-    return walk_along(surface, way, false, options.guide_width_m);
+    return walk_along(surface, way, false, true);
   }
   const std::optional<RoadWay> way = closed_way(graph, options);
   if (!way) {

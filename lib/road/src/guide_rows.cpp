@@ -38,6 +38,8 @@ constexpr double kSlopeFree = 0.2;
 constexpr std::size_t kAround = 12;  // rows to both sides that tell what is usual
 constexpr std::size_t kFarAround =
     100;  // and what is usual where a wide place is longer than those
+constexpr std::ptrdiff_t kNear = 6;  // rows to both sides: their middles lie on one line,
+constexpr double kJump = 0.3;        // of half the width beside it at most
 constexpr double kWide = 1.2, kNotWide = 1.1, kFullyWide = 0.9;
 constexpr double kQuiet = 0.3;  // of a widening on the side where the road goes on as before
 
@@ -339,7 +341,24 @@ void narrow_wide_places(GuideRows& all) {
   }
 }
 
-/// Middle and width of every row, from itself where it is like its neighbours.
+/// Whether a middle jumps from those of its neighbours, or has hardly any: at junctions.
+bool is_restless(const std::vector<double>& middle_m, std::size_t i, double half_width_m,
+                 bool closed, double scale) {
+  const auto n = static_cast<std::ptrdiff_t>(middle_m.size());
+  std::vector<double> near_m;
+  std::size_t rows = 0;
+  for (std::ptrdiff_t k = -kNear; k <= kNear; ++k) {
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) + k;
+    if (!closed && (at < 0 || at >= n)) continue;
+    ++rows;
+    const double value_m = middle_m[static_cast<std::size_t>(((at % n) + n) % n)];
+    if (std::isfinite(value_m)) near_m.push_back(value_m);
+  }
+  if (3 * near_m.size() < rows) return true;
+  return std::abs(middle_m[i] - median(std::move(near_m))) > kJump * half_width_m + 0.1 * scale;
+}
+
+/// Middle and width of every row, from itself where it is like its neighbours, else from them.
 void settle(GuideRows& all, double scale) {
   const std::size_t n = all.rows.size();
   std::vector<double> halves_m, middle_m(n, std::numeric_limits<double>::quiet_NaN());
@@ -356,8 +375,23 @@ void settle(GuideRows& all, double scale) {
                                         0.25 * row.half_width_m + 0.1 * scale;
     if (row.is_usual) middle_m[i] = 0.5 * (row.left_m + row.right_m);
   }
+  const std::vector<double> first_m = middle_m;
+  std::vector<double> half_m(n, std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < n; ++i) {
+    GuideRow& row = all.rows[i];
+    row.is_usual = row.is_usual && !is_restless(first_m, i, row.half_width_m, all.closed, scale);
+    if (row.is_usual)
+      half_m[i] = row.half_width_m;
+    else
+      middle_m[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  if (std::none_of(all.rows.begin(), all.rows.end(),
+                   [](const GuideRow& row) { return row.is_usual; }))
+    return;
   fill_between(middle_m, all.closed);
-  for (std::size_t i = 0; i < n; ++i) all.rows[i].middle_m = middle_m[i];
+  fill_between(half_m, all.closed);
+  for (std::size_t i = 0; i < n; ++i)
+    all.rows[i].middle_m = middle_m[i], all.rows[i].half_width_m = half_m[i];
 }
 
 /// Where the rows stand, before anything is measured; their z is the guide's.

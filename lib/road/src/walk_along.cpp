@@ -13,14 +13,36 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+/// Lengths along a way to its points, and of all of it.
+std::vector<double> lengths_along(const std::vector<Vector3d>& points_m, bool closed) {
+  std::vector<double> s_m{0.0};
+  for (std::size_t i = 1; i < points_m.size() + (closed ? 1 : 0); ++i)
+    s_m.push_back(s_m.back() + (points_m[i % points_m.size()] - points_m[i - 1]).head<2>().norm());
+  return s_m;
+}
+
+/// Half the width that a way has at `count` evenly spaced places of it.
+std::vector<double> half_widths_along(const RoadWay& way, std::size_t count) {
+  const std::vector<double> s_m = lengths_along(way.points_m, way.closed);
+  std::vector<double> out;
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double at_m =
+        s_m.back() * static_cast<double>(k) / static_cast<double>(way.closed ? count : count - 1);
+    while (i + 2 < s_m.size() && s_m[i + 1] < at_m) ++i;
+    const double t = std::clamp((at_m - s_m[i]) / std::max(s_m[i + 1] - s_m[i], 1e-9), 0.0, 1.0);
+    out.push_back((1.0 - t) * way.half_width_m[i] +
+                  t * way.half_width_m[(i + 1) % way.half_width_m.size()]);
+  }
+  return out;
+}
+
 /// Places along a way, evenly spaced and smoothed over half the road's width; the ends of an open
 /// way stay.
 std::vector<Vector3d> smoothed(const std::vector<Vector3d>& points_m, bool closed, double spacing_m,
                                double sigma_m) {
   const std::size_t n = points_m.size();
-  std::vector<double> s_m{0.0};
-  for (std::size_t i = 1; i < n + (closed ? 1 : 0); ++i)
-    s_m.push_back(s_m.back() + (points_m[i % n] - points_m[i - 1]).head<2>().norm());
+  const std::vector<double> s_m = lengths_along(points_m, closed);
   const double length_m = s_m.back();
   const auto count = std::max<std::size_t>(
       closed ? 8 : 4, static_cast<std::size_t>(std::lround(length_m / spacing_m)));
@@ -84,14 +106,15 @@ double running_median(const std::vector<double>& values, std::size_t i, std::siz
 
 }  // namespace
 
-Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end,
-                std::optional<double> width_m) {
+Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end, bool knows_widths) {
   const double typical_m = median(way.half_width_m);  // half the width
   const double step_m = std::clamp(typical_m / 2.5, 0.5, 2.0);
   Walk walk;
   walk.closed = way.closed;
   std::vector<Vector3d> middle = smoothed(way.points_m, way.closed, step_m, 0.5 * typical_m);
   const std::size_t n = middle.size();
+  const std::vector<double> way_half_m =
+      knows_widths ? half_widths_along(way, n) : std::vector<double>();
   const auto reach = static_cast<std::size_t>(std::ceil(5.0 * typical_m / step_m));
   for (int round = 0; round < 3; ++round) {
     const auto at = [&](std::ptrdiff_t i) -> const Vector3d& {
@@ -121,7 +144,7 @@ Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end,
     std::vector<Vector3d> next(n);
     for (std::size_t i = 0; i < n; ++i) {
       const auto usual = [&](const std::vector<double>& values) {
-        if (width_m) return 0.5 * *width_m;
+        if (knows_widths) return way_half_m[i];
         const double value_m = running_median(values, i, reach, way.closed);
         return std::isfinite(value_m) ? value_m : typical_m;
       };
