@@ -1,5 +1,6 @@
 #include "road/write_report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -157,9 +158,26 @@ TEST_F(WriteReport, MeshComparisonAndControlPointsAreThere) {
   EXPECT_LT(report["comparisons"][0]["abs_error_m"]["p99"], 0.002);
   EXPECT_EQ(report["comparisons"][0]["worst"].size(), 10u);
   EXPECT_EQ(report["control_points"].size(), 3u);
+  EXPECT_EQ(report["control_points"][0]["left_out"], false);
   EXPECT_EQ(report["along_u"]["largest_error_mesh_m"].size(), clean_oval().grid.rows());
   EXPECT_EQ(report["kerbs"][0]["profile"]["lines"].size(), 2u);
   EXPECT_EQ(report["rough"]["limit_m"], 0.015);
+}
+
+TEST_F(WriteReport, OutliersAndRemarksOfTheBuildAreThere) {
+  road::ReportRequest request;
+  request.crg_path = write(clean_oval(), "clean.crg");
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d at(100.0 * std::cos(k), 100.0 * std::sin(k), 0.0);
+    request.control_points.push_back(
+        {fmt::format("P{}", k), at, at + Eigen::Vector3d(k == 5 ? 4.0 : 0.01 * (k % 2), 0, 0)});
+  }
+  request.remarks = {"smoothing was held at its bound"};
+  const json report = report_of(request);
+  ASSERT_EQ(report["control_points"].size(), 8u);
+  for (const json& point : report["control_points"])
+    EXPECT_EQ(point["left_out"], point["name"] == "P5") << point;
+  EXPECT_EQ(report["notes"][0], "smoothing was held at its bound");
 }
 
 TEST_F(WriteReport, StretchesOffTheMeshAreNamedOrTakenAsGiven) {

@@ -60,13 +60,18 @@ std::string smoothed_waves(const nlohmann::json& smooth) {
                      waves.at(0).get<double>(), waves.at(1).get<double>());
 }
 
-/// Where smoothing would have moved more than it may.
+}  // namespace
+
 std::string smoothing_bound(const nlohmann::json& s) {
   const auto held = s.at("smooth").at("nodes_at_bound").get<std::size_t>();
   if (held == 0) return "";
-  return fmt::format("remark   smoothing was held at its bound at {} of {} nodes (--smooth-max-change-road-m, --smooth-max-change-kerb-m): there the road is rougher than the window makes it\n",
-                     held, s.at("grid").at("nodes_with_z").get<std::size_t>());
+  return fmt::format(
+      "smoothing was held at its bound at {} of {} nodes (--smooth-max-change-road-m, "
+      "--smooth-max-change-kerb-m): there the road is rougher than the window makes it",
+      held, s.at("grid").at("nodes_with_z").get<std::size_t>());
 }
+
+namespace {
 
 /// How well the road was laid on its control points or trajectory; nothing where none were given.
 std::string alignment_text(const nlohmann::json& align) {
@@ -145,7 +150,8 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
   if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
   for (const char* stage : {"read", "clean", "sample", "validation"})
     for (const auto& remark : s.at(stage).at("remarks")) text += fmt::format("remark   {}\n", one_line(remark.get<std::string>()));
-  text += smoothing_bound(s);
+  const std::string bound = smoothing_bound(s);
+  if (!bound.empty()) text += "remark   " + bound + "\n";
   return text;
 }
 

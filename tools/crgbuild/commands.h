@@ -2,6 +2,7 @@
 // is: load, one library call, save. They return the exit code.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -106,6 +107,9 @@ road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& 
 void print_report(const road::ReportFiles& files, Terminal& terminal);
 
 /// Throws NotValid for a road whose report says that it is not usable.
+/// Where smoothing would have moved more than it may, from a build's summary; empty where nowhere.
+std::string smoothing_bound(const nlohmann::json& summary);
+
 void refuse_if_not_usable(const std::string& crg_path, const road::ReportFiles& files);
 
 struct InfoCommand {

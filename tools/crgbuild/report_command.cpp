@@ -157,6 +157,8 @@ road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& 
   request.grip_path = staged(result.friction_path);
   request.command_line = command_line("build", {{"", command.input}, {"-o", command.output_dir}}, command.flags);
   const auto summary = nlohmann::json::parse(result.summary_json);
+  if (const std::string bound = smoothing_bound(summary); !bound.empty())
+    request.remarks.push_back(bound);
   if (recipe.trajectory_path) {  // the build has fitted it already
     const auto& align = summary["align"];
     request.T_global_mesh.yaw_rad = align["yaw_deg"].get<double>() * M_PI / 180.0;

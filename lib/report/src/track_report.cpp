@@ -204,7 +204,11 @@ Json inputs_json(const TrackReport& report) {
 Json control_points_json(const TrackReport& report) {
   Json list = Json::array();
   for (const ControlPointView& p : report.control_points) {
-    list.push_back({{"name", p.name}, {"x_m", p.x_m}, {"y_m", p.y_m}, {"residual_m", number(p.residual_m)}});
+    list.push_back({{"name", p.name},
+                    {"x_m", p.x_m},
+                    {"y_m", p.y_m},
+                    {"residual_m", number(p.residual_m)},
+                    {"left_out", p.left_out}});
   }
   return list;
 }

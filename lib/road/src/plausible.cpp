@@ -79,8 +79,8 @@ void little_of_the_ground(const Mesh& mesh, const CleanReport& report,
   if (found_m2 >= kGroundShare * all_m2) return;
   doubts.push_back(
       fmt::format("an open road was found by its shape alone on {:.0f} of {:.0f} m2 of flat "
-                  "ground: that may be any strip of it; {}",
-                  found_m2, all_m2, kWayOut));
+                  "ground: that may be any strip of it",
+                  found_m2, all_m2));
 }
 
 }  // namespace
@@ -144,8 +144,8 @@ std::optional<std::string> same_material_elsewhere(const Centreline& line, const
   if (elsewhere_m2 <= kElsewhereShare * found_m2) return {};
   return fmt::format(
       "the road is made of '{}', of which {:.0f} m2 are in it and {:.0f} m2 lie elsewhere, for "
-      "example at ({:.1f}, {:.1f}): this may be a part of the road only; {}",
-      main->first, found_m2, elsewhere_m2, place.x(), place.y(), kWayOut);
+      "example at ({:.1f}, {:.1f}): this may be a part of the road only",
+      main->first, found_m2, elsewhere_m2, place.x(), place.y());
 }
 
 std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,
@@ -156,14 +156,16 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
   const bool confirmed =
       report.by_names && (!report.road_agreement || *report.road_agreement >= kAgreement);
   if (confirmed || report.by_guide) return doubts;
+  const std::size_t first = doubts.size();
   if (!line.closed && report.by_names)
     doubts.push_back(
         fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the "
-                    "road found by names is open: it may be a part of it; {}",
-                    100.0 * *report.road_agreement, kWayOut));
+                    "road found by names is open: it may be a part of it",
+                    100.0 * *report.road_agreement));
   if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
   if (auto elsewhere = same_material_elsewhere(line, mesh, report))
     doubts.push_back(std::move(*elsewhere));
+  if (doubts.size() > first) doubts.back() += fmt::format("; {}", kWayOut);
   return doubts;
 }
 

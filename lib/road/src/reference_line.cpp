@@ -81,6 +81,19 @@ double model_scale_of(const Centreline& centreline) {
   return width_m > 0.0 && width_m < kModelWidth_m ? width_m / kUsualWidth_m : 1.0;
 }
 
+/// Where the way through the points turns most.
+std::size_t sharpest_turn(const std::vector<Vector2d>& points, bool closed) {
+  const std::size_t n = points.size();
+  std::size_t sharpest = 0;
+  double least_cosine = 2.0;
+  for (std::size_t i = closed ? 0 : 1; i < (closed ? n : n - 1); ++i) {
+    const Vector2d in = points[i] - points[(i + n - 1) % n], out = points[(i + 1) % n] - points[i];
+    const double cosine = in.dot(out) / std::max(in.norm() * out.norm(), 1e-12);
+    if (cosine < least_cosine) least_cosine = cosine, sharpest = i;
+  }
+  return sharpest;
+}
+
 /// Penalised least squares (P-spline): sum |p_i - S(t_i)|^2 + lambda * integral |S'''|^2 dt.
 PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<double>& t,
                        double length_t, bool closed, double model_scale) {
@@ -208,10 +221,15 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
       line.x_m.push_back(here.x());
       line.y_m.push_back(here.y());
     }
-    if (!line.closed) break;
     if (!(at_t > 0.9 * length_t && at_t < 1.1 * length_t)) {
-      throw Error("the centreline turns back on itself: a line with equal steps cannot follow it; look at centreline.csv");
+      const Eigen::Vector3d& place = centreline.points_m[sharpest_turn(points, line.closed)];
+      throw Error(fmt::format(
+          "the centreline turns back on itself, most sharply at ({:.1f}, {:.1f}): a line with "
+          "equal "
+          "steps cannot follow it; look there at what counts as road (crgbuild clean writes it)",
+          place.x(), place.y()));
     }
+    if (!line.closed) break;
     const double rest_m = (length_t - at_t) * spline.derivative(0.0).norm() - kClosingGap_m;
     line.u_step_m += rest_m / static_cast<double>(steps);
     if (std::abs(rest_m) < 1e-9) break;

@@ -569,7 +569,10 @@ report::TrackReport make_report(const ReportRequest& request) {
     tilt_and_scale = aligned.tilt_and_scale;
     for (std::size_t k = 0; k < request.control_points.size(); ++k) {
       const ControlPoint& point = request.control_points[k];
-      report.control_points.push_back({point.name, point.global_m.x(), point.global_m.y(), aligned.residual_m[k]});
+      const bool left_out = std::find(aligned.outliers.begin(), aligned.outliers.end(),
+                                      point.name) != aligned.outliers.end();
+      report.control_points.push_back(
+          {point.name, point.global_m.x(), point.global_m.y(), aligned.residual_m[k], left_out});
     }
   }
   std::optional<ValidateReport> validated;
@@ -631,6 +634,7 @@ report::TrackReport make_report(const ReportRequest& request) {
     findings.insert(findings.end(), comparison.findings.begin(), comparison.findings.end());
     views.emplace_back(key, &comparison);
   }
+  report.notes = request.remarks;
   for (const crg::Finding& c : checked.findings) {
     // That lateral cuts would meet where nobody has road is no fault of the road; where there are
     // heights it is a fold, and a finding of its own.

@@ -116,6 +116,7 @@ struct ReportInputFile {
 struct ControlPointView {
   std::string name;
   double x_m = 0.0, y_m = 0.0, residual_m = 0.0;
+  bool left_out = false;  ///< an outlier: the alignment did not use it
 };
 
 /// A section that another tool adds.
@@ -145,7 +146,7 @@ struct TrackReport {
   std::vector<RoughnessTrack> roughness;
   std::vector<Fact> file;                   ///< what the file is: format, rows, bytes, ...
   std::vector<Fact> header;                 ///< header entries as stored
-  std::vector<std::string> comment, notes;  ///< of the file; what reading it accepted
+  std::vector<std::string> comment, notes;  ///< of the file; what its build and its reading say
   std::vector<ReportInputFile> inputs;
   std::vector<ControlPointView> control_points;
   std::vector<Fact> versions;

@@ -184,7 +184,7 @@ export function makePlan(sheet, windows, surface, data, state) {
       context.stroke();
       context.fillStyle = text;
       context.textAlign = 'left';
-      write(`${point.name}: ${mm(point.residual_m)}`, x + 9, y - 8);
+      write(`${point.name}: ${mm(point.residual_m)}${point.left_out ? ', left out' : ''}`, x + 9, y - 8);
     }
     if (state.cursor !== null) {
       const [x, y] = across(state.cursor, css('--cursor'), 2);

@@ -360,10 +360,10 @@ export function health(data) {
     el('h3', {}, 'File'), facts(data.file),
     el('h3', {}, 'Inputs'), table(['role', 'path', 'SHA-256'], data.inputs.map((input) => [input.role, input.path, el('code', {}, input.sha256)])));
   if (data.control_points.length > 0) {
-    root.append(el('h3', {}, 'Control points'), table(['name', { number: 'x' }, { number: 'y' }, { number: 'residual' }],
-      data.control_points.map((point) => [point.name, { number: fixed(point.x_m, 3) }, { number: fixed(point.y_m, 3) }, { number: mm(point.residual_m) }])));
+    root.append(el('h3', {}, 'Control points'), table(['name', { number: 'x' }, { number: 'y' }, { number: 'residual' }, ''],
+      data.control_points.map((point) => [point.name, { number: fixed(point.x_m, 3) }, { number: fixed(point.y_m, 3) }, { number: mm(point.residual_m) }, point.left_out ? 'an outlier, left out' : ''])));
   }
-  root.append(el('h3', {}, 'Notes of the check'), data.notes.length > 0
+  root.append(el('h3', {}, 'Notes'), data.notes.length > 0
     ? el('ul', {}, data.notes.map((note) => el('li', {}, note))) : el('p', { class: 'muted' }, 'None.'));
   root.append(el('details', {}, el('summary', {}, 'Header'), facts(data.header)));
   if (data.comment.length > 0) root.append(el('details', {}, el('summary', {}, 'Comment'), el('pre', { class: 'mono' }, data.comment.join('\n'))));

@@ -50,6 +50,7 @@ struct ReportRequest {
   std::string grip_path;                   ///< a road file that holds friction in place of heights
   const std::vector<Provenance>* provenance = nullptr;  ///< per node of the file
   std::vector<ReportSource> sources;
+  std::vector<std::string> remarks;  ///< of the build that made the road: shown among the notes
   std::string command_line;                ///< that makes the road, or this report, again
   unsigned threads = 0;                    ///< 0 = all cores; any number gives the same bytes
 };
