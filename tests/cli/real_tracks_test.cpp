@@ -1,9 +1,17 @@
 // The recipes of real tracks, where the package torcs-data is installed.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "road/read_mesh.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 
@@ -14,6 +22,75 @@ struct Track {
   const char* name;
   double designed_length_m;
 };
+
+/// The mesh as .obj, every triangle split into four as often as wanted.
+void write_split(const road::Mesh& mesh, int times, const std::string& path) {
+  std::ofstream out(path);
+  std::size_t vertices = 0;
+  std::map<std::array<double, 3>, std::size_t> known;  // corners of one triangle's pieces
+  std::function<void(const std::array<Eigen::Vector3d, 3>&, int)> add = [&](const std::array<
+                                                                                Eigen::Vector3d, 3>&
+                                                                                t,
+                                                                            int left) {
+    if (left == 0) {
+      std::array<std::size_t, 3> corners{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [at, added] = known.try_emplace({t[k].x(), t[k].y(), t[k].z()}, vertices + 1);
+        if (added) {
+          out << fmt::format("v {:.6f} {:.6f} {:.6f}\n", t[k].x(), t[k].y(), t[k].z());
+          ++vertices;
+        }
+        corners[k] = at->second;
+      }
+      out << fmt::format("f {} {} {}\n", corners[0], corners[1], corners[2]);
+      return;
+    }
+    const Eigen::Vector3d a = 0.5 * (t[0] + t[1]), b = 0.5 * (t[1] + t[2]), c = 0.5 * (t[2] + t[0]);
+    add({t[0], a, c}, left - 1);
+    add({a, t[1], b}, left - 1);
+    add({c, b, t[2]}, left - 1);
+    add({a, b, c}, left - 1);
+  };
+  std::uint32_t object = std::numeric_limits<std::uint32_t>::max();
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+    if (mesh.object_of_triangle[k] != object) {
+      object = mesh.object_of_triangle[k];
+      out << "o " << mesh.objects[object].name << "\n";
+    }
+    known.clear();
+    add({mesh.origin_m + mesh.vertex(k, 0), mesh.origin_m + mesh.vertex(k, 1),
+         mesh.origin_m + mesh.vertex(k, 2)},
+        times);
+  }
+}
+
+double processor_s_of_children() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+TEST(LargeMesh, OfFiveMillionTrianglesTakesAMinute) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "three minutes: KERBSTONE_HEAVY=1";
+  const std::string forza = places::torcs_tracks() + "/road/forza/forza.acc";
+  if (!exists(forza)) GTEST_SKIP() << "the package torcs-data is not installed";
+  const Folder folder;
+  write_split(road::read_mesh(forza), 3, folder / "forza.obj");
+  const double before_s = processor_s_of_children();
+  const Ran ran =
+      crgbuild({"build", folder / "forza.obj", "--up", "z", "-o", folder / "out", "--no-report"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto timing = nlohmann::json::parse(read(folder / "out/timing.json"));
+  const double processor_s = processor_s_of_children() - before_s;
+  fmt::print("{:.1f} s, {:.1f} s of processor time, {:.0f} MB\n",
+             timing["seconds"]["total"].get<double>(), processor_s,
+             timing["peak_memory_mb"].get<double>());
+  EXPECT_LE(processor_s, 60.0) << "on a calm machine it takes no longer than that";
+  EXPECT_LE(timing["peak_memory_mb"].get<double>(), 1500.0);
+}
 
 class RealTracks : public ::testing::TestWithParam<Track> {};
 
