@@ -124,13 +124,6 @@ TEST(ReadCloud, TruncatedAnywhereIsRefusedNotRead) {
               HasSubstr("truncated: the header promises 20 points, 5 fit"));
 }
 
-TEST(ReadCloud, SaysWhatToDoAboutLaz) {
-  EXPECT_THAT(refusal("anything", "a.laz"), HasSubstr("laszip -i in.laz -o out.las"));
-  std::string las = support::as_las({}, 2, 3);
-  las[104] = static_cast<char>(las[104] | 0x80);  // what LASzip sets
-  EXPECT_THAT(refusal(las, "a.las"), HasSubstr("laszip"));
-}
-
 TEST(ReadCloud, LeavesOutPointsThatAreNoNumbersAndRefusesNothingElse) {
   CloudReadReport report;
   const Cloud cloud = read_bytes("1 2 3\nnan 2 3\n4 inf 6\n4 5 1e99\n7 8 9\n", "a.xyz", &report);

@@ -25,7 +25,7 @@ void add_doubles(CLI::App& app, bool& doubles) {
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const info =
       app.add_subcommand("info", "points, bounds, unit, classes and resolution of a cloud");
-  add_input(*info, "cloud", c.cloud, "a .las, .ply, .pcd, .bin, .xyz or .csv, or a folder of them",
+  add_input(*info, "cloud", c.cloud, "a .las, .laz, .ply, .pcd, .bin, .xyz or .csv, or a folder of them",
             command::kFileOrFolder)
       ->required();
   add_unit(*info, c.unit);

@@ -34,36 +34,34 @@ double value_of(const char* from, bool swap) {
 }
 
 template <typename T>
-void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end,
-            double* out) {
-  const char* from = records.bytes.data() + field.offset + begin * field.stride;
-  for (std::size_t i = begin; i < end; ++i, from += field.stride)
-    *out++ = value_of<T>(from, records.big_endian) * field.scale + field.add;
+void decode(const char* from, const Field& field, std::size_t count, bool swap, double* out) {
+  for (std::size_t i = 0; i < count; ++i, from += field.stride)
+    *out++ = value_of<T>(from, swap) * field.scale + field.add;
 }
 
-void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end,
-            double* out) {
+/// `from`: the field of the first of `count` points.
+void decode(const char* from, const Field& field, std::size_t count, bool swap, double* out) {
   switch (field.type) {
     case FieldType::i8:
-      return decode<std::int8_t>(records, field, begin, end, out);
+      return decode<std::int8_t>(from, field, count, swap, out);
     case FieldType::u8:
-      return decode<std::uint8_t>(records, field, begin, end, out);
+      return decode<std::uint8_t>(from, field, count, swap, out);
     case FieldType::i16:
-      return decode<std::int16_t>(records, field, begin, end, out);
+      return decode<std::int16_t>(from, field, count, swap, out);
     case FieldType::u16:
-      return decode<std::uint16_t>(records, field, begin, end, out);
+      return decode<std::uint16_t>(from, field, count, swap, out);
     case FieldType::i32:
-      return decode<std::int32_t>(records, field, begin, end, out);
+      return decode<std::int32_t>(from, field, count, swap, out);
     case FieldType::u32:
-      return decode<std::uint32_t>(records, field, begin, end, out);
+      return decode<std::uint32_t>(from, field, count, swap, out);
     case FieldType::i64:
-      return decode<std::int64_t>(records, field, begin, end, out);
+      return decode<std::int64_t>(from, field, count, swap, out);
     case FieldType::u64:
-      return decode<std::uint64_t>(records, field, begin, end, out);
+      return decode<std::uint64_t>(from, field, count, swap, out);
     case FieldType::f32:
-      return decode<float>(records, field, begin, end, out);
+      return decode<float>(from, field, count, swap, out);
     case FieldType::f64:
-      return decode<double>(records, field, begin, end, out);
+      return decode<double>(from, field, count, swap, out);
   }
 }
 
@@ -166,18 +164,25 @@ void read_binary(const Records& records, std::size_t chunk_points, Emitter& emit
                  const std::function<void(std::size_t)>& done) {
   const std::vector<Field> fields = wanted_fields(records);
   Raw raw;
+  std::string unpacked;
   for (std::size_t begin = 0; begin < records.count; begin += chunk_points) {
     const std::size_t end = std::min(records.count, begin + chunk_points);
     raw.size = end - begin;
+    if (records.laz) records.laz->read(raw.size, unpacked);
     for (const Field& field : fields) {
       std::vector<double>& out = raw.of[static_cast<std::size_t>(field.role)];
       out.resize(raw.size);
-      decode(records, field, begin, end, out.data());
+      const char* const from =
+          records.laz ? unpacked.data() : records.bytes.data() + begin * field.stride;
+      decode(from + field.offset, field, raw.size, records.big_endian, out.data());
       if (field.mask != 0xff)
         for (double& v : out) v = static_cast<double>(static_cast<std::uint8_t>(v) & field.mask);
     }
     emit(raw);
-    if (records.owned.empty()) done(fields.front().offset + end * fields.front().stride);
+    if (records.laz)
+      done(records.laz->chunk_begin());
+    else if (records.owned.empty())
+      done(fields.front().offset + end * fields.front().stride);
   }
 }
 
@@ -316,15 +321,11 @@ namespace {
 
 Records records_of(std::string_view bytes, const std::string& name, CloudReadReport& report) {
   const std::string ending = ending_of(name);
-  if (ending == ".laz")
-    throw road::Error(name +
-                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
-                      "or 'pdal translate in.laz out.las'");
   if (bytes.starts_with("LASF")) return las_records(bytes, name, report);
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r"))
     return ply_records(bytes, name, report);
   if (ending == ".pcd" || bytes.starts_with("# .PCD")) return pcd_records(bytes, name, report);
-  if (ending == ".las")
+  if (ending == ".las" || ending == ".laz")
     throw road::Error(name + ": does not begin with LASF, so it is no LAS file");
   if (ending == ".ply")
     throw road::Error(name + ": does not begin with 'ply', so it is no PLY file");
@@ -362,7 +363,7 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
   if (ending == ".xyz" || ending == ".csv" || ending == ".txt")
     return xyz_records(bytes, name, report);
   throw road::Error(fmt::format(
-      "{}: ending '{}' seen; .las, .ply, .pcd, .bin, .xyz, .csv or .txt wanted", name, ending));
+      "{}: ending '{}' seen; .las, .laz, .ply, .pcd, .bin, .xyz, .csv or .txt wanted", name, ending));
 }
 
 CloudReadReport read_all(std::string_view bytes, const std::string& name,
@@ -419,11 +420,6 @@ Role role_of(std::string name) {
 
 CloudReadReport read_chunks(const std::string& path, const CloudReadOptions& options,
                             const ChunkSink& sink) {
-  if (ending_of(path) ==
-      ".laz")  // before the file is opened: the answer is the same for any content
-    throw road::Error(path +
-                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
-                      "or 'pdal translate in.laz out.las'");
   const MappedFile file(path);
   return read_all(file.bytes(), path, options, sink,
                   [&](std::size_t offset) { file.forget_before(offset); });
@@ -457,20 +453,14 @@ std::vector<std::string> cloud_files(const std::string& path) {
   std::error_code problem;
   if (!std::filesystem::is_directory(path, problem)) return {path};
   std::vector<std::string> files;
-  std::string compressed;
   for (const auto& entry : std::filesystem::directory_iterator(path, problem)) {
     const std::string ending = ending_of(entry.path().string());
-    if (ending == ".laz") compressed = entry.path().string();
-    for (const char* known : {".las", ".ply", ".pcd", ".bin", ".xyz"})
+    for (const char* known : {".las", ".laz", ".ply", ".pcd", ".bin", ".xyz"})
       if (ending == known) files.push_back(entry.path().string());
   }
   if (problem) throw road::Error(fmt::format("{}: cannot be listed: {}", path, problem.message()));
-  if (!compressed.empty())
-    throw road::Error(compressed +
-                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
-                      "or 'pdal translate in.laz out.las'");
   if (files.empty())
-    throw road::Error(path + ": no .las, .ply, .pcd, .bin or .xyz file in this folder");
+    throw road::Error(path + ": no .las, .laz, .ply, .pcd, .bin or .xyz file in this folder");
   std::sort(files.begin(), files.end());
   return files;
 }

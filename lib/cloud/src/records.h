@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "cloud/read_cloud.h"
+#include "laz.h"
 
 namespace cloud {
 
@@ -36,6 +38,8 @@ struct Field {
 struct Records {
   std::string_view bytes;  ///< of the file, or of `owned`
   std::string owned;       ///< what had to be unpacked first
+  /// Hands out the records piece by piece; fields' offsets are then those in a record.
+  std::shared_ptr<LazReader> laz;
   std::size_t count = 0;
   bool big_endian = false;
   std::vector<Field> fields;

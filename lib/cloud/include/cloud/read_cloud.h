@@ -1,4 +1,4 @@
-// Reads point clouds: .las 1.0-1.4 (formats 0-10), .ply, .pcd, KITTI .bin, .xyz/.csv/.txt.
+// Reads point clouds: .las 1.0-1.4 (formats 0-10), .laz (formats 0-3 and 6-8, COPC), .ply, .pcd, KITTI .bin, .xyz/.csv/.txt.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct CloudReadOptions {
 
 /// What the file says and what was seen while reading it.
 struct CloudReadReport {
-  std::string format;      ///< "LAS 1.2, point format 3", "PLY binary_little_endian", ...
+  std::string format;      ///< "LAS 1.2, point format 3", "LAZ 1.4, ...", "PLY binary_little_endian", ...
   std::string unit = "m";  ///< "m", "ft", "US survey ft"
   double metres_per_unit = 1.0;
   double metres_per_height_unit = 1.0;  ///< some coordinate systems give heights in another unit
@@ -39,7 +39,7 @@ struct CloudReadReport {
 /// Hands out the cloud piece by piece, all pieces with the same origin, in the order of the file.
 using ChunkSink = std::function<void(Cloud&& chunk)>;
 
-/// Throws road::Error: no such file, .laz (says what to do), truncated (says how many points fit),
+/// Throws road::Error: no such file, truncated (says how many points fit),
 /// corrupt header, unknown format, no points, or no finite point among them. Sizes are checked
 /// against the file before anything is allocated. Memory: one chunk; .pcd with compressed data the
 /// whole of it.
