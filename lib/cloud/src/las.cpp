@@ -113,9 +113,8 @@ void read_wkt(std::string_view text, CloudReadReport& report) {
 }
 
 /// Returns the record "laszip encoded"; empty without one.
-std::string_view read_variable_records(std::string_view bytes, std::size_t begin,
-                                       std::size_t count, std::size_t end,
-                                       CloudReadReport& report) {
+std::string_view read_variable_records(std::string_view bytes, std::size_t begin, std::size_t count,
+                                       std::size_t end, CloudReadReport& report) {
   std::string_view laszip;
   std::size_t here = begin;
   for (std::size_t k = 0; k < count; ++k) {
@@ -187,14 +186,20 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
   std::size_t begin = data;
   if (packed || !laszip.empty()) {
     if (format == 4 || format == 5 || format > 8)
-      throw fail(fmt::format("compressed points of format {} with waveforms are not read; leave "
-                             "those out, as with 'las2las -i in.laz -set_point_type {} -o out.laz'",
-                             format, format == 4 ? 1 : format == 5 ? 3 : format == 9 ? 6 : 8));
+      throw fail(
+          fmt::format("compressed points of format {} with waveforms are not read; leave "
+                      "those out, as with 'las2las -i in.laz -set_point_type {} -o out.laz'",
+                      format,
+                      format == 4   ? 1
+                      : format == 5 ? 3
+                      : format == 9 ? 6
+                                    : 8));
     if (laszip.empty())
-      throw fail("its points are marked as compressed, but there is no record 'laszip encoded'; "
-                 "copy the file again");
-    records.laz = std::make_shared<LazReader>(
-        bytes, LazLayout{laszip, format, data, length, count}, name);
+      throw fail(
+          "its points are marked as compressed, but there is no record 'laszip encoded'; "
+          "copy the file again");
+    records.laz =
+        std::make_shared<LazReader>(bytes, LazLayout{laszip, format, data, length, count}, name);
     begin = 0;
   } else if (const std::size_t room = (bytes.size() - data) / length; count > room) {
     throw fail(fmt::format(
@@ -218,8 +223,8 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
   records.fields.push_back(classes);
   if (layout.time != 0)
     records.fields.push_back({Role::time, FieldType::f64, begin + layout.time, length});
-  report.format = fmt::format("{} {}.{}, point format {}", records.laz ? "LAZ" : "LAS", major,
-                              minor, format);
+  report.format =
+      fmt::format("{} {}.{}, point format {}", records.laz ? "LAZ" : "LAS", major, minor, format);
   return records;
 }
 
