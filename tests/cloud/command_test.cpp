@@ -92,7 +92,8 @@ TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
   std::set<std::string> listed{"manifest.json"}, there;
   const auto manifest = nlohmann::json::parse(folder.read("first/manifest.json"));
   for (const auto& file : manifest["files"]) listed.insert(file["file"].get<std::string>());
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path("first"))) there.insert(entry.path().filename().string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path("first")))
+    there.insert(entry.path().filename().string());
   EXPECT_EQ(there, listed);
 }
 
@@ -151,6 +152,83 @@ TEST(Command, AFullDiskLeavesNoHalfFile) {
   EXPECT_THAT(ran.err, HasSubstr("refined.crg"));
   EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("out"))) << "something was left behind";
+}
+
+/// The long options that a command's help tells of, less those that have no bearing on results.
+std::set<std::string> options_of(const support::TemporaryFolder& folder,
+                                 const std::string& command) {
+  const std::string help = lidar2mesh(folder, command + " --help").out;
+  std::set<std::string> options;
+  for (std::size_t at = help.find("--"); at != std::string::npos; at = help.find("--", at + 2)) {
+    const std::size_t end = help.find_first_not_of("abcdefghijklmnopqrstuvwxyz-", at + 2);
+    options.insert(help.substr(at + 2, end - at - 2));
+  }
+  for (const char* other : {"help", "quiet", "json", "version", "threads", "output", "base",
+                            "centreline", "trajectory"})
+    options.erase(other);
+  return options;
+}
+
+TEST(Command, OutputsNameWhatTheyRestOn) {
+  const support::TemporaryFolder folder;
+  write_road(folder.path("road.crg"));
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
+                                   " --to-m 40 --azimuths 64 --laps 1 --json");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto made = nlohmann::json::parse(ran.out);
+  const auto hash = [&](const std::string& name) {
+    std::system(("sha256sum '" + folder.path(name) + "' > " + at("hash.txt")).c_str());
+    return folder.read("hash.txt").substr(0, 64);
+  };
+  const auto expect_inputs = [&](const nlohmann::json& summary,
+                                 std::vector<std::pair<std::string, std::string>> role_and_name) {
+    ASSERT_EQ(summary["inputs"].size(), role_and_name.size()) << summary["inputs"];
+    for (std::size_t k = 0; k < role_and_name.size(); ++k) {
+      EXPECT_EQ(summary["inputs"][k]["role"], role_and_name[k].first);
+      EXPECT_EQ(summary["inputs"][k]["path"], folder.path(role_and_name[k].second));
+      EXPECT_EQ(summary["inputs"][k]["sha256"], hash(role_and_name[k].second));
+    }
+  };
+  const auto expect_options = [&](const nlohmann::json& summary, const std::string& command) {
+    std::set<std::string> named;
+    for (const auto& [name, value] : summary["options"].items()) named.insert(name);
+    EXPECT_EQ(named, options_of(folder, command)) << command;
+    EXPECT_THAT(summary["program"].get<std::string>(), ::testing::StartsWith("lidar2mesh "));
+  };
+  expect_inputs(made, {{"road", "road.crg"}});
+  expect_options(made, "synth");
+  EXPECT_EQ(made["options"]["v-m"], nlohmann::json());
+  EXPECT_EQ(made["options"]["azimuths"], 64);
+  EXPECT_EQ(made["options"]["noise-m"], 0.005);
+
+  ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                               " --base " + at("road.crg") + " --gate-m 0.4 -o " + at("out"));
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto summary = nlohmann::json::parse(folder.read("out/summary.json"));
+  expect_inputs(summary, {{"scan", "scans/scan_000.ply"},
+                          {"trajectory", "scans/trajectory.csv"},
+                          {"base", "road.crg"}});
+  expect_options(summary, "map");
+  EXPECT_EQ(summary["options"]["gate-m"], 0.4);
+  EXPECT_EQ(summary["options"]["base-stddev-m"], 0.02);
+  EXPECT_EQ(summary["options"]["no-report"], false);
+  const auto page = nlohmann::json::parse(folder.read("out/report.json"));
+  EXPECT_THAT(page["inputs"].dump(), HasSubstr(hash("scans/scan_000.ply")));
+
+  ran = lidar2mesh(folder, "ground " + at("scans/scan_000.ply") + " -o " + at("g.ply") + " --json");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  expect_inputs(nlohmann::json::parse(ran.out), {{"cloud", "scans/scan_000.ply"}});
+  expect_options(nlohmann::json::parse(ran.out), "ground");
+  EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
+              HasSubstr("\ncomment input cloud " + hash("scans/scan_000.ply") + " "));
+  EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
+              HasSubstr("\ncomment options {\"doubles\":false,\"unit\":null,\"cell-m\":1"));
+  ran = lidar2mesh(folder, "register " + at("g.ply") + " " + at("scans/scan_000.ply") + " --json");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  expect_inputs(nlohmann::json::parse(ran.out),
+                {{"target", "g.ply"}, {"source", "scans/scan_000.ply"}});
+  expect_options(nlohmann::json::parse(ran.out), "register");
 }
 
 TEST(Command, SaysWhatIsMissing) {

@@ -30,14 +30,18 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
     count += ground[i];
   }
   progress("write", 0.9);
-  cloud::write_cloud(cloud, command.output, command.doubles);
+  const std::vector<road::InputFile> inputs = hashed("cloud", command.cloud);
+  cloud::write_cloud(cloud, command.output, command.doubles,
+                     comments_of(inputs, command.options));
   if (terminal.json) {
-    terminal.print(files::json_text(nlohmann::ordered_json{
+    nlohmann::ordered_json out = head_of(inputs, command.options);
+    out.update(nlohmann::ordered_json{
         {"points", cloud.size()},
         {"ground", count},
         {"cloud", command.output},
         {"origin_m", {cloud.origin_m.x(), cloud.origin_m.y(), cloud.origin_m.z()}},
-        {"remarks", report.remarks}}));
+        {"remarks", report.remarks}});
+    terminal.print(files::json_text(out));
     return kOk;
   }
   terminal.print(fmt::format("{} of {} points are ground (class 2)\n", count, cloud.size()));
@@ -64,18 +68,22 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
   options.threads = command.threads, options.progress = progress;
   cloud::RegisterReport facts;
   const Eigen::Isometry3d T = cloud::register_clouds(target, source, options, &facts);
+  std::vector<road::InputFile> inputs = hashed("target", command.target);
+  for (const road::InputFile& file : hashed("source", command.source)) inputs.push_back(file);
   if (!command.output.empty()) {
     cloud::Cloud moved = source;
     for (std::size_t i = 0; i < moved.size(); ++i) {
       const Eigen::Vector3d p = T * (source.origin_m + source.point(i)) - source.origin_m;
       moved.x_m[i] = p.x(), moved.y_m[i] = p.y(), moved.z_m[i] = p.z();
     }
-    cloud::write_cloud(moved, command.output, command.doubles);
+    cloud::write_cloud(moved, command.output, command.doubles,
+                       comments_of(inputs, command.options));
   }
   if (terminal.json) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
-    terminal.print(files::json_text(nlohmann::ordered_json{{"T_target_source", rows},
+    nlohmann::ordered_json out = head_of(inputs, command.options);
+    out.update(nlohmann::ordered_json{{"T_target_source", rows},
                                                            {"converged", facts.converged},
                                                            {"iterations", facts.iterations},
                                                            {"points", facts.points},
@@ -83,7 +91,8 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
                                                            {"rms_before_m", facts.rms_before_m},
                                                            {"rms_after_m", facts.rms_after_m},
                                                            {"information", facts.information},
-                                                           {"unfixed", facts.unfixed}}));
+                                                           {"unfixed", facts.unfixed}});
+    terminal.print(files::json_text(out));
     return facts.converged ? kOk : kNotValid;
   }
   terminal.print(fmt::format(

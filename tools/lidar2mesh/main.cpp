@@ -52,7 +52,10 @@ void define_ground(CLI::App& app, GroundCommand& c, Terminal& terminal, Run& run
   ground->add_option("--height-m", c.height_m, "of ground points above the surface [0.5]")
       ->check(CLI::Range(0.01, 10.0));
   ground->footer("Example:\n  lidar2mesh ground survey.las -o ground.ply");
-  ground->callback([&] { run = [&] { return run_ground(c, terminal); }; });
+  ground->callback([&, ground] {
+    c.options = command::options_used(*ground);
+    run = [&] { return run_ground(c, terminal); };
+  });
 }
 
 void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run& run) {
@@ -71,7 +74,10 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
   reg->footer(
       "Example:\n  lidar2mesh register monday.ply tuesday.ply -o moved.ply\n\nExit code 3 when it "
       "did not converge.");
-  reg->callback([&] { run = [&] { return run_register(c, terminal); }; });
+  reg->callback([&, reg] {
+    c.options = command::options_used(*reg);
+    run = [&] { return run_register(c, terminal); };
+  });
 }
 
 void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) {
@@ -102,7 +108,10 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->footer(
       "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
       "--to-m 500");
-  synth->callback([&] { run = [&] { return run_synth(c, terminal); }; });
+  synth->callback([&, synth] {
+    c.options = command::options_used(*synth);
+    run = [&] { return run_synth(c, terminal); };
+  });
 }
 
 void add_base_options(CLI::App& app, MapCommand& c) {
@@ -150,7 +159,10 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
       "out\n\n"
       "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
       "different heights as seen from different places.");
-  map->callback([&] { run = [&] { return run_map(c, terminal); }; });
+  map->callback([&, map] {
+    c.options = command::options_used(*map);
+    run = [&] { return run_map(c, terminal); };
+  });
 }
 
 void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
@@ -159,7 +171,8 @@ void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_input(*grid, "cloud", c.scans, "clouds in the map frame, or folders of them", command::kFileOrFolder)->required();
   add_base_options(*grid, c);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
-  grid->callback([&] {
+  grid->callback([&, grid] {
+    c.options = command::options_used(*grid);
     c.frame = "map", c.correct_drift = false;
     run = [&] { return run_map(c, terminal); };
   });

@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "crg/options.h"
 #include "files/ending.h"
+#include "files/json_text.h"
 #include "files/output_set.h"
 #include "files/write_file.h"
 #include "map_report.h"
@@ -20,14 +21,18 @@ namespace fs = std::filesystem;
 constexpr double kDegree = 0.017453292519943295;
 
 /// The base as a road file: read, or built from a mesh without kerb columns or smoothing.
-crg::Crg read_base(const MapCommand& command) {
+crg::Crg read_base(const MapCommand& command, std::vector<road::InputFile>& inputs) {
   if (files::ending_of(command.base) == ".crg") return crg::apply_modifiers(crg::read(command.base));
   road::MeshReadOptions read;
   if (command.base_up == "y") read.up = road::UpAxis::y;
   if (command.base_up == "z") read.up = road::UpAxis::z;
   read.unit = road::unit_called(command.base_unit);
   read.allow_outside = command.allow_outside;
-  const road::RoadMesh mesh = road::clean(road::read_mesh(command.base, read));
+  road::MeshReadReport report;
+  const road::Mesh raw = road::read_mesh(command.base, read, &report);
+  for (const road::MeshFile& file : report.files)
+    inputs.push_back({road::kMeshFile, file.path, file.sha256});
+  const road::RoadMesh mesh = road::clean(raw);
   const road::Centreline centreline = road::trace_centreline(mesh);
   const crg::ReferenceLine line = road::fit_reference_line(centreline);
   return road::track_crg(
@@ -122,6 +127,14 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   std::vector<std::string> files;
   for (const std::string& scan : command.scans)
     for (const std::string& file : cloud::cloud_files(scan)) files.push_back(file);
+  std::vector<road::InputFile> inputs;
+  const auto add_inputs = [&](const char* role, const std::string& path) {
+    for (const road::InputFile& file : hashed(role, path)) inputs.push_back(file);
+  };
+  for (const std::string& scan : command.scans) add_inputs("scan", scan);
+  if (!in_map) add_inputs("trajectory", command.trajectory);
+  add_inputs("base", command.base);
+  add_inputs("centreline", command.centreline);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::Trajectory trajectory;
@@ -146,7 +159,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   };
   const cloud::Trajectory* const poses = in_map ? nullptr : &trajectory;
   const crg::Crg base =
-      command.base.empty() ? road_from_points(command, source, poses) : read_base(command);
+      command.base.empty() ? road_from_points(command, source, poses) : read_base(command, inputs);
   cloud::MapOptions options;
   options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
@@ -175,7 +188,9 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
-  const std::string summary = cloud::map_summary_json(facts);
+  nlohmann::ordered_json out = head_of(inputs, command.options);
+  out.update(nlohmann::ordered_json::parse(cloud::map_summary_json(facts)));
+  const std::string summary = files::json_text(out);
   files::write_file(path("summary.json"), summary);
   files::write_file(path("timing.json"), cloud::map_timing_json(facts));
   if (!result.corrected.empty())
@@ -183,7 +198,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   if (command.report) {
     terminal.progress()("report", 0.95);
     files::write_file(path("base.crg"), crg::to_bytes(base, crg::Format::KRBI));
-    write_map_report(outputs, base, refined, result.source, facts, command.threads);
+    write_map_report(outputs, base, refined, result.source, facts, inputs, command.threads);
   }
   outputs.commit("refined", {}, {"timing.json"});
   if (terminal.json)

@@ -62,8 +62,9 @@ std::vector<std::string> cloud_files(const std::string& path);
 /// are any; whole or not at all. Coordinates are float32 relative to the cloud's origin, which
 /// stands in the header as "comment origin_m X Y Z" or "# origin_m X Y Z" where it is not 0;
 /// readers here add it. `doubles`: in the map frame, exact; PCL 1.13 loads such a .ply as 0 0 0.
-/// Throws road::Error (another ending, disk).
-void write_cloud(const Cloud& cloud, const std::string& path, bool doubles = false);
+/// `comments` follow there, a line each. Throws road::Error (another ending, disk).
+void write_cloud(const Cloud& cloud, const std::string& path, bool doubles = false,
+                 const std::vector<std::string>& comments = {});
 
 /// For a look before the work: throws road::Error where write_cloud() would not know the format.
 /// Standard output, "-", is .ply.
