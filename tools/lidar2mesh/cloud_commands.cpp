@@ -16,12 +16,15 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::CloudReadReport report;
   const files::Progress progress = terminal.progress();
-  progress("read", 0.0);
+  read.progress = [&](double share) { progress("read", 0.2 * share); };
   cloud::Cloud cloud = cloud::read_cloud(command.cloud, read, &report);
   progress("ground", 0.2);
   cloud::GroundOptions options;
   options.cell_m = command.cell_m, options.max_window_m = command.window_m,
   options.slope = command.slope, options.height_m = command.height_m;
+  options.progress = [&](const std::string& stage, double share) {
+    progress(stage, 0.2 + 0.7 * share);
+  };
   const std::vector<std::uint8_t> ground = cloud::classify_ground(cloud, options);
   std::size_t count = 0;
   cloud.classification.resize(cloud.size());

@@ -150,12 +150,26 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
   files::OutputSet outputs(command.output_dir, "lidar2mesh map");
+  // Within a stage that reads the scans, the share of the whole follows their bytes.
+  std::string stage = "look for the road";
+  double stage_begin = 0.0, stage_end = command.base.empty() ? 0.15 : 0.0;
+  const files::Progress progress = terminal.progress();
+  double bytes_in_all = 0.0, bytes_before = 0.0, bytes_here = 0.0;
+  for (const std::string& file : files) bytes_in_all += static_cast<double>(fs::file_size(file));
+  read.progress = [&](double share) {
+    const double done = (bytes_before + share * bytes_here) / bytes_in_all;
+    progress(stage, stage_begin + (stage_end - stage_begin) * done);
+  };
   std::vector<std::string> remarks;
   const cloud::CloudSource source = [&](const cloud::ChunkSink& sink) {
     remarks.clear();
-    for (const std::string& file : files)
+    bytes_before = 0.0;
+    for (const std::string& file : files) {
+      bytes_here = static_cast<double>(fs::file_size(file));
       for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
         remarks.push_back(file + ": " + remark);
+      bytes_before += bytes_here;
+    }
   };
   const cloud::Trajectory* const poses = in_map ? nullptr : &trajectory;
   const crg::Crg base =
@@ -164,7 +178,18 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
   options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
-  options.threads = command.threads, options.progress = terminal.progress();
+  options.threads = command.threads;
+  const double first = stage_end;  // share of the way without a base
+  options.progress = [&, first](const std::string& name, double share) {
+    stage = name;
+    const double end = name == "look at the points"                ? 0.25
+                       : name == "look at the straightened points" ? 0.6
+                       : name == "heights of the nodes"            ? 0.9
+                                                                   : share;
+    stage_begin = first + (1.0 - first) * share;
+    stage_end = first + (1.0 - first) * end;
+    progress(stage, stage_begin);
+  };
   const cloud::MapResult result = command.base.empty()
                                       ? cloud::map_without_base(source, base, poses, options)
                                       : cloud::map_clouds(source, base, poses, options);

@@ -85,7 +85,22 @@ class Emitter {
     }
   }
 
-  void operator()(const Raw& raw) {
+  /// `share`: how much of the file these and those before are.
+  void operator()(const Raw& raw, double share) {
+    hand_out(raw);
+    if (options_.progress) options_.progress(share);
+  }
+
+  void finish() const {
+    if (report_.points > 0) return;
+    if (report_.not_finite > 0)
+      throw road::Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m",
+                                    name_, report_.not_finite));
+    throw road::Error(name_ + ": no points in this file");
+  }
+
+ private:
+  void hand_out(const Raw& raw) {
     const double scale = report_.metres_per_unit, height_scale = report_.metres_per_height_unit;
     const std::vector<double>&x = raw.of[0], &y = raw.of[1], &z = raw.of[2];
     Cloud chunk;
@@ -118,15 +133,6 @@ class Emitter {
     sink_(std::move(chunk));
   }
 
-  void finish() const {
-    if (report_.points > 0) return;
-    if (report_.not_finite > 0)
-      throw road::Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m",
-                                    name_, report_.not_finite));
-    throw road::Error(name_ + ": no points in this file");
-  }
-
- private:
   static Eigen::Vector3d near(const Eigen::Vector3d& p) {
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
     for (int k = 0; k < 3; ++k)
@@ -178,7 +184,7 @@ void read_binary(const Records& records, std::size_t chunk_points, Emitter& emit
       if (field.mask != 0xff)
         for (double& v : out) v = static_cast<double>(static_cast<std::uint8_t>(v) & field.mask);
     }
-    emit(raw);
+    emit(raw, static_cast<double>(end) / static_cast<double>(records.count));
     if (records.laz)
       done(records.laz->chunk_begin());
     else if (records.owned.empty())
@@ -232,11 +238,12 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
         raw.of[static_cast<std::size_t>(role)].push_back(values[static_cast<std::size_t>(role)]);
     ++raw.size, ++read;
     if (raw.size == chunk_points) {
-      emit(raw);
+      emit(raw, static_cast<double>(here - records.bytes.data()) /
+                    static_cast<double>(records.bytes.size()));
       raw = {};
     }
   }
-  if (raw.size > 0) emit(raw);
+  if (raw.size > 0) emit(raw, 1.0);
   if (records.counted && read < records.count)
     throw road::Error(fmt::format("{}: truncated: {} points promised, {} seen; copy the file again",
                                   name, records.count, read));

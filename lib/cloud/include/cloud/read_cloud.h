@@ -20,6 +20,7 @@ struct CloudReadOptions {
   /// lies farther than 1000 m from zero, else 0.
   std::optional<Eigen::Vector3d> origin_m = {};
   std::size_t chunk_points = 1'000'000;  ///< handed out at once; bounds the memory
+  std::function<void(double share)> progress = {};  ///< of the file, after each chunk
 };
 
 /// What the file says and what was seen while reading it.
