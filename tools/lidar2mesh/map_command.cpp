@@ -95,8 +95,16 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
                              facts.points, facts.used, 100.0 * facts.coverage));
   if (command.correct_drift) {
     terminal.print(fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
-                               facts.converged ? "converged" : "NOT converged", facts.iterations,
-                               facts.sections, facts.passes));
+                               facts.converged ? "converged"
+                               : command.base.empty()
+                                   ? fmt::format("still moving by {:.1f} mm a round",
+                                                 1e3 * facts.last_move_m)
+                                   : "NOT converged",
+                               facts.iterations, facts.sections, facts.passes));
+    if (command.base.empty())
+      terminal.print(fmt::format(
+          "where the road lies is the trajectory's word: about {:.0f} mm in height\n",
+          1e3 * facts.typical_stddev[2]));
     if (!command.base.empty())
       terminal.print(fmt::format(
           "against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
