@@ -55,15 +55,6 @@ void use_units(const std::optional<LengthUnit>& plan, const std::optional<Length
                     height->name, plan->name));
 }
 
-[[noreturn]] void refuse_degrees(const std::string& system) {
-  throw road::Error(
-      fmt::format("the coordinates are degrees of longitude and latitude{}, metres or feet wanted; "
-                  "project them "
-                  "first, as with 'pdal translate in.las out.las reprojection "
-                  "--filters.reprojection.out_srs=EPSG:32632' (the UTM zone of the place)",
-                  system.empty() ? "" : " (" + system + ")"));
-}
-
 void read_geo_keys(std::string_view record, CloudReadReport& report) {
   const std::size_t keys = record.size() / 8;
   int system = 0, horizontal = 0, vertical = 0;
@@ -78,7 +69,8 @@ void read_geo_keys(std::string_view record, CloudReadReport& report) {
     if (id == 4099) vertical = value;
   }
   if (system != 0 && system != 32767) report.coordinate_system = fmt::format("EPSG:{}", system);
-  if (is_geographic || system == 4326) refuse_degrees(report.coordinate_system);
+  if (is_geographic || system == 4326)
+    refuse_degrees("are degrees of longitude and latitude (" + report.coordinate_system + ")");
   use_units(unit_of(horizontal), unit_of(vertical), report);
 }
 
@@ -101,7 +93,7 @@ void read_wkt(std::string_view text, CloudReadReport& report) {
   const std::size_t begin = text.find("PROJCS[\"");
   const auto has = [&](const char* word) { return text.find(word) != std::string_view::npos; };
   if ((has("GEOGCS[") || has("GEOGCRS[")) && !has("PROJCS[") && !has("PROJCRS["))
-    refuse_degrees("");
+    refuse_degrees("are degrees of longitude and latitude");
   if (begin == std::string_view::npos) return;
   const std::size_t quote = text.find('"', begin + 8);
   if (quote == std::string_view::npos) return;

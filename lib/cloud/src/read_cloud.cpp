@@ -100,7 +100,36 @@ class Emitter {
   }
 
  private:
+  /// Degrees lie within a fraction of one, far from zero, with heights that differ by more; no cloud
+  /// of a road in metres does, and whoever has one says its unit.
+  void look_for_degrees(const Raw& raw) {
+    if (looked_ || raw.size < 50 || options_.metres_per_unit || report_.unit_from_file) return;
+    looked_ = true;
+    double low[3], high[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [least, most] = std::minmax_element(raw.of[k].begin(), raw.of[k].end());
+      low[k] = *least, high[k] = *most;
+      if (!std::isfinite(low[k]) || !std::isfinite(high[k])) return;
+    }
+    const double wide = std::max(high[0] - low[0], high[1] - low[1]);
+    const auto far = [&](int k) { return std::min(std::abs(low[k]), std::abs(high[k])); };
+    const auto most = [&](int k) { return std::max(std::abs(low[k]), std::abs(high[k])); };
+    const double less = std::min(most(0), most(1)), more = std::max(most(0), most(1));
+    if (wide > 0.0 && wide < 1.0 && less < 90.0 && more < 180.0 && far(0) > 2.0 * wide &&
+        far(1) > 2.0 * wide && high[2] - low[2] > 10.0 * wide)
+      try {
+        refuse_degrees(fmt::format(
+            "look like degrees of longitude and latitude (x {:.5f} to {:.5f}, y {:.5f} to {:.5f}, "
+            "heights over {:.1f})",
+            low[0], high[0], low[1], high[1], high[2] - low[2]));
+      } catch (const road::Error& error) {
+        throw road::Error(name_ + ": " + error.what() +
+                          "; if they are metres, say so with --unit m (map, grid: --cloud-unit m)");
+      }
+  }
+
   void hand_out(const Raw& raw) {
+    look_for_degrees(raw);
     const double scale = report_.metres_per_unit, height_scale = report_.metres_per_height_unit;
     const std::vector<double>&x = raw.of[0], &y = raw.of[1], &z = raw.of[2];
     Cloud chunk;
@@ -144,6 +173,7 @@ class Emitter {
   CloudReadReport& report_;
   const ChunkSink& sink_;
   std::optional<Eigen::Vector3d> origin_;
+  bool looked_ = false;
 };
 
 void require_xyz(const std::vector<Role>& roles, const std::string& name) {
@@ -249,6 +279,16 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
                                   name, records.count, read));
 }
 
+constexpr const char* kProject =
+    "project the points first, as with 'pdal translate in.las out.las reprojection "
+    "--filters.reprojection.out_srs=EPSG:32632' (the UTM zone of the place)";
+
+bool is_angle(std::string name) {
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name.starts_with("longitude") || name.starts_with("latitude") || name == "lon" ||
+         name == "lat" || name == "lng" || name == "lon_deg" || name == "lat_deg";
+}
+
 /// Columns by a header line of names, or x y z [intensity] without one.
 Records xyz_records(std::string_view bytes, const std::string& name, CloudReadReport& report) {
   Records records;
@@ -287,6 +327,9 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
     } else {
       bool seen[kRoles + 1] = {};
       for (const std::string& word : words) {
+        if (is_angle(word))
+          throw road::Error(fmt::format("{}: column {} seen, x, y and z in metres wanted; {}", name,
+                                        word, kProject));
         Role role = role_of(word);
         if (seen[static_cast<std::size_t>(role)] && role > Role::z) role = Role::none;
         seen[static_cast<std::size_t>(role)] = true;
@@ -403,6 +446,11 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
 }
 
 }  // namespace
+
+void refuse_degrees(const std::string& seen) {
+  throw road::Error(
+      fmt::format("the coordinates {}, metres or feet wanted; {}", seen, kProject));
+}
 
 std::size_t size_of(FieldType type) {
   constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};

@@ -22,6 +22,9 @@ enum class Role : std::uint8_t { x, y, z, time, intensity, classification, none 
 /// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification" ...
 Role role_of(std::string name);
 
+/// For coordinates in degrees: what was seen, and the way out.
+[[noreturn]] void refuse_degrees(const std::string& seen);
+
 struct Records;
 /// "origin_m X Y Z" in a comment of the header, as write_cloud() leaves it: added to x, y, z.
 void add_origin(const std::vector<std::string>& words, Records& records);
