@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "cloud/read_cloud.h"
 #include "crg/file.h"
 #include "nlohmann/json.hpp"
 #include "support/places.h"
@@ -229,6 +230,40 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
   expect_inputs(nlohmann::json::parse(ran.out),
                 {{"target", "g.ply"}, {"source", "scans/scan_000.ply"}});
   expect_options(nlohmann::json::parse(ran.out), "register");
+}
+
+TEST(Command, RangePointsAndNodesAreAsTold) {
+  const support::TemporaryFolder folder;
+  write_road(folder.path("road.crg"));
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
+                                   " --to-m 40 --azimuths 64 --laps 1");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto mapped = [&](const std::string& options) {
+    ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                                 " --no-report -o " + at("out") + " " + options);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return nlohmann::json::parse(folder.read("out/summary.json"));
+  };
+  const std::string base = "--base " + at("road.crg");
+  const auto all = mapped(base), near = mapped(base + " --max-range-m 10");
+  EXPECT_EQ(near["options"]["max-range-m"], 10);
+  std::size_t within = 0;
+  const Cloud scan = read_cloud(folder.path("scans/scan_000.ply"));
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    within += (scan.origin_m + scan.point(i)).norm() <= 10.0;
+  EXPECT_LT(within, scan.size());
+  EXPECT_EQ(near["points"]["read"], within);
+  EXPECT_EQ(all["points"]["read"], scan.size());
+  const auto many = mapped(base + " --min-points 8");
+  EXPECT_LT(many["grid"]["from_points"], 0.8 * all["grid"]["from_points"].get<double>());
+  const auto coarse = mapped("--node-m 0.2 --v-max-m 4"), fine = mapped("--node-m 0.1 --v-max-m 4");
+  EXPECT_NEAR(fine["grid"]["nodes"].get<double>() / coarse["grid"]["nodes"].get<double>(), 4.0,
+              0.2);
+  ran = lidar2mesh(
+      folder, "map " + at("scans") + " --frame map " + base + " --max-range-m 10 -o " + at("out"));
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("--max-range-m wants points in the sensor's frame"));
 }
 
 TEST(Command, SaysWhatIsMissing) {

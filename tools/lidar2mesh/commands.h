@@ -57,7 +57,10 @@ struct MapCommand {
   std::vector<std::string> scans;
   std::string trajectory, base, centreline, output_dir, frame, unit, base_unit, base_up;
   std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
-  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0;
+  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0,
+         node_m = 0.1;
+  std::optional<double> max_range_m;
+  int min_points = 1;
   bool correct_drift = true, report = true, stl = false, allow_outside = false;
   unsigned threads = 0;
   Options options;

@@ -123,6 +123,11 @@ void add_base_options(CLI::App& app, MapCommand& c) {
   app.add_option("--v-max-m", c.v_max_m, "without a base: how far to both sides of the line [10]")
       ->check(CLI::Range(1.0, 100.0))
       ->excludes(base);
+  app.add_option("--node-m", c.node_m, "without a base: between the nodes of the road [0.1]")
+      ->check(CLI::Range(0.01, 1.0))
+      ->excludes(base);
+  app.add_option("--min-points", c.min_points, "a node with fewer points keeps the base, or is a hole [1]")
+      ->check(CLI::Range(1, 1000));
   add_output_folder(app, c.output_dir, "folder for the results, made if missing")->required();
   add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
@@ -148,6 +153,9 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   map->add_option("--extrinsic", c.extrinsic,
                   "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
       ->expected(6);
+  map->add_option("--max-range-m", c.max_range_m,
+                  "points farther from the sensor are left out; in its frame only [all are used]")
+      ->check(CLI::Range(1.0, 1000.0));
   map->add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")
       ->check(CLI::Range(1e-6, 10.0));
   map->add_option("--drift-rad", c.drift_rad,

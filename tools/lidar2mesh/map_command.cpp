@@ -43,7 +43,8 @@ crg::Crg read_base(const MapCommand& command, std::vector<road::InputFile>& inpu
 crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& source,
                           const cloud::Trajectory* trajectory) {
   cloud::BaseRoadOptions options;
-  options.v_max_m = command.v_max_m, options.threads = command.threads;
+  options.v_max_m = command.v_max_m, options.u_step_m = options.v_step_m = command.node_m,
+  options.threads = command.threads;
   if (!command.centreline.empty())
     return cloud::base_from_points(source, road::read_centreline_csv(command.centreline),
                                    trajectory, options);
@@ -52,6 +53,26 @@ crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& s
         "a road to refine (--base), or a line to make one along (--centreline, or the --trajectory "
         "of the scans) is wanted");
   return cloud::base_from_points(source, cloud::driven_line(*trajectory), trajectory, options);
+}
+
+/// The points no farther from the sensor than this.
+cloud::Cloud within(cloud::Cloud&& cloud, double range_m) {
+  std::size_t kept = 0;
+  const auto keep = [&](auto& values, std::size_t k) {
+    if (!values.empty()) values[kept] = values[k];
+  };
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    if (!((cloud.origin_m + cloud.point(k)).norm() <= range_m)) continue;
+    keep(cloud.x_m, k), keep(cloud.y_m, k), keep(cloud.z_m, k);
+    keep(cloud.time_s, k), keep(cloud.intensity, k), keep(cloud.classification, k);
+    ++kept;
+  }
+  const auto cut = [&](auto& values) {
+    if (!values.empty()) values.resize(kept);
+  };
+  cut(cloud.time_s), cut(cloud.intensity), cut(cloud.classification);
+  cut(cloud.x_m), cut(cloud.y_m), cut(cloud.z_m);
+  return std::move(cloud);
 }
 
 /// The grid as triangles; every so many rows that no more than two million nodes are left.
@@ -132,6 +153,10 @@ int run_map(const MapCommand& command, Terminal& terminal) {
       command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
   if (!in_map && command.trajectory.empty())
     throw road::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
+  if (in_map && command.max_range_m)
+    throw road::Error(
+        "--max-range-m wants points in the sensor's frame: those in the map frame do not say from "
+        "where they were measured");
   std::vector<std::string> files;
   for (const std::string& scan : command.scans)
     for (const std::string& file : cloud::cloud_files(scan)) files.push_back(file);
@@ -174,7 +199,11 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     bytes_before = 0.0;
     for (const std::string& file : files) {
       bytes_here = static_cast<double>(fs::file_size(file));
-      for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
+      const auto near = [&](cloud::Cloud&& chunk) {
+        if (command.max_range_m) chunk = within(std::move(chunk), *command.max_range_m);
+        if (chunk.size() > 0) sink(std::move(chunk));
+      };
+      for (const std::string& remark : cloud::read_chunks(file, read, near).remarks)
         remarks.push_back(file + ": " + remark);
       bytes_before += bytes_here;
     }
@@ -185,7 +214,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   cloud::MapOptions options;
   options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
-  options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
+  options.min_points = command.min_points, options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
   options.threads = command.threads;
   const double first = stage_end;  // share of the way without a base
   options.progress = [&, first](const std::string& name, double share) {

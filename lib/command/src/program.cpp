@@ -218,7 +218,8 @@ std::vector<std::pair<std::string, std::string>> options_used(CLI::App& command)
       continue;
     }
     option->capture_default_str();  // of the variable, which has been set by now
-    const std::string value = option->get_default_str();
+    std::string value = option->get_default_str();
+    if (value.empty() && option->count() > 0) value = option->results().front();  // std::optional
     used.emplace_back(names.front(), value == "[]" ? "" : value);
   }
   return used;
