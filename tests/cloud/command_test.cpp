@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "cloud/read_cloud.h"
 #include "crg/file.h"
 #include "nlohmann/json.hpp"
 #include "support/places.h"
@@ -92,7 +93,8 @@ TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
   std::set<std::string> listed{"manifest.json"}, there;
   const auto manifest = nlohmann::json::parse(folder.read("first/manifest.json"));
   for (const auto& file : manifest["files"]) listed.insert(file["file"].get<std::string>());
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path("first"))) there.insert(entry.path().filename().string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path("first")))
+    there.insert(entry.path().filename().string());
   EXPECT_EQ(there, listed);
 }
 
@@ -153,13 +155,124 @@ TEST(Command, AFullDiskLeavesNoHalfFile) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("out"))) << "something was left behind";
 }
 
+/// The long options that a command's help tells of, less those that have no bearing on results.
+std::set<std::string> options_of(const support::TemporaryFolder& folder,
+                                 const std::string& command) {
+  const std::string help = lidar2mesh(folder, command + " --help").out;
+  std::set<std::string> options;
+  for (std::size_t at = help.find("--"); at != std::string::npos; at = help.find("--", at + 2)) {
+    const std::size_t end = help.find_first_not_of("abcdefghijklmnopqrstuvwxyz-", at + 2);
+    options.insert(help.substr(at + 2, end - at - 2));
+  }
+  for (const char* other : {"help", "quiet", "json", "version", "threads", "output", "base",
+                            "centreline", "trajectory"})
+    options.erase(other);
+  return options;
+}
+
+TEST(Command, OutputsNameWhatTheyRestOn) {
+  const support::TemporaryFolder folder;
+  write_road(folder.path("road.crg"));
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
+                                   " --to-m 40 --azimuths 64 --laps 1 --json");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto made = nlohmann::json::parse(ran.out);
+  const auto hash = [&](const std::string& name) {
+    std::system(("sha256sum '" + folder.path(name) + "' > " + at("hash.txt")).c_str());
+    return folder.read("hash.txt").substr(0, 64);
+  };
+  const auto expect_inputs = [&](const nlohmann::json& summary,
+                                 std::vector<std::pair<std::string, std::string>> role_and_name) {
+    ASSERT_EQ(summary["inputs"].size(), role_and_name.size()) << summary["inputs"];
+    for (std::size_t k = 0; k < role_and_name.size(); ++k) {
+      EXPECT_EQ(summary["inputs"][k]["role"], role_and_name[k].first);
+      EXPECT_EQ(summary["inputs"][k]["path"], folder.path(role_and_name[k].second));
+      EXPECT_EQ(summary["inputs"][k]["sha256"], hash(role_and_name[k].second));
+    }
+  };
+  const auto expect_options = [&](const nlohmann::json& summary, const std::string& command) {
+    std::set<std::string> named;
+    for (const auto& [name, value] : summary["options"].items()) named.insert(name);
+    EXPECT_EQ(named, options_of(folder, command)) << command;
+    EXPECT_THAT(summary["program"].get<std::string>(), ::testing::StartsWith("lidar2mesh "));
+  };
+  expect_inputs(made, {{"road", "road.crg"}});
+  expect_options(made, "synth");
+  EXPECT_EQ(made["options"]["v-m"], nlohmann::json());
+  EXPECT_EQ(made["options"]["azimuths"], 64);
+  EXPECT_EQ(made["options"]["noise-m"], 0.005);
+
+  ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                               " --base " + at("road.crg") + " --gate-m 0.4 -o " + at("out"));
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto summary = nlohmann::json::parse(folder.read("out/summary.json"));
+  expect_inputs(summary, {{"scan", "scans/scan_000.ply"},
+                          {"trajectory", "scans/trajectory.csv"},
+                          {"base", "road.crg"}});
+  expect_options(summary, "map");
+  EXPECT_EQ(summary["options"]["gate-m"], 0.4);
+  EXPECT_EQ(summary["options"]["base-stddev-m"], 0.02);
+  EXPECT_EQ(summary["options"]["no-report"], false);
+  const auto page = nlohmann::json::parse(folder.read("out/report.json"));
+  EXPECT_THAT(page["inputs"].dump(), HasSubstr(hash("scans/scan_000.ply")));
+
+  ran = lidar2mesh(folder, "ground " + at("scans/scan_000.ply") + " -o " + at("g.ply") + " --json");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  expect_inputs(nlohmann::json::parse(ran.out), {{"cloud", "scans/scan_000.ply"}});
+  expect_options(nlohmann::json::parse(ran.out), "ground");
+  EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
+              HasSubstr("\ncomment input cloud " + hash("scans/scan_000.ply") + " "));
+  EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
+              HasSubstr("\ncomment options {\"doubles\":false,\"unit\":null,\"cell-m\":1"));
+  ran = lidar2mesh(folder, "register " + at("g.ply") + " " + at("scans/scan_000.ply") + " --json");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  expect_inputs(nlohmann::json::parse(ran.out),
+                {{"target", "g.ply"}, {"source", "scans/scan_000.ply"}});
+  expect_options(nlohmann::json::parse(ran.out), "register");
+}
+
+TEST(Command, RangePointsAndNodesAreAsTold) {
+  const support::TemporaryFolder folder;
+  write_road(folder.path("road.crg"));
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
+                                   " --to-m 40 --azimuths 64 --laps 1");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto mapped = [&](const std::string& options) {
+    ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                                 " --no-report -o " + at("out") + " " + options);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return nlohmann::json::parse(folder.read("out/summary.json"));
+  };
+  const std::string base = "--base " + at("road.crg");
+  const auto all = mapped(base), near = mapped(base + " --max-range-m 10");
+  EXPECT_EQ(near["options"]["max-range-m"], 10);
+  std::size_t within = 0;
+  const Cloud scan = read_cloud(folder.path("scans/scan_000.ply"));
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    within += (scan.origin_m + scan.point(i)).norm() <= 10.0;
+  EXPECT_LT(within, scan.size());
+  EXPECT_EQ(near["points"]["read"], within);
+  EXPECT_EQ(all["points"]["read"], scan.size());
+  const auto many = mapped(base + " --min-points 8");
+  EXPECT_LT(many["grid"]["from_points"], 0.8 * all["grid"]["from_points"].get<double>());
+  const auto coarse = mapped("--node-m 0.2 --v-max-m 4"), fine = mapped("--node-m 0.1 --v-max-m 4");
+  EXPECT_NEAR(fine["grid"]["nodes"].get<double>() / coarse["grid"]["nodes"].get<double>(), 4.0,
+              0.2);
+  ran = lidar2mesh(
+      folder, "map " + at("scans") + " --frame map " + base + " --max-range-m 10 -o " + at("out"));
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("--max-range-m wants points in the sensor's frame"));
+}
+
 TEST(Command, SaysWhatIsMissing) {
   const support::TemporaryFolder folder;
   folder.file("survey.laz", "LASF");
   const std::string laz = "'" + folder.path("survey.laz") + "'";
   Ran ran = lidar2mesh(folder, "info " + laz);
   EXPECT_EQ(ran.code, 1);
-  EXPECT_THAT(ran.err, HasSubstr("laszip -i"));
+  EXPECT_THAT(ran.err, HasSubstr("LAS header truncated: 4 bytes seen"));
   folder.file("points.xyz", "0 0 0\n1 0 0\n");
   ran = lidar2mesh(folder, "map '" + folder.path("points.xyz") + "' -o '" + folder.path("o") + "'");
   EXPECT_EQ(ran.code, 1);

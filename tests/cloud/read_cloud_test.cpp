@@ -124,13 +124,6 @@ TEST(ReadCloud, TruncatedAnywhereIsRefusedNotRead) {
               HasSubstr("truncated: the header promises 20 points, 5 fit"));
 }
 
-TEST(ReadCloud, SaysWhatToDoAboutLaz) {
-  EXPECT_THAT(refusal("anything", "a.laz"), HasSubstr("laszip -i in.laz -o out.las"));
-  std::string las = support::as_las({}, 2, 3);
-  las[104] = static_cast<char>(las[104] | 0x80);  // what LASzip sets
-  EXPECT_THAT(refusal(las, "a.las"), HasSubstr("laszip"));
-}
-
 TEST(ReadCloud, LeavesOutPointsThatAreNoNumbersAndRefusesNothingElse) {
   CloudReadReport report;
   const Cloud cloud = read_bytes("1 2 3\nnan 2 3\n4 inf 6\n4 5 1e99\n7 8 9\n", "a.xyz", &report);
@@ -228,6 +221,51 @@ TEST(ReadCloud, RefusesDegrees) {
   const std::uint16_t model[4] = {1024, 0, 1, 2};
   std::memcpy(las.data() + keys, model, sizeof model);
   EXPECT_THAT(refusal(las, "a.las"), HasSubstr("degrees of longitude and latitude"));
+}
+
+// A road of 70 m at 11.5 degrees east, 48.1 north that climbs by 2 m; and what is not one.
+TEST(ReadCloud, RefusesDegreesInEveryFormat) {
+  std::string text, floats, doubles;
+  for (int i = 0; i < 100; ++i) {
+    const double p[] = {11.5 + 1e-5 * i, 48.1 + 2e-6 * i, 500.0 + 0.02 * i};
+    text += fmt::format("{:.8f},{:.8f},{:.3f}\n", p[0], p[1], p[2]);
+    for (const double value : p) {
+      const auto single = static_cast<float>(value);
+      floats.append(reinterpret_cast<const char*>(&single), sizeof single);
+      doubles.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+  }
+  const std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 100\nproperty double x\nproperty "
+      "double "
+      "y\nproperty double z\nend_header\n" +
+      doubles;
+  const std::string pcd =
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH "
+      "100\nHEIGHT 1\nPOINTS 100\nDATA binary\n" +
+      floats;
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"a.xyz", text}, {"a.csv", "x_m,y_m,z_m\n" + text}, {"a.ply", ply}, {"a.pcd", pcd}}) {
+    const std::string said = refusal(bytes, name);
+    EXPECT_THAT(said, HasSubstr("look like degrees of longitude and latitude (x 11.50000 to "));
+    EXPECT_THAT(said, HasSubstr("out_srs=EPSG:"));
+    EXPECT_THAT(said, HasSubstr("--unit m"));
+    CloudReadOptions metres;
+    metres.metres_per_unit = 1.0;
+    EXPECT_EQ(read_bytes(bytes, name, nullptr, metres).size(), 100u) << name;
+  }
+  EXPECT_THAT(refusal("lon,lat,height\n" + text, "a.csv"), HasSubstr("column lon seen"));
+  // A pole, seen from a scanner near it and in a survey's frame; a flat square of half a metre.
+  for (const double x0 : {3.0, 4000.0}) {
+    std::string pole, square;
+    for (int i = 0; i < 100; ++i) {
+      pole += fmt::format("{} {} {}\n", x0 + 0.2 * std::sin(0.7 * i), x0 + 2.0 * std::cos(0.7 * i),
+                          0.05 * i);
+      square += fmt::format("{} {} {}\n", x0 + 0.05 * (i % 10), x0 + 0.05 * (i / 10), 0.001 * i);
+    }
+    EXPECT_EQ(refusal(pole, "a.xyz"), "accepted");
+    EXPECT_EQ(refusal(square, "a.xyz"), "accepted");
+  }
 }
 
 TEST(Describe, SaysThatTimesAreNoNumbers) {

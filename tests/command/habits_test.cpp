@@ -432,6 +432,13 @@ TEST_F(Called, ATerminalSeesProgressThatIsWipedOnCtrlC) {
   }
 }
 
+TEST_F(Called, ATerminalIsToldTheTimeThatIsLeft) {
+  const std::string said = run_on_terminal(places::lidar2mesh(),
+                                           {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o", *folder_ / "long_scans"},
+                                           "\r\033\\[K *[0-9]+ % scans, [0-9]+ s, [0-9]+ (s|min) left").err;
+  EXPECT_THAT(said, HasSubstr(" left")) << said;
+}
+
 TEST_F(Called, ErrorsAreColouredOnATerminalAlone) {
   for (const Tool& tool : all_tools()) {
     EXPECT_THAT(run_on_terminal(tool.path, {"nothing"}, "").err, HasSubstr("\033[31m" + tool.name + ":\033[0m "));

@@ -12,6 +12,7 @@
 #include "crg/file.h"
 #include "crg/roads.h"
 #include "support/cloud_files.h"
+#include "support/laz_file.h"
 #include "support/mesh_files.h"
 
 using namespace crg;
@@ -32,6 +33,13 @@ void save_clouds() {
   seed.count = 12;
   for (const int format : {0, 1, 3, 6, 10})
     save_as("las", fmt::format("format_{}.las", format), support::as_las(seed, format < 6 ? format % 4 : 4, format, format % 2 == 0));
+  for (const int format : {0, 1, 2, 3, 6, 7, 8})
+    for (const int version : {0, 1}) {
+      support::LazOptions options;
+      if (version == 1) options.version = format < 6 ? 1 : 4, options.chunks = {5, 1, 9};
+      options.chunked = format != 2;
+      save_as("laz", fmt::format("format_{}_{}.laz", format, version), support::as_laz(support::busy_las(format, format % 3, 25, 1), options));
+    }
   for (const bool doubles : {false, true}) {
     const char* const of = doubles ? "double" : "float";
     for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) save_as("ply", fmt::format("{}_{}.ply", format, of), support::as_cloud_ply(seed, format, doubles));

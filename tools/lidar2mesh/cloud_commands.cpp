@@ -16,12 +16,15 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::CloudReadReport report;
   const files::Progress progress = terminal.progress();
-  progress("read", 0.0);
+  read.progress = [&](double share) { progress("read", 0.2 * share); };
   cloud::Cloud cloud = cloud::read_cloud(command.cloud, read, &report);
   progress("ground", 0.2);
   cloud::GroundOptions options;
   options.cell_m = command.cell_m, options.max_window_m = command.window_m,
   options.slope = command.slope, options.height_m = command.height_m;
+  options.progress = [&](const std::string& stage, double share) {
+    progress(stage, 0.2 + 0.7 * share);
+  };
   const std::vector<std::uint8_t> ground = cloud::classify_ground(cloud, options);
   std::size_t count = 0;
   cloud.classification.resize(cloud.size());
@@ -30,14 +33,18 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
     count += ground[i];
   }
   progress("write", 0.9);
-  cloud::write_cloud(cloud, command.output, command.doubles);
+  const std::vector<road::InputFile> inputs = hashed("cloud", command.cloud);
+  cloud::write_cloud(cloud, command.output, command.doubles,
+                     comments_of(inputs, command.options));
   if (terminal.json) {
-    terminal.print(files::json_text(nlohmann::ordered_json{
+    nlohmann::ordered_json out = head_of(inputs, command.options);
+    out.update(nlohmann::ordered_json{
         {"points", cloud.size()},
         {"ground", count},
         {"cloud", command.output},
         {"origin_m", {cloud.origin_m.x(), cloud.origin_m.y(), cloud.origin_m.z()}},
-        {"remarks", report.remarks}}));
+        {"remarks", report.remarks}});
+    terminal.print(files::json_text(out));
     return kOk;
   }
   terminal.print(fmt::format("{} of {} points are ground (class 2)\n", count, cloud.size()));
@@ -64,18 +71,22 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
   options.threads = command.threads, options.progress = progress;
   cloud::RegisterReport facts;
   const Eigen::Isometry3d T = cloud::register_clouds(target, source, options, &facts);
+  std::vector<road::InputFile> inputs = hashed("target", command.target);
+  for (const road::InputFile& file : hashed("source", command.source)) inputs.push_back(file);
   if (!command.output.empty()) {
     cloud::Cloud moved = source;
     for (std::size_t i = 0; i < moved.size(); ++i) {
       const Eigen::Vector3d p = T * (source.origin_m + source.point(i)) - source.origin_m;
       moved.x_m[i] = p.x(), moved.y_m[i] = p.y(), moved.z_m[i] = p.z();
     }
-    cloud::write_cloud(moved, command.output, command.doubles);
+    cloud::write_cloud(moved, command.output, command.doubles,
+                       comments_of(inputs, command.options));
   }
   if (terminal.json) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
-    terminal.print(files::json_text(nlohmann::ordered_json{{"T_target_source", rows},
+    nlohmann::ordered_json out = head_of(inputs, command.options);
+    out.update(nlohmann::ordered_json{{"T_target_source", rows},
                                                            {"converged", facts.converged},
                                                            {"iterations", facts.iterations},
                                                            {"points", facts.points},
@@ -83,7 +94,8 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
                                                            {"rms_before_m", facts.rms_before_m},
                                                            {"rms_after_m", facts.rms_after_m},
                                                            {"information", facts.information},
-                                                           {"unfixed", facts.unfixed}}));
+                                                           {"unfixed", facts.unfixed}});
+    terminal.print(files::json_text(out));
     return facts.converged ? kOk : kNotValid;
   }
   terminal.print(fmt::format(

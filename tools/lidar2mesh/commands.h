@@ -10,6 +10,7 @@
 
 #include "command/exit_code.h"
 #include "command/terminal.h"
+#include "provenance.h"
 
 namespace lidar2mesh {
 
@@ -27,6 +28,7 @@ struct GroundCommand {
   std::string cloud, output, unit;
   double cell_m = 1.0, window_m = 18.0, slope = 0.15, height_m = 0.5;
   bool doubles = false;
+  Options options;
 };
 int run_ground(const GroundCommand& command, Terminal& terminal);
 
@@ -35,6 +37,7 @@ struct RegisterCommand {
   double voxel_m = 0.25, reach_m = 2.0;
   bool doubles = false;
   unsigned threads = 0;
+  Options options;
 };
 int run_register(const RegisterCommand& command, Terminal& terminal);
 
@@ -46,6 +49,7 @@ struct SynthCommand {
   std::vector<double> v_m;
   std::uint64_t seed = 1;
   unsigned threads = 0;
+  Options options;
 };
 int run_synth(const SynthCommand& command, Terminal& terminal);
 
@@ -53,9 +57,13 @@ struct MapCommand {
   std::vector<std::string> scans;
   std::string trajectory, base, centreline, output_dir, frame, unit, base_unit, base_up;
   std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
-  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0;
+  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0,
+         node_m = 0.1;
+  std::optional<double> max_range_m;
+  int min_points = 1;
   bool correct_drift = true, report = true, stl = false, allow_outside = false;
   unsigned threads = 0;
+  Options options;
 };
 int run_map(const MapCommand& command, Terminal& terminal);
 

@@ -69,12 +69,19 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
   cloud::CloudReadOptions options;
   options.metres_per_unit = metres_per_unit(command.unit);
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  for (const std::string& path : cloud::cloud_files(command.cloud)) {
+  const std::vector<std::string> paths = cloud::cloud_files(command.cloud);
+  double done = 0.0;
+  const files::Progress progress = terminal.progress();
+  options.progress = [&](double share) {
+    progress("read", (done + share) / static_cast<double>(paths.size()));
+  };
+  for (const std::string& path : paths) {
     const cloud::CloudFacts facts = cloud::describe(path, options);
     if (terminal.json)
       all.push_back(numbers_of(path, facts));
     else
       print_facts(path, facts, terminal);
+    done += 1.0;
   }
   const bool is_folder = std::filesystem::is_directory(command.cloud);
   if (terminal.json) terminal.print(files::json_text(is_folder ? all : all.front()));

@@ -25,7 +25,7 @@ void add_doubles(CLI::App& app, bool& doubles) {
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const info =
       app.add_subcommand("info", "points, bounds, unit, classes and resolution of a cloud");
-  add_input(*info, "cloud", c.cloud, "a .las, .ply, .pcd, .bin, .xyz or .csv, or a folder of them",
+  add_input(*info, "cloud", c.cloud, "a .las, .laz, .ply, .pcd, .bin, .xyz or .csv, or a folder of them",
             command::kFileOrFolder)
       ->required();
   add_unit(*info, c.unit);
@@ -52,7 +52,10 @@ void define_ground(CLI::App& app, GroundCommand& c, Terminal& terminal, Run& run
   ground->add_option("--height-m", c.height_m, "of ground points above the surface [0.5]")
       ->check(CLI::Range(0.01, 10.0));
   ground->footer("Example:\n  lidar2mesh ground survey.las -o ground.ply");
-  ground->callback([&] { run = [&] { return run_ground(c, terminal); }; });
+  ground->callback([&, ground] {
+    c.options = command::options_used(*ground);
+    run = [&] { return run_ground(c, terminal); };
+  });
 }
 
 void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run& run) {
@@ -71,7 +74,10 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
   reg->footer(
       "Example:\n  lidar2mesh register monday.ply tuesday.ply -o moved.ply\n\nExit code 3 when it "
       "did not converge.");
-  reg->callback([&] { run = [&] { return run_register(c, terminal); }; });
+  reg->callback([&, reg] {
+    c.options = command::options_used(*reg);
+    run = [&] { return run_register(c, terminal); };
+  });
 }
 
 void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) {
@@ -102,7 +108,10 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->footer(
       "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
       "--to-m 500");
-  synth->callback([&] { run = [&] { return run_synth(c, terminal); }; });
+  synth->callback([&, synth] {
+    c.options = command::options_used(*synth);
+    run = [&] { return run_synth(c, terminal); };
+  });
 }
 
 void add_base_options(CLI::App& app, MapCommand& c) {
@@ -114,6 +123,11 @@ void add_base_options(CLI::App& app, MapCommand& c) {
   app.add_option("--v-max-m", c.v_max_m, "without a base: how far to both sides of the line [10]")
       ->check(CLI::Range(1.0, 100.0))
       ->excludes(base);
+  app.add_option("--node-m", c.node_m, "without a base: between the nodes of the road [0.1]")
+      ->check(CLI::Range(0.01, 1.0))
+      ->excludes(base);
+  app.add_option("--min-points", c.min_points, "a node with fewer points keeps the base, or is a hole [1]")
+      ->check(CLI::Range(1, 1000));
   add_output_folder(app, c.output_dir, "folder for the results, made if missing")->required();
   add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
@@ -139,6 +153,9 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   map->add_option("--extrinsic", c.extrinsic,
                   "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
       ->expected(6);
+  map->add_option("--max-range-m", c.max_range_m,
+                  "points farther from the sensor are left out; in its frame only [all are used]")
+      ->check(CLI::Range(1.0, 1000.0));
   map->add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")
       ->check(CLI::Range(1e-6, 10.0));
   map->add_option("--drift-rad", c.drift_rad,
@@ -150,7 +167,10 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
       "out\n\n"
       "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
       "different heights as seen from different places.");
-  map->callback([&] { run = [&] { return run_map(c, terminal); }; });
+  map->callback([&, map] {
+    c.options = command::options_used(*map);
+    run = [&] { return run_map(c, terminal); };
+  });
 }
 
 void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
@@ -159,7 +179,8 @@ void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_input(*grid, "cloud", c.scans, "clouds in the map frame, or folders of them", command::kFileOrFolder)->required();
   add_base_options(*grid, c);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
-  grid->callback([&] {
+  grid->callback([&, grid] {
+    c.options = command::options_used(*grid);
     c.frame = "map", c.correct_drift = false;
     run = [&] { return run_map(c, terminal); };
   });

@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "crg/options.h"
 #include "files/ending.h"
+#include "files/json_text.h"
 #include "files/output_set.h"
 #include "files/write_file.h"
 #include "map_report.h"
@@ -20,14 +21,18 @@ namespace fs = std::filesystem;
 constexpr double kDegree = 0.017453292519943295;
 
 /// The base as a road file: read, or built from a mesh without kerb columns or smoothing.
-crg::Crg read_base(const MapCommand& command) {
+crg::Crg read_base(const MapCommand& command, std::vector<road::InputFile>& inputs) {
   if (files::ending_of(command.base) == ".crg") return crg::apply_modifiers(crg::read(command.base));
   road::MeshReadOptions read;
   if (command.base_up == "y") read.up = road::UpAxis::y;
   if (command.base_up == "z") read.up = road::UpAxis::z;
   read.unit = road::unit_called(command.base_unit);
   read.allow_outside = command.allow_outside;
-  const road::RoadMesh mesh = road::clean(road::read_mesh(command.base, read));
+  road::MeshReadReport report;
+  const road::Mesh raw = road::read_mesh(command.base, read, &report);
+  for (const road::MeshFile& file : report.files)
+    inputs.push_back({road::kMeshFile, file.path, file.sha256});
+  const road::RoadMesh mesh = road::clean(raw);
   const road::Centreline centreline = road::trace_centreline(mesh);
   const crg::ReferenceLine line = road::fit_reference_line(centreline);
   return road::track_crg(
@@ -38,7 +43,8 @@ crg::Crg read_base(const MapCommand& command) {
 crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& source,
                           const cloud::Trajectory* trajectory) {
   cloud::BaseRoadOptions options;
-  options.v_max_m = command.v_max_m, options.threads = command.threads;
+  options.v_max_m = command.v_max_m, options.u_step_m = options.v_step_m = command.node_m,
+  options.threads = command.threads;
   if (!command.centreline.empty())
     return cloud::base_from_points(source, road::read_centreline_csv(command.centreline),
                                    trajectory, options);
@@ -47,6 +53,26 @@ crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& s
         "a road to refine (--base), or a line to make one along (--centreline, or the --trajectory "
         "of the scans) is wanted");
   return cloud::base_from_points(source, cloud::driven_line(*trajectory), trajectory, options);
+}
+
+/// The points no farther from the sensor than this.
+cloud::Cloud within(cloud::Cloud&& cloud, double range_m) {
+  std::size_t kept = 0;
+  const auto keep = [&](auto& values, std::size_t k) {
+    if (!values.empty()) values[kept] = values[k];
+  };
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    if (!((cloud.origin_m + cloud.point(k)).norm() <= range_m)) continue;
+    keep(cloud.x_m, k), keep(cloud.y_m, k), keep(cloud.z_m, k);
+    keep(cloud.time_s, k), keep(cloud.intensity, k), keep(cloud.classification, k);
+    ++kept;
+  }
+  const auto cut = [&](auto& values) {
+    if (!values.empty()) values.resize(kept);
+  };
+  cut(cloud.time_s), cut(cloud.intensity), cut(cloud.classification);
+  cut(cloud.x_m), cut(cloud.y_m), cut(cloud.z_m);
+  return std::move(cloud);
 }
 
 /// The grid as triangles; every so many rows that no more than two million nodes are left.
@@ -90,8 +116,16 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
                              facts.points, facts.used, 100.0 * facts.coverage));
   if (command.correct_drift) {
     terminal.print(fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
-                               facts.converged ? "converged" : "NOT converged", facts.iterations,
-                               facts.sections, facts.passes));
+                               facts.converged ? "converged"
+                               : command.base.empty()
+                                   ? fmt::format("still moving by {:.1f} mm a round",
+                                                 1e3 * facts.last_move_m)
+                                   : "NOT converged",
+                               facts.iterations, facts.sections, facts.passes));
+    if (command.base.empty())
+      terminal.print(fmt::format(
+          "where the road lies is the trajectory's word: about {:.0f} mm in height\n",
+          1e3 * facts.typical_stddev[2]));
     if (!command.base.empty())
       terminal.print(fmt::format(
           "against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
@@ -119,9 +153,21 @@ int run_map(const MapCommand& command, Terminal& terminal) {
       command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
   if (!in_map && command.trajectory.empty())
     throw road::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
+  if (in_map && command.max_range_m)
+    throw road::Error(
+        "--max-range-m wants points in the sensor's frame: those in the map frame do not say from "
+        "where they were measured");
   std::vector<std::string> files;
   for (const std::string& scan : command.scans)
     for (const std::string& file : cloud::cloud_files(scan)) files.push_back(file);
+  std::vector<road::InputFile> inputs;
+  const auto add_inputs = [&](const char* role, const std::string& path) {
+    for (const road::InputFile& file : hashed(role, path)) inputs.push_back(file);
+  };
+  for (const std::string& scan : command.scans) add_inputs("scan", scan);
+  if (!in_map) add_inputs("trajectory", command.trajectory);
+  add_inputs("base", command.base);
+  add_inputs("centreline", command.centreline);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::Trajectory trajectory;
@@ -137,21 +183,50 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
   files::OutputSet outputs(command.output_dir, "lidar2mesh map");
+  // Within a stage that reads the scans, the share of the whole follows their bytes.
+  std::string stage = "look for the road";
+  double stage_begin = 0.0, stage_end = command.base.empty() ? 0.15 : 0.0;
+  const files::Progress progress = terminal.progress();
+  double bytes_in_all = 0.0, bytes_before = 0.0, bytes_here = 0.0;
+  for (const std::string& file : files) bytes_in_all += static_cast<double>(fs::file_size(file));
+  read.progress = [&](double share) {
+    const double done = (bytes_before + share * bytes_here) / bytes_in_all;
+    progress(stage, stage_begin + (stage_end - stage_begin) * done);
+  };
   std::vector<std::string> remarks;
   const cloud::CloudSource source = [&](const cloud::ChunkSink& sink) {
     remarks.clear();
-    for (const std::string& file : files)
-      for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
+    bytes_before = 0.0;
+    for (const std::string& file : files) {
+      bytes_here = static_cast<double>(fs::file_size(file));
+      const auto near = [&](cloud::Cloud&& chunk) {
+        if (command.max_range_m) chunk = within(std::move(chunk), *command.max_range_m);
+        if (chunk.size() > 0) sink(std::move(chunk));
+      };
+      for (const std::string& remark : cloud::read_chunks(file, read, near).remarks)
         remarks.push_back(file + ": " + remark);
+      bytes_before += bytes_here;
+    }
   };
   const cloud::Trajectory* const poses = in_map ? nullptr : &trajectory;
   const crg::Crg base =
-      command.base.empty() ? road_from_points(command, source, poses) : read_base(command);
+      command.base.empty() ? road_from_points(command, source, poses) : read_base(command, inputs);
   cloud::MapOptions options;
   options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
-  options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
-  options.threads = command.threads, options.progress = terminal.progress();
+  options.min_points = command.min_points, options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
+  options.threads = command.threads;
+  const double first = stage_end;  // share of the way without a base
+  options.progress = [&, first](const std::string& name, double share) {
+    stage = name;
+    const double end = name == "look at the points"                ? 0.25
+                       : name == "look at the straightened points" ? 0.6
+                       : name == "heights of the nodes"            ? 0.9
+                                                                   : share;
+    stage_begin = first + (1.0 - first) * share;
+    stage_end = first + (1.0 - first) * end;
+    progress(stage, stage_begin);
+  };
   const cloud::MapResult result = command.base.empty()
                                       ? cloud::map_without_base(source, base, poses, options)
                                       : cloud::map_clouds(source, base, poses, options);
@@ -175,7 +250,9 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
-  const std::string summary = cloud::map_summary_json(facts);
+  nlohmann::ordered_json out = head_of(inputs, command.options);
+  out.update(nlohmann::ordered_json::parse(cloud::map_summary_json(facts)));
+  const std::string summary = files::json_text(out);
   files::write_file(path("summary.json"), summary);
   files::write_file(path("timing.json"), cloud::map_timing_json(facts));
   if (!result.corrected.empty())
@@ -183,7 +260,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   if (command.report) {
     terminal.progress()("report", 0.95);
     files::write_file(path("base.crg"), crg::to_bytes(base, crg::Format::KRBI));
-    write_map_report(outputs, base, refined, result.source, facts, command.threads);
+    write_map_report(outputs, base, refined, result.source, facts, inputs, command.threads);
   }
   outputs.commit("refined", {}, {"timing.json"});
   if (terminal.json)

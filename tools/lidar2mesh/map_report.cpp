@@ -145,12 +145,15 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
 }  // namespace
 
 void write_map_report(const files::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
-                      const crg::Grid& source, const cloud::MapReport& facts, unsigned threads) {
+                      const crg::Grid& source, const cloud::MapReport& facts,
+                      const std::vector<road::InputFile>& inputs, unsigned threads) {
   road::ReportRequest request;
   request.crg_path = outputs.staged("refined.crg");
   request.shown_folder = std::filesystem::path(outputs.path("refined.crg")).parent_path().string();
   request.against_path = outputs.staged("base.crg");
   request.title = "refined from LiDAR", request.threads = threads;
+  for (const road::InputFile& file : inputs)
+    request.sources.push_back({file.role, file.path, file.sha256});
   report::TrackReport page = road::make_report(request);
   const std::size_t count = page.curves.empty() ? 0 : page.curves.front().values.size();
   const char* const keys[] = {"x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad"};

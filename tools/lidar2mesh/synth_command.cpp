@@ -29,12 +29,14 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
   const std::string truth = command.output_dir + "/truth.crg";
   files::write_file(truth, crg::to_bytes(road, crg::Format::KRBI));
   if (terminal.json) {
-    terminal.print(files::json_text(nlohmann::ordered_json{{"points", made.points},
+    nlohmann::ordered_json out = head_of(hashed("road", command.road), command.options);
+    out.update(nlohmann::ordered_json{{"points", made.points},
                                                            {"share_on_cars", made.share_on_cars},
                                                            {"scans", made.scan_paths},
                                                            {"trajectory", made.trajectory_path},
                                                            {"truth_trajectory", made.truth_path},
-                                                           {"truth_road", truth}}));
+                                                           {"truth_road", truth}});
+    terminal.print(files::json_text(out));
     return kOk;
   }
   terminal.print(fmt::format("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",

@@ -205,6 +205,13 @@ MapResult map_without_base(const CloudSource& scans, const crg::Crg& first,
                            const Trajectory* trajectory, MapOptions options) {
   options.trust_base = false, options.base_stddev_m = 1.0;
   MapResult result = map_clouds(scans, first, trajectory, options);
+  // The first road is rough: what the points seem to say about place and course of the whole is its
+  // roughness. Once more on the road that they made.
+  if (trajectory != nullptr && options.correct_drift) {
+    crg::Crg second = first;
+    second.grid = result.grid;
+    result = map_clouds(scans, second, trajectory, options);
+  }
   for (std::size_t k = 0; k < result.grid.z_m.size(); ++k)
     if (!(result.source.z_m[k] > static_cast<float>(NodeSource::base)))
       result.grid.z_m[k] = result.stddev.z_m[k] = result.source.z_m[k] = kNaN;

@@ -9,6 +9,7 @@ namespace cloud {
 namespace {
 
 constexpr int kRounds = 24;  // steps shrink by a third each; grass too low to tell needs 20
+constexpr int kRoundsWithoutBase = 40;  // long roads bend slowly
 /// Where the base lies farther off than this it is not believed, round by round; then three of its
 /// own deviations.
 constexpr double kBaseScales_m[] = {0.1, 0.05, 0.025, 0.012, 0.006, 0.003};
@@ -112,9 +113,13 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   JointFacts facts;
   constexpr int kSchedule = std::size(kBaseScales_m);
   report.converged = false;
+  bool settled = options.trust_base;
+  double measured = 1.0;
   // The first estimate need not be settled: a correction that bends within a section is only nearly
   // taken out of its cells.
-  const int begin = again ? kSchedule - 2 : 0, end = again ? kRounds : kSchedule + 1;
+  const int begin = again ? kSchedule - 2 : 0, end = !again               ? kSchedule + 1
+                                                     : options.trust_base ? kRounds
+                                                                          : kRoundsWithoutBase;
   for (int round = begin; round < end && !report.converged; ++round) {
     problem.linearise(drift.correction);
     const std::vector<Correction> last = drift.correction;
@@ -134,8 +139,20 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
       scales.node_slope_stddev = scales.node_slope / 3.0;
       scales.view_m = std::max({4.0 * facts.view_mad_m, wanted, 0.001});
       if (round > 0) scales.view_factor = std::clamp(facts.view_mad * facts.view_mad, 0.05, 100.0);
-      if (round >= kSchedule) problem.measure_together(drift.correction, scales);
+      if (round >= kSchedule && settled) {
+        const JointScales old = scales;
+        problem.measure_together(drift.correction, scales);
+        // Without a base they follow every small move of the whole: a mean of what was measured.
+        if (!options.trust_base) {
+          const double part = std::max(0.15, 1.0 / ++measured);
+          scales.base_together =
+              old.base_together * std::pow(scales.base_together / old.base_together, part);
+          scales.view_together =
+              old.view_together * std::pow(scales.view_together / old.view_together, part);
+        }
+      }
       drift.correction = problem.solve(drift.correction, scales);
+      if (!options.trust_base) problem.hold_as_a_whole(drift.correction);
     }
     double moved = 0.0, turned = 0.0;
     // Without a base nothing holds what all poses have in common: it may go on moving.
@@ -150,8 +167,10 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
       moved = std::max(moved, std::abs(change[2])),
       turned = std::max({turned, std::abs(change[3]), std::abs(change[4])});
     }
+    settled |= moved < 5e-4 && turned < 5e-5;
     ++report.iterations;
-    report.converged = round > kSchedule && moved < 2e-4 && turned < 2e-5;
+    report.last_move_m = moved;
+    report.converged = round > kSchedule && settled && moved < 2e-4 && turned < 2e-5;
   }
   if (!again) return drift;
   problem.deviations(drift);

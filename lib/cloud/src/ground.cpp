@@ -217,7 +217,8 @@ std::vector<double> extreme(const Cells& cells, const std::vector<double>& z, st
 
 /// Marks cells that stand above the opened surface, window after window.
 std::vector<std::uint8_t> objects_on(const Cells& cells, const std::vector<double>& z, double slope,
-                                     std::int64_t windows, double cell_m) {
+                                     std::int64_t windows, double cell_m,
+                                     const std::function<void(double share)>& progress = {}) {
   std::vector<std::uint8_t> object(z.size(), 0);
   std::vector<double> last = z;
   for (std::int64_t radius = 1; radius <= windows; ++radius) {
@@ -226,6 +227,9 @@ std::vector<std::uint8_t> objects_on(const Cells& cells, const std::vector<doubl
     for (std::size_t k = 0; k < object.size(); ++k)
       if (last[k] - opened[k] > limit) object[k] = 1;
     last = std::move(opened);
+    if (progress)
+      progress(static_cast<double>(radius * (radius + 1)) /
+               static_cast<double>(windows * (windows + 1)));
   }
   return object;
 }
@@ -285,7 +289,9 @@ std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOption
   const std::vector<std::uint8_t> pits =
       objects_on(cells, turned, 5.0 / options.cell_m, 1, options.cell_m);
   const std::vector<std::uint8_t> objects =
-      objects_on(cells, z, options.slope, windows, options.cell_m);
+      objects_on(cells, z, options.slope, windows, options.cell_m, [&](double share) {
+        if (options.progress) options.progress("ground", 0.3 + 0.5 * share);
+      });
   for (std::size_t k = 0; k < known.size(); ++k)
     if (objects[k] || pits[k]) known[k] = 0;
   fill(cells, known, z);

@@ -255,6 +255,35 @@ void JointProblem::add_prior(std::vector<Eigen::Triplet<double>>& entries) const
     }
 }
 
+void JointProblem::hold_as_a_whole(std::vector<Correction>& now) const {
+  const std::size_t n = now.size();
+  if (n == 0) return;
+  std::vector<Eigen::Triplet<double>> entries;
+  add_prior(entries);
+  const auto dimension = static_cast<Eigen::Index>(6 * n);
+  Eigen::SparseMatrix<double> lower(dimension, dimension);
+  lower.setFromTriplets(entries.begin(), entries.end());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Section& section : sections_.list) middle += section.position_m;
+  middle /= static_cast<double>(n);
+  Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(dimension, 6);  // moves and turns of everything
+  Eigen::VectorXd sum(dimension);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Section& section = sections_.list[i];
+    const auto at = static_cast<Eigen::Index>(6 * i);
+    whole.block<3, 3>(at, 0).setIdentity();
+    for (int k = 0; k < 3; ++k)
+      whole.block<3, 1>(at, 3 + k) = Eigen::Vector3d::Unit(k).cross(section.position_m - middle);
+    whole.block<3, 3>(at + 3, 3) = section.axes.transpose();
+    sum.segment<6>(at) = now[i] + before_[i];
+  }
+  const Eigen::MatrixXd stiff = lower.selfadjointView<Eigen::Lower>() * whole;
+  const Eigen::Matrix<double, 6, 1> move =
+      (whole.transpose() * stiff).ldlt().solve(stiff.transpose() * sum);
+  const Eigen::VectorXd step = whole * move;
+  for (std::size_t i = 0; i < n; ++i) now[i] -= step.segment<6>(static_cast<Eigen::Index>(6 * i));
+}
+
 std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
                                             const JointScales& scales) {
   const std::size_t n = sections_.list.size(), unknowns = 6 * n + 2 * nodes_.size();

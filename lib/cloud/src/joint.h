@@ -59,6 +59,9 @@ class JointProblem {
   void measure_together(const std::vector<Correction>& now, JointScales& scales) const;
   /// One step: new weights at `now`, then the corrections that minimise.
   std::vector<Correction> solve(const std::vector<Correction>& now, const JointScales& scales);
+  /// Without a base the points tell nothing about where the road lies and how it is turned as a
+  /// whole: moves all poses together to where the trajectory's stiffness wants them.
+  void hold_as_a_whole(std::vector<Correction>& now) const;
   /// From the factorisation of the last solve.
   void deviations(Drift& drift) const;
   /// Share of a section's views that lie on cells whose base is believed.

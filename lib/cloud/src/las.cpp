@@ -4,8 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <optional>
 
+#include "laz.h"
 #include "records.h"
 #include "road/error.h"
 
@@ -53,15 +55,6 @@ void use_units(const std::optional<LengthUnit>& plan, const std::optional<Length
                     height->name, plan->name));
 }
 
-[[noreturn]] void refuse_degrees(const std::string& system) {
-  throw road::Error(
-      fmt::format("the coordinates are degrees of longitude and latitude{}, metres or feet wanted; "
-                  "project them "
-                  "first, as with 'pdal translate in.las out.las reprojection "
-                  "--filters.reprojection.out_srs=EPSG:32632' (the UTM zone of the place)",
-                  system.empty() ? "" : " (" + system + ")"));
-}
-
 void read_geo_keys(std::string_view record, CloudReadReport& report) {
   const std::size_t keys = record.size() / 8;
   int system = 0, horizontal = 0, vertical = 0;
@@ -76,7 +69,8 @@ void read_geo_keys(std::string_view record, CloudReadReport& report) {
     if (id == 4099) vertical = value;
   }
   if (system != 0 && system != 32767) report.coordinate_system = fmt::format("EPSG:{}", system);
-  if (is_geographic || system == 4326) refuse_degrees(report.coordinate_system);
+  if (is_geographic || system == 4326)
+    refuse_degrees("are degrees of longitude and latitude (" + report.coordinate_system + ")");
   use_units(unit_of(horizontal), unit_of(vertical), report);
 }
 
@@ -99,7 +93,7 @@ void read_wkt(std::string_view text, CloudReadReport& report) {
   const std::size_t begin = text.find("PROJCS[\"");
   const auto has = [&](const char* word) { return text.find(word) != std::string_view::npos; };
   if ((has("GEOGCS[") || has("GEOGCRS[")) && !has("PROJCS[") && !has("PROJCRS["))
-    refuse_degrees("");
+    refuse_degrees("are degrees of longitude and latitude");
   if (begin == std::string_view::npos) return;
   const std::size_t quote = text.find('"', begin + 8);
   if (quote == std::string_view::npos) return;
@@ -110,15 +104,17 @@ void read_wkt(std::string_view text, CloudReadReport& report) {
             has_vertical ? unit_in(text.substr(vertical)) : std::nullopt, report);
 }
 
-void read_variable_records(std::string_view bytes, std::size_t begin, std::size_t count,
-                           std::size_t end, CloudReadReport& report) {
+/// Returns the record "laszip encoded"; empty without one.
+std::string_view read_variable_records(std::string_view bytes, std::size_t begin, std::size_t count,
+                                       std::size_t end, CloudReadReport& report) {
+  std::string_view laszip;
   std::size_t here = begin;
   for (std::size_t k = 0; k < count; ++k) {
     if (here + 54 > end) {
       report.remarks.push_back(fmt::format(
           "{} of {} variable length records lie beyond the header area and were passed over",
           count - k, count));
-      return;
+      return laszip;
     }
     const std::string_view user = bytes.substr(here + 2, 16);
     const auto id = at<std::uint16_t>(bytes, here + 18);
@@ -126,19 +122,17 @@ void read_variable_records(std::string_view bytes, std::size_t begin, std::size_
     if (length > end - here - 54) {
       report.remarks.push_back(
           "a variable length record is longer than the header area and was passed over");
-      return;
+      return laszip;
     }
     const std::string_view record = bytes.substr(here + 54, length);
     if (user.starts_with("LASF_Projection")) {
       if (id == 34735) read_geo_keys(record, report);
       if (id == 2112) read_wkt(record, report);
     }
-    if (user.starts_with("laszip encoded"))
-      throw road::Error(
-          "holds compressed LAS (LASzip), which is not read; unpack it with 'laszip -i in.laz -o "
-          "out.las' or 'pdal translate in.laz out.las'");
+    if (user.starts_with("laszip encoded")) laszip = record;
     here += 54 + length;
   }
+  return laszip;
 }
 
 }  // namespace
@@ -154,10 +148,8 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
   const std::size_t header = at<std::uint16_t>(bytes, 94), data = at<std::uint32_t>(bytes, 96);
   const std::size_t vlrs = at<std::uint32_t>(bytes, 100);
   int format = at<std::uint8_t>(bytes, 104);
-  if (format & 0xC0)
-    throw fail(
-        "holds compressed LAS (LASzip), which is not read; unpack it with 'laszip -i in.laz -o "
-        "out.las' or 'pdal translate in.laz out.las'");
+  const bool packed = format & 0xC0;
+  format &= 0x3F;
   if (format > 10) throw fail(fmt::format("point format {} seen, 0 to 10 wanted", format));
   const std::size_t length = at<std::uint16_t>(bytes, 105);
   const PointFormat& layout = kFormats[format];
@@ -174,21 +166,40 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
     if (count64 != 0) count = count64;
   }
   if (count == 0) throw fail("no points in this file");
-  const std::size_t room = (bytes.size() - data) / length;
-  if (count > room)
-    throw fail(fmt::format(
-        "truncated: the header promises {} points, {} fit into the {} bytes; copy the file again",
-        count, room, bytes.size()));
+  std::string_view laszip;
   try {
-    read_variable_records(bytes, header, vlrs, data, report);
+    laszip = read_variable_records(bytes, header, vlrs, data, report);
   } catch (const road::Error& error) {
     throw fail(error.what());
   }
   Records records;
   records.bytes = bytes;
   records.count = count;
+  std::size_t begin = data;
+  if (packed || !laszip.empty()) {
+    if (format == 4 || format == 5 || format > 8)
+      throw fail(
+          fmt::format("compressed points of format {} with waveforms are not read; leave "
+                      "those out, as with 'las2las -i in.laz -set_point_type {} -o out.laz'",
+                      format,
+                      format == 4   ? 1
+                      : format == 5 ? 3
+                      : format == 9 ? 6
+                                    : 8));
+    if (laszip.empty())
+      throw fail(
+          "its points are marked as compressed, but there is no record 'laszip encoded'; "
+          "copy the file again");
+    records.laz =
+        std::make_shared<LazReader>(bytes, LazLayout{laszip, format, data, length, count}, name);
+    begin = 0;
+  } else if (const std::size_t room = (bytes.size() - data) / length; count > room) {
+    throw fail(fmt::format(
+        "truncated: the header promises {} points, {} fit into the {} bytes; copy the file again",
+        count, room, bytes.size()));
+  }
   for (int axis = 0; axis < 3; ++axis) {
-    Field field{static_cast<Role>(axis), FieldType::i32, data + 4 * static_cast<std::size_t>(axis),
+    Field field{static_cast<Role>(axis), FieldType::i32, begin + 4 * static_cast<std::size_t>(axis),
                 length};
     field.scale = at<double>(bytes, 131 + 8 * static_cast<std::size_t>(axis));
     field.add = at<double>(bytes, 155 + 8 * static_cast<std::size_t>(axis));
@@ -198,13 +209,14 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
           field.scale, field.add, "xyz"[axis]));
     records.fields.push_back(field);
   }
-  records.fields.push_back({Role::intensity, FieldType::u16, data + 12, length});
-  Field classes{Role::classification, FieldType::u8, data + (format < 6 ? 15u : 16u), length};
+  records.fields.push_back({Role::intensity, FieldType::u16, begin + 12, length});
+  Field classes{Role::classification, FieldType::u8, begin + (format < 6 ? 15u : 16u), length};
   if (format < 6) classes.mask = 0x1f;  // the upper bits are flags
   records.fields.push_back(classes);
   if (layout.time != 0)
-    records.fields.push_back({Role::time, FieldType::f64, data + layout.time, length});
-  report.format = fmt::format("LAS {}.{}, point format {}", major, minor, format);
+    records.fields.push_back({Role::time, FieldType::f64, begin + layout.time, length});
+  report.format =
+      fmt::format("{} {}.{}, point format {}", records.laz ? "LAZ" : "LAS", major, minor, format);
   return records;
 }
 

@@ -31,6 +31,7 @@ std::string map_summary_json(const MapReport& r) {
                                       {"registration",
                                        {{"converged", r.converged},
                                         {"iterations", r.iterations},
+                                        {"last_move_m", r.last_move_m},
                                         {"sections", r.sections},
                                         {"passes", r.passes},
                                         {"inlier_share", r.inlier_share},

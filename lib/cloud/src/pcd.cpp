@@ -1,6 +1,7 @@
 // PCD 0.6 and 0.7: ascii, binary, binary_compressed. PCL's own reader trusts the header; ours may
-// be handed any bytes. LZF: the format of Marc Lehmann's liblzf.
+// be handed any bytes.
 #include <fmt/format.h>
+#include <liblzf/lzf.h>
 
 #include <charconv>
 #include <cstring>
@@ -48,34 +49,6 @@ std::optional<FieldType> type_of(const std::string& type, std::size_t size) {
     default:
       return std::nullopt;
   }
-}
-
-/// False where the packed bytes do not unpack to exactly `size` bytes.
-bool unpack_lzf(std::string_view packed, std::size_t size, std::string& out) {
-  out.clear();
-  out.reserve(size);
-  std::size_t i = 0;
-  while (i < packed.size()) {
-    const auto control = static_cast<unsigned char>(packed[i++]);
-    if (control < 32) {
-      const std::size_t length = control + 1u;
-      if (length > packed.size() - i || length > size - out.size()) return false;
-      out.append(packed.substr(i, length));
-      i += length;
-      continue;
-    }
-    std::size_t length = control >> 5;
-    if (length == 7) {
-      if (i >= packed.size()) return false;
-      length += static_cast<unsigned char>(packed[i++]);
-    }
-    length += 2;
-    if (i >= packed.size()) return false;
-    const std::size_t back = ((control & 0x1fu) << 8) + static_cast<unsigned char>(packed[i++]) + 1;
-    if (back > out.size() || length > size - out.size()) return false;
-    for (std::size_t k = 0; k < length; ++k) out.push_back(out[out.size() - back]);
-  }
-  return out.size() == size;
 }
 
 }  // namespace
@@ -174,7 +147,8 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     throw road::Error(
         fmt::format("{}corrupt: {} points of {} bytes promised, {} bytes packed into {}", where(),
                     points, stride, unpacked, packed));
-  if (!unpack_lzf(bytes.substr(here + 8, packed), unpacked, records.owned))
+  records.owned.resize(unpacked);
+  if (lzf_decompress(bytes.data() + here + 8, packed, records.owned.data(), unpacked) != unpacked)
     throw road::Error(where() +
                       "corrupt: the compressed points do not unpack; copy the file again");
   records.bytes = records.owned;

@@ -34,36 +34,34 @@ double value_of(const char* from, bool swap) {
 }
 
 template <typename T>
-void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end,
-            double* out) {
-  const char* from = records.bytes.data() + field.offset + begin * field.stride;
-  for (std::size_t i = begin; i < end; ++i, from += field.stride)
-    *out++ = value_of<T>(from, records.big_endian) * field.scale + field.add;
+void decode(const char* from, const Field& field, std::size_t count, bool swap, double* out) {
+  for (std::size_t i = 0; i < count; ++i, from += field.stride)
+    *out++ = value_of<T>(from, swap) * field.scale + field.add;
 }
 
-void decode(const Records& records, const Field& field, std::size_t begin, std::size_t end,
-            double* out) {
+/// `from`: the field of the first of `count` points.
+void decode(const char* from, const Field& field, std::size_t count, bool swap, double* out) {
   switch (field.type) {
     case FieldType::i8:
-      return decode<std::int8_t>(records, field, begin, end, out);
+      return decode<std::int8_t>(from, field, count, swap, out);
     case FieldType::u8:
-      return decode<std::uint8_t>(records, field, begin, end, out);
+      return decode<std::uint8_t>(from, field, count, swap, out);
     case FieldType::i16:
-      return decode<std::int16_t>(records, field, begin, end, out);
+      return decode<std::int16_t>(from, field, count, swap, out);
     case FieldType::u16:
-      return decode<std::uint16_t>(records, field, begin, end, out);
+      return decode<std::uint16_t>(from, field, count, swap, out);
     case FieldType::i32:
-      return decode<std::int32_t>(records, field, begin, end, out);
+      return decode<std::int32_t>(from, field, count, swap, out);
     case FieldType::u32:
-      return decode<std::uint32_t>(records, field, begin, end, out);
+      return decode<std::uint32_t>(from, field, count, swap, out);
     case FieldType::i64:
-      return decode<std::int64_t>(records, field, begin, end, out);
+      return decode<std::int64_t>(from, field, count, swap, out);
     case FieldType::u64:
-      return decode<std::uint64_t>(records, field, begin, end, out);
+      return decode<std::uint64_t>(from, field, count, swap, out);
     case FieldType::f32:
-      return decode<float>(records, field, begin, end, out);
+      return decode<float>(from, field, count, swap, out);
     case FieldType::f64:
-      return decode<double>(records, field, begin, end, out);
+      return decode<double>(from, field, count, swap, out);
   }
 }
 
@@ -87,7 +85,51 @@ class Emitter {
     }
   }
 
-  void operator()(const Raw& raw) {
+  /// `share`: how much of the file these and those before are.
+  void operator()(const Raw& raw, double share) {
+    hand_out(raw);
+    if (options_.progress) options_.progress(share);
+  }
+
+  void finish() const {
+    if (report_.points > 0) return;
+    if (report_.not_finite > 0)
+      throw road::Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m",
+                                    name_, report_.not_finite));
+    throw road::Error(name_ + ": no points in this file");
+  }
+
+ private:
+  /// Degrees lie within a fraction of one, far from zero, with heights that differ by more; no cloud
+  /// of a road in metres does, and whoever has one says its unit.
+  void look_for_degrees(const Raw& raw) {
+    if (looked_ || raw.size < 50 || options_.metres_per_unit || report_.unit_from_file) return;
+    looked_ = true;
+    double low[3], high[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [least, most] = std::minmax_element(raw.of[k].begin(), raw.of[k].end());
+      low[k] = *least, high[k] = *most;
+      if (!std::isfinite(low[k]) || !std::isfinite(high[k])) return;
+    }
+    const double wide = std::max(high[0] - low[0], high[1] - low[1]);
+    const auto far = [&](int k) { return std::min(std::abs(low[k]), std::abs(high[k])); };
+    const auto most = [&](int k) { return std::max(std::abs(low[k]), std::abs(high[k])); };
+    const double less = std::min(most(0), most(1)), more = std::max(most(0), most(1));
+    if (wide > 0.0 && wide < 1.0 && less < 90.0 && more < 180.0 && far(0) > 2.0 * wide &&
+        far(1) > 2.0 * wide && high[2] - low[2] > 10.0 * wide)
+      try {
+        refuse_degrees(fmt::format(
+            "look like degrees of longitude and latitude (x {:.5f} to {:.5f}, y {:.5f} to {:.5f}, "
+            "heights over {:.1f})",
+            low[0], high[0], low[1], high[1], high[2] - low[2]));
+      } catch (const road::Error& error) {
+        throw road::Error(name_ + ": " + error.what() +
+                          "; if they are metres, say so with --unit m (map, grid: --cloud-unit m)");
+      }
+  }
+
+  void hand_out(const Raw& raw) {
+    look_for_degrees(raw);
     const double scale = report_.metres_per_unit, height_scale = report_.metres_per_height_unit;
     const std::vector<double>&x = raw.of[0], &y = raw.of[1], &z = raw.of[2];
     Cloud chunk;
@@ -120,15 +162,6 @@ class Emitter {
     sink_(std::move(chunk));
   }
 
-  void finish() const {
-    if (report_.points > 0) return;
-    if (report_.not_finite > 0)
-      throw road::Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m",
-                                    name_, report_.not_finite));
-    throw road::Error(name_ + ": no points in this file");
-  }
-
- private:
   static Eigen::Vector3d near(const Eigen::Vector3d& p) {
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
     for (int k = 0; k < 3; ++k)
@@ -140,6 +173,7 @@ class Emitter {
   CloudReadReport& report_;
   const ChunkSink& sink_;
   std::optional<Eigen::Vector3d> origin_;
+  bool looked_ = false;
 };
 
 void require_xyz(const std::vector<Role>& roles, const std::string& name) {
@@ -166,18 +200,25 @@ void read_binary(const Records& records, std::size_t chunk_points, Emitter& emit
                  const std::function<void(std::size_t)>& done) {
   const std::vector<Field> fields = wanted_fields(records);
   Raw raw;
+  std::string unpacked;
   for (std::size_t begin = 0; begin < records.count; begin += chunk_points) {
     const std::size_t end = std::min(records.count, begin + chunk_points);
     raw.size = end - begin;
+    if (records.laz) records.laz->read(raw.size, unpacked);
     for (const Field& field : fields) {
       std::vector<double>& out = raw.of[static_cast<std::size_t>(field.role)];
       out.resize(raw.size);
-      decode(records, field, begin, end, out.data());
+      const char* const from =
+          records.laz ? unpacked.data() : records.bytes.data() + begin * field.stride;
+      decode(from + field.offset, field, raw.size, records.big_endian, out.data());
       if (field.mask != 0xff)
         for (double& v : out) v = static_cast<double>(static_cast<std::uint8_t>(v) & field.mask);
     }
-    emit(raw);
-    if (records.owned.empty()) done(fields.front().offset + end * fields.front().stride);
+    emit(raw, static_cast<double>(end) / static_cast<double>(records.count));
+    if (records.laz)
+      done(records.laz->chunk_begin());
+    else if (records.owned.empty())
+      done(fields.front().offset + end * fields.front().stride);
   }
 }
 
@@ -227,14 +268,25 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
         raw.of[static_cast<std::size_t>(role)].push_back(values[static_cast<std::size_t>(role)]);
     ++raw.size, ++read;
     if (raw.size == chunk_points) {
-      emit(raw);
+      emit(raw, static_cast<double>(here - records.bytes.data()) /
+                    static_cast<double>(records.bytes.size()));
       raw = {};
     }
   }
-  if (raw.size > 0) emit(raw);
+  if (raw.size > 0) emit(raw, 1.0);
   if (records.counted && read < records.count)
     throw road::Error(fmt::format("{}: truncated: {} points promised, {} seen; copy the file again",
                                   name, records.count, read));
+}
+
+constexpr const char* kProject =
+    "project the points first, as with 'pdal translate in.las out.las reprojection "
+    "--filters.reprojection.out_srs=EPSG:32632' (the UTM zone of the place)";
+
+bool is_angle(std::string name) {
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name.starts_with("longitude") || name.starts_with("latitude") || name == "lon" ||
+         name == "lat" || name == "lng" || name == "lon_deg" || name == "lat_deg";
 }
 
 /// Columns by a header line of names, or x y z [intensity] without one.
@@ -275,6 +327,9 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
     } else {
       bool seen[kRoles + 1] = {};
       for (const std::string& word : words) {
+        if (is_angle(word))
+          throw road::Error(fmt::format("{}: column {} seen, x, y and z in metres wanted; {}", name,
+                                        word, kProject));
         Role role = role_of(word);
         if (seen[static_cast<std::size_t>(role)] && role > Role::z) role = Role::none;
         seen[static_cast<std::size_t>(role)] = true;
@@ -316,15 +371,11 @@ namespace {
 
 Records records_of(std::string_view bytes, const std::string& name, CloudReadReport& report) {
   const std::string ending = ending_of(name);
-  if (ending == ".laz")
-    throw road::Error(name +
-                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
-                      "or 'pdal translate in.laz out.las'");
   if (bytes.starts_with("LASF")) return las_records(bytes, name, report);
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r"))
     return ply_records(bytes, name, report);
   if (ending == ".pcd" || bytes.starts_with("# .PCD")) return pcd_records(bytes, name, report);
-  if (ending == ".las")
+  if (ending == ".las" || ending == ".laz")
     throw road::Error(name + ": does not begin with LASF, so it is no LAS file");
   if (ending == ".ply")
     throw road::Error(name + ": does not begin with 'ply', so it is no PLY file");
@@ -362,7 +413,7 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
   if (ending == ".xyz" || ending == ".csv" || ending == ".txt")
     return xyz_records(bytes, name, report);
   throw road::Error(fmt::format(
-      "{}: ending '{}' seen; .las, .ply, .pcd, .bin, .xyz, .csv or .txt wanted", name, ending));
+      "{}: ending '{}' seen; .las, .laz, .ply, .pcd, .bin, .xyz, .csv or .txt wanted", name, ending));
 }
 
 CloudReadReport read_all(std::string_view bytes, const std::string& name,
@@ -396,6 +447,11 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
 
 }  // namespace
 
+void refuse_degrees(const std::string& seen) {
+  throw road::Error(
+      fmt::format("the coordinates {}, metres or feet wanted; {}", seen, kProject));
+}
+
 std::size_t size_of(FieldType type) {
   constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
   return kSizes[static_cast<std::size_t>(type)];
@@ -419,11 +475,6 @@ Role role_of(std::string name) {
 
 CloudReadReport read_chunks(const std::string& path, const CloudReadOptions& options,
                             const ChunkSink& sink) {
-  if (ending_of(path) ==
-      ".laz")  // before the file is opened: the answer is the same for any content
-    throw road::Error(path +
-                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
-                      "or 'pdal translate in.laz out.las'");
   const MappedFile file(path);
   return read_all(file.bytes(), path, options, sink,
                   [&](std::size_t offset) { file.forget_before(offset); });
@@ -457,20 +508,14 @@ std::vector<std::string> cloud_files(const std::string& path) {
   std::error_code problem;
   if (!std::filesystem::is_directory(path, problem)) return {path};
   std::vector<std::string> files;
-  std::string compressed;
   for (const auto& entry : std::filesystem::directory_iterator(path, problem)) {
     const std::string ending = ending_of(entry.path().string());
-    if (ending == ".laz") compressed = entry.path().string();
-    for (const char* known : {".las", ".ply", ".pcd", ".bin", ".xyz"})
+    for (const char* known : {".las", ".laz", ".ply", ".pcd", ".bin", ".xyz"})
       if (ending == known) files.push_back(entry.path().string());
   }
   if (problem) throw road::Error(fmt::format("{}: cannot be listed: {}", path, problem.message()));
-  if (!compressed.empty())
-    throw road::Error(compressed +
-                      ": compressed LAS is not read; unpack it with 'laszip -i in.laz -o out.las' "
-                      "or 'pdal translate in.laz out.las'");
   if (files.empty())
-    throw road::Error(path + ": no .las, .ply, .pcd, .bin or .xyz file in this folder");
+    throw road::Error(path + ": no .las, .laz, .ply, .pcd, .bin or .xyz file in this folder");
   std::sort(files.begin(), files.end());
   return files;
 }

@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "cloud/read_cloud.h"
+#include "laz.h"
 
 namespace cloud {
 
@@ -19,6 +21,9 @@ std::size_t size_of(FieldType type);
 enum class Role : std::uint8_t { x, y, z, time, intensity, classification, none };
 /// "x", "X", "x_m", "time", "gps_time", "t", "timestamp", "intensity", "classification" ...
 Role role_of(std::string name);
+
+/// For coordinates in degrees: what was seen, and the way out.
+[[noreturn]] void refuse_degrees(const std::string& seen);
 
 struct Records;
 /// "origin_m X Y Z" in a comment of the header, as write_cloud() leaves it: added to x, y, z.
@@ -36,6 +41,8 @@ struct Field {
 struct Records {
   std::string_view bytes;  ///< of the file, or of `owned`
   std::string owned;       ///< what had to be unpacked first
+  /// Hands out the records piece by piece; fields' offsets are then those in a record.
+  std::shared_ptr<LazReader> laz;
   std::size_t count = 0;
   bool big_endian = false;
   std::vector<Field> fields;

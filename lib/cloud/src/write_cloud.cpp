@@ -4,6 +4,7 @@
 
 #include "cloud/read_cloud.h"
 #include "files/ending.h"
+#include "files/one_line.h"
 #include "files/write_file.h"
 #include "road/error.h"
 
@@ -25,7 +26,8 @@ void require_cloud_ending(const std::string& path) {
   throw road::Error(fmt::format("{}: ending '{}' seen; .ply or .pcd wanted", path, ending));
 }
 
-void write_cloud(const Cloud& cloud, const std::string& path, bool doubles) {
+void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
+                 const std::vector<std::string>& comments) {
   require_cloud_ending(path);
   const std::string ending = files::ending_of(path);
   const bool time = !cloud.time_s.empty(), intensity = !cloud.intensity.empty(),
@@ -36,13 +38,18 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles) {
       doubles || cloud.origin_m.isZero()
           ? ""
           : fmt::format("{} {} {}", cloud.origin_m.x(), cloud.origin_m.y(), cloud.origin_m.z());
+  const bool pcd = ending == ".pcd";
+  std::string head;
+  if (!origin.empty()) head = (pcd ? "# origin_m " : "comment origin_m ") + origin + "\n";
+  for (const std::string& comment : comments)
+    head += (pcd ? "# " : "comment ") + files::one_line(comment) + "\n";
   std::string bytes;
-  if (ending != ".pcd") {
+  if (!pcd) {
     const char* const type = doubles ? "double" : "float";
     bytes = fmt::format(
         "ply\nformat binary_little_endian 1.0\n{}element vertex {}\nproperty {} x\nproperty {} "
         "y\nproperty {} z\n{}{}{}end_header\n",
-        origin.empty() ? "" : "comment origin_m " + origin + "\n", cloud.size(), type, type, type,
+        head, cloud.size(), type, type, type,
         time ? "property double time\n" : "", intensity ? "property float intensity\n" : "",
         classes ? "property uchar classification\n" : "");
   } else {
@@ -51,7 +58,7 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles) {
         "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}\nSIZE {} {} "
         "{}{}{}{}\nTYPE F F F{}{}{}\nCOUNT 1 1 1{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
         "0\nPOINTS {}\nDATA binary\n",
-        origin.empty() ? "" : "# origin_m " + origin + "\n", time ? " time" : "",
+        head, time ? " time" : "",
         intensity ? " intensity" : "", classes ? " classification" : "", size, size, size,
         time ? " 8" : "", intensity ? " 4" : "", classes ? " 1" : "", time ? " F" : "",
         intensity ? " F" : "", classes ? " U" : "", time ? " 1" : "", intensity ? " 1" : "",

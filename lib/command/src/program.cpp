@@ -205,6 +205,26 @@ CLI::Option* add_choice(CLI::App& app, const std::string& names, std::string& va
       ->type_name(shown);
 }
 
+std::vector<std::pair<std::string, std::string>> options_used(CLI::App& command) {
+  std::vector<std::pair<std::string, std::string>> used;
+  for (CLI::Option* option : command.get_options()) {
+    const std::string kind = option->get_type_name();
+    const std::vector<std::string>& names = option->get_lnames();
+    if (names.empty() || kind == kFile || kind == kFileOrDash || kind == kFileOrFolder || kind == kFolder) continue;
+    const auto is = [&](const char* name) { return names.front() == name; };
+    if (is("help") || is("quiet") || is("json") || is("version") || is("threads") || is("force")) continue;
+    if (option->get_expected_min() == 0) {
+      used.emplace_back(names.front(), option->count() > 0 ? "true" : "false");
+      continue;
+    }
+    option->capture_default_str();  // of the variable, which has been set by now
+    std::string value = option->get_default_str();
+    if (value.empty() && option->count() > 0) value = option->results().front();  // std::optional
+    used.emplace_back(names.front(), value == "[]" ? "" : value);
+  }
+  return used;
+}
+
 std::vector<std::string> words_of(const std::string& type_name) {
   std::vector<std::string> out;
   std::string rest = type_name;

@@ -117,7 +117,9 @@ files::Progress Terminal::progress() {
   return [this](const std::string& stage, double share) {
     const std::lock_guard lock(mutex_);
     stage_ = stage;
+    if (share == share_) return;
     share_ = share;
+    share_at_ = std::chrono::steady_clock::now();
   };
 }
 
@@ -153,14 +155,29 @@ void Terminal::wipe() {
   visible_ = false;
 }
 
+namespace {
+
+/// ", 20 s left" of work of which a share was done at `then`; empty while nobody can tell.
+std::string left_of(double share, double then, double now) {
+  if (now < 2.0 || share < 0.02 || share >= 1.0) return "";
+  const double left = then * (1.0 - share) / share - (now - then);
+  if (left < 1.0) return "";
+  return left < 100.0 ? fmt::format(", {:.0f} s left", left) : fmt::format(", {:.0f} min left", left / 60.0);
+}
+
+}  // namespace
+
 void Terminal::show_while_running() {
   std::unique_lock lock(mutex_);
   if (changed_.wait_for(lock, std::chrono::seconds(1), [&] { return done_; })) return;
   do {
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    const auto since_begin = [&](std::chrono::steady_clock::time_point time) {
+      return std::chrono::duration<double>(time - begin_).count();
+    };
+    const double seconds = since_begin(std::chrono::steady_clock::now());
     const std::string share = share_ > 0.0 ? fmt::format("{:3.0f} % ", 100.0 * std::min(share_, 1.0)) : "";
-    std::string text = one_line(fmt::format("{}{}, {:.0f} s", share, stage_, seconds));
+    std::string text = one_line(fmt::format("{}{}, {:.0f} s{}", share, stage_, seconds,
+                                            left_of(share_, since_begin(share_at_), seconds)));
     text.resize(std::min(text.size(), columns() - 1));
     visible_ = true;
     write_to(stderr, std::string(kWipe) + text);

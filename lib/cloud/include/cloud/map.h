@@ -51,6 +51,7 @@ struct MapReport {
   bool converged =
       false;  ///< the drift changed by less than 0.2 mm and 0.02 mrad in the last round
   int iterations = 0;
+  double last_move_m = 0.0;  ///< of the heights of poses, in the last of these
   std::size_t sections = 0, passes = 0;
   double rms_before_m = 0.0, rms_after_m = 0.0;  ///< robust, of cells against the base
   double pass_rms_before_m = 0.0,

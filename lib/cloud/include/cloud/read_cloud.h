@@ -1,4 +1,4 @@
-// Reads point clouds: .las 1.0-1.4 (formats 0-10), .ply, .pcd, KITTI .bin, .xyz/.csv/.txt.
+// Reads point clouds: .las 1.0-1.4 (formats 0-10), .laz (formats 0-3 and 6-8, COPC), .ply, .pcd, KITTI .bin, .xyz/.csv/.txt.
 #pragma once
 
 #include <array>
@@ -20,11 +20,12 @@ struct CloudReadOptions {
   /// lies farther than 1000 m from zero, else 0.
   std::optional<Eigen::Vector3d> origin_m = {};
   std::size_t chunk_points = 1'000'000;  ///< handed out at once; bounds the memory
+  std::function<void(double share)> progress = {};  ///< of the file, after each chunk
 };
 
 /// What the file says and what was seen while reading it.
 struct CloudReadReport {
-  std::string format;      ///< "LAS 1.2, point format 3", "PLY binary_little_endian", ...
+  std::string format;      ///< "LAS 1.2, point format 3", "LAZ 1.4, ...", "PLY binary_little_endian", ...
   std::string unit = "m";  ///< "m", "ft", "US survey ft"
   double metres_per_unit = 1.0;
   double metres_per_height_unit = 1.0;  ///< some coordinate systems give heights in another unit
@@ -39,7 +40,7 @@ struct CloudReadReport {
 /// Hands out the cloud piece by piece, all pieces with the same origin, in the order of the file.
 using ChunkSink = std::function<void(Cloud&& chunk)>;
 
-/// Throws road::Error: no such file, .laz (says what to do), truncated (says how many points fit),
+/// Throws road::Error: no such file, truncated (says how many points fit),
 /// corrupt header, unknown format, no points, or no finite point among them. Sizes are checked
 /// against the file before anything is allocated. Memory: one chunk; .pcd with compressed data the
 /// whole of it.
@@ -62,8 +63,9 @@ std::vector<std::string> cloud_files(const std::string& path);
 /// are any; whole or not at all. Coordinates are float32 relative to the cloud's origin, which
 /// stands in the header as "comment origin_m X Y Z" or "# origin_m X Y Z" where it is not 0;
 /// readers here add it. `doubles`: in the map frame, exact; PCL 1.13 loads such a .ply as 0 0 0.
-/// Throws road::Error (another ending, disk).
-void write_cloud(const Cloud& cloud, const std::string& path, bool doubles = false);
+/// `comments` follow there, a line each. Throws road::Error (another ending, disk).
+void write_cloud(const Cloud& cloud, const std::string& path, bool doubles = false,
+                 const std::vector<std::string>& comments = {});
 
 /// For a look before the work: throws road::Error where write_cloud() would not know the format.
 /// Standard output, "-", is .ply.

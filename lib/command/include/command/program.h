@@ -6,6 +6,7 @@
 #include <functional>
 #include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command/exit_code.h"
@@ -51,6 +52,11 @@ struct Advice {
 /// the work; does it; makes one line of any exception. `--out` is taken for `--output`.
 int run(CLI::App& app, Terminal& terminal, int argc, char** argv, const std::function<int()>& work,
         const Advice& advice = {});
+
+/// What a command was told or takes by itself: name (without dashes) and value of each option that
+/// has a bearing on results, for its callback. Files are left out, and what says how, not what
+/// (--threads, --json ...). Flags: "true" or "false"; an empty value: found from the inputs.
+std::vector<std::pair<std::string, std::string>> options_used(CLI::App& command);
 
 /// The command that was chosen, e.g. "crgexplain trials make".
 std::string chosen(const CLI::App& app);

@@ -46,7 +46,8 @@ class Terminal {
   /// one; whoever prints wipes it.
   void start(const std::string& stage);
 
-  /// For a library's long work: sets stage and share of that line.
+  /// For a library's long work: sets stage and share of that line; from these, once two seconds and
+  /// two per cent are over, the time that is left.
   files::Progress progress();
 
   /// Wipes the line; there is no other.
@@ -69,7 +70,7 @@ class Terminal {
   std::timed_mutex mutex_;
   std::condition_variable_any changed_;
   std::thread thread_;
-  std::chrono::steady_clock::time_point begin_;
+  std::chrono::steady_clock::time_point begin_, share_at_;
   std::string stage_;
   double share_ = 0.0;
   bool done_ = false, visible_ = false;
