@@ -136,15 +136,19 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     }
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
+  const cloud::FilterOptions filter = filter_options(command.outliers, command.voxel_m);
   files::OutputSet outputs(command.output_dir, "lidar2mesh map");
   std::vector<std::string> remarks;
-  const cloud::CloudSource source = [&](const cloud::ChunkSink& sink) {
+  const cloud::CloudSource scans = [&](const cloud::ChunkSink& sink) {
     remarks.clear();
     for (const std::string& file : files)
       for (const std::string& remark : cloud::read_chunks(file, read, sink).remarks)
         remarks.push_back(file + ": " + remark);
   };
   const cloud::Trajectory* const poses = in_map ? nullptr : &trajectory;
+  cloud::FilterReport left_out;
+  const cloud::CloudSource source =
+      filter.wanted() ? cloud::filtered(scans, poses, filter, &left_out) : scans;
   const crg::Crg base =
       command.base.empty() ? road_from_points(command, source, poses) : read_base(command);
   cloud::MapOptions options;
@@ -175,6 +179,10 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
+  if (filter.wanted())
+    facts.remarks.push_back(
+        fmt::format("of {} points {} were taken out as outliers and {} by thinning",
+                    left_out.points, left_out.outliers, left_out.thinned));
   const std::string summary = cloud::map_summary_json(facts);
   files::write_file(path("summary.json"), summary);
   files::write_file(path("timing.json"), cloud::map_timing_json(facts));

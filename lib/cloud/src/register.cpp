@@ -48,6 +48,13 @@ Points thinned(const Cloud& cloud, const Eigen::Vector3d& origin, double voxel_m
   return points;
 }
 
+/// Points relative to `origin`, moved in the map frame.
+Points moved(Points points, const Eigen::Isometry3d& T, const Eigen::Vector3d& origin) {
+  if (!T.isApprox(Eigen::Isometry3d::Identity(), 0.0))
+    for (Eigen::Vector3d& p : points) p = T * (origin + p) - origin;
+  return points;
+}
+
 /// What nanoflann wants to know about points.
 struct Adaptor {
   const Points& points;
@@ -93,6 +100,7 @@ struct Pair {
   Vector6 right = Vector6::Zero();
 };
 
+constexpr double kPlainReach_m = 1.0;
 constexpr double kThickness =
     1e-3;  // of a surface against its extent, as variances (Segal et al. 2009)
 
@@ -101,7 +109,8 @@ constexpr double kThickness =
 Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
                                   const RegisterOptions& options, RegisterReport* report) {
   const Points to = thinned(target, target.origin_m, options.voxel_m),
-               from = thinned(source, target.origin_m, options.voxel_m);
+               from = moved(thinned(source, target.origin_m, options.voxel_m), options.start,
+                            target.origin_m);
   RegisterReport unused;
   RegisterReport& facts = report != nullptr ? *report : unused;
   facts = {};
@@ -143,7 +152,9 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   std::vector<Pair> pairs(from.size());
   // Nearer, pairs of a wrong side would be let go too early.
-  const double narrowest = std::min(options.max_distance_m, 2.0 * options.voxel_m);
+  const double narrowest =
+      std::min(options.max_distance_m,
+               std::max(2.0 * options.voxel_m, options.robust ? 0.0 : kPlainReach_m));
   double reach = options.max_distance_m;
   for (facts.iterations = 1; facts.iterations <= options.max_iterations; ++facts.iterations) {
     if (options.progress) options.progress("register", static_cast<double>(facts.iterations) / options.max_iterations);
@@ -172,7 +183,8 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
         pairs[i].used = true;
         pairs[i].residual2 = std::pow(normals[near].dot(off), 2);
         // Cauchy: surfaces that only one cloud has lose their pull.
-        const double robust = 1.0 / (1.0 + pairs[i].residual2 / std::pow(0.05 * reach, 2));
+        const double robust =
+            options.robust ? 1.0 / (1.0 + pairs[i].residual2 / std::pow(0.05 * reach, 2)) : 1.0;
         pairs[i].information = robust * jacobian.transpose() * weight * jacobian;
         pairs[i].right = -robust * jacobian.transpose() * weight * off;
       }
@@ -235,7 +247,7 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   // Back from the target's local origin to the map frame.
   Eigen::Isometry3d in_map = T;
   in_map.translation() += target.origin_m - T.linear() * target.origin_m;
-  return in_map;
+  return in_map * options.start;
 }
 
 }  // namespace cloud
