@@ -1,13 +1,22 @@
 #include "cloud/pcl.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <map>
 #include <numbers>
+#include <tuple>
 
 #include "cloud/filter.h"
 #include "cloud/ground.h"
+#include "cloud/read_cloud.h"
 #include "road/error.h"
+#include "support/places.h"
 #include "support/street_scan.h"
 
 namespace cloud {
@@ -192,6 +201,167 @@ TEST_F(Pcl, ScansAreFilteredWhereTheyLieInTheMap) {
   }
   EXPECT_EQ(report.points, 2000u);
   EXPECT_EQ(report.outliers, 2u);
+}
+
+// docs/accuracy.md; prints its tables.
+class Compared : public Pcl {
+ protected:
+  void SetUp() override {
+    Pcl::SetUp();
+    if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "KERBSTONE_HEAVY=1 wanted";
+  }
+};
+
+/// Seconds, of this thread's and its helpers' wall clock.
+template <typename Work>
+double seconds(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Share of the points that are ground by hand and not here, or the other way round.
+double total_error(const Cloud& all, const Cloud& labelled,
+                   const std::vector<std::uint8_t>& ground) {
+  const auto key = [](const Cloud& c, std::size_t i) {
+    const Eigen::Vector3d p = c.origin_m + c.point(i);
+    return std::tuple(p.x(), p.y(), p.z());
+  };
+  std::map<std::tuple<double, double, double>, int> wanted;
+  for (std::size_t i = 0; i < labelled.size(); ++i) ++wanted[key(labelled, i)];
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    int& left = wanted[key(all, i)];
+    wrong += (left > 0) != (ground[i] != 0) ? 1 : 0;
+    left -= left > 0 ? 1 : 0;
+  }
+  return static_cast<double>(wrong) / static_cast<double>(all.size());
+}
+
+TEST_F(Compared, GroundOfTheIsprsSamples) {
+  const std::string folder = places::data() + "/lidar/isprs/";
+  if (!std::ifstream(folder + "samp11-utm.pcd")) GTEST_SKIP() << "no ../shared/data";
+  std::array<double, 4> sums{};
+  fmt::print("sample: own; own, outliers 20 3 out before; pmf; pmf-grid: total error, seconds\n");
+  for (const char* name :
+       {"samp11", "samp12", "samp22", "samp31", "samp42", "samp51", "samp61", "samp71"}) {
+    const Cloud all = read_cloud(folder + name + "-utm.pcd"),
+                labelled = read_cloud(folder + name + "-utm-ground.pcd");
+    fmt::print("{}", name);
+    for (std::size_t method = 0; method < 4; ++method) {
+      std::vector<std::uint8_t> ground;
+      const double time_s = seconds([&] {
+        PclGroundOptions options;
+        options.approximate = method == 3;
+        if (method >= 2) {
+          ground = ground_by_pcl(all, options);
+          return;
+        }
+        const std::vector<std::uint8_t> kept = method == 1
+                                                   ? statistical_inliers(all, 20, 3.0)
+                                                   : std::vector<std::uint8_t>(all.size(), 1);
+        Cloud left;
+        left.origin_m = all.origin_m;
+        for (std::size_t i = 0; i < all.size(); ++i)
+          if (kept[i] != 0) add(left, all.x_m[i], all.y_m[i], all.z_m[i]);
+        const std::vector<std::uint8_t> found = classify_ground(left);
+        std::size_t at = 0;
+        for (std::size_t i = 0; i < all.size(); ++i)
+          ground.push_back(kept[i] != 0 ? found[at++] : 0);
+      });
+      const double error = total_error(all, labelled, ground);
+      sums[method] += error / 8.0;
+      fmt::print("; {:.2f} %, {:.2f} s", 100.0 * error, time_s);
+    }
+    fmt::print("\n");
+  }
+  fmt::print("mean: {:.2f} %; {:.2f} %; {:.2f} %; {:.2f} %\n", 100.0 * sums[0], 100.0 * sums[1],
+             100.0 * sums[2], 100.0 * sums[3]);
+  EXPECT_LT(sums[0], 0.035);
+  EXPECT_LT(sums[0], sums[2]);
+}
+
+TEST_F(Compared, Registration) {
+  struct Case {
+    std::string name = {};
+    Cloud target = {}, source = {};
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    bool apart = false;
+  };
+  std::vector<Case> cases;
+  const std::string folder = places::data() + "/lidar/";
+  if (std::ifstream truth(folder + "street_T_target_source.txt"); truth) {
+    Case street{.name = "street pair",
+                .target = read_cloud(folder + "street_target.ply"),
+                .source = read_cloud(folder + "street_source.ply")};
+    for (int i = 0; i < 16; ++i) truth >> street.T.matrix()(i / 4, i % 4);
+    cases.push_back(street);
+    street.name = "street pair, 40 degrees and 3 m off", street.apart = true;
+    Eigen::Isometry3d off = apart();
+    for (std::size_t i = 0; i < street.source.size(); ++i) {
+      const Eigen::Vector3d p = off * street.source.point(i);
+      street.source.x_m[i] = p.x(), street.source.y_m[i] = p.y(), street.source.z_m[i] = p.z();
+    }
+    street.T = street.T * off.inverse();
+    cases.push_back(street);
+  }
+  Eigen::Isometry3d first = Eigen::Isometry3d::Identity();
+  first.translation() = Eigen::Vector3d(0.0, -1.5, 1.9);
+  for (const std::uint32_t scene : {11u, 12u})
+    cases.push_back({.name = fmt::format("own scans {}, 40 degrees and 3 m off", scene),
+                     .target = support::scan_street(first, scene, 1),
+                     .source = support::scan_street(first * apart(), scene, 2),
+                     .T = apart(),
+                     .apart = true});
+  for (const Case& c : cases) {
+    fmt::print("{}\n", c.name);
+    const auto tell = [&](const char* method, const Eigen::Isometry3d& T, double time_s) {
+      const double off_m = (T.translation() - c.T.translation()).norm(),
+                   off_deg = Eigen::AngleAxisd(T.linear().transpose() * c.T.linear()).angle() *
+                             180.0 / std::numbers::pi;
+      fmt::print("  {}: {:.1f} mm, {:.3f} degrees, {:.2f} s\n", method, 1e3 * off_m, off_deg,
+                 time_s);
+      return std::pair(off_m, off_deg);
+    };
+    RegisterOptions options;
+    options.voxel_m = 0.1;
+    if (c.apart) {
+      const double time_s = seconds([&] { options.start = coarse_start(c.target, c.source); });
+      tell("coarse start", options.start, time_s);
+    }
+    Eigen::Isometry3d T;
+    double own_s = 1e9, gicp_s = 1e9;  // the best of five
+    for (int k = 0; k < 5; ++k) {
+      own_s = std::min(own_s, seconds([&] { T = register_clouds(c.target, c.source, options); }));
+      gicp_s = std::min(gicp_s, seconds([&] { register_by_gicp(c.target, c.source, options); }));
+    }
+    const auto [off_m, off_deg] = tell("own", T, own_s);
+    EXPECT_LT(off_m, 0.02);
+    EXPECT_LT(off_deg, 0.1);
+    EXPECT_LT(own_s, gicp_s);
+    options.robust = true;
+    own_s = seconds([&] { T = register_clouds(c.target, c.source, options); });
+    tell("own, --robust", T, own_s);
+    options.robust = false;
+    tell("gicp", register_by_gicp(c.target, c.source, options), gicp_s);
+    Cloud target, source;
+    const auto without = [](const Cloud& cloud) {
+      const std::vector<std::uint8_t> kept = statistical_inliers(cloud, 20, 2.0);
+      Cloud out;
+      out.origin_m = cloud.origin_m;
+      for (std::size_t i = 0; i < cloud.size(); ++i)
+        if (kept[i] != 0) add(out, cloud.x_m[i], cloud.y_m[i], cloud.z_m[i]);
+      return out;
+    };
+    const double outliers_s =
+        seconds([&] { target = without(c.target), source = without(c.source); });
+    own_s = seconds([&] { T = register_clouds(target, source, options); });
+    tell("own, --outliers 20 2", T, outliers_s + own_s);
+    tell("gicp, --outliers 20 2", register_by_gicp(target, source, options), outliers_s + gicp_s);
+    const double thin_s = seconds([&] { source = voxel_means(c.source, 0.1); });
+    fmt::print("  voxel grid: {} of {} points left, {:.3f} s\n", source.size(), c.source.size(),
+               thin_s);
+  }
 }
 
 }  // namespace

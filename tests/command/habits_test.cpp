@@ -231,6 +231,7 @@ class Called : public ::testing::Test {
                         {"register", cloud, cloud},
                         {"synth", ring, "-o", f / "scans2", "--from-m", "380", "--to-m", "385", "--laps", "1", "--azimuths", "64", "--beams", "8"},
                         {"map", f / "scans", "--trajectory", poses, "--base", truth, "--no-report", "-o", f / "map"},
+                        {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
                         {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
     };
   }

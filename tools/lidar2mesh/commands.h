@@ -46,6 +46,12 @@ struct RegisterCommand {
 };
 int run_register(const RegisterCommand& command, Terminal& terminal);
 
+struct ChangesCommand {
+  std::string before, after, output_dir, unit;
+  double cell_m = 0.0, min_change_m = 0.01, level_m = 30.0, octree_m = 0.0;
+};
+int run_changes(const ChangesCommand& command, Terminal& terminal);
+
 struct SynthCommand {
   std::string road, output_dir;
   int laps = 2, beams = 64, azimuths = 1024, cars = 2;

@@ -102,6 +102,31 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
   reg->callback([&] { run = [&] { return run_register(c, terminal); }; });
 }
 
+void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& run) {
+  CLI::App* const changes =
+      app.add_subcommand("changes", "what changed between two campaigns, as a list and a map");
+  add_input(*changes, "old", c.before, "a cloud in the map frame, or a folder of them",
+            command::kFileOrFolder)
+      ->required();
+  add_input(*changes, "new", c.after, "the same, later", command::kFileOrFolder)->required();
+  add_output_folder(*changes, c.output_dir, "folder for the results, made if missing")->required();
+  add_unit(*changes, c.unit);
+  changes->add_option("--cell-m", c.cell_m, "side of the cells that are compared [as the points allow]")
+      ->check(CLI::Range(0.05, 100.0));
+  changes->add_option("--min-change-m", c.min_change_m, "smallest change that is told [0.01]")
+      ->check(CLI::Range(1e-4, 10.0));
+  changes
+      ->add_option("--level-m", c.level_m,
+                   "differences that are even over this width are drift and taken out; 0: none [30]")
+      ->check(CLI::Range(0.0, 10000.0));
+  changes
+      ->add_option("--octree-m", c.octree_m,
+                   "also cubes of this side with points of one campaign alone (PCL) [none]")
+      ->check(CLI::Range(0.05, 100.0));
+  changes->footer("Example:\n  lidar2mesh changes spring.las autumn.las -o changed");
+  changes->callback([&] { run = [&] { return run_changes(c, terminal); }; });
+}
+
 void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const synth =
       app.add_subcommand("synth", "scans of a spinning LiDAR on a car driving a known road");
@@ -209,11 +234,13 @@ int main_with(int argc, char** argv) {
   RegisterCommand reg;
   SynthCommand synth;
   MapCommand map, grid;
+  ChangesCommand changes;
   define_info(app, info, terminal, run);
   define_ground(app, ground, terminal, run);
   define_register(app, reg, terminal, run);
   define_map(app, map, terminal, run);
   define_grid(app, grid, terminal, run);
+  define_changes(app, changes, terminal, run);
   define_synth(app, synth, terminal, run);
   return command::run(app, terminal, argc, argv, [&] { return run(); },
                       {"give a part of the points, or one scan at a time", "", about_pcl()});

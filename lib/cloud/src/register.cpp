@@ -101,6 +101,7 @@ struct Pair {
 };
 
 constexpr double kPlainReach_m = 1.0;
+constexpr std::size_t kManyPoints = 3000;  // enough to find the way
 constexpr double kThickness =
     1e-3;  // of a surface against its extent, as variances (Segal et al. 2009)
 
@@ -152,18 +153,21 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   std::vector<Pair> pairs(from.size());
   // Nearer, pairs of a wrong side would be let go too early.
-  const double narrowest =
-      std::min(options.max_distance_m,
-               std::max(2.0 * options.voxel_m, options.robust ? 0.0 : kPlainReach_m));
+  const double narrowest = std::min(options.max_distance_m, 2.0 * options.voxel_m);
+  // Plain from the beginning may end in a place of its own: the loss leads the way.
+  bool loss = true;
   double reach = options.max_distance_m;
   for (facts.iterations = 1; facts.iterations <= options.max_iterations; ++facts.iterations) {
     if (options.progress) options.progress("register", static_cast<double>(facts.iterations) / options.max_iterations);
+    const bool last = !loss || (options.robust && reach <= narrowest);
+    const std::size_t every = !last && from.size() >= 3 * kManyPoints ? 3 : 1;
     road::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
+        pairs[i].used = false;
+        if (i % every != 0) continue;
         const Eigen::Vector3d p = T * from[i];
         std::size_t near = 0;
         double distance2 = 0.0;
-        pairs[i].used = false;
         if (tree.knnSearch(p.data(), 1, &near, &distance2) == 0 || distance2 > reach * reach ||
             normals[near].isZero() || source_normals[i].isZero())
           continue;
@@ -184,7 +188,7 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
         pairs[i].residual2 = std::pow(normals[near].dot(off), 2);
         // Cauchy: surfaces that only one cloud has lose their pull.
         const double robust =
-            options.robust ? 1.0 / (1.0 + pairs[i].residual2 / std::pow(0.05 * reach, 2)) : 1.0;
+            loss ? 1.0 / (1.0 + pairs[i].residual2 / std::pow(0.05 * reach, 2)) : 1.0;
         pairs[i].information = robust * jacobian.transpose() * weight * jacobian;
         pairs[i].right = -robust * jacobian.transpose() * weight * off;
       }
@@ -234,13 +238,15 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
       change.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
     change.translation() = step.head<3>() + middle - change.linear() * middle;
     T = change * T;
-    const bool narrow = reach <= narrowest;
-    if (step.head<3>().norm() < (narrow ? 1e-4 : 5e-3) && turn.norm() < (narrow ? 1e-5 : 5e-4)) {
-      if (narrow) {
+    if (step.head<3>().norm() < (last ? 1e-4 : 5e-3) && turn.norm() < (last ? 1e-5 : 5e-4)) {
+      if (last) {
         facts.converged = true;
         break;
       }
-      reach = std::max(narrowest, 0.6 * reach);
+      if (reach <= narrowest)
+        loss = false, reach = std::min(options.max_distance_m, std::max(narrowest, kPlainReach_m));
+      else
+        reach = std::max(narrowest, 0.6 * reach);
     }
   }
   facts.iterations = std::min(facts.iterations, options.max_iterations);
