@@ -90,6 +90,15 @@ TEST(Layout, EachHeavyLibraryStaysInTwoSourceFiles) {
   }
 }
 
+// PCL's headers take half a minute to compile, and it may be missing.
+TEST(Layout, PclStaysInOneSourceFile) {
+  std::set<fs::path> files;
+  for (const char* below : {"lib", "tools"})
+    for (const auto& [file, name] : includes_below(fs::path(places::source()) / below))
+      if (name.starts_with("pcl/")) files.insert(file.lexically_relative(places::source()));
+  EXPECT_EQ(files, std::set<fs::path>{"lib/cloud/src/pcl.cpp"});
+}
+
 TEST(Layout, FilesKnowsNoNeighbourAndAloneHashes) {
   const fs::path files = fs::path(places::source()) / "lib/files";
   for (const auto& [file, name] : includes_below(files))

@@ -1,17 +1,83 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cloud/ground.h"
+#include "cloud/pcl.h"
 #include "cloud/read_cloud.h"
 #include "cloud/register.h"
 #include "commands.h"
 #include "files/json_text.h"
 
 namespace lidar2mesh {
+namespace {
+
+std::vector<std::uint8_t> ground_of(const cloud::Cloud& cloud, const GroundCommand& command,
+                                    const files::Progress& progress) {
+  if (command.method == "own") {
+    cloud::GroundOptions options;
+    options.cell_m = command.cell_m, options.height_m = command.height_m;
+    options.max_window_m = command.window_m.value_or(options.max_window_m);
+    options.slope = command.slope.value_or(options.slope);
+    options.progress = progress;
+    return cloud::classify_ground(cloud, options);
+  }
+  cloud::PclGroundOptions options;
+  options.cell_m = command.cell_m, options.height_m = command.height_m;
+  options.max_window_m = command.window_m.value_or(options.max_window_m);
+  options.slope = command.slope.value_or(options.slope);
+  options.approximate = command.method == "pmf-grid";
+  return cloud::ground_by_pcl(cloud, options);
+}
+
+cloud::Cloud without_outliers(const cloud::Cloud& cloud, const cloud::FilterOptions& filter) {
+  if (!filter.wanted()) return cloud;
+  cloud::Cloud out;
+  cloud::filtered([&](const cloud::ChunkSink& sink) { sink(cloud::Cloud(cloud)); }, nullptr,
+                  filter)([&](cloud::Cloud&& left) { out = std::move(left); });
+  return out;
+}
+
+/// By the method that was asked for; the facts are computed alike for both.
+Eigen::Isometry3d registered(const cloud::Cloud& target, const cloud::Cloud& source,
+                             const cloud::RegisterOptions& options, bool gicp,
+                             cloud::RegisterReport& facts) {
+  if (!gicp) return cloud::register_clouds(target, source, options, &facts);
+  cloud::RegisterReport by_pcl, begin;
+  const Eigen::Isometry3d T = cloud::register_by_gicp(target, source, options, &by_pcl);
+  cloud::RegisterOptions look = options;
+  look.max_iterations = 1, look.progress = {};
+  cloud::register_clouds(target, source, look, &begin);
+  look.start = T;
+  cloud::register_clouds(target, source, look, &facts);
+  facts.converged = by_pcl.converged, facts.iterations = by_pcl.iterations;
+  facts.rms_before_m = begin.rms_before_m;
+  return T;
+}
+
+}  // namespace
+
+cloud::FilterOptions filter_options(const std::vector<double>& outliers, double voxel_m) {
+  cloud::FilterOptions options;
+  options.voxel_m = voxel_m;
+  if (voxel_m > 0.0) cloud::require_pcl("--voxel-m");
+  if (outliers.size() != 2) return options;
+  const double n = outliers[0];
+  if (!(n >= 2.0 && n <= 1000.0 && n == std::floor(n) && outliers[1] > 0.0 && outliers[1] < 1e6))
+    throw command::UsageError(fmt::format(
+        "--outliers {:g} {:g} seen; a whole number of neighbours, 2 to 1000, and deviations above "
+        "0 wanted, e.g. 20 2",
+        n, outliers[1]));
+  cloud::require_pcl("--outliers");
+  options.outlier_neighbours = static_cast<int>(n), options.outlier_sigma = outliers[1];
+  return options;
+}
 
 int run_ground(const GroundCommand& command, Terminal& terminal) {
   cloud::require_cloud_ending(command.output);
+  if (command.method != "own") cloud::require_pcl("--method " + command.method);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::CloudReadReport report;
@@ -19,13 +85,10 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
   read.progress = [&](double share) { progress("read", 0.2 * share); };
   cloud::Cloud cloud = cloud::read_cloud(command.cloud, read, &report);
   progress("ground", 0.2);
-  cloud::GroundOptions options;
-  options.cell_m = command.cell_m, options.max_window_m = command.window_m,
-  options.slope = command.slope, options.height_m = command.height_m;
-  options.progress = [&](const std::string& stage, double share) {
+  const files::Progress step = [&](const std::string& stage, double share) {
     progress(stage, 0.2 + 0.7 * share);
   };
-  const std::vector<std::uint8_t> ground = cloud::classify_ground(cloud, options);
+  const std::vector<std::uint8_t> ground = ground_of(cloud, command, step);
   std::size_t count = 0;
   cloud.classification.resize(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -34,8 +97,7 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
   }
   progress("write", 0.9);
   const std::vector<road::InputFile> inputs = hashed("cloud", command.cloud);
-  cloud::write_cloud(cloud, command.output, command.doubles,
-                     comments_of(inputs, command.options));
+  cloud::write_cloud(cloud, command.output, command.doubles, comments_of(inputs, command.options));
   if (terminal.json) {
     nlohmann::ordered_json out = head_of(inputs, command.options);
     out.update(nlohmann::ordered_json{
@@ -60,6 +122,11 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
 
 int run_register(const RegisterCommand& command, Terminal& terminal) {
   if (!command.output.empty()) cloud::require_cloud_ending(command.output);
+  const bool gicp = command.method == "gicp";
+  if (gicp && command.robust) throw command::UsageError("--robust is of --method own");
+  if (gicp) cloud::require_pcl("--method gicp");
+  if (command.coarse) cloud::require_pcl("--coarse");
+  const cloud::FilterOptions filter = filter_options(command.outliers, 0.0);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   const files::Progress progress = terminal.progress();
@@ -68,9 +135,17 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
                      source = cloud::read_cloud(command.source, read);
   cloud::RegisterOptions options;
   options.voxel_m = command.voxel_m, options.max_distance_m = command.reach_m,
-  options.threads = command.threads, options.progress = progress;
+  options.threads = command.threads, options.progress = progress, options.robust = command.robust;
+  const cloud::Cloud to = without_outliers(target, filter), from = without_outliers(source, filter);
+  cloud::CoarseReport start;
+  if (command.coarse) {
+    progress("start", 0.1);
+    cloud::CoarseOptions coarse;
+    coarse.voxel_m = std::max(0.5, 2.0 * command.voxel_m), coarse.seed = command.seed;
+    options.start = cloud::coarse_start(to, from, coarse, &start);
+  }
   cloud::RegisterReport facts;
-  const Eigen::Isometry3d T = cloud::register_clouds(target, source, options, &facts);
+  const Eigen::Isometry3d T = registered(to, from, options, gicp, facts);
   std::vector<road::InputFile> inputs = hashed("target", command.target);
   for (const road::InputFile& file : hashed("source", command.source)) inputs.push_back(file);
   if (!command.output.empty()) {
@@ -87,26 +162,34 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
     for (int i = 0; i < 4; ++i) rows.push_back({T(i, 0), T(i, 1), T(i, 2), T(i, 3)});
     nlohmann::ordered_json out = head_of(inputs, command.options);
     out.update(nlohmann::ordered_json{{"T_target_source", rows},
-                                                           {"converged", facts.converged},
-                                                           {"iterations", facts.iterations},
-                                                           {"points", facts.points},
-                                                           {"inliers", facts.inliers},
-                                                           {"rms_before_m", facts.rms_before_m},
-                                                           {"rms_after_m", facts.rms_after_m},
-                                                           {"information", facts.information},
-                                                           {"unfixed", facts.unfixed}});
+                                      {"method", command.method},
+                                      {"coarse_share", start.share},
+                                      {"converged", facts.converged},
+                                      {"iterations", facts.iterations},
+                                      {"points", facts.points},
+                                      {"inliers", facts.inliers},
+                                      {"rms_before_m", facts.rms_before_m},
+                                      {"rms_after_m", facts.rms_after_m},
+                                      {"information", facts.information},
+                                      {"unfixed", facts.unfixed}});
     terminal.print(files::json_text(out));
     return facts.converged ? kOk : kNotValid;
   }
+  if (command.coarse)
+    terminal.print(fmt::format("start without a guess: {:.0f} % of {} shapes of {:g} m together\n",
+                               100.0 * start.share, start.points, start.voxel_m));
   terminal.print(fmt::format(
       "{} after {} iterations, {} of {} points paired, rms {:.4f} -> {:.4f} m\nT_target_source\n",
       facts.converged ? "converged" : "NOT converged", facts.iterations, facts.inliers,
       facts.points, facts.rms_before_m, facts.rms_after_m));
   for (int i = 0; i < 4; ++i)
-    terminal.print(fmt::format("  {:12.8f} {:12.8f} {:12.8f} {:12.6f}\n", T(i, 0), T(i, 1), T(i, 2), T(i, 3)));
-  terminal.print(fmt::format("information per pair, smallest first: {:.4f}\n", fmt::join(facts.information, " ")));
+    terminal.print(
+        fmt::format("  {:12.8f} {:12.8f} {:12.8f} {:12.6f}\n", T(i, 0), T(i, 1), T(i, 2), T(i, 3)));
+  terminal.print(fmt::format("information per pair, smallest first: {:.4f}\n",
+                             fmt::join(facts.information, " ")));
   for (const std::string& direction : facts.unfixed)
-    terminal.print(fmt::format("note: not fixed by the data, left alone: {}\n", direction));
+    terminal.print(fmt::format("note: not fixed by the data, {}: {}\n",
+                               gicp ? "as --method gicp left it" : "left alone", direction));
   return facts.converged ? kOk : kNotValid;
 }
 

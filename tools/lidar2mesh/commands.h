@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cloud/filter.h"
 #include "command/exit_code.h"
 #include "command/terminal.h"
 #include "provenance.h"
@@ -19,27 +20,40 @@ using command::kNotValid, command::kOk, command::one_line, command::Terminal;
 /// "m", "ft", "us-ft", "cm", "mm" or empty (automatic) as metres.
 std::optional<double> metres_per_unit(const std::string& unit);
 
+/// Of --outliers, and thinning; throws UsageError where the former are no such numbers, road::Error
+/// where they need PCL and there is none.
+cloud::FilterOptions filter_options(const std::vector<double>& outliers, double voxel_m);
+
 struct InfoCommand {
   std::string cloud, unit;
 };
 int run_info(const InfoCommand& command, Terminal& terminal);
 
 struct GroundCommand {
-  std::string cloud, output, unit;
-  double cell_m = 1.0, window_m = 18.0, slope = 0.15, height_m = 0.5;
+  std::string cloud, output, unit, method = "own";
+  double cell_m = 1.0, height_m = 0.5;
+  std::optional<double> window_m, slope;  ///< [as the method does]
   bool doubles = false;
   Options options;
 };
 int run_ground(const GroundCommand& command, Terminal& terminal);
 
 struct RegisterCommand {
-  std::string target, source, output, unit;
+  std::string target, source, output, unit, method = "own";
   double voxel_m = 0.25, reach_m = 2.0;
-  bool doubles = false;
+  std::vector<double> outliers;  ///< neighbours, deviations
+  bool doubles = false, coarse = false, robust = false;
+  std::uint32_t seed = 1;
   unsigned threads = 0;
   Options options;
 };
 int run_register(const RegisterCommand& command, Terminal& terminal);
+
+struct ChangesCommand {
+  std::string before, after, output_dir, unit;
+  double cell_m = 0.0, min_change_m = 0.01, level_m = 30.0, octree_m = 0.0;
+};
+int run_changes(const ChangesCommand& command, Terminal& terminal);
 
 struct SynthCommand {
   std::string road, output_dir;
@@ -57,6 +71,8 @@ struct MapCommand {
   std::vector<std::string> scans;
   std::string trajectory, base, centreline, output_dir, frame, unit, base_unit, base_up;
   std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
+  std::vector<double> outliers;   ///< neighbours, deviations
+  double voxel_m = 0.0;           ///< 0: not thinned
   double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0,
          node_m = 0.1;
   std::optional<double> max_range_m;

@@ -1,6 +1,7 @@
 // Options in, one command, exit code.
 #include <functional>
 
+#include "cloud/pcl.h"
 #include "command/program.h"
 #include "commands.h"
 
@@ -20,6 +21,22 @@ void add_doubles(CLI::App& app, bool& doubles) {
       "--doubles", doubles,
       "write coordinates in double, in the map frame [float32, relative to the origin_m in the "
       "header]");
+}
+
+void add_outliers(CLI::App& app, std::vector<double>& outliers) {
+  app.add_option("--outliers", outliers,
+                 "take points out whose mean distance to their N neighbours is S deviations above "
+                 "the mean, N S, e.g. 20 2 (PCL) [none]")
+      ->expected(2);
+}
+
+/// What the help and --version say about PCL.
+std::string about_pcl() {
+  if (const std::string version = cloud::pcl_version(); !version.empty())
+    return "with PCL " + version;
+  return "without PCL, for which libpcl-dev must be installed when it is built: --method gicp, "
+         "--coarse and --outliers of register, --method pmf of ground, --outliers and --voxel-m of "
+         "map, --octree-m of changes are missing";
 }
 
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
@@ -43,11 +60,14 @@ void define_ground(CLI::App& app, GroundCommand& c, Terminal& terminal, Run& run
       ->required();
   add_doubles(*ground, c.doubles);
   add_unit(*ground, c.unit);
+  add_choice(*ground, "--method", c.method,
+             "our own, or PCL's progressive morphological filter, exact or on a grid [own]",
+             {"own", "pmf", "pmf-grid"});
   ground->add_option("--cell-m", c.cell_m, "of the surface of lowest points [1]")
       ->check(CLI::Range(0.05, 100.0));
-  ground->add_option("--window-m", c.window_m, "radius of the largest object [18]")
+  ground->add_option("--window-m", c.window_m, "radius of the largest object [18; pmf: 10]")
       ->check(CLI::Range(0.1, 500.0));
-  ground->add_option("--slope", c.slope, "steepest ground, m/m [0.15]")
+  ground->add_option("--slope", c.slope, "steepest ground, m/m [0.15; pmf: 1]")
       ->check(CLI::Range(0.001, 5.0));
   ground->add_option("--height-m", c.height_m, "of ground points above the surface [0.5]")
       ->check(CLI::Range(0.01, 10.0));
@@ -59,8 +79,7 @@ void define_ground(CLI::App& app, GroundCommand& c, Terminal& terminal, Run& run
 }
 
 void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run& run) {
-  CLI::App* const reg =
-      app.add_subcommand("register", "finds how a cloud lies to another that is nearly in place");
+  CLI::App* const reg = app.add_subcommand("register", "finds how a cloud lies to another");
   add_input(*reg, "target", c.target, "the cloud that stays")->required();
   add_input(*reg, "source", c.source, "the cloud that moves")->required();
   add_output_file(*reg, c.output, "the moved source, .ply or .pcd");
@@ -70,6 +89,15 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
       ->check(CLI::Range(0.01, 10.0));
   reg->add_option("--reach-m", c.reach_m, "how far off the source may be [2]")
       ->check(CLI::Range(0.05, 100.0));
+  add_choice(*reg, "--method", c.method, "our own, or PCL's generalised ICP [own]",
+             {"own", "gicp"});
+  reg->add_flag("--robust", c.robust,
+                "own method: end with pairs within two cubes, and what moved loses its pull");
+  reg->add_flag(
+      "--coarse", c.coarse,
+      "begin without a guess: shapes of both clouds are paired (PCL); --reach-m holds after it");
+  add_outliers(*reg, c.outliers);
+  reg->add_option("--seed", c.seed, "of --coarse [1]");
   reg->add_option("--threads", c.threads, "[all cores]");
   reg->footer(
       "Example:\n  lidar2mesh register monday.ply tuesday.ply -o moved.ply\n\nExit code 3 when it "
@@ -78,6 +106,31 @@ void define_register(CLI::App& app, RegisterCommand& c, Terminal& terminal, Run&
     c.options = command::options_used(*reg);
     run = [&] { return run_register(c, terminal); };
   });
+}
+
+void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& run) {
+  CLI::App* const changes =
+      app.add_subcommand("changes", "what changed between two campaigns, as a list and a map");
+  add_input(*changes, "old", c.before, "a cloud in the map frame, or a folder of them",
+            command::kFileOrFolder)
+      ->required();
+  add_input(*changes, "new", c.after, "the same, later", command::kFileOrFolder)->required();
+  add_output_folder(*changes, c.output_dir, "folder for the results, made if missing")->required();
+  add_unit(*changes, c.unit);
+  changes->add_option("--cell-m", c.cell_m, "side of the cells that are compared [as the points allow]")
+      ->check(CLI::Range(0.05, 100.0));
+  changes->add_option("--min-change-m", c.min_change_m, "smallest change that is told [0.01]")
+      ->check(CLI::Range(1e-4, 10.0));
+  changes
+      ->add_option("--level-m", c.level_m,
+                   "differences that are even over this width are drift and taken out; 0: none [30]")
+      ->check(CLI::Range(0.0, 10000.0));
+  changes
+      ->add_option("--octree-m", c.octree_m,
+                   "also cubes of this side with points of one campaign alone (PCL) [none]")
+      ->check(CLI::Range(0.05, 100.0));
+  changes->footer("Example:\n  lidar2mesh changes spring.las autumn.las -o changed");
+  changes->callback([&] { run = [&] { return run_changes(c, terminal); }; });
 }
 
 void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) {
@@ -161,6 +214,10 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   map->add_option("--drift-rad", c.drift_rad,
                   "how fast roll, pitch, yaw may drift, rad per 100 m [0.002]")
       ->check(CLI::Range(1e-8, 0.1));
+  add_outliers(*map, c.outliers);
+  map->add_option("--voxel-m", c.voxel_m,
+                  "thin the scans to one point per such cube (PCL) [not thinned]")
+      ->check(CLI::Range(0.005, 1.0));
   add_base_options(*map, c);
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
@@ -188,6 +245,7 @@ void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
 
 int main_with(int argc, char** argv) {
   CLI::App app("lidar2mesh: refines the map of a road from LiDAR.", "lidar2mesh");
+  app.footer("Built " + about_pcl() + ".");
   app.require_subcommand(1);
   app.get_formatter()->column_width(40);
   Terminal terminal("lidar2mesh");
@@ -197,13 +255,16 @@ int main_with(int argc, char** argv) {
   RegisterCommand reg;
   SynthCommand synth;
   MapCommand map, grid;
+  ChangesCommand changes;
   define_info(app, info, terminal, run);
   define_ground(app, ground, terminal, run);
   define_register(app, reg, terminal, run);
   define_map(app, map, terminal, run);
   define_grid(app, grid, terminal, run);
+  define_changes(app, changes, terminal, run);
   define_synth(app, synth, terminal, run);
-  return command::run(app, terminal, argc, argv, [&] { return run(); }, {"give a part of the points, or one scan at a time", ""});
+  return command::run(app, terminal, argc, argv, [&] { return run(); },
+                      {"give a part of the points, or one scan at a time", "", about_pcl()});
 }
 
 }  // namespace

@@ -182,6 +182,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     }
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
+  const cloud::FilterOptions filter = filter_options(command.outliers, command.voxel_m);
   files::OutputSet outputs(command.output_dir, "lidar2mesh map");
   // Within a stage that reads the scans, the share of the whole follows their bytes.
   std::string stage = "look for the road";
@@ -194,7 +195,7 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     progress(stage, stage_begin + (stage_end - stage_begin) * done);
   };
   std::vector<std::string> remarks;
-  const cloud::CloudSource source = [&](const cloud::ChunkSink& sink) {
+  const cloud::CloudSource scans = [&](const cloud::ChunkSink& sink) {
     remarks.clear();
     bytes_before = 0.0;
     for (const std::string& file : files) {
@@ -209,6 +210,9 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     }
   };
   const cloud::Trajectory* const poses = in_map ? nullptr : &trajectory;
+  cloud::FilterReport left_out;
+  const cloud::CloudSource source =
+      filter.wanted() ? cloud::filtered(scans, poses, filter, &left_out) : scans;
   const crg::Crg base =
       command.base.empty() ? road_from_points(command, source, poses) : read_base(command, inputs);
   cloud::MapOptions options;
@@ -250,6 +254,10 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
+  if (filter.wanted())
+    facts.remarks.push_back(
+        fmt::format("of {} points {} were taken out as outliers and {} by thinning",
+                    left_out.points, left_out.outliers, left_out.thinned));
   nlohmann::ordered_json out = head_of(inputs, command.options);
   out.update(nlohmann::ordered_json::parse(cloud::map_summary_json(facts)));
   const std::string summary = files::json_text(out);

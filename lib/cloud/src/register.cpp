@@ -48,6 +48,13 @@ Points thinned(const Cloud& cloud, const Eigen::Vector3d& origin, double voxel_m
   return points;
 }
 
+/// Points relative to `origin`, moved in the map frame.
+Points moved(Points points, const Eigen::Isometry3d& T, const Eigen::Vector3d& origin) {
+  if (!T.isApprox(Eigen::Isometry3d::Identity(), 0.0))
+    for (Eigen::Vector3d& p : points) p = T * (origin + p) - origin;
+  return points;
+}
+
 /// What nanoflann wants to know about points.
 struct Adaptor {
   const Points& points;
@@ -93,6 +100,8 @@ struct Pair {
   Vector6 right = Vector6::Zero();
 };
 
+constexpr double kPlainReach_m = 1.0;
+constexpr std::size_t kManyPoints = 3000;  // enough to find the way
 constexpr double kThickness =
     1e-3;  // of a surface against its extent, as variances (Segal et al. 2009)
 
@@ -101,7 +110,8 @@ constexpr double kThickness =
 Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
                                   const RegisterOptions& options, RegisterReport* report) {
   const Points to = thinned(target, target.origin_m, options.voxel_m),
-               from = thinned(source, target.origin_m, options.voxel_m);
+               from = moved(thinned(source, target.origin_m, options.voxel_m), options.start,
+                            target.origin_m);
   RegisterReport unused;
   RegisterReport& facts = report != nullptr ? *report : unused;
   facts = {};
@@ -144,15 +154,20 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   std::vector<Pair> pairs(from.size());
   // Nearer, pairs of a wrong side would be let go too early.
   const double narrowest = std::min(options.max_distance_m, 2.0 * options.voxel_m);
+  // Plain from the beginning may end in a place of its own: the loss leads the way.
+  bool loss = true;
   double reach = options.max_distance_m;
   for (facts.iterations = 1; facts.iterations <= options.max_iterations; ++facts.iterations) {
     if (options.progress) options.progress("register", static_cast<double>(facts.iterations) / options.max_iterations);
+    const bool last = !loss || (options.robust && reach <= narrowest);
+    const std::size_t every = !last && from.size() >= 3 * kManyPoints ? 3 : 1;
     road::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
+        pairs[i].used = false;
+        if (i % every != 0) continue;
         const Eigen::Vector3d p = T * from[i];
         std::size_t near = 0;
         double distance2 = 0.0;
-        pairs[i].used = false;
         if (tree.knnSearch(p.data(), 1, &near, &distance2) == 0 || distance2 > reach * reach ||
             normals[near].isZero() || source_normals[i].isZero())
           continue;
@@ -172,7 +187,8 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
         pairs[i].used = true;
         pairs[i].residual2 = std::pow(normals[near].dot(off), 2);
         // Cauchy: surfaces that only one cloud has lose their pull.
-        const double robust = 1.0 / (1.0 + pairs[i].residual2 / std::pow(0.05 * reach, 2));
+        const double robust =
+            loss ? 1.0 / (1.0 + pairs[i].residual2 / std::pow(0.05 * reach, 2)) : 1.0;
         pairs[i].information = robust * jacobian.transpose() * weight * jacobian;
         pairs[i].right = -robust * jacobian.transpose() * weight * off;
       }
@@ -222,20 +238,22 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
       change.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
     change.translation() = step.head<3>() + middle - change.linear() * middle;
     T = change * T;
-    const bool narrow = reach <= narrowest;
-    if (step.head<3>().norm() < (narrow ? 1e-4 : 5e-3) && turn.norm() < (narrow ? 1e-5 : 5e-4)) {
-      if (narrow) {
+    if (step.head<3>().norm() < (last ? 1e-4 : 5e-3) && turn.norm() < (last ? 1e-5 : 5e-4)) {
+      if (last) {
         facts.converged = true;
         break;
       }
-      reach = std::max(narrowest, 0.6 * reach);
+      if (reach <= narrowest)
+        loss = false, reach = std::min(options.max_distance_m, std::max(narrowest, kPlainReach_m));
+      else
+        reach = std::max(narrowest, 0.6 * reach);
     }
   }
   facts.iterations = std::min(facts.iterations, options.max_iterations);
   // Back from the target's local origin to the map frame.
   Eigen::Isometry3d in_map = T;
   in_map.translation() += target.origin_m - T.linear() * target.origin_m;
-  return in_map;
+  return in_map * options.start;
 }
 
 }  // namespace cloud

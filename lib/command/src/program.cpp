@@ -165,7 +165,10 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
   if (words.size() == 1 && words[0] == "--completion") return terminal.print(bash_completion(app)), kOk;
   for (std::string& word : words) {
     if (word == "--") break;
-    if (word == "--version") return terminal.print(fmt::format("{} {}\n", name, version())), kOk;
+    if (word == "--version")
+      return terminal.print(fmt::format("{} {}\n{}{}", name, version(), advice.built,
+                                        advice.built.empty() ? "" : "\n")),
+             kOk;
     if (word == "--out" || word.starts_with("--out=")) word.insert(5, "put");
   }
   std::reverse(words.begin(), words.end());

@@ -13,9 +13,14 @@
 namespace cloud {
 
 struct RegisterOptions {
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();  ///< T_target_source to begin with
   double voxel_m = 0.25;        ///< both clouds are thinned to one point per such cube
   double max_distance_m = 2.0;  ///< of a pair at first; narrowed down to 2 voxel_m
-  int neighbours = 20;          ///< that a plane is fitted to
+  /// Ends with the near pairs, where pairs far off their planes lose their pull (Cauchy): finer where
+  /// the scans show the same things, and what moved hardly counts. Else plain generalised ICP with
+  /// pairs of up to 1 m follows.
+  bool robust = false;
+  int neighbours = 10;  ///< that a plane is fitted to
   int max_iterations = 100;
   unsigned threads = 0;
   files::Progress progress;
@@ -34,7 +39,7 @@ struct RegisterReport {
       unfixed;  ///< directions with hardly any information; they were left alone
 };
 
-/// T_target_source near the identity (map frame of both). Throws road::Error where fewer than 100
+/// T_target_source near options.start (map frame of both). Throws road::Error where fewer than 100
 /// pairs lie within max_distance_m: the clouds do not overlap. nanoflann stays private to the
 /// source file.
 Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
