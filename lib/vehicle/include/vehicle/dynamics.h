@@ -53,10 +53,11 @@ struct Powers {
   T clutch = T(0);     ///< the clutch's part of it
   T fuel = T(0);       ///< motion and height of the mass that burns
   T hold = T(0);       ///< the push from outside
+  T unfelt = T(0);     ///< by what wheel_reaction below 1 leaves out of the body
 
   T sum() const {
     return tyre_normal + tyre_x + tyre_y + tyre_moment + drag + downforce + side + damper + brake +
-           engine + driveline + fuel + hold;
+           engine + driveline + fuel + hold + unfelt;
   }
 };
 
@@ -790,7 +791,10 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   for (std::size_t i = 0; i < kWheels; ++i) {
     const T& inertia = p.axle(axle_of(i), P::front_wheel_inertia_kgm2);
     out[kSpin + i] = spin_torque[i] / inertia;
-    moment -= spin_torque[i] * axis[i];
+    const T felt =
+        active(Term::wheel_reaction) ? T(amplitude(Term::wheel_reaction)) : T(0);
+    moment -= (felt * spin_torque[i]) * axis[i];
+    power.unfelt += (1.0 - felt) * spin_torque[i] * dot(axis[i], omega);
     if (active(Term::gyroscopic))
       moment -= amplitude(Term::gyroscopic) * (inertia * s[kSpin + i]) * cross(omega, axis[i]);
   }

@@ -336,7 +336,8 @@ void settle_frictions(const Car<T>& car, double step_s, State<T>& rate, Detail<T
   for (std::size_t i = 0; i < kWheels; ++i) {
     detail.wheel[i].brake_nm = brake_nm[i];
     const T& inertia = p.axle(axle_of(i), P::front_wheel_inertia_kgm2);
-    moment -= (inertia * (spin_rate[i] - rate[kSpin + i])) * detail.wheel[i].axis;
+    moment -= (car.terms[Term::wheel_reaction] * inertia * (spin_rate[i] - rate[kSpin + i])) *
+              detail.wheel[i].axis;
     rate[kSpin + i] = spin_rate[i];
   }
   std::array<T, 6> x{T(0), T(0), T(0), moment.x, moment.y, moment.z};
