@@ -453,7 +453,24 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     TyreOptions options = car.tyre_options;
     options.mirrored = is_left(i) != tyre.left_side;
     options.moments = active(Term::tyre_moments) || active(Term::rolling_resistance);
-    const TyreForces<T> f = tyre_forces(tyre, slip, factors, options);
+    TyreForces<T> f;
+    if (has_turn_slip(tyre) && active(Term::tyre_turn_slip)) {
+      const T turning = dot(omega, n) + (a == 0 ? in.steer_rate_radps : T(0));
+      slip.turn_1pm = turning / std::max(forward, p[P::tyre_turn_speed_mps]);
+      f = tyre_forces(tyre, slip, factors, options);
+      const T& k = amplitude(Term::tyre_turn_slip);
+      if (!is_exactly_zero(T(1.0 - k))) {
+        slip.turn_1pm = T(0);
+        const TyreForces<T> rolling = tyre_forces(tyre, slip, factors, options);
+        f.fx_n = rolling.fx_n + k * (f.fx_n - rolling.fx_n);
+        f.fy_n = rolling.fy_n + k * (f.fy_n - rolling.fy_n);
+        f.mx_nm = rolling.mx_nm + k * (f.mx_nm - rolling.mx_nm);
+        f.my_nm = rolling.my_nm + k * (f.my_nm - rolling.my_nm);
+        f.mz_nm = rolling.mz_nm + k * (f.mz_nm - rolling.mz_nm);
+      }
+    } else {
+      f = tyre_forces(tyre, slip, factors, options);
+    }
     w.fx_n = f.fx_n;
     w.fy_n = f.fy_n;
 

@@ -37,6 +37,7 @@ struct Discrete {
   Actuator<T> steer, throttle;
   std::array<Actuator<T>, kWheels> brake;
   T stuck_steer_rad = T(0);  ///< where friction holds the steering
+  T last_steer_rad = T(0);   ///< of the step before
   int gear = 1, gear_wanted = 1;
   double shift_left_s = 0.0;
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
@@ -170,6 +171,8 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     if (in.steer_rad < d.stuck_steer_rad - width) d.stuck_steer_rad = in.steer_rad + width;
     in.steer_rad = d.stuck_steer_rad;
   }
+  in.steer_rate_radps = d.step == 0 ? T(0) : T((in.steer_rad - d.last_steer_rad) / step_s);
+  d.last_steer_rad = in.steer_rad;
   in.throttle =
       through(d.throttle, Term::throttle_actuator,
               T(p[P::throttle_gain] * controls.throttle_command), P::throttle_dead_time_s);
