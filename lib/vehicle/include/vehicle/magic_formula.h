@@ -424,7 +424,16 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
           ? T(weight_y * lateral.fy)
           : T(weight_y * pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, T(0)).fy);
   const T arm = r0 * (t.ssz1 + t.ssz2 * fy_rel + (t.ssz3 + t.ssz4 * dfz) * gamma_z) * t.ls;
-  out.mz_nm = side * beyond * (-trail_left * fy_upright + residual + arm * fx);
+  T moment = -trail_left * fy_upright + residual;
+  if (in.vx_mps < T(0)) {  // rolling backward the patch's rear is its front, (4.E42), (4.E47)
+    T backward = 1.0 + 2.0 * in.vx_mps / t.low_speed_mps;
+    if (backward < T(-1)) backward = T(-1);
+    if (turns)
+      moment = backward * (moment - turned.moment_nm) + turned.moment_nm;
+    else
+      moment *= backward;
+  }
+  out.mz_nm = side * beyond * (moment + arm * fx);
   return out;
 }
 

@@ -17,7 +17,7 @@ struct Controls {
   T steer_command_rad = T(0);  ///< mean road wheel angle times steering.ratio
   T throttle_command = T(0);   ///< 0 to 1
   std::array<T, kWheels> brake_command_pa{};
-  int gear_command = 1;  ///< 1 to 6, 0 neutral
+  int gear_command = 1;  ///< 1 to 6, 0 neutral, -1 reverse
   T hold_n = T(0);       ///< see Inputs
   bool opponent = false;
   T wake_x_m = T(0), wake_y_m = T(0);  ///< the opponent in this car's body frame
@@ -480,10 +480,8 @@ Simulation<T> start(const Car<T>& car, const Road& road, const StartOptions& opt
   }
   sim.discrete.gear = sim.discrete.gear_wanted = options.gear;
   T engine = car.parameters[P::engine_idle_radps];
-  if (options.gear >= 1 && options.gear <= 6) {
-    const T ratio = car.parameters[P::gearbox_final] *
-                    car.parameters[static_cast<P>(static_cast<std::size_t>(P::gearbox_ratio_1) +
-                                                  static_cast<std::size_t>(options.gear) - 1)];
+  if (options.gear != 0) {
+    const T ratio = overall_ratio(car.parameters, options.gear);
     const T turning = ratio * s[kSpin + 2];
     if (turning > engine) engine = turning;
   }
