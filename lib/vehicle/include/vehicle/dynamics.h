@@ -245,7 +245,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   T engine_torque = T(0);
   Powers<T>& power = detail.power;
 
-  std::array<Vec3<T>, kWheels> bend;  // d slide / d travel
+  std::array<Vec3<T>, kWheels> bend;                       // d slide / d travel
   std::array<Vec3<T>, kWheels> centre, slide, axis, turn;  // wheel centre, d centre / d travel, ...
   std::array<T, kWheels> slide2, spin;                     // spin relative to the body
 
@@ -823,8 +823,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   for (std::size_t i = 0; i < kWheels; ++i) {
     const T& inertia = p.axle(axle_of(i), P::front_wheel_inertia_kgm2);
     out[kSpin + i] = spin_torque[i] / inertia;
-    const T felt =
-        active(Term::wheel_reaction) ? T(amplitude(Term::wheel_reaction)) : T(0);
+    const T felt = active(Term::wheel_reaction) ? T(amplitude(Term::wheel_reaction)) : T(0);
     moment -= (felt * spin_torque[i]) * axis[i];
     power.unfelt += (1.0 - felt) * spin_torque[i] * dot(axis[i], omega);
     if (active(Term::gyroscopic))
@@ -923,9 +922,9 @@ T energy(const Car<T>& car, const State<T>& s) {
     const T& travel = s[kTravel + i];
     const T& k = car.terms[Term::suspension_kinematics];
     const double side = is_left(i) ? 1.0 : -1.0;
-    Vec3<T> slide{
-        (a == 0 ? 1.0 : -1.0) * k * p.axle(a, P::front_anti_slope),
-        side * 2.0 * k * p.axle(a, P::front_roll_centre_m) / p.axle(a, P::front_track_m), T(1)};
+    Vec3<T> slide{(a == 0 ? 1.0 : -1.0) * k * p.axle(a, P::front_anti_slope),
+                  side * 2.0 * k * p.axle(a, P::front_roll_centre_m) / p.axle(a, P::front_track_m),
+                  T(1)};
     Vec3<T> centre = car.wheel_m[i] + travel * slide;
     if (const WheelPath& path = car.files->wheel_path[a]; path.given()) {
       const AlongTravel<T> ahead = along_travel(path.ahead_m, path.range_m, travel);

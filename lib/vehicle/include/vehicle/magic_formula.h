@@ -1,9 +1,9 @@
 // Steady-state tyre forces: the Magic Formula 6.2 (5.2 and 6.1 are special cases of it).
 //
 // Source: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd edition (2012), section 4.3.2, equations
-// (4.E1) to (4.E78); turn slip: laws/turn_slip.h (without it all zeta = 1). Numbers in the comments below are those
-// equations. Signs, ISO-W axes (x forward, y left, z up) and coefficients are those of the file:
-// for a usual file a negative slip angle gives a positive Fy.
+// (4.E1) to (4.E78); turn slip: laws/turn_slip.h (without it all zeta = 1). Numbers in the comments
+// below are those equations. Signs, ISO-W axes (x forward, y left, z up) and coefficients are those
+// of the file: for a usual file a negative slip angle gives a positive Fy.
 #pragma once
 
 #include <cmath>
@@ -28,7 +28,8 @@ struct TyreInput {
   T gamma_rad = T(0);    ///< inclination against the road, positive to the right (ISO)
   T vx_mps = T(0);       ///< forward speed of the contact point
   T pressure_pa = T(0);  ///< 0 = the file's INFLPRES
-  T turn_1pm = T(0);     ///< turning of the wheel's plane, CCW, over its speed; exactly 0: no turn slip
+  T turn_1pm =
+      T(0);  ///< turning of the wheel's plane, CCW, over its speed; exactly 0: no turn slip
 };
 
 /// Factors on the file's tyre, all 1 for the tyre as measured: temperature, road friction and
@@ -317,8 +318,8 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
     const T b = k_x / (c_x * d_x * turned.peak_x + 1e-6);
     fx_pure = turned.peak_x * (d_x * sin(curve(T(b * kappa_x), c_x, e_x)) + shift_vx);
   }
-  const SideForce<T> lateral = pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, gamma,
-                                               turns ? &turned : nullptr);
+  const SideForce<T> lateral =
+      pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, gamma, turns ? &turned : nullptr);
   out.mu_y = lateral.mu;
   out.slip_stiffness_n = beyond * k_x;
   out.cornering_stiffness_npr = beyond * lateral.stiffness;
@@ -413,7 +414,8 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
   T residual = d_r * cos_atan(T(b_r * alpha_r_eq));  // C_r = 1, (4.E46)
   T trail_left = trail;
   if (turns) {  // zeta 0 = 0: the inclination is part of the turning
-    const T upright = fz * r0 * (t.qdz6 + t.qdz7 * dfz) * t.lres * turned.peak_y * grip_y * cos_alpha;
+    const T upright =
+        fz * r0 * (t.qdz6 + t.qdz7 * dfz) * t.lres * turned.peak_y * grip_y * cos_alpha;
     residual = (upright + turned.moment_nm) *
                cos(turned.residual_shape * atan(T(b_r * turned.residual_slope * alpha_r_eq)));
     trail_left *= turned.trail;
