@@ -232,6 +232,40 @@ TEST(Dynamics, SpringsCarryTheCarAtDesignHeight) {
   EXPECT_NEAR(a.detail.specific_force_mps2.z, p[P::environment_gravity_mps2], 1e-9);
 }
 
+// A wheel that slows down pushes the nose down by its inertia times its deceleration: on a body
+// that is otherwise free to pitch, by hand, torque over inertia; and amplitude halves it.
+TEST(Dynamics, WheelsThatSlowDownPitchTheBody) {
+  const CarFiles files = test_car_files();
+  std::mt19937 random(5);
+  State<double> s = random_state(random);
+  s[kYawRate] = s[kRollRate] = 0.0;
+  for (std::size_t i = 0; i < kWheels; ++i) s[kTravel + i] = -1.0;  // off the ground
+  Parameters<double> p = test_parameters();
+  p[P::front_toe_rad] = p[P::rear_toe_rad] = p[P::front_camber_rad] = p[P::rear_camber_rad] = 0.0;
+  Inputs<double> in;
+  in.brake_pa = {2e6, 2e6, 2e6, 2e6};
+  const auto pitch = [&](double amplitude) {
+    Amplitudes<double> terms = default_amplitudes();
+    terms[Term::wheel_reaction] = amplitude;
+    terms[Term::suspension_kinematics] = terms[Term::bump_stop] = 0.0;
+    s[kZ] = 10.0;
+    return answer(make_car(files, p, terms), s, in, Road());
+  };
+  const auto with = pitch(1.0), half = pitch(0.5), without_it = pitch(0.0);
+  double torque_nm = 0.0;
+  for (std::size_t i = 0; i < kWheels; ++i) torque_nm -= with.detail.wheel[i].brake_nm;
+  ASSERT_GT(torque_nm, 1000.0);
+  // The wheels slide freely along their travel, so the body turns with less than the whole inertia.
+  double inertia_kgm2 = p[P::chassis_pitch_inertia_kgm2];
+  const Car<double> car = make_car(files, p, default_amplitudes());
+  for (std::size_t i = 0; i < kWheels; ++i)
+    inertia_kgm2 -= p.axle(axle_of(i), P::front_unsprung_mass_kg) * car.wheel_m[i].x * car.wheel_m[i].x;
+  const double by_hand = torque_nm / inertia_kgm2;
+  EXPECT_NEAR(with.rate[kPitchRate] - without_it.rate[kPitchRate], by_hand, 0.1 * by_hand);
+  EXPECT_NEAR(half.rate[kPitchRate],
+              0.5 * (with.rate[kPitchRate] + without_it.rate[kPitchRate]), 1e-9);
+}
+
 // Surface and core under constant heat, without losses: the mean rises with q / (c1 + c2), the
 // difference tends to its steady value with the rate G (1/c1 + 1/c2).
 TEST(Dynamics, HeatsTheTwoNodeDiscAsTheExactSolution) {

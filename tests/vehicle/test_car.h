@@ -9,6 +9,16 @@
 inline vehicle::CarFiles test_car_files() {
   vehicle::CarFiles files;
   files.tyre[0] = files.tyre[1] = vehicle::parse_tyre(test_tyre_text(), "test tyre").coefficients;
+  for (vehicle::TyreCoefficients& t : files.tyre) {  // turn slip, of a public sample file
+    t.pdxp1 = t.pdyp1 = 0.4;
+    t.pkyp1 = t.phyp1 = t.qdrp1 = 1.0;
+    t.phyp2 = 0.15;
+    t.phyp4 = -4.0;
+    t.pecp1 = 0.5;
+    t.qdtp1 = 10.0;
+    t.qcrp1 = 0.2;
+    t.qcrp2 = t.qbrp1 = 0.1;
+  }
   files.engine_torque_nm.x = {0, 100, 300, 600, 800, 900};
   files.engine_torque_nm.y = {0, 0.5, 1};
   files.engine_torque_nm.z = {0,   20,  40,  -10, 80,  160, -20, 120, 260,

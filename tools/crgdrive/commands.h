@@ -52,6 +52,8 @@ struct LapCommand {
   CarOptions car;
   LiveOptions live;
   std::string track_path, friction_path, out_path, devices_path;
+  std::vector<std::string> opponent_paths;  ///< logs of other cars
+  double opponent_ahead_s = 1.0;
   int laps = 1;
   bool standing = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;

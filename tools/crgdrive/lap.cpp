@@ -82,6 +82,11 @@ int lap(const LapCommand& command, Terminal& terminal) {
                              ? 0
                              : steps_per_row(command.rate_hz, options.step.step_s, terminal);
 
+  for (std::size_t i = 0; i < command.opponent_paths.size(); ++i) {
+    const std::string& path = command.opponent_paths[i];
+    options.opponents.push_back(vehicle::make_opponent(
+        vehicle::read_log(path), static_cast<double>(i + 1) * command.opponent_ahead_s, path));
+  }
   vehicle::DeviceFile devices;
   if (!command.devices_path.empty()) {
     devices = vehicle::read_devices(command.devices_path);
@@ -97,10 +102,15 @@ int lap(const LapCommand& command, Terminal& terminal) {
     std::vector<std::string> files{command.track_path};
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.devices_path.empty()) files.push_back(command.devices_path);
+    files.insert(files.end(), command.opponent_paths.begin(), command.opponent_paths.end());
     files::write_file(command.out_path,
                       provenance("lap", v, command.car, files) +
                           fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n",
                                       command.fuel_kg, command.tyre_k, command.disc_k) +
+                          (command.opponent_paths.empty()
+                               ? std::string()
+                               : fmt::format("# opponents {:g} s ahead\n",
+                                             command.opponent_ahead_s)) +
                           vehicle::format_table(result.telemetry));
   }
   if (!result.complete) throw vehicle::Error(result.problem);

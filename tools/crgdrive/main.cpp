@@ -88,6 +88,12 @@ int main(int argc, char** argv) {
   add_output_file(*lap_app, lap.out_path, "Telemetry to write, CSV");
   add_input(*lap_app, "--devices", lap.devices_path,
                       "Device configuration: telemetry as sensors measure it; without: ideal");
+  add_input(*lap_app, "--opponent", lap.opponent_paths,
+             "Telemetry or log of a car on the same road, whose wake acts; may be repeated");
+  lap_app
+      ->add_option("--opponent-ahead-s", lap.opponent_ahead_s,
+                   "The first opponent's log is this far ahead at the start, s; the next twice as far")
+      ->check(CLI::Range(-3600.0, 3600.0));
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
   lap_app
@@ -154,7 +160,7 @@ int main(int argc, char** argv) {
   crgdrive::ManoeuvreCommand manoeuvre;
   CLI::App* const manoeuvre_app = app.add_subcommand("manoeuvre", "A standard manoeuvre");
   add_choice(*manoeuvre_app, "kind", manoeuvre.kind, "Which one",
-             {"step-steer", "sine", "chirp", "ramp", "braking", "coast-down", "kerb", "bump", "split-friction"})
+             {"step-steer", "sine", "chirp", "ramp", "braking", "coast-down", "kerb", "bump", "split-friction", "reverse"})
       ->required();
   add_car_options(*manoeuvre_app, manoeuvre.car);
   add_live_options(*manoeuvre_app, manoeuvre.live);

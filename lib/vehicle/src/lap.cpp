@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "vehicle/error.h"
 #include "vehicle/step_swing.h"
@@ -19,9 +21,11 @@ void add(Powers<double>& sum, const Powers<double>& work) {
         &Powers<double>::tyre_moment, &Powers<double>::drag, &Powers<double>::downforce,
         &Powers<double>::side, &Powers<double>::damper, &Powers<double>::brake,
         &Powers<double>::engine, &Powers<double>::driveline, &Powers<double>::clutch,
-        &Powers<double>::fuel, &Powers<double>::hold})
+        &Powers<double>::fuel, &Powers<double>::hold, &Powers<double>::unfelt})
     sum.*member += work.*member;
 }
+
+constexpr double kNoWake = std::numeric_limits<double>::quiet_NaN();
 
 /// Half the strip of road that a wheel looks at, and reserve.
 constexpr double kBesideWheel_m = 0.5;
@@ -82,6 +86,7 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   out.least_edge_m = v_m.back() - v_m.front();
   RunRecorder recorder(options.devices, options.record_every, options.step.step_s, options.on_row);
   Detail<double> detail{};
+  std::vector<double> wake_x_m, wake_y_m;
   StepSwing swing;
   RoadTracker tracker(surface);
   const double energy_begin = energy(car, sim.state);
@@ -91,7 +96,12 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   while (static_cast<int>(out.lap_s.size()) < laps) {
     const State<double> before = sim.state;
     const double time_s = sim.time_s;
-    const Controls<double> controls = drive(driver, line, car, sim.state, detail);
+    Controls<double> controls = drive(driver, line, car, sim.state, detail);
+    if (const std::optional<Wake> wake = nearest_wake(options.opponents, time_s, sim.state)) {
+      controls.opponent = true;
+      controls.wake_x_m = wake->x_m;
+      controls.wake_y_m = wake->y_m;
+    }
     const StepResult result = step(car, sim, controls, road, options.step, detail);
     ++out.steps;
     const RoadPoint& under = detail.wheel[0].road;
@@ -118,6 +128,10 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
     if (recorder.wants_step()) {
       const crg::UV place = tracker.at(
           before[kX], before[kY], before[kZ] - car.parameters[Parameter::chassis_cog_height_m]);
+      if (!options.opponents.empty()) {
+        wake_x_m.push_back(controls.opponent ? controls.wake_x_m : kNoWake);
+        wake_y_m.push_back(controls.opponent ? controls.wake_y_m : kNoWake);
+      }
       recorder.record(time_s, before, detail, controls, place.u_m, place.v_m);
     }
     if (away > 30.0) {
@@ -162,6 +176,10 @@ LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions&
   out.complete = static_cast<int>(out.lap_s.size()) == laps;
   out.energy_change_j = energy(car, sim.state) - energy_begin;
   out.telemetry = recorder.table();
+  if (!options.opponents.empty() && options.devices == nullptr) {
+    out.telemetry.add("wake_x_m", std::move(wake_x_m));
+    out.telemetry.add("wake_y_m", std::move(wake_y_m));
+  }
   return out;
 }
 

@@ -25,7 +25,8 @@ constexpr std::pair<std::string_view, ManoeuvreKind> kNames[] = {
     {"coast-down", ManoeuvreKind::kCoastDown},
     {"kerb", ManoeuvreKind::kKerb},
     {"bump", ManoeuvreKind::kBump},
-    {"split-friction", ManoeuvreKind::kSplitFriction}};
+    {"split-friction", ManoeuvreKind::kSplitFriction},
+    {"reverse", ManoeuvreKind::kReverse}};
 
 /// A straight road along x, 12 m wide, heights (or grip) from a formula of u and v.
 crg::Crg straight(double length_m, double step_m, const std::function<double(double, double)>& z) {
@@ -93,6 +94,16 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   begin.speed_mps = m.speed_mps;
   begin.fuel_kg = m.fuel_kg;
   begin.gear = neutral ? 0 : choose_gear(car, m.speed_mps, 6);
+  const bool backward = m.kind == Kind::kReverse;
+  if (backward) {
+    if (overall_ratio(car.parameters, -1) == 0.0)
+      throw Error(
+          "the car has no reverse gear (gearbox.ratio_reverse = 0), wanted one to drive backward; "
+          "state its ratio in the vehicle file");
+    begin.gear = -1;
+    begin.speed_mps = 0.0;
+    begin.x_m = 20.0 + m.speed_mps * m.duration_s;
+  }
   Simulation<double> sim = start(car, road, begin);
   Detail<double> detail{};
   RunRecorder recorder(m.devices, m.record_every, m.step.step_s, m.on_row);
@@ -109,7 +120,10 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
     Controls<double> c;
     c.gear_command = begin.gear;
     if (!neutral)
-      c.throttle_command = std::clamp(0.25 + 0.25 * (m.speed_mps - before[kVx]), 0.0, 1.0);
+      c.throttle_command = std::clamp(
+          0.25 + 0.25 * (m.speed_mps - (backward ? -before[kVx] : before[kVx])), 0.0, 1.0);
+    if (backward && t >= 0.5 * m.duration_s)
+      c.steer_command_rad = m.steer_rad * car.parameters[Parameter::steering_ratio];
     const double since = t - kBegin_s;
     double steer = 0.0;
     if (since >= 0.0) {
@@ -131,7 +145,7 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
         braking = true;
       }
     }
-    c.steer_command_rad = steer * car.parameters[Parameter::steering_ratio];
+    if (!backward) c.steer_command_rad = steer * car.parameters[Parameter::steering_ratio];
     const StepResult result = step(car, sim, c, road, m.step, detail);
     const RoadPoint& under = detail.wheel[0].road;
     if (!result.ok()) {

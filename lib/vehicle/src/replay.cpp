@@ -397,7 +397,7 @@ Controls<double> controls_at(const Commands& commands, const std::vector<double>
     if (!commands.brake_command_pa[i].empty())
       c.brake_command_pa[i] = std::max(0.0, at(commands.brake_command_pa[i], time, row, t));
   gear = commands.gear.empty() ? choose_gear(car, vx_mps, gear)
-                               : std::clamp(static_cast<int>(commands.gear[row]), 0, 6);
+                               : std::clamp(static_cast<int>(commands.gear[row]), -1, 6);
   c.gear_command = gear;
   c.opponent = !commands.wake_x_m.empty() && !commands.wake_y_m.empty();
   if (c.opponent) {
@@ -478,7 +478,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
     begin.speed_mps = std::max(0.0, vx_mps[window.settle]);
     begin.gear = commands.gear.empty()
                      ? choose_gear(car, begin.speed_mps, 6)
-                     : std::clamp(static_cast<int>(commands.gear[window.settle]), 0, 6);
+                     : std::clamp(static_cast<int>(commands.gear[window.settle]), -1, 6);
     begin.fuel_kg = options.fuel_kg;
     begin.tyre_k = options.tyre_k;
     begin.disc_k = options.disc_k;

@@ -11,6 +11,7 @@
 #include "map_file.h"
 #include "settings.h"
 #include "vehicle/error.h"
+#include "vehicle/suspension_points.h"
 
 namespace vehicle {
 namespace {
@@ -77,6 +78,34 @@ void read_parameters(Vehicle& vehicle, const Section& section, const std::string
   });
 }
 
+/// The hardpoints of one axle, solved.
+WheelPath read_wheel_path(const Section& axle, const std::string& path, const char* name) {
+  axle.allow({"travel_m", "wheel_m", "link_1", "link_2", "link_3", "link_4", "link_5"});
+  SuspensionPoints points;
+  const auto numbers = [&](const std::string& key, std::size_t count) {
+    std::vector<double> out = axle.numbers(key, count);
+    if (out.empty())
+      throw Error(fmt::format("{}: suspension of {} lacks '{}'", path, name, key));
+    for (const double value : out)
+      if (!(std::abs(value) <= 10.0))
+        throw Error(fmt::format("{}: suspension of {}: {} holds {}, wanted -10 to 10 m", path, name,
+                                key, value));
+    return out;
+  };
+  points.range_m = axle.number("travel_m", points.range_m, 0.001, 0.5);
+  const std::vector<double> wheel = numbers("wheel_m", 3);
+  points.wheel_m = {wheel[0], wheel[1], wheel[2]};
+  for (std::size_t k = 0; k < points.link.size(); ++k) {
+    const std::vector<double> ends = numbers(fmt::format("link_{}", k + 1), 6);
+    points.link[k] = {{ends[0], ends[1], ends[2]}, {ends[3], ends[4], ends[5]}};
+  }
+  try {
+    return make_wheel_path(points);
+  } catch (const Error& error) {
+    throw Error(fmt::format("{}: {}: {}", path, name, error.what()));
+  }
+}
+
 }  // namespace
 
 void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string& where) {
@@ -117,7 +146,7 @@ Vehicle read_vehicle(const std::string& path) {
   vehicle.read_files.push_back(path);
   const Setting root = read_settings(path);
   const Section top(root, path, "a vehicle file");
-  top.allow({"name", "tyres", "maps", "setup", "contact", "parameters", "terms"});
+  top.allow({"name", "tyres", "maps", "suspension", "setup", "contact", "parameters", "terms"});
   vehicle.name = top.text("name");
   const auto file = [&](const std::string& name) {
     const std::string full = (std::filesystem::path(path).parent_path() / name).string();
@@ -172,6 +201,15 @@ Vehicle read_vehicle(const std::string& path) {
   map2(f.wake_drag_factor, "wake_drag_factor", "wake_x_m", "wake_y_m", "factor");
   map2(f.wake_lift_factor, "wake_lift_factor", "wake_x_m", "wake_y_m", "factor");
   map2(f.pad_friction, "pad_friction", "pressure_pa", "surface_k", "friction");
+
+  if (top.has("suspension")) {
+    const Section both = top.section("suspension");
+    both.allow({"front", "rear"});
+    for (const std::size_t a : {0u, 1u}) {
+      const char* const axle = a == 0 ? "front" : "rear";
+      if (both.has(axle)) f.wheel_path[a] = read_wheel_path(both.section(axle), path, axle);
+    }
+  }
 
   if (top.has("contact")) {
     const std::string contact = top.text("contact");

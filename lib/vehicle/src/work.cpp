@@ -27,6 +27,9 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
         h * (dot(w.couple, omega) + w.couple_on_travel * rate + dot(w.couple, w.axis) * spin[i]);
     work.damper -= h * w.damper_n * rate;
     work.brake += h * w.brake_nm * spin[i];
+    work.unfelt += (1.0 - car.terms[Term::wheel_reaction]) *
+                   p.axle(axle_of(i), P::front_wheel_inertia_kgm2) *
+                   (after[kSpin + i] - before[kSpin + i]) * dot(w.axis, omega);
   }
 
   const auto push = [&](const Vec3<double>& force, const Vec3<double>& at) {

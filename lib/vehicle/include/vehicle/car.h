@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "vehicle/laws/wheel_path.h"
 #include "vehicle/magic_formula.h"
 #include "vehicle/map.h"
 #include "vehicle/parameters.h"
@@ -29,6 +30,7 @@ struct CarFiles {
   Map2 front_lift_factor, rear_lift_factor;  ///< the same
   Map1 yaw_drag_factor, yaw_lift_factor;     ///< over |yaw angle of the air|, rad; empty: 1
   Map2 wake_drag_factor, wake_lift_factor;   ///< over the opponent's x and y, m; empty: 1
+  std::array<WheelPath, 2> wheel_path;  ///< from hardpoints; not given: camber_gain and its kin
   Map2 pad_friction;  ///< over pressure Pa and surface temperature K; empty: constant
 };
 

@@ -53,10 +53,11 @@ struct Powers {
   T clutch = T(0);     ///< the clutch's part of it
   T fuel = T(0);       ///< motion and height of the mass that burns
   T hold = T(0);       ///< the push from outside
+  T unfelt = T(0);     ///< by what wheel_reaction below 1 leaves out of the body
 
   T sum() const {
     return tyre_normal + tyre_x + tyre_y + tyre_moment + drag + downforce + side + damper + brake +
-           engine + driveline + fuel + hold;
+           engine + driveline + fuel + hold + unfelt;
   }
 };
 
@@ -68,7 +69,7 @@ struct Detail {
   Powers<T> power;
   Vec3<T> specific_force_mps2;  ///< at the origin, body frame: what an accelerometer there measures
   T engine_nm = T(0), clutch_nm = T(0);
-  T gear_ratio = T(0);  ///< engine over mean driven wheel; 0 in neutral
+  T gear_ratio = T(0);  ///< engine over mean driven wheel; 0 in neutral, below 0 in reverse
   T drive_efficiency = T(1);
   T clutch_slip_radps = T(0);     ///< engine against gearbox
   T clutch_stiffness_nms = T(0);  ///< fall of the clutch torque per slip speed
@@ -244,6 +245,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   T engine_torque = T(0);
   Powers<T>& power = detail.power;
 
+  std::array<Vec3<T>, kWheels> bend;                       // d slide / d travel
   std::array<Vec3<T>, kWheels> centre, slide, axis, turn;  // wheel centre, d centre / d travel, ...
   std::array<T, kWheels> slide2, spin;                     // spin relative to the body
 
@@ -259,7 +261,24 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     T toe = p.axle(a, P::front_toe_rad);
     slide[i] = {T(0), T(0), T(1)};
     turn[i] = {};
-    if (active(Term::suspension_kinematics)) {
+    bend[i] = {};
+    if (active(Term::suspension_kinematics) && files.wheel_path[a].given()) {
+      const T& k = amplitude(Term::suspension_kinematics);
+      const WheelPath& path = files.wheel_path[a];
+      const auto at = [&](const WheelPath::Coefficients& c) {
+        return along_travel(c, path.range_m, travel);
+      };
+      const AlongTravel<T> ahead = at(path.ahead_m), outward = at(path.outward_m);
+      const AlongTravel<T> leans = at(path.camber_rad), turns = at(path.toe_rad);
+      camber += k * leans.value;
+      toe += k * turns.value;
+      slide[i].x = k * ahead.slope;
+      slide[i].y = side * k * outward.slope;
+      turn[i].x = -side * k * leans.slope;
+      turn[i].z = -side * k * turns.slope;
+      bend[i] = {k * ahead.curvature, side * k * outward.curvature, T(0)};
+      centre[i] = car.wheel_m[i] + Vec3<T>{k * ahead.value, side * k * outward.value, travel};
+    } else if (active(Term::suspension_kinematics)) {
       const T& k = amplitude(Term::suspension_kinematics);
       const T camber_gain = k * p.axle(a, P::front_camber_gain_radpm);
       const T toe_gain = k * p.axle(a, P::front_toe_gain_radpm);
@@ -271,7 +290,8 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       turn[i].z = -side * toe_gain;
     }
     slide2[i] = dot(slide[i], slide[i]);
-    centre[i] = car.wheel_m[i] + travel * slide[i];
+    if (!files.wheel_path[a].given() || !active(Term::suspension_kinematics))
+      centre[i] = car.wheel_m[i] + travel * slide[i];
     const T lean = -side * camber;  // rotation about x; the top of the wheel leans right
     T steer = -side * toe;
     if (a == 0)
@@ -452,7 +472,24 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     TyreOptions options = car.tyre_options;
     options.mirrored = is_left(i) != tyre.left_side;
     options.moments = active(Term::tyre_moments) || active(Term::rolling_resistance);
-    const TyreForces<T> f = tyre_forces(tyre, slip, factors, options);
+    TyreForces<T> f;
+    if (has_turn_slip(tyre) && active(Term::tyre_turn_slip)) {
+      const T turning = dot(omega, n) + (a == 0 ? in.steer_rate_radps : T(0));
+      slip.turn_1pm = turning / std::max(forward, p[P::tyre_turn_speed_mps]);
+      f = tyre_forces(tyre, slip, factors, options);
+      const T& k = amplitude(Term::tyre_turn_slip);
+      if (!is_exactly_zero(T(1.0 - k))) {
+        slip.turn_1pm = T(0);
+        const TyreForces<T> rolling = tyre_forces(tyre, slip, factors, options);
+        f.fx_n = rolling.fx_n + k * (f.fx_n - rolling.fx_n);
+        f.fy_n = rolling.fy_n + k * (f.fy_n - rolling.fy_n);
+        f.mx_nm = rolling.mx_nm + k * (f.mx_nm - rolling.mx_nm);
+        f.my_nm = rolling.my_nm + k * (f.my_nm - rolling.my_nm);
+        f.mz_nm = rolling.mz_nm + k * (f.mz_nm - rolling.mz_nm);
+      }
+    } else {
+      f = tyre_forces(tyre, slip, factors, options);
+    }
     w.fx_n = f.fx_n;
     w.fy_n = f.fy_n;
 
@@ -637,16 +674,14 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   T idle = p[P::engine_idle_gain_nms] * (p[P::engine_idle_radps] - engine_speed);
   if (idle < T(0)) idle = T(0);
   detail.engine_nm = map_torque + idle;
-  if (in.next_gear >= 1 && in.next_gear <= 6 && !is_exactly_zero(p[P::gearbox_rev_match]) &&
+  if (in.next_gear != 0 && !is_exactly_zero(p[P::gearbox_rev_match]) &&
       p[P::gearbox_shift_s] > T(0)) {
     // Engine control between two gears: of the speed difference this share is gone after the shift.
     using std::log;
-    const T ratio = p[static_cast<Parameter>(static_cast<std::size_t>(P::gearbox_ratio_1) +
-                                             static_cast<std::size_t>(in.next_gear) - 1)] *
-                    p[P::gearbox_final];
+    const T ratio = overall_ratio(p, in.next_gear);
     const T& share = p[P::gearbox_rev_match];
     const T rate_1ps = -log(T(1.0 - 0.99 * share)) / p[P::gearbox_shift_s];
-    if (ratio > T(0))
+    if (ratio != T(0))
       detail.engine_nm =
           (1.0 - share) * detail.engine_nm +
           p[P::engine_inertia_kgm2] * rate_1ps * (ratio * 0.5 * (spin[2] + spin[3]) - engine_speed);
@@ -655,11 +690,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   power.engine += detail.engine_nm * engine_speed;
 
   T driven = T(0);  // torque into the differential
-  if (in.gear >= 1 && in.gear <= 6) {
-    const T ratio = p[static_cast<Parameter>(static_cast<std::size_t>(P::gearbox_ratio_1) +
-                                             static_cast<std::size_t>(in.gear) - 1)] *
-                    p[P::gearbox_final];
-    if (ratio > T(0)) {
+  if (in.gear != 0) {
+    const T ratio = overall_ratio(p, in.gear);
+    if (ratio != T(0)) {
       T capacity = p[P::clutch_torque_nm];
       if (active(Term::centrifugal_clutch)) {
         const T engaged = smooth_step(T((engine_speed - p[P::clutch_begin_radps]) /
@@ -790,7 +823,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   for (std::size_t i = 0; i < kWheels; ++i) {
     const T& inertia = p.axle(axle_of(i), P::front_wheel_inertia_kgm2);
     out[kSpin + i] = spin_torque[i] / inertia;
-    moment -= spin_torque[i] * axis[i];
+    const T felt = active(Term::wheel_reaction) ? T(amplitude(Term::wheel_reaction)) : T(0);
+    moment -= (felt * spin_torque[i]) * axis[i];
+    power.unfelt += (1.0 - felt) * spin_torque[i] * dot(axis[i], omega);
     if (active(Term::gyroscopic))
       moment -= amplitude(Term::gyroscopic) * (inertia * s[kSpin + i]) * cross(omega, axis[i]);
   }
@@ -830,6 +865,7 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
     const T& m = p.axle(axle_of(i), P::front_unsprung_mass_kg);
     const T& rate = s[kTravelRate + i];
     bias[i] = cross(omega, cross(omega, centre[i])) + (2.0 * rate) * cross(omega, slide[i]);
+    if (files.wheel_path[axle_of(i)].given()) bias[i] += (rate * rate) * bend[i];
     add_point_mass(inertia, m, centre[i], slide[i], slide2[i]);
     const Vec3<T> carried = bias[i] - (dot(bias[i], slide[i]) / slide2[i]) * slide[i];
     const Vec3<T> reaction = (travel_force[i] / slide2[i]) * slide[i] + m * carried;
@@ -886,10 +922,16 @@ T energy(const Car<T>& car, const State<T>& s) {
     const T& travel = s[kTravel + i];
     const T& k = car.terms[Term::suspension_kinematics];
     const double side = is_left(i) ? 1.0 : -1.0;
-    const Vec3<T> slide{
-        (a == 0 ? 1.0 : -1.0) * k * p.axle(a, P::front_anti_slope),
-        side * 2.0 * k * p.axle(a, P::front_roll_centre_m) / p.axle(a, P::front_track_m), T(1)};
-    const Vec3<T> centre = car.wheel_m[i] + travel * slide;
+    Vec3<T> slide{(a == 0 ? 1.0 : -1.0) * k * p.axle(a, P::front_anti_slope),
+                  side * 2.0 * k * p.axle(a, P::front_roll_centre_m) / p.axle(a, P::front_track_m),
+                  T(1)};
+    Vec3<T> centre = car.wheel_m[i] + travel * slide;
+    if (const WheelPath& path = car.files->wheel_path[a]; path.given()) {
+      const AlongTravel<T> ahead = along_travel(path.ahead_m, path.range_m, travel);
+      const AlongTravel<T> outward = along_travel(path.outward_m, path.range_m, travel);
+      slide = {k * ahead.slope, side * k * outward.slope, T(1)};
+      centre = car.wheel_m[i] + Vec3<T>{k * ahead.value, side * k * outward.value, travel};
+    }
     const Vec3<T> v = V + cross(omega, centre) + s[kTravelRate + i] * slide;
     const T& m = p.axle(a, P::front_unsprung_mass_kg);
     total += m * (0.5 * dot(v, v) + g * height(centre));

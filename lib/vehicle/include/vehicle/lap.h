@@ -7,6 +7,7 @@
 
 #include "files/progress.h"
 #include "vehicle/driver.h"
+#include "vehicle/opponent.h"
 #include "vehicle/sensors.h"
 
 namespace vehicle {
@@ -23,6 +24,7 @@ struct LapOptions {
   const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
   std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
   files::Progress progress;
+  std::vector<Opponent> opponents;  ///< cars whose wakes act; telemetry gets wake_x_m, wake_y_m
   DriverOptions driver;
   RacingLineOptions line;
   SpeedOptions speed;  ///< temperatures and fuel are taken from the run

@@ -1,13 +1,14 @@
 // Steady-state tyre forces: the Magic Formula 6.2 (5.2 and 6.1 are special cases of it).
 //
 // Source: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd edition (2012), section 4.3.2, equations
-// (4.E1) to (4.E78), without turn slip (all zeta = 1). Numbers in the comments below are those
-// equations. Signs, ISO-W axes (x forward, y left, z up) and coefficients are those of the file:
-// for a usual file a negative slip angle gives a positive Fy.
+// (4.E1) to (4.E78); turn slip: laws/turn_slip.h (without it all zeta = 1). Numbers in the comments
+// below are those equations. Signs, ISO-W axes (x forward, y left, z up) and coefficients are those
+// of the file: for a usual file a negative slip angle gives a positive Fy.
 #pragma once
 
 #include <cmath>
 
+#include "vehicle/laws/turn_slip.h"
 #include "vehicle/tyre_file.h"
 
 namespace vehicle {
@@ -27,6 +28,8 @@ struct TyreInput {
   T gamma_rad = T(0);    ///< inclination against the road, positive to the right (ISO)
   T vx_mps = T(0);       ///< forward speed of the contact point
   T pressure_pa = T(0);  ///< 0 = the file's INFLPRES
+  T turn_1pm =
+      T(0);  ///< turning of the wheel's plane, CCW, over its speed; exactly 0: no turn slip
 };
 
 /// Factors on the file's tyre, all 1 for the tyre as measured: temperature, road friction and
@@ -147,6 +150,33 @@ T peak_friction_y(const TyreCoefficients& t, const TyreFactors<T>& f, const T& d
          (1.0 - t.pdy3 * (gamma * gamma)) * t.lmuy * f.grip_y;
 }
 
+/// (4.E30)
+template <class T>
+T camber_stiffness(const TyreCoefficients& t, const T& fz, const T& dfz, const T& dpi) {
+  return fz * (t.pky6 + t.pky7 * dfz) * (1.0 + t.ppy5 * dpi) * t.lkyc;
+}
+
+/// (4.E59) to (4.E65): what longitudinal slip leaves of the side force.
+template <class T>
+T weight_on_y(const TyreCoefficients& t, const T& dfz, const T& kappa, const T& tan_alpha,
+              const T& gamma) {
+  using std::cos;
+  const T gamma2 = gamma * gamma;
+  const T shift_hyk = t.rhy1 + t.rhy2 * dfz;
+  const T b_yk = (t.rby1 + t.rby4 * gamma2) * cos_atan(T(t.rby2 * (tan_alpha - t.rby3))) * t.lyka;
+  const T e_yk = at_most_one(T(t.rey1 + t.rey2 * dfz));
+  const T c_yk = T(t.rcy1);
+  return cos(curve(T(b_yk * (kappa + shift_hyk)), c_yk, e_yk)) /
+         cos(curve(T(b_yk * shift_hyk), c_yk, e_yk));
+}
+
+/// Forward 1, backward -1, in proportion below VXLOW.
+template <class T>
+T direction_of(const TyreCoefficients& t, const T& vx_mps) {
+  const T direction = vx_mps / t.low_speed_mps;
+  return direction > T(1) ? T(1) : (direction < T(-1) ? T(-1) : direction);
+}
+
 /// What a friction factor does to the vertical shifts. 6.x, (4.E8): they fade with the grip below
 /// lambda = 0.1 only; 5.2: in proportion.
 template <class T>
@@ -163,7 +193,8 @@ struct SideForce {
 /// (4.E19) to (4.E30). `alpha` is alpha* of the chosen convention.
 template <class T>
 SideForce<T> pure_side_force(const TyreCoefficients& t, const TyreFactors<T>& f, const T& fz,
-                             const T& dfz, const T& dpi, const T& alpha, const T& g) {
+                             const T& dfz, const T& dpi, const T& alpha, const T& g,
+                             const TurnSlip<T>* turning = nullptr) {
   using std::sin;
   const T gamma = g * t.lgay;
   const T gamma2 = gamma * gamma;
@@ -173,20 +204,30 @@ SideForce<T> pure_side_force(const TyreCoefficients& t, const TyreFactors<T>& f,
 
   out.stiffness = cornering_stiffness(t, f, fz, dpi, gamma);
 
-  const T shift_v_gamma = fz * (t.pvy3 + t.pvy4 * dfz) * gamma * t.lkyc * shift_lambda;  // (4.E28)
-  out.shift_v = fz * (t.pvy1 + t.pvy2 * dfz) * t.lvy * shift_lambda + shift_v_gamma;     // (4.E29)
+  T shift_v_gamma = fz * (t.pvy3 + t.pvy4 * dfz) * gamma * t.lkyc * shift_lambda;  // (4.E28)
+  if (turning != nullptr) {
+    out.stiffness *= turning->stiffness_y;
+    shift_v_gamma *= turning->peak_y;
+    out.shift_v =
+        fz * (t.pvy1 + t.pvy2 * dfz) * t.lvy * shift_lambda * turning->peak_y + shift_v_gamma;
+  } else {
+    out.shift_v = fz * (t.pvy1 + t.pvy2 * dfz) * t.lvy * shift_lambda + shift_v_gamma;  // (4.E29)
+  }
   out.shift_h = (t.phy1 + t.phy2 * dfz) * t.lhy;
   if (t.version == 52) {
     out.shift_h += t.phy3 * gamma * t.lkyc;
   } else {  // (4.E27), (4.E30)
-    const T camber_stiffness = fz * (t.pky6 + t.pky7 * dfz) * (1.0 + t.ppy5 * dpi) * t.lkyc;
     const T k = out.stiffness + (out.stiffness < T(0) ? T(-1e-6) : T(1e-6));
-    out.shift_h += (camber_stiffness * gamma - shift_v_gamma) / k;
+    if (turning != nullptr)
+      out.shift_h += turning->shift_h - shift_v_gamma / k;  // (4.84), zeta 0 = 0
+    else
+      out.shift_h += (camber_stiffness(t, fz, dfz, dpi) * gamma - shift_v_gamma) / k;
   }
 
   const T alpha_y = alpha + out.shift_h;
   out.c = T(t.pcy1 * t.lcy);
   out.d = out.mu * fz;
+  if (turning != nullptr) out.d *= turning->peak_y;
   const T e =
       at_most_one((t.pey1 + t.pey2 * dfz) *
                   (1.0 + t.pey5 * gamma2 - (t.pey3 + t.pey4 * gamma) * sign(alpha_y)) * t.ley);
@@ -253,9 +294,32 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
                             (1.0 - t.pex4 * sign(kappa_x)) * t.lex);
   const T k_x = slip_stiffness(t, factors, fz, dfz, dpi);
   const T b_x = k_x / (c_x * d_x + 1e-6);
-  const T fx_pure = d_x * sin(curve(T(b_x * kappa_x), c_x, e_x)) + shift_vx;
+  T fx_pure = d_x * sin(curve(T(b_x * kappa_x), c_x, e_x)) + shift_vx;
 
-  const SideForce<T> lateral = pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, gamma);
+  TurnSlip<T> turned;
+  const bool turns = has_turn_slip(t) && !is_exactly_zero(in.turn_1pm);
+  if (turns) {
+    TurnSlipInput<T> ask;
+    ask.fz_n = fz;
+    ask.dfz = dfz;
+    ask.kappa = kappa;
+    ask.tan_alpha = tan_alpha;
+    ask.gamma = gamma;
+    ask.turn_1pm = side * in.turn_1pm;
+    ask.direction = direction_of(t, in.vx_mps);
+    ask.cornering_stiffness_n = cornering_stiffness(t, factors, fz, dpi, T(0));
+    ask.camber_stiffness_n = camber_stiffness(t, fz, dfz, dpi);
+    ask.mu_y = peak_friction_y(t, factors, dfz, dpi, T(gamma * t.lgay));
+    ask.weight_y = T(1);
+    if (f.combined_slip != T(0))
+      ask.weight_y = 1.0 + f.combined_slip * (weight_on_y(t, dfz, kappa, tan_alpha, gamma) - 1.0);
+    turned = turn_slip(t, ask);
+    // Dx and SVx shrink, the slip stiffness stays.
+    const T b = k_x / (c_x * d_x * turned.peak_x + 1e-6);
+    fx_pure = turned.peak_x * (d_x * sin(curve(T(b * kappa_x), c_x, e_x)) + shift_vx);
+  }
+  const SideForce<T> lateral =
+      pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, gamma, turns ? &turned : nullptr);
   out.mu_y = lateral.mu;
   out.slip_stiffness_n = beyond * k_x;
   out.cornering_stiffness_npr = beyond * lateral.stiffness;
@@ -270,14 +334,10 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
     weight_x = cos(curve(T(b_xa * (tan_alpha + t.rhx1)), c_xa, e_xa)) /
                cos(curve(T(b_xa * t.rhx1), c_xa, e_xa));
 
-    const T shift_hyk = t.rhy1 + t.rhy2 * dfz;
-    const T b_yk = (t.rby1 + t.rby4 * gamma2) * cos_atan(T(t.rby2 * (tan_alpha - t.rby3))) * t.lyka;
-    const T e_yk = at_most_one(T(t.rey1 + t.rey2 * dfz));
-    const T c_yk = T(t.rcy1);
-    weight_y = cos(curve(T(b_yk * (kappa + shift_hyk)), c_yk, e_yk)) /
-               cos(curve(T(b_yk * shift_hyk), c_yk, e_yk));
+    weight_y = weight_on_y(t, dfz, kappa, tan_alpha, gamma);
     shift_vyk = lateral.mu * fz * (t.rvy1 + t.rvy2 * dfz + t.rvy3 * gamma) *
                 cos_atan(T(t.rvy4 * tan_alpha)) * sin(t.rvy5 * atan(t.rvy6 * kappa)) * t.lvyka;
+    if (turns) shift_vyk *= turned.peak_y;
     if (f.combined_slip != T(1)) {
       weight_x = 1.0 + f.combined_slip * (weight_x - 1.0);
       weight_y = 1.0 + f.combined_slip * (weight_y - 1.0);
@@ -316,10 +376,7 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
                  (t.qsy5 + t.qsy6 * fz_rel) * gamma * gamma;
   T load_power = t.qsy7 == 1.0 ? fz_rel : T(pow(fz_rel, t.qsy7));
   if (t.qsy8 != 0.0 && t.nominal_pressure_pa > 0) load_power *= pow(T(1.0 + dpi), t.qsy8);
-  T direction = in.vx_mps / t.low_speed_mps;
-  if (direction > T(1)) direction = T(1);
-  if (direction < T(-1)) direction = T(-1);
-  out.my_nm = -beyond * direction * r0 * load0 * roll * load_power * t.lmy;
+  out.my_nm = -beyond * direction_of(t, in.vx_mps) * r0 * load0 * roll * load_power * t.lmy;
 
   // Aligning moment: trail times the side force of the upright tyre, plus the residual moment,
   // plus the arm of Fx; (4.E31) to (4.E49) and (4.E71) to (4.E78).
@@ -354,14 +411,31 @@ TyreForces<T> tyre_forces(const TyreCoefficients& t, const TyreInput<T>& in,
        ((t.qdz8 + t.qdz9 * dfz) * (1.0 + t.ppz2 * dpi) + (t.qdz10 + t.qdz11 * dfz) * abs(gamma_z)) *
            gamma_z * t.lkzc) *
       grip_y * cos_alpha;
-  const T residual = d_r * cos_atan(T(b_r * alpha_r_eq));  // C_r = 1, (4.E46)
+  T residual = d_r * cos_atan(T(b_r * alpha_r_eq));  // C_r = 1, (4.E46)
+  T trail_left = trail;
+  if (turns) {  // zeta 0 = 0: the inclination is part of the turning
+    const T upright =
+        fz * r0 * (t.qdz6 + t.qdz7 * dfz) * t.lres * turned.peak_y * grip_y * cos_alpha;
+    residual = (upright + turned.moment_nm) *
+               cos(turned.residual_shape * atan(T(b_r * turned.residual_slope * alpha_r_eq)));
+    trail_left *= turned.trail;
+  }
   // 5.2 has the inclined tyre's own side force there.
   const T fy_upright =
-      gamma == T(0) || t.version == 52
+      !turns && (gamma == T(0) || t.version == 52)
           ? T(weight_y * lateral.fy)
           : T(weight_y * pure_side_force(t, factors, fz, dfz, dpi, alpha_pure, T(0)).fy);
   const T arm = r0 * (t.ssz1 + t.ssz2 * fy_rel + (t.ssz3 + t.ssz4 * dfz) * gamma_z) * t.ls;
-  out.mz_nm = side * beyond * (-trail * fy_upright + residual + arm * fx);
+  T moment = -trail_left * fy_upright + residual;
+  if (in.vx_mps < T(0)) {  // rolling backward the patch's rear is its front, (4.E42), (4.E47)
+    T backward = 1.0 + 2.0 * in.vx_mps / t.low_speed_mps;
+    if (backward < T(-1)) backward = T(-1);
+    if (turns)
+      moment = backward * (moment - turned.moment_nm) + turned.moment_nm;
+    else
+      moment *= backward;
+  }
+  out.mz_nm = side * beyond * (moment + arm * fx);
   return out;
 }
 

@@ -19,10 +19,12 @@ enum class ManoeuvreKind {
   kCoastDown,     ///< neutral, hands off
   kKerb,          ///< left wheels over a saw-tooth kerb
   kBump,          ///< all wheels over one bump
-  kSplitFriction  ///< braking with less grip under the left wheels
+  kSplitFriction,  ///< braking with less grip under the left wheels
+  kReverse  ///< from standstill backward in reverse gear to the speed, steering from half time on
 };
 
-/// By name: step-steer, sine, chirp, ramp, braking, coast-down, kerb, bump, split-friction. Throws
+/// By name: step-steer, sine, chirp, ramp, braking, coast-down, kerb, bump, split-friction,
+/// reverse. Throws
 /// Error on another.
 ManoeuvreKind manoeuvre_named(std::string_view name);
 
@@ -56,6 +58,7 @@ struct ManoeuvreResult {
   Table telemetry;
 };
 
+/// Throws Error when the car lacks the reverse gear that the manoeuvre asks for.
 ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& manoeuvre);
 
 }  // namespace vehicle

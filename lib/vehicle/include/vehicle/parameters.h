@@ -49,6 +49,17 @@ struct Parameters {
   }
 };
 
+/// Engine speed over that of the mean driven wheel, final drive included: below 0 in reverse (gear
+/// -1), 0 where nothing is engaged or the car has no such gear.
+template <class T>
+T overall_ratio(const Parameters<T>& p, int gear) {
+  if (gear == -1) return T(-p[Parameter::gearbox_ratio_reverse] * p[Parameter::gearbox_final]);
+  if (gear < 1 || gear > 6) return T(0);
+  return p[static_cast<Parameter>(static_cast<std::size_t>(Parameter::gearbox_ratio_1) +
+                                  static_cast<std::size_t>(gear) - 1)] *
+         p[Parameter::gearbox_final];
+}
+
 /// The defaults of the list.
 Parameters<double> default_parameters();
 

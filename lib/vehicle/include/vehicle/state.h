@@ -58,9 +58,10 @@ std::string_view state_name(std::size_t index);
 template <class T>
 struct Inputs {
   T steer_rad = T(0);                  ///< mean angle of the front road wheels, left positive
+  T steer_rate_radps = T(0);           ///< of that angle; only turn slip asks for it
   T throttle = T(0);                   ///< 0 to 1
   std::array<T, kWheels> brake_pa{};   ///< pressure at each wheel's brake
-  int gear = 0;                        ///< 1 to 6; 0: nothing engaged
+  int gear = 0;                        ///< 1 to 6; 0: nothing engaged; -1: reverse
   int next_gear = 0;                   ///< while a shift has nothing engaged: the gear to come
   T hold_n = T(0);  ///< a push from outside, forward, at the design centre of mass
   bool opponent = false;               ///< a car whose wake acts on this one

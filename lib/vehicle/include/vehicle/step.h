@@ -17,7 +17,7 @@ struct Controls {
   T steer_command_rad = T(0);  ///< mean road wheel angle times steering.ratio
   T throttle_command = T(0);   ///< 0 to 1
   std::array<T, kWheels> brake_command_pa{};
-  int gear_command = 1;  ///< 1 to 6, 0 neutral
+  int gear_command = 1;  ///< 1 to 6, 0 neutral, -1 reverse
   T hold_n = T(0);       ///< see Inputs
   bool opponent = false;
   T wake_x_m = T(0), wake_y_m = T(0);  ///< the opponent in this car's body frame
@@ -37,6 +37,7 @@ struct Discrete {
   Actuator<T> steer, throttle;
   std::array<Actuator<T>, kWheels> brake;
   T stuck_steer_rad = T(0);  ///< where friction holds the steering
+  T last_steer_rad = T(0);   ///< of the step before
   int gear = 1, gear_wanted = 1;
   double shift_left_s = 0.0;
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
@@ -170,6 +171,8 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     if (in.steer_rad < d.stuck_steer_rad - width) d.stuck_steer_rad = in.steer_rad + width;
     in.steer_rad = d.stuck_steer_rad;
   }
+  in.steer_rate_radps = d.step == 0 ? T(0) : T((in.steer_rad - d.last_steer_rad) / step_s);
+  d.last_steer_rad = in.steer_rad;
   in.throttle =
       through(d.throttle, Term::throttle_actuator,
               T(p[P::throttle_gain] * controls.throttle_command), P::throttle_dead_time_s);
@@ -336,7 +339,8 @@ void settle_frictions(const Car<T>& car, double step_s, State<T>& rate, Detail<T
   for (std::size_t i = 0; i < kWheels; ++i) {
     detail.wheel[i].brake_nm = brake_nm[i];
     const T& inertia = p.axle(axle_of(i), P::front_wheel_inertia_kgm2);
-    moment -= (inertia * (spin_rate[i] - rate[kSpin + i])) * detail.wheel[i].axis;
+    moment -= (car.terms[Term::wheel_reaction] * inertia * (spin_rate[i] - rate[kSpin + i])) *
+              detail.wheel[i].axis;
     rate[kSpin + i] = spin_rate[i];
   }
   std::array<T, 6> x{T(0), T(0), T(0), moment.x, moment.y, moment.z};
@@ -476,10 +480,8 @@ Simulation<T> start(const Car<T>& car, const Road& road, const StartOptions& opt
   }
   sim.discrete.gear = sim.discrete.gear_wanted = options.gear;
   T engine = car.parameters[P::engine_idle_radps];
-  if (options.gear >= 1 && options.gear <= 6) {
-    const T ratio = car.parameters[P::gearbox_final] *
-                    car.parameters[static_cast<P>(static_cast<std::size_t>(P::gearbox_ratio_1) +
-                                                  static_cast<std::size_t>(options.gear) - 1)];
+  if (options.gear != 0) {
+    const T ratio = overall_ratio(car.parameters, options.gear);
     const T turning = ratio * s[kSpin + 2];
     if (turning > engine) engine = turning;
   }
