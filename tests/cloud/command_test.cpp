@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cloud/read_cloud.h"
+#include "cloud/road_frame.h"
 #include "crg/file.h"
 #include "nlohmann/json.hpp"
 #include "support/places.h"
@@ -264,6 +265,42 @@ TEST(Command, RangePointsAndNodesAreAsTold) {
       folder, "map " + at("scans") + " --frame map " + base + " --max-range-m 10 -o " + at("out"));
   EXPECT_EQ(ran.code, 1);
   EXPECT_THAT(ran.err, HasSubstr("--max-range-m wants points in the sensor's frame"));
+}
+
+TEST(Command, TheDemoMendsARoad) {
+  const support::TemporaryFolder folder;
+  const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
+  Ran ran = lidar2mesh(folder, "synth '" + places::source() +
+                                   "/tracks/kerbstone-ring/circuit.yaml' -o " + at("scans") +
+                                   " --from-m 290 --to-m 370 --azimuths 128 --grass-m 0.03");
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("base.crg: no kerbs, no bumps"));
+  ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +
+                               " --base " + at("scans/base.crg") + " --no-report -o " + at("out"));
+  ASSERT_EQ(ran.code, 0) << ran.err << ran.out;
+  const crg::Crg truth = crg::read(folder.path("scans/truth.crg")),
+                 base = crg::read(folder.path("scans/base.crg")),
+                 refined = crg::read(folder.path("out/refined.crg")),
+                 source = crg::read(folder.path("out/refined.provenance.crg"));
+  const RoadFrame wanted(truth), before(base), after(refined), how(source);
+  ASSERT_EQ(wanted.rows(), after.rows());
+  ASSERT_EQ(wanted.columns(), after.columns());
+  double count = 0.0, base2 = 0.0, refined2 = 0.0, kerb_m = 0.0;
+  for (std::size_t i = 0; i < wanted.rows(); ++i)
+    for (std::size_t j = 0; j < wanted.columns(); ++j) {
+      if (how.node(i, j) != 2.0f || std::abs(wanted.v_m()[j]) > 7.0) continue;
+      const double z = wanted.node(i, j) + wanted.z_origin_m(),
+                   old = before.node(i, j) + before.z_origin_m() - z;
+      count += 1.0, base2 += old * old;
+      kerb_m = std::max(kerb_m, -old);
+      refined2 += std::pow(after.node(i, j) + after.z_origin_m() - z, 2);
+    }
+  std::printf("base rms %.1f mm, refined %.2f mm\n", 1e3 * std::sqrt(base2 / count),
+              1e3 * std::sqrt(refined2 / count));
+  EXPECT_GT(count, 50000.0);
+  EXPECT_GT(kerb_m, 0.04);  // kerbs of 50 and 60 mm are missing
+  EXPECT_GT(std::sqrt(base2 / count), 0.015);
+  EXPECT_LT(std::sqrt(refined2 / count), 0.002);
 }
 
 TEST(Command, SaysWhatIsMissing) {

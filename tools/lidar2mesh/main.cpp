@@ -159,6 +159,7 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->add_option("--seed", c.seed, "[1]");
   synth->add_option("--threads", c.threads, "[all cores]");
   synth->footer(
+      "For a circuit.yaml also base.crg: the same without kerbs and bumps, banking 0.006 m/m off.\n\n"
       "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
       "--to-m 500");
   synth->callback([&, synth] {

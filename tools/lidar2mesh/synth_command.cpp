@@ -10,11 +10,24 @@
 #include "road/circuit.h"
 
 namespace lidar2mesh {
+namespace {
+
+/// What a simulator's mesh of this circuit would be: no kerbs, no bumps, the banking a third of a
+/// degree off.
+crg::Crg approximation_of(const road::Circuit& circuit) {
+  road::CircuitDesign design = circuit.design();
+  design.kerbs.clear(), design.bumps.clear();
+  for (double& banking : design.banking.value) banking += 0.006;
+  return road::truth_crg(road::Circuit(design));
+}
+
+}  // namespace
 
 int run_synth(const SynthCommand& command, Terminal& terminal) {
   const bool is_circuit = files::ending_of(command.road) == ".yaml";
-  const crg::Crg road =
-      is_circuit ? road::truth_crg(road::read_circuit(command.road)) : crg::read(command.road);
+  std::optional<road::Circuit> circuit;
+  if (is_circuit) circuit = road::read_circuit(command.road);
+  const crg::Crg road = circuit ? road::truth_crg(*circuit) : crg::read(command.road);
   cloud::ScanSynthOptions options;
   options.laps = command.laps, options.beams = command.beams, options.azimuths = command.azimuths,
   options.cars = command.cars;
@@ -28,6 +41,9 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
   const cloud::ScanSynthReport made = cloud::synth_scans(road, command.output_dir, options);
   const std::string truth = command.output_dir + "/truth.crg";
   files::write_file(truth, crg::to_bytes(road, crg::Format::KRBI));
+  const std::string base = circuit ? command.output_dir + "/base.crg" : "";
+  if (circuit)
+    files::write_file(base, crg::to_bytes(approximation_of(*circuit), crg::Format::KRBI));
   if (terminal.json) {
     nlohmann::ordered_json out = head_of(hashed("road", command.road), command.options);
     out.update(nlohmann::ordered_json{{"points", made.points},
@@ -36,12 +52,16 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
                                                            {"trajectory", made.trajectory_path},
                                                            {"truth_trajectory", made.truth_path},
                                                            {"truth_road", truth}});
+    if (circuit) out["base_road"] = base;
     terminal.print(files::json_text(out));
     return kOk;
   }
   terminal.print(fmt::format("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
              made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
              made.truth_path, truth));
+  if (circuit)
+    terminal.print(fmt::format(
+        "base        {}: no kerbs, no bumps, banking 0.006 m/m off, for 'map --base'\n", base));
   return kOk;
 }
 
