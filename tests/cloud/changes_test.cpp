@@ -91,7 +91,7 @@ void expect_found(const ChangeResult& result, const std::vector<Bump>& bumps) {
 }
 
 TEST(Changes, TwelveOfTwelveAndNothingElse) {
-  const std::uint32_t seeds = std::getenv("KERBSTONE_HEAVY") != nullptr ? 20 : 2;
+  const std::uint32_t seeds = std::getenv("KERBSTONE_HEAVY") != nullptr ? 20 : 1;
   for (std::uint32_t seed = 1; seed <= seeds; ++seed)
     for (const bool busy : {false, true}) {
       SCOPED_TRACE(fmt::format("seed {} {}", seed, busy));
@@ -106,9 +106,9 @@ TEST(Changes, TwelveOfTwelveAndNothingElse) {
       const ChangeResult same = find_changes(seen(before), seen(after));
       EXPECT_EQ(same.places.size(), 0u);
       for (const ChangePlace& p : same.places)
-        ADD_FAILURE() << fmt::format("{:.2f} {:.2f}: {:.4f} of {:.4f}, {:.4f} of {:.4f} over {:.2f} m2",
-                                     p.x_m - 485000.0, p.y_m - 5429000.0, p.change_m, p.stddev_m,
-                                     p.peak_change_m, p.peak_stddev_m, p.area_m2);
+        ADD_FAILURE() << fmt::format(
+            "{:.2f} {:.2f}: {:.4f} of {:.4f}, {:.4f} of {:.4f} over {:.2f} m2", p.x_m - 485000.0,
+            p.y_m - 5429000.0, p.change_m, p.stddev_m, p.peak_change_m, p.peak_stddev_m, p.area_m2);
       // Deviations are what they say where nothing changed.
       std::size_t inside = 0;
       for (const ChangeCell& cell : same.cells)

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <map>
@@ -141,6 +143,28 @@ TEST(RealClouds, GroundOfSamp11) {
   }
   EXPECT_EQ(labels, labelled.size());
   EXPECT_LT(static_cast<double>(wrong) / static_cast<double>(all.size()), 0.12);  // measured 0.093
+}
+
+// docs/performance.md; KERBSTONE_HEAVY=1.
+TEST(RealClouds, GroundOfTwoMillionPoints) {
+  const std::string path = places::data() + "/lidar/autzen_trim.las";
+  if (!std::ifstream(path)) GTEST_SKIP() << "no ../shared/data";
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "KERBSTONE_HEAVY=1 wanted";
+  const Cloud one = read_cloud(path);
+  const auto [x0, x1] = std::minmax_element(one.x_m.begin(), one.x_m.end());
+  Cloud all;
+  for (int k = 0; all.size() < 2'000'000; ++k)
+    for (std::size_t i = 0; i < one.size(); ++i)
+      add(all, one.x_m[i] + k * (*x1 - *x0 + 1.0), one.y_m[i], one.z_m[i]);
+  for (const bool far : {false, true}) {
+    if (far) add(all, 1e7, -1e7, 0.0);
+    const std::clock_t start = std::clock();
+    classify_ground(all);
+    const double used_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    std::printf("%zu points%s: %.2f s of the processor, %.2f million points/s\n", all.size(),
+                far ? ", one far away" : "", used_s, 1e-6 * static_cast<double>(all.size()) / used_s);
+    EXPECT_GT(static_cast<double>(all.size()) / used_s, 0.5e6);
+  }
 }
 
 }  // namespace

@@ -220,6 +220,15 @@ Fit fit_from(const Held& cell, double share) {
       const Eigen::Vector4d difference(-1.0, 1.0, 0.0, 0.0);
       fit.stddev_m = std::sqrt(std::max(0.0, difference.dot(solver.solve(difference))));
       fit.points = 2.0 / (1.0 / weight[0] + 1.0 / weight[1]);
+      // The weights choose what agrees; where much does not, as in grass, it agrees by choice.
+      double spread = 1.0;
+      for (const std::size_t k : {0u, 1u}) {
+        std::vector<double> off;
+        for (const Point& p : all)
+          if (p.which == k) off.push_back(std::abs(residual(p)));
+        spread = std::max(spread, quantile(off, 0.6) / 0.842 / std::sqrt(variance[k]));
+      }
+      fit.stddev_m *= spread;
       break;
     }
   }
