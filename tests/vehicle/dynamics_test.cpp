@@ -109,13 +109,21 @@ TEST(Dynamics, IsMirrorSymmetric) {
 }
 
 template <std::size_t T>
-void expect_absent_when_off(const CarFiles& files) {
+void expect_absent_when_off(CarFiles files) {
+  constexpr Term kTerm = static_cast<Term>(T);
+  if (kTerm == Term::compressor_map || kTerm == Term::intercooler || kTerm == Term::wastegate ||
+      kTerm == Term::overrun_valve) {
+    files.turbo = Turbo::kFull;
+    files.compressor_kgps = {{5000, 20000}, {1.0, 3.0}, {0.1, 0.0, 0.4, 0.2}};
+  }
   std::mt19937 random(3);
   bool matters = false;
   for (int trial = 0; trial < 5; ++trial) {
     Amplitudes<double> terms = default_amplitudes();
     terms[Term::locked_differential] = 1.0;
+    terms[Term::brake_vanes] = 0.5;
     State<double> s = random_state(random);
+    if (files.turbo == Turbo::kFull) s[kCharge] = 2.3e5;  // so that the wastegate is open
     if (trial == 4) {  // low speed, where some terms only act
       s[kVx] = 0.5;
       for (std::size_t i = 0; i < kWheels; ++i) s[kSpin + i] = 2.0;
@@ -135,7 +143,8 @@ void expect_absent_when_off(const CarFiles& files) {
   // The actuators act between the steps, not in the equations; step_test looks at them.
   const Term term = static_cast<Term>(T);
   const bool between_steps = term == Term::steering_actuator || term == Term::steering_friction ||
-                             term == Term::throttle_actuator || term == Term::brake_actuator;
+                             term == Term::throttle_actuator || term == Term::brake_actuator ||
+                             term == Term::steering_backlash || term == Term::brake_friction;
   const bool flat_friction = term == Term::road_friction;  // the plane has grip 1 everywhere
   EXPECT_EQ(matters, !between_steps && !flat_friction) << term_list()[T].name;
 }

@@ -88,6 +88,10 @@ inline vehicle::State<double> random_state(std::mt19937& random) {
   s[vehicle::kFuel] = around(40, 20);
   s[vehicle::kPadHeat] = 1e6;
   s[vehicle::kTyreWarmth] = 0.4;
+  s[vehicle::kManifold] = 1.2e5;
+  s[vehicle::kCharge] = 1.9e5;
+  s[vehicle::kExhaust] = 2.1e5;
+  s[vehicle::kTurbo] = 13000;
   return s;
 }
 

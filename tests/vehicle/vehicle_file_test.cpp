@@ -58,6 +58,25 @@ class VehicleFile : public ::testing::Test {
   fs::path folder_;
 };
 
+TEST_F(VehicleFile, ReadsATurbochargerAndItsMaps) {
+  files::write_file(path("flow.csv"),
+                    "shaft_radps:pressure_ratio,1,2\n10000,0.2,0.1\n16000,0.3,0.2\n");
+  files::write_file(path("efficiency.csv"),
+                    "shaft_radps:pressure_ratio,1,2\n10000,0.6,0.7\n16000,0.65,0.75\n");
+  const std::string maps = "  compressor_kgps: flow.csv\n  compressor_efficiency: efficiency.csv\n";
+  EXPECT_EQ(refusal(text() + maps + "turbo: full\n"), "");
+  const Vehicle v = read_vehicle(path("vehicle.yaml"));
+  EXPECT_EQ(v.files.turbo, Turbo::kFull);
+  EXPECT_EQ(v.files.compressor_kgps.z[3], 0.2);
+  EXPECT_EQ(v.files.compressor_efficiency.z[1], 0.7);
+  EXPECT_THAT(refusal(text() + "turbo: twin\n"),
+              HasSubstr("turbo = 'twin', wanted first_order or full"));
+  files::write_file(path("efficiency.csv"), "shaft_radps:pressure_ratio,1,2\n1,0.6,0\n2,0.6,0.7\n");
+  EXPECT_THAT(refusal(text() + maps + "turbo: full\n"), HasSubstr("compressor efficiency map"));
+  EXPECT_EQ(refusal(text()), "");
+  EXPECT_EQ(read_vehicle(path("vehicle.yaml")).files.turbo, Turbo::kFirstOrder);
+}
+
 TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
   files::write_file(path("setup.txt"),
                     "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");

@@ -67,6 +67,13 @@ void check_car(const CarFiles& files, const Parameters<double>& p,
     throw Error(fmt::format("tyre.window_end_k = {} lies below tyre.window_begin_k = {}",
                             p[P::tyre_window_end_k], p[P::tyre_window_begin_k]));
 
+  if (terms[Term::brake_vanes] > 0.0)
+    for (std::size_t a = 0; a < 2; ++a)
+      if (!(p.axle(a, P::front_disc_inner_m) < 0.95 * p.axle(a, P::front_disc_diameter_m)))
+        throw Error(fmt::format("{}.disc_inner_m = {} m, wanted below 0.95 of the disc's {} m",
+                                a == 0 ? "front" : "rear", p.axle(a, P::front_disc_inner_m),
+                                p.axle(a, P::front_disc_diameter_m)));
+
   // The wheels alone must not have more inertia than the whole car.
   double ix = 0.0, iy = 0.0, iz = 0.0;
   for (std::size_t a = 0; a < 2; ++a) {
@@ -103,6 +110,11 @@ void check_car(const CarFiles& files, const Parameters<double>& p,
   check_map(files.wake_drag_factor, "slipstream drag map");
   check_map(files.wake_lift_factor, "slipstream lift map");
   check_map(files.pad_friction, "pad friction map");
+  check_map(files.compressor_kgps, "compressor flow map");
+  check_map(files.compressor_efficiency, "compressor efficiency map");
+  for (const double efficiency : files.compressor_efficiency.z)
+    if (!(efficiency >= 0.05 && efficiency <= 1.0))
+      throw Error(fmt::format("compressor efficiency map: {}, wanted 0.05 to 1", efficiency));
 }
 
 }  // namespace vehicle

@@ -21,7 +21,8 @@ void add(Powers<double>& sum, const Powers<double>& work) {
         &Powers<double>::tyre_moment, &Powers<double>::drag, &Powers<double>::downforce,
         &Powers<double>::side, &Powers<double>::damper, &Powers<double>::brake,
         &Powers<double>::engine, &Powers<double>::driveline, &Powers<double>::clutch,
-        &Powers<double>::fuel, &Powers<double>::hold, &Powers<double>::unfelt})
+         &Powers<double>::fuel, &Powers<double>::hold, &Powers<double>::unfelt,
+         &Powers<double>::turbo})
     sum.*member += work.*member;
 }
 

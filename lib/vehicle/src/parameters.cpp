@@ -46,6 +46,7 @@ Amplitudes<double> default_amplitudes() {
   Amplitudes<double> out;
   out.value.fill(1.0);
   out[Term::locked_differential] = 0.0;
+  out[Term::brake_vanes] = 0.0;
   return out;
 }
 

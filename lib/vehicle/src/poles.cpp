@@ -23,6 +23,8 @@ double difference(std::size_t i) {
   if (i >= kTyre && i < kEngine) return 1e-2;  // K
   if (i >= kSlipX && i < kTyre) return 1e-7;   // m
   if (i >= kTravel && i < kTravelRate) return 1e-7;
+  if (i >= kManifold && i < kTurbo) return 1.0;  // Pa
+  if (i == kTurbo) return 1e-2;
   if (i == kEngine || (i >= kSpin && i < kSlipX)) return 1e-5;
   return 1e-6;
 }
@@ -88,6 +90,7 @@ Linearisation linearise(const Car<double>& car, double speed_mps,
       Detail<double> scratch;
       derivative(car, s, in, road, cursors, rate, scratch);
       settle_frictions(car, h, rate, scratch);
+      if (car.files->turbo == Turbo::kFull) settle_air(h, rate, scratch);
       integrate(car, next, rate, scratch, {h, integrator});
       return next;
     };

@@ -303,6 +303,7 @@ RecordedStates recorded_states(const Source& source) {
   // No sensor's channels: callers that have worked them out give them.
   state(kPadHeat, "pad_heat_j");
   state(kTyreWarmth, "tyre_warmth");
+  for (std::size_t i = kManifold; i <= kTurbo; ++i) state(i, std::string(state_name(i)));
   for (std::size_t i = 0; i < kWheels; ++i) {
     state(kSpin + i, fmt::format("wheel_{}_radps", kWheelNames[i]));
     state(kTyre + i, fmt::format("tyre_{}_k", kWheelNames[i]));
@@ -489,6 +490,7 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
       sim.state[kFuel] = last.state[kFuel];
       sim.state[kPadHeat] = last.state[kPadHeat];
       sim.state[kTyreWarmth] = last.state[kTyreWarmth];
+      for (std::size_t i = kManifold; i <= kTurbo; ++i) sim.state[i] = last.state[i];
     }
     put_on(road, window.settle, states, sim);
     comparison.begin(window);

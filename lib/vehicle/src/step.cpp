@@ -57,7 +57,11 @@ constexpr std::array<std::string_view, kStateSize> kStateNames{"x_m",
                                                                "boost",
                                                                "fuel_kg",
                                                                "pad_heat_j",
-                                                               "tyre_warmth"};
+                                                               "tyre_warmth",
+                                                               "manifold_pa",
+                                                               "charge_pa",
+                                                               "exhaust_pa",
+                                                               "turbo_radps"};
 
 }  // namespace
 

@@ -81,7 +81,7 @@ void fill_telemetry(double time_s, const State<double>& s, const Detail<double>&
   for (const double pressure : d.inputs.brake_pa) put(pressure);
   put(d.inputs.gear);
   put(s[kEngine]);
-  put(s[kBoost]);
+  put(d.boost);
   put(s[kFuel]);
   put4(kSpin);
   for (const auto& wheel : d.wheel) put(wheel.fz_n);

@@ -146,7 +146,8 @@ Vehicle read_vehicle(const std::string& path) {
   vehicle.read_files.push_back(path);
   const Setting root = read_settings(path);
   const Section top(root, path, "a vehicle file");
-  top.allow({"name", "tyres", "maps", "suspension", "setup", "contact", "parameters", "terms"});
+  top.allow({"name", "tyres", "maps", "suspension", "setup", "contact", "turbo", "parameters",
+             "terms"});
   vehicle.name = top.text("name");
   const auto file = [&](const std::string& name) {
     const std::string full = (std::filesystem::path(path).parent_path() / name).string();
@@ -180,7 +181,8 @@ Vehicle read_vehicle(const std::string& path) {
   const Section maps = top.section("maps");
   maps.allow({"engine_torque_nm", "front_damper_n", "rear_damper_n", "drag_factor",
               "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
-              "wake_drag_factor", "wake_lift_factor", "pad_friction"});
+              "wake_drag_factor", "wake_lift_factor", "pad_friction", "compressor_kgps",
+              "compressor_efficiency"});
   CarFiles& f = vehicle.files;
   const auto map1 = [&](Map1& map, const char* key, const char* x, const char* value) {
     if (maps.has(key)) map = read_map1(file(maps.text(key)), x, value);
@@ -201,6 +203,17 @@ Vehicle read_vehicle(const std::string& path) {
   map2(f.wake_drag_factor, "wake_drag_factor", "wake_x_m", "wake_y_m", "factor");
   map2(f.wake_lift_factor, "wake_lift_factor", "wake_x_m", "wake_y_m", "factor");
   map2(f.pad_friction, "pad_friction", "pressure_pa", "surface_k", "friction");
+  map2(f.compressor_kgps, "compressor_kgps", "shaft_radps", "pressure_ratio", "flow_kgps");
+  map2(f.compressor_efficiency, "compressor_efficiency", "shaft_radps", "pressure_ratio",
+       "efficiency");
+
+  if (top.has("turbo")) {
+    const std::string turbo = top.text("turbo");
+    if (turbo != "first_order" && turbo != "full")
+      throw Error(
+          fmt::format("{}: turbo = '{}', wanted first_order or full", path, turbo.substr(0, 60)));
+    f.turbo = turbo == "full" ? Turbo::kFull : Turbo::kFirstOrder;
+  }
 
   if (top.has("suspension")) {
     const Section both = top.section("suspension");

@@ -49,6 +49,7 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
   work.driveline =
       h * (driven_nm * axle - detail.clutch_nm * engine - detail.differential_nm * difference);
   work.fuel = h * detail.power.fuel;
+  if (car.files->turbo == Turbo::kFull) work.turbo = h * detail.turbo.shaft_nm * mean(kTurbo);
   work.hold = h * detail.inputs.hold_n * V.x;
   return work;
 }

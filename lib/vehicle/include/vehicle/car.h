@@ -19,11 +19,18 @@ namespace vehicle {
 /// deformation.
 enum class FxArm { kLoadedRadius, kRollingRadius };
 
+/// How the engine's torque follows the throttle: by the engine map and a boost of first order, or
+/// by the air path of laws/turbocharger.h, which leaves the engine map to the driver's judgement.
+enum class Turbo { kFirstOrder, kFull };
+
 /// What a car has in files: two tyres and its maps. An empty map is replaced as stated.
 struct CarFiles {
   std::array<TyreCoefficients, 2> tyre;  ///< front, rear
   AlphaConvention alpha = AlphaConvention::kTangent;
   FxArm fx_arm = FxArm::kLoadedRadius;
+  Turbo turbo = Turbo::kFirstOrder;
+  Map2 compressor_kgps, compressor_efficiency;  ///< over shaft speed rad/s and pressure ratio;
+                                                ///< empty: the closed form
   Map2 engine_torque_nm;         ///< over engine speed rad/s and throttle; required
   std::array<Map1, 2> damper_n;  ///< over speed m/s, bump positive; empty: the damping parameters
   Map2 drag_factor;              ///< over front and rear ride height, m; empty: 1

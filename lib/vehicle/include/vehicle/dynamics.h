@@ -11,6 +11,8 @@
 #include <cmath>
 
 #include "vehicle/car.h"
+#include "vehicle/laws/brake_disc.h"
+#include "vehicle/laws/turbocharger.h"
 #include "vehicle/road.h"
 
 namespace vehicle {
@@ -54,10 +56,11 @@ struct Powers {
   T fuel = T(0);       ///< motion and height of the mass that burns
   T hold = T(0);       ///< the push from outside
   T unfelt = T(0);     ///< by what wheel_reaction below 1 leaves out of the body
+  T turbo = T(0);      ///< on the turbocharger's shaft
 
   T sum() const {
     return tyre_normal + tyre_x + tyre_y + tyre_moment + drag + downforce + side + damper + brake +
-           engine + driveline + fuel + hold + unfelt;
+           engine + driveline + fuel + hold + unfelt + turbo;
   }
 };
 
@@ -78,6 +81,8 @@ struct Detail {
   T limited_slip_grip = T(0);  ///< share of it that acts, signed
   T drag_n = T(0), front_downforce_n = T(0), rear_downforce_n = T(0);
   T drag_x_n = T(0), drag_y_n = T(0), side_n = T(0);  ///< along the body's axes
+  T boost = T(0);  ///< the state; full turbo: charge over wastegate pressure, both above the air
+  laws::TurboRates<T> turbo;                  ///< of the full turbocharged engine
   std::array<std::array<T, 6>, 6> inertia{};  ///< of the body with its wheels, LDL^T factors
 };
 
@@ -152,6 +157,47 @@ T limited_slip_torque(const Car<T>& car, const T& driven_nm) {
   const T& ramp = driven_nm > T(0) ? p[P::differential_drive_ramp] : p[P::differential_coast_ramp];
   return car.terms[Term::limited_slip] * (p[P::differential_preload_nm] + ramp * abs(driven_nm)) *
          0.5;
+}
+
+/// The air path's parameters as its law wants them.
+template <class T>
+laws::TurboParameters<T> turbo_parameters(const Parameters<T>& p) {
+  using P = Parameter;
+  return {p[P::engine_displacement_m3],
+          p[P::engine_compression],
+          p[P::engine_filling],
+          p[P::engine_indicated],
+          p[P::engine_coolant_share],
+          p[P::engine_air_fuel],
+          p[P::engine_friction_pa],
+          p[P::engine_friction_pas],
+          p[P::intake_manifold_m3],
+          p[P::intake_charge_m3],
+          p[P::intake_throttle_m2],
+          p[P::intake_leak_m2],
+          p[P::intake_cooler],
+          p[P::intake_overrun_m2],
+          p[P::intake_overrun_pa],
+          p[P::intake_overrun_range_pa],
+          p[P::compressor_diameter_m],
+          p[P::compressor_head],
+          p[P::compressor_flow],
+          p[P::compressor_efficiency],
+          p[P::compressor_best_flow],
+          p[P::compressor_narrowness],
+          p[P::turbine_diameter_m],
+          p[P::turbine_area_m2],
+          p[P::turbine_efficiency],
+          p[P::turbine_blade_ratio],
+          p[P::turbine_exhaust_m3],
+          p[P::turbine_wastegate_m2],
+          p[P::turbine_wastegate_pa],
+          p[P::turbine_wastegate_range_pa],
+          p[P::turbo_inertia_kgm2],
+          p[P::turbo_bearing_nms],
+          p[P::fuel_energy_jpkg],
+          T(p[P::aero_density_kgpm3] * laws::kGas * p[P::environment_temperature_k]),
+          p[P::environment_temperature_k]};
 }
 
 /// Height, slope and friction under a wheel, for any scalar: the road stays double, its height
@@ -654,13 +700,33 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   // 7. Engine, turbo, clutch, differential.
   const T& engine_speed = s[kEngine];
   const T throttle = clip(in.throttle, 0.0, 1.0);
-  T map_torque = p[P::engine_torque] * evaluate(files.engine_torque_nm, engine_speed, throttle);
-  if (map_torque > T(0)) {
-    const T above = (engine_speed - p[P::engine_limit_radps]) / (0.02 * p[P::engine_limit_radps]);
-    map_torque *= 1.0 - clip(above, 0.0, 1.0);
+  const T above = (engine_speed - p[P::engine_limit_radps]) / (0.02 * p[P::engine_limit_radps]);
+  const T fuelled = 1.0 - clip(above, 0.0, 1.0);
+  const bool full_turbo = files.turbo == Turbo::kFull;
+  T map_torque = T(0);
+  detail.boost = s[kBoost];
+  out[kBoost] = out[kManifold] = out[kCharge] = out[kExhaust] = out[kTurbo] = T(0);
+  if (full_turbo) {
+    const auto amount = [&](Term t) { return active(t) ? amplitude(t) : T(0); };
+    const laws::TurboParameters<T> of_path = turbo_parameters(p);
+    detail.turbo = laws::turbocharged<T>(of_path,
+                                         {amount(Term::compressor_map), amount(Term::wastegate),
+                                          amount(Term::overrun_valve), amount(Term::intercooler)},
+                                         {s[kManifold], s[kCharge], s[kExhaust], s[kTurbo]},
+                                         engine_speed, throttle, fuelled, files.compressor_kgps,
+                                         files.compressor_efficiency);
+    map_torque = p[P::engine_torque] * detail.turbo.engine_nm;
+    detail.boost = (s[kCharge] - of_path.air_pa) / of_path.wastegate_pa;
+    out[kManifold] = detail.turbo.manifold_paps;
+    out[kCharge] = detail.turbo.charge_paps;
+    out[kExhaust] = detail.turbo.exhaust_paps;
+    out[kTurbo] = detail.turbo.shaft_radps2;
+    power.turbo = detail.turbo.shaft_nm * s[kTurbo];
+  } else {
+    map_torque = p[P::engine_torque] * evaluate(files.engine_torque_nm, engine_speed, throttle);
+    if (map_torque > T(0)) map_torque *= fuelled;
   }
-  out[kBoost] = T(0);
-  if (active(Term::turbo_lag)) {
+  if (!full_turbo && active(Term::turbo_lag)) {
     // Boost chases the throttle as fast as the exhaust drives the turbine; torque misses what boost
     // misses.
     const T lacking = throttle - s[kBoost];
@@ -738,7 +804,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   const T speed = norm(V);
   T car_cooling = T(0);
   const bool cooled = active(Term::brake_convection);
-  constexpr double kAirConductivity = 0.026, kAirViscosity = 1.6e-5;  // W/(m K), m2/s, near 300 K
+  using laws::kAirConductivity, laws::kAirViscosity;
+  const bool vanes = cooled && active(Term::brake_vanes);
+  const bool simple = cooled && (!vanes || !is_exactly_zero(T(1.0 - amplitude(Term::brake_vanes))));
   T bite = T(1);  // what fade leaves of the friction
   if (active(Term::brake_fade))
     bite -= amplitude(Term::brake_fade) *
@@ -775,7 +843,21 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       into_surface -= flow;
       into_core += flow;
     }
-    if (cooled) {
+    if (vanes) {
+      const T& d = p.axle(a, P::front_disc_diameter_m);
+      const T& inner = p.axle(a, P::front_disc_inner_m);
+      const T& gap = p.axle(a, P::front_vane_diameter_m);
+      const T turning = abs(spin[i]);
+      const T k = amplitude(Term::brake_convection) * amplitude(Term::brake_vanes);
+      into_surface -= k *
+                      laws::disc_face_nusselt(d, turning, T(p[P::brake_air_share] * speed),
+                                              p[P::brake_nusselt_still]) *
+                      kAirConductivity / d * p.axle(a, P::front_disc_area_m2) * (surface - air_k);
+      into_core -=
+          k * laws::vane_nusselt(gap, T(0.5 * (d - inner)), laws::vane_air_mps(d, inner, turning)) *
+          kAirConductivity / gap * p.axle(a, P::front_vane_area_m2) * (core - air_k);
+    }
+    if (simple) {
       const T& d = p.axle(a, P::front_disc_diameter_m);
       if (i == 0 || i == 2)  // both wheels of an axle see the same car speed
         car_cooling = p[P::brake_nusselt_car] * pow(T(speed * d / kAirViscosity + 1e-9), 0.8);
@@ -783,8 +865,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
       const T nusselt =
           p[P::brake_nusselt_still] + car_cooling +
           p[P::brake_nusselt_disc] * pow(T(disc_speed * d / kAirViscosity + 1e-9), 0.8);
-      into_surface -= amplitude(Term::brake_convection) * nusselt * kAirConductivity / d *
+      const T out_w = amplitude(Term::brake_convection) * nusselt * kAirConductivity / d *
                       p.axle(a, P::front_disc_area_m2) * (surface - air_k);
+      into_surface -= vanes ? T((1.0 - amplitude(Term::brake_vanes)) * out_w) : out_w;
     }
     if (active(Term::brake_radiation)) {
       constexpr double kStefanBoltzmann = 5.670374419e-8;
@@ -811,9 +894,14 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   const T& fuel = s[kFuel];
   const Vec3<T> tank_v = V + cross(omega, car.tank_m);
   if (active(Term::fuel_burn) && fuel > T(0)) {
-    const T useful = map_torque > T(0) ? T(map_torque * engine_speed) : T(0);
-    out[kFuel] = -amplitude(Term::fuel_burn) *
-                 (p[P::fuel_idle_kgps] + useful / (p[P::fuel_efficiency] * p[P::fuel_energy_jpkg]));
+    if (full_turbo) {
+      out[kFuel] = -amplitude(Term::fuel_burn) * detail.turbo.fuel_kgps;
+    } else {
+      const T useful = map_torque > T(0) ? T(map_torque * engine_speed) : T(0);
+      out[kFuel] =
+          -amplitude(Term::fuel_burn) *
+          (p[P::fuel_idle_kgps] + useful / (p[P::fuel_efficiency] * p[P::fuel_energy_jpkg]));
+    }
     power.fuel =
         out[kFuel] * (0.5 * dot(tank_v, tank_v) +
                       p[P::environment_gravity_mps2] * (position.z + R.apply(car.tank_m).z));
@@ -897,9 +985,9 @@ void derivative(const Car<T>& car, const State<T>& s, const Inputs<T>& in, const
   }
 }
 
-/// Kinetic energy of all masses and rotors, their height, and what springs, bars and stops hold, J.
-/// What changes it is exactly Powers (times, for one wheel spinning about a turning axis, nothing:
-/// gyroscopic moments do no work).
+/// Kinetic energy of all masses and rotors (the turbocharger's too), their height, and what
+/// springs, bars and stops hold, J. What changes it is exactly Powers (times, for one wheel
+/// spinning about a turning axis, nothing: gyroscopic moments do no work).
 template <class T>
 T energy(const Car<T>& car, const State<T>& s) {
   using P = Parameter;
@@ -949,6 +1037,8 @@ T energy(const Car<T>& car, const State<T>& s) {
     if (into > T(0)) total += stop * into * into * into;
     if (out_of > T(0)) total += stop * out_of * out_of * out_of;
   }
+  if (car.files->turbo == Turbo::kFull)
+    total += 0.5 * p[P::turbo_inertia_kgm2] * s[kTurbo] * s[kTurbo];
   return total + 0.5 * p[P::engine_inertia_kgm2] * s[kEngine] * s[kEngine];
 }
 

@@ -100,7 +100,8 @@ struct Amplitudes {
 /// Both lists as two Markdown tables: docs/vehicle_parameters.md is this text.
 std::string describe_parameters();
 
-/// All terms at 1, except locked_differential: a car has one differential.
+/// All terms at 1, except locked_differential (a car has one differential) and brake_vanes (one law
+/// of convection).
 Amplitudes<double> default_amplitudes();
 
 /// True for a number that is zero and whose derivatives, if it has any, are all zero.

@@ -39,6 +39,11 @@ enum StateIndex : std::size_t {
   kFuel,                               ///< kg
   kPadHeat,                            ///< J that the pads of all wheels hold, see brake.fade_1pmj
   kTyreWarmth,                         ///< 0 cold to 1, of all tyres: see tyre.warm_up_loss
+  // Air path of the full turbocharged engine; 0 with the first-order boost.
+  kManifold,  ///< Pa, between throttle and cylinders
+  kCharge,    ///< Pa, between compressor and throttle
+  kExhaust,   ///< Pa, between cylinders and turbine
+  kTurbo,     ///< rad/s, turbocharger's shaft
   kStateSize
 };
 

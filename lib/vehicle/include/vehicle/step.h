@@ -8,6 +8,7 @@
 #include <string>
 
 #include "vehicle/dynamics.h"
+#include "vehicle/laws/actuator_friction.h"
 
 namespace vehicle {
 
@@ -38,6 +39,9 @@ struct Discrete {
   std::array<Actuator<T>, kWheels> brake;
   T stuck_steer_rad = T(0);  ///< where friction holds the steering
   T last_steer_rad = T(0);   ///< of the step before
+  laws::Stick<T> steer_stick;  ///< the same with a break-away
+  T played_steer_rad = T(0);   ///< where backlash leaves the road wheels
+  std::array<laws::Stick<T>, kWheels> brake_stick;
   int gear = 1, gear_wanted = 1;
   double shift_left_s = 0.0;
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
@@ -167,9 +171,22 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   if (!is_exactly_zero(car.terms[Term::steering_friction])) {
     // The wheels stay where they are until the actuator is ahead of them by the friction width.
     const T width = car.terms[Term::steering_friction] * p[P::steering_friction_rad];
-    if (in.steer_rad > d.stuck_steer_rad + width) d.stuck_steer_rad = in.steer_rad - width;
-    if (in.steer_rad < d.stuck_steer_rad - width) d.stuck_steer_rad = in.steer_rad + width;
-    in.steer_rad = d.stuck_steer_rad;
+    if (is_exactly_zero(p[P::steering_breakaway_rad])) {
+      laws::play(in.steer_rad, width, d.stuck_steer_rad);
+      in.steer_rad = d.stuck_steer_rad;
+    } else {
+      laws::stick(in.steer_rad, width,
+                  T(car.terms[Term::steering_friction] * p[P::steering_breakaway_rad]),
+                  d.steer_stick);
+      in.steer_rad = d.steer_stick.output;
+    }
+  }
+  if (!is_exactly_zero(car.terms[Term::steering_backlash]) &&
+      !is_exactly_zero(p[P::steering_backlash_rad])) {
+    laws::play(in.steer_rad,
+               T(0.5 * car.terms[Term::steering_backlash] * p[P::steering_backlash_rad]),
+               d.played_steer_rad);
+    in.steer_rad = d.played_steer_rad;
   }
   in.steer_rate_radps = d.step == 0 ? T(0) : T((in.steer_rad - d.last_steer_rad) / step_s);
   d.last_steer_rad = in.steer_rad;
@@ -180,6 +197,14 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     in.brake_pa[i] =
         through(d.brake[i], Term::brake_actuator,
                 T(p[P::brake_gain] * controls.brake_command_pa[i]), P::brake_dead_time_s);
+  const bool sticks =
+      !is_exactly_zero(car.terms[Term::brake_friction]) &&
+      (!is_exactly_zero(p[P::brake_friction_pa]) || !is_exactly_zero(p[P::brake_breakaway_pa]));
+  for (std::size_t i = 0; i < kWheels && sticks; ++i) {
+    laws::stick(in.brake_pa[i], T(car.terms[Term::brake_friction] * p[P::brake_friction_pa]),
+                T(car.terms[Term::brake_friction] * p[P::brake_breakaway_pa]), d.brake_stick[i]);
+    in.brake_pa[i] = d.brake_stick[i].output;
+  }
   in.hold_n = controls.hold_n;
   in.opponent = controls.opponent;
   in.wake_x_m = controls.wake_x_m;
@@ -355,6 +380,22 @@ void settle_frictions(const Car<T>& car, double step_s, State<T>& rate, Detail<T
   }
 }
 
+/// Gives the pressures of the full turbocharged engine the rates that they have at the end of the
+/// step, by their Jacobian (linearly implicit Euler): flow through an open throttle equals
+/// pressures within a fraction of a millisecond, which no explicit step resolves.
+template <class T>
+void settle_air(double step_s, State<T>& rate, const Detail<T>& detail) {
+  const double h = step_s;
+  const auto& d = detail.turbo.drift;
+  const T mm = 1.0 - h * d.manifold, mc = -h * d.manifold_charge;
+  const T cm = -h * d.charge_manifold, cc = 1.0 - h * d.charge;
+  const T determinant = mm * cc - mc * cm;
+  const T manifold = rate[kManifold], charge = rate[kCharge];
+  rate[kManifold] = (cc * manifold - mc * charge) / determinant;
+  rate[kCharge] = (mm * charge - cm * manifold) / determinant;
+  rate[kExhaust] /= 1.0 - h * d.exhaust;
+}
+
 /// Moves the continuous state on by one step with its rates, frictions settled.
 template <class T>
 void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detail<T>& detail,
@@ -404,6 +445,7 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   s[kFuel] += h * rate[kFuel];
   s[kPadHeat] += h * rate[kPadHeat];
   s[kTyreWarmth] += h * rate[kTyreWarmth];
+  for (std::size_t i = kManifold; i <= kTurbo; ++i) s[i] += h * rate[i];
 }
 
 /// One step: actuators, derivative, integration, and a look at the result. `detail` describes the
@@ -420,6 +462,7 @@ StepResult step(const Car<T>& car, Simulation<T>& sim, const Controls<T>& contro
         (options.stop_off_road && !detail.wheel[i].road.on_road))
       return {StepResult::Problem::kNoRoad, i};
   settle_frictions(car, options.step_s, rate, detail);
+  if (car.files->turbo == Turbo::kFull) settle_air(options.step_s, rate, detail);
   integrate(car, sim.state, rate, detail, options);
   sim.time_s = static_cast<double>(sim.discrete.step) * options.step_s;
   for (std::size_t i = 0; i < kStateSize; ++i)
@@ -449,6 +492,7 @@ struct StartOptions {
 template <class T>
 Simulation<T> start(const Car<T>& car, const Road& road, const StartOptions& options) {
   using P = Parameter;
+  using std::sqrt;
   Simulation<T> sim{};
   const RoadPoint ground = road.at(options.x_m, options.y_m, options.z_near_m, 0, sim.cursors);
   const double cy = std::cos(options.yaw_rad), sy = std::sin(options.yaw_rad);
@@ -487,6 +531,18 @@ Simulation<T> start(const Car<T>& car, const Road& road, const StartOptions& opt
   }
   s[kEngine] = engine;
   s[kFuel] = T(options.fuel_kg);
+  if (car.files->turbo == Turbo::kFull) {
+    // Throttle closed: what leaks through chokes, the cylinders take it; the turbocharger idles.
+    const Parameters<T>& p = car.parameters;
+    const T air_k = p[P::environment_temperature_k];
+    const T air_pa = p[P::aero_density_kgpm3] * laws::kGas * air_k;
+    const T sucked = p[P::engine_filling] * p[P::engine_displacement_m3] * engine /
+                     (4.0 * 3.141592653589793 * sqrt(laws::kGas * air_k));
+    const T manifold = std::sqrt(0.5) * p[P::intake_leak_m2] * air_pa / sucked;
+    s[kManifold] = manifold < 0.5 * air_pa ? manifold : T(0.5 * air_pa);
+    s[kCharge] = s[kExhaust] = air_pa;
+    s[kTurbo] = T(1000);
+  }
   return sim;
 }
 

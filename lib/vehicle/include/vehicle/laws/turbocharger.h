@@ -1,0 +1,272 @@
+// The air path of a turbocharged engine: a mean-value model with four states.
+//
+// Volumes at constant temperature, flows through throttle, valves and cylinders, torque from the
+// air: L. Guzzella and C. H. Onder, Introduction to Modeling and Control of Internal Combustion
+// Engine Systems, 2nd edition 2010, chapter 2, with their approximation of the isentropic nozzle.
+// Turbine flow: Stodola's ellipse; turbine efficiency: a parabola over the blade speed ratio, as
+// there. Compressor: the head falls from that of no flow with the square of the flow (ideal head
+// less a friction loss), efficiency a parabola over the flow coefficient; where a map is given,
+// flow and efficiency are the map's.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include "vehicle/map.h"
+#include "vehicle/parameters.h"
+
+namespace vehicle::laws {
+
+inline constexpr double kGas = 287.0;         ///< J/(kg K), air and exhaust gas
+inline constexpr double kAirHeat = 1004.5;    ///< J/(kg K), of air at constant pressure
+inline constexpr double kExhaustHeat = 1150;  ///< J/(kg K), of exhaust gas
+
+/// A value and how fast it grows.
+template <class T>
+struct Sloped {
+  T value, slope;
+};
+
+/// The square root of x, but of finite slope below `small`: odd, smooth to the first derivative,
+/// straight through zero but for a term of the second order.
+template <class T>
+Sloped<T> soft_root(const T& x, double small) {
+  using std::sqrt;
+  if (x >= T(small)) {
+    const T root = sqrt(x);
+    return {root, 0.5 / root};
+  }
+  const double root = std::sqrt(small);
+  if (x >= T(0)) return {x / root * (1.5 - 0.5 / small * x), (1.5 - x / small) / root};
+  if (x > T(-small)) return {x / root * (1.5 + 0.5 / small * x), (1.5 + x / small) / root};
+  const T other = sqrt(-x);
+  return {-other, 0.5 / other};
+}
+
+/// Rises from 0 to 1 over [0, 1] without a kink.
+template <class T>
+Sloped<T> soft_step(const T& x) {
+  if (!(x > T(0))) return {T(0), T(0)};
+  if (x >= T(1)) return {T(1), T(0)};
+  return {x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x)};
+}
+
+/// A flow, kg/s, and its derivatives after the pressures before and behind, kg/(s Pa).
+template <class T>
+struct Flow {
+  T kgps = T(0), per_before = T(0), per_behind = T(0);
+};
+
+/// Through an opening of effective area `area_m2`: p / sqrt(R T) area psi, psi = sqrt(2 r (1 - r))
+/// for pressure ratios r above 1/2, sqrt(1/2) below (Guzzella and Onder; within 4 % of the
+/// isentropic nozzle of air). Above r = 0.98 the root is regularised. Backwards where the pressure
+/// behind is the greater.
+template <class T>
+Flow<T> nozzle(const T& area_m2, const T& before_pa, const T& behind_pa, const T& before_k,
+               const T& behind_k) {
+  using std::sqrt;
+  if (behind_pa > before_pa) {
+    const Flow<T> back = nozzle(area_m2, behind_pa, before_pa, behind_k, before_k);
+    return {-back.kgps, -back.per_behind, -back.per_before};
+  }
+  const T scale = area_m2 / sqrt(kGas * before_k);
+  const T ratio = behind_pa / before_pa;
+  if (ratio < T(0.5)) {
+    const double choked = std::sqrt(0.5);
+    return {scale * before_pa * choked, scale * choked, T(0)};
+  }
+  const Sloped<T> psi = soft_root(T(2.0 * ratio * (1.0 - ratio)), 2.0 * 0.98 * 0.02);
+  const T slope = psi.slope * (2.0 - 4.0 * ratio);
+  return {scale * before_pa * psi.value, scale * (psi.value - ratio * slope), scale * slope};
+}
+
+/// What the air path is made of; names and units as in parameters.def.
+template <class T>
+struct TurboParameters {
+  T displacement_m3, compression, filling, indicated, coolant_share, air_fuel, friction_pa,
+      friction_pas;                                        // engine
+  T manifold_m3, charge_m3, throttle_m2, leak_m2, cooler;  // intake
+  T overrun_m2, overrun_pa, overrun_range_pa;
+  T compressor_m, head, flow, compressor_efficiency, best_flow, narrowness;
+  T turbine_m, turbine_m2, turbine_efficiency, blade_ratio, exhaust_m3;
+  T wastegate_m2, wastegate_pa, wastegate_range_pa;
+  T inertia_kgm2, bearing_nms;
+  T fuel_jpkg, air_pa, air_k;
+};
+
+/// How much acts of what can be switched, 0 to 1.
+template <class T>
+struct TurboAmounts {
+  T map, wastegate, overrun, intercooler;
+};
+
+template <class T>
+struct TurboState {
+  T manifold_pa, charge_pa, exhaust_pa, shaft_radps;
+};
+
+/// Flows, powers and rates. `drift` is the Jacobian of the pressures' rates after the pressures,
+/// 1/s, for a step that treats them implicitly: manifold and charge, exhaust apart; the slope of
+/// the compressor is that of its closed form also where a map acts.
+template <class T>
+struct TurboRates {
+  T manifold_paps = T(0), charge_paps = T(0), exhaust_paps = T(0), shaft_radps2 = T(0);
+  T engine_nm = T(0);  ///< indicated less friction and gas exchange
+  T fuel_kgps = T(0);
+  T shaft_nm = T(0);  ///< turbine less compressor less bearings
+  T compressor_w = T(0), turbine_w = T(0), bearing_w = T(0);  ///< on the shaft, all positive
+  T compressor_kgps = T(0), throttle_kgps = T(0), overrun_kgps = T(0), cylinder_kgps = T(0),
+    turbine_kgps = T(0), wastegate_kgps = T(0);
+  T charge_k = T(0), exhaust_k = T(0);
+  struct {
+    T manifold = T(0), manifold_charge = T(0), charge_manifold = T(0), charge = T(0),
+      exhaust = T(0);
+  } drift;
+};
+
+/// Compressor: flow and efficiency at a pressure behind it. Closed form: the isentropic head over
+/// half the square of the tip speed is head (1 - (phi / flow)^2), phi the flow over density, wheel
+/// area and tip speed; backwards beyond the head of no flow (no surge cycle is modelled). Best
+/// efficiency at phi = best_flow, less narrowness times the square of the relative distance, not
+/// below 0.35 of the best. Maps: over shaft speed, rad/s, and pressure ratio.
+template <class T>
+struct Compressor {
+  T kgps, per_pa, efficiency, isentropic_jpkg;
+};
+template <class T>
+Compressor<T> compressor(const TurboParameters<T>& p, const T& shaft_radps, const T& behind_pa,
+                         const Map2& flow_map, const Map2& efficiency_map, const T& mapped) {
+  using std::pow;
+  constexpr double kExponent = kGas / kAirHeat;
+  const T ratio = behind_pa / p.air_pa;
+  const T power = pow(ratio, kExponent);
+  Compressor<T> out;
+  out.isentropic_jpkg = kAirHeat * p.air_k * (power - 1.0);
+  const T tip_mps = 0.5 * p.compressor_m * shaft_radps;
+  const T area_density =
+      p.air_pa / (kGas * p.air_k) * 0.7853981633974483 * p.compressor_m * p.compressor_m;  // kg/m
+  const Sloped<T> root =
+      soft_root(T(tip_mps * tip_mps - 2.0 * out.isentropic_jpkg / p.head), 3600.0);
+  out.kgps = area_density * p.flow * root.value;
+  out.per_pa = -area_density * p.flow * root.slope * 2.0 * kAirHeat * p.air_k * kExponent * power /
+               (behind_pa * p.head);
+  const T wheel_mps = tip_mps > T(20) ? tip_mps : T(20);
+  T away = out.kgps / (area_density * wheel_mps * p.best_flow) - 1.0;
+  if (away > T(2)) away = T(2);
+  if (away < T(-1)) away = T(-1);
+  T share = 1.0 - p.narrowness * away * away;
+  if (share < T(0.35)) share = T(0.35);
+  out.efficiency = p.compressor_efficiency * share;
+  if (!is_exactly_zero(mapped)) {
+    if (!flow_map.empty()) out.kgps += mapped * (evaluate(flow_map, shaft_radps, ratio) - out.kgps);
+    if (!efficiency_map.empty())
+      out.efficiency += mapped * (evaluate(efficiency_map, shaft_radps, ratio) - out.efficiency);
+  }
+  return out;
+}
+
+/// The whole air path. `throttle` from 0 to 1 is the angle of the plate over a right angle;
+/// `fuelled` the share of the cylinders' air that gets fuel (the limiter cuts). Pressures below
+/// 1 kPa count as that.
+template <class T>
+TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& amount,
+                           const TurboState<T>& s, const T& engine_radps, const T& throttle,
+                           const T& fuelled, const Map2& flow_map, const Map2& efficiency_map) {
+  using std::cos;
+  using std::pow;
+  using std::sqrt;
+  constexpr double kPi = 3.141592653589793;
+  const auto at_least = [](const T& x, double least) { return x > T(least) ? x : T(least); };
+  const T manifold_pa = at_least(s.manifold_pa, 1e3), charge_pa = at_least(s.charge_pa, 1e3);
+  const T exhaust_pa = at_least(s.exhaust_pa, 1e3);
+  const T shaft = at_least(s.shaft_radps, 0.0), engine = at_least(engine_radps, 0.0);
+  TurboRates<T> out;
+
+  // Compressor and intercooler.
+  const Compressor<T> c = compressor(p, shaft, charge_pa, flow_map, efficiency_map, amount.map);
+  out.compressor_kgps = c.kgps;
+  const T heated_k = at_least(T(c.isentropic_jpkg / c.efficiency), 0.0) / kAirHeat;
+  out.charge_k = p.air_k + (1.0 - amount.intercooler * p.cooler) * heated_k;
+  out.compressor_w = at_least(T(c.kgps), 0.0) * kAirHeat * heated_k;
+
+  // Throttle and overrun valve.
+  const T opened = 1.0 - cos(0.5 * kPi * throttle);
+  const Flow<T> through = nozzle(T(p.leak_m2 + (p.throttle_m2 - p.leak_m2) * opened), charge_pa,
+                                 manifold_pa, out.charge_k, out.charge_k);
+  out.throttle_kgps = through.kgps;
+  T overrun_slope = T(0);
+  if (!is_exactly_zero(amount.overrun)) {
+    const Sloped<T> open =
+        soft_step(T((charge_pa - manifold_pa - p.overrun_pa) / p.overrun_range_pa));
+    const Flow<T> full =
+        nozzle(T(amount.overrun * p.overrun_m2), charge_pa, p.air_pa, out.charge_k, p.air_k);
+    out.overrun_kgps = open.value * full.kgps;
+    overrun_slope = open.value * full.per_before + open.slope / p.overrun_range_pa * full.kgps;
+  }
+
+  // Cylinders: gas that the last cycle left takes room from the air.
+  T room = 1.0 + (1.0 - pow(exhaust_pa / manifold_pa, 1.0 / 1.35)) / (p.compression - 1.0);
+  room = at_least(room, 0.05);
+  const T per_rad = p.displacement_m3 / (4.0 * kPi);  // m3 per rad of the crankshaft
+  const T air_per_rad = room * p.filling * per_rad * manifold_pa / (kGas * out.charge_k);
+  out.cylinder_kgps = air_per_rad * engine;
+  const T fuel_per_air = fuelled / p.air_fuel;
+  out.fuel_kgps = out.cylinder_kgps * fuel_per_air;
+  const T turning = engine / (engine + 10.0);
+  out.engine_nm =
+      p.indicated * p.fuel_jpkg * fuel_per_air * air_per_rad -
+      turning * per_rad * (p.friction_pa + p.friction_pas * engine + exhaust_pa - manifold_pa);
+  // What neither the pistons nor the coolant take leaves with the gas.
+  out.exhaust_k = out.charge_k + p.fuel_jpkg * fuel_per_air *
+                                     (1.0 - p.indicated - p.coolant_share) /
+                                     ((1.0 + fuel_per_air) * kExhaustHeat);
+
+  // Turbine and wastegate.
+  const T ratio = p.air_pa / exhaust_pa;
+  const T scale = p.turbine_m2 / sqrt(kGas * out.exhaust_k);
+  const Sloped<T> ellipse = soft_root(T(1.0 - ratio * ratio), 0.04);
+  out.turbine_kgps = scale * exhaust_pa * ellipse.value;
+  T out_slope = scale * (ellipse.value + 2.0 * ratio * ratio * ellipse.slope);
+  if (!is_exactly_zero(amount.wastegate)) {
+    const Sloped<T> open =
+        soft_step(T((charge_pa - p.air_pa - p.wastegate_pa) / p.wastegate_range_pa));
+    const Flow<T> past = nozzle(T(amount.wastegate * open.value * p.wastegate_m2), exhaust_pa,
+                                p.air_pa, out.exhaust_k, p.air_k);
+    out.wastegate_kgps = past.kgps;
+    out_slope += past.per_before;
+  }
+  T turbine_nm = T(0);
+  if (out.turbine_kgps > T(0)) {
+    const T expansion_jpkg = kExhaustHeat * out.exhaust_k * (1.0 - pow(ratio, kGas / kExhaustHeat));
+    const T jet_mps = soft_root(T(2.0 * expansion_jpkg), 2500.0).value;
+    const T radius_m = 0.5 * p.turbine_m;
+    turbine_nm =
+        out.turbine_kgps * p.turbine_efficiency * radius_m *
+        (jet_mps / p.blade_ratio - radius_m * shaft / (2.0 * p.blade_ratio * p.blade_ratio));
+  }
+
+  // Shaft. Below 500 rad/s the compressor's torque is that of its power at 500.
+  const T compressor_nm = out.compressor_w / at_least(shaft, 500.0);
+  out.shaft_nm = turbine_nm - compressor_nm - p.bearing_nms * shaft;
+  out.compressor_w = compressor_nm * shaft;
+  out.turbine_w = turbine_nm * shaft;
+  out.bearing_w = p.bearing_nms * shaft * shaft;
+  out.shaft_radps2 = out.shaft_nm / p.inertia_kgm2;
+
+  // Volumes.
+  const T manifold = kGas * out.charge_k / p.manifold_m3,
+          charge = kGas * out.charge_k / p.charge_m3;
+  const T exhaust = kGas * out.exhaust_k / p.exhaust_m3;  // Pa/kg
+  out.manifold_paps = manifold * (out.throttle_kgps - out.cylinder_kgps);
+  out.charge_paps = charge * (out.compressor_kgps - out.throttle_kgps - out.overrun_kgps);
+  out.exhaust_paps =
+      exhaust * (out.cylinder_kgps + out.fuel_kgps - out.turbine_kgps - out.wastegate_kgps);
+  out.drift.manifold = manifold * (through.per_behind - out.cylinder_kgps / manifold_pa);
+  out.drift.manifold_charge = manifold * through.per_before;
+  out.drift.charge = charge * (c.per_pa - through.per_before - overrun_slope);
+  out.drift.charge_manifold = -charge * through.per_behind;
+  out.drift.exhaust = -exhaust * out_slope;
+  return out;
+}
+
+}  // namespace vehicle::laws
