@@ -225,7 +225,8 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
   EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
               HasSubstr("\ncomment input cloud " + hash("scans/scan_000.ply") + " "));
   EXPECT_THAT(folder.read("g.ply").substr(0, 1000),
-              HasSubstr("\ncomment options {\"doubles\":false,\"unit\":null,\"cell-m\":1"));
+              HasSubstr("\ncomment options {\"doubles\":false,\"unit\":null,"
+                        "\"method\":\"own\",\"cell-m\":1"));
   ran = lidar2mesh(folder, "register " + at("g.ply") + " " + at("scans/scan_000.ply") + " --json");
   ASSERT_EQ(ran.code, 0) << ran.err;
   expect_inputs(nlohmann::json::parse(ran.out),
