@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "cloud/road_frame.h"
+#include "files/statistics.h"
 #include "road/build.h"
 #include "road/error.h"
 #include "road/parallel.h"
@@ -48,9 +49,8 @@ void calm(Cells& cells, unsigned threads) {
                 before.at(static_cast<std::ptrdiff_t>(i) + a, static_cast<std::ptrdiff_t>(j) + b);
             if (std::isfinite(h)) around.push_back(h);
           }
-        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-        std::nth_element(around.begin(), middle, around.end());
-        if (std::abs(static_cast<double>(z - *middle)) > kSticksOut_m) z = *middle;
+        const float middle = files::median(around);
+        if (std::abs(static_cast<double>(z - middle)) > kSticksOut_m) z = middle;
       }
   });
 }

@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "files/statistics.h"
 #include "road/parallel.h"
 
 namespace cloud {
@@ -48,12 +49,6 @@ std::vector<Sample> samples_of(const CloudSource& scans) {
     }
   });
   return samples;
-}
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Rows of the poses on the road; below 0 where they lie beside it.
@@ -108,7 +103,7 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
       std::vector<double> off;
       for (const Seen& s : seen)
         off.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
-      const double scale = round == 0 ? kInfinity : 3.0 * std::max(0.002, median_of(off));
+      const double scale = round == 0 ? kInfinity : 3.0 * std::max(0.002, files::median(off));
       Eigen::Matrix3d matrix = 1e-6 * Eigen::Matrix3d::Identity();
       Eigen::Vector3d right = Eigen::Vector3d::Zero();
       for (const Seen& s : seen) {
@@ -124,7 +119,7 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
   }
   if (near < 500 || 10 * distances.size() < 3 * near || 40 * near < samples.size())
     return kInfinity;
-  return median_of(distances);
+  return files::median(distances);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "files/statistics.h"
 #include "joint.h"
 
 namespace cloud {
@@ -14,13 +15,6 @@ constexpr int kRoundsWithoutBase = 40;  // long roads bend slowly
 /// own deviations.
 constexpr double kBaseScales_m[] = {0.1, 0.05, 0.025, 0.012, 0.006, 0.003};
 constexpr double kLeastBaseStddev_m = 0.0001;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Slope and bend of the correction at a section, from its neighbours in the piece.
 void shape_at(const Sections& sections, const std::vector<Correction>& corrections,
@@ -203,7 +197,7 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   }
   const char* const names[] = {"x", "y", "z", "roll", "pitch", "yaw"};
   for (std::size_t k = 0; k < 6; ++k) {
-    report.typical_stddev[k] = median(deviations[k]);
+    report.typical_stddev[k] = files::median_or(0.0, deviations[k]);
     if (k < 3 && !options.trust_base) continue;  // the trajectory's word, and stated as such
     if (report.typical_stddev[k] > (k < 2 ? 0.05 : k == 2 ? 0.02 : 0.005))
       report.unfixed.push_back(names[k]);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "files/statistics.h"
 #include "road/parallel.h"
 
 namespace cloud {
@@ -215,11 +216,7 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
                                 sums.points[k] / (sums.points[k] - 1.0f)));
     }
   double typical_noise = 0.005;
-  if (!noise.empty()) {
-    std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2),
-                     noise.end());
-    typical_noise = static_cast<double>(noise[noise.size() / 2]);
-  }
+  if (!noise.empty()) typical_noise = static_cast<double>(files::median(std::move(noise)));
   // Nodes with few points lie farther away, where points scatter more than where many fall.
   double few_square = 0.0, few_freedom = 0.0;
   for (std::size_t k = 0; k < sums.points.size(); ++k) {

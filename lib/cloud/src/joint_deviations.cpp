@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "files/statistics.h"
 #include "joint.h"
 #include "road/parallel.h"
 
@@ -11,13 +12,6 @@ namespace {
 constexpr double kBlock_m = 4.0;
 constexpr double kLane_m = 1.2;       // to both sides of the sensor: surely road
 constexpr std::size_t kEnough = 100;  // cells of it
-
-double median(std::vector<float>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return static_cast<double>(*middle);
-}
 
 }  // namespace
 
@@ -80,12 +74,15 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
       heights.push_back(static_cast<float>(std::abs(node.height_m))),
           slopes.push_back(static_cast<float>(std::abs(node.slope)));
   JointFacts facts;
-  facts.node_mad_m = 1.4826 * median(heights), facts.node_slope_mad = 1.4826 * median(slopes);
+  const auto typical = [](std::vector<float>& values) {
+    return 1.4826 * static_cast<double>(files::median_or(0.0f, std::move(values)));
+  };
+  facts.node_mad_m = typical(heights), facts.node_slope_mad = typical(slopes);
   // What lies beside the road, and is not what the base says, must not widen what is believed.
-  facts.base_mad_m = 1.4826 * median(lane.size() < kEnough ? cells : lane);
-  facts.view_mad = 1.4826 * median(views);
-  facts.view_mad_m = 1.4826 * median(views_m), facts.residual_m = 1.4826 * median(residuals);
-  facts.between_passes_m = 1.4826 * median(passes);
+  facts.base_mad_m = typical(lane.size() < kEnough ? cells : lane);
+  facts.view_mad = typical(views);
+  facts.view_mad_m = typical(views_m), facts.residual_m = typical(residuals);
+  facts.between_passes_m = typical(passes);
   facts.believed = all > 0.0 ? believed / all : 0.0;
   return facts;
 }

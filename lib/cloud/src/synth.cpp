@@ -10,8 +10,8 @@
 #include <numbers>
 
 #include "cloud/road_frame.h"
+#include "files/random.h"
 #include "files/write_file.h"
-#include "random.h"
 #include "road/error.h"
 #include "road/parallel.h"
 
@@ -30,7 +30,7 @@ constexpr double kCarLength_m = 4.5, kCarWidth_m = 1.9, kCarHeight_m = 1.25, kCa
 
 /// Random functions of distance: slopes averaged over `smooth_m`, scaled to the wanted change over
 /// 100 m.
-std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m, Random& random) {
+std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m, files::Random& random) {
   const auto half = static_cast<std::size_t>(std::max(1.0, smooth_m / 2.0));
   std::vector<double> noise(steps + 2 * half + 1), value(steps + 1, 0.0);
   for (double& v : noise) v = random.normal();
@@ -88,7 +88,7 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
   double time = 0.0;
   for (int lap = 0; lap < options.laps; ++lap) {
     const double v = options.v_m[static_cast<std::size_t>(lap) % options.v_m.size()];
-    Random random(options.seed * 1000 + static_cast<std::uint64_t>(lap));
+    files::Random random(options.seed * 1000 + static_cast<std::uint64_t>(lap));
     const auto poses = static_cast<std::size_t>((end - begin) / step_rows) + 1;
     const double length = (end - begin) * frame.u_step_m();
     std::array<std::vector<double>, 6> drifts;
@@ -230,7 +230,7 @@ Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i,
   const double shots_per_s = options.turns_per_s * options.azimuths;
   const double t0 = drive.truth.time_s[i], t1 = drive.truth.time_s[i + 1];
   if (t1 - t0 > 0.5) return shots;
-  Random random(options.seed * 0x9E3779B97F4A7C15ULL + i);
+  files::Random random(options.seed * 0x9E3779B97F4A7C15ULL + i);
   const auto first = static_cast<std::int64_t>(std::ceil(t0 * shots_per_s)),
              last = static_cast<std::int64_t>(std::ceil(t1 * shots_per_s));
   for (std::int64_t shot = first; shot < last; ++shot) {

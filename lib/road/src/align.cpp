@@ -15,6 +15,7 @@
 #include <random>
 
 #include "files/read_file.h"
+#include "files/statistics.h"
 #include "road/csv.h"
 #include "road/error.h"
 #include "text_lines.h"
@@ -80,12 +81,6 @@ double spread(const std::vector<ControlPoint>& points, const Indices& used) {
       widest = std::max(widest, (points[i].mesh_m - points[j].mesh_m).head<2>().norm());
   }
   return widest;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 using Rotation = AlignOptions::Rotation;
@@ -177,7 +172,7 @@ Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& opt
     const Similarity T = fit_as(options, points, set);
     std::vector<double> distances;
     for (const ControlPoint& point : points) distances.push_back(residual(T, point));
-    const double middle = median(std::move(distances));
+    const double middle = files::median(std::move(distances));
     if (middle < best) {
       best = middle;
       best_T = T;
@@ -195,7 +190,7 @@ Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& opt
     if (used.size() < least) break;
     best_T = fit_as(options, points, used);
     for (const std::size_t i : used) distances.push_back(residual(best_T, points[i]));
-    best = median(std::move(distances));
+    best = files::median(std::move(distances));
   }
   return used.size() * 2 > points.size() ? used : all;
 }

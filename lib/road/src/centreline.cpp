@@ -8,6 +8,7 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "files/statistics.h"
 #include "files/write_file.h"
 #include "guide_rows.h"
 #include "road/csv.h"
@@ -57,7 +58,7 @@ Mesh road_only(const RoadMesh& road) {
 std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOptions& options) {
   std::vector<RoadWay> ways = road_ways(graph, kGapAlong_m);
   std::erase_if(ways, [](const RoadWay& way) {
-    const double width_m = 2.0 * median(way.half_width_m);
+    const double width_m = 2.0 * files::median(way.half_width_m);
     return !way.closed || width_m < kMinWidth_m || width_m > kMaxWidth_m ||
            way.length_m < kShortestLoopWidths * width_m;
   });
@@ -89,7 +90,7 @@ std::optional<RoadWay> only_way(const RoadGraph& graph) {
   const std::vector<RoadWay> ways = road_ways(graph, 0.0, 2);
   if (ways.empty() || (ways.size() > 1 && ways[1].length_m > kSecondWay * ways[0].length_m))
     return std::nullopt;
-  const double width_m = 2.0 * median(ways[0].half_width_m);
+  const double width_m = 2.0 * files::median(ways[0].half_width_m);
   if (width_m < kMinWidth_m || width_m > kMaxWidth_m ||
       ways[0].length_m < kShortestLoopWidths * width_m)
     return std::nullopt;
@@ -118,7 +119,7 @@ Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& gra
                const std::optional<Guide>& guide, const CentrelineOptions& options) {
   if (guide) {
     const RoadWay way = way_along(*guide, surface, options.guide_width_m);
-    if (median(way.half_width_m) == 0.0)
+    if (files::median(way.half_width_m) == 0.0)
       throw Error(
           "nothing on the surface along the guide tells where the road ends; say how wide it is "
           "(--guide-width-m W, guide_width_m in a recipe)");
@@ -650,7 +651,7 @@ double typical_width_m(const RoadGraph& graph) {
   std::vector<double> half_width_m;
   for (const RoadBranch& branch : graph.branches)
     half_width_m.insert(half_width_m.end(), branch.half_width_m.begin(), branch.half_width_m.end());
-  return half_width_m.empty() ? 0.0 : 2.0 * median(std::move(half_width_m));
+  return half_width_m.empty() ? 0.0 : 2.0 * files::median(std::move(half_width_m));
 }
 
 }  // namespace
@@ -673,7 +674,7 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
   if (road.guide) {
     const RaySurface surface(mesh);
     const RoadWay way = way_along(*road.guide, surface);
-    width_m = 2.0 * median(way.half_width_m);
+    width_m = 2.0 * files::median(way.half_width_m);
     if (width_m == 0.0 && options.guide_width_m)
       return along_guide(way, *options.guide_width_m, options.reverse);
   }

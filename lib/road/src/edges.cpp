@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "edge_curve.h"
+#include "files/statistics.h"
 #include "road/error.h"
 #include "road/reference_line.h"
 #include "u_ranges.h"
@@ -276,12 +277,6 @@ void point_errors(const EdgeCurve& curve, const std::vector<Vector2d>& rows, con
   }
 }
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
 void check_pair(const EdgeCurve& left, const EdgeCurve& right, const Edge& left_edge, const Edge& right_edge) {
   if (left.closed != right.closed) {
     const auto name = [](const EdgeCurve& c) {
@@ -399,6 +394,9 @@ EdgeRoad road_between_edges(const Edge& left_edge, const Edge& right_edge, const
   result.dropped_points = left.dropped + right.dropped;
   result.closed = line.closed;
   result.has_z = left_edge.has_z;
+  const auto quantile = [](const std::vector<double>& values, double share) {
+    return values.empty() ? 0.0 : files::quantile(values, share);
+  };
   result.width_min_m = quantile(widths, 0.0);
   result.width_median_m = quantile(widths, 0.5);
   result.width_max_m = quantile(widths, 1.0);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "files/statistics.h"
 #include "road/parallel.h"
 
 namespace road {
@@ -16,13 +17,6 @@ namespace road {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-template <typename T>
-T quantile(std::vector<T>& values, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
 
 Finding finding(const HeightMap& map, const char* kind, double u_begin_m, double u_end_m, double value,
                 const char* unit, Severity severity, std::string text) {
@@ -78,7 +72,7 @@ std::vector<Finding> find_tile_steps(const HeightMap& map, const FindingOptions&
         if (!std::isnan(jump)) jumps.push_back(jump);
       }
       if (jumps.size() < 3 || 2 * jumps.size() < present) continue;
-      const float median = quantile(jumps, 0.5);
+      const float median = files::quantile(jumps, 0.5);
       std::size_t alike = 0;
       for (const float jump : jumps) alike += jump * median > 0.25f * median * median;
       step[i] = median;
@@ -87,7 +81,7 @@ std::vector<Finding> find_tile_steps(const HeightMap& map, const FindingOptions&
   });
   std::vector<float> sizes;
   for (std::size_t i = 1; i + 2 < rows; ++i) sizes.push_back(std::abs(step[i]));
-  const double threshold = std::max(options.min_tile_step_m, 10.0 * static_cast<double>(quantile(sizes, 0.5)));
+  const double threshold = std::max(options.min_tile_step_m, 10.0 * static_cast<double>(files::quantile(sizes, 0.5)));
   for (std::size_t i = 1; i + 2 < rows; ++i) {
     const double size = std::abs(step[i]);
     if (size < threshold || static_cast<double>(share[i]) < options.min_tile_share) continue;
@@ -423,7 +417,7 @@ std::vector<Swelling> find_swellings(const HeightMap& map, const Residuals& r, c
       const float z = r.z_m[a * columns + b];
       if (!std::isnan(z)) sizes.push_back(std::abs(z));
     }
-    if (!sizes.empty()) threshold[b] = std::max(threshold[b], 5.5 * 1.4826 * static_cast<double>(quantile(sizes, 0.5)));
+    if (!sizes.empty()) threshold[b] = std::max(threshold[b], 5.5 * 1.4826 * static_cast<double>(files::quantile(sizes, 0.5)));
   }
   std::vector<Swelling> found;
   std::vector<std::uint8_t> seen(rows * columns, 0);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "files/statistics.h"
 #include "road/parallel.h"
 
 namespace road {
@@ -73,9 +74,7 @@ double error_between_rows(const crg::Grid& grid, const crg::ReferenceLine& line,
     }
   }
   if (errors.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto at = errors.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(errors.size() - 1));
-  std::nth_element(errors.begin(), at, errors.end());
-  return *at;
+  return files::quantile(std::move(errors), 0.95);
 }
 
 crg::Grid sampled_patch(const crg::Grid& base, const Part& part, std::size_t times, const crg::ReferenceLine& line, const RaySurface& surface,

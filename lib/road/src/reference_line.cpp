@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "files/statistics.h"
 #include "road/error.h"
 #include "road_graph.h"
 
@@ -73,11 +74,8 @@ class PlaneSpline {
 
 /// How much smaller than life the road of a model is: 1 for what is as wide as a road.
 double model_scale_of(const Centreline& centreline) {
-  std::vector<double> half_m = centreline.half_width_m;
-  if (half_m.empty()) return 1.0;
-  const auto middle = half_m.begin() + static_cast<std::ptrdiff_t>(half_m.size() / 2);
-  std::nth_element(half_m.begin(), middle, half_m.end());
-  const double width_m = 2.0 * *middle;
+  if (centreline.half_width_m.empty()) return 1.0;
+  const double width_m = 2.0 * files::median(centreline.half_width_m);
   return width_m > 0.0 && width_m < kModelWidth_m ? width_m / kUsualWidth_m : 1.0;
 }
 
@@ -164,7 +162,7 @@ double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::n
 double automatic_step_m(const Centreline& centreline) {
   constexpr double kUsual_m = 0.1, kStepsAcross = 40.0;
   if (centreline.half_width_m.empty()) return kUsual_m;
-  const double wanted_m = 2.0 * median(centreline.half_width_m) / kStepsAcross;
+  const double wanted_m = 2.0 * files::median(centreline.half_width_m) / kStepsAcross;
   if (!(wanted_m > 0.0) || wanted_m >= kUsual_m) return kUsual_m;
   const double decade_m = std::pow(10.0, std::floor(std::log10(wanted_m)));
   for (const double nice : {5.0, 2.0})

@@ -39,9 +39,6 @@ struct RoadGraph {
 /// that only lead into a corner of the surface are left out.
 RoadGraph road_graph(const Mesh& surface);
 
-/// The middle value; of two the larger. Not for an empty list.
-double median(std::vector<double> values);
-
 /// A way through the graph.
 struct RoadWay {
   std::vector<Eigen::Vector3d> points_m;

@@ -11,6 +11,8 @@
 #include <unsupported/Eigen/FFT>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "files/statistics.h"
+
 namespace road {
 
 namespace {
@@ -50,12 +52,6 @@ void remove_line(std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] -= mean + slope * (static_cast<double>(i) - 0.5 * (n - 1.0));
   }
-}
-
-double quantile(std::vector<double>& values, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
 }
 
 }  // namespace
@@ -241,7 +237,7 @@ std::optional<FacetSpacing> facet_spacing(std::span<const double> section_m, dou
   }
   if (magnitudes.size() < 100) return std::nullopt;
   // A floor of 1 um keeps the rounding of float32 files out where a road is exactly flat.
-  const double threshold = 8.0 * std::max(quantile(magnitudes, 0.5), 1e-6 / 8.0);
+  const double threshold = 8.0 * std::max(files::quantile(magnitudes, 0.5), 1e-6 / 8.0);
   double total = 0.0, in_kinks = 0.0;
   std::vector<std::size_t> kinks;
   for (std::size_t i = 0; i < second.size(); ++i) {
@@ -256,9 +252,9 @@ std::optional<FacetSpacing> facet_spacing(std::span<const double> section_m, dou
   std::vector<double> distances;
   for (std::size_t k = 1; k < kinks.size(); ++k) distances.push_back(static_cast<double>(kinks[k] - kinks[k - 1]) * step_m);
   FacetSpacing spacing;
-  spacing.median_m = quantile(distances, 0.5);
-  spacing.p10_m = quantile(distances, 0.1);
-  spacing.p90_m = quantile(distances, 0.9);
+  spacing.median_m = files::quantile(distances, 0.5);
+  spacing.p10_m = files::quantile(distances, 0.1);
+  spacing.p90_m = files::quantile(distances, 0.9);
   spacing.kinks = kinks.size();
   spacing.kink_share = in_kinks / total;
   return spacing;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "files/statistics.h"
 #include "road/centreline.h"
 #include "road/error.h"
 #include "road/read_mesh.h"
@@ -37,10 +38,7 @@ std::optional<Centreline> road_in(Mesh mesh, double factor, const CleanOptions& 
 }
 
 double typical_width_m(const Centreline& line) {
-  std::vector<double> half_m = line.half_width_m;
-  const auto middle = half_m.begin() + static_cast<std::ptrdiff_t>(half_m.size() / 2);
-  std::nth_element(half_m.begin(), middle, half_m.end());
-  return 2.0 * *middle;
+  return 2.0 * files::median(line.half_width_m);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 
 #include "files/json_text.h"
 #include "files/sha256.h"
+#include "files/statistics.h"
 #include "road/error.h"
 
 namespace road {
@@ -260,11 +261,9 @@ CentrelineReport describe(const Centreline& centreline) {
   report.stations = centreline.points_m.size();
   report.length_m = centreline.length_m;
   report.closed = centreline.closed;
-  std::vector<double> half = centreline.half_width_m;
+  const std::vector<double>& half = centreline.half_width_m;
   if (half.empty()) return report;
-  const auto middle = half.begin() + static_cast<std::ptrdiff_t>(half.size() / 2);
-  std::nth_element(half.begin(), middle, half.end());
-  report.width_median_m = 2.0 * *middle;
+  report.width_median_m = 2.0 * files::median(half);
   const auto [low, high] = std::minmax_element(half.begin(), half.end());
   report.width_min_m = 2.0 * *low;
   report.width_max_m = 2.0 * *high;

@@ -9,7 +9,7 @@
 #include <optional>
 #include <system_error>
 
-#include "random.h"
+#include "files/random.h"
 #include "files/write_file.h"
 #include "road/error.h"
 #include "road/export_mesh.h"
@@ -140,7 +140,7 @@ SynthError measure_mesh_error(const Circuit& circuit, const Mesh& mesh) {
   if (mesh.triangles.empty()) return result;
   const PlanIndex index(mesh);
   const std::vector<KerbDesign>& kerbs = circuit.design().kerbs;
-  SplitMix64 random(kSeed);
+  files::Random random(kSeed);
   Errors road;
   Errors kerb;
   Errors runoff;

@@ -14,6 +14,7 @@
 #include "crg/check.h"
 #include "crg/surface.h"
 #include "files/sha256.h"
+#include "files/statistics.h"
 #include "files/write_file.h"
 #include "report/track_report.h"
 #include "road/compare.h"
@@ -363,8 +364,7 @@ double middle_of_road(const HeightMap& map, const std::vector<RowExtent>& extent
     middles.push_back(0.5 * (map.v_m[extent.first] + map.v_m[extent.last]));
   }
   if (middles.empty() || 20 * good >= 19 * middles.size()) return 0.0;
-  std::nth_element(middles.begin(), middles.begin() + static_cast<std::ptrdiff_t>(middles.size() / 2), middles.end());
-  return middles[middles.size() / 2];
+  return files::median(std::move(middles));
 }
 
 /// Whether a wheel path rides the same before and after: IRI to its last digit in the report.

@@ -22,30 +22,21 @@ std::size_t column_of(const char* name) {
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-/// The next number of a stream (G. L. Steele et al., Fast splittable pseudorandom number
-/// generators, 2014: SplitMix64).
-std::uint64_t next(std::uint64_t& state) {
-  std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
 /// A normal deviate by Box and Muller; the standard library's differs between its makers.
-double gaussian(std::uint64_t& state) {
-  const double u = (static_cast<double>(next(state) >> 11) + 1.0) / 9007199254740993.0;
-  const double v = static_cast<double>(next(state) >> 11) / 9007199254740992.0;
+double gaussian(files::Random& random) {
+  const double u = (static_cast<double>(random.next() >> 11) + 1.0) / 9007199254740993.0;
+  const double v = static_cast<double>(random.next() >> 11) / 9007199254740992.0;
   return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
 }
 
 /// Every channel has its own stream: adding a channel leaves the noise of the others.
-std::uint64_t stream(std::uint64_t seed, const std::string& channel) {
-  std::uint64_t state = seed;
+files::Random stream(std::uint64_t seed, const std::string& channel) {
+  files::Random random(seed);
   for (const char c : channel) {
-    state ^= static_cast<unsigned char>(c);
-    next(state);
+    random.state ^= static_cast<unsigned char>(c);
+    random.next();
   }
-  return state;
+  return random;
 }
 
 Vec3<double> vec(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
