@@ -1,5 +1,5 @@
-// Loading a KRBI file of 18.5 MB (3 km, 0.1 x 0.1 m, 15 m wide) from the page cache: seconds, and how
-// far the memory of a fresh process grows. Figures: docs/performance.md.
+// Loading a KRBI file of 18.5 MB (3 km, 0.1 x 0.1 m, 15 m wide) from the page cache: seconds, and
+// how far the memory of a fresh process grows. Figures: docs/performance.md.
 #include <benchmark/benchmark.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,7 +26,9 @@ void write_road() {
     line.z_m.push_back(200.0 + 10.0 * std::sin(2.0 * t));
     line.banking.push_back(0.04 * std::sin(5.0 * t));
   }
-  const auto height = [](double u, double v) { return 0.01 * std::sin(7.0 * u) + 0.02 * std::cos(0.9 * v); };
+  const auto height = [](double u, double v) {
+    return 0.01 * std::sin(7.0 * u) + 0.02 * std::cos(0.9 * v);
+  };
   write(make_crg(line, test::grid_of(line, -7.5, 7.5, 151, height)), road_path, Format::KRBI);
 }
 
@@ -60,7 +62,9 @@ double in_child(Work work) {
 }
 
 // The payload: the grid and the three channels beside it.
-double payload_bytes(const Crg& crg) { return 4.0 * static_cast<double>(crg.grid.z_m.size() + 3 * crg.grid.rows()); }
+double payload_bytes(const Crg& crg) {
+  return 4.0 * static_cast<double>(crg.grid.z_m.size() + 3 * crg.grid.rows());
+}
 
 double growth_of(bool with_surface) {
   return in_child([&] {

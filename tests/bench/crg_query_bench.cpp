@@ -25,15 +25,17 @@ const Surface& track(int length_km) {
   std::unique_ptr<Surface>& surface = surfaces[length_km == 3 ? 0 : 1];
   if (!surface) {
     const std::size_t rows = static_cast<std::size_t>(length_km) * 10000 + 1;
-    ReferenceLine line = test::circuit(rows, length_km == 3 ? 450.0 : 3300.0, 0.12, length_km == 3 ? 5 : 17);
+    ReferenceLine line =
+        test::circuit(rows, length_km == 3 ? 450.0 : 3300.0, 0.12, length_km == 3 ? 5 : 17);
     for (std::size_t i = 0; i < rows; ++i) {
       const double t = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(rows - 1);
       line.z_m.push_back(200.0 + 10.0 * std::sin(2.0 * t));
       line.banking.push_back(0.04 * std::sin(5.0 * t));
     }
-    const Crg crg = make_crg(line, test::grid_of(line, -kHalfWidth_m, kHalfWidth_m, kColumns, [](double u, double v) {
-      return 0.01 * std::sin(7.0 * u) + 0.02 * std::cos(0.9 * v);
-    }));
+    const Crg crg = make_crg(
+        line, test::grid_of(line, -kHalfWidth_m, kHalfWidth_m, kColumns, [](double u, double v) {
+          return 0.01 * std::sin(7.0 * u) + 0.02 * std::cos(0.9 * v);
+        }));
     // As from a file.
     surface = std::make_unique<Surface>(read_bytes(to_bytes(crg, Format::KRBI), "track.crg"));
   }
@@ -60,7 +62,9 @@ const std::vector<Point2>& wheels(int length_km) {
 }
 
 void count(benchmark::State& state, std::size_t per_iteration) {
-  state.counters["M/s"] = benchmark::Counter(1e-6 * static_cast<double>(per_iteration) * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["M/s"] = benchmark::Counter(
+      1e-6 * static_cast<double>(per_iteration) * static_cast<double>(state.iterations()),
+      benchmark::Counter::kIsRate);
 }
 
 // The same cells read with their places known beforehand: what memory and interpolation cost.
@@ -78,8 +82,10 @@ void bare_bilinear(benchmark::State& state) {
   for (const Point2& p : wheels(km)) {
     const UV uv = surface.uv_of_xy(p.x_m, p.y_m, cursor[k++ % 4]);
     const double row = uv.u_m / grid.u_step_m, column = (uv.v_m + kHalfWidth_m) / 0.1;
-    cells.push_back({static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(kColumns) + static_cast<std::uint32_t>(column),
-                     static_cast<float>(row - std::floor(row)), static_cast<float>(column - std::floor(column))});
+    cells.push_back({static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(kColumns) +
+                         static_cast<std::uint32_t>(column),
+                     static_cast<float>(row - std::floor(row)),
+                     static_cast<float>(column - std::floor(column))});
   }
   double sum = 0.0;
   for (auto _ : state) {
@@ -87,7 +93,8 @@ void bare_bilinear(benchmark::State& state) {
       const float* z = grid.z_m.data() + cell.node;
       __builtin_prefetch(z + 12 * kColumns);
       const double low = z[0] + static_cast<double>(cell.fv) * (static_cast<double>(z[1]) - z[0]);
-      const double high = z[kColumns] + static_cast<double>(cell.fv) * (static_cast<double>(z[kColumns + 1]) - z[kColumns]);
+      const double high = z[kColumns] + static_cast<double>(cell.fv) *
+                                            (static_cast<double>(z[kColumns + 1]) - z[kColumns]);
       sum += low + static_cast<double>(cell.fu) * (high - low);
     }
   }
@@ -112,7 +119,9 @@ void driving(benchmark::State& state, Query query) {
 }
 
 void z_driving(benchmark::State& state) {
-  driving(state, [](const Surface& surface, Point2 p, Cursor& cursor) { return surface.z_at_xy(p.x_m, p.y_m, cursor); });
+  driving(state, [](const Surface& surface, Point2 p, Cursor& cursor) {
+    return surface.z_at_xy(p.x_m, p.y_m, cursor);
+  });
 }
 // One call for the four wheels.
 void z_of_car_driving(benchmark::State& state) {
@@ -132,7 +141,9 @@ void z_of_car_driving(benchmark::State& state) {
   count(state, points.size());
 }
 void uv_driving(benchmark::State& state) {
-  driving(state, [](const Surface& surface, Point2 p, Cursor& cursor) { return surface.uv_of_xy(p.x_m, p.y_m, cursor).u_m; });
+  driving(state, [](const Surface& surface, Point2 p, Cursor& cursor) {
+    return surface.uv_of_xy(p.x_m, p.y_m, cursor).u_m;
+  });
 }
 void everything_driving(benchmark::State& state) {
   driving(state, [](const Surface& surface, Point2 p, Cursor& cursor) {
@@ -158,7 +169,9 @@ void z_of_uv_driving(benchmark::State& state) {
 std::vector<Point2> random_points(const Surface& surface, std::size_t number) {
   const ReferenceLine& line = surface.reference_line();
   std::mt19937 random(9);
-  std::uniform_real_distribution<double> u_of(0.0, line.u_step_m * static_cast<double>(line.size() - 1)), v_of(-kHalfWidth_m, kHalfWidth_m);
+  std::uniform_real_distribution<double> u_of(0.0,
+                                              line.u_step_m * static_cast<double>(line.size() - 1)),
+      v_of(-kHalfWidth_m, kHalfWidth_m);
   std::vector<Point2> points(number);
   for (Point2& p : points) p = surface.xy_of_uv(u_of(random), v_of(random));
   return points;

@@ -2,8 +2,9 @@
 //
 //   sample_bench [MESH]          default: g-track-1 of torcs-data, else the demo circuit
 //
-// Both are timed alternately in one run on one thread, so that the ratio holds on a busy machine. The rays are those that
-// the sampler has Embree cast, written down in a run before: the same packets in the same order.
+// Both are timed alternately in one run on one thread, so that the ratio holds on a busy machine.
+// The rays are those that the sampler has Embree cast, written down in a run before: the same
+// packets in the same order.
 #include <dlfcn.h>
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
@@ -34,16 +35,19 @@ double now_s() {
 
 /// An Embree scene as the sampler's, without anything of lib/road around it.
 struct BareScene {
-  explicit BareScene(const road::Mesh& mesh, const Eigen::Vector3d& origin) : device(rtcNewDevice("threads=1")), scene(rtcNewScene(device)) {
+  explicit BareScene(const road::Mesh& mesh, const Eigen::Vector3d& origin)
+      : device(rtcNewDevice("threads=1")), scene(rtcNewScene(device)) {
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.vertices_m.size()));
+    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.vertices_m.size()));
     for (const Eigen::Vector3d& vertex : mesh.vertices_m) {
       const Eigen::Vector3f local = (vertex + mesh.origin_m - origin).cast<float>();
       v = std::copy(local.data(), local.data() + 3, v);
     }
-    auto* i = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
+    auto* i = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
     for (const auto& triangle : mesh.triangles) i = std::copy(triangle.begin(), triangle.end(), i);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
@@ -60,7 +64,8 @@ struct BareScene {
   RTCScene scene;
 };
 
-/// Where 16 rays start; nothing else is kept, so that a packet costs the bare casts little memory to read.
+/// Where 16 rays start; nothing else is kept, so that a packet costs the bare casts little memory
+/// to read.
 struct Rays16 {
   alignas(64) std::array<float, 16> x_m, y_m, z_top_m;
   alignas(64) std::array<int, 16> active;
@@ -74,7 +79,8 @@ struct Found {
   double sum_z_m = 0.0;
 };
 
-/// Casts them all and reads every height and triangle; the constant parts of the rays are written once.
+/// Casts them all and reads every height and triangle; the constant parts of the rays are written
+/// once.
 Found cast_bare(RTCScene scene, const std::vector<Rays16>& packets) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -98,7 +104,8 @@ Found cast_bare(RTCScene scene, const std::vector<Rays16>& packets) {
       rtcIntersect16(packet.active.data(), scene, &context, &ray);
       // There is one geometry: 0 where its triangles were hit, else -1.
       const Ints16 hit = ~lanes<Ints16>(ray.hit.geomID);
-      const Floats16 z_m = lanes<const Floats16>(packet.z_top_m.data()) - lanes<Floats16>(ray.ray.tfar);
+      const Floats16 z_m =
+          lanes<const Floats16>(packet.z_top_m.data()) - lanes<Floats16>(ray.ray.tfar);
       hits -= hit;
       sum_z_m += reinterpret_cast<Floats16>(reinterpret_cast<Ints16>(z_m) & hit);
       if (++casts % 256 != 0 && casts != packets.size()) continue;
@@ -115,7 +122,8 @@ Found cast_bare(RTCScene scene, const std::vector<Rays16>& packets) {
 const auto embree = reinterpret_cast<decltype(&rtcIntersect16)>(dlsym(RTLD_NEXT, "rtcIntersect16"));
 
 /// Stands before Embree's: the sampler and the bare casts both come by here.
-void rtcIntersect16(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRayHit16* packet) {
+void rtcIntersect16(const int* valid, RTCScene scene, RTCIntersectContext* context,
+                    RTCRayHit16* packet) {
   if (written_down != nullptr) [[unlikely]] {
     Rays16& rays = written_down->emplace_back();
     std::copy_n(packet->ray.org_x, 16, rays.x_m.data());
@@ -131,7 +139,8 @@ int main(int argc, char** argv) {
   const bool given = argc > 1;
   const road::Mesh mesh = given || std::filesystem::exists(torcs)
                               ? road::read_mesh(given ? argv[1] : torcs)
-                              : road::make_circuit_mesh(road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml"));
+                              : road::make_circuit_mesh(road::read_circuit(
+                                    places::source() + "/tracks/kerbstone-ring/circuit.yaml"));
   const road::RoadMesh road = road::clean(mesh);
   const auto centreline = road::trace_centreline(road);
   const auto line = road::fit_reference_line(centreline);
@@ -145,7 +154,8 @@ int main(int argc, char** argv) {
   written_down = nullptr;
   const BareScene bare(road.mesh, surface.origin_m());
   std::size_t rays = 0;
-  for (const auto& packet : packets) rays += static_cast<std::size_t>(std::count(packet.active.begin(), packet.active.end(), -1));
+  for (const auto& packet : packets)
+    rays += static_cast<std::size_t>(std::count(packet.active.begin(), packet.active.end(), -1));
 
   std::vector<double> sample_s, bare_s;
   Found check;
@@ -163,11 +173,13 @@ int main(int argc, char** argv) {
   std::sort(sample_s.begin(), sample_s.end());
   std::sort(bare_s.begin(), bare_s.end());
   const double nodes = static_cast<double>(report.nodes), cast = static_cast<double>(rays);
-  fmt::print("{} triangles, {:.3g} nodes, {:.3g} rays in {} packets, one thread, best of {}\n", road.mesh.triangles.size(), nodes, cast,
-             packets.size(), sample_s.size());
-  fmt::print("bare casts hit {} times, mean height {:.3f} m over the local origin\n", check.hits, check.sum_z_m / static_cast<double>(check.hits));
-  fmt::print("sample_grid       {:6.1f} M nodes/s  {:6.1f} M rays/s\n", nodes / sample_s[0] * 1e-6, cast / sample_s[0] * 1e-6);
+  fmt::print("{} triangles, {:.3g} nodes, {:.3g} rays in {} packets, one thread, best of {}\n",
+             road.mesh.triangles.size(), nodes, cast, packets.size(), sample_s.size());
+  fmt::print("bare casts hit {} times, mean height {:.3f} m over the local origin\n", check.hits,
+             check.sum_z_m / static_cast<double>(check.hits));
+  fmt::print("sample_grid       {:6.1f} M nodes/s  {:6.1f} M rays/s\n", nodes / sample_s[0] * 1e-6,
+             cast / sample_s[0] * 1e-6);
   fmt::print("bare Embree casts {:6.1f} M rays/s\n", cast / bare_s[0] * 1e-6);
-  fmt::print("share of the limit {:.1f} % (median of the rounds; {:.1f} to {:.1f} %)\n", 100.0 * share[share.size() / 2], 100.0 * share.front(),
-             100.0 * share.back());
+  fmt::print("share of the limit {:.1f} % (median of the rounds; {:.1f} to {:.1f} %)\n",
+             100.0 * share[share.size() / 2], 100.0 * share.front(), 100.0 * share.back());
 }

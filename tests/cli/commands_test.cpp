@@ -20,11 +20,10 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using Json = nlohmann::json;
 
-const std::vector<std::string> kSubcommands = {"build", "validate", "info",       "query",
-                                               "synth", "from-edges", "clean",    "centreline", "sample",
-                                               "kerb",  "smooth",   "align",      "check",
-                                               "convert", "crop",   "resample",   "reverse",
-                                               "append", "transform", "report"};
+const std::vector<std::string> kSubcommands = {
+    "build",      "validate", "info",    "query",  "synth",     "from-edges", "clean",
+    "centreline", "sample",   "kerb",    "smooth", "align",     "check",      "convert",
+    "crop",       "resample", "reverse", "append", "transform", "report"};
 
 std::vector<std::vector<std::string>> csv(const std::string& path) {
   std::vector<std::vector<std::string>> rows;
@@ -85,7 +84,8 @@ TEST(Help, FlagsNamedInErrorsExist) {
   std::set<std::string> known;
   for (std::sregex_iterator i(help.begin(), help.end(), flag), end; i != end; ++i)
     known.insert(i->str());
-  for (const auto& entry : std::filesystem::directory_iterator(places::source() + "/lib/road/src")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(places::source() + "/lib/road/src")) {
     const std::string text = read(entry.path());
     for (std::sregex_iterator l(text.begin(), text.end(), literal), end; l != end; ++l) {
       const std::string words = l->str();
@@ -136,8 +136,8 @@ TEST_F(Built, WritesItsFilesAndSaysWhere) {
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_EQ(ran.err, "");  // silent in a pipe
   for (const char* name :
-       {"stadium.crg", "stadium.png", "stadium.classes.png", "stadium.classes.pgw", "stadium.stl", "centreline.csv", "summary.json",
-        "timing.json", "manifest.json", "report.json"}) {
+       {"stadium.crg", "stadium.png", "stadium.classes.png", "stadium.classes.pgw", "stadium.stl",
+        "centreline.csv", "summary.json", "timing.json", "manifest.json", "report.json"}) {
     EXPECT_TRUE(exists(out(name))) << name;
   }
   EXPECT_THAT(ran.out, HasSubstr(out("stadium.crg")));
@@ -216,7 +216,8 @@ TEST_F(Built, QueryAnswersMapAndRoadCoordinates) {
   EXPECT_NEAR(std::stod(rows[1][4]), Stadium::z_m(60), 0.005);  // chords of the mesh: 2 mm
   EXPECT_NEAR(std::stod(rows[1][8]), 0.02, 0.001);
   EXPECT_NEAR(std::stod(rows[2][4]) - std::stod(rows[1][4]), 0.05, 0.002);
-  // Beside the road: no height, but a place and a heading; the far straight, driven towards -x at y = 80, is the nearest.
+  // Beside the road: no height, but a place and a heading; the far straight, driven towards -x at y
+  // = 80, is the nearest.
   EXPECT_NEAR(std::stod(rows[3][2]), Stadium::length_m() / 2 + 60.0, 0.05);
   EXPECT_NEAR(std::stod(rows[3][3]), -920.0, 0.02);
   EXPECT_NEAR(std::abs(std::stod(rows[3][5])), M_PI, 1e-4);
@@ -352,7 +353,8 @@ TEST_F(Built, SaysHowWellItWasAlignedAndThatSmoothingWasHeldBack) {
   const std::pair<double, double> places[] = {{0, 0}, {100, 0}, {100, 80}, {0, 80}, {50, 40}};
   int k = 0;
   for (const auto& [x, y] : places) {
-    points += fmt::format("P{},{},{},0,{},{},3\n", k, x, y, 1000 + x, 2000 + y + (k == 4 ? 2.5 : 0));
+    points +=
+        fmt::format("P{},{},{},0,{},{},3\n", k, x, y, 1000 + x, 2000 + y + (k == 4 ? 2.5 : 0));
     ++k;
   }
   write(*folder / "points.csv", points);
@@ -360,7 +362,8 @@ TEST_F(Built, SaysHowWellItWasAlignedAndThatSmoothingWasHeldBack) {
                           "--control-points", *folder / "points.csv", "--smooth-window-m", "5",
                           "--smooth-max-change-road-m", "0.0000001", "--no-report"});
   EXPECT_EQ(r.code, 0) << r.err;
-  EXPECT_THAT(r.out, HasSubstr("aligned  by 4 control points: rms 0.0 mm, the largest 0.0 mm at P"));
+  EXPECT_THAT(r.out,
+              HasSubstr("aligned  by 4 control points: rms 0.0 mm, the largest 0.0 mm at P"));
   EXPECT_THAT(r.out, HasSubstr("left out, as they contradict the others: P4 (2.500 m)"));
   EXPECT_THAT(r.out, HasSubstr("smoothing was held at its bound at "));
 }
@@ -407,7 +410,8 @@ TEST(Synth, DemoCircuitGivesAMeshThatBuilds) {
 TEST(Build, NothingChangedIsReusedUnlessForced) {
   const Folder folder;
   write(folder / "s.obj", Stadium{}.obj());
-  std::vector<std::string> command = {"build", folder / "s.obj", "-o", folder / "out", "--u-step-m", "0.5", "--v-step-m", "0.5"};
+  std::vector<std::string> command = {"build", folder / "s.obj", "-o", folder / "out", "--u-step-m",
+                                      "0.5",   "--v-step-m",     "0.5"};
   const auto reused = [&](const std::vector<std::string>& line) {
     const Ran ran = crgbuild(line);
     EXPECT_EQ(ran.code, 0) << ran.err;
@@ -454,8 +458,8 @@ TEST(FromEdges, WritesOneRoadNamedAfterItsFiles) {
   };
   write(folder / "hill_left.csv", edge(4.0, ""));
   write(folder / "hill_right.csv", edge(-4.0, ""));
-  const Ran ran = crgbuild({"from-edges", folder / "hill_left.csv", folder / "hill_right.csv", "-o", folder / "out", "--u-step-m", "0.5",
-                            "--v-step-m", "0.5", "--json"});
+  const Ran ran = crgbuild({"from-edges", folder / "hill_left.csv", folder / "hill_right.csv", "-o",
+                            folder / "out", "--u-step-m", "0.5", "--v-step-m", "0.5", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const Json s = Json::parse(ran.out);
   EXPECT_EQ(s, Json::parse(read(folder / "out/summary.json")));
@@ -465,16 +469,21 @@ TEST(FromEdges, WritesOneRoadNamedAfterItsFiles) {
   EXPECT_TRUE(exists(folder / "out/hill.png"));
   EXPECT_TRUE(exists(folder / "out/centreline.csv"));
   write(folder / "points.csv", "x_m,y_m\n100,3\n100,4.1\n");
-  ASSERT_EQ(crgbuild({"query", folder / "out/hill.crg", "--points", folder / "points.csv", "-o", folder / "z.csv"}).code, 0);
+  ASSERT_EQ(crgbuild({"query", folder / "out/hill.crg", "--points", folder / "points.csv", "-o",
+                      folder / "z.csv"})
+                .code,
+            0);
   EXPECT_THAT(read(folder / "z.csv"), HasSubstr("\n100,3,100"));
   EXPECT_THAT(read(folder / "z.csv"), HasSubstr("\n100,4.1,100,4.1,,0,0,,\n"));
 
-  const Ran swapped = crgbuild({"from-edges", folder / "hill_right.csv", folder / "hill_left.csv", "-o", folder / "swapped"});
+  const Ran swapped = crgbuild({"from-edges", folder / "hill_right.csv", folder / "hill_left.csv",
+                                "-o", folder / "swapped"});
   EXPECT_EQ(swapped.code, 1);
   EXPECT_THAT(swapped.err, HasSubstr("exchange the two files"));
   EXPECT_FALSE(exists(folder / "swapped"));
   write(folder / "bad.csv", edge(-4.0, "x,0,0\n"));
-  const Ran bad = crgbuild({"from-edges", folder / "hill_left.csv", folder / "bad.csv", "-o", folder / "bad"});
+  const Ran bad =
+      crgbuild({"from-edges", folder / "hill_left.csv", folder / "bad.csv", "-o", folder / "bad"});
   EXPECT_EQ(bad.code, 1);
   EXPECT_THAT(bad.err, HasSubstr("bad.csv:43"));
 }

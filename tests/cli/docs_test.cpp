@@ -19,9 +19,7 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string source(const std::string& path) {
-  return read(places::source() + "/" + path);
-}
+std::string source(const std::string& path) { return read(places::source() + "/" + path); }
 
 int shell(const std::string& command) { return std::system(command.c_str()); }
 
@@ -101,7 +99,8 @@ TEST(Docs, EveryCommandOfTheHowToRuns) {
                               folder.path(), path)),
             0)
       << read(folder / "log");
-  EXPECT_THAT(read(folder / "heights.csv"), ContainsRegex("\n0,5000,[^,]+,[^,]+,,[^,]+,[^,]+,,\n")) << "a point without road";
+  EXPECT_THAT(read(folder / "heights.csv"), ContainsRegex("\n0,5000,[^,]+,[^,]+,,[^,]+,[^,]+,,\n"))
+      << "a point without road";
 }
 
 TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
@@ -109,16 +108,24 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
   const std::size_t begin = text.find("```sh\n") + 6;
   const Folder folder;
   std::filesystem::create_symlink(places::source() + "/tracks", folder / "tracks");
-  write(folder / "all.sh", "set -euo pipefail\n" + text.substr(begin, text.find("\n```", begin) - begin) + "\n");
-  const std::string path = std::filesystem::path(places::crgbuild()).parent_path().parent_path().string() + "/lidar2mesh";
-  EXPECT_EQ(shell(fmt::format("cd '{}' && PATH='{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(), path)), 0) << read(folder / "log");
-  for (const char* file : {"refined.crg", "refined.ply", "refined.stddev.crg", "refined.provenance.crg", "summary.json", "trajectory.csv"})
+  write(folder / "all.sh",
+        "set -euo pipefail\n" + text.substr(begin, text.find("\n```", begin) - begin) + "\n");
+  const std::string path =
+      std::filesystem::path(places::crgbuild()).parent_path().parent_path().string() +
+      "/lidar2mesh";
+  EXPECT_EQ(shell(fmt::format("cd '{}' && PATH='{}':\"$PATH\" bash all.sh > log 2>&1",
+                              folder.path(), path)),
+            0)
+      << read(folder / "log");
+  for (const char* file : {"refined.crg", "refined.ply", "refined.stddev.crg",
+                           "refined.provenance.crg", "summary.json", "trajectory.csv"})
     EXPECT_TRUE(exists(folder / ("refined/" + std::string(file)))) << file;
 }
 
 TEST(Scripts, AreSoundShell) {
   std::string scripts;
-  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package", "scripts/fresh", ".ci/run", ".ci/fresh_packages"}) {
+  for (const char* name : {"scripts/setup", "scripts/demo", "scripts/test", "scripts/package",
+                           "scripts/fresh", ".ci/run", ".ci/fresh_packages"}) {
     EXPECT_EQ(shell(fmt::format("bash -n '{}/{}'", places::source(), name)), 0) << name;
     scripts += fmt::format(" '{}/{}'", places::source(), name);
   }
@@ -127,7 +134,8 @@ TEST(Scripts, AreSoundShell) {
 }
 
 TEST(Scripts, WhatABuildTookFromElsewhereIsNamed) {
-  if (shell("command -v dpkg-query >/dev/null") != 0) GTEST_SKIP() << "needs Debian's package lists";
+  if (shell("command -v dpkg-query >/dev/null") != 0)
+    GTEST_SKIP() << "needs Debian's package lists";
   const Folder folder;
   const auto check = [&](const std::string& compiler) {
     write(folder / "build/CMakeCache.txt", "CMAKE_CXX_COMPILER:FILEPATH=" + compiler + "\n");
@@ -150,11 +158,12 @@ TEST(Scripts, SetupRefusesWhatItDoesNotKnow) {
 TEST(Scripts, FreshRefusesInOneLine) {
   const Folder folder;
   const auto fresh = [&](const std::string& before, const std::string& arguments) {
-    return shell(fmt::format("{} '{}/scripts/fresh' {} > '{}' 2>&1", before, places::source(), arguments,
-                             folder / "said"));
+    return shell(fmt::format("{} '{}/scripts/fresh' {} > '{}' 2>&1", before, places::source(),
+                             arguments, folder / "said"));
   };
   EXPECT_NE(fresh("", "nonsense"), 0);
-  EXPECT_EQ(read(folder / "said"), "fresh: 'nonsense' seen; demo, test, package, all or --help wanted\n");
+  EXPECT_EQ(read(folder / "said"),
+            "fresh: 'nonsense' seen; demo, test, package, all or --help wanted\n");
   EXPECT_EQ(fresh("", "--help"), 0);
   EXPECT_THAT(read(folder / "said"), HasSubstr("scripts/fresh [demo|test|package|all]"));
   // What an ordinary user sees, also where the tests run as root.

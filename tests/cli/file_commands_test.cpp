@@ -48,8 +48,14 @@ TEST(FileCommands, CheckSaysWhatIsWrongAndSetsTheExitCode) {
 TEST(FileCommands, ConvertThereAndBackKeepsTheHeights) {
   const Folder folder;
   write_road(folder / "road.crg");
-  ASSERT_EQ(crgbuild({"convert", folder / "road.crg", "-o", folder / "text.crg", "--format", "ldfi"}).code, 0);
-  ASSERT_EQ(crgbuild({"convert", folder / "text.crg", "-o", folder / "back.crg", "--format", "krbi"}).code, 0);
+  ASSERT_EQ(
+      crgbuild({"convert", folder / "road.crg", "-o", folder / "text.crg", "--format", "ldfi"})
+          .code,
+      0);
+  ASSERT_EQ(
+      crgbuild({"convert", folder / "text.crg", "-o", folder / "back.crg", "--format", "krbi"})
+          .code,
+      0);
   EXPECT_EQ(crg::read(folder / "text.crg").format, crg::Format::LDFI);
   EXPECT_EQ(crg::read(folder / "back.crg").grid.z_m, crg::read(folder / "road.crg").grid.z_m);
 }
@@ -60,19 +66,27 @@ TEST(FileCommands, EditsWriteTheEditedRoad) {
   write_road(road);
   ASSERT_EQ(crgbuild({"crop", road, "-o", folder / "a.crg", "--u-end-m", "10"}).code, 0);
   ASSERT_EQ(crgbuild({"crop", road, "-o", folder / "b.crg", "--u-begin-m", "10"}).code, 0);
-  ASSERT_EQ(crgbuild({"append", folder / "a.crg", folder / "b.crg", "-o", folder / "ab.crg"}).code, 0);
+  ASSERT_EQ(crgbuild({"append", folder / "a.crg", folder / "b.crg", "-o", folder / "ab.crg"}).code,
+            0);
   EXPECT_EQ(crg::read(folder / "ab.crg").grid.z_m, crg::read(road).grid.z_m);
   ASSERT_EQ(crgbuild({"reverse", road, "-o", folder / "back.crg"}).code, 0);
   EXPECT_NEAR(crg::Surface(crg::read(folder / "back.crg")).z_at_uv(0.0, 0.0), 0.2, 1e-6);
-  ASSERT_EQ(crgbuild({"resample", road, "-o", folder / "fine.crg", "--u-step-m", "0.1", "--v-step-m", "0.5"}).code, 0);
+  ASSERT_EQ(crgbuild({"resample", road, "-o", folder / "fine.crg", "--u-step-m", "0.1",
+                      "--v-step-m", "0.5"})
+                .code,
+            0);
   EXPECT_EQ(crg::read(folder / "fine.crg").grid.columns(), 9U);
-  ASSERT_EQ(crgbuild({"transform", road, "-o", folder / "moved.crg", "--set", "REFLINE_OFFSET_X=-100", "--set", "scale_z_grid=3"}).code, 0);
+  ASSERT_EQ(crgbuild({"transform", road, "-o", folder / "moved.crg", "--set",
+                      "REFLINE_OFFSET_X=-100", "--set", "scale_z_grid=3"})
+                .code,
+            0);
   const crg::Surface moved(crg::read(folder / "moved.crg"));
   EXPECT_NEAR(moved.xy_of_uv(0.0, 0.0).x_m, 0.0, 1e-9);
   EXPECT_NEAR(moved.z_at_uv(20.0, 0.0), 0.6, 1e-6);
   EXPECT_EQ(crgbuild({"crop", road, "-o", folder / "none.crg", "--u-begin-m", "90"}).code, 1);
   EXPECT_EQ(crgbuild({"resample", road, "-o", folder / "none.crg"}).code, 2);
-  EXPECT_EQ(crgbuild({"transform", road, "-o", folder / "none.crg", "--set", "BORDER_MODE_U=0"}).code, 2);
+  EXPECT_EQ(
+      crgbuild({"transform", road, "-o", folder / "none.crg", "--set", "BORDER_MODE_U=0"}).code, 2);
   EXPECT_FALSE(exists(folder / "none.crg"));
 }
 
@@ -87,7 +101,8 @@ TEST(FileCommands, QueryAppliesWhatItIsTold) {
   crg::write(road, folder / "plain.crg", crg::Format::KRBI);
   write(folder / "points.csv", "u_m,v_m\n10,0\n30,0\n");
   const auto z = [&](const std::string& file, std::vector<std::string> flags) {
-    std::vector<std::string> arguments = {"query", folder / file, "--points", folder / "points.csv", "-o", folder / "z.csv"};
+    std::vector<std::string> arguments = {
+        "query", folder / file, "--points", folder / "points.csv", "-o", folder / "z.csv"};
     arguments.insert(arguments.end(), flags.begin(), flags.end());
     const Ran ran = crgbuild(arguments);
     EXPECT_EQ(ran.code, 0) << ran.err;
@@ -95,11 +110,14 @@ TEST(FileCommands, QueryAppliesWhatItIsTold) {
   };
   EXPECT_THAT(z("scaled.crg", {}), HasSubstr("110,50,10,0,1,"));
   EXPECT_THAT(z("scaled.crg", {"--no-modifiers"}), HasSubstr("110,50,10,0,0.10"));
-  EXPECT_THAT(z("scaled.crg", {"--no-modifiers", "--set", "SCALE_Z_GRID=5"}), HasSubstr("110,50,10,0,0.5"));
+  EXPECT_THAT(z("scaled.crg", {"--no-modifiers", "--set", "SCALE_Z_GRID=5"}),
+              HasSubstr("110,50,10,0,0.5"));
   EXPECT_THAT(z("plain.crg", {"--reference-defaults"}), HasSubstr("10,2,10,0,0.10"));
-  EXPECT_THAT(z("plain.crg", {"--reference-defaults", "--set", "REFLINE_OFFSET_X=7"}), HasSubstr("10,2,10,0,0.10"));
+  EXPECT_THAT(z("plain.crg", {"--reference-defaults", "--set", "REFLINE_OFFSET_X=7"}),
+              HasSubstr("10,2,10,0,0.10"));
   EXPECT_THAT(z("plain.crg", {"--set", "BORDER_MODE_U=0"}), HasSubstr("\n130,50,30,0,,0,0,,\n"));
-  const Ran both = crgbuild({"query", folder / "plain.crg", "--points", folder / "points.csv", "-o", folder / "z.csv", "--no-modifiers", "--reference-defaults"});
+  const Ran both = crgbuild({"query", folder / "plain.crg", "--points", folder / "points.csv", "-o",
+                             folder / "z.csv", "--no-modifiers", "--reference-defaults"});
   EXPECT_EQ(both.code, 2);
 }
 

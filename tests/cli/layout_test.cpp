@@ -61,12 +61,14 @@ TEST(Layout, CrgIncludesItselfAndTheStandardLibraryOnly) {
 
 TEST(Layout, NoHeavyHeaderBelowAnyIncludeFolder) {
   const std::regex heavy(
-      "(assimp|CGAL|embree|yaml-cpp|nlohmann|GeographicLib|pcl|ceres|cairo|openssl|CLI|fmt|boost|re2)"
+      "(assimp|CGAL|embree|yaml-cpp|nlohmann|GeographicLib|pcl|ceres|cairo|openssl|CLI|fmt|boost|"
+      "re2)"
       "([0-9]*)[/.].*|(cairo|png)\\.h");
   for (const auto& library : fs::directory_iterator(fs::path(places::source()) / "lib")) {
     if (!fs::exists(library.path() / "include")) continue;
     for (const auto& [file, name] : includes_below(library.path() / "include"))
-      EXPECT_FALSE(std::regex_match(name, heavy) && file.filename() != "program.h") << file << " includes " << name;
+      EXPECT_FALSE(std::regex_match(name, heavy) && file.filename() != "program.h")
+          << file << " includes " << name;
   }
 }
 
@@ -74,7 +76,8 @@ TEST(Layout, CommandLinesStayInOneFilePerTool) {
   std::set<fs::path> files;
   for (const char* below : {"lib", "tools"})
     for (const auto& [file, name] : includes_below(fs::path(places::source()) / below))
-      if (name == "command/program.h" || name.starts_with("CLI/")) files.insert(file.lexically_relative(places::source()));
+      if (name == "command/program.h" || name.starts_with("CLI/"))
+        files.insert(file.lexically_relative(places::source()));
   for (const fs::path& file : files)
     EXPECT_TRUE(file.filename() == "main.cpp" || file.native().starts_with("lib/command/")) << file;
   EXPECT_GE(files.size(), 4u);
@@ -115,10 +118,13 @@ TEST(Layout, FilesKnowsNoNeighbourAndAloneHashes) {
 TEST(Layout, ToolsWriteFilesThroughFilesAlone) {
   const std::regex writer("crg::write\\(|ofstream|fopen\\(|O_WRONLY|O_CREAT|mkstemp");
   for (const char* folder : {"lib", "tools"})
-    for (auto entry = fs::recursive_directory_iterator(fs::path(places::source()) / folder); entry != fs::end(entry); ++entry) {
+    for (auto entry = fs::recursive_directory_iterator(fs::path(places::source()) / folder);
+         entry != fs::end(entry); ++entry) {
       const std::string name = entry->path().string();
       if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      if (!entry->is_regular_file() || name.find("/lib/files/") != std::string::npos || name.find("/lib/crg/") != std::string::npos) continue;
+      if (!entry->is_regular_file() || name.find("/lib/files/") != std::string::npos ||
+          name.find("/lib/crg/") != std::string::npos)
+        continue;
       if (entry->path().extension() != ".cpp" && entry->path().extension() != ".h") continue;
       EXPECT_FALSE(std::regex_search(read(entry->path()), writer)) << name;
     }

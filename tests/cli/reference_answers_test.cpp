@@ -1,5 +1,5 @@
-// `query` against the answers of the reference C API at every point, with and without height. Skipped
-// where the files are absent.
+// `query` against the answers of the reference C API at every point, with and without height.
+// Skipped where the files are absent.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,9 @@ Case case_of(std::string name) {
       {"scale_z", {"handmade_curved_banked_sloped", {"SCALE_Z_GRID=2.5"}}},
       {"scale_bank", {"handmade_curved_banked_sloped", {"SCALE_BANKING=3"}}},
       {"scale_len", {"handmade_curved_banked_sloped", {"SCALE_LENGTH=1.7"}}},
-      {"curved_offsets", {"handmade_curved_banked_sloped", {"BORDER_MODE_U=2", "BORDER_MODE_V=2", "BORDER_OFFSET_U=0.25", "BORDER_OFFSET_V=-0.5"}}},
+      {"curved_offsets",
+       {"handmade_curved_banked_sloped",
+        {"BORDER_MODE_U=2", "BORDER_MODE_V=2", "BORDER_OFFSET_U=0.25", "BORDER_OFFSET_V=-0.5"}}},
       {"circle_close", {"handmade_circle", {"REFLINE_CONTINUATION=1"}}}};
   std::vector<std::string> settings;
   bool modifiers = true, zero = false;
@@ -45,7 +47,8 @@ Case case_of(std::string name) {
     };
     modifiers = !drop("_nomods");
     for (int mode = 0; mode <= 4; ++mode) {
-      if (drop(fmt::format("_bu{}", mode))) settings.push_back(fmt::format("BORDER_MODE_U={}", mode));
+      if (drop(fmt::format("_bu{}", mode)))
+        settings.push_back(fmt::format("BORDER_MODE_U={}", mode));
       if (drop(fmt::format("_bv{}", mode))) {
         settings.push_back(fmt::format("BORDER_MODE_V={}", mode));
         zero = mode == 1;
@@ -53,7 +56,8 @@ Case case_of(std::string name) {
     }
   }
   Case result{name, {modifiers ? "--reference-defaults" : "--no-modifiers"}, zero};
-  for (const std::string& setting : settings) result.flags.insert(result.flags.end(), {"--set", setting});
+  for (const std::string& setting : settings)
+    result.flags.insert(result.flags.end(), {"--set", setting});
   return result;
 }
 
@@ -74,7 +78,8 @@ std::vector<Answer> answers_in(const std::string& path) {
     Answer answer;
     std::string ret, one, two;
     words >> answer.kind >> answer.a >> answer.b >> ret >> one >> two;
-    answer.want1 = std::strtod(one.c_str(), nullptr), answer.want2 = std::strtod(two.c_str(), nullptr);
+    answer.want1 = std::strtod(one.c_str(), nullptr),
+    answer.want2 = std::strtod(two.c_str(), nullptr);
     answer.valid = ret != "0" && !std::isnan(answer.want1);
     answers.push_back(answer);
   }
@@ -90,7 +95,8 @@ std::vector<std::vector<double>> rows_of(const std::string& csv) {
   while (std::getline(file, line)) {
     std::vector<double> row;
     std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell.empty() ? std::nan("") : std::strtod(cell.c_str(), nullptr));
+    for (std::string cell; std::getline(cells, cell, ',');)
+      row.push_back(cell.empty() ? std::nan("") : std::strtod(cell.c_str(), nullptr));
     row.resize(9, std::nan(""));
     rows.push_back(row);
   }
@@ -104,7 +110,8 @@ TEST(ReferenceAnswers, QueryGivesThemAtEveryPointAlsoWithoutHeight) {
   for (const auto& entry : fs::directory_iterator(data / "reference", absent)) {
     if (entry.path().extension() == ".csv") names.push_back(entry.path().stem().string());
   }
-  if (names.empty()) GTEST_SKIP() << "no reference answers in " << places::data() << "/opencrg/reference";
+  if (names.empty())
+    GTEST_SKIP() << "no reference answers in " << places::data() << "/opencrg/reference";
   std::sort(names.begin(), names.end());
   const Folder folder;
   // The samples include each other as ../crg-txt/<name>.
@@ -123,7 +130,9 @@ TEST(ReferenceAnswers, QueryGivesThemAtEveryPointAlsoWithoutHeight) {
         asked.push_back(&answer);
       }
       write(folder / "points.csv", csv);
-      std::vector<std::string> arguments = {"query", folder / "here/" + now.sample + ".crg", "--points", folder / "points.csv", "-o", folder / "answers.csv"};
+      std::vector<std::string> arguments = {"query",    folder / "here/" + now.sample + ".crg",
+                                            "--points", folder / "points.csv",
+                                            "-o",       folder / "answers.csv"};
       arguments.insert(arguments.end(), now.flags.begin(), now.flags.end());
       const Ran ran = crgbuild(arguments);
       ASSERT_EQ(ran.code, 0) << ran.err;
@@ -133,7 +142,9 @@ TEST(ReferenceAnswers, QueryGivesThemAtEveryPointAlsoWithoutHeight) {
         const Answer& answer = *asked[k];
         const std::vector<double>& row = rows[k];
         const std::string place = fmt::format("{} {} {}", answer.kind, answer.a, answer.b);
-        for (const std::size_t column : {0, 1, 2, 3, 5}) EXPECT_TRUE(std::isfinite(row[column])) << place << ": column " << column + 1 << " is empty";
+        for (const std::size_t column : {0, 1, 2, 3, 5})
+          EXPECT_TRUE(std::isfinite(row[column]))
+              << place << ": column " << column + 1 << " is empty";
         ++points;
         without_height += std::isnan(row[4]);
         if (answer.kind == "uv2xy") {

@@ -50,8 +50,8 @@ TEST_F(Reported, BuildWritesItBesideTheRoad) {
 }
 
 TEST_F(Reported, ReportOfAFileAgainstMeshAndItselfIsTheSameVerdict) {
-  const Ran report = crgbuild({"report", out("stadium.crg"), "--mesh", *folder / "stadium.obj", "--against",
-                               out("stadium.crg"), "-o", *folder / "again", "--json"});
+  const Ran report = crgbuild({"report", out("stadium.crg"), "--mesh", *folder / "stadium.obj",
+                               "--against", out("stadium.crg"), "-o", *folder / "again", "--json"});
   ASSERT_EQ(report.code, 0) << report.err;
   EXPECT_EQ(Json::parse(report.out)["verdict"], "usable");
   const Json json = Json::parse(read(*folder / "again/report.json"));
@@ -62,10 +62,15 @@ TEST_F(Reported, ReportOfAFileAgainstMeshAndItselfIsTheSameVerdict) {
 
 TEST_F(Reported, AgainstPointsMeasuredOnIt) {
   std::string wanted = "u_m,v_m\n";
-  for (int k = 0; k < 3000; ++k) wanted += std::to_string(20.0 + 0.01 * k) + "," + std::to_string(0.07 * (k % 29) - 1.0) + "\n";
+  for (int k = 0; k < 3000; ++k)
+    wanted += std::to_string(20.0 + 0.01 * k) + "," + std::to_string(0.07 * (k % 29) - 1.0) + "\n";
   write(*folder / "wanted.csv", wanted);
-  ASSERT_EQ(crgbuild({"query", out("stadium.crg"), "--points", *folder / "wanted.csv", "-o", *folder / "measured.csv"}).code, 0);
-  const Ran report = crgbuild({"report", out("stadium.crg"), "--cloud", *folder / "measured.csv", "-o", *folder / "cloud"});
+  ASSERT_EQ(crgbuild({"query", out("stadium.crg"), "--points", *folder / "wanted.csv", "-o",
+                      *folder / "measured.csv"})
+                .code,
+            0);
+  const Ran report = crgbuild(
+      {"report", out("stadium.crg"), "--cloud", *folder / "measured.csv", "-o", *folder / "cloud"});
   ASSERT_EQ(report.code, 0) << report.err;
   const Json json = Json::parse(read(*folder / "cloud/report.json"));
   ASSERT_EQ(json["comparisons"].size(), 1u);
@@ -75,7 +80,8 @@ TEST_F(Reported, AgainstPointsMeasuredOnIt) {
   EXPECT_EQ(json["inputs"].size(), 2u);
   // Somewhere else.
   write(*folder / "elsewhere.xyz", "1000 1000 0\n1001 1000 0\n");
-  const Ran wrong = crgbuild({"report", out("stadium.crg"), "--cloud", *folder / "elsewhere.xyz", "-o", *folder / "nothing"});
+  const Ran wrong = crgbuild({"report", out("stadium.crg"), "--cloud", *folder / "elsewhere.xyz",
+                              "-o", *folder / "nothing"});
   EXPECT_EQ(wrong.code, 1);
   EXPECT_THAT(wrong.err, HasSubstr("none of its 2 points"));
 }
@@ -110,8 +116,8 @@ TEST_F(Reported, WrongInputEndsInOneLineAndWritesNothing) {
 
 TEST_F(Reported, ARoadThatIsNotUsableExitsWithThreeAndIsReported) {
   // The mesh 30 cm higher than the road: nothing agrees.
-  const Ran report = crgbuild({"report", out("stadium.crg"), "--mesh", *folder / "stadium.obj", "--translation-m", "0,0,0.3",
-                               "-o", *folder / "high"});
+  const Ran report = crgbuild({"report", out("stadium.crg"), "--mesh", *folder / "stadium.obj",
+                               "--translation-m", "0,0,0.3", "-o", *folder / "high"});
   EXPECT_EQ(report.code, 3) << report.err;
   EXPECT_THAT(report.err, HasSubstr("not usable"));
   EXPECT_EQ(Json::parse(read(*folder / "high/report.json"))["verdict"], "not_usable");
@@ -126,7 +132,8 @@ std::string stadium_with_ridge() {
     std::string kind;
     double x = 0.0, y = 0.0, z = 0.0;
     words >> kind >> x >> y >> z;
-    if (kind == "v" && x > 59.0 && x < 61.0 && std::abs(y) < 9.0) line = fmt::format("v {:.6f} {:.6f} {:.6f}", x, y, z + 0.5);
+    if (kind == "v" && x > 59.0 && x < 61.0 && std::abs(y) < 9.0)
+      line = fmt::format("v {:.6f} {:.6f} {:.6f}", x, y, z + 0.5);
     text += line + "\n";
   }
   return text;
@@ -151,7 +158,8 @@ TEST(BuildVerdict, ARoadThatItsOwnReportCallsNotUsableExitsWithThreeEveryTime) {
   expect_refused(built, false);
   const Json report = Json::parse(read(folder / "out/report.json"));
   EXPECT_EQ(report["verdict"], "not_usable");
-  EXPECT_TRUE(Json::parse(read(folder / "out/summary.json"))["validation"]["passed"]) << "only the report may speak against it";
+  EXPECT_TRUE(Json::parse(read(folder / "out/summary.json"))["validation"]["passed"])
+      << "only the report may speak against it";
   const std::string last = built.out.substr(built.out.rfind('\n', built.out.size() - 2) + 1);
   EXPECT_THAT(last, HasSubstr("(not usable: 1 error,"));
   const Ran again = crgbuild(command);
@@ -169,7 +177,8 @@ TEST(BuildVerdict, ARoadInPlaceOfAMeshIsToldWhatToDoWithIt) {
   const Folder folder;
   crg::ReferenceLine line;
   crg::Grid grid;
-  for (int i = 0; i < 3; ++i) line.x_m.push_back(i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
+  for (int i = 0; i < 3; ++i)
+    line.x_m.push_back(i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
   line.u_step_m = grid.u_step_m = 1.0;
   grid.v_m = {-1.0, 1.0};
   grid.z_m.assign(6, 0.0F);
@@ -177,7 +186,8 @@ TEST(BuildVerdict, ARoadInPlaceOfAMeshIsToldWhatToDoWithIt) {
   for (const char* name : {"road.crg", "ROAD.CRG", "road.obj"}) {
     write(folder / name, read(folder / "road.crg"));
     const Ran ran = crgbuild({"build", folder / name, "-o", folder / "out"});
-    EXPECT_EQ(ran.code, std::string(name) == "road.obj" ? 1 : 2);  // only its content tells that it is a road
+    EXPECT_EQ(ran.code,
+              std::string(name) == "road.obj" ? 1 : 2);  // only its content tells that it is a road
     EXPECT_THAT(ran.err, HasSubstr(fmt::format("crgbuild info {}", folder / name)));
     EXPECT_THAT(ran.err, HasSubstr("crgbuild report"));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;

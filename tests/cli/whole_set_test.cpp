@@ -1,5 +1,6 @@
-// The files of one build belong together: after a kill at any moment, after two builds at once, after a change of
-// anything that was read. KERBSTONE_HEAVY=1 for 200 kills and 50 pairs (docs/accuracy.md).
+// The files of one build belong together: after a kill at any moment, after two builds at once,
+// after a change of anything that was read. KERBSTONE_HEAVY=1 for 200 kills and 50 pairs
+// (docs/accuracy.md).
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,7 +31,8 @@ using Files = std::map<std::string, std::string>;
 Files files_in(const std::string& folder) {
   Files files;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
-    files[fs::relative(entry.path(), folder).string()] = entry.is_regular_file() ? read(entry.path()) : "no file";
+    files[fs::relative(entry.path(), folder).string()] =
+        entry.is_regular_file() ? read(entry.path()) : "no file";
   EXPECT_EQ(files.erase("timing.json"), 1u);
   return files;
 }
@@ -46,7 +48,8 @@ void expect_same(const Files& seen, const Files& wanted, const std::string& what
   EXPECT_EQ(names_of(seen), names_of(wanted)) << what;
   for (const auto& [name, bytes] : wanted) {
     const auto found = seen.find(name);
-    EXPECT_TRUE(found == seen.end() || found->second == bytes) << what << ": " << name << " differs";
+    EXPECT_TRUE(found == seen.end() || found->second == bytes)
+        << what << ": " << name << " differs";
   }
 }
 
@@ -69,7 +72,13 @@ class Two : public ::testing::Test {
   }
   /// Only the first has a map of friction, which the second must not inherit.
   std::vector<std::string> command(const std::string& mesh) const {
-    std::vector<std::string> words{"build", folder_ / (mesh + ".obj"), "-o", out(), "--name", "road", "--up", "z", "--unit", "m", "--u-step-m", "0.5", "--v-step-m", "0.5"};
+    std::vector<std::string> words{"build",      folder_ / (mesh + ".obj"),
+                                   "-o",         out(),
+                                   "--name",     "road",
+                                   "--up",       "z",
+                                   "--unit",     "m",
+                                   "--u-step-m", "0.5",
+                                   "--v-step-m", "0.5"};
     if (mesh == "a") words.insert(words.end(), {"--friction"});
     return words;
   }
@@ -92,10 +101,14 @@ TEST_F(Two, KilledAtAnyMomentTheNextRunLeavesOneWholeSet) {
     half += fs::exists(out() + "/.kerbstone.new") ? 1 : 0;
     const Ran again = crgbuild(command(mesh));
     ASSERT_EQ(again.code, 0) << again.err;
-    expect_same(files_in(out()), undisturbed_[mesh], fmt::format("round {}, killed after {:.4f} s", round, moment_s));
+    expect_same(files_in(out()), undisturbed_[mesh],
+                fmt::format("round {}, killed after {:.4f} s", round, moment_s));
     if (HasFailure()) return;
   }
-  std::printf("%d of %d builds killed, %d with files half made; the next run left one whole set each time\n", killed, rounds, half);
+  std::printf(
+      "%d of %d builds killed, %d with files half made; the next run left one whole set each "
+      "time\n",
+      killed, rounds, half);
   EXPECT_GE(killed, rounds / 4);
   EXPECT_GE(half, 1);
 }
@@ -107,7 +120,8 @@ TEST_F(Two, BuildsAtOnceIntoOneFolderLeaveOneSetOrAreRefused) {
     Ran a, b;
     {
       const std::jthread other([&] { a = crgbuild(command("a")); });
-      if (pair % 2 == 1) std::this_thread::sleep_for(std::chrono::duration<double>(seconds_ * pair / pairs));
+      if (pair % 2 == 1)
+        std::this_thread::sleep_for(std::chrono::duration<double>(seconds_ * pair / pairs));
       b = crgbuild(command("b"));
     }
     for (const Ran* ran : {&a, &b}) {
@@ -158,7 +172,10 @@ TEST(WholeSet, WhateverTheMeshRefersToIsBuiltAgainWhenItChanges) {
   ASSERT_TRUE(flat.gltf == steep.gltf && flat.bin.size() == steep.bin.size());
   write(folder / "road.gltf", flat.gltf);
   write(folder / "road.bin", flat.bin);
-  const std::vector<std::string> command{"build", folder / "road.gltf", "-o", folder / "out", "--u-step-m", "0.5", "--v-step-m", "0.5", "--unit", "m", "--no-report"};
+  const std::vector<std::string> command{
+      "build",      folder / "road.gltf", "-o",  folder / "out", "--u-step-m",
+      "0.5",        "--v-step-m",         "0.5", "--unit",       "m",
+      "--no-report"};
   const auto highest_m = [&](bool expect_reused) {
     const Ran ran = crgbuild(command);
     EXPECT_EQ(ran.code, 0) << ran.err;
@@ -175,7 +192,13 @@ TEST(WholeSet, WhateverTheMeshRefersToIsBuiltAgainWhenItChanges) {
 TEST(WholeSet, AMaterialFileThatAppearsCountsAsAChange) {
   const Folder folder;
   write(folder / "road.obj", "mtllib road.mtl\n" + support::as_obj(support::small_road()));
-  const std::vector<std::string> command{"build", folder / "road.obj", "-o", folder / "out", "--u-step-m", "0.5", "--v-step-m", "0.5", "--up", "z", "--unit", "m", "--no-report"};
+  const std::vector<std::string> command{"build",      folder / "road.obj",
+                                         "-o",         folder / "out",
+                                         "--u-step-m", "0.5",
+                                         "--v-step-m", "0.5",
+                                         "--up",       "z",
+                                         "--unit",     "m",
+                                         "--no-report"};
   const auto reused = [&] {
     const Ran ran = crgbuild(command);
     EXPECT_EQ(ran.code, 0) << ran.err;
@@ -195,7 +218,8 @@ TEST(WholeSet, AFolderThatCannotBeWrittenIsRefusedBeforeTheWork) {
   write(folder / "file", "x");
   // The mesh is missing too: what is wrong with -o is said first where it is looked at first.
   write(folder / "road.obj", support::as_obj(support::small_road()));
-  for (const std::string& out : {folder / "file", folder / "file/below", std::string("/proc/kerbstone")}) {
+  for (const std::string& out :
+       {folder / "file", folder / "file/below", std::string("/proc/kerbstone")}) {
     const Ran ran = crgbuild({"build", folder / "road.obj", "-o", out});
     EXPECT_EQ(ran.code, 1) << out;
     EXPECT_THAT(ran.err, HasSubstr(out));

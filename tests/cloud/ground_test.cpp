@@ -162,7 +162,8 @@ TEST(RealClouds, GroundOfTwoMillionPoints) {
     classify_ground(all);
     const double used_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     std::printf("%zu points%s: %.2f s of the processor, %.2f million points/s\n", all.size(),
-                far ? ", one far away" : "", used_s, 1e-6 * static_cast<double>(all.size()) / used_s);
+                far ? ", one far away" : "", used_s,
+                1e-6 * static_cast<double>(all.size()) / used_s);
     EXPECT_GT(static_cast<double>(all.size()) / used_s, 0.5e6);
   }
 }

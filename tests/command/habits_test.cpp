@@ -41,20 +41,24 @@ Words operator+(Words a, const Words& b) {
 void expect_one_line(const Tool& tool, const std::string& err) {
   EXPECT_TRUE(err.starts_with(tool.name + ": ")) << err;
   EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
-  EXPECT_TRUE(std::none_of(err.begin(), err.end() - (err.empty() ? 0 : 1), [](unsigned char c) { return c < 32 || c == 127; })) << err;
+  EXPECT_TRUE(std::none_of(err.begin(), err.end() - (err.empty() ? 0 : 1), [](unsigned char c) {
+    return c < 32 || c == 127;
+  })) << err;
 }
 
 std::set<std::string> flags_in(const std::string& help) {
   std::set<std::string> out;
   const std::regex flag("\n  (-[a-z],)?(--[a-z0-9-]+)");
-  for (std::sregex_iterator i(help.begin(), help.end(), flag), end; i != end; ++i) out.insert((*i)[2]);
+  for (std::sregex_iterator i(help.begin(), help.end(), flag), end; i != end; ++i)
+    out.insert((*i)[2]);
   return out;
 }
 
 TEST(Habits, EveryCommandHasTheSameFlagsAndIsDescribedEverywhere) {
   std::size_t commands = 0;
   for (const Tool& tool : all_tools()) {
-    const std::string man = run_tool(tool.path, {"--man"}).out, version = run_tool(tool.path, {"--version"}).out;
+    const std::string man = run_tool(tool.path, {"--man"}).out,
+                      version = run_tool(tool.path, {"--version"}).out;
     EXPECT_TRUE(std::regex_match(
         version,
         std::regex(tool.name + " [0-9]+\\.[0-9]+\\.[0-9]+ "
@@ -66,15 +70,22 @@ TEST(Habits, EveryCommandHasTheSameFlagsAndIsDescribedEverywhere) {
       const ToolRun help = run_tool(tool.path, words + Words{"--help"});
       EXPECT_EQ(help.code, 0);
       EXPECT_EQ(help.err, "");
-      for (const char* flag : {"  -o,--output ", "  -q,--quiet ", "  --json ", "  --version ", "  -h,--help ", "\nExit code: 0 done, 1 cannot be done, 2 wrong command line, 3 done but must not be used"})
+      for (const char* flag :
+           {"  -o,--output ", "  -q,--quiet ", "  --json ", "  --version ", "  -h,--help ",
+            "\nExit code: 0 done, 1 cannot be done, 2 wrong command line, 3 done but must not be "
+            "used"})
         EXPECT_THAT(help.out, HasSubstr(flag));
       EXPECT_THAT(help.out, HasSubstr("Usage: " + tool.name + " " + joined(words) + " "));
       EXPECT_EQ(run_tool(tool.path, words + Words{"--version"}).out, version);
-      const std::string section = ".SS " + tool.name + " " + std::regex_replace(joined(words), std::regex("-"), "\\-") + "\n";
+      const std::string section = ".SS " + tool.name + " " +
+                                  std::regex_replace(joined(words), std::regex("-"), "\\-") + "\n";
       const std::size_t begin = man.find(section);
       ASSERT_NE(begin, std::string::npos);
-      const std::string page = man.substr(begin, man.find("\n.SS ", begin) - begin) + man.substr(man.find(".SH OPTIONS OF EVERY"));
-      for (const std::string& flag : flags_in(help.out)) EXPECT_THAT(page, HasSubstr("\\fB" + std::regex_replace(flag, std::regex("-"), "\\-") + "\\fR"));
+      const std::string page = man.substr(begin, man.find("\n.SS ", begin) - begin) +
+                               man.substr(man.find(".SH OPTIONS OF EVERY"));
+      for (const std::string& flag : flags_in(help.out))
+        EXPECT_THAT(page,
+                    HasSubstr("\\fB" + std::regex_replace(flag, std::regex("-"), "\\-") + "\\fR"));
     }
   }
   EXPECT_GE(commands, 35u);
@@ -85,7 +96,8 @@ Words completed(const std::string& script, const Words& words) {
   std::string call;
   for (const std::string& word : words) call += " '" + word + "'";
   const std::string program = fmt::format(
-      "source '{}'; compopt() {{ :; }}; COMP_WORDS=({}); COMP_CWORD={}; COMPREPLY=(); _{}; printf '%s\\n' \"${{COMPREPLY[@]}}\"",
+      "source '{}'; compopt() {{ :; }}; COMP_WORDS=({}); COMP_CWORD={}; COMPREPLY=(); _{}; printf "
+      "'%s\\n' \"${{COMPREPLY[@]}}\"",
       script, call, words.size() - 1, words.front());
   std::istringstream said(run_tool("/bin/bash", {"-c", program}).out);
   Words out;
@@ -103,17 +115,26 @@ TEST(Habits, TheShellCompletesCommandsFlagsWordsAndFiles) {
     for (const Words& words : commands) first.insert(words.front());
     EXPECT_THAT(completed(script, {tool.name, ""}), ::testing::UnorderedElementsAreArray(first));
     for (const Words& words : commands) {
-      if (&words != &commands.front() && &words != &commands.back() && words.size() == 1) continue;  // they are made alike
-      const std::set<std::string> flags = flags_in(run_tool(tool.path, words + Words{"--help"}).out);
-      EXPECT_THAT(completed(script, Words{tool.name} + words + Words{"--"}), ::testing::UnorderedElementsAreArray(flags)) << joined(words);
+      if (&words != &commands.front() && &words != &commands.back() && words.size() == 1)
+        continue;  // they are made alike
+      const std::set<std::string> flags =
+          flags_in(run_tool(tool.path, words + Words{"--help"}).out);
+      EXPECT_THAT(completed(script, Words{tool.name} + words + Words{"--"}),
+                  ::testing::UnorderedElementsAreArray(flags))
+          << joined(words);
     }
   }
   cli::write(folder / "road.crg", "");
-  EXPECT_THAT(completed(folder / "crgbuild", {"crgbuild", "convert", "--format", "k"}), ::testing::ElementsAre("krbi", "kdbi"));
-  EXPECT_THAT(completed(folder / "crgdrive", {"crgdrive", "lap", "--contact", "f"}), ::testing::ElementsAre("four-point"));
-  EXPECT_THAT(completed(folder / "crgdrive", {"crgdrive", "manoeuvre", "ste"}), ::testing::ElementsAre("step-steer"));
-  EXPECT_THAT(completed(folder / "crgbuild", {"crgbuild", "info", folder / "ro"}), ::testing::ElementsAre(folder / "road.crg"));
-  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "trials", "s"}), ::testing::ElementsAre("score"));
+  EXPECT_THAT(completed(folder / "crgbuild", {"crgbuild", "convert", "--format", "k"}),
+              ::testing::ElementsAre("krbi", "kdbi"));
+  EXPECT_THAT(completed(folder / "crgdrive", {"crgdrive", "lap", "--contact", "f"}),
+              ::testing::ElementsAre("four-point"));
+  EXPECT_THAT(completed(folder / "crgdrive", {"crgdrive", "manoeuvre", "ste"}),
+              ::testing::ElementsAre("step-steer"));
+  EXPECT_THAT(completed(folder / "crgbuild", {"crgbuild", "info", folder / "ro"}),
+              ::testing::ElementsAre(folder / "road.crg"));
+  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "trials", "s"}),
+              ::testing::ElementsAre("score"));
 }
 
 TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {
@@ -129,7 +150,8 @@ TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {
       std::swap(wrong.back()[0], wrong.back()[1]);
       const ToolRun command = run_tool(tool.path, wrong);
       EXPECT_EQ(command.code, 2);
-      EXPECT_THAT(command.err, HasSubstr("there is no command '" + wrong.back() + "'; did you mean '" + words.back() + "'?"));
+      EXPECT_THAT(command.err, HasSubstr("there is no command '" + wrong.back() +
+                                         "'; did you mean '" + words.back() + "'?"));
       EXPECT_EQ(flag.out + command.out, "");
     }
     const ToolRun none = run_tool(tool.path, {});
@@ -138,9 +160,12 @@ TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {
     expect_one_line(tool, run_tool(tool.path, {"no\nsuch\x1b[2J"}).err);
   }
   const auto err = [](const Words& words) { return run_tool(places::crgbuild(), words).err; };
-  EXPECT_THAT(err({"build", "x.obj", "-o", "x", "--u-step", "1"}), HasSubstr("did you mean --u-step-m?"));
-  EXPECT_THAT(err({"build", "x.obj", "-o", "x", "--u-steps=1"}), HasSubstr("'--u-steps'; did you mean --u-step-m?"));
-  EXPECT_THAT(err({"build", "x.obj", "-o", "x", "--smooth-window", "1"}), HasSubstr("did you mean --smooth-window-m?"));
+  EXPECT_THAT(err({"build", "x.obj", "-o", "x", "--u-step", "1"}),
+              HasSubstr("did you mean --u-step-m?"));
+  EXPECT_THAT(err({"build", "x.obj", "-o", "x", "--u-steps=1"}),
+              HasSubstr("'--u-steps'; did you mean --u-step-m?"));
+  EXPECT_THAT(err({"build", "x.obj", "-o", "x", "--smooth-window", "1"}),
+              HasSubstr("did you mean --smooth-window-m?"));
   EXPECT_THAT(err({"track.obj"}), HasSubstr("crgbuild build -o out track.obj"));
   EXPECT_THAT(err({"--jsn", "info", "x.crg"}), HasSubstr("did you mean --json?"));
 }
@@ -167,24 +192,33 @@ class Called : public ::testing::Test {
     cli::write(f / "left.csv", "x_m,y_m\n0,5\n30,5\n60,5\n100,6\n");
     cli::write(f / "right.csv", "x_m,y_m\n0,-5\n30,-5\n60,-5\n100,-6\n");
     const std::string trials = f / "trials", trial = trials + "/0000/";
-    ASSERT_EQ(run_tool(places::crgexplain(), {"trials", "make", trials, "--generator", places::make_trials(), "--count", "1"}).code, 0);
-    const std::string track = trial + "track.crg", car = trial + "vehicle.yaml", log = trial + "run.csv";
+    ASSERT_EQ(run_tool(places::crgexplain(), {"trials", "make", trials, "--generator",
+                                              places::make_trials(), "--count", "1"})
+                  .code,
+              0);
+    const std::string track = trial + "track.crg", car = trial + "vehicle.yaml",
+                      log = trial + "run.csv";
     const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
     cli::write(f / "fz.csv", "fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n3000,0.05,0.02,0,30\n");
     // A steering that follows its command a little later.
     std::string steering = "time_s,steer_command_rad,steer_rad\n";
     const auto wave = [](int i) { return 0.1 * std::sin(0.03 * i) + 0.03 * std::sin(0.11 * i); };
-    for (int i = 0; i < 2000; ++i) steering += fmt::format("{:.3f},{:.6f},{:.6f}\n", 0.01 * i, 16 * wave(i), wave(i - 4));
+    for (int i = 0; i < 2000; ++i)
+      steering += fmt::format("{:.3f},{:.6f},{:.6f}\n", 0.01 * i, 16 * wave(i), wave(i - 4));
     cli::write(f / "steering.csv", steering);
-    const Words scan{"synth", ring, "-o", f / "scans", "--from-m", "380", "--to-m", "390", "--laps", "1", "--azimuths", "256", "--beams", "16", "--cars", "0"};
+    const Words scan{"synth",  ring, "-o",         f / "scans", "--from-m", "380", "--to-m", "390",
+                     "--laps", "1",  "--azimuths", "256",       "--beams",  "16",  "--cars", "0"};
     ASSERT_EQ(run_tool(places::lidar2mesh(), scan).code, 0);
-    const std::string cloud = f / "scans/scan_000.ply", truth = f / "scans/truth.crg", poses = f / "scans/truth_trajectory.csv";
+    const std::string cloud = f / "scans/scan_000.ply", truth = f / "scans/truth.crg",
+                      poses = f / "scans/truth_trajectory.csv";
     // Points on the road, in the map frame.
     std::string asked = "u_m,v_m\n", survey = "x_m,y_m,z_m\n";
     for (int i = 0; i < 400; ++i)
       for (int j = -8; j <= 8; ++j) asked += fmt::format("{},{}\n", 0.05 * i, 0.1 * j);
     cli::write(f / "places.csv", asked);
-    std::istringstream heights(run_tool(places::crgbuild(), {"query", truth, "--points", f / "places.csv", "-o", "-"}).out);
+    std::istringstream heights(
+        run_tool(places::crgbuild(), {"query", truth, "--points", f / "places.csv", "-o", "-"})
+            .out);
     std::string row;
     for (std::getline(heights, row); std::getline(heights, row);) {
       const std::vector<std::string> cell = cells(row);
@@ -192,47 +226,54 @@ class Called : public ::testing::Test {
     }
     cli::write(f / "survey.csv", survey);
     calls_ = {
-        {"crgbuild", {{"build", f / "s.obj", "-o", f / "b"},
-                      {"from-edges", f / "left.csv", f / "right.csv", "-o", f / "e"},
-                      {"clean", f / "s.obj", "-o", f / "clean.obj"},
-                      {"centreline", f / "s.obj", "-o", f / "line.csv"},
-                      {"sample", f / "s.obj", "--centreline", f / "out/centreline.csv", "-o", f / "sample.crg"},
-                      {"kerb", crg, "--mesh", f / "s.obj", "-o", f / "kerb.crg"},
-                      {"smooth", crg, "--ignore-kerbs", "--smooth-window-m", "1", "-o", f / "smooth.crg"},
-                      {"align", crg, "--yaw-deg", "1", "--translation-m", "0,0,0", "-o", f / "align.crg"},
-                      {"validate", crg, f / "s.obj"},
-                      {"report", crg, "-o", f / "r"},
-                      {"info", crg},
-                      {"query", crg, "--points", f / "points.csv", "-o", f / "z.csv"},
-                      {"check", crg},
-                      {"convert", crg, "-o", f / "convert.crg"},
-                      {"crop", crg, "-o", f / "crop.crg", "--u-begin-m", "1", "--u-end-m", "20"},
-                      {"resample", crg, "-o", f / "resample.crg", "--u-step-m", "0.5"},
-                      {"reverse", crg, "-o", f / "reverse.crg"},
-                      {"append", crg, crg, "--move", "-o", f / "append.crg"},
-                      {"transform", crg, "--set", "SCALE_Z_GRID=2", "-o", f / "transform.crg"},
-                      {"synth", ring, "-o", f / "synth", "--facet-m", "10"}}},
-        {"crgdrive", {{"tyre", "--tir", trial + "front.tir", "--points", f / "fz.csv", "-o", f / "forces.csv"},
-                      {"parameters"},
-                      {"actuator", "steering", "--recording", f / "steering.csv", "-o", f / "sheet.txt"},
-                      {"lap", "--vehicle", car, "--track", track, "-o", f / "lap.csv"},
-                      {"replay", "--vehicle", car, "--track", track, "--recording", log, "-o", f / "replay"},
-                      {"report", log, "--track", track, "-o", f / "page.html"},
-                      {"manoeuvre", "bump", "--vehicle", car, "--seconds", "2", "-o", f / "bump.csv"},
-                      {"timing", "--vehicle", car, "--seconds", "0.1"},
-                      {"poles", "--vehicle", car}}},
-        {"crgexplain", {{"map", log, "-o", f / "mapping.yaml"},
-                        {"run", "--track", track, "--vehicle", car, "--recordings", log, "--skip-simulation", "--nulls", "100", "-o", f / "found"},
-                        {"trials", "make", f / "more", "--generator", places::make_trials(), "--count", "1"},
-                        {"trials", "run", trials},
-                        {"trials", "score", trials}}},
-        {"lidar2mesh", {{"info", cloud},
-                        {"ground", cloud, "-o", f / "ground.ply"},
-                        {"register", cloud, cloud},
-                        {"synth", ring, "-o", f / "scans2", "--from-m", "380", "--to-m", "385", "--laps", "1", "--azimuths", "64", "--beams", "8"},
-                        {"map", f / "scans", "--trajectory", poses, "--base", truth, "--no-report", "-o", f / "map"},
-                        {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
-                        {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
+        {"crgbuild",
+         {{"build", f / "s.obj", "-o", f / "b"},
+          {"from-edges", f / "left.csv", f / "right.csv", "-o", f / "e"},
+          {"clean", f / "s.obj", "-o", f / "clean.obj"},
+          {"centreline", f / "s.obj", "-o", f / "line.csv"},
+          {"sample", f / "s.obj", "--centreline", f / "out/centreline.csv", "-o", f / "sample.crg"},
+          {"kerb", crg, "--mesh", f / "s.obj", "-o", f / "kerb.crg"},
+          {"smooth", crg, "--ignore-kerbs", "--smooth-window-m", "1", "-o", f / "smooth.crg"},
+          {"align", crg, "--yaw-deg", "1", "--translation-m", "0,0,0", "-o", f / "align.crg"},
+          {"validate", crg, f / "s.obj"},
+          {"report", crg, "-o", f / "r"},
+          {"info", crg},
+          {"query", crg, "--points", f / "points.csv", "-o", f / "z.csv"},
+          {"check", crg},
+          {"convert", crg, "-o", f / "convert.crg"},
+          {"crop", crg, "-o", f / "crop.crg", "--u-begin-m", "1", "--u-end-m", "20"},
+          {"resample", crg, "-o", f / "resample.crg", "--u-step-m", "0.5"},
+          {"reverse", crg, "-o", f / "reverse.crg"},
+          {"append", crg, crg, "--move", "-o", f / "append.crg"},
+          {"transform", crg, "--set", "SCALE_Z_GRID=2", "-o", f / "transform.crg"},
+          {"synth", ring, "-o", f / "synth", "--facet-m", "10"}}},
+        {"crgdrive",
+         {{"tyre", "--tir", trial + "front.tir", "--points", f / "fz.csv", "-o", f / "forces.csv"},
+          {"parameters"},
+          {"actuator", "steering", "--recording", f / "steering.csv", "-o", f / "sheet.txt"},
+          {"lap", "--vehicle", car, "--track", track, "-o", f / "lap.csv"},
+          {"replay", "--vehicle", car, "--track", track, "--recording", log, "-o", f / "replay"},
+          {"report", log, "--track", track, "-o", f / "page.html"},
+          {"manoeuvre", "bump", "--vehicle", car, "--seconds", "2", "-o", f / "bump.csv"},
+          {"timing", "--vehicle", car, "--seconds", "0.1"},
+          {"poles", "--vehicle", car}}},
+        {"crgexplain",
+         {{"map", log, "-o", f / "mapping.yaml"},
+          {"run", "--track", track, "--vehicle", car, "--recordings", log, "--skip-simulation",
+           "--nulls", "100", "-o", f / "found"},
+          {"trials", "make", f / "more", "--generator", places::make_trials(), "--count", "1"},
+          {"trials", "run", trials},
+          {"trials", "score", trials}}},
+        {"lidar2mesh",
+         {{"info", cloud},
+          {"ground", cloud, "-o", f / "ground.ply"},
+          {"register", cloud, cloud},
+          {"synth", ring, "-o", f / "scans2", "--from-m", "380", "--to-m", "385", "--laps", "1",
+           "--azimuths", "64", "--beams", "8"},
+          {"map", f / "scans", "--trajectory", poses, "--base", truth, "--no-report", "-o",
+           f / "map"},
+          {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
+          {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
     };
   }
   static void TearDownTestSuite() {
@@ -252,7 +293,9 @@ std::map<std::string, std::vector<Words>> Called::calls_;
 TEST_F(Called, EveryCommandIs) {
   for (const Tool& tool : all_tools())
     for (const Words& words : commands_of(tool))
-      EXPECT_TRUE(std::any_of(calls_[tool.name].begin(), calls_[tool.name].end(), [&](const Words& call) { return std::equal(words.begin(), words.end(), call.begin()); }))
+      EXPECT_TRUE(std::any_of(
+          calls_[tool.name].begin(), calls_[tool.name].end(),
+          [&](const Words& call) { return std::equal(words.begin(), words.end(), call.begin()); }))
           << tool.name << " " << joined(words) << " is not tried";
 }
 
@@ -272,7 +315,9 @@ TEST_F(Called, PrintsJsonNothingWhenQuietAndFailsOnAFullDisk) {
       forget();
       const ToolRun full = run_tool(tool.path, call, {.out = "/dev/full"});
       EXPECT_EQ(full.code, 1);
-      EXPECT_THAT(full.err, HasSubstr(tool.name + ": standard output cannot be written: No space left on device"));
+      EXPECT_THAT(
+          full.err,
+          HasSubstr(tool.name + ": standard output cannot be written: No space left on device"));
     }
   for (const Tool& tool : all_tools())
     for (const char* flag : {"--help", "--version", "--man", "--completion"}) {
@@ -347,18 +392,21 @@ TEST_F(Called, OneFileGoesToStandardOutputWithADash) {
         continue;
       }
       ASSERT_EQ(ran.code, 0) << ran.err;
-      EXPECT_TRUE(ran.out == cli::read(path)) << ran.out.size() << " bytes, in the file " << cli::read(path).size();
+      EXPECT_TRUE(ran.out == cli::read(path))
+          << ran.out.size() << " bytes, in the file " << cli::read(path).size();
       EXPECT_EQ(run_tool(tool.path, words, {.out = "/dev/full"}).code, 1);
     }
 }
 
 TEST_F(Called, WhatIsPrintedGoesToAFileWhereThereIsNoOther) {
   const Words call{"info", *folder_ / "out/s.crg"};
-  const ToolRun printed = run_tool(places::crgbuild(), call), kept = run_tool(places::crgbuild(), call + Words{"-o", *folder_ / "info.txt"});
+  const ToolRun printed = run_tool(places::crgbuild(), call),
+                kept = run_tool(places::crgbuild(), call + Words{"-o", *folder_ / "info.txt"});
   EXPECT_EQ(kept.code, 0);
   EXPECT_EQ(kept.out, "");
   EXPECT_EQ(cli::read(*folder_ / "info.txt"), printed.out);
-  EXPECT_EQ(run_tool(places::crgdrive(), {"parameters", "-o", "-"}).out, run_tool(places::crgdrive(), {"parameters"}).out);
+  EXPECT_EQ(run_tool(places::crgdrive(), {"parameters", "-o", "-"}).out,
+            run_tool(places::crgdrive(), {"parameters"}).out);
 }
 
 TEST_F(Called, FormatsAndEndingsInAnyCase) {
@@ -369,27 +417,39 @@ TEST_F(Called, FormatsAndEndingsInAnyCase) {
     return cli::read(path);
   };
   const std::string crg = f / "out/s.crg";
-  EXPECT_EQ(bytes({"convert", crg, "--format", "LRFI", "-o", f / "upper.crg"}, f / "upper.crg"), bytes({"convert", crg, "--format", "lrfi", "-o", f / "lower.crg"}, f / "lower.crg"));
+  EXPECT_EQ(bytes({"convert", crg, "--format", "LRFI", "-o", f / "upper.crg"}, f / "upper.crg"),
+            bytes({"convert", crg, "--format", "lrfi", "-o", f / "lower.crg"}, f / "lower.crg"));
   for (const char* format : {"ldfi", "LDFI"})
-    EXPECT_THAT(bytes({"build", f / "s.obj", "-o", f / format, "--no-report", "--format", format}, std::string(f / format) + "/s.crg"), HasSubstr("#:LDFI"));
+    EXPECT_THAT(bytes({"build", f / "s.obj", "-o", f / format, "--no-report", "--format", format},
+                      std::string(f / format) + "/s.crg"),
+                HasSubstr("#:LDFI"));
   std::filesystem::copy_file(f / "s.obj", f / "UPPER.OBJ");
-  EXPECT_EQ(run_tool(places::crgbuild(), {"clean", f / "UPPER.OBJ", "-o", f / "UPPER.STL"}).code, 0);
+  EXPECT_EQ(run_tool(places::crgbuild(), {"clean", f / "UPPER.OBJ", "-o", f / "UPPER.STL"}).code,
+            0);
   cli::write(f / "TRACK.YAML", "mesh: UPPER.OBJ\nformat: ldfi\n");
-  const ToolRun recipe = run_tool(places::crgbuild(), {"build", f / "TRACK.YAML", "-o", f / "yaml", "--no-report"});
+  const ToolRun recipe =
+      run_tool(places::crgbuild(), {"build", f / "TRACK.YAML", "-o", f / "yaml", "--no-report"});
   EXPECT_EQ(recipe.code, 0) << recipe.err;
   std::filesystem::copy_file(crg, f / "ROAD.CRG");
-  EXPECT_EQ(run_tool(places::lidar2mesh(), {"synth", f / "ROAD.CRG", "-o", f / "upper_scans", "--to-m", "10", "--azimuths", "64", "--beams", "8", "--laps", "1"}).code, 0);
+  EXPECT_EQ(
+      run_tool(places::lidar2mesh(), {"synth", f / "ROAD.CRG", "-o", f / "upper_scans", "--to-m",
+                                      "10", "--azimuths", "64", "--beams", "8", "--laps", "1"})
+          .code,
+      0);
 }
 
 TEST_F(Called, StandardInputIsReadOrRefused) {
   const Folder& f = *folder_;
   const std::string crg = f / "out/s.crg";
   ASSERT_EQ(cli::crgbuild({"query", crg, "--points", f / "points.csv", "-o", f / "z.csv"}).code, 0);
-  const ToolRun read = run_tool(places::crgbuild(), {"query", crg, "--points", "-", "-o", "-"}, {.in = f / "points.csv"});
+  const ToolRun read = run_tool(places::crgbuild(), {"query", crg, "--points", "-", "-o", "-"},
+                                {.in = f / "points.csv"});
   EXPECT_EQ(read.code, 0) << read.err;
   EXPECT_EQ(read.out, cli::read(f / "z.csv"));
   // A pipe cannot be searched.
-  const ToolRun piped = run_tool("/bin/bash", {"-c", fmt::format("cat '{}' | '{}' query '{}' --points - -o -", f / "points.csv", places::crgbuild(), crg)});
+  const ToolRun piped =
+      run_tool("/bin/bash", {"-c", fmt::format("cat '{}' | '{}' query '{}' --points - -o -",
+                                               f / "points.csv", places::crgbuild(), crg)});
   EXPECT_EQ(piped.out, cli::read(f / "z.csv")) << piped.err;
   const ToolRun unread =
       run_tool(places::crgbuild(), {"query", crg, "--points", "-", "-o", f / "unread.csv"},
@@ -403,34 +463,48 @@ TEST_F(Called, StandardInputIsReadOrRefused) {
 }
 
 TEST_F(Called, ARoadIsNotBuiltAgain) {
-  const ToolRun ran = run_tool(places::crgbuild(), {"build", *folder_ / "out/s.crg", "-o", *folder_ / "again"});
+  const ToolRun ran =
+      run_tool(places::crgbuild(), {"build", *folder_ / "out/s.crg", "-o", *folder_ / "again"});
   EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, ::testing::AllOf(HasSubstr("crgbuild info "), HasSubstr("crgbuild report ")));
+  EXPECT_THAT(ran.err,
+              ::testing::AllOf(HasSubstr("crgbuild info "), HasSubstr("crgbuild report ")));
 }
 
 TEST_F(Called, OutIsTakenForOutput) {
   const std::string crg = *folder_ / "out/s.crg";
   EXPECT_EQ(run_tool(places::crgbuild(), {"convert", crg, "--out", *folder_ / "old.crg"}).code, 0);
-  EXPECT_EQ(run_tool(places::crgdrive(), {"parameters", "--out=" + (*folder_ / "parameters.md")}).code, 0);
+  EXPECT_EQ(
+      run_tool(places::crgdrive(), {"parameters", "--out=" + (*folder_ / "parameters.md")}).code,
+      0);
   EXPECT_TRUE(cli::exists(*folder_ / "old.crg") && cli::exists(*folder_ / "parameters.md"));
 }
 
 /// Commands that last, one of each tool.
 std::map<std::string, Words> long_calls(const Folder& f, const std::string& trial) {
-  return {{"crgbuild", {"build", f / "s.obj", "-o", f / "long", "--u-step-m", "0.01", "--v-step-m", "0.02", "--force", "--validate-points", "20000000"}},
-          {"crgdrive", {"manoeuvre", "sine", "--vehicle", trial + "vehicle.yaml", "--seconds", "600", "--rate-hz", "1000", "-o", f / "long.csv"}},
-          {"crgexplain", {"run", "--track", trial + "track.crg", "--vehicle", trial + "vehicle.yaml", "--recordings", trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
-          {"lidar2mesh", {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o", f / "long_scans", "--beams", "200", "--azimuths", "4000"}}};
+  return {{"crgbuild",
+           {"build", f / "s.obj", "-o", f / "long", "--u-step-m", "0.01", "--v-step-m", "0.02",
+            "--force", "--validate-points", "20000000"}},
+          {"crgdrive",
+           {"manoeuvre", "sine", "--vehicle", trial + "vehicle.yaml", "--seconds", "600",
+            "--rate-hz", "1000", "-o", f / "long.csv"}},
+          {"crgexplain",
+           {"run", "--track", trial + "track.crg", "--vehicle", trial + "vehicle.yaml",
+            "--recordings", trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
+          {"lidar2mesh",
+           {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o",
+            f / "long_scans", "--beams", "200", "--azimuths", "4000"}}};
 }
 
 TEST_F(Called, ATerminalSeesProgressThatIsWipedOnCtrlC) {
   const auto calls = long_calls(*folder_, *folder_ / "trials/0000/");
   for (const Tool& tool : all_tools()) {
     SCOPED_TRACE(tool.name);
-    const ToolRun ran = run_on_terminal(tool.path, calls.at(tool.name), "\r\033\\[K[^\r]*[a-z][^\r]*, [0-9]+ s");
+    const ToolRun ran =
+        run_on_terminal(tool.path, calls.at(tool.name), "\r\033\\[K[^\r]*[a-z][^\r]*, [0-9]+ s");
     EXPECT_EQ(ran.code, 130) << ran.err;
     EXPECT_LT(ran.seconds_after_signal, 2.0);
-    EXPECT_THAT(ran.err, HasSubstr("\r\033[K" + tool.name + ": interrupted; no file is half-written\r\n"));
+    EXPECT_THAT(ran.err,
+                HasSubstr("\r\033[K" + tool.name + ": interrupted; no file is half-written\r\n"));
     EXPECT_TRUE(ran.err.ends_with("half-written\r\n")) << ran.err;
     const ToolRun quiet = run_on_terminal(tool.path, {"--help"}, "");
     EXPECT_THAT(quiet.err, Not(HasSubstr("\033[")));
@@ -438,17 +512,23 @@ TEST_F(Called, ATerminalSeesProgressThatIsWipedOnCtrlC) {
 }
 
 TEST_F(Called, ATerminalIsToldTheTimeThatIsLeft) {
-  const std::string said = run_on_terminal(places::lidar2mesh(),
-                                           {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o", *folder_ / "long_scans"},
-                                           "\r\033\\[K *[0-9]+ % scans, [0-9]+ s, [0-9]+ (s|min) left").err;
+  const std::string said =
+      run_on_terminal(places::lidar2mesh(),
+                      {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o",
+                       *folder_ / "long_scans"},
+                      "\r\033\\[K *[0-9]+ % scans, [0-9]+ s, [0-9]+ (s|min) left")
+          .err;
   EXPECT_THAT(said, HasSubstr(" left")) << said;
 }
 
 TEST_F(Called, ErrorsAreColouredOnATerminalAlone) {
   for (const Tool& tool : all_tools()) {
-    EXPECT_THAT(run_on_terminal(tool.path, {"nothing"}, "").err, HasSubstr("\033[31m" + tool.name + ":\033[0m "));
-    EXPECT_THAT(run_on_terminal(tool.path, {"nothing"}, "", {"NO_COLOR=1"}).err, Not(HasSubstr("\033")));
-    EXPECT_THAT(run_on_terminal(tool.path, {"nothing"}, "", {"TERM=dumb"}).err, Not(HasSubstr("\033")));
+    EXPECT_THAT(run_on_terminal(tool.path, {"nothing"}, "").err,
+                HasSubstr("\033[31m" + tool.name + ":\033[0m "));
+    EXPECT_THAT(run_on_terminal(tool.path, {"nothing"}, "", {"NO_COLOR=1"}).err,
+                Not(HasSubstr("\033")));
+    EXPECT_THAT(run_on_terminal(tool.path, {"nothing"}, "", {"TERM=dumb"}).err,
+                Not(HasSubstr("\033")));
     EXPECT_THAT(run_tool(tool.path, {"nothing"}).err, Not(HasSubstr("\033")));
   }
 }
@@ -484,7 +564,8 @@ TEST_F(Called, SignalsEndEveryToolAtAnyMoment) {
       const double after_s = 0.02 + (heavy ? 6.0 : 1.5) * (random >> 8) / 16777216.0;
       const int signal = k % 2 == 0 ? SIGINT : SIGTERM;
       const auto before = tree(folder_->path());
-      const ToolRun ran = run_tool(tool.path, calls.at(tool.name), {.signal_after_s = after_s, .signal = signal});
+      const ToolRun ran =
+          run_tool(tool.path, calls.at(tool.name), {.signal_after_s = after_s, .signal = signal});
       SCOPED_TRACE(fmt::format("{} after {:.3f} s: {}", tool.name, after_s, ran.err));
       longest_s = std::max(longest_s, ran.seconds_after_signal);
       EXPECT_LT(ran.seconds_after_signal, 2.0);
@@ -499,7 +580,8 @@ TEST_F(Called, SignalsEndEveryToolAtAnyMoment) {
       EXPECT_EQ(ran.code, 128 + signal);
       EXPECT_THAT(ran.err, HasSubstr(tool.name + ": interrupted; no file is half-written\n"));
     }
-  std::printf("%d of %d runs interrupted, the longest ended %.3f s after its signal\n", interrupted, 4 * moments, longest_s);
+  std::printf("%d of %d runs interrupted, the longest ended %.3f s after its signal\n", interrupted,
+              4 * moments, longest_s);
   EXPECT_GT(interrupted, 2 * moments);
 }
 

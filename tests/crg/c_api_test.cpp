@@ -12,7 +12,9 @@ namespace {
 
 TEST(CApi, AnswersWhatTheCppInterfaceAnswers) {
   const ReferenceLine line = test::circuit(2001, 40.0, 0.1, 3);
-  const Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 17, [](double u, double v) { return 0.1 * std::sin(u) + 0.02 * v; }));
+  const Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 17, [](double u, double v) {
+                             return 0.1 * std::sin(u) + 0.02 * v;
+                           }));
   const test::Folder folder;
   write(crg, folder.file("road.crg"), Format::KRBI);
   const Surface surface(crg);
@@ -93,7 +95,8 @@ TEST(CApi, RefusalsSayWhyAndOldCallersMayKnowLess) {
   EXPECT_EQ(crg_api_version(), CRG_API_VERSION);
   const ReferenceLine line = test::line_along(5, 1.0, [](double) { return 0.0; });
   const test::Folder folder;
-  write(make_crg(line, test::grid_of(line, -1.0, 1.0, 2, [](double, double) { return 1.0; })), folder.file("r.crg"), Format::LRFI);
+  write(make_crg(line, test::grid_of(line, -1.0, 1.0, 2, [](double, double) { return 1.0; })),
+        folder.file("r.crg"), Format::LRFI);
   crg_open_options options = {};
   options.struct_size = sizeof options.struct_size;  // knows of no other field
   options.friction_path = "/nowhere/mu.crg";

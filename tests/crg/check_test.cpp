@@ -11,7 +11,8 @@ namespace {
 
 Crg good_road() {
   const ReferenceLine line = test::circuit(801, 20.0, 0.1, 2);
-  return make_crg(line, test::grid_of(line, -3.0, 3.0, 7, [](double, double v) { return 0.01 * v; }));
+  return make_crg(line,
+                  test::grid_of(line, -3.0, 3.0, 7, [](double, double v) { return 0.01 * v; }));
 }
 
 // The findings of one rule; "" for all.
@@ -33,11 +34,15 @@ void expect_only(const Crg& crg, const std::string& rule, Severity severity) {
 }
 
 TEST(Check, FindsNothingInAGoodRoad) {
-  for (const Finding& finding : findings(good_road(), "")) ADD_FAILURE() << finding.rule << ": " << finding.message;
+  for (const Finding& finding : findings(good_road(), ""))
+    ADD_FAILURE() << finding.rule << ": " << finding.message;
 }
 
 TEST(Check, HeaderAgainstData) {
-  for (const auto& [key, value] : {std::pair{"REFERENCE_LINE_END_U", 7.0}, {"REFERENCE_LINE_END_X", 1.0}, {"REFERENCE_LINE_END_PHI", 0.7}, {"LONG_SECTION_V_RIGHT", -2.5}}) {
+  for (const auto& [key, value] : {std::pair{"REFERENCE_LINE_END_U", 7.0},
+                                   {"REFERENCE_LINE_END_X", 1.0},
+                                   {"REFERENCE_LINE_END_PHI", 0.7},
+                                   {"LONG_SECTION_V_RIGHT", -2.5}}) {
     Crg crg = good_road();
     set_value(crg.options, "REFLINE_CONTINUATION", 0.0);
     set_value(crg.road, key, value);
@@ -72,7 +77,8 @@ TEST(Check, CutsThatMeetWhereThereAreHeightsAreAnError) {
 
 TEST(Check, CutsThatMeetWhereNoNodeHasAHeightAreNone) {
   Crg crg = tight_bend();
-  for (std::size_t i = 0; i < crg.grid.rows(); ++i) crg.grid.at(i, 6) = crg.grid.at(i, 5) = NAN;  // v = 2, 3
+  for (std::size_t i = 0; i < crg.grid.rows(); ++i)
+    crg.grid.at(i, 6) = crg.grid.at(i, 5) = NAN;  // v = 2, 3
   const Crg empty = crg;
   std::vector<Finding> global = findings(crg, "curvature.global");
   ASSERT_EQ(global.size(), 1U);
@@ -160,8 +166,10 @@ TEST(Check, ProjectionAndWgs84) {
 }
 
 TEST(Check, TurnsAndUnevenSteps) {
-  const ReferenceLine line = test::line_along(50, 1.0, [](double u) { return u == 20.0 ? 1.0 : 0.0; });
-  const Crg crg = make_crg(line, test::grid_of(line, -0.1, 0.1, 2, [](double, double) { return 0.0; }));
+  const ReferenceLine line =
+      test::line_along(50, 1.0, [](double u) { return u == 20.0 ? 1.0 : 0.0; });
+  const Crg crg =
+      make_crg(line, test::grid_of(line, -0.1, 0.1, 2, [](double, double) { return 0.0; }));
   expect_only(crg, "line.turn", Severity::Warning);
   Crg pulled = make_crg(test::line_along(50, 1.0, [](double) { return 0.0; }), crg.grid);
   set_value(pulled.road, "REFERENCE_LINE_END_X", 40.0);

@@ -35,15 +35,19 @@ std::string refusal_of(const std::string& path) {
 
 /// A line, a byte, a key of the header or one of its sections.
 bool names_a_place(const std::string& message, const std::string& path) {
-  static const std::regex place(R"(^(:\d+:|: byte \d+:| ?:.*(\$[A-Z][A-Z_]+|[A-Z]+_[A-Z_]+[A-Z])))");
+  static const std::regex place(
+      R"(^(:\d+:|: byte \d+:| ?:.*(\$[A-Z][A-Z_]+|[A-Z]+_[A-Z_]+[A-Z])))");
   const std::size_t at = message.find(path);
-  return at != std::string::npos && std::regex_search(message.begin() + static_cast<std::ptrdiff_t>(at + path.size()), message.end(), place);
+  return at != std::string::npos &&
+         std::regex_search(message.begin() + static_cast<std::ptrdiff_t>(at + path.size()),
+                           message.end(), place);
 }
 
 TEST(Damaged, EveryRefusalNamesTheFileAndThePlaceInIt) {
   std::vector<fs::path> seeds;
   std::error_code absent;
-  for (const fs::path& folder : {fs::path(places::source()) / "tests/corpus/crg", fs::path(places::data()) / "opencrg/samples"}) {
+  for (const fs::path& folder : {fs::path(places::source()) / "tests/corpus/crg",
+                                 fs::path(places::data()) / "opencrg/samples"}) {
     for (const auto& entry : fs::directory_iterator(folder, absent)) seeds.push_back(entry.path());
   }
   std::sort(seeds.begin(), seeds.end());
@@ -79,13 +83,19 @@ TEST(Damaged, AnIncludeThatCannotBeOpenedNamesTheIncludingFileAndItsLine) {
     std::ofstream(path) << "$CT\na road elsewhere\n$ROAD_CRG_FILE\n" << target << "\n$\n$$$$\n";
     return refusal_of(path);
   };
-  EXPECT_EQ(refusal("missing.crg"), path + ":4: $ROAD_CRG_FILE: missing.crg: cannot open: No such file or directory");
-  EXPECT_EQ(refusal(" $NO_SUCH_FOLDER_OF_ROADS/road.crg"), path + ":4: $ROAD_CRG_FILE: the environment variable NO_SUCH_FOLDER_OF_ROADS is not set");
-  EXPECT_EQ(refusal("."), path + ":4: $ROAD_CRG_FILE: " + folder.file(".") + ": not a regular file");
-  EXPECT_EQ(refusal("outer.crg"), path + ":4: $ROAD_CRG_FILE: " + path + " has no data of its own: includes go one level deep");
+  EXPECT_EQ(refusal("missing.crg"),
+            path + ":4: $ROAD_CRG_FILE: missing.crg: cannot open: No such file or directory");
+  EXPECT_EQ(
+      refusal(" $NO_SUCH_FOLDER_OF_ROADS/road.crg"),
+      path + ":4: $ROAD_CRG_FILE: the environment variable NO_SUCH_FOLDER_OF_ROADS is not set");
+  EXPECT_EQ(refusal("."),
+            path + ":4: $ROAD_CRG_FILE: " + folder.file(".") + ": not a regular file");
+  EXPECT_EQ(refusal("outer.crg"), path + ":4: $ROAD_CRG_FILE: " + path +
+                                      " has no data of its own: includes go one level deep");
   // What is wrong in the included file is told of that file.
   std::ofstream(folder.file("inner.crg")) << "$ROAD_CRG\nREFERENCE_LINE_INCREMENT = x\n$$$$\n";
-  EXPECT_EQ(refusal("inner.crg").substr(0, folder.file("inner.crg:2: ").size()), folder.file("inner.crg:2: "));
+  EXPECT_EQ(refusal("inner.crg").substr(0, folder.file("inner.crg:2: ").size()),
+            folder.file("inner.crg:2: "));
 }
 
 }  // namespace

@@ -14,12 +14,17 @@ namespace {
 
 // A smooth height in map coordinates, so that the same place can be compared whatever its (u, v).
 Crg hilly(std::size_t rows = 301, double u_step = 0.2) {
-  ReferenceLine line = test::line_along(rows, u_step, [](double u) { return 0.02 * std::sin(0.1 * u); }, 30.0, -20.0, 0.5);
+  ReferenceLine line = test::line_along(
+      rows, u_step, [](double u) { return 0.02 * std::sin(0.1 * u); }, 30.0, -20.0, 0.5);
   for (std::size_t i = 0; i < rows; ++i) {
     line.z_m.push_back(3.0 + 0.001 * static_cast<double>(i));
     line.banking.push_back(0.0001 * static_cast<double>(i));
   }
-  Crg crg = make_crg(line, test::grid_of(line, -3.0, 2.0, 26, [](double u, double v) { return 0.1 * std::sin(0.5 * u) * std::cos(v); }), {"hills"});
+  Crg crg = make_crg(
+      line,
+      test::grid_of(line, -3.0, 2.0, 26,
+                    [](double u, double v) { return 0.1 * std::sin(0.5 * u) * std::cos(v); }),
+      {"hills"});
   set_value(crg.options, "BORDER_SMOOTH_UBEG", 0.0);
   return crg;
 }
@@ -32,14 +37,16 @@ double worst_height_difference(const Crg& a, const Crg& b, double inset) {
   for (double u = grid.u_begin_m + inset; u < grid.u_of(grid.rows() - 1) - inset; u += 0.137) {
     for (double v = grid.v_m.front() + inset; v < grid.v_m.back() - inset; v += 0.093) {
       const Point2 p = other.xy_of_uv(u, v);
-      worst = std::max(worst, std::abs(one.z_at_xy(p.x_m, p.y_m, c1) - other.z_at_xy(p.x_m, p.y_m, c2)));
+      worst = std::max(worst,
+                       std::abs(one.z_at_xy(p.x_m, p.y_m, c1) - other.z_at_xy(p.x_m, p.y_m, c2)));
     }
   }
   return worst;
 }
 
 void expect_no_errors(const Crg& crg) {
-  for (const Finding& finding : check(crg).findings) EXPECT_EQ(finding.severity, Severity::Note) << finding.rule << ": " << finding.message;
+  for (const Finding& finding : check(crg).findings)
+    EXPECT_EQ(finding.severity, Severity::Note) << finding.rule << ": " << finding.message;
 }
 
 TEST(Edit, CropKeepsPlaceAndHeight) {
@@ -75,7 +82,8 @@ TEST(Edit, ResampleKeepsTheSurface) {
 
 TEST(Edit, ResampledCircuitStaysClosed) {
   const ReferenceLine line = test::circuit(801, 20.0, 0.1, 2);
-  const Crg road = make_crg(line, test::grid_of(line, -3.0, 3.0, 7, [](double, double v) { return 0.01 * v; }));
+  const Crg road =
+      make_crg(line, test::grid_of(line, -3.0, 3.0, 7, [](double, double v) { return 0.01 * v; }));
   const Crg coarse = resample(road, {.u_step_m = 0.4});
   EXPECT_TRUE(integrate_reference_line(coarse).closed);
   EXPECT_LT(worst_height_difference(road, coarse, 0.1), 2e-3);

@@ -20,7 +20,9 @@ Crg flat_road(std::initializer_list<std::pair<const char*, double>> options) {
   return crg;
 }
 
-double z(std::initializer_list<std::pair<const char*, double>> options, double u, double v) { return Surface(flat_road(options)).z_at_uv(u, v); }
+double z(std::initializer_list<std::pair<const char*, double>> options, double u, double v) {
+  return Surface(flat_road(options)).z_at_uv(u, v);
+}
 
 TEST(Height, BorderModesAlongU) {
   EXPECT_TRUE(std::isnan(z({{"BORDER_MODE_U", 0}}, -1.0, 0.0)));
@@ -44,7 +46,8 @@ TEST(Height, BorderModesAlongV) {
 }
 
 TEST(Height, OffsetsCountBeyondTheBorderTheyBelongToAndAddUpAtCorners) {
-  const std::initializer_list<std::pair<const char*, double>> offsets = {{"BORDER_OFFSET_U", 0.5}, {"BORDER_OFFSET_V", 0.125}};
+  const std::initializer_list<std::pair<const char*, double>> offsets = {
+      {"BORDER_OFFSET_U", 0.5}, {"BORDER_OFFSET_V", 0.125}};
   EXPECT_EQ(z(offsets, 5.0, 1.0), plane(5.0, 1.0));
   EXPECT_EQ(z(offsets, 11.0, 1.0), plane(10.0, 1.0) + 0.5);
   EXPECT_EQ(z(offsets, 5.0, 3.0), plane(5.0, 2.0) + 0.125);
@@ -75,15 +78,20 @@ TEST(Height, SmoothingZonesRiseFromTheLineAndOverlapWithoutAJump) {
 
 TEST(Height, GradientFollowsBordersAndZones) {
   for (const double mode : {2.0, 3.0, 4.0}) {
-    Crg crg = flat_road({{"BORDER_MODE_U", mode}, {"BORDER_MODE_V", mode}, {"BORDER_SMOOTH_UBEG", 3.0}});
+    Crg crg =
+        flat_road({{"BORDER_MODE_U", mode}, {"BORDER_MODE_V", mode}, {"BORDER_SMOOTH_UBEG", 3.0}});
     crg.banking.assign(11, 0.0625);
     const Surface surface(crg);
     for (const double u : {-3.4, 1.3, 5.6, 11.7, 23.3}) {
       for (const double v : {-3.3, -1.2, 0.3, 2.8}) {
         const double h = 1e-5;
         const Sample sample = surface.at_uv(u, v);
-        EXPECT_NEAR(sample.dzdx, (surface.z_at_uv(u + h, v) - surface.z_at_uv(u - h, v)) / (2.0 * h), 1e-8) << mode << " " << u << " " << v;
-        EXPECT_NEAR(sample.dzdy, (surface.z_at_uv(u, v + h) - surface.z_at_uv(u, v - h)) / (2.0 * h), 1e-8) << mode << " " << u << " " << v;
+        EXPECT_NEAR(sample.dzdx,
+                    (surface.z_at_uv(u + h, v) - surface.z_at_uv(u - h, v)) / (2.0 * h), 1e-8)
+            << mode << " " << u << " " << v;
+        EXPECT_NEAR(sample.dzdy,
+                    (surface.z_at_uv(u, v + h) - surface.z_at_uv(u, v - h)) / (2.0 * h), 1e-8)
+            << mode << " " << u << " " << v;
       }
     }
   }
@@ -102,10 +110,12 @@ TEST(Height, UnevenColumnsInterpolateBetweenTheirOwnNeighbours) {
   Crg crg = flat_road({});
   crg.grid.v_m = {-2.0, -1.9, 0.7, 1.0, 2.0};
   for (std::size_t i = 0; i < 11; ++i) {
-    for (std::size_t j = 0; j < 5; ++j) crg.grid.at(i, j) = static_cast<float>(plane(static_cast<double>(i), crg.grid.v_m[j]));
+    for (std::size_t j = 0; j < 5; ++j)
+      crg.grid.at(i, j) = static_cast<float>(plane(static_cast<double>(i), crg.grid.v_m[j]));
   }
   const Surface surface(crg);
-  for (double v = -2.0; v <= 2.0; v += 0.037) ASSERT_NEAR(surface.z_at_uv(3.3, v), plane(3.3, v), 1e-6);  // float nodes
+  for (double v = -2.0; v <= 2.0; v += 0.037)
+    ASSERT_NEAR(surface.z_at_uv(3.3, v), plane(3.3, v), 1e-6);  // float nodes
 }
 
 TEST(Height, FrictionComesFromTheMapOrTheConstant) {

@@ -28,7 +28,8 @@ Truth search_all(const ReferenceLine& line, double v_right, double v_left, Point
     if (!(past >= 0.0 && past < width)) continue;
     const double outside = std::max({0.0, v - v_left, v_right - v});
     if (outside < best.outside_m || (outside == best.outside_m && std::abs(v) < best.distance_m)) {
-      best = {line.u_begin_m + (static_cast<double>(i) + past / width) * line.u_step_m, v, outside, std::abs(v)};
+      best = {line.u_begin_m + (static_cast<double>(i) + past / width) * line.u_step_m, v, outside,
+              std::abs(v)};
     }
   }
   return best;
@@ -37,7 +38,8 @@ Truth search_all(const ReferenceLine& line, double v_right, double v_left, Point
 // Points on the grid of the line, and some beside it; compares with all cells and with cursors
 // that come from anywhere.
 void expect_true_places(const ReferenceLine& line, double v_right, double v_left, int points) {
-  const Surface surface(make_crg(line, test::grid_of(line, v_right, v_left, 3, [](double, double) { return 0.0; })));
+  const Surface surface(
+      make_crg(line, test::grid_of(line, v_right, v_left, 3, [](double, double) { return 0.0; })));
   const ReferenceLine& used = surface.reference_line();
   std::mt19937 random(11);
   const double u_end = used.u_begin_m + used.u_step_m * static_cast<double>(used.size() - 1);
@@ -58,25 +60,32 @@ void expect_true_places(const ReferenceLine& line, double v_right, double v_left
     }
     // Beyond an open end the extension may be nearer than any cell.
     if (followed.u_m < used.u_begin_m || followed.u_m > u_end) continue;
-    ASSERT_NEAR(followed.v_m, truth.v_m, 1e-9) << "at " << p.x_m << ", " << p.y_m << " u " << followed.u_m << " want " << truth.u_m;
+    ASSERT_NEAR(followed.v_m, truth.v_m, 1e-9)
+        << "at " << p.x_m << ", " << p.y_m << " u " << followed.u_m << " want " << truth.u_m;
     ASSERT_NEAR(followed.u_m, truth.u_m, 1e-8);
   }
 }
 
 TEST(Locator, StraightAndGentleCurves) {
   expect_true_places(test::line_along(400, 0.5, [](double) { return 0.0; }), -4.0, 4.0, 2000);
-  expect_true_places(test::line_along(2000, 0.1, [](double u) { return 0.02 * std::sin(0.05 * u); }), -6.0, 6.0, 2000);
+  expect_true_places(
+      test::line_along(2000, 0.1, [](double u) { return 0.02 * std::sin(0.05 * u); }), -6.0, 6.0,
+      2000);
 }
 
 TEST(Locator, Hairpin) {
   // Two legs 16 m apart, joined by half a circle of 8 m radius that the road nearly fills.
-  const auto curvature = [](double u) { return u > 60.0 && u < 60.0 + 8.0 * std::numbers::pi ? 1.0 / 8.0 : 0.0; };
+  const auto curvature = [](double u) {
+    return u > 60.0 && u < 60.0 + 8.0 * std::numbers::pi ? 1.0 / 8.0 : 0.0;
+  };
   expect_true_places(test::line_along(1500, 0.1, curvature), -7.5, 7.5, 4000);
 }
 
 TEST(Locator, LegsSideBySideWithUnequalSides) {
   // 20 m apart and 12 m wide on the inner side: the nearer line is not always the right leg.
-  const auto curvature = [](double u) { return u > 100.0 && u < 100.0 + 10.0 * std::numbers::pi ? 0.1 : 0.0; };
+  const auto curvature = [](double u) {
+    return u > 100.0 && u < 100.0 + 10.0 * std::numbers::pi ? 0.1 : 0.0;
+  };
   expect_true_places(test::line_along(2300, 0.1, curvature), -3.0, 9.5, 4000);
 }
 
@@ -88,14 +97,17 @@ TEST(Locator, FigureOfEightCrossesItself) {
 }
 
 TEST(Locator, SpiralTighterThanTheRoadIsWide) {
-  expect_true_places(test::line_along(1200, 0.1, [](double u) { return 0.02 + 0.003 * u; }), -5.0, 5.0, 3000);
+  expect_true_places(test::line_along(1200, 0.1, [](double u) { return 0.02 + 0.003 * u; }), -5.0,
+                     5.0, 3000);
 }
 
 TEST(Locator, KinksAndNoise) {
   std::mt19937 random(3);
   std::vector<double> kink(700);
   for (double& value : kink) value = std::uniform_real_distribution<double>(-0.6, 0.6)(random);
-  expect_true_places(test::line_along(600, 0.2, [&](double u) { return kink[static_cast<std::size_t>(u / 0.2)]; }), -2.0, 2.0, 3000);
+  expect_true_places(
+      test::line_along(600, 0.2, [&](double u) { return kink[static_cast<std::size_t>(u / 0.2)]; }),
+      -2.0, 2.0, 3000);
 }
 
 TEST(Locator, CoarseRows) {
@@ -104,7 +116,8 @@ TEST(Locator, CoarseRows) {
 
 TEST(Locator, EveryFinitePointHasAPlaceAndOthersHaveNone) {
   const ReferenceLine line = test::circuit(1001, 50.0, 0.2, 3);
-  const Surface surface(make_crg(line, test::grid_of(line, -4.0, 4.0, 3, [](double, double) { return 1.0; })));
+  const Surface surface(
+      make_crg(line, test::grid_of(line, -4.0, 4.0, 3, [](double, double) { return 1.0; })));
   Cursor cursor;
   std::mt19937 random(5);
   for (int k = 0; k < 2000; ++k) {

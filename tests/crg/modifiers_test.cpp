@@ -11,22 +11,28 @@ namespace crg {
 namespace {
 
 Crg road(std::initializer_list<std::pair<const char*, double>> modifiers) {
-  ReferenceLine line = test::line_along(41, 0.5, [](double) { return 0.02; }, 100.0, 50.0, 0.7);
+  ReferenceLine line = test::line_along(
+      41, 0.5, [](double) { return 0.02; }, 100.0, 50.0, 0.7);
   for (std::size_t i = 0; i < line.size(); ++i) {
     line.z_m.push_back(5.0 + 0.05 * static_cast<double>(i));
     line.banking.push_back(0.001 * static_cast<double>(i));
   }
-  Crg crg = make_crg(line, test::grid_of(line, -2.0, 2.0, 5, [](double u, double v) { return 0.1 * u + 0.2 * v; }));
+  Crg crg = make_crg(line, test::grid_of(line, -2.0, 2.0, 5,
+                                         [](double u, double v) { return 0.1 * u + 0.2 * v; }));
   for (const auto& [key, value] : modifiers) set_value(crg.modifiers, key, value);
   return crg;
 }
 
 TEST(Modifiers, ScaleHeightsSlopeAndBankingEachOnItsOwn) {
-  const double u = 10.0, v = 1.0, grid = 0.1 * u + 0.2 * v, line = 5.0 + 0.1 * u, banking = 0.002 * u;
+  const double u = 10.0, v = 1.0, grid = 0.1 * u + 0.2 * v, line = 5.0 + 0.1 * u,
+               banking = 0.002 * u;
   EXPECT_NEAR(Surface(road({})).z_at_uv(u, v), line + banking * v + grid, 1e-6);
-  EXPECT_NEAR(Surface(road({{"SCALE_Z_GRID", 3.0}})).z_at_uv(u, v), line + banking * v + 3.0 * grid, 1e-6);
-  EXPECT_NEAR(Surface(road({{"SCALE_SLOPE", 3.0}})).z_at_uv(u, v), 5.0 + 0.3 * u + banking * v + grid, 1e-6);
-  EXPECT_NEAR(Surface(road({{"SCALE_BANKING", 3.0}})).z_at_uv(u, v), line + 3.0 * banking * v + grid, 1e-6);
+  EXPECT_NEAR(Surface(road({{"SCALE_Z_GRID", 3.0}})).z_at_uv(u, v), line + banking * v + 3.0 * grid,
+              1e-6);
+  EXPECT_NEAR(Surface(road({{"SCALE_SLOPE", 3.0}})).z_at_uv(u, v),
+              5.0 + 0.3 * u + banking * v + grid, 1e-6);
+  EXPECT_NEAR(Surface(road({{"SCALE_BANKING", 3.0}})).z_at_uv(u, v),
+              line + 3.0 * banking * v + grid, 1e-6);
 }
 
 TEST(Modifiers, ScaleLengthAndWidthStretchTheGrid) {
@@ -45,11 +51,13 @@ TEST(Modifiers, ScaleCurvatureTurnsAnArcIntoALineAndCountsTurnsBeyondHalfACircle
   EXPECT_NEAR(line.y_m.back(), 50.0 + 20.0 * std::sin(0.7), 1e-6);
   // Headings stored within (-pi, pi]: the jump at pi is no curvature.
   ReferenceLine turning = test::line_along(200, 0.5, [](double) { return 0.1; });
-  Crg crg = make_crg(turning, test::grid_of(turning, -1.0, 1.0, 2, [](double, double) { return 0.0; }));
+  Crg crg =
+      make_crg(turning, test::grid_of(turning, -1.0, 1.0, 2, [](double, double) { return 0.0; }));
   for (double& heading : crg.heading_rad) heading = std::remainder(heading, 2.0 * std::numbers::pi);
   set_value(crg.modifiers, "SCALE_CURVATURE", 0.5);
   const Surface half(crg);
-  EXPECT_NEAR(half.reference_line().heading_rad.back() - half.reference_line().heading_rad.front(), 0.5 * 0.1 * 0.5 * 198.0, 1e-5);
+  EXPECT_NEAR(half.reference_line().heading_rad.back() - half.reference_line().heading_rad.front(),
+              0.5 * 0.1 * 0.5 * 198.0, 1e-5);
 }
 
 TEST(Modifiers, NanModesFillBothEdgesOfEveryRow) {
@@ -72,8 +80,15 @@ TEST(Modifiers, NanModesFillBothEdgesOfEveryRow) {
 }
 
 TEST(Modifiers, ReferencePointMovesThatPointThere) {
-  const Surface surface(road({{"REFPOINT_U_FRACTION", 0.5}, {"REFPOINT_U_OFFSET", 1.0}, {"REFPOINT_V", 0.5}, {"REFPOINT_V_OFFSET", 0.25},
-                              {"REFPOINT_X", -7.0}, {"REFPOINT_Y", 3.0}, {"REFPOINT_Z", 2.0}, {"REFPOINT_PHI", 1.5}, {"REFLINE_OFFSET_X", 99.0}}));
+  const Surface surface(road({{"REFPOINT_U_FRACTION", 0.5},
+                              {"REFPOINT_U_OFFSET", 1.0},
+                              {"REFPOINT_V", 0.5},
+                              {"REFPOINT_V_OFFSET", 0.25},
+                              {"REFPOINT_X", -7.0},
+                              {"REFPOINT_Y", 3.0},
+                              {"REFPOINT_Z", 2.0},
+                              {"REFPOINT_PHI", 1.5},
+                              {"REFLINE_OFFSET_X", 99.0}}));
   const Sample sample = surface.at_uv(11.0, 0.75);
   EXPECT_NEAR(sample.x_m, -7.0, 1e-9);
   EXPECT_NEAR(sample.y_m, 3.0, 1e-9);
@@ -83,7 +98,11 @@ TEST(Modifiers, ReferencePointMovesThatPointThere) {
 
 TEST(Modifiers, OffsetsRotateAboutTheirCentreThenTranslate) {
   const Surface before(road({}));
-  const Surface after(road({{"REFLINE_ROTCENTER_X", 90.0}, {"REFLINE_ROTCENTER_Y", 40.0}, {"REFLINE_OFFSET_PHI", std::numbers::pi / 2.0}, {"REFLINE_OFFSET_X", 1.0}, {"REFLINE_OFFSET_Z", 4.0}}));
+  const Surface after(road({{"REFLINE_ROTCENTER_X", 90.0},
+                            {"REFLINE_ROTCENTER_Y", 40.0},
+                            {"REFLINE_OFFSET_PHI", std::numbers::pi / 2.0},
+                            {"REFLINE_OFFSET_X", 1.0},
+                            {"REFLINE_OFFSET_Z", 4.0}}));
   const Point2 p = before.xy_of_uv(8.0, 1.0), q = after.xy_of_uv(8.0, 1.0);
   EXPECT_NEAR(q.x_m, 90.0 - (p.y_m - 40.0) + 1.0, 1e-9);
   EXPECT_NEAR(q.y_m, 40.0 + (p.x_m - 90.0), 1e-9);

@@ -13,13 +13,16 @@ namespace {
 
 Crg base_road() {
   const ReferenceLine line = test::line_along(101, 1.0, [](double) { return 0.0; });
-  return make_crg(line, test::grid_of(line, -5.0, 5.0, 11, [](double u, double) { return 0.01 * u; }));
+  return make_crg(line,
+                  test::grid_of(line, -5.0, 5.0, 11, [](double u, double) { return 0.01 * u; }));
 }
 
 // A kerb of 10 cm on x from 40 to 44, y from 2 to 4, drawn in another direction.
 Crg kerb() {
-  const ReferenceLine line = test::line_along(41, 0.1, [](double) { return 0.0; }, 44.0, 3.0, std::numbers::pi);
-  return make_crg(line, test::grid_of(line, -1.0, 1.0, 21, [](double u, double) { return 0.01 * (44.0 - u) + 0.1; }));
+  const ReferenceLine line = test::line_along(
+      41, 0.1, [](double) { return 0.0; }, 44.0, 3.0, std::numbers::pi);
+  return make_crg(line, test::grid_of(line, -1.0, 1.0, 21,
+                                      [](double u, double) { return 0.01 * (44.0 - u) + 0.1; }));
 }
 
 PatchedSurface stack() {
@@ -34,7 +37,8 @@ TEST(Patches, ReplaceTheBaseInsideAndLeaveItOutside) {
   EXPECT_NEAR(surface.z_at_xy(42.0, 3.0, cursor), 0.42 + 0.1, 1e-6);
   EXPECT_NEAR(surface.z_at_xy(42.0, 0.0, cursor), 0.42, 1e-6);
   EXPECT_NEAR(surface.z_at_xy(39.9, 3.0, cursor), 0.399, 1e-6);
-  EXPECT_NEAR(surface.z_at_xy(40.25, 3.0, cursor), 0.4025 + 0.05, 1e-6) << "half way through the blended border";
+  EXPECT_NEAR(surface.z_at_xy(40.25, 3.0, cursor), 0.4025 + 0.05, 1e-6)
+      << "half way through the blended border";
   EXPECT_NEAR(surface.z_at_xy(40.0, 3.0, cursor), 0.4, 1e-6);
   EXPECT_NEAR(surface.at_xy(42.0, 3.0, cursor).u_m, 42.0, 1e-9) << "u is the base's";
 }
@@ -79,7 +83,8 @@ TEST(Patches, AnIndexFileNamesThem) {
   const test::Folder folder;
   write(base_road(), folder.file("base.crg"), Format::KRBI);
   write(kerb(), folder.file("kerb.crg"), Format::KRBI);
-  std::ofstream(folder.file("road.patches")) << "# a road with a kerb\nbase base.crg\n\npatch kerb.crg blend_m=0.5  # inside of turn 1\n";
+  std::ofstream(folder.file("road.patches"))
+      << "# a road with a kerb\nbase base.crg\n\npatch kerb.crg blend_m=0.5  # inside of turn 1\n";
   const PatchedSurface surface(read_patch_index(folder.file("road.patches")));
   Cursor cursor;
   EXPECT_NEAR(surface.z_at_xy(42.0, 3.0, cursor), 0.52, 1e-6);

@@ -33,15 +33,20 @@ thread_local std::size_t allocations = 0;
   if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
   throw std::bad_alloc();
 }
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
 
 namespace crg {
 namespace {
 
 Surface road(Interpolation interpolation = Interpolation::Bilinear) {
   const ReferenceLine line = test::circuit(1501, 40.0, 0.2, 3);
-  Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 17, [](double u, double v) { return std::sin(u) * v; }));
+  Crg crg = make_crg(
+      line, test::grid_of(line, -4.0, 4.0, 17, [](double u, double v) { return std::sin(u) * v; }));
   crg.grid.at(40, 3) = NAN;
   return Surface(std::move(crg), {.interpolation = interpolation});
 }
@@ -89,7 +94,8 @@ TEST(QueryPromises, NothingThrows) {
   static_assert(noexcept(std::declval<S>().uv_of_xy(0.0, 0.0, std::declval<Cursor&>())));
   static_assert(noexcept(std::declval<S>().z_at_xy(0.0, 0.0, std::declval<Cursor&>())));
   static_assert(noexcept(std::declval<S>().at_xy(0.0, 0.0, std::declval<Cursor&>())));
-  static_assert(noexcept(std::declval<S>().z_at_xy(std::span<const Point2>(), std::span<Cursor>(), std::span<double>())));
+  static_assert(noexcept(std::declval<S>().z_at_xy(std::span<const Point2>(), std::span<Cursor>(),
+                                                   std::span<double>())));
   static_assert(noexcept(std::declval<S>().at_uv(0.0, 0.0)));
   static_assert(noexcept(std::declval<S>().strip({}, {}, std::declval<Cursor&>())));
 }
@@ -112,10 +118,16 @@ TEST(QueryPromises, ThreadsShareASurface) {
 // The same for all that a Surface may carry: friction, patches, smooth heights, contact strips.
 TEST(QueryPromises, ThreadsShareFrictionPatchesAndStrips) {
   const ReferenceLine line = test::line_along(801, 0.1, [](double) { return 0.01; });
-  const Crg base = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double v) { return 0.1 * std::sin(u) * v; }));
-  const Crg grip = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double) { return 0.8 + 0.1 * std::sin(u); }));
-  const ReferenceLine short_line = test::line_along(61, 0.05, [](double) { return 0.0; }, 20.0, 2.0, 0.3);
-  const Crg kerb = make_crg(short_line, test::grid_of(short_line, -1.0, 1.0, 21, [](double u, double) { return 0.05 * u; }));
+  const Crg base = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double v) {
+                              return 0.1 * std::sin(u) * v;
+                            }));
+  const Crg grip = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double) {
+                              return 0.8 + 0.1 * std::sin(u);
+                            }));
+  const ReferenceLine short_line = test::line_along(
+      61, 0.05, [](double) { return 0.0; }, 20.0, 2.0, 0.3);
+  const Crg kerb = make_crg(short_line, test::grid_of(short_line, -1.0, 1.0, 21,
+                                                      [](double u, double) { return 0.05 * u; }));
   std::vector<PatchedSurface::Patch> patches;
   patches.push_back({Surface(kerb), 0.2});
   const PatchedSurface patched(Surface(base, {.friction_map = grip}), std::move(patches));
@@ -138,7 +150,8 @@ TEST(QueryPromises, ThreadsShareFrictionPatchesAndStrips) {
   EXPECT_NE(alone[0], alone[1]);
   std::atomic<int> agreed = 0;
   std::vector<std::thread> threads;
-  for (int t = 0; t < 6; ++t) threads.emplace_back([&, t] { agreed += ask(t % 2 == 0 ? 0 : 250) == alone[t % 2] ? 1 : 0; });
+  for (int t = 0; t < 6; ++t)
+    threads.emplace_back([&, t] { agreed += ask(t % 2 == 0 ? 0 : 250) == alone[t % 2] ? 1 : 0; });
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(agreed, 6);
 }

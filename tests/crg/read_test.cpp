@@ -1,7 +1,7 @@
 // What read() accepts, refuses and says about it. The numbers in test names are those of the list
 // "Where the standard and its tools disagree" in docs/opencrg.md.
-#include <gtest/gtest.h>
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -17,10 +17,14 @@ namespace {
 using testing::HasSubstr;
 
 // Two rows, two columns in text; `road` and `definition` lines are put into their sections.
-std::string text_file(const std::string& road = "", const std::string& definition = "#:LRFI\nD:long section 1,m\nD:long section 2,m\n",
-                      const std::string& payload = " 1.0       2.0\n 3.0       4.0\n", const std::string& sections = "") {
-  return "$CT\nroad\n$\n$ROAD_CRG\nREFERENCE_LINE_INCREMENT = 1.0\nLONG_SECTION_V_RIGHT = -1\nLONG_SECTION_V_LEFT = 1\n" + road + "$\n" + sections +
-         "$KD_DEFINITION\n" + definition + "$\n$$$$\n" + payload;
+std::string text_file(
+    const std::string& road = "",
+    const std::string& definition = "#:LRFI\nD:long section 1,m\nD:long section 2,m\n",
+    const std::string& payload = " 1.0       2.0\n 3.0       4.0\n",
+    const std::string& sections = "") {
+  return "$CT\nroad\n$\n$ROAD_CRG\nREFERENCE_LINE_INCREMENT = 1.0\nLONG_SECTION_V_RIGHT = "
+         "-1\nLONG_SECTION_V_LEFT = 1\n" +
+         road + "$\n" + sections + "$KD_DEFINITION\n" + definition + "$\n$$$$\n" + payload;
 }
 
 Crg read_text(const std::string& bytes) { return read_bytes(bytes, "road.crg"); }
@@ -36,7 +40,8 @@ std::string refusal(const std::string& bytes) {
 
 Crg small_road(std::size_t rows = 6) {
   const ReferenceLine line = test::line_along(rows, 1.0, [](double) { return 0.0; });
-  return make_crg(line, test::grid_of(line, -1.0, 1.0, 3, [](double u, double v) { return u + 0.5 * v; }));
+  return make_crg(
+      line, test::grid_of(line, -1.0, 1.0, 3, [](double u, double v) { return u + 0.5 * v; }));
 }
 
 // The file without one header line.
@@ -53,24 +58,32 @@ std::string with_value(std::string bytes, const std::string& key, const std::str
 TEST(Read, TextInBothLineEndingsAndAnyLetterCase) {
   std::string bytes = text_file();
   const Crg unix_lines = read_text(bytes);
-  for (std::size_t at = 0; (at = bytes.find('\n', at)) != std::string::npos; at += 2) bytes.replace(at, 1, "\r\n");
+  for (std::size_t at = 0; (at = bytes.find('\n', at)) != std::string::npos; at += 2)
+    bytes.replace(at, 1, "\r\n");
   const Crg dos_lines = read_text(bytes);
   EXPECT_EQ(unix_lines.grid.z_m, (std::vector<float>{1, 2, 3, 4}));
   EXPECT_EQ(dos_lines.grid.z_m, unix_lines.grid.z_m);
   EXPECT_EQ(unix_lines.grid.v_m, (std::vector<double>{-1, 1}));
-  EXPECT_EQ(read_text("$road_crg\nreference_line_increment=2 ! two\nlong_section_v_increment = 0.5\n$\n$kd_definition\n#:ldfi\nd:Long Section 1,M\nD:LONG SECTION 2,m\n$\n$$\n"
-                      " 1                   2\n 3                   4\n").grid.u_step_m, 2.0);
+  EXPECT_EQ(
+      read_text("$road_crg\nreference_line_increment=2 ! two\nlong_section_v_increment = "
+                "0.5\n$\n$kd_definition\n#:ldfi\nd:Long Section 1,M\nD:LONG SECTION 2,m\n$\n$$\n"
+                " 1                   2\n 3                   4\n")
+          .grid.u_step_m,
+      2.0);
 }
 
 TEST(Read, ColumnsInAnyOrderAreSortedByV) {
-  const Crg crg = read_text(text_file("", "#:LRFI\nD:long section at v = 0.5,m\nD:reference line phi,rad\nD:long section at v = -0.25,m\n",
+  const Crg crg = read_text(text_file("",
+                                      "#:LRFI\nD:long section at v = 0.5,m\nD:reference line "
+                                      "phi,rad\nD:long section at v = -0.25,m\n",
                                       " 1.0      **unused** 2.0\n 3.0      0.1        4.0\n"));
   EXPECT_EQ(crg.grid.v_m, (std::vector<double>{-0.25, 0.5}));
   EXPECT_EQ(crg.grid.z_m, (std::vector<float>{2, 1, 4, 3}));
 }
 
 TEST(Read, NanInTextIsAnythingWithAStrangeCharacter) {
-  const Crg crg = read_text(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n", " *missing*       nan\n**unused**  12.5D-1\n"));
+  const Crg crg = read_text(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n",
+                                      " *missing*       nan\n**unused**  12.5D-1\n"));
   EXPECT_TRUE(std::isnan(crg.grid.z_m[0]));
   EXPECT_TRUE(std::isnan(crg.grid.z_m[1]));
   EXPECT_EQ(crg.grid.z_m[2], 0.0F);
@@ -84,13 +97,16 @@ TEST(Read, Decision01ZeroGapClosesATrack) {
   crg.x_m = line.x_m, crg.y_m = line.y_m;
   crg.x_m.back() = crg.x_m.front(), crg.y_m.back() = crg.y_m.front();
   const ReferenceLine closed = integrate_reference_line(crg);
-  EXPECT_EQ(std::hypot(closed.x_m.back() - closed.x_m.front(), closed.y_m.back() - closed.y_m.front()), 0.0);
+  EXPECT_EQ(
+      std::hypot(closed.x_m.back() - closed.x_m.front(), closed.y_m.back() - closed.y_m.front()),
+      0.0);
   EXPECT_TRUE(closed.closed);
 }
 
 TEST(Read, Decision02ClosingHoldsForMapPointsToo) {
   const ReferenceLine line = test::circuit(401, 20.0, 0.0, 1);
-  const Crg crg = make_crg(line, test::grid_of(line, -2.0, 2.0, 3, [](double, double) { return 0.0; }));
+  const Crg crg =
+      make_crg(line, test::grid_of(line, -2.0, 2.0, 3, [](double, double) { return 0.0; }));
   const Surface surface(crg);
   Cursor cursor;
   const double length = line.u_step_m * 400.0;
@@ -115,8 +131,10 @@ TEST(Read, Decision04RowsOfBinaryFilesComeFromThePayloadWithoutEndU) {
     const Crg crg = read_text(without(to_bytes(road, format), "REFERENCE_LINE_END_U"));
     EXPECT_EQ(crg.grid.z_m, road.grid.z_m);
   }
-  EXPECT_THAT(refusal(with_value(to_bytes(road, Format::KRBI), "REFERENCE_LINE_END_U", "500")), HasSubstr("END_U announces 501"));
-  const Crg shorter = read_text(with_value(to_bytes(road, Format::KRBI), "REFERENCE_LINE_END_U", "10"));
+  EXPECT_THAT(refusal(with_value(to_bytes(road, Format::KRBI), "REFERENCE_LINE_END_U", "500")),
+              HasSubstr("END_U announces 501"));
+  const Crg shorter =
+      read_text(with_value(to_bytes(road, Format::KRBI), "REFERENCE_LINE_END_U", "10"));
   EXPECT_EQ(shorter.grid.rows(), 11U);
   ASSERT_FALSE(shorter.notes.empty());
   EXPECT_THAT(shorter.notes[0], HasSubstr("behind END_U"));
@@ -124,11 +142,13 @@ TEST(Read, Decision04RowsOfBinaryFilesComeFromThePayloadWithoutEndU) {
 
 TEST(Read, Decision05NumberedSectionsDeriveTheirStep) {
   EXPECT_EQ(read_text(text_file()).grid.v_m, (std::vector<double>{-1, 1}));
-  EXPECT_THAT(refusal(without(text_file(), "LONG_SECTION_V_LEFT")), HasSubstr("LONG_SECTION_V_INCREMENT is missing"));
+  EXPECT_THAT(refusal(without(text_file(), "LONG_SECTION_V_LEFT")),
+              HasSubstr("LONG_SECTION_V_INCREMENT is missing"));
 }
 
 TEST(Read, Decision06HeaderOffsetsAreKeptAndNotApplied) {
-  const Crg crg = read_text(text_file("REFERENCE_LINE_OFFSET_X = 500000\nREFERENCE_LINE_OFFSET_PHI = 1\n"));
+  const Crg crg =
+      read_text(text_file("REFERENCE_LINE_OFFSET_X = 500000\nREFERENCE_LINE_OFFSET_PHI = 1\n"));
   EXPECT_EQ(find_value(crg.road, "REFERENCE_LINE_OFFSET_X"), 500000.0);
   EXPECT_EQ(Surface(crg).xy_of_uv(0.0, 0.0).x_m, 0.0);
 }
@@ -140,12 +160,16 @@ TEST(Read, Decision10And13IncludesKeepWhatTheyHaveAndAreFoundBesideTheFile) {
   set_value(inner.options, "BORDER_MODE_U", 3.0);
   set_value(inner.modifiers, "SCALE_Z_GRID", 2.0);
   write(inner, folder.file("sub/data.crg"), Format::KRBI);
-  std::ofstream(folder.file("outer.crg")) << "$CT\nouter\n$\n$ROAD_CRG_FILE\n* where\n  sub/\n  data.crg ! beside this file\n$\n$ROAD_CRG_MODS\n$\n$ROAD_CRG\nREFERENCE_LINE_END_X = 99\n$\n";
+  std::ofstream(folder.file("outer.crg"))
+      << "$CT\nouter\n$\n$ROAD_CRG_FILE\n* where\n  sub/\n  data.crg ! beside this "
+         "file\n$\n$ROAD_CRG_MODS\n$\n$ROAD_CRG\nREFERENCE_LINE_END_X = 99\n$\n";
   const Crg crg = read(folder.file("outer.crg"));
   EXPECT_EQ(crg.grid.z_m, inner.grid.z_m);
-  EXPECT_EQ(find_value(crg.options, "BORDER_MODE_U"), 3.0) << "kept: the including file has no such section";
+  EXPECT_EQ(find_value(crg.options, "BORDER_MODE_U"), 3.0)
+      << "kept: the including file has no such section";
   EXPECT_TRUE(crg.modifiers.empty()) << "replaced by the empty section of the including file";
-  EXPECT_EQ(find_value(crg.road, "REFERENCE_LINE_END_X"), find_value(inner.road, "REFERENCE_LINE_END_X"));
+  EXPECT_EQ(find_value(crg.road, "REFERENCE_LINE_END_X"),
+            find_value(inner.road, "REFERENCE_LINE_END_X"));
   EXPECT_EQ(find_value(crg.road, "LONG_SECTION_V_INCREMENT"), 1.0);
   EXPECT_EQ(crg.comment[0], "outer");
   ::setenv("CRG_TEST_ROADS", folder.file("sub").c_str(), 1);
@@ -157,25 +181,32 @@ TEST(Read, Decision10And13IncludesKeepWhatTheyHaveAndAreFoundBesideTheFile) {
   EXPECT_THROW(read(folder.file("absent.crg")), Error);
 }
 
-// The line ends, in plan and height, where the included file says, whatever the including file says.
+// The line ends, in plan and height, where the included file says, whatever the including file
+// says.
 TEST(Read, Decision10TheRoadEndsWhereTheIncludedFileSays) {
   const test::Folder folder;
-  std::ofstream(folder.file("data.crg")) << "$ROAD_CRG\nREFERENCE_LINE_START_U = 0\nREFERENCE_LINE_END_U = 3\nREFERENCE_LINE_INCREMENT = 1\n"
-                                            "REFERENCE_LINE_START_X = 10\nREFERENCE_LINE_START_Y = 20\nREFERENCE_LINE_START_Z = 1\n"
-                                            "REFERENCE_LINE_END_X = 13.003\nREFERENCE_LINE_END_Y = 20.006\nREFERENCE_LINE_END_Z = 2.5\n$\n"
-                                            "$KD_DEFINITION\n#:LRFI\nD:reference line phi,rad\nD:long section at v = -2,m\n"
-                                            "D:long section at v = -0.5,m\nD:long section at v = 3,m\n$\n$$$$\n"
-                                            "**unused**       0.0       0.5       1.0\n       0.0       0.0       0.5       1.0\n"
-                                            "       0.0       0.0       0.5       1.0\n       0.0       0.0       0.5       1.0\n";
-  std::ofstream(folder.file("outer.crg")) << "$ROAD_CRG_FILE\ndata.crg\n$\n$ROAD_CRG\nREFERENCE_LINE_END_X = 99\nREFERENCE_LINE_END_Y = -99\n"
-                                             "REFERENCE_LINE_END_Z = 50\nLONG_SECTION_V_INCREMENT = 7\nLONG_SECTION_V_RIGHT = -9\n$\n";
+  std::ofstream(folder.file("data.crg"))
+      << "$ROAD_CRG\nREFERENCE_LINE_START_U = 0\nREFERENCE_LINE_END_U = "
+         "3\nREFERENCE_LINE_INCREMENT = 1\n"
+         "REFERENCE_LINE_START_X = 10\nREFERENCE_LINE_START_Y = 20\nREFERENCE_LINE_START_Z = 1\n"
+         "REFERENCE_LINE_END_X = 13.003\nREFERENCE_LINE_END_Y = 20.006\nREFERENCE_LINE_END_Z = "
+         "2.5\n$\n"
+         "$KD_DEFINITION\n#:LRFI\nD:reference line phi,rad\nD:long section at v = -2,m\n"
+         "D:long section at v = -0.5,m\nD:long section at v = 3,m\n$\n$$$$\n"
+         "**unused**       0.0       0.5       1.0\n       0.0       0.0       0.5       1.0\n"
+         "       0.0       0.0       0.5       1.0\n       0.0       0.0       0.5       1.0\n";
+  std::ofstream(folder.file("outer.crg"))
+      << "$ROAD_CRG_FILE\ndata.crg\n$\n$ROAD_CRG\nREFERENCE_LINE_END_X = 99\nREFERENCE_LINE_END_Y "
+         "= -99\n"
+         "REFERENCE_LINE_END_Z = 50\nLONG_SECTION_V_INCREMENT = 7\nLONG_SECTION_V_RIGHT = -9\n$\n";
   const Surface surface(read(folder.file("outer.crg")));
   const Point2 end = surface.xy_of_uv(3.0, 0.0);
   EXPECT_NEAR(end.x_m, 13.003, 1e-12);
   EXPECT_NEAR(end.y_m, 20.006, 1e-12);
   EXPECT_NEAR(surface.z_at_uv(3.0, -2.0), 2.5, 1e-12);
   EXPECT_NEAR(surface.z_at_uv(3.0, -0.5), 3.0, 1e-12);
-  EXPECT_NEAR(surface.z_at_uv(0.0, 1.25), 1.75, 1e-12) << "half way between the sections at -0.5 and 3";
+  EXPECT_NEAR(surface.z_at_uv(0.0, 1.25), 1.75, 1e-12)
+      << "half way between the sections at -0.5 and 3";
   EXPECT_EQ(surface.file().grid.v_m, (std::vector<double>{-2.0, -0.5, 3.0}));
   EXPECT_FALSE(surface.file().notes.empty()) << "what was ignored is said";
 }
@@ -190,18 +221,32 @@ TEST(Read, Decision11RowsOfNanAndHolesAreAccepted) {
   EXPECT_EQ(surface.z_at_uv(0.5, 0.0), 0.5);
 }
 
-TEST(Read, Decision12ExponentsWithDAreNumbers) { EXPECT_EQ(read_text(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n", " 1.0D+01  -2.5d-1\n 3.0       4.0\n")).grid.z_m[1], -0.25F); }
+TEST(Read, Decision12ExponentsWithDAreNumbers) {
+  EXPECT_EQ(read_text(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n",
+                                " 1.0D+01  -2.5d-1\n 3.0       4.0\n"))
+                .grid.z_m[1],
+            -0.25F);
+}
 
 TEST(Read, RefusalsNameFileAndPlaceAndWhatWasWanted) {
   EXPECT_EQ(refusal(text_file("REFERENCE_LINE_START_X = abc\n")),
             "road.crg:8: REFERENCE_LINE_START_X = \"abc\": want a finite number");
-  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n", " 1.0       2.0\n 3.0\n")), HasSubstr("road.crg:16: the record ends before channel 2"));
-  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n", " 1.0       2.0\n 1.2.3     4.0\n")), HasSubstr("road.crg:16: \" 1.2.3    \" is not a number"));
-  EXPECT_THAT(refusal(text_file("", "#:XYZ\n")), HasSubstr("road.crg:10: data format \"XYZ\", want KRBI"));
-  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section at v = 2,m\n")), HasSubstr("both by number and by v"));
-  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,mm\n")), HasSubstr("unit \"mm\", want m"));
-  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 1,m\n")), HasSubstr("road.crg:12"));
-  EXPECT_THAT(refusal(without(text_file(), "REFERENCE_LINE_INCREMENT")), HasSubstr("REFERENCE_LINE_INCREMENT is missing"));
+  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n",
+                                " 1.0       2.0\n 3.0\n")),
+              HasSubstr("road.crg:16: the record ends before channel 2"));
+  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 2,m\n",
+                                " 1.0       2.0\n 1.2.3     4.0\n")),
+              HasSubstr("road.crg:16: \" 1.2.3    \" is not a number"));
+  EXPECT_THAT(refusal(text_file("", "#:XYZ\n")),
+              HasSubstr("road.crg:10: data format \"XYZ\", want KRBI"));
+  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section at v = 2,m\n")),
+              HasSubstr("both by number and by v"));
+  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,mm\n")),
+              HasSubstr("unit \"mm\", want m"));
+  EXPECT_THAT(refusal(text_file("", "#:LRFI\nD:long section 1,m\nD:long section 1,m\n")),
+              HasSubstr("road.crg:12"));
+  EXPECT_THAT(refusal(without(text_file(), "REFERENCE_LINE_INCREMENT")),
+              HasSubstr("REFERENCE_LINE_INCREMENT is missing"));
   EXPECT_THAT(refusal("$CT\nnothing\n$\n"), HasSubstr("there is no road in this file"));
   EXPECT_THAT(refusal(""), HasSubstr("road.crg: no $KD_DEFINITION"));
   std::string damaged = to_bytes(small_road(), Format::KRBI);
@@ -213,7 +258,8 @@ TEST(Read, RefusalsNameFileAndPlaceAndWhatWasWanted) {
 }
 
 TEST(Read, HeadersMayLieAboutSizesWithoutCostingMemory) {
-  std::string bytes = with_value(to_bytes(small_road(), Format::LRFI), "REFERENCE_LINE_END_U", "1e11");
+  std::string bytes =
+      with_value(to_bytes(small_road(), Format::LRFI), "REFERENCE_LINE_END_U", "1e11");
   EXPECT_THAT(refusal(bytes), HasSubstr("END_U announces 100000000001"));
   bytes = with_value(to_bytes(small_road(), Format::KDBI), "REFERENCE_LINE_END_U", "1e11");
   EXPECT_THAT(refusal(bytes), HasSubstr("END_U announces 100000000001"));
@@ -222,7 +268,8 @@ TEST(Read, HeadersMayLieAboutSizesWithoutCostingMemory) {
 TEST(Read, ReadFromDiskEqualsReadFromMemory) {
   const test::Folder folder;
   const ReferenceLine line = test::line_along(3000, 0.1, [](double) { return 0.001; });
-  const Crg crg = make_crg(line, test::grid_of(line, -5.0, 5.0, 101, [](double u, double v) { return std::sin(u) * v; }));
+  const Crg crg = make_crg(line, test::grid_of(line, -5.0, 5.0, 101,
+                                               [](double u, double v) { return std::sin(u) * v; }));
   for (const Format format : {Format::KRBI, Format::KDBI, Format::LRFI, Format::LDFI}) {
     write(crg, folder.file("road.crg"), format);
     const Crg disk = read(folder.file("road.crg"));

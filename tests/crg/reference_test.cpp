@@ -29,7 +29,10 @@ Case case_of(std::string name) {
       {"curved_offsets",
        {"handmade_curved_banked_sloped",
         {},
-        {{"BORDER_MODE_U", 2.0}, {"BORDER_MODE_V", 2.0}, {"BORDER_OFFSET_U", 0.25}, {"BORDER_OFFSET_V", -0.5}},
+        {{"BORDER_MODE_U", 2.0},
+         {"BORDER_MODE_V", 2.0},
+         {"BORDER_OFFSET_U", 0.25},
+         {"BORDER_OFFSET_V", -0.5}},
         {}}},
       {"circle_close", {"handmade_circle", {}, {{"REFLINE_CONTINUATION", 1.0}}, {}}}};
   Case result;
@@ -54,7 +57,8 @@ Case case_of(std::string name) {
 
 std::vector<std::string> answer_files() {
   std::vector<std::string> names;
-  const std::filesystem::path folder = std::filesystem::path(places::data()) / "opencrg" / "reference";
+  const std::filesystem::path folder =
+      std::filesystem::path(places::data()) / "opencrg" / "reference";
   if (std::filesystem::is_directory(folder)) {
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
       if (entry.path().extension() == ".csv") names.push_back(entry.path().stem().string());
@@ -66,14 +70,16 @@ std::vector<std::string> answer_files() {
 
 TEST(Reference, AnswersAgree) {
   const std::vector<std::string> names = answer_files();
-  if (names.empty()) GTEST_SKIP() << "no reference answers in " << places::data() << "/opencrg/reference";
+  if (names.empty())
+    GTEST_SKIP() << "no reference answers in " << places::data() << "/opencrg/reference";
   const std::filesystem::path data = std::filesystem::path(places::data()) / "opencrg";
   // The samples include each other as ../crg-txt/<name>.
   const test::Folder folder;
   for (const char* part : {"crg-txt", "here"}) {
     std::filesystem::create_directories(folder.file(part));
     for (const auto& entry : std::filesystem::directory_iterator(data / "samples")) {
-      std::filesystem::copy_file(entry.path(), folder.file(part) + "/" + entry.path().filename().string());
+      std::filesystem::copy_file(entry.path(),
+                                 folder.file(part) + "/" + entry.path().filename().string());
     }
   }
   std::size_t compared = 0, corners = 0;
@@ -101,7 +107,8 @@ TEST(Reference, AnswersAgree) {
       std::string kind, in1, in2, ret, out1, out2;
       words >> kind >> in1 >> in2 >> ret >> out1 >> out2;
       const double a = std::strtod(in1.c_str(), nullptr), b = std::strtod(in2.c_str(), nullptr);
-      const double want1 = std::strtod(out1.c_str(), nullptr), want2 = std::strtod(out2.c_str(), nullptr);
+      const double want1 = std::strtod(out1.c_str(), nullptr),
+                   want2 = std::strtod(out2.c_str(), nullptr);
       const bool no_road = ret == "0" || std::isnan(want1);
       Cursor cursor;
       const auto expect_z = [&](double z) {
@@ -114,8 +121,8 @@ TEST(Reference, AnswersAgree) {
       // Decision 7: where both borders are left and v answers zero, zero it is (docs/opencrg.md).
       const auto zero_corner = [&](double u, double v) {
         const auto mode = now.options.find("BORDER_MODE_V");
-        return mode != now.options.end() && mode->second == 1.0 && (u < line.u_begin_m || u > u_end) &&
-               (v < v_m.front() || v > v_m.back());
+        return mode != now.options.end() && mode->second == 1.0 &&
+               (u < line.u_begin_m || u > u_end) && (v < v_m.front() || v > v_m.back());
       };
       ++compared;
       if (kind == "uv2z") {

@@ -14,8 +14,9 @@
 namespace crg::test {
 
 /// A line that starts at (x, y, heading) and follows curvature(u), nodes exactly one step apart.
-inline ReferenceLine line_along(std::size_t rows, double u_step_m, const std::function<double(double)>& curvature,
-                                double x_m = 0.0, double y_m = 0.0, double heading_rad = 0.0) {
+inline ReferenceLine line_along(std::size_t rows, double u_step_m,
+                                const std::function<double(double)>& curvature, double x_m = 0.0,
+                                double y_m = 0.0, double heading_rad = 0.0) {
   ReferenceLine line;
   line.u_step_m = u_step_m;
   line.x_m = {x_m};
@@ -77,7 +78,8 @@ inline ReferenceLine circuit(std::size_t rows, double radius_m, double lobe, int
   for (std::size_t i = 1; i < rows; ++i) {
     line.heading_rad[i] = std::atan2(line.y_m[i] - line.y_m[i - 1], line.x_m[i] - line.x_m[i - 1]);
     if (i > 1) {
-      line.heading_rad[i] = line.heading_rad[i - 1] + std::remainder(line.heading_rad[i] - line.heading_rad[i - 1], kTwoPi);
+      line.heading_rad[i] = line.heading_rad[i - 1] +
+                            std::remainder(line.heading_rad[i] - line.heading_rad[i - 1], kTwoPi);
     }
   }
   line.heading_rad[0] = line.heading_rad[1];
@@ -85,13 +87,14 @@ inline ReferenceLine circuit(std::size_t rows, double radius_m, double lobe, int
 }
 
 /// Heights z(u, v) over `line`, columns every v_step from v_right to v_left.
-inline Grid grid_of(const ReferenceLine& line, double v_right_m, double v_left_m, std::size_t columns,
-                    const std::function<double(double, double)>& z) {
+inline Grid grid_of(const ReferenceLine& line, double v_right_m, double v_left_m,
+                    std::size_t columns, const std::function<double(double, double)>& z) {
   Grid grid;
   grid.u_begin_m = line.u_begin_m;
   grid.u_step_m = line.u_step_m;
   for (std::size_t j = 0; j < columns; ++j) {
-    grid.v_m.push_back(v_right_m + (v_left_m - v_right_m) * static_cast<double>(j) / static_cast<double>(columns - 1));
+    grid.v_m.push_back(v_right_m + (v_left_m - v_right_m) * static_cast<double>(j) /
+                                       static_cast<double>(columns - 1));
   }
   for (std::size_t i = 0; i < line.size(); ++i) {
     for (double v : grid.v_m) grid.z_m.push_back(static_cast<float>(z(grid.u_of(i), v)));

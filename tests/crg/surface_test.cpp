@@ -13,20 +13,26 @@ namespace {
 Crg hilly_circuit() {
   ReferenceLine line = test::circuit(3001, 60.0, 0.2, 3);
   const double length = line.u_step_m * static_cast<double>(line.size() - 1);
-  const auto wave = [&](double u, int times) { return std::sin(2.0 * std::numbers::pi * times * u / length); };
+  const auto wave = [&](double u, int times) {
+    return std::sin(2.0 * std::numbers::pi * times * u / length);
+  };
   for (std::size_t i = 0; i < line.size(); ++i) {
     const double u = line.u_step_m * static_cast<double>(i);
     line.z_m.push_back(250.0 + 6.0 * wave(u, 2));
     line.banking.push_back(0.06 * wave(u, 3));
   }
-  return make_crg(line, test::grid_of(line, -6.0, 5.0, 23, [&](double u, double v) { return 0.05 * wave(u, 80) * std::cos(2.0 * v) + 0.01 * v * v; }));
+  return make_crg(line, test::grid_of(line, -6.0, 5.0, 23, [&](double u, double v) {
+                    return 0.05 * wave(u, 80) * std::cos(2.0 * v) + 0.01 * v * v;
+                  }));
 }
 
 TEST(Surface, RoundTripInsideTheRoad) {
   const Surface surface(hilly_circuit());
   const ReferenceLine& line = surface.reference_line();
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> u_of(0.0, line.u_step_m * static_cast<double>(line.size() - 1)), v_of(-6.0, 5.0);
+  std::uniform_real_distribution<double> u_of(0.0,
+                                              line.u_step_m * static_cast<double>(line.size() - 1)),
+      v_of(-6.0, 5.0);
   Cursor cursor;
   for (int k = 0; k < 20000; ++k) {
     const double u = u_of(random), v = v_of(random);
@@ -61,7 +67,8 @@ TEST(Surface, GradientIsTheSlopeOfTheHeights) {
   const Surface surface(hilly_circuit());
   const ReferenceLine& line = surface.reference_line();
   std::mt19937 random(4);
-  std::uniform_real_distribution<double> row_of(0.0, static_cast<double>(line.size() - 2)), column_of(0.0, 21.9);
+  std::uniform_real_distribution<double> row_of(0.0, static_cast<double>(line.size() - 2)),
+      column_of(0.0, 21.9);
   Cursor cursor;
   for (int k = 0; k < 5000; ++k) {
     // Keep the points of the difference quotient within one cell: at its edges there are kinks.
@@ -74,7 +81,9 @@ TEST(Surface, GradientIsTheSlopeOfTheHeights) {
     const auto z = [&](double x, double y) { return surface.at_xy(x, y, cursor).z_m; };
     ASSERT_NEAR(sample.dzdx, (z(p.x_m + h, p.y_m) - z(p.x_m - h, p.y_m)) / (2.0 * h), 1e-6);
     ASSERT_NEAR(sample.dzdy, (z(p.x_m, p.y_m + h) - z(p.x_m, p.y_m - h)) / (2.0 * h), 1e-6);
-    const double length = std::sqrt(sample.normal_x * sample.normal_x + sample.normal_y * sample.normal_y + sample.normal_z * sample.normal_z);
+    const double length =
+        std::sqrt(sample.normal_x * sample.normal_x + sample.normal_y * sample.normal_y +
+                  sample.normal_z * sample.normal_z);
     ASSERT_NEAR(length, 1.0, 1e-12);
     ASSERT_NEAR(sample.normal_x + sample.dzdx * sample.normal_z, 0.0, 1e-12);
     ASSERT_GT(sample.normal_z, 0.0);
@@ -100,8 +109,8 @@ TEST(Surface, ClosedTrackHasNoStepAtTheSeam) {
   }
 }
 
-// A circle of 50 m radius given by x and y channels alone. Heights and banking run on over the seam,
-// in a file whose last row repeats the first and in one that stops a step short of it.
+// A circle of 50 m radius given by x and y channels alone. Heights and banking run on over the
+// seam, in a file whose last row repeats the first and in one that stops a step short of it.
 TEST(Surface, HeightRunsOnOverTheSeamOfATrackGivenByNodes) {
   constexpr double kRadius_m = 50.0;
   for (const bool repeats : {true, false}) {
@@ -116,7 +125,8 @@ TEST(Surface, HeightRunsOnOverTheSeamOfATrackGivenByNodes) {
       crg.x_m.push_back(300.0 + kRadius_m * std::cos(t));
       crg.y_m.push_back(-200.0 + kRadius_m * std::sin(t));
       crg.banking.push_back(0.05 + 0.02 * std::cos(t));
-      for (int j = 0; j <= 8; ++j) crg.grid.z_m.push_back(static_cast<float>(0.5 * std::sin(t + 1.0)));
+      for (int j = 0; j <= 8; ++j)
+        crg.grid.z_m.push_back(static_cast<float>(0.5 * std::sin(t + 1.0)));
     }
     set_value(crg.road, "REFERENCE_LINE_INCREMENT", crg.grid.u_step_m);
     set_value(crg.road, "REFERENCE_LINE_START_U", 0.0);
@@ -129,14 +139,18 @@ TEST(Surface, HeightRunsOnOverTheSeamOfATrackGivenByNodes) {
     for (const double v : {-3.7, -0.3, 2.0, 3.9}) {
       for (double u = -0.5; u < 0.5; u += 0.007) {
         const double t = u / kRadius_m, r = kRadius_m - v;
-        const Sample sample = surface.at_xy(300.0 + r * std::cos(t), -200.0 + r * std::sin(t), cursor);
+        const Sample sample =
+            surface.at_xy(300.0 + r * std::cos(t), -200.0 + r * std::sin(t), cursor);
         ASSERT_TRUE(sample.valid);
-        // A chord lies up to step^2 / (8 R) = 2.7e-5 m beside its arc, 1.9e-6 m of height where the banking
-        // is 0.07; linear interpolation adds step^2 / 8 times the second derivative, 3e-7 m. Over a gap
-        // of one step the file has no rows, so that each half of it keeps the height of its end: at most
-        // half a step times the slope.
-        const double tolerance = repeats ? 2.3e-6 : 0.5 * crg.grid.u_step_m * (0.5 + 0.02 * std::abs(v)) / kRadius_m;
-        ASSERT_NEAR(sample.z_m, 0.5 * std::sin(t + 1.0) + (0.05 + 0.02 * std::cos(t)) * v, tolerance) << "u " << u << " v " << v;
+        // A chord lies up to step^2 / (8 R) = 2.7e-5 m beside its arc, 1.9e-6 m of height where the
+        // banking is 0.07; linear interpolation adds step^2 / 8 times the second derivative, 3e-7
+        // m. Over a gap of one step the file has no rows, so that each half of it keeps the height
+        // of its end: at most half a step times the slope.
+        const double tolerance =
+            repeats ? 2.3e-6 : 0.5 * crg.grid.u_step_m * (0.5 + 0.02 * std::abs(v)) / kRadius_m;
+        ASSERT_NEAR(sample.z_m, 0.5 * std::sin(t + 1.0) + (0.05 + 0.02 * std::cos(t)) * v,
+                    tolerance)
+            << "u " << u << " v " << v;
         ASSERT_NEAR(sample.v_m, v, 1e-4);
       }
     }
@@ -146,21 +160,25 @@ TEST(Surface, HeightRunsOnOverTheSeamOfATrackGivenByNodes) {
 TEST(Surface, ArcHasTheHeadingAndCurvatureOfItsCircle) {
   const double radius = 40.0;
   const ReferenceLine line = test::line_along(1001, 0.1, [&](double) { return 1.0 / radius; });
-  const Surface surface(make_crg(line, test::grid_of(line, -5.0, 5.0, 3, [](double, double) { return 0.0; })));
+  const Surface surface(
+      make_crg(line, test::grid_of(line, -5.0, 5.0, 3, [](double, double) { return 0.0; })));
   for (double u = 1.0; u < 99.0; u += 0.37) {
     for (const double v : {-5.0, 0.0, 5.0}) {
       const Sample sample = surface.at_uv(u, v);
       // Chords of 0.5 m on a radius of 40 m: (0.5 / 40)^2 / 6 of relative error at most, by 2.
       ASSERT_NEAR(sample.curvature_1pm, 1.0 / (radius - v), 1e-4 / radius);
-      ASSERT_NEAR(sample.heading_rad, u / radius, 0.1 / radius + 1e-6);  // of the segment that holds u
+      ASSERT_NEAR(sample.heading_rad, u / radius,
+                  0.1 / radius + 1e-6);  // of the segment that holds u
     }
   }
 }
 
 TEST(Surface, ExplicitEmptyModifierSectionAppliesNothingUnderAnyDefault) {
-  const ReferenceLine line = test::line_along(50, 0.5, [](double) { return 0.01; }, 100.0, 200.0, 1.0);
+  const ReferenceLine line = test::line_along(
+      50, 0.5, [](double) { return 0.01; }, 100.0, 200.0, 1.0);
   Crg crg = make_crg(line, test::grid_of(line, -2.0, 2.0, 5, [](double, double) { return 3.0; }));
-  for (const ModifierUse use : {ModifierUse::AsInFile, ModifierUse::None, ModifierUse::ReferenceDefaults}) {
+  for (const ModifierUse use :
+       {ModifierUse::AsInFile, ModifierUse::None, ModifierUse::ReferenceDefaults}) {
     const Surface surface(crg, {.modifiers = use});
     EXPECT_EQ(surface.reference_line().x_m[0], 100.0);
     EXPECT_EQ(surface.z_at_uv(3.0, 0.5), 3.0);

@@ -1,4 +1,6 @@
 // Several points, each with its own cursor, in one call: the same bits as one by one.
+#include "wheels_kernel.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,17 +11,21 @@
 
 #include "crg/surface.h"
 #include "roads.h"
-#include "wheels_kernel.h"
 
 namespace crg {
 namespace {
 
-std::uint64_t bits(double value) { return std::isnan(value) ? 0 : std::bit_cast<std::uint64_t>(value); }
+std::uint64_t bits(double value) {
+  return std::isnan(value) ? 0 : std::bit_cast<std::uint64_t>(value);
+}
 
 Crg circuit_with_holes() {
   ReferenceLine line = test::circuit(2001, 30.0, 0.1, 3);
-  for (std::size_t i = 0; i < line.size(); ++i) line.banking.push_back(0.03 * std::sin(0.01 * static_cast<double>(i)));
-  Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double v) { return 0.1 * std::sin(u) + 0.02 * v * v; }));
+  for (std::size_t i = 0; i < line.size(); ++i)
+    line.banking.push_back(0.03 * std::sin(0.01 * static_cast<double>(i)));
+  Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 41, [](double u, double v) {
+                       return 0.1 * std::sin(u) + 0.02 * v * v;
+                     }));
   for (std::size_t i = 300; i < 340; ++i) crg.grid.at(i, 12) = NAN;
   return crg;
 }
@@ -36,29 +42,34 @@ TEST(Wheels, AnswerAsOneByOne) {
       for (int k = 0; k < 3000; ++k) {
         std::array<Point2, 4> points;
         for (std::size_t w = 0; w < 4; ++w) {
-          const double u = std::fmod(length + 2.0 + std::fmod(step_m * k, length) + (w < 2 ? 1.4 : -1.4), length);
+          const double u = std::fmod(
+              length + 2.0 + std::fmod(step_m * k, length) + (w < 2 ? 1.4 : -1.4), length);
           const double v = 3.5 * std::sin(0.01 * k) + (w % 2 == 0 ? 0.8 : -0.8);
-          points[w] = std::isnan(step_m) ? surface.xy_of_uv(u_of(random), v_of(random)) : surface.xy_of_uv(u, v);
+          points[w] = std::isnan(step_m) ? surface.xy_of_uv(u_of(random), v_of(random))
+                                         : surface.xy_of_uv(u, v);
         }
         std::array<double, 4> z{};
         surface.z_at_xy(points, together, z);
         for (std::size_t w = 0; w < 4; ++w) {
           const double expected = surface.z_at_xy(points[w].x_m, points[w].y_m, alone[w]);
-          ASSERT_EQ(bits(z[w]), bits(expected)) << "step " << step_m << ", set " << k << ", wheel " << w;
-          ASSERT_EQ(bits(expected), bits(surface.at_xy(points[w].x_m, points[w].y_m, alone[w]).z_m));
+          ASSERT_EQ(bits(z[w]), bits(expected))
+              << "step " << step_m << ", set " << k << ", wheel " << w;
+          ASSERT_EQ(bits(expected),
+                    bits(surface.at_xy(points[w].x_m, points[w].y_m, alone[w]).z_m));
         }
       }
     }
   }
 }
 
-// On a road like this the kernel itself answers nearly always; the test above would not notice if it
-// never did.
+// On a road like this the kernel itself answers nearly always; the test above would not notice if
+// it never did.
 TEST(Wheels, FourAtOnceIsTheCommonCase) {
   if (!four_wheels_available()) GTEST_SKIP() << "this processor lacks AVX2";
-  const Crg crg = make_crg(test::line_along(2000, 0.1, [](double u) { return 0.01 * std::sin(0.1 * u); }),
-                           test::grid_of(test::line_along(2000, 0.1, [](double) { return 0.0; }), -4.0, 4.0, 41,
-                                         [](double u, double v) { return 0.1 * std::sin(u) * v; }));
+  const Crg crg =
+      make_crg(test::line_along(2000, 0.1, [](double u) { return 0.01 * std::sin(0.1 * u); }),
+               test::grid_of(test::line_along(2000, 0.1, [](double) { return 0.0; }), -4.0, 4.0, 41,
+                             [](double u, double v) { return 0.1 * std::sin(u) * v; }));
   const ReferenceLine line = integrate_reference_line(crg);
   const HeightField heights(crg.grid, line, options_of(crg));
   const Locator locator(line, -4.0, 4.0);
@@ -67,7 +78,8 @@ TEST(Wheels, FourAtOnceIsTheCommonCase) {
   for (int k = 0; k < 3000; ++k) {
     std::array<Point2, 4> points;
     std::array<double, 4> z{};
-    for (std::size_t w = 0; w < 4; ++w) points[w] = position(line, 2.0 + 0.0617 * k + (w < 2 ? 1.4 : -1.4), w % 2 == 0 ? 0.8 : -0.8);
+    for (std::size_t w = 0; w < 4; ++w)
+      points[w] = position(line, 2.0 + 0.0617 * k + (w < 2 ? 1.4 : -1.4), w % 2 == 0 ? 0.8 : -0.8);
     if (z_of_four_wheels(locator, heights, points.data(), cursors.data(), z.data())) {
       ++answered;
     } else {

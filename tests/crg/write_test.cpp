@@ -22,10 +22,13 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Crg bumpy(std::size_t rows = 57, std::size_t columns = 13) {
-  const ReferenceLine line = test::line_along(rows, 0.25, [](double u) { return 0.02 * std::sin(u); }, 4e5, -3e5, 1.0);
+  const ReferenceLine line = test::line_along(
+      rows, 0.25, [](double u) { return 0.02 * std::sin(u); }, 4e5, -3e5, 1.0);
   std::mt19937 random(7);
   std::normal_distribution<double> noise;
-  Crg crg = make_crg(line, test::grid_of(line, -2.0, 1.5, columns, [&](double, double) { return noise(random); }), {"Test road"});
+  Crg crg = make_crg(
+      line, test::grid_of(line, -2.0, 1.5, columns, [&](double, double) { return noise(random); }),
+      {"Test road"});
   crg.grid.at(3, 0) = std::numeric_limits<float>::quiet_NaN();
   crg.grid.at(3, 1) = std::numeric_limits<float>::quiet_NaN();
   crg.banking.assign(rows, 0.03125);
@@ -50,7 +53,8 @@ TEST(Write, BinaryFormatsGiveBackEveryBit) {
     expect_same_bits(back.grid.z_m, crg.grid.z_m);
     expect_same_bits(back.heading_rad, crg.heading_rad);
     expect_same_bits(back.banking, crg.banking);
-    for (std::size_t j = 0; j < crg.grid.columns(); ++j) EXPECT_NEAR(back.grid.v_m[j], crg.grid.v_m[j], 1e-12);
+    for (std::size_t j = 0; j < crg.grid.columns(); ++j)
+      EXPECT_NEAR(back.grid.v_m[j], crg.grid.v_m[j], 1e-12);
     EXPECT_TRUE(back.notes.empty()) << back.notes[0];
   }
 }
@@ -81,12 +85,14 @@ TEST(Write, TextFormatsKeepThePrintedDigits) {
     EXPECT_EQ(wide.grid.z_m[i], crg.grid.z_m[i]);
   }
   // What has been printed once is printed the same again.
-  EXPECT_EQ(to_bytes(narrow, Format::LRFI), to_bytes(read_bytes(to_bytes(narrow, Format::LRFI), "memory"), Format::LRFI));
+  EXPECT_EQ(to_bytes(narrow, Format::LRFI),
+            to_bytes(read_bytes(to_bytes(narrow, Format::LRFI), "memory"), Format::LRFI));
 }
 
 TEST(Write, HeaderLinesAreAtMost72ColumnsAndThePayloadFillsRecords) {
   Crg crg = bumpy();
-  crg.comment = {std::string(300, 'x') + " and words " + std::string(60, 'y'), "$looks like a section"};
+  crg.comment = {std::string(300, 'x') + " and words " + std::string(60, 'y'),
+                 "$looks like a section"};
   crg.virtual_channels = {"reference line u,m,0,0.25"};
   const std::string bytes = to_bytes(crg, Format::KRBI);
   const std::size_t separator = bytes.find("\n$$$$");
@@ -102,11 +108,13 @@ TEST(Write, HeaderLinesAreAtMost72ColumnsAndThePayloadFillsRecords) {
 
 TEST(Write, EverySectionSurvivesTheRoundTrip) {
   Crg crg = bumpy();
-  crg.options = {{.key = "*", .text = " how to go on"}, {.key = "BORDER_MODE_U", .value = 3.0, .comment = "repeat"}};
+  crg.options = {{.key = "*", .text = " how to go on"},
+                 {.key = "BORDER_MODE_U", .value = 3.0, .comment = "repeat"}};
   crg.modifiers = {{.key = "SCALE_Z_GRID", .value = 0.1}};
   crg.projection = {{.key = "PROJ_NM", .text = "UTM_32N"}, {.key = "PROJ_F0", .value = 0.9996}};
   crg.other_sections = {{.name = "$VENDOR_STUFF ! theirs", .lines = {"a b c", "* d"}}};
-  crg.other_channels = {{.definition = "reference line wetness,mm", .values = std::vector<double>(crg.grid.rows(), 0.5)}};
+  crg.other_channels = {{.definition = "reference line wetness,mm",
+                         .values = std::vector<double>(crg.grid.rows(), 0.5)}};
   const Crg back = read_bytes(to_bytes(crg, Format::KDBI), "memory");
   ASSERT_EQ(back.options.size(), 2U);
   EXPECT_EQ(back.options[0].key, "*");
@@ -125,10 +133,15 @@ TEST(Write, EverySectionSurvivesTheRoundTrip) {
   EXPECT_EQ(back.comment, crg.comment);
 }
 
-// Such keys are indented in the file they come from; at the start of a line they mean something else.
+// Such keys are indented in the file they come from; at the start of a line they mean something
+// else.
 TEST(Write, KeysThatLookLikeSectionsOrCommentsStayKeys) {
-  Crg crg = read_bytes("$ROAD_CRG\n $ODD = 1\n *KEY = 2\nREFERENCE_LINE_INCREMENT = 0.5\nLONG_SECTION_V_RIGHT = -3\nLONG_SECTION_V_INCREMENT = 1\n$\n"
-                       "$KD_DEFINITION\n#:LRFI\nD:long section 1,m\nD:long section 2,m\n$\n$$$$\n 1.0       2.0\n 3.0       4.0\n", "odd.crg");
+  Crg crg = read_bytes(
+      "$ROAD_CRG\n $ODD = 1\n *KEY = 2\nREFERENCE_LINE_INCREMENT = 0.5\nLONG_SECTION_V_RIGHT = "
+      "-3\nLONG_SECTION_V_INCREMENT = 1\n$\n"
+      "$KD_DEFINITION\n#:LRFI\nD:long section 1,m\nD:long section 2,m\n$\n$$$$\n 1.0       2.0\n "
+      "3.0       4.0\n",
+      "odd.crg");
   const Crg back = read_bytes(to_bytes(crg, Format::KRBI), "back.crg");
   EXPECT_EQ(find_value(back.road, "$ODD"), 1.0);
   EXPECT_EQ(find_value(back.road, "*KEY"), 2.0);
@@ -150,7 +163,8 @@ TEST(Write, ReplacesTheFileInOneStepAndLeavesNothingBehind) {
   write(bumpy(), path, Format::KRBI);
   EXPECT_EQ(read(path).grid.rows(), 57U);
   std::size_t files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.file(""))) files += entry.exists() ? 1 : 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.file("")))
+    files += entry.exists() ? 1 : 0;
   EXPECT_EQ(files, 1U);
   EXPECT_THROW(write(bumpy(), folder.file("absent/road.crg"), Format::KRBI), Error);
 }
@@ -181,12 +195,14 @@ TEST(Write, ALinkStaysALinkAndWhatIsNoFileIsWrittenThroughOrRefused) {
 }
 
 TEST(Write, KdbiHeadingsKeepTheirLineWhenWrittenAsKrbi) {
-  const ReferenceLine line = test::line_along(30000, 0.1, [](double u) { return 0.01 * std::sin(0.02 * u); });
+  const ReferenceLine line =
+      test::line_along(30000, 0.1, [](double u) { return 0.01 * std::sin(0.02 * u); });
   Crg crg = make_crg(line, test::grid_of(line, -1.0, 1.0, 2, [](double, double) { return 0.0; }));
   crg.heading_rad = line.heading_rad;
   set_value(crg.road, "REFERENCE_LINE_END_X", line.x_m.back());
   set_value(crg.road, "REFERENCE_LINE_END_Y", line.y_m.back());
-  const ReferenceLine back = integrate_reference_line(read_bytes(to_bytes(crg, Format::KRBI), "memory"));
+  const ReferenceLine back =
+      integrate_reference_line(read_bytes(to_bytes(crg, Format::KRBI), "memory"));
   double worst = 0.0;
   for (std::size_t i = 0; i < line.size(); ++i) {
     worst = std::max(worst, std::hypot(back.x_m[i] - line.x_m[i], back.y_m[i] - line.y_m[i]));

@@ -30,13 +30,14 @@ using Names = std::set<std::string>;
 
 Names names_in(const std::string& folder) {
   Names names;
-  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  for (const auto& entry : fs::directory_iterator(folder))
+    names.insert(entry.path().filename().string());
   return names;
 }
 
 /// One run that makes these files, each with its own name and `word` in it.
-void run(const std::string& folder, const std::string& name, const std::vector<std::string>& made, const std::string& word = "",
-         const std::vector<std::string>& kept = {}) {
+void run(const std::string& folder, const std::string& name, const std::vector<std::string>& made,
+         const std::string& word = "", const std::vector<std::string>& kept = {}) {
   OutputSet set(folder, "tool make");
   for (const std::string& file : made) files::write_file(set.staged(file), file + word);
   set.commit(name, kept, {"timing.json"});
@@ -56,13 +57,15 @@ TEST(OutputSet, AppearsWholeAndIsConfirmedUntilAnythingChanges) {
   const std::string out = folder.path("new/out");
   run(out, "a", {"a.crg", "a.stl", "timing.json"});
   EXPECT_EQ(names_in(out), (Names{"a.crg", "a.stl", "timing.json", "manifest.json"}));
-  EXPECT_THAT(OutputSet(out, "tool make").confirmed(), ElementsAre("a.crg", "a.stl", "timing.json"));
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed(),
+              ElementsAre("a.crg", "a.stl", "timing.json"));
   EXPECT_THAT(OutputSet(out, "tool other").confirmed(), IsEmpty());
   files::write_file(out + "/timing.json", "another time");
   EXPECT_FALSE(OutputSet(out, "tool make").confirmed().empty());
   fs::remove(out + "/timing.json");
   EXPECT_TRUE(OutputSet(out, "tool make").confirmed().empty());
-  EXPECT_THAT(OutputSet(out, "tool make").confirmed({"timing.json"}), ElementsAre("a.crg", "a.stl"));
+  EXPECT_THAT(OutputSet(out, "tool make").confirmed({"timing.json"}),
+              ElementsAre("a.crg", "a.stl"));
   files::write_file(out + "/a.crg", "a.crg by hand");
   EXPECT_THAT(OutputSet(out, "tool make").confirmed({"timing.json"}), IsEmpty());
   run(out, "a", {"a.crg"});
@@ -126,8 +129,10 @@ TEST(OutputSet, TheNextRunRemovesWhatAKilledOneLeft) {
               begun.append("half");
               ::_exit(0);
               return 0;
-            }), 0);
-  EXPECT_EQ(names_in(out), (Names{".kerbstone.lock", ".kerbstone.new"})) << "the test needs leftovers";
+            }),
+            0);
+  EXPECT_EQ(names_in(out), (Names{".kerbstone.lock", ".kerbstone.new"}))
+      << "the test needs leftovers";
   run(out, "a", {"a.crg"});
   EXPECT_EQ(names_in(out), (Names{"a.crg", "manifest.json"}));
 }
@@ -150,7 +155,11 @@ TEST(OutputSet, KilledAtAnyMomentTheNextRunLeavesItsOwnFiles) {
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 15'000));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
-    incomplete += fs::exists(out + "/manifest.json") && folder.read("out/manifest.json").find("\"complete\": false") != std::string::npos ? 1 : 0;
+    incomplete +=
+        fs::exists(out + "/manifest.json") &&
+                folder.read("out/manifest.json").find("\"complete\": false") != std::string::npos
+            ? 1
+            : 0;
     run(out, "a", {"a.crg", "a.stl"}, " last");
     ASSERT_EQ(names_in(out), (Names{"a.crg", "a.stl", "manifest.json"})) << round;
     ASSERT_EQ(folder.read("out/a.crg") + folder.read("out/a.stl"), "a.crg lasta.stl last");
@@ -180,10 +189,14 @@ TEST(OutputSet, OneProcessAtATimeAndTheOtherIsToldWho) {
                 const OutputSet second(out, "tool other");
               } catch (const files::Error& error) {
                 const std::string text = error.what();
-                return text.find(out + ": tool make (process " + std::to_string(::getppid()) + ") is writing into this folder") == 0 ? 0 : 1;
+                return text.find(out + ": tool make (process " + std::to_string(::getppid()) +
+                                 ") is writing into this folder") == 0
+                           ? 0
+                           : 1;
               }
               return 2;
-            }), 0);
+            }),
+            0);
   EXPECT_THROW(OutputSet(out, "tool other"), files::Error);  // nor twice in one
   EXPECT_TRUE(fs::exists(out + "/.kerbstone.lock"));
 }
@@ -193,7 +206,8 @@ TEST(OutputSet, RefusesAFolderThatIsNone) {
   folder.file("file", "x");
   EXPECT_THROW(OutputSet(folder.path("file"), "tool make"), files::Error);
   EXPECT_THROW(OutputSet(folder.path("file/below"), "tool make"), files::Error);
-  fs::create_directories(folder.path("out/a.crg"));  // a folder where a file is to go: refused before anything is moved
+  fs::create_directories(folder.path(
+      "out/a.crg"));  // a folder where a file is to go: refused before anything is moved
   run(folder.path("out"), "b", {"b.crg"});
   OutputSet set(folder.path("out"), "tool make");
   files::write_file(set.staged("a.crg"), "x");
@@ -212,7 +226,8 @@ TEST(OutputSet, GivenUpLeavesTheFolderAsItWas) {
               files::abandon_writes();
               ::_exit(0);
               return 0;
-            }), 0);
+            }),
+            0);
   EXPECT_EQ(names_in(out), (Names{"a.crg", "manifest.json"}));
   EXPECT_EQ(folder.read("out/a.crg"), "a.crg");
 }

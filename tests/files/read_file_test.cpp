@@ -56,8 +56,10 @@ TEST(ReadFile, NamesPathAndReason) {
 TEST(ReadFile, RefusesAtOnceWhatIsNoFile) {
   const support::TemporaryFolder folder;
   ASSERT_EQ(::mkfifo(folder.path("fifo").c_str(), 0600), 0);
-  for (const std::string& path : {folder.path("fifo"), std::string("/dev/zero"), std::string("/dev/null")}) {
-    EXPECT_THAT(refusal(path, 1'000'000), HasSubstr(path + ": is a device, a FIFO or a socket, wanted a regular file"));
+  for (const std::string& path :
+       {folder.path("fifo"), std::string("/dev/zero"), std::string("/dev/null")}) {
+    EXPECT_THAT(refusal(path, 1'000'000),
+                HasSubstr(path + ": is a device, a FIFO or a socket, wanted a regular file"));
     EXPECT_THROW(files::want_regular_file(path), files::Error);
     EXPECT_THROW(files::sha256_of_file(path), files::Error);
   }

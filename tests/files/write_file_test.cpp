@@ -1,8 +1,8 @@
 #include "files/write_file.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
@@ -118,25 +118,30 @@ TEST_F(WriteFile, GivenUpLeavesNothingUnfinishedAndLetsNothingNewAppear) {
     std::vector<std::jthread> writers;
     for (int k = 0; k < 4; ++k)
       writers.emplace_back([&, k] {
-        for (int i = 0;; ++i) files::write_file(path("w" + std::to_string(k)), std::string(100'000, static_cast<char>('a' + i % 26)));
+        for (int i = 0;; ++i)
+          files::write_file(path("w" + std::to_string(k)),
+                            std::string(100'000, static_cast<char>('a' + i % 26)));
       });
     files::FileWriter begun(path("a"));
     begun.append("new");
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     files::abandon_writes();
     std::string seen;
-    for (const auto& entry : fs::directory_iterator(folder_)) seen += entry.path().filename().string() + content(entry.path().string());
+    for (const auto& entry : fs::directory_iterator(folder_))
+      seen += entry.path().filename().string() + content(entry.path().string());
     std::jthread late([&] { begun.commit(); });
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     std::string after;
-    for (const auto& entry : fs::directory_iterator(folder_)) after += entry.path().filename().string() + content(entry.path().string());
+    for (const auto& entry : fs::directory_iterator(folder_))
+      after += entry.path().filename().string() + content(entry.path().string());
     ::_exit(seen == after ? 0 : 1);
   }
   int status = -1;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
   EXPECT_EQ(content(path("a")), "old");
-  for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
+  for (const auto& entry : fs::directory_iterator(folder_))
+    EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
 }
 
 TEST_F(WriteFile, RemovesWhatAKilledWriterLeftAndNothingElse) {
@@ -192,7 +197,8 @@ TEST_F(WriteFile, FollowsLinksAndWritesThroughWhatIsNoFile) {
   EXPECT_TRUE(fs::is_fifo(path("fifo")));
 
   if (::geteuid() == 0 && ::mknod(path("null").c_str(), S_IFCHR | 0666, makedev(1, 3)) == 0) {
-    const int opened = ::open(path("null").c_str(), O_WRONLY | O_CLOEXEC);  // refused where devices may not be used
+    const int opened = ::open(path("null").c_str(),
+                              O_WRONLY | O_CLOEXEC);  // refused where devices may not be used
     if (opened >= 0) files::write_file(path("null"), "gone");
     ::close(opened);
     EXPECT_TRUE(fs::is_character_file(path("null")));

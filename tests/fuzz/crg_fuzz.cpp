@@ -15,20 +15,21 @@
 namespace crg {
 namespace {
 
-#define REQUIRE(condition)                                                      \
-  do {                                                                          \
-    if (!(condition)) {                                                         \
-      std::fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #condition);      \
-      std::abort();                                                             \
-    }                                                                           \
+#define REQUIRE(condition)                                                 \
+  do {                                                                     \
+    if (!(condition)) {                                                    \
+      std::fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                        \
+    }                                                                      \
   } while (false)
 
 constexpr const char* kName = "input.crg";
 
 void require_finite(const Sample& sample) {
   if (!sample.valid) return;
-  for (const double value : {sample.u_m, sample.v_m, sample.x_m, sample.y_m, sample.z_m, sample.dzdx, sample.dzdy,
-                             sample.normal_x, sample.normal_y, sample.normal_z, sample.heading_rad}) {
+  for (const double value :
+       {sample.u_m, sample.v_m, sample.x_m, sample.y_m, sample.z_m, sample.dzdx, sample.dzdy,
+        sample.normal_x, sample.normal_y, sample.normal_z, sample.heading_rad}) {
     REQUIRE(std::isfinite(value));
   }
 }
@@ -58,10 +59,17 @@ void query(const Surface& surface) {
     const UV uv = surface.uv_of_xy(point.x_m, point.y_m, fresh);
     REQUIRE(uv.u_m == sample.u_m && uv.v_m == sample.v_m);
     REQUIRE(same(surface.z_at_xy(point.x_m, point.y_m, height_follows), sample.z_m));
-    for (int w = 0; w < 4; ++w) four[w] = w == k % 4 ? point : surface.xy_of_uv(u + 0.02 * w * line.u_step_m, v);
+    for (int w = 0; w < 4; ++w)
+      four[w] = w == k % 4 ? point : surface.xy_of_uv(u + 0.02 * w * line.u_step_m, v);
     for (int again = 0; again < 2; ++again) surface.z_at_xy(four, car, heights_m);
     REQUIRE(same(heights_m[k % 4], sample.z_m));
-    surface.strip({.x_m = point.x_m, .y_m = point.y_m, .heading_rad = 0.3 * k, .along = 5, .across = 8, .step_m = 0.05}, strip_m, follows);
+    surface.strip({.x_m = point.x_m,
+                   .y_m = point.y_m,
+                   .heading_rad = 0.3 * k,
+                   .along = 5,
+                   .across = 8,
+                   .step_m = 0.05},
+                  strip_m, follows);
   }
   for (const double far : {0.0, 1e3, -1e9, 1e15}) {
     require_finite(surface.at_xy(far, -far, follows));
@@ -91,7 +99,8 @@ void fuzz::run(std::string_view view) {
   try {
     const Crg crg = read_bytes(bytes, kName);
     const CheckReport report = check(crg);
-    for (const Finding& finding : report.findings) REQUIRE(!finding.rule.empty() && !finding.message.empty());
+    for (const Finding& finding : report.findings)
+      REQUIRE(!finding.rule.empty() && !finding.message.empty());
     require_same_after_writing(crg);
     for (const ModifierUse use : {ModifierUse::AsInFile, ModifierUse::ReferenceDefaults}) {
       query(Surface(crg, {.modifiers = use}));

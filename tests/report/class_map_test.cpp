@@ -15,7 +15,8 @@ namespace report {
 namespace {
 
 /// Two triangles over [x, x2] x [y, y2].
-void add_box(std::vector<ClassTriangle>& out, double x, double y, double x2, double y2, double z, std::uint8_t kind) {
+void add_box(std::vector<ClassTriangle>& out, double x, double y, double x2, double y2, double z,
+             std::uint8_t kind) {
   out.push_back({{x, x2, x2}, {y, y, y2}, z, kind});
   out.push_back({{x, x2, x}, {y, y2, y2}, z, kind});
 }
@@ -29,7 +30,8 @@ std::array<int, 4> colour_at(const ClassMap& map, const Picture& picture, double
   EXPECT_EQ(b, 0.0);
   const auto column = std::lround((x_m - c) / a), row = std::lround((y_m - f) / e);
   EXPECT_TRUE(column >= 0 && column < picture.width_px && row >= 0 && row < picture.height_px);
-  const std::uint8_t* p = &picture.rgba[4 * static_cast<std::size_t>(row * picture.width_px + column)];
+  const std::uint8_t* p =
+      &picture.rgba[4 * static_cast<std::size_t>(row * picture.width_px + column)];
   return {p[0], p[1], p[2], p[3]};
 }
 
@@ -40,12 +42,13 @@ std::array<int, 4> colour_of(int kind) {
 
 TEST(ClassMap, EveryPlaceHasTheColourOfItsClassAndItsPlaceInTheMap) {
   std::vector<ClassTriangle> mesh;
-  const double x0 = 500000.0, y0 = 4.2e6;  // as a survey has it
+  const double x0 = 500000.0, y0 = 4.2e6;                               // as a survey has it
   add_box(mesh, x0 - 5000, y0 - 5000, x0 + 5000, y0 + 5000, 300.0, 4);  // a sky
   add_box(mesh, x0, y0, x0 + 200, y0 + 10, 0.0, 0);
   add_box(mesh, x0, y0 - 5, x0 + 200, y0, 0.0, 2);
   add_box(mesh, x0 + 50, y0 + 10, x0 + 80, y0 + 11, 0.05, 1);
-  mesh.push_back({{x0, x0 + 200, x0 + 200}, {y0 - 5, y0 - 5, y0 - 5}, 1.0, 3});  // a wall, seen from above
+  mesh.push_back(
+      {{x0, x0 + 200, x0 + 200}, {y0 - 5, y0 - 5, y0 - 5}, 1.0, 3});  // a wall, seen from above
   const ClassMap map = class_map(mesh, 1300);
   const Picture picture = decode_png(map.png);
   EXPECT_EQ(picture.width_px, 1300);
@@ -75,13 +78,16 @@ TEST(ClassMap, RefusesWhatHasNoRoad) {
 }
 
 TEST(Picture, ReadsBackWhatItWroteAndRefusesDamage) {
-  const std::vector<std::uint8_t> pixels{1, 2, 3, 255, 40, 50, 60, 255, 70, 80, 90, 0, 7, 7, 7, 255};
+  const std::vector<std::uint8_t> pixels{1,  2,  3,  255, 40, 50, 60, 255,
+                                         70, 80, 90, 0,   7,  7,  7,  255};
   const std::string png = encode_png(2, 2, pixels);
   EXPECT_EQ(decode_png(png).rgba, pixels);
   EXPECT_THROW(decode_png("no picture at all"), std::invalid_argument);
   EXPECT_THROW(decode_png(""), std::invalid_argument);
-  for (std::size_t cut = 0; cut + 20 < png.size(); ++cut) EXPECT_THROW(decode_png(png.substr(0, cut)), std::invalid_argument) << cut;
-  // A header that announces a picture of 10^10 pixels; its checksum is the header's weakest point, so it may fail earlier.
+  for (std::size_t cut = 0; cut + 20 < png.size(); ++cut)
+    EXPECT_THROW(decode_png(png.substr(0, cut)), std::invalid_argument) << cut;
+  // A header that announces a picture of 10^10 pixels; its checksum is the header's weakest point,
+  // so it may fail earlier.
   std::string huge = png;
   huge[16] = huge[20] = 0;
   huge[17] = huge[21] = 1;

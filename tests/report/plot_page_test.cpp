@@ -29,18 +29,24 @@ TEST(PlotPage, DrawsLinesWhereTheirNumbersAre) {
 std::vector<std::string> ticks_of(const std::string& html, const std::string& anchor) {
   std::vector<std::string> ticks;
   const std::regex text("text-anchor=" + anchor + ">([^<]*)</text>");
-  for (std::sregex_iterator at(html.begin(), html.end(), text), end; at != end; ++at) ticks.push_back((*at)[1]);
+  for (std::sregex_iterator at(html.begin(), html.end(), text), end; at != end; ++at)
+    ticks.push_back((*at)[1]);
   return ticks;
 }
 
 TEST(PlotPage, TicksDifferAndReadAsNumbers) {
   // Before, six digits: "1e+06" eleven times, and "2e-05".
   const report::Plot far{"p", "", "", {{"one", {1000000.0, 1000010.0}, {-2e-5, 3e-5}}}};
-  EXPECT_THAT(ticks_of(report::plot_section(far), "middle"), ::testing::ElementsAre("1000000", "1000001", "1000002", "1000003", "1000004", "1000005", "1000006",
-                                                                                 "1000007", "1000008", "1000009", "1000010"));
-  EXPECT_THAT(ticks_of(report::plot_section(far), "end"), ::testing::ElementsAre("-0.00002", "0", "0.00002", ""));
+  EXPECT_THAT(
+      ticks_of(report::plot_section(far), "middle"),
+      ::testing::ElementsAre("1000000", "1000001", "1000002", "1000003", "1000004", "1000005",
+                             "1000006", "1000007", "1000008", "1000009", "1000010"));
+  EXPECT_THAT(ticks_of(report::plot_section(far), "end"),
+              ::testing::ElementsAre("-0.00002", "0", "0.00002", ""));
   const report::Plot near{"p", "", "", {{"one", {-0.5, 0.5}, {1e-9, 3e-9}}}};
-  EXPECT_THAT(ticks_of(report::plot_section(near), "middle"), ::testing::ElementsAre("-0.5", "-0.4", "-0.3", "-0.2", "-0.1", "0", "0.1", "0.2", "0.3", "0.4", "0.5"));
+  EXPECT_THAT(ticks_of(report::plot_section(near), "middle"),
+              ::testing::ElementsAre("-0.5", "-0.4", "-0.3", "-0.2", "-0.1", "0", "0.1", "0.2",
+                                     "0.3", "0.4", "0.5"));
   std::vector<std::string> y = ticks_of(report::plot_section(near), "end");
   std::sort(y.begin(), y.end());
   EXPECT_EQ(std::adjacent_find(y.begin(), y.end()), y.end());

@@ -62,21 +62,26 @@ std::vector<Eigen::Vector3d> around_a_track() {
   std::vector<Eigen::Vector3d> points;
   for (int k = 0; k < 12; ++k) {
     const double angle = 2.0 * M_PI * k / 12;
-    points.emplace_back(400.0 * std::cos(angle) + 1000.0, 200.0 * std::sin(angle) - 300.0, 20.0 + 8.0 * std::sin(2.0 * angle + 1.0));
+    points.emplace_back(400.0 * std::cos(angle) + 1000.0, 200.0 * std::sin(angle) - 300.0,
+                        20.0 + 8.0 * std::sin(2.0 * angle + 1.0));
   }
   return points;
 }
 
-/// Tilted by 2 degrees about a level axis 30 degrees from x, then turned by 35 degrees, scaled, and moved to UTM coordinates.
+/// Tilted by 2 degrees about a level axis 30 degrees from x, then turned by 35 degrees, scaled, and
+/// moved to UTM coordinates.
 Eigen::Vector3d tilted(const Eigen::Vector3d& p, double scale) {
   const Eigen::Vector3d axis(std::cos(M_PI / 6), std::sin(M_PI / 6), 0.0);
-  return scale * (Eigen::AngleAxisd(35.0 * M_PI / 180.0, Eigen::Vector3d::UnitZ()) * (Eigen::AngleAxisd(2.0 * M_PI / 180.0, axis) * p)) +
+  return scale * (Eigen::AngleAxisd(35.0 * M_PI / 180.0, Eigen::Vector3d::UnitZ()) *
+                  (Eigen::AngleAxisd(2.0 * M_PI / 180.0, axis) * p)) +
          Eigen::Vector3d(691'000.25, 5'334'000.5, 512.0);
 }
 
 /// What mesh and road do one after the other.
 Eigen::Vector3d placed(const road::AlignReport& report, const Eigen::Vector3d& p) {
-  return Eigen::AngleAxisd(report.T_global_mesh.yaw_rad, Eigen::Vector3d::UnitZ()) * report.tilt_and_scale(p) + report.T_global_mesh.translation_m;
+  return Eigen::AngleAxisd(report.T_global_mesh.yaw_rad, Eigen::Vector3d::UnitZ()) *
+             report.tilt_and_scale(p) +
+         report.T_global_mesh.translation_m;
 }
 
 TEST(Align, TiltsAndScalesTheMeshWhereAsked) {
@@ -92,19 +97,23 @@ TEST(Align, TiltsAndScalesTheMeshWhereAsked) {
     EXPECT_NEAR(report.T_global_mesh.yaw_rad, 35.0 * M_PI / 180.0, 1e-9);
     EXPECT_NEAR(report.tilt_rad, 2.0 * M_PI / 180.0, 1e-9);
     EXPECT_NEAR(report.scale, scale, 1e-9);
-    for (const auto& point : points) EXPECT_LT((placed(report, point.mesh_m) - point.global_m).norm(), 1e-6);
+    for (const auto& point : points)
+      EXPECT_LT((placed(report, point.mesh_m) - point.global_m).norm(), 1e-6);
     // z alone cannot follow: 2 degrees over 400 m are 14 m.
     EXPECT_GT(road::fit_alignment(points).rms_m, 5.0);
   }
   // About z with a scale.
   std::vector<road::ControlPoint> points;
-  for (const Eigen::Vector3d& p : around_a_track()) points.push_back({"", p, 0.97 * Eigen::Vector3d(-p.y(), p.x(), p.z()) + Eigen::Vector3d(5, 6, 7)});
+  for (const Eigen::Vector3d& p : around_a_track())
+    points.push_back(
+        {"", p, 0.97 * Eigen::Vector3d(-p.y(), p.x(), p.z()) + Eigen::Vector3d(5, 6, 7)});
   road::AlignOptions options;
   options.scale = true;
   const auto report = road::fit_alignment(points, options);
   EXPECT_NEAR(report.scale, 0.97, 1e-9);
   EXPECT_NEAR(report.T_global_mesh.yaw_rad, M_PI / 2, 1e-9);
-  for (const auto& point : points) EXPECT_LT((placed(report, point.mesh_m) - point.global_m).norm(), 1e-6);
+  for (const auto& point : points)
+    EXPECT_LT((placed(report, point.mesh_m) - point.global_m).norm(), 1e-6);
 }
 
 TEST(Align, FindsOutliersOfAFreeMotion) {
@@ -115,7 +124,9 @@ TEST(Align, FindsOutliersOfAFreeMotion) {
     std::normal_distribution<double> noise(0.0, 0.03);
     std::vector<road::ControlPoint> points;
     for (const Eigen::Vector3d& p : around_a_track())
-      points.push_back({"P" + std::to_string(points.size()), p, tilted(p, 1.02) + Eigen::Vector3d(noise(random), noise(random), noise(random))});
+      points.push_back(
+          {"P" + std::to_string(points.size()), p,
+           tilted(p, 1.02) + Eigen::Vector3d(noise(random), noise(random), noise(random))});
     points[3].global_m.x() += 5.0;
     points[8].global_m.z() -= 5.0;
     road::AlignOptions options;
@@ -123,10 +134,14 @@ TEST(Align, FindsOutliersOfAFreeMotion) {
     options.scale = true;
     const auto report = road::fit_alignment(points, options);
     EXPECT_THAT(report.outliers, testing::ElementsAre("P3", "P8")) << seed;
-    for (const Eigen::Vector3d& p : around_a_track()) worst_m = std::max(worst_m, (placed(report, p) - tilted(p, 1.02)).norm());
+    for (const Eigen::Vector3d& p : around_a_track())
+      worst_m = std::max(worst_m, (placed(report, p) - tilted(p, 1.02)).norm());
   }
-  std::printf("free rotation and scale from 12 points with 3 cm noise, two 5 m off: within %.3f m\n", worst_m);
-  EXPECT_LE(worst_m, 0.08);  // measured 0.071: a tilt and a scale are three more numbers to find than a rotation about z
+  std::printf(
+      "free rotation and scale from 12 points with 3 cm noise, two 5 m off: within %.3f m\n",
+      worst_m);
+  EXPECT_LE(worst_m, 0.08);  // measured 0.071: a tilt and a scale are three more numbers to find
+                             // than a rotation about z
 }
 
 TEST(Align, RefusesWhatDoesNotFixAFreeMotion) {
@@ -143,12 +158,15 @@ TEST(Align, RefusesWhatDoesNotFixAFreeMotion) {
   };
   std::vector<road::ControlPoint> two, line, steep, feet;
   for (const double x : {0.0, 300.0}) two.push_back({"", {x, 0, 0}, {x, 0, 0}});
-  for (const double x : {0.0, 100.0, 200.0, 300.0, 400.0, 500.0}) line.push_back({"", {x, 0.5 * x, 0}, {x, 0.5 * x, 0}});
+  for (const double x : {0.0, 100.0, 200.0, 300.0, 400.0, 500.0})
+    line.push_back({"", {x, 0.5 * x, 0}, {x, 0.5 * x, 0}});
   for (const Eigen::Vector3d& p : around_a_track()) {
     steep.push_back({"", p, Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()) * p});
     feet.push_back({"", p, 0.3048 * p});
   }
-  EXPECT_THAT(message(two, false), testing::HasSubstr("2 control points; a free rotation needs at least 3, not all on one line"));
+  EXPECT_THAT(message(two, false),
+              testing::HasSubstr(
+                  "2 control points; a free rotation needs at least 3, not all on one line"));
   EXPECT_THAT(message(line, false), testing::HasSubstr("span no plane"));
   EXPECT_THAT(message(steep, false), testing::HasSubstr("tilt the mesh by 90.0 degrees"));
   EXPECT_THAT(message(feet, true), testing::HasSubstr("scale the mesh by 0.3048"));

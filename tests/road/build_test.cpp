@@ -1,4 +1,5 @@
-// The whole way from a mesh to a checked CRG, on the project's own demo circuit with its exact answers.
+// The whole way from a mesh to a checked CRG, on the project's own demo circuit with its exact
+// answers.
 #include "road/build.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,8 @@ double quantile(std::vector<double> values, double share) {
 }
 
 const road::Circuit& demo() {
-  static const road::Circuit circuit = road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml");
+  static const road::Circuit circuit =
+      road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml");
   return circuit;
 }
 
@@ -56,7 +58,8 @@ Built build_demo(road::SynthOptions options) {
   return built;
 }
 
-/// |file - truth| at random places of one class between the nodes; places without a height are counted.
+/// |file - truth| at random places of one class between the nodes; places without a height are
+/// counted.
 struct Compared {
   std::vector<double> error_m;
   std::size_t missing = 0;
@@ -70,15 +73,18 @@ Compared compare(const Built& built, road::SurfaceClass wanted, std::size_t poin
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
   const double length_m = line.u_step_m * static_cast<double>(line.size() - 1);
   const double start_u_m = road::uv_of_position(demo(), line.x_m[0], line.y_m[0]).at(0).u_m;
-  for (std::size_t tries = 0; result.error_m.size() + result.missing < points && tries < 200 * points; ++tries) {
-    const double u = length_m * uniform(), v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
+  for (std::size_t tries = 0;
+       result.error_m.size() + result.missing < points && tries < 200 * points; ++tries) {
+    const double u = length_m * uniform(),
+                 v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
     const crg::Point2 p = built.road->xy_of_uv(u, v);
     const double z = built.road->z_at_uv(u, v);
     // Where the track crosses itself two places have this x, y: the one on this leg is meant. (The
     // middle of the road is up to some metres shorter or longer than the design's reference curve.)
     std::optional<double> truth;
     for (const auto& place : road::uv_of_position(demo(), p.x_m, p.y_m)) {
-      const bool this_leg = std::abs(std::remainder(place.u_m - start_u_m - u, demo().length_m())) < 100.0;
+      const bool this_leg =
+          std::abs(std::remainder(place.u_m - start_u_m - u, demo().length_m())) < 100.0;
       if (!this_leg || road::true_class(demo(), place.u_m, place.v_m) != wanted) continue;
       truth = road::true_height(demo(), place.u_m, place.v_m);
     }
@@ -96,7 +102,8 @@ Compared compare(const Built& built, road::SurfaceClass wanted, std::size_t poin
 std::size_t jumps(const crg::Grid& grid) {
   std::size_t count = 0;
   for (std::size_t i = 0; i + 1 < grid.rows(); ++i) {
-    for (std::size_t j = 0; j < grid.columns(); ++j) count += std::abs(grid.at(i + 1, j) - grid.at(i, j)) > 0.5f ? 1 : 0;
+    for (std::size_t j = 0; j < grid.columns(); ++j)
+      count += std::abs(grid.at(i + 1, j) - grid.at(i, j)) > 0.5f ? 1 : 0;
   }
   return count;
 }
@@ -104,12 +111,14 @@ std::size_t jumps(const crg::Grid& grid) {
 void expect_true_road(const Built& built, const char* name, std::size_t most_missing = 0) {
   const Compared road = compare(built, road::SurfaceClass::road, 20000);
   ASSERT_EQ(road.error_m.size() + road.missing, 20000u);
-  std::printf("%s: road z p50 %.5f p99 %.5f max %.5f m, missing %zu, jumps %zu\n", name, quantile(road.error_m, 0.5),
-              quantile(road.error_m, 0.99), quantile(road.error_m, 1.0), road.missing, jumps(built.road->file().grid));
+  std::printf("%s: road z p50 %.5f p99 %.5f max %.5f m, missing %zu, jumps %zu\n", name,
+              quantile(road.error_m, 0.5), quantile(road.error_m, 0.99),
+              quantile(road.error_m, 1.0), road.missing, jumps(built.road->file().grid));
   EXPECT_LE(quantile(road.error_m, 0.99), 0.002);
   EXPECT_EQ(jumps(built.road->file().grid), 0u);
   EXPECT_LE(road.missing, most_missing);
-  EXPECT_NEAR(built.summary["reference_line"]["length_m"].get<double>() / demo().length_m(), 1.0, 0.005)
+  EXPECT_NEAR(built.summary["reference_line"]["length_m"].get<double>() / demo().length_m(), 1.0,
+              0.005)
       << "the middle of the road is not the design's reference curve where the two widths differ";
   EXPECT_TRUE(built.summary["reference_line"]["closed"].get<bool>());
   EXPECT_TRUE(built.result.validation_failures.empty());
@@ -118,16 +127,24 @@ void expect_true_road(const Built& built, const char* name, std::size_t most_mis
 TEST(Build, TheDemoCircuitWithNames) { expect_true_road(build_demo({}), "obj, named"); }
 
 TEST(Build, TheDemoCircuitWithoutNames) {
-  expect_true_road(build_demo({.format = road::MeshFormat::stl, .up = road::UpAxis::z, .names = road::NameStyle::none}), "stl, nameless",
-                   100);  // measured 45 of 20,000: shape alone tells the last decimetre of asphalt from grass less surely
+  expect_true_road(
+      build_demo(
+          {.format = road::MeshFormat::stl, .up = road::UpAxis::z, .names = road::NameStyle::none}),
+      "stl, nameless",
+      100);  // measured 45 of 20,000: shape alone tells the last decimetre of asphalt from grass
+             // less surely
 }
 
 TEST(Build, TheDemoCircuitInFeetFromGlb) {
-  expect_true_road(build_demo({.format = road::MeshFormat::glb, .unit = road::Unit::ft, .names = road::NameStyle::ac}), "glb, feet");
+  expect_true_road(
+      build_demo(
+          {.format = road::MeshFormat::glb, .unit = road::Unit::ft, .names = road::NameStyle::ac}),
+      "glb, feet");
 }
 
 TEST(Build, TheDemoCircuitWithTorcsNamesAndZUp) {
-  expect_true_road(build_demo({.up = road::UpAxis::z, .names = road::NameStyle::torcs}), "obj, TORCS names");
+  expect_true_road(build_demo({.up = road::UpAxis::z, .names = road::NameStyle::torcs}),
+                   "obj, TORCS names");
 }
 
 TEST(Build, TheDemoCircuitInCoarseFacets) {
@@ -142,28 +159,34 @@ TEST(Build, TheDemoCircuitInCoarseFacets) {
 TEST(Build, SaysWhatItDid) {
   const auto built = build_demo({});
   const auto& s = built.summary;
-  for (const char* path : {"/reference_line/length_m", "/reference_line/closed", "/grid/nodes", "/grid/holes", "/grid/u_step_m",
-                           "/validation/z_error_m/p50", "/validation/z_error_m/p95", "/validation/z_error_m/p99",
-                           "/validation/z_error_m/max"}) {
+  for (const char* path :
+       {"/reference_line/length_m", "/reference_line/closed", "/grid/nodes", "/grid/holes",
+        "/grid/u_step_m", "/validation/z_error_m/p50", "/validation/z_error_m/p95",
+        "/validation/z_error_m/p99", "/validation/z_error_m/max"}) {
     EXPECT_TRUE(s.contains(nlohmann::json::json_pointer(path))) << path;
   }
   EXPECT_EQ(s["grid"]["nodes"].get<std::size_t>(), built.road->file().grid.z_m.size());
   EXPECT_NEAR(s["grid"]["u_step_m"].get<double>(), 0.1, 1e-4);
   EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 0.002);
   EXPECT_GT(s["kerb"]["cells"].get<std::size_t>(), 0u);
-  for (const auto* file : {&built.result.crg_path, &built.result.stl_path, &built.result.centreline_path, &built.result.summary_path,
-                           &built.result.picture_path, &built.result.classes_path}) {
+  for (const auto* file :
+       {&built.result.crg_path, &built.result.stl_path, &built.result.centreline_path,
+        &built.result.summary_path, &built.result.picture_path, &built.result.classes_path}) {
     EXPECT_TRUE(std::filesystem::exists(*file)) << *file;
   }
   EXPECT_GT(nlohmann::json::parse(built.result.timing_json)["seconds"]["total"].get<double>(), 0.0);
-  // Nothing else lies in the folder but timing, manifest, the world file of the classes and the cleaned mesh: no temporary files.
+  // Nothing else lies in the folder but timing, manifest, the world file of the classes and the
+  // cleaned mesh: no temporary files.
   const std::filesystem::path dir = std::filesystem::path(built.result.crg_path).parent_path();
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir), std::filesystem::directory_iterator{}), 10);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir),
+                          std::filesystem::directory_iterator{}),
+            10);
 }
 
 TEST(Build, KnowsNoRoadBesideTheRoad) {
   const auto built = build_demo({});
-  for (const double v : {-200.0, -40.0, 40.0, 200.0}) EXPECT_TRUE(std::isnan(built.road->z_at_uv(100.0, v))) << v;
+  for (const double v : {-200.0, -40.0, 40.0, 200.0})
+    EXPECT_TRUE(std::isnan(built.road->z_at_uv(100.0, v))) << v;
   crg::Cursor cursor;
   EXPECT_FALSE(built.road->at_xy(5000.0, 5000.0, cursor).valid);
 }

@@ -19,20 +19,24 @@ using support::circle;
 using support::flat;
 using support::make_strip;
 
-road::RoadMesh ring(double radius_m, const std::vector<double>& v_m = {-4, 4}, double step_m = 5.0) {
-  return make_strip([=](double s) { return circle(s, radius_m); }, 2 * M_PI * radius_m, step_m, true, v_m, flat);
+road::RoadMesh ring(double radius_m, const std::vector<double>& v_m = {-4, 4},
+                    double step_m = 5.0) {
+  return make_strip([=](double s) { return circle(s, radius_m); }, 2 * M_PI * radius_m, step_m,
+                    true, v_m, flat);
 }
 
 /// Two meshes in one.
 void append(road::RoadMesh& to, const road::RoadMesh& from) {
   const auto base = static_cast<std::uint32_t>(to.mesh.vertices_m.size());
-  for (const auto& p : from.mesh.vertices_m) to.mesh.vertices_m.emplace_back(p + from.mesh.origin_m - to.mesh.origin_m);
+  for (const auto& p : from.mesh.vertices_m)
+    to.mesh.vertices_m.emplace_back(p + from.mesh.origin_m - to.mesh.origin_m);
   for (auto t : from.mesh.triangles) {
     for (auto& i : t) i += base;
     to.mesh.triangles.push_back(t);
     to.mesh.object_of_triangle.push_back(0);
   }
-  to.class_of_triangle.insert(to.class_of_triangle.end(), from.class_of_triangle.begin(), from.class_of_triangle.end());
+  to.class_of_triangle.insert(to.class_of_triangle.end(), from.class_of_triangle.begin(),
+                              from.class_of_triangle.end());
 }
 
 double signed_area(const road::Centreline& line) {
@@ -56,7 +60,8 @@ TEST(Centreline, FindsTheMiddleOfARing) {
 }
 
 TEST(Centreline, PassesThroughTheMiddleOfSidewaysSteps) {
-  // Two halves of a ring that meet 6 cm beside each other: the borders step, the line must not swing out.
+  // Two halves of a ring that meet 6 cm beside each other: the borders step, the line must not
+  // swing out.
   road::RoadMesh road;
   support::add_ring_strip(road.mesh, "road", -5.0, 5.0, 0.0, 0.0, 0.0, 300.0);
   support::add_ring_strip(road.mesh, "road", -4.94, 5.06, 0.0, 0.0, 300.0, support::kRingLength_m);
@@ -70,7 +75,8 @@ TEST(Centreline, PassesThroughTheMiddleOfSidewaysSteps) {
 }
 
 TEST(Centreline, IsTheMiddleOfTheRoadNotOfKerbAndRunOff) {
-  const auto road = make_strip([](double s) { return circle(s, 80.0); }, 2 * M_PI * 80.0, 4.0, true, {-15, -5, -4, 4, 5.5, 7}, flat,
+  const auto road = make_strip([](double s) { return circle(s, 80.0); }, 2 * M_PI * 80.0, 4.0, true,
+                               {-15, -5, -4, 4, 5.5, 7}, flat,
                                [](double v) {
                                  if (std::abs(v) < 4) return SurfaceClass::road;
                                  return std::abs(v) < 6 ? SurfaceClass::kerb : SurfaceClass::runoff;
@@ -98,7 +104,9 @@ TEST(Centreline, StartsAtANamedObjectOrSaysThatThereIsNone) {
   auto road = ring(100.0);
   road.mesh.objects.push_back({"start_strip", "", ""});
   road.mesh.object_of_triangle[40] = road.mesh.object_of_triangle[41] = 1;
-  const Eigen::Vector3d wanted = (road.mesh.vertex(40, 0) + road.mesh.vertex(40, 1) + road.mesh.vertex(41, 0) + road.mesh.vertex(41, 2)) / 4;
+  const Eigen::Vector3d wanted = (road.mesh.vertex(40, 0) + road.mesh.vertex(40, 1) +
+                                  road.mesh.vertex(41, 0) + road.mesh.vertex(41, 2)) /
+                                 4;
   road::CentrelineOptions options;
   options.start_object = "start_strip";
   EXPECT_LT((trace_centreline(road, options).points_m[0] - wanted).head<2>().norm(), 1.0);
@@ -107,7 +115,8 @@ TEST(Centreline, StartsAtANamedObjectOrSaysThatThereIsNone) {
 }
 
 TEST(Centreline, FollowsAnOpenRoadToItsEndsAndSaysThatItIsOpen) {
-  const auto line = trace_centreline(make_strip(support::straight, 300.0, 10.0, false, {-3, 3}, flat));
+  const auto line =
+      trace_centreline(make_strip(support::straight, 300.0, 10.0, false, {-3, 3}, flat));
   EXPECT_FALSE(line.closed);
   EXPECT_NEAR(line.length_m, 300.0, 0.05);
   for (const auto& p : line.points_m) EXPECT_NEAR(p.y(), 0.0, 2e-3);
@@ -121,17 +130,20 @@ TEST(Centreline, FollowsTheLowerAndTheUpperLegOfAFigureEight) {
     return {size_m * std::sin(t), size_m * std::sin(t) * std::cos(t),
             std::atan2(std::cos(2 * t), std::cos(t))};
   };
-  const auto road = make_strip(plan, 2 * M_PI * size_m, 2.0, true, {-5, 0, 5}, [&](double s, double) { return 4.4 * std::cos(s / size_m); });
+  const auto road = make_strip(plan, 2 * M_PI * size_m, 2.0, true, {-5, 0, 5},
+                               [&](double s, double) { return 4.4 * std::cos(s / size_m); });
   const auto line = trace_centreline(road);
   ASSERT_TRUE(line.closed);
   double expected_m = 0.0;
   for (int i = 0; i < 100000; ++i) {
-    const auto a = plan(2 * M_PI * size_m * i / 100000.0), b = plan(2 * M_PI * size_m * (i + 1) / 100000.0);
+    const auto a = plan(2 * M_PI * size_m * i / 100000.0),
+               b = plan(2 * M_PI * size_m * (i + 1) / 100000.0);
     expected_m += std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
   }
   EXPECT_NEAR(line.length_m / expected_m, 1.0, 2e-4);
   for (std::size_t i = 0; i + 1 < line.points_m.size(); ++i) {
-    EXPECT_LT(std::abs(line.points_m[i + 1].z() - line.points_m[i].z()), 0.5) << "changed the deck at station " << i;
+    EXPECT_LT(std::abs(line.points_m[i + 1].z() - line.points_m[i].z()), 0.5)
+        << "changed the deck at station " << i;
   }
 }
 
@@ -155,9 +167,14 @@ TEST(Centreline, SurvivesHolesAndCracks) {
 }
 
 TEST(Centreline, PassesAPitLaneThatBranchesOff) {
-  auto road = make_strip([](double s) { return circle(s, 120.0); }, 2 * M_PI * 120.0, 3.0, true, {-6, 6}, flat);
+  auto road = make_strip([](double s) { return circle(s, 120.0); }, 2 * M_PI * 120.0, 3.0, true,
+                         {-6, 6}, flat);
   // A lane 6 m wide leaves at a tangent.
-  append(road, make_strip([](double s) { return support::PlanPoint{121.0, s, M_PI / 2}; }, 90.0, 3.0, false, {-3, 3}, flat));
+  append(road, make_strip(
+                   [](double s) {
+                     return support::PlanPoint{121.0, s, M_PI / 2};
+                   },
+                   90.0, 3.0, false, {-3, 3}, flat));
   const auto line = trace_centreline(road);
   ASSERT_TRUE(line.closed);
   EXPECT_NEAR(line.length_m, 2 * M_PI * 120.0, 5.0);
@@ -230,16 +247,19 @@ TEST(Centreline, TakesTheLongerWayRoundAShortCut) {
 
 TEST(Centreline, RefusesTwoCircuitsUnlessToldWhich) {
   auto road = ring(100.0);
-  append(road, make_strip([](double s) {
-           auto p = circle(s, 90.0);
-           p.x_m += 500.0;
-           return p;
-         }, 2 * M_PI * 90.0, 5.0, true, {-4, 4}, flat));
+  append(road, make_strip(
+                   [](double s) {
+                     auto p = circle(s, 90.0);
+                     p.x_m += 500.0;
+                     return p;
+                   },
+                   2 * M_PI * 90.0, 5.0, true, {-4, 4}, flat));
   try {
     trace_centreline(road);
     FAIL() << "no error";
   } catch (const road::Error& error) {
-    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("two separate roads"), testing::HasSubstr("start_near_m")));
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("two separate roads"),
+                                             testing::HasSubstr("start_near_m")));
   }
   road::CentrelineOptions options;
   options.start_near_m = Eigen::Vector2d(590.0, 0.0);
@@ -290,7 +310,8 @@ TEST(Centreline, CsvKeepsStationsAndClosure) {
   const auto again = road::read_centreline_csv(path);
   EXPECT_TRUE(again.closed);
   ASSERT_EQ(again.points_m.size(), line.points_m.size());
-  for (std::size_t i = 0; i < line.points_m.size(); ++i) EXPECT_LT((again.points_m[i] - line.points_m[i]).norm(), 1e-4);
+  for (std::size_t i = 0; i < line.points_m.size(); ++i)
+    EXPECT_LT((again.points_m[i] - line.points_m[i]).norm(), 1e-4);
   EXPECT_NEAR(again.length_m, line.length_m, 1e-2);
 }
 

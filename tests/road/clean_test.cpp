@@ -405,7 +405,8 @@ std::set<std::array<long, 3>> centres(const RoadMesh& road, bool of_road) {
 }
 
 TEST_P(CleanTorcs, FindsTheSameRoadByNamesAndByShape) {
-  const std::filesystem::path folder = std::filesystem::path(places::torcs_tracks()) / GetParam().name;
+  const std::filesystem::path folder =
+      std::filesystem::path(places::torcs_tracks()) / GetParam().name;
   const std::string stem = folder.filename().string();
   std::string path = (folder / (stem + ".acc")).string();
   if (!std::filesystem::exists(path)) path = (folder / (stem + ".ac")).string();

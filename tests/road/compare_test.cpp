@@ -26,12 +26,16 @@ struct Road {
   crg::Surface surface;
   road::HeightMap map;
   road::KerbStrips kerbs;
-  explicit Road(const Oval& oval) : surface(crg::make_crg(oval.line, oval.grid)), map(road::height_map(surface)), kerbs(road::find_kerb_strips(map)) {}
+  explicit Road(const Oval& oval)
+      : surface(crg::make_crg(oval.line, oval.grid)),
+        map(road::height_map(surface)),
+        kerbs(road::find_kerb_strips(map)) {}
 };
 
 TEST(Compare, TheSameRoadDiffersNowhere) {
   const Road a(clean_oval());
-  const road::Comparison c = road::compare(a.map, a.kerbs, road::reference_of(a.surface), "other file");
+  const road::Comparison c =
+      road::compare(a.map, a.kerbs, road::reference_of(a.surface), "other file");
   EXPECT_LT(c.abs_error_m.max, 1e-5);
   EXPECT_EQ(c.share_without_reference, 0.0);
   EXPECT_GT(c.points, 100000u);
@@ -53,7 +57,9 @@ TEST(Compare, LostKerbIsFoundInItsPlaceAgainstAMeshAndAnotherFile) {
   const road::Mesh mesh = mesh_of(clean_oval(), 1);
   const road::RaySurface rays(mesh);
   for (const bool against_mesh : {true, false}) {
-    const road::Comparison c = road::compare(file.map, file.kerbs, against_mesh ? road::reference_of(rays) : road::reference_of(truth.surface), "reference");
+    const road::Comparison c = road::compare(
+        file.map, file.kerbs,
+        against_mesh ? road::reference_of(rays) : road::reference_of(truth.surface), "reference");
     ASSERT_EQ(c.findings.size(), 1u) << against_mesh;
     EXPECT_EQ(c.findings[0].kind, "kerb_loss");
     EXPECT_NEAR(c.findings[0].u_begin_m, 330.0, 1.0);
@@ -71,7 +77,8 @@ TEST(Compare, AMeshOfTheSameRoadGivesNoFinding) {
     const Road file(oval);
     const road::Mesh mesh = mesh_of(oval, 2);
     const road::RaySurface rays(mesh);
-    const road::Comparison c = road::compare(file.map, file.kerbs, road::reference_of(rays), "mesh");
+    const road::Comparison c =
+        road::compare(file.map, file.kerbs, road::reference_of(rays), "mesh");
     for (const auto& f : c.findings) ADD_FAILURE() << iso_class << " " << f.text;
     EXPECT_LT(c.abs_error_m.p99, 0.003);
     EXPECT_GT(c.abs_error_m.p99, 0.0);
@@ -80,12 +87,15 @@ TEST(Compare, AMeshOfTheSameRoadGivesNoFinding) {
 
 TEST(Compare, ARaisedPieceAndAMissingPieceAreFindings) {
   Oval high = clean_oval();
-  plant(high, [](double u, double v) { return u > 500.0 && u < 510.0 && std::abs(v) < 2.0 ? 0.05 : 0.0; });
+  plant(high, [](double u, double v) {
+    return u > 500.0 && u < 510.0 && std::abs(v) < 2.0 ? 0.05 : 0.0;
+  });
   const Road file(high);
   road::Mesh mesh = mesh_of(clean_oval(), 1);
   // 3 m of mesh are missing: 30 rows of 2 x 180 triangles.
   const std::size_t per_row = 2 * (clean_oval().grid.columns() - 1);
-  mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(1000 * per_row), mesh.triangles.begin() + static_cast<std::ptrdiff_t>(1030 * per_row));
+  mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(1000 * per_row),
+                       mesh.triangles.begin() + static_cast<std::ptrdiff_t>(1030 * per_row));
   mesh.object_of_triangle.resize(mesh.triangles.size());
   const road::RaySurface rays(mesh);
   const road::Comparison c = road::compare(file.map, file.kerbs, road::reference_of(rays), "mesh");
@@ -119,7 +129,9 @@ TEST(Compare, OneAndManyThreadsGiveTheSame) {
 /// Points on the road of the oval with the bump, 5 mm of noise, one in fifty half a metre above.
 TEST(Compare, ACloudShowsWhatTheFileLacks) {
   Oval bumpy = clean_oval();
-  plant(bumpy, [](double u, double) { return std::abs(u - 150.0) > 2.0 ? 0.0 : 0.03 * (1.0 + std::cos(M_PI * (u - 150.0) / 2.0)); });
+  plant(bumpy, [](double u, double) {
+    return std::abs(u - 150.0) > 2.0 ? 0.0 : 0.03 * (1.0 + std::cos(M_PI * (u - 150.0) / 2.0));
+  });
   const crg::Surface truth(crg::make_crg(bumpy.line, bumpy.grid));
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 0.005);
@@ -128,7 +140,8 @@ TEST(Compare, ACloudShowsWhatTheFileLacks) {
     for (double v = -4.0; v < 4.0; v += 0.05) {
       const crg::Point2 xy = truth.xy_of_uv(u, v);
       const bool stray = points.size() % 50 == 0;
-      points.emplace_back(xy.x_m, xy.y_m, truth.z_at_uv(u, v) + noise(random) + (stray ? 0.5 : 0.0));
+      points.emplace_back(xy.x_m, xy.y_m,
+                          truth.z_at_uv(u, v) + noise(random) + (stray ? 0.5 : 0.0));
     }
   }
   const Road file(clean_oval());

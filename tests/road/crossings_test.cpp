@@ -16,11 +16,13 @@ namespace {
 
 constexpr double kSize_m = 150.0;
 
-/// An eight that crosses itself square in plan at its parameter 0 and half way, `gap_m` apart in height.
+/// An eight that crosses itself square in plan at its parameter 0 and half way, `gap_m` apart in
+/// height.
 road::RoadMesh eight(double gap_m) {
   const auto plan = [](double s) -> support::PlanPoint {
     const double t = s / kSize_m;
-    return {kSize_m * std::sin(t), kSize_m * std::sin(t) * std::cos(t), std::atan2(std::cos(2 * t), std::cos(t))};
+    return {kSize_m * std::sin(t), kSize_m * std::sin(t) * std::cos(t),
+            std::atan2(std::cos(2 * t), std::cos(t))};
   };
   return support::make_strip(plan, 2 * M_PI * kSize_m, 2.0, true, {-5, 0, 5},
                              [=](double s, double) { return 0.5 * gap_m * std::cos(s / kSize_m); });
@@ -38,13 +40,15 @@ Built build(const road::RoadMesh& mesh, const road::SampleOptions& options = {})
   const auto centreline = road::trace_centreline(mesh, start);
   Built built;
   built.line = road::fit_reference_line(centreline);
-  built.sampled = road::sample_grid(mesh, road::RaySurface(mesh.mesh), built.line, centreline, options, &built.report);
+  built.sampled = road::sample_grid(mesh, road::RaySurface(mesh.mesh), built.line, centreline,
+                                    options, &built.report);
   return built;
 }
 
 TEST(Crossings, ALevelCrossingKeepsBothLegsAndIsSaid) {
   const Built built = build(eight(0.0));
-  // From the tip of one leaf the two ways to the middle are a quarter and three quarters of the length.
+  // From the tip of one leaf the two ways to the middle are a quarter and three quarters of the
+  // length.
   const double length_m = built.line.u_step_m * static_cast<double>(built.line.size() - 1);
   ASSERT_EQ(built.report.crossings.size(), 1u);
   const road::Crossing& crossing = built.report.crossings[0];
@@ -65,7 +69,8 @@ TEST(Crossings, ABridgeHasItsHeight) {
   const Built built = build(eight(8.8));
   ASSERT_EQ(built.report.crossings.size(), 1u);
   EXPECT_NEAR(std::abs(built.report.crossings[0].height_m), 8.8, 0.02);
-  EXPECT_THAT(describe(built.report.crossings[0]), testing::AnyOf(testing::HasSubstr("8.8 m below"), testing::HasSubstr("8.8 m above")));
+  EXPECT_THAT(describe(built.report.crossings[0]),
+              testing::AnyOf(testing::HasSubstr("8.8 m below"), testing::HasSubstr("8.8 m above")));
 }
 
 TEST(Crossings, ARoundRoadHasNone) {
@@ -95,7 +100,8 @@ TEST(Sample, RefusesARoadNarrowerThanTwoSteps) {
 
 TEST(Sample, RefusesStepsThatFloat32DoesNotResolve) {
   // 50 km from the middle of the mesh float32 snaps to 4 mm.
-  road::RoadMesh mesh = support::make_strip(support::straight, 400.0, 10.0, false, {-5, 5}, support::flat);
+  road::RoadMesh mesh =
+      support::make_strip(support::straight, 400.0, 10.0, false, {-5, 5}, support::flat);
   for (auto& vertex : mesh.mesh.vertices_m) vertex.x() += 50000.0;
   road::RoadMesh far = mesh;
   far.mesh.vertices_m.emplace_back(-50400.0, 0.0, 0.0);

@@ -27,8 +27,10 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(Csv, PicksColumnsByNameInAnyOrderAndIgnoresOthers) {
-  const auto table = road::read_csv(file_with("\xEF\xBB\xBF# made by hand\r\n name , y_m,x_m\r\nfoo, 2.5 ,-1e3\r\n\r\nbar,,+4\r\n"),
-                                    {"x_m", "y_m"}, {"z_m"});
+  const auto table = road::read_csv(
+      file_with(
+          "\xEF\xBB\xBF# made by hand\r\n name , y_m,x_m\r\nfoo, 2.5 ,-1e3\r\n\r\nbar,,+4\r\n"),
+      {"x_m", "y_m"}, {"z_m"});
   ASSERT_EQ(table.rows(), 2u);
   EXPECT_EQ(table.value(0, 0), -1000.0);
   EXPECT_EQ(table.value(0, 1), 2.5);
@@ -40,9 +42,13 @@ TEST(Csv, PicksColumnsByNameInAnyOrderAndIgnoresOthers) {
 
 TEST(Csv, SaysFileLineSeenAndWanted) {
   using testing::HasSubstr;
-  EXPECT_THAT(error_of("x_m,z_m\n1,2\n"), testing::AllOf(HasSubstr("csv_test.csv:1:"), HasSubstr("'y_m'"), HasSubstr("x_m,z_m")));
-  EXPECT_THAT(error_of("x_m,y_m\n1,2\n3\n"), HasSubstr("csv_test.csv:3: 1 cells, wanted at least 2"));
-  EXPECT_THAT(error_of("x_m,y_m\n1,2,\n3,four\n"), testing::AllOf(HasSubstr("csv_test.csv:3:"), HasSubstr("'four'"), HasSubstr("number")));
+  EXPECT_THAT(error_of("x_m,z_m\n1,2\n"), testing::AllOf(HasSubstr("csv_test.csv:1:"),
+                                                         HasSubstr("'y_m'"), HasSubstr("x_m,z_m")));
+  EXPECT_THAT(error_of("x_m,y_m\n1,2\n3\n"),
+              HasSubstr("csv_test.csv:3: 1 cells, wanted at least 2"));
+  EXPECT_THAT(
+      error_of("x_m,y_m\n1,2,\n3,four\n"),
+      testing::AllOf(HasSubstr("csv_test.csv:3:"), HasSubstr("'four'"), HasSubstr("number")));
   EXPECT_THAT(error_of("x_m,y_m\n1,2km\n"), HasSubstr("'2km'"));
   EXPECT_THAT(error_of(""), HasSubstr("empty"));
   EXPECT_THROW(road::read_csv("/does/not/exist.csv", {"x_m"}), road::Error);

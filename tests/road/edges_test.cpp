@@ -1,4 +1,5 @@
-// Roads between edges whose shape is known in closed form, and the surveyed circuits beside the checkout.
+// Roads between edges whose shape is known in closed form, and the surveyed circuits beside the
+// checkout.
 #include "road/edges.h"
 
 #include <gmock/gmock.h>
@@ -18,14 +19,15 @@
 namespace road {
 namespace {
 
+using Eigen::Vector3d;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 
 /// Points of `at` for t in [0, 1), `count` of them.
-Edge edge_of(const std::string& name, int count, const std::function<Vector3d(double)>& at, bool with_z = false) {
+Edge edge_of(const std::string& name, int count, const std::function<Vector3d(double)>& at,
+             bool with_z = false) {
   Edge edge;
   edge.path = name;
   edge.has_z = with_z;
@@ -36,20 +38,24 @@ Edge edge_of(const std::string& name, int count, const std::function<Vector3d(do
   return edge;
 }
 
-Edge circle(const std::string& name, double radius_m, int count, double start_rad = 0.0, double direction = 1.0) {
+Edge circle(const std::string& name, double radius_m, int count, double start_rad = 0.0,
+            double direction = 1.0) {
   return edge_of(name, count, [=](double t) {
     const double a = start_rad + direction * 2.0 * kPi * t;
     return Vector3d(radius_m * std::cos(a), radius_m * std::sin(a), 0.0);
   });
 }
 
-Edge straight(const std::string& name, double y_m, double from_m = 0.0, double to_m = 300.0, int count = 61) {
+Edge straight(const std::string& name, double y_m, double from_m = 0.0, double to_m = 300.0,
+              int count = 61) {
   return edge_of(name, count, [=](double t) {
     return Vector3d(from_m + (to_m - from_m) * t * count / (count - 1), y_m, 0.0);
   });
 }
 
-crg::Surface surface_of(const EdgeRoad& road) { return crg::Surface(track_crg(road.line, road.sampled.grid)); }
+crg::Surface surface_of(const EdgeRoad& road) {
+  return crg::Surface(track_crg(road.line, road.sampled.grid));
+}
 
 std::string refusal(const Edge& left, const Edge& right, const EdgeOptions& options = {}) {
   try {
@@ -61,25 +67,32 @@ std::string refusal(const Edge& left, const Edge& right, const EdgeOptions& opti
 }
 
 TEST(Edges, CirclesGiveTheCircleBetweenThem) {
-  // Counter-clockwise: the left edge is the inner one. Points 2 m and 3.1 m apart do not correspond.
+  // Counter-clockwise: the left edge is the inner one. Points 2 m and 3.1 m apart do not
+  // correspond.
   EdgesReport report;
-  const EdgeRoad road = road_between_edges(circle("l", 44.0, 138, 0.3), circle("r", 56.0, 113, 2.0), {}, &report);
+  const EdgeRoad road =
+      road_between_edges(circle("l", 44.0, 138, 0.3), circle("r", 56.0, 113, 2.0), {}, &report);
   EXPECT_TRUE(report.closed);
-  // Chords of 0.1 m on a radius of 50 m are 5e-5 m shorter than the arc per lap; the fit leaves less than 1 mm.
-  EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), 2.0 * kPi * 50.0, 2e-3);
+  // Chords of 0.1 m on a radius of 50 m are 5e-5 m shorter than the arc per lap; the fit leaves
+  // less than 1 mm.
+  EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), 2.0 * kPi * 50.0,
+              2e-3);
   for (std::size_t i = 0; i < road.line.size(); ++i)
     ASSERT_NEAR(std::hypot(road.line.x_m[i], road.line.y_m[i]), 50.0, 1e-3);
   EXPECT_NEAR(road.line.heading_rad[0], 0.3 + kPi / 2.0, 1e-3);
-  EXPECT_NEAR(std::atan2(road.line.y_m[0], road.line.x_m[0]), 0.3, 0.008 / 50.0);  // 5 mm of margin at the seam; measured: 6.1 mm
+  EXPECT_NEAR(std::atan2(road.line.y_m[0], road.line.x_m[0]), 0.3,
+              0.008 / 50.0);  // 5 mm of margin at the seam; measured: 6.1 mm
   // The edge lies within a millimetre of where it was measured, on both sides, all round.
   const crg::Surface surface = surface_of(road);
   crg::Cursor cursor;
   for (int k = 0; k < 1000; ++k) {
     const double a = 2.0 * kPi * k / 1000.0;
     for (const double inside : {44.002, 55.998})
-      ASSERT_TRUE(surface.at_xy(inside * std::cos(a), inside * std::sin(a), cursor).valid) << inside << " at " << a;
+      ASSERT_TRUE(surface.at_xy(inside * std::cos(a), inside * std::sin(a), cursor).valid)
+          << inside << " at " << a;
     for (const double outside : {43.997, 56.003})
-      ASSERT_FALSE(surface.at_xy(outside * std::cos(a), outside * std::sin(a), cursor).valid) << outside << " at " << a;
+      ASSERT_FALSE(surface.at_xy(outside * std::cos(a), outside * std::sin(a), cursor).valid)
+          << outside << " at " << a;
   }
   EXPECT_LE(report.point_error_max_m, 1e-4);
   EXPECT_NEAR(report.width_min_m, 12.0, 1e-3);
@@ -99,20 +112,25 @@ struct Oval {
     double length = 0.0;
     constexpr int kPieces = 200'000;
     for (int i = 0; i < kPieces; ++i)
-      length += (at((i + 1.0) / kPieces, 0.0) - at(static_cast<double>(i) / kPieces, 0.0)).head<2>().norm();
+      length += (at((i + 1.0) / kPieces, 0.0) - at(static_cast<double>(i) / kPieces, 0.0))
+                    .head<2>()
+                    .norm();
     return length;
   }
 };
 
 TEST(Edges, BankedOvalOfVaryingWidth) {
-  const Edge left = edge_of("l", 401, [](double t) { return Oval::at(t, 1.0); }, true);
-  const Edge right = edge_of("r", 377, [](double t) { return Oval::at(std::fmod(t + 0.37, 1.0), -1.0); }, true);
+  const Edge left = edge_of(
+      "l", 401, [](double t) { return Oval::at(t, 1.0); }, true);
+  const Edge right = edge_of(
+      "r", 377, [](double t) { return Oval::at(std::fmod(t + 0.37, 1.0), -1.0); }, true);
   EdgesReport report;
   const EdgeRoad road = road_between_edges(left, right, {}, &report);
   EXPECT_TRUE(report.closed);
   EXPECT_TRUE(report.has_z);
   // Where the width changes, "half way on a normal" is not quite the ellipse: 0.05 % of the length.
-  EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), Oval::length_m(), 5e-4 * Oval::length_m());
+  EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), Oval::length_m(),
+              5e-4 * Oval::length_m());
   const crg::Surface surface = surface_of(road);
   crg::Cursor cursor;
   double worst_z = 0.0;
@@ -131,20 +149,22 @@ TEST(Edges, BankedOvalOfVaryingWidth) {
       const Vector3d edge = side > 0.0 ? l : r;
       const Vector3d in = edge - side * 0.027 * across, out = edge + side * 0.003 * across;
       ASSERT_TRUE(surface.at_xy(in.x(), in.y(), cursor).valid) << "t = " << t << ", side " << side;
-      ASSERT_FALSE(surface.at_xy(out.x(), out.y(), cursor).valid) << "t = " << t << ", side " << side;
+      ASSERT_FALSE(surface.at_xy(out.x(), out.y(), cursor).valid)
+          << "t = " << t << ", side " << side;
     }
   }
   // The normals of the line are not those of the ellipse where the width changes: heights differ by
   // the slope along (0.02) times the shift between the two (centimetres). Measured: 1.4 mm.
   EXPECT_LT(worst_z, 3e-3);
   EXPECT_LE(report.edge_gap_max_m, 0.0251);
-  std::printf("oval: z within %.2f mm, edge gap %.1f mm, given points within %.3f mm\n", 1e3 * worst_z,
-              1e3 * report.edge_gap_max_m, 1e3 * report.point_error_max_m);
+  std::printf("oval: z within %.2f mm, edge gap %.1f mm, given points within %.3f mm\n",
+              1e3 * worst_z, 1e3 * report.edge_gap_max_m, 1e3 * report.point_error_max_m);
 }
 
 TEST(Edges, OpenRoadStartsAndEndsWithItsEdges) {
   EdgesReport report;
-  const EdgeRoad road = road_between_edges(straight("l", 4.0), straight("r", -3.0, -2.0, 280.0, 17), {}, &report);
+  const EdgeRoad road =
+      road_between_edges(straight("l", 4.0), straight("r", -3.0, -2.0, 280.0, 17), {}, &report);
   EXPECT_FALSE(report.closed);
   EXPECT_NEAR(road.line.x_m[0], 0.0, 1e-3);
   EXPECT_NEAR(road.line.y_m[0], 0.5, 1e-3);
@@ -157,18 +177,23 @@ TEST(Edges, OpenRoadStartsAndEndsWithItsEdges) {
 
 TEST(Edges, RightInTheOtherDirectionGivesTheSameRoad) {
   EdgesReport report;
-  const Edge left = circle("l", 44.0, 138), right = circle("r", 56.0, 160, 1.0), against = circle("r", 56.0, 160, 1.0, -1.0);
-  const EdgeRoad forward = road_between_edges(left, right), backward = road_between_edges(left, against, {}, &report);
+  const Edge left = circle("l", 44.0, 138), right = circle("r", 56.0, 160, 1.0),
+             against = circle("r", 56.0, 160, 1.0, -1.0);
+  const EdgeRoad forward = road_between_edges(left, right),
+                 backward = road_between_edges(left, against, {}, &report);
   EXPECT_TRUE(report.right_reversed);
   ASSERT_EQ(forward.line.size(), backward.line.size());
-  for (std::size_t i = 0; i < forward.line.size(); ++i) ASSERT_NEAR(forward.line.x_m[i], backward.line.x_m[i], 1e-6);
+  for (std::size_t i = 0; i < forward.line.size(); ++i)
+    ASSERT_NEAR(forward.line.x_m[i], backward.line.x_m[i], 1e-6);
 }
 
 TEST(Edges, FigureEightKeepsToItsOwnEdges) {
   const auto edge = [](double side) {
     return edge_of(side > 0 ? "l" : "r", 500 + static_cast<int>(side), [=](double t) {
-      const double w = 2.0 * kPi * t, dx = 200.0 * std::cos(w), dy = 200.0 * std::cos(2.0 * w), length = std::hypot(dx, dy);
-      return Vector3d(200.0 * std::sin(w) - side * 5.0 * dy / length, 100.0 * std::sin(2.0 * w) + side * 5.0 * dx / length, 0.0);
+      const double w = 2.0 * kPi * t, dx = 200.0 * std::cos(w), dy = 200.0 * std::cos(2.0 * w),
+                   length = std::hypot(dx, dy);
+      return Vector3d(200.0 * std::sin(w) - side * 5.0 * dy / length,
+                      100.0 * std::sin(2.0 * w) + side * 5.0 * dx / length, 0.0);
     });
   };
   EdgesReport report;
@@ -182,12 +207,14 @@ TEST(Edges, RepeatedPointsAndASecondLapAreLeftOut) {
   Edge left = circle("l", 44.0, 138), right = circle("r", 56.0, 160);
   right.points_m.insert(right.points_m.begin() + 40, right.points_m[40]);
   left.points_m.push_back(left.points_m.front());  // the first row again
-  for (int i = 0; i < 30; ++i) right.points_m.push_back(circle("r", 56.0, 160).points_m[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < 30; ++i)
+    right.points_m.push_back(circle("r", 56.0, 160).points_m[static_cast<std::size_t>(i)]);
   EdgesReport report;
   const EdgeRoad road = road_between_edges(left, right, {}, &report);
   EXPECT_TRUE(report.closed);
   EXPECT_EQ(report.dropped_points, 32u);
-  EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), 2.0 * kPi * 50.0, 2e-3);
+  EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), 2.0 * kPi * 50.0,
+              2e-3);
 }
 
 TEST(Edges, UtmCoordinatesCostNothing) {
@@ -196,23 +223,29 @@ TEST(Edges, UtmCoordinatesCostNothing) {
     for (Vector3d& p : edge->points_m) p += Vector3d(500'000.0, 5'400'000.0, 0.0);
   const EdgeRoad road = road_between_edges(left, right);
   for (std::size_t i = 0; i < road.line.size(); ++i)
-    ASSERT_NEAR(std::hypot(road.line.x_m[i] - 500'000.0, road.line.y_m[i] - 5'400'000.0), 50.0, 1e-3);
+    ASSERT_NEAR(std::hypot(road.line.x_m[i] - 500'000.0, road.line.y_m[i] - 5'400'000.0), 50.0,
+                1e-3);
 }
 
 TEST(Edges, RefusesWhatCannotBeARoad) {
   const Edge left = circle("left.csv", 44.0, 138), right = circle("right.csv", 56.0, 160);
-  EXPECT_THAT(refusal(right, left), AllOf(HasSubstr("left.csv lies on the left of right.csv"), HasSubstr("exchange")));
+  EXPECT_THAT(refusal(right, left),
+              AllOf(HasSubstr("left.csv lies on the left of right.csv"), HasSubstr("exchange")));
   Edge half = right;
   half.points_m.resize(80);
-  EXPECT_THAT(refusal(left, half), AllOf(HasSubstr("left.csv is closed"), HasSubstr("right.csv is open")));
+  EXPECT_THAT(refusal(left, half),
+              AllOf(HasSubstr("left.csv is closed"), HasSubstr("right.csv is open")));
   Edge crossing = straight("right.csv", -3.0);
   for (Vector3d& p : crossing.points_m)
     if (p.x() > 100.0 && p.x() < 120.0) p.y() = 5.0;
-  EXPECT_THAT(refusal(straight("left.csv", 4.0), crossing), AllOf(HasSubstr("edges cross"), HasSubstr("from u = 105.")));
-  EXPECT_THAT(refusal(straight("left.csv", 0.1), straight("right.csv", 0.0)), AllOf(HasSubstr("0.100 m wide"), HasSubstr("two steps")));
+  EXPECT_THAT(refusal(straight("left.csv", 4.0), crossing),
+              AllOf(HasSubstr("edges cross"), HasSubstr("from u = 105.")));
+  EXPECT_THAT(refusal(straight("left.csv", 0.1), straight("right.csv", 0.0)),
+              AllOf(HasSubstr("0.100 m wide"), HasSubstr("two steps")));
   Edge stray = left;
   stray.points_m[50] += Vector3d(60.0, 60.0, 0.0);
-  EXPECT_THAT(refusal(stray, right), AllOf(HasSubstr("left.csv:5"), HasSubstr("turns back on itself")));
+  EXPECT_THAT(refusal(stray, right),
+              AllOf(HasSubstr("left.csv:5"), HasSubstr("turns back on itself")));
   EXPECT_THAT(refusal(left, circle("right.csv", 400.0, 1000)), HasSubstr("m apart"));
   Edge high = right;
   high.has_z = true;
@@ -231,12 +264,14 @@ TEST(Edges, FilesAreRefusedWithTheirLine) {
     return "accepted";
   };
   EXPECT_THAT(refused("x_m,y_m\n0,0\n1,0\nnan,0\n3,0\n"), HasSubstr("edge.csv:4: x_m is nan"));
-  EXPECT_THAT(refused("x_m,y_m\n0,0\n1,1e12\n2,0\n3,0\n"), HasSubstr("edge.csv:3: y_m is 1000000000000"));
+  EXPECT_THAT(refused("x_m,y_m\n0,0\n1,1e12\n2,0\n3,0\n"),
+              HasSubstr("edge.csv:3: y_m is 1000000000000"));
   EXPECT_THAT(refused("x_m,y_m\n0,0\n1,\n2,0\n3,0\n"), HasSubstr("edge.csv:3: y_m is nan"));
   EXPECT_THAT(refused("x_m,y_m\n0,0\n1,b\n2,0\n"), HasSubstr("edge.csv:3"));
   EXPECT_THAT(refused("x_m,y_m\n0,0\n1,0\n"), HasSubstr("edge.csv: 2 points; wanted at least 4"));
   EXPECT_THAT(refused("x,y\n0,0\n"), HasSubstr("no column 'x_m'"));
-  EXPECT_THAT(refused("x_m,y_m,z_m\n0,0,1\n1,0,inf\n2,0,1\n3,0,1\n"), HasSubstr("edge.csv:3: z_m is inf"));
+  EXPECT_THAT(refused("x_m,y_m,z_m\n0,0,1\n1,0,inf\n2,0,1\n3,0,1\n"),
+              HasSubstr("edge.csv:3: z_m is inf"));
 }
 
 TEST(Edges, NamesAreWhatBothFilesShare) {
@@ -251,16 +286,19 @@ TEST(Edges, SurveyedCircuits) {
     const char *left, *right;
     double length_m;  // middle of the two given lengths, which differ by 2 pi times the mean width
   };
-  for (const Case& c : {Case{"edges/circuit_a_left.csv", "edges/circuit_a_right.csv", 0.5 * (3942.0 + 3858.2)},
-                        Case{"edges/circuit_b_left.csv", "edges/circuit_b_right.csv", 0.5 * (4261.2 + 4349.6)},
-                        Case{"recordings/putnam_inner_bound.csv", "recordings/putnam_outer_bound.csv", 0.5 * (2881.5 + 2824.1)}}) {
+  for (const Case& c :
+       {Case{"edges/circuit_a_left.csv", "edges/circuit_a_right.csv", 0.5 * (3942.0 + 3858.2)},
+        Case{"edges/circuit_b_left.csv", "edges/circuit_b_right.csv", 0.5 * (4261.2 + 4349.6)},
+        Case{"recordings/putnam_inner_bound.csv", "recordings/putnam_outer_bound.csv",
+             0.5 * (2881.5 + 2824.1)}}) {
     const std::string data = places::data() + "/";
     if (!std::filesystem::exists(data + c.left)) GTEST_SKIP() << "no " << data << c.left;
     const Edge left = read_edge(data + c.left), right = read_edge(data + c.right);
     EdgesReport report;
     const EdgeRoad road = road_between_edges(left, right, {}, &report);
     EXPECT_TRUE(report.closed);
-    EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), c.length_m, 2e-3 * c.length_m);
+    EXPECT_NEAR(road.line.u_step_m * static_cast<double>(road.line.size() - 1), c.length_m,
+                2e-3 * c.length_m);
     EXPECT_LE(report.point_error_max_m, 1e-3) << c.left;  // measured: 0.4 mm
     EXPECT_LE(report.edge_gap_max_m, 0.0251) << c.left;
     EXPECT_TRUE(report.folds.empty());
@@ -270,9 +308,10 @@ TEST(Edges, SurveyedCircuits) {
     EXPECT_NEAR(first.u_m, 0.0, 0.02) << c.left;
     EXPECT_GT(first.v_m, 3.0);
     EXPECT_NEAR(surface.uv_of_xy(left.points_m[5].x(), left.points_m[5].y(), cursor).u_m, 8.0, 6.0);
-    std::printf("%s: %.1f m, given points within %.2f mm, edge gap median %.1f mm, max %.1f mm\n", c.left,
-                road.line.u_step_m * static_cast<double>(road.line.size() - 1), 1e3 * report.point_error_max_m,
-                1e3 * report.edge_gap_median_m, 1e3 * report.edge_gap_max_m);
+    std::printf("%s: %.1f m, given points within %.2f mm, edge gap median %.1f mm, max %.1f mm\n",
+                c.left, road.line.u_step_m * static_cast<double>(road.line.size() - 1),
+                1e3 * report.point_error_max_m, 1e3 * report.edge_gap_median_m,
+                1e3 * report.edge_gap_max_m);
   }
 }
 

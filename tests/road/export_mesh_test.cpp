@@ -3,9 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
-
 #include <Eigen/Geometry>
+#include <array>
 #include <filesystem>
 #include <set>
 

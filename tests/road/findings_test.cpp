@@ -35,9 +35,13 @@ const Oval& clean_oval() {
 }
 
 /// The only finding is of this kind and within 5 m of [begin, end].
-void expect_only(const std::vector<road::Finding>& found, const std::string& kind, double u_begin_m, double u_end_m, double value,
-                 double tolerance) {
-  ASSERT_EQ(found.size(), 1u) << [&] { std::string all; for (const auto& f : found) all += f.kind + ": " + f.text + "\n"; return all; }();
+void expect_only(const std::vector<road::Finding>& found, const std::string& kind, double u_begin_m,
+                 double u_end_m, double value, double tolerance) {
+  ASSERT_EQ(found.size(), 1u) << [&] {
+    std::string all;
+    for (const auto& f : found) all += f.kind + ": " + f.text + "\n";
+    return all;
+  }();
   EXPECT_EQ(found[0].kind, kind);
   EXPECT_NEAR(found[0].u_begin_m, u_begin_m, 5.0);
   EXPECT_NEAR(found[0].u_end_m, u_end_m, 5.0);
@@ -52,7 +56,8 @@ TEST(Findings, CleanRoadsOfEveryOrdinaryClassHaveNone) {
       OvalOptions options;
       options.iso_class = iso_class;
       options.kerb_height_m = kerb_height_m;
-      for (const auto& f : defects(oval_road(options))) ADD_FAILURE() << iso_class << " " << kerb_height_m << " " << f.kind << ": " << f.text;
+      for (const auto& f : defects(oval_road(options)))
+        ADD_FAILURE() << iso_class << " " << kerb_height_m << " " << f.kind << ": " << f.text;
     }
   }
 }
@@ -67,13 +72,17 @@ TEST(Findings, CleanRoadOnACoarseGridHasNone) {
 TEST(Findings, TileStep) {
   Oval oval = oval_road();
   // Up at 200.03 m and down again so slowly that only the step shows.
-  plant(oval, [](double u, double) { return u < 200.03 || u > 800.0 ? 0.0 : 0.02 * (1.0 - (u - 200.03) / 599.97); });
+  plant(oval, [](double u, double) {
+    return u < 200.03 || u > 800.0 ? 0.0 : 0.02 * (1.0 - (u - 200.03) / 599.97);
+  });
   expect_only(defects(oval), "tile_step", 200.0, 200.0, 0.02, 0.002);
 }
 
 TEST(Findings, HoleOfOneNode) {
   Oval oval = clean_oval();
-  plant(oval, [](double u, double v) { return std::abs(u - 431.2) < 0.05 && std::abs(v + 2.3) < 0.03 ? kNan : 0.0; });
+  plant(oval, [](double u, double v) {
+    return std::abs(u - 431.2) < 0.05 && std::abs(v + 2.3) < 0.03 ? kNan : 0.0;
+  });
   const auto found = defects(oval);
   expect_only(found, "hole", 431.2, 431.2, 0.1, 0.01);
   EXPECT_NEAR(found[0].v_begin_m, -2.3, 0.06);
@@ -82,7 +91,8 @@ TEST(Findings, HoleOfOneNode) {
 
 TEST(Findings, DeepHole) {
   Oval oval = clean_oval();
-  plant(oval, [](double u, double v) { return std::hypot(u - 700.0, v - 1.0) < 0.5 ? -0.05 : 0.0; });
+  plant(oval,
+        [](double u, double v) { return std::hypot(u - 700.0, v - 1.0) < 0.5 ? -0.05 : 0.0; });
   expect_only(defects(oval), "pothole", 700.0, 700.0, 0.05, 0.015);
 }
 
@@ -99,10 +109,13 @@ TEST(Findings, StripesAcrossAndAlong) {
   plant(across, [](double u, double) { return u > 333.0 && u < 333.35 ? kNan : 0.0; });
   expect_only(defects(across), "nan_stripe", 333.0, 333.3, 0.35, 0.1);
   Oval partly = clean_oval();
-  plant(partly, [](double u, double v) { return u > 333.0 && u < 333.35 && v > -3.0 ? kNan : 0.0; });
+  plant(partly,
+        [](double u, double v) { return u > 333.0 && u < 333.35 && v > -3.0 ? kNan : 0.0; });
   expect_only(defects(partly), "nan_stripe", 333.0, 333.3, 0.35, 0.1);
   Oval along = clean_oval();
-  plant(along, [](double u, double v) { return u > 100.0 && u < 160.0 && std::abs(v - 1.25) < 0.1 ? kNan : 0.0; });
+  plant(along, [](double u, double v) {
+    return u > 100.0 && u < 160.0 && std::abs(v - 1.25) < 0.1 ? kNan : 0.0;
+  });
   expect_only(defects(along), "nan_stripe", 100.0, 160.0, 60.0, 0.3);
 }
 
@@ -140,7 +153,8 @@ TEST(Findings, SeamInThePlan) {
   const road::HeightMap map = road::height_map(surface);
   road::FindingOptions options;
   options.closed = true;
-  expect_only(road::find_defects(map, road::find_kerb_strips(map), options), "wrong_seam", end, end, 10.0, 0.1);
+  expect_only(road::find_defects(map, road::find_kerb_strips(map), options), "wrong_seam", end, end,
+              10.0, 0.1);
 }
 
 TEST(Findings, ARoadThatIsClosedButDoesNotSaySo) {
@@ -155,8 +169,11 @@ TEST(Findings, BumpsOfManyShapes) {
     for (const double width_m : {1.0, 100.0}) {
       Oval oval = clean_oval();
       plant(oval, [&](double u, double v) {
-        const double s = 2.0 * std::abs(u - 150.0) / length_m, t = 2.0 * std::abs(v + 1.0) / width_m;
-        return s > 1.0 || t > 1.0 ? 0.0 : 0.1 * 0.5 * (1.0 + std::cos(M_PI * s)) * 0.5 * (1.0 + std::cos(M_PI * t));
+        const double s = 2.0 * std::abs(u - 150.0) / length_m,
+                     t = 2.0 * std::abs(v + 1.0) / width_m;
+        return s > 1.0 || t > 1.0
+                   ? 0.0
+                   : 0.1 * 0.5 * (1.0 + std::cos(M_PI * s)) * 0.5 * (1.0 + std::cos(M_PI * t));
       });
       expect_only(defects(oval), "bump", 150.0, 150.0, 0.1, 0.02);
     }
@@ -167,7 +184,9 @@ TEST(Findings, ABumpOnAClassDRoadIsStillFound) {
   OvalOptions options;
   options.iso_class = 'D';
   Oval oval = oval_road(options);
-  plant(oval, [&](double u, double) { return std::abs(u - 150.0) > 1.0 ? 0.0 : 0.1 * 0.5 * (1.0 + std::cos(M_PI * (u - 150.0))); });
+  plant(oval, [&](double u, double) {
+    return std::abs(u - 150.0) > 1.0 ? 0.0 : 0.1 * 0.5 * (1.0 + std::cos(M_PI * (u - 150.0)));
+  });
   expect_only(defects(oval), "bump", 150.0, 150.0, 0.1, 0.04);
 }
 
@@ -184,7 +203,10 @@ TEST(Findings, WavesAreOneFinding) {
   EXPECT_NEAR(found[0].u_begin_m, 100.0, 5.0);
   EXPECT_NEAR(found[0].u_end_m, 180.0, 5.0);
   double height_mm = 0.0, wave_m = 0.0;
-  ASSERT_EQ(std::sscanf(found[0].text.c_str(), "Waves of up to %lf mm, %lf m from crest to crest", &height_mm, &wave_m), 2) << found[0].text;
+  ASSERT_EQ(std::sscanf(found[0].text.c_str(), "Waves of up to %lf mm, %lf m from crest to crest",
+                        &height_mm, &wave_m),
+            2)
+      << found[0].text;
   EXPECT_NEAR(wave_m, 10.0, 0.2);
 }
 
@@ -198,7 +220,9 @@ TEST(Findings, VerdictFollowsTheWorst) {
 
 TEST(Findings, ManyPlacesAreCutWithAWord) {
   Oval oval = clean_oval();
-  plant(oval, [](double u, double v) { return std::fmod(u + 0.03, 2.0) < 0.06 && std::abs(v) < 0.03 ? kNan : 0.0; });
+  plant(oval, [](double u, double v) {
+    return std::fmod(u + 0.03, 2.0) < 0.06 && std::abs(v) < 0.03 ? kNan : 0.0;
+  });
   const auto found = defects(oval);
   ASSERT_EQ(found.size(), 201u);
   bool said = false;
@@ -215,7 +239,10 @@ TEST(KerbStrips, AreFoundWithPlaceHeightAndWidth) {
     const road::KerbStrips kerbs = road::find_kerb_strips(road::height_map(surface));
     ASSERT_EQ(kerbs.strips.size(), 4u) << iso_class << [&] {
       std::string all;
-      for (const auto& k : kerbs.strips) all += "\n" + std::to_string(k.u_begin_m) + " " + std::to_string(k.u_end_m) + " " + std::to_string(k.v_begin_m) + " " + std::to_string(k.v_end_m) + " " + std::to_string(k.height_m);
+      for (const auto& k : kerbs.strips)
+        all += "\n" + std::to_string(k.u_begin_m) + " " + std::to_string(k.u_end_m) + " " +
+               std::to_string(k.v_begin_m) + " " + std::to_string(k.v_end_m) + " " +
+               std::to_string(k.height_m);
       return all;
     }();
     for (const road::KerbStrip& kerb : kerbs.strips) {

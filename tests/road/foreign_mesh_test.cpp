@@ -30,7 +30,8 @@ class ForeignMesh : public ::testing::Test {
     return folder_.file("track/a.gltf", support::as_gltf(support::small_road(), uri).gltf);
   }
   std::string obj(const std::string& library) const {
-    return folder_.file("track/a.obj", "mtllib " + library + "\n" + support::as_obj(support::small_road()));
+    return folder_.file("track/a.obj",
+                        "mtllib " + library + "\n" + support::as_obj(support::small_road()));
   }
   std::string bin(const std::string& name) const {
     return folder_.file(name, support::as_gltf(support::small_road(), "").bin);
@@ -54,28 +55,33 @@ TEST_F(ForeignMesh, ReadsBuffersBelowItsFolderOnly) {
   const std::string absolute = bin("elsewhere.bin");
   MeshReadOptions outside;
   outside.allow_outside = true;
-  // assimp takes strokes of other systems for those of this one where a file is not found as it stands.
+  // assimp takes strokes of other systems for those of this one where a file is not found as it
+  // stands.
   for (const std::string uri : {"../a.bin", "../track/../a.bin", "..\\\\a.bin"}) {
-    EXPECT_THAT(message_of(gltf(uri)), testing::AllOf(HasSubstr("lies outside the folder of the mesh"),
-                                                      HasSubstr("--allow-outside")))
+    EXPECT_THAT(message_of(gltf(uri)),
+                testing::AllOf(HasSubstr("lies outside the folder of the mesh"),
+                               HasSubstr("--allow-outside")))
         << uri;
     EXPECT_EQ(message_of(gltf(uri), outside), "no error") << uri;
   }
-  for (const std::string& uri : {absolute, "file://" + absolute, std::string("..%2fa.bin"), std::string("%2e%2e/a.bin")})
+  for (const std::string& uri :
+       {absolute, "file://" + absolute, std::string("..%2fa.bin"), std::string("%2e%2e/a.bin")})
     EXPECT_NE(message_of(gltf(uri)), "no error") << uri;
 
   // Without a folder in its own path, the URI is all that assimp opens.
   const fs::path before = fs::current_path();
   const std::string name = fs::path(gltf(absolute)).filename();
   fs::current_path(folder_.path("track"));
-  EXPECT_THAT(message_of(name), HasSubstr("'" + absolute + "' lies outside the folder of the mesh"));
+  EXPECT_THAT(message_of(name),
+              HasSubstr("'" + absolute + "' lies outside the folder of the mesh"));
   EXPECT_EQ(message_of(name, outside), "no error");
   gltf("missing.bin");  // beside the mesh, though it is not there
   EXPECT_THAT(message_of(name), testing::Not(HasSubstr("outside")));
   MeshReadReport report;
   obj("missing.mtl");
   road::read_mesh("a.obj", {}, &report);
-  EXPECT_THAT(report.remarks, testing::ElementsAre(HasSubstr("files that are missing: missing.mtl;")));
+  EXPECT_THAT(report.remarks,
+              testing::ElementsAre(HasSubstr("files that are missing: missing.mtl;")));
   fs::current_path(before);
 
   fs::create_symlink(folder_.path("a.bin"), folder_.path("track/link.bin"));
@@ -83,7 +89,8 @@ TEST_F(ForeignMesh, ReadsBuffersBelowItsFolderOnly) {
   fs::create_directories(folder_.path("track/data"));
   bin("track/data/b.bin");
   fs::create_symlink("data", folder_.path("track/here"));
-  for (const std::string uri : {"data/b.bin", "here/b.bin", "data/../data/b.bin", "../track/data/b.bin"})
+  for (const std::string uri :
+       {"data/b.bin", "here/b.bin", "data/../data/b.bin", "../track/data/b.bin"})
     EXPECT_EQ(message_of(gltf(uri)), "no error") << uri;
 }
 
@@ -98,8 +105,9 @@ TEST_F(ForeignMesh, ReadsMaterialsBelowItsFolderOnly) {
     Mesh mesh = road::read_mesh("a.obj", options, &report);
     EXPECT_EQ(mesh.objects[mesh.object_of_triangle[0]].texture, "");
     ASSERT_EQ(report.remarks.size(), 1u);
-    EXPECT_THAT(report.remarks[0], testing::AllOf(HasSubstr("road.mtl' lies outside the folder of the mesh"),
-                                                  HasSubstr("--allow-outside")));
+    EXPECT_THAT(report.remarks[0],
+                testing::AllOf(HasSubstr("road.mtl' lies outside the folder of the mesh"),
+                               HasSubstr("--allow-outside")));
     options.allow_outside = true;
     mesh = road::read_mesh("a.obj", options, &report);
     EXPECT_EQ(mesh.objects[mesh.object_of_triangle[0]].texture, "new_asphalt.png");
@@ -115,11 +123,13 @@ TEST_F(ForeignMesh, IsTheSameByAPathThatGoesUp) {
   const Mesh mesh = road::read_mesh(folder_.path("other/../track/a.obj"), {}, &report);
   EXPECT_FALSE(mesh.triangles.empty());
   ASSERT_EQ(report.remarks.size(), 1u);
-  EXPECT_THAT(report.remarks[0], testing::AllOf(HasSubstr("missing.mtl"), Not(HasSubstr("outside"))));
+  EXPECT_THAT(report.remarks[0],
+              testing::AllOf(HasSubstr("missing.mtl"), Not(HasSubstr("outside"))));
 }
 
 TEST_F(ForeignMesh, WaitsForNoFifo) {
-  for (const char* name : {"track/a.bin", "track/a.mtl", "track/b.mtl", "fifo.obj", "fifo.glb", "fifo.stl", "fifo.ply", "fifo.acc"})
+  for (const char* name : {"track/a.bin", "track/a.mtl", "track/b.mtl", "fifo.obj", "fifo.glb",
+                           "fifo.stl", "fifo.ply", "fifo.acc"})
     ASSERT_EQ(::mkfifo(folder_.path(name).c_str(), 0600), 0);
   EXPECT_THAT(message_of(gltf("a.bin")), HasSubstr("wanted a regular file"));
   for (const char* name : {"fifo.obj", "fifo.glb", "fifo.stl", "fifo.ply", "fifo.acc"})
@@ -148,13 +158,16 @@ std::string as_glb_of(std::string json) {
 TEST_F(ForeignMesh, RefusesNestingBeforeItsReaderSeesIt) {
   MeshReadOptions here;
   here.own_process = false;  // a crash would end the test
-  const std::string arrays = "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + repeated("[", 300'000) +
-                             repeated("]", 300'000) + "}";
-  std::string chain = "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[";
+  const std::string arrays =
+      "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + repeated("[", 300'000) +
+      repeated("]", 300'000) + "}";
+  std::string chain =
+      "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[";
   for (int i = 1; i < 20'000; ++i) chain += fmt::format("{{\"children\":[{}]}},", i);
   chain += "{}]}";
   const auto nodes = [](const std::string& list) {
-    return "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" + list + "]}";
+    return "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" +
+           list + "]}";
   };
   std::string doubled;
   for (int i = 1; i < 60; ++i) doubled += fmt::format("{{\"children\":[{},{}]}},", i, i);
@@ -166,13 +179,22 @@ TEST_F(ForeignMesh, RefusesNestingBeforeItsReaderSeesIt) {
       {"b.glb", as_glb_of(chain), "nodes are nested more than 1000 deep"},
       {"c.gltf", nodes("{\"children\":[1]},{\"children\":[0]}"), "is a child of itself"},
       {"d.gltf", nodes(doubled + "{}"), "nodes that are children of several"},
-      {"e.gltf", "{\"asset\":{\"version\":\"1.0\"},\"nodes\":{\"a\":{\"children\":[\"b\"]},\"b\":{\"children\":[\"a\"]}}}", "is a child of itself"},
-      {"a.dae", "<?xml version=\"1.0\"?><COLLADA version=\"1.4.1\"><!-- > --><library_visual_scenes><visual_scene id='<s'>" +
-                    repeated("<node>", 100'000) + repeated("</node>", 100'000) + "</visual_scene></library_visual_scenes></COLLADA>",
+      {"e.gltf",
+       "{\"asset\":{\"version\":\"1.0\"},\"nodes\":{\"a\":{\"children\":[\"b\"]},\"b\":{"
+       "\"children\":[\"a\"]}}}",
+       "is a child of itself"},
+      {"a.dae",
+       "<?xml version=\"1.0\"?><COLLADA version=\"1.4.1\"><!-- > "
+       "--><library_visual_scenes><visual_scene id='<s'>" +
+           repeated("<node>", 100'000) + repeated("</node>", 100'000) +
+           "</visual_scene></library_visual_scenes></COLLADA>",
        "elements are nested more than 1000 deep"},
-      {"a.x", "xof 0302txt 0064\n" + repeated("Frame a {\n", 100'000) + repeated("}", 100'000), "blocks are nested more than 1000 deep"},
-      {"a.fbx", "; FBX 7.3.0 project file\n" + repeated("A: {\n", 200'000) + repeated("}", 200'000), "blocks are nested more than 1000 deep"}};
-  for (const auto& [name, bytes, message] : files) EXPECT_THAT(message_of(folder_.file(name, bytes), here), HasSubstr(message)) << name;
+      {"a.x", "xof 0302txt 0064\n" + repeated("Frame a {\n", 100'000) + repeated("}", 100'000),
+       "blocks are nested more than 1000 deep"},
+      {"a.fbx", "; FBX 7.3.0 project file\n" + repeated("A: {\n", 200'000) + repeated("}", 200'000),
+       "blocks are nested more than 1000 deep"}};
+  for (const auto& [name, bytes, message] : files)
+    EXPECT_THAT(message_of(folder_.file(name, bytes), here), HasSubstr(message)) << name;
 
   // What is nested as people nest, or has brackets in its names, passes.
   std::string glb = support::as_gltf(support::small_road(), "a.bin").gltf;
@@ -201,7 +223,8 @@ std::string nested_fbx(std::uint32_t depth) {
 TEST_F(ForeignMesh, RefusesWhatCrashesItsReader) {
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_THAT(message_of(folder_.file("a.fbx", nested_fbx(1'000'000))),
-              testing::AllOf(HasSubstr("a.fbx: the reader of such files"), HasSubstr("with another program")));
+              testing::AllOf(HasSubstr("a.fbx: the reader of such files"),
+                             HasSubstr("with another program")));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
 }
 
@@ -209,7 +232,8 @@ TEST_F(ForeignMesh, ReadsTheSameInAProcessOfItsOwn) {
   const Mesh road = support::small_road();
   bin("track/a.bin");
   for (const std::string& path :
-       {gltf("a.bin"), obj("none.mtl"), folder_.file("a.glb", support::as_glb(road)), folder_.file("a.acc", support::as_acc(road)),
+       {gltf("a.bin"), obj("none.mtl"), folder_.file("a.glb", support::as_glb(road)),
+        folder_.file("a.acc", support::as_acc(road)),
         folder_.file("b.obj", support::as_obj(road, 'z', {455'000.0, 5'300'000.0, 300.0}))}) {
     MeshReadOptions options;
     MeshReadReport apart_report, here_report;

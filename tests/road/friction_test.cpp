@@ -29,14 +29,18 @@ TEST(Friction, ClassesAndZonesBecomeGripUnderTheWheels) {
   recipe.friction.grass = 0.4;
   recipe.T_global_mesh.emplace();
   recipe.T_global_mesh->translation_m = {1000.0, 2000.0, 300.0};
-  recipe.friction.zones_path = folder.file("zones.csv", "u_begin_m,u_end_m,v_begin_m,v_end_m,friction\n50,60,-2,0,0.6\n300,10,-1,1,0.7\n");
+  recipe.friction.zones_path = folder.file(
+      "zones.csv",
+      "u_begin_m,u_end_m,v_begin_m,v_end_m,friction\n50,60,-2,0,0.6\n300,10,-1,1,0.7\n");
   const BuildResult built = build_track(recipe, folder.path("out"));
   EXPECT_EQ(built.friction_path, folder.path("out/s.friction.crg"));
   crg::SurfaceOptions options;
   options.friction_map = crg::read(built.friction_path);
   const crg::Surface road(crg::read(built.crg_path), options);
   crg::Cursor cursor;
-  const auto friction = [&](double x, double y) { return road.at_xy(1000.0 + x, 2000.0 + y, cursor).friction; };
+  const auto friction = [&](double x, double y) {
+    return road.at_xy(1000.0 + x, 2000.0 + y, cursor).friction;
+  };
   EXPECT_NEAR(friction(80.0, 0.0), 0.98, 1e-6);
   EXPECT_NEAR(friction(80.0, -4.8), 0.98, 1e-6);
   EXPECT_NEAR(friction(80.0, -5.3), 0.4, 1e-6);
@@ -57,7 +61,8 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   recipe.centreline.start_near_m = Eigen::Vector2d(0.0, 0.0);
   const BuildResult first = build_track(recipe, folder.path("out"));
   EXPECT_TRUE(first.friction_path.empty());
-  // Paints a wet patch of 20 m x 3 m in grey 55 at (60..80, -1.5..1.5), and one in blue, which is no grip.
+  // Paints a wet patch of 20 m x 3 m in grey 55 at (60..80, -1.5..1.5), and one in blue, which is
+  // no grip.
   report::Picture picture = report::decode_png(folder.read("out/s.classes.png"));
   std::istringstream world(folder.read("out/s.classes.pgw"));
   double a, d, b, e, c, f;
@@ -65,13 +70,15 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   for (int row = 0; row < picture.height_px; ++row) {
     for (int column = 0; column < picture.width_px; ++column) {
       const double x = c + a * column, y = f + e * row;
-      std::uint8_t* p = &picture.rgba[4 * static_cast<std::size_t>(row * picture.width_px + column)];
+      std::uint8_t* p =
+          &picture.rgba[4 * static_cast<std::size_t>(row * picture.width_px + column)];
       if (x > 60 && x < 80 && std::abs(y) < 1.5) p[0] = p[1] = p[2] = 55;
       if (x > 20 && x < 40 && std::abs(y) < 1.5) p[2] = 255;
     }
   }
   recipe.friction.wanted = true;
-  recipe.friction.picture_path = folder.file("wet.png", report::encode_png(picture.width_px, picture.height_px, picture.rgba));
+  recipe.friction.picture_path =
+      folder.file("wet.png", report::encode_png(picture.width_px, picture.height_px, picture.rgba));
   try {
     build_track(recipe, folder.path("out"));
     FAIL() << "took a picture without a place";
@@ -86,7 +93,9 @@ TEST(Friction, AGreyPaintedOverThePictureOfClassesIsGrip) {
   options.friction_map = crg::read(built.friction_path);
   const crg::Surface road(crg::read(built.crg_path), options);
   crg::Cursor cursor;
-  const auto friction = [&](double x, double y) { return road.at_xy(1000.0 + x, y, cursor).friction; };
+  const auto friction = [&](double x, double y) {
+    return road.at_xy(1000.0 + x, y, cursor).friction;
+  };
   EXPECT_NEAR(friction(70.0, 0.0), 0.55, 1e-6);
   EXPECT_NEAR(friction(79.0, 1.2), 0.55, 1e-6);
   EXPECT_NEAR(friction(70.0, 2.5), 1.0, 1e-6);
@@ -115,11 +124,13 @@ TEST(Friction, NamesTellConcreteAndGravelApart) {
   std::string obj = cli::Stadium{}.obj();
   // The run-off under another name.
   int renamed = 0;
-  for (std::size_t at = 0; (at = obj.find("grass", at)) != std::string::npos; at += 6, ++renamed) obj.replace(at, 5, "gravel");
+  for (std::size_t at = 0; (at = obj.find("grass", at)) != std::string::npos; at += 6, ++renamed)
+    obj.replace(at, 5, "gravel");
   ASSERT_GT(renamed, 0) << obj.substr(0, 400);
   Recipe recipe = recipe_for_mesh(folder.file("s.obj", obj));
   recipe.friction.wanted = true;
-  const auto summary = nlohmann::json::parse(build_track(recipe, folder.path("out")).summary_json)["friction"];
+  const auto summary =
+      nlohmann::json::parse(build_track(recipe, folder.path("out")).summary_json)["friction"];
   EXPECT_GT(summary["nodes"]["gravel"].get<int>(), 1000);
   // Rays on the very border of the mesh meet no triangle; there the class decides.
   EXPECT_LT(summary["nodes"].value("grass", 0), summary["nodes"]["gravel"].get<int>() / 20);
@@ -129,7 +140,8 @@ TEST(Friction, ZonesAreRefusedWithTheirLine) {
   const support::TemporaryFolder folder;
   const auto refused = [&](const std::string& row) -> std::string {
     try {
-      read_friction_zones(folder.file("z.csv", "u_begin_m,u_end_m,v_begin_m,v_end_m,friction\n" + row + "\n"));
+      read_friction_zones(
+          folder.file("z.csv", "u_begin_m,u_end_m,v_begin_m,v_end_m,friction\n" + row + "\n"));
     } catch (const Error& error) {
       return error.what();
     }

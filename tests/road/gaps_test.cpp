@@ -1,4 +1,5 @@
-// Cracks are closed; a wall whose foot the ground leaves out ends the surface, what only hangs over a gap does not.
+// Cracks are closed; a wall whose foot the ground leaves out ends the surface, what only hangs over
+// a gap does not.
 #include "road/gaps.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +17,8 @@ namespace {
 
 using support::add_ring_strip;
 
-/// Road to 5 m, grass to 9 m; the grass has a crack of 0.2 m at 6.04 m on the left over s = 100 to 400 m.
+/// Road to 5 m, grass to 9 m; the grass has a crack of 0.2 m at 6.04 m on the left over s = 100 to
+/// 400 m.
 road::Mesh cracked_ring() {
   road::Mesh mesh;
   add_ring_strip(mesh, "TKMN1", -5.0, 5.0, 0.0, 0.0);
@@ -47,7 +49,8 @@ Built build(const road::Mesh& mesh, const support::TemporaryFolder& folder) {
 
 double length_of(const nlohmann::json& ranges) {
   double length_m = 0.0;
-  for (const auto& range : ranges) length_m += range["u_end_m"].get<double>() - range["u_begin_m"].get<double>();
+  for (const auto& range : ranges)
+    length_m += range["u_end_m"].get<double>() - range["u_begin_m"].get<double>();
   return length_m;
 }
 
@@ -57,10 +60,13 @@ TEST(Walls, EndTheSurfaceWhereTheyStandInAGapOfTheGround) {
   add_ring_strip(mesh, "B0LT1", 6.03, 6.25, 0.8, 0.8, 200.0, 300.0);
   const Built built = build(mesh, folder);
   for (double s = 1.0; s < 627.0; s += 0.5) {
-    const bool behind_wall = s > 200.5 && s < 299.5, at_its_end = !behind_wall && s > 199.5 && s < 300.5;
-    for (const double left : {-8.8, -5.0, 0.0, 5.0, 5.85}) EXPECT_TRUE(built.has_height(s, left)) << s << ", " << left;
+    const bool behind_wall = s > 200.5 && s < 299.5,
+               at_its_end = !behind_wall && s > 199.5 && s < 300.5;
+    for (const double left : {-8.8, -5.0, 0.0, 5.0, 5.85})
+      EXPECT_TRUE(built.has_height(s, left)) << s << ", " << left;
     if (at_its_end) continue;
-    for (const double left : {6.1, 6.35, 7.0, 8.8}) EXPECT_EQ(built.has_height(s, left), !behind_wall) << s << ", " << left;
+    for (const double left : {6.1, 6.35, 7.0, 8.8})
+      EXPECT_EQ(built.has_height(s, left), !behind_wall) << s << ", " << left;
   }
   EXPECT_NEAR(length_of(built.summary["sample"]["walls"]), 100.0, 1.0);
   EXPECT_EQ(built.summary["sample"]["holes"], 0);
@@ -69,12 +75,13 @@ TEST(Walls, EndTheSurfaceWhereTheyStandInAGapOfTheGround) {
 TEST(Walls, AreNotWhatHangsOverACrackOrALowEdge) {
   const support::TemporaryFolder folder;
   road::Mesh mesh = cracked_ring();
-  add_ring_strip(mesh, "TREE1", 4.0, 9.0, 2.0, 2.0, 150.0, 200.0);   // wider than the crack
+  add_ring_strip(mesh, "TREE1", 4.0, 9.0, 2.0, 2.0, 150.0, 200.0);     // wider than the crack
   add_ring_strip(mesh, "GANTRY", 6.03, 6.25, 4.0, 4.0, 220.0, 260.0);  // higher than a wall
   add_ring_strip(mesh, "OBJ1", 6.03, 6.25, 0.03, 0.03, 280.0, 320.0);  // lower
   const Built built = build(mesh, folder);
   for (double s = 1.0; s < 627.0; s += 0.5) {
-    for (const double left : {5.85, 6.1, 6.35, 8.8}) EXPECT_TRUE(built.has_height(s, left)) << s << ", " << left;
+    for (const double left : {5.85, 6.1, 6.35, 8.8})
+      EXPECT_TRUE(built.has_height(s, left)) << s << ", " << left;
   }
   EXPECT_TRUE(built.summary["sample"]["walls"].empty());
   EXPECT_GT(built.summary["sample"]["filled"], 3000);
@@ -93,19 +100,23 @@ TEST(Walls, DoNotEndTheRoadItself) {
 }
 
 TEST(Cracks, AreClosedBetweenRoadAndRunOffToo) {
-  // Run-off that keeps 4 mm away from the road, whose edge at 5 m is a column of the grid: every ray there falls through.
+  // Run-off that keeps 4 mm away from the road, whose edge at 5 m is a column of the grid: every
+  // ray there falls through.
   const support::TemporaryFolder folder;
   road::Mesh mesh;
   add_ring_strip(mesh, "TKMN1", -5.0, 4.998, 0.0, 0.0);
   add_ring_strip(mesh, "TKRS1", -9.0, -5.0, 0.0, 0.0);
-  add_ring_strip(mesh, "TKLS1", 5.002, 9.0, 0.01, 0.01, 0.0, 300.0);  // 10 mm higher, so that it is not snapped
+  add_ring_strip(mesh, "TKLS1", 5.002, 9.0, 0.01, 0.01, 0.0,
+                 300.0);  // 10 mm higher, so that it is not snapped
   add_ring_strip(mesh, "TKLS2", 4.998, 9.0, 0.0, 0.0, 300.0, support::kRingLength_m);
   const Built built = build(mesh, folder);
   for (double s = 1.0; s < 627.0; s += 0.5) {
-    for (const double left : {4.95, 5.0, 5.05}) EXPECT_TRUE(built.has_height(s, left)) << s << ", " << left;
+    for (const double left : {4.95, 5.0, 5.05})
+      EXPECT_TRUE(built.has_height(s, left)) << s << ", " << left;
   }
   EXPECT_EQ(built.summary["sample"]["holes"], 0);
-  EXPECT_GT(built.summary["sample"]["filled"], 1500);  // 2349; the chords of the facets close some of the crack
+  EXPECT_GT(built.summary["sample"]["filled"],
+            1500);  // 2349; the chords of the facets close some of the crack
 }
 
 TEST(Cracks, AreNoHoles) {

@@ -18,7 +18,9 @@
 
 namespace {
 
-std::string torcs(const std::string& name) { return places::torcs_tracks() + "/road/" + name + "/" + name + ".acc"; }
+std::string torcs(const std::string& name) {
+  return places::torcs_tracks() + "/road/" + name + "/" + name + ".acc";
+}
 
 double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
@@ -34,7 +36,8 @@ TEST(HardMesh, KerbProfilesSurviveEveryStage) {
   const auto built = road::build_track(recipe, folder.path("refined"));
   recipe.kerb.max_extra_columns_share = 0.0;
   const auto plain = road::build_track(recipe, folder.path("plain"));
-  const double ratio = static_cast<double>(std::filesystem::file_size(built.crg_path)) / static_cast<double>(std::filesystem::file_size(plain.crg_path));
+  const double ratio = static_cast<double>(std::filesystem::file_size(built.crg_path)) /
+                       static_cast<double>(std::filesystem::file_size(plain.crg_path));
 
   const road::RaySurface mesh(road::read_mesh(path));
   const auto kerbs = nlohmann::json::parse(built.summary_json)["kerb"]["kerbs"];
@@ -43,13 +46,15 @@ TEST(HardMesh, KerbProfilesSurviveEveryStage) {
     const crg::Surface road(crg::read(crg_path));
     std::vector<double> errors;
     for (const auto& kerb : kerbs) {
-      const double u0 = kerb["u_begin_m"], u1 = kerb["u_end_m"], v0 = kerb["v_begin_m"], v1 = kerb["v_end_m"];
+      const double u0 = kerb["u_begin_m"], u1 = kerb["u_end_m"], v0 = kerb["v_begin_m"],
+                   v1 = kerb["v_end_m"];
       for (const double station : {0.1, 0.3, 0.5, 0.7, 0.9}) {
         const double u = u0 + station * (u1 - u0);
         // 1 cm steps over the kerb and 10 cm beside it on both sides.
         for (double v = v0 - 0.1; v <= v1 + 0.1; v += 0.01) {
           const double z = road.z_at_uv(u, v);
-          if (std::isnan(z) || (at_edges && std::min(std::abs(v - v0), std::abs(v - v1)) > 0.05)) continue;
+          if (std::isnan(z) || (at_edges && std::min(std::abs(v - v0), std::abs(v - v1)) > 0.05))
+            continue;
           const crg::Point2 p = road.xy_of_uv(u, v);
           const auto hit = mesh.nearest_hit(p.x_m, p.y_m, z, 0.5);
           if (hit) errors.push_back(std::abs(hit->z_m - z));
@@ -58,13 +63,21 @@ TEST(HardMesh, KerbProfilesSurviveEveryStage) {
     }
     return errors;
   };
-  const auto refined = profile_errors(built.crg_path, false), unrefined = profile_errors(plain.crg_path, false);
-  const auto edges = profile_errors(built.crg_path, true), edges_unrefined = profile_errors(plain.crg_path, true);
-  std::printf("within 5 cm of the kerbs' outermost edges, %zu points: p90 %.2f, p95 %.2f mm; unrefined p90 %.2f, p95 %.2f mm\n", edges.size(),
-              1e3 * quantile(edges, 0.9), 1e3 * quantile(edges, 0.95), 1e3 * quantile(edges_unrefined, 0.9), 1e3 * quantile(edges_unrefined, 0.95));
-  std::printf("aalborg, %zu kerbs, %zu points: profile p50 %.2f, p95 %.2f, p99 %.2f, max %.1f mm (unrefined p95 %.2f mm); file %.3f times as large\n",
-              kerbs.size(), refined.size(), 1e3 * quantile(refined, 0.5), 1e3 * quantile(refined, 0.95), 1e3 * quantile(refined, 0.99),
-              1e3 * quantile(refined, 1.0), 1e3 * quantile(unrefined, 0.95), ratio);
+  const auto refined = profile_errors(built.crg_path, false),
+             unrefined = profile_errors(plain.crg_path, false);
+  const auto edges = profile_errors(built.crg_path, true),
+             edges_unrefined = profile_errors(plain.crg_path, true);
+  std::printf(
+      "within 5 cm of the kerbs' outermost edges, %zu points: p90 %.2f, p95 %.2f mm; unrefined p90 "
+      "%.2f, p95 %.2f mm\n",
+      edges.size(), 1e3 * quantile(edges, 0.9), 1e3 * quantile(edges, 0.95),
+      1e3 * quantile(edges_unrefined, 0.9), 1e3 * quantile(edges_unrefined, 0.95));
+  std::printf(
+      "aalborg, %zu kerbs, %zu points: profile p50 %.2f, p95 %.2f, p99 %.2f, max %.1f mm "
+      "(unrefined p95 %.2f mm); file %.3f times as large\n",
+      kerbs.size(), refined.size(), 1e3 * quantile(refined, 0.5), 1e3 * quantile(refined, 0.95),
+      1e3 * quantile(refined, 0.99), 1e3 * quantile(refined, 1.0), 1e3 * quantile(unrefined, 0.95),
+      ratio);
   EXPECT_GT(refined.size(), 5000u);
   EXPECT_LE(quantile(refined, 0.95), 2e-3);
   EXPECT_LE(ratio, 1.5);
@@ -75,7 +88,8 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data)";
   const support::TemporaryFolder folder;
   const road::Mesh mesh = road::read_mesh(path);
-  const auto whole = nlohmann::json::parse(road::build_track(road::recipe_for_mesh(path), folder.path("whole")).summary_json);
+  const auto whole = nlohmann::json::parse(
+      road::build_track(road::recipe_for_mesh(path), folder.path("whole")).summary_json);
   road::Mesh damaged = support::jitter(mesh, 1e-3, 7);
   damaged = support::delete_triangles(std::move(damaged), 0.005, 8);
   damaged = support::duplicate_triangles(std::move(damaged), 0.005, 9);
@@ -86,21 +100,26 @@ TEST(HardMesh, JitterAndMissingOrDoubledTrianglesMakeNoNewFailure) {
     recipe.read.up = road::UpAxis::z;
     const auto built = road::build_track(recipe, folder.path(ending));
     const auto s = nlohmann::json::parse(built.summary_json);
-    EXPECT_TRUE(built.validation_failures.empty()) << ending << ": " << built.validation_failures.front();
+    EXPECT_TRUE(built.validation_failures.empty())
+        << ending << ": " << built.validation_failures.front();
     EXPECT_EQ(s["reference_line"]["closed"], whole["reference_line"]["closed"]);
     const double length = whole["reference_line"]["length_m"];
     EXPECT_NEAR(s["reference_line"]["length_m"].get<double>(), length, 5e-4 * length) << ending;
     // Deleted triangles are gaps of metres: reported, never invented.
     EXPECT_GT(s["grid"]["holes"].get<int>(), whole["grid"]["holes"].get<int>()) << ending;
-    // By shape, run-off ends at a hole and doubled triangles count as scenery. Measured against the whole mesh
-    // with names: 2.3 % fewer nodes, 1.3 % with names.
-    EXPECT_GT(s["grid"]["nodes_with_z"].get<double>(), 0.97 * whole["grid"]["nodes_with_z"].get<double>()) << ending;
+    // By shape, run-off ends at a hole and doubled triangles count as scenery. Measured against the
+    // whole mesh with names: 2.3 % fewer nodes, 1.3 % with names.
+    EXPECT_GT(s["grid"]["nodes_with_z"].get<double>(),
+              0.97 * whole["grid"]["nodes_with_z"].get<double>())
+        << ending;
     if (std::string(ending) == "obj") {
       EXPECT_GT(s["clean"]["triangles_dropped_by_reason"].value("duplicate", 0), 5);
     }
-    std::printf("g-track-3 damaged, .%s: %.2f m (whole %.2f m), %d holes, %d filled, z p99 %.2f mm\n", ending,
-                s["reference_line"]["length_m"].get<double>(), length, s["grid"]["holes"].get<int>(), s["sample"]["filled"].get<int>(),
-                1e3 * s["validation"]["z_error_m"]["p99"].get<double>());
+    std::printf(
+        "g-track-3 damaged, .%s: %.2f m (whole %.2f m), %d holes, %d filled, z p99 %.2f mm\n",
+        ending, s["reference_line"]["length_m"].get<double>(), length,
+        s["grid"]["holes"].get<int>(), s["sample"]["filled"].get<int>(),
+        1e3 * s["validation"]["z_error_m"]["p99"].get<double>());
     EXPECT_LE(s["validation"]["z_error_m"]["p99"].get<double>(), 1.5e-3) << ending;
   }
 }

@@ -12,10 +12,13 @@ namespace {
 
 using road::SurfaceClass;
 
-/// A ring with a kerb from v = 4.03 to 5.02: a ramp to 8 cm, then a vertical face down to the run-off.
+/// A ring with a kerb from v = 4.03 to 5.02: a ramp to 8 cm, then a vertical face down to the
+/// run-off.
 road::RoadMesh kerbed_ring() {
-  return support::make_strip([](double s) { return support::circle(s, 60.0); }, 2 * M_PI * 60.0, 1.0, true, {-6, 4.03, 5.02, 5.0201, 8},
-                             [](double, double v) { return v > 5.02005 || v < 4.04 ? 0.0 : 0.08; }, [](double v) {
+  return support::make_strip([](double s) { return support::circle(s, 60.0); }, 2 * M_PI * 60.0,
+                             1.0, true, {-6, 4.03, 5.02, 5.0201, 8},
+                             [](double, double v) { return v > 5.02005 || v < 4.04 ? 0.0 : 0.08; },
+                             [](double v) {
                                if (v > 4.03 && v < 5.02) return SurfaceClass::kerb;
                                return v < 4.03 ? SurfaceClass::road : SurfaceClass::runoff;
                              });
@@ -38,9 +41,11 @@ Refined refine(const road::RoadMesh& road, const road::KerbOptions& options = {}
 
 /// Bilinear height of row i at v.
 double height(const crg::Grid& grid, std::size_t i, double v_m) {
-  const auto right = static_cast<std::size_t>(std::upper_bound(grid.v_m.begin(), grid.v_m.end(), v_m) - grid.v_m.begin());
+  const auto right = static_cast<std::size_t>(
+      std::upper_bound(grid.v_m.begin(), grid.v_m.end(), v_m) - grid.v_m.begin());
   const double t = (v_m - grid.v_m[right - 1]) / (grid.v_m[right] - grid.v_m[right - 1]);
-  return (1 - t) * static_cast<double>(grid.at(i, right - 1)) + t * static_cast<double>(grid.at(i, right));
+  return (1 - t) * static_cast<double>(grid.at(i, right - 1)) +
+         t * static_cast<double>(grid.at(i, right));
 }
 
 TEST(Kerb, IsFoundWithItsPlaceAndHeight) {
@@ -71,7 +76,8 @@ TEST(Kerb, NewColumnsCarryTheVerticalFace) {
 }
 
 TEST(Kerb, LeavesAGridWithoutKerbsAsItIs) {
-  const auto road = support::make_strip([](double s) { return support::circle(s, 60.0); }, 2 * M_PI * 60.0, 1.0, true, {-6, 6}, support::flat);
+  const auto road = support::make_strip([](double s) { return support::circle(s, 60.0); },
+                                        2 * M_PI * 60.0, 1.0, true, {-6, 6}, support::flat);
   const auto result = refine(road);
   EXPECT_TRUE(result.report.kerbs.empty());
   EXPECT_EQ(result.after.grid.v_m, result.before.grid.v_m);

@@ -1,4 +1,5 @@
-// The damages that other tests plant are what they say, and damaged files of two parts are read or refused.
+// The damages that other tests plant are what they say, and damaged files of two parts are read or
+// refused.
 #include "support/mutate_mesh.h"
 
 #include <gtest/gtest.h>
@@ -121,9 +122,9 @@ TEST(AnalyticRoads, FacetsAreAsNearAsStated) {
   EXPECT_NEAR(support::stadium_with_kerb().z_m(60, 5.9), 0.06, 1e-12);
 }
 
-/// Reads mutants of a mesh and of its companion, one or both damaged, in this process: a crash ends the
-/// test. KERBSTONE_HEAVY=1: 10,000 of them; KERBSTONE_MUTANTS=N: N; KERBSTONE_FIRST_MUTANT=K: from the
-/// K-th on, to look at one.
+/// Reads mutants of a mesh and of its companion, one or both damaged, in this process: a crash ends
+/// the test. KERBSTONE_HEAVY=1: 10,000 of them; KERBSTONE_MUTANTS=N: N; KERBSTONE_FIRST_MUTANT=K:
+/// from the K-th on, to look at one.
 void read_mutants(const std::string& mesh_name, const std::string& mesh,
                   const std::string& companion_name, const std::string& companion,
                   double least_read_share = 0.05) {
@@ -132,7 +133,8 @@ void read_mutants(const std::string& mesh_name, const std::string& mesh,
     return text == nullptr ? otherwise : static_cast<std::size_t>(std::strtoul(text, nullptr, 10));
   };
   const std::size_t first = number("KERBSTONE_FIRST_MUTANT", 0);
-  const std::size_t count = number("KERBSTONE_MUTANTS", std::getenv("KERBSTONE_HEAVY") ? 10'000 : 300);
+  const std::size_t count =
+      number("KERBSTONE_MUTANTS", std::getenv("KERBSTONE_HEAVY") ? 10'000 : 300);
   const support::TemporaryFolder folder;
   road::MeshReadOptions options;
   options.own_process = false;
@@ -141,7 +143,8 @@ void read_mutants(const std::string& mesh_name, const std::string& mesh,
   for (std::size_t i = first; i < first + count; ++i) {
     std::mt19937_64 generator(i);
     folder.file(companion_name, i % 3 == 0 ? companion : fuzz::mutated(companion, generator));
-    const std::string path = folder.file(mesh_name, i % 3 == 1 ? mesh : fuzz::mutated(mesh, generator));
+    const std::string path =
+        folder.file(mesh_name, i % 3 == 1 ? mesh : fuzz::mutated(mesh, generator));
     if (std::getenv("KERBSTONE_FIRST_MUTANT")) std::fprintf(stderr, "mutant %zu\n", i);
     const auto begin = std::chrono::steady_clock::now();
     try {
@@ -155,9 +158,11 @@ void read_mutants(const std::string& mesh_name, const std::string& mesh,
         }
       }
     } catch (const road::Error& error) {
-      ASSERT_NE(std::string(error.what()).find(path), std::string::npos) << "mutant " << i << ": " << error.what();
+      ASSERT_NE(std::string(error.what()).find(path), std::string::npos)
+          << "mutant " << i << ": " << error.what();
     }
-    longest_s = std::max(longest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    longest_s = std::max(
+        longest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   EXPECT_LT(longest_s, 10.0);
   EXPECT_GT(static_cast<double>(read),
@@ -184,8 +189,10 @@ TEST(MutateMesh, DamagedDracoIsReadOrRefused) {
 
 TEST(MutateMesh, DamagedObjAndItsMaterialsAreReadOrRefused) {
   read_mutants("a.obj", "mtllib a.mtl\n" + support::as_obj(support::small_road()), "a.mtl",
-               "# painted\nnewmtl asphalt\nKa 0.1 0.2 0.3\nKd 0.8 0.8 0.8\nKs 0 0 0\nNs 10.5\nd 0.9\nillum 2\n"
-               "map_Kd -s 2 2 1 textures/asphalt.png\nbump -bm 0.5 rough.png\n\nnewmtl concrete\nKd 0.5 0.5 0.5\nTr 0.1\n"
+               "# painted\nnewmtl asphalt\nKa 0.1 0.2 0.3\nKd 0.8 0.8 0.8\nKs 0 0 0\nNs 10.5\nd "
+               "0.9\nillum 2\n"
+               "map_Kd -s 2 2 1 textures/asphalt.png\nbump -bm 0.5 rough.png\n\nnewmtl "
+               "concrete\nKd 0.5 0.5 0.5\nTr 0.1\n"
                "map_Kd wall.png\nmap_Bump wall_bump.png\n");
 }
 

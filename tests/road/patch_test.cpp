@@ -35,18 +35,23 @@ double height_m(double s, double v) {
   return 0.01 * s + (on_kerb ? tooth_m(s) : 0.0);
 }
 
-/// As one mesh with rings of 5 cm, so that every tooth has its corners; the kerb is an object of its own, and
-/// beside the road there is nothing else.
-road::RoadMesh with_kerb(double heading_rad, double length_m, const std::function<double(double, double)>& z) {
-  const auto plan = [=](double s) -> support::PlanPoint { return {s * std::cos(heading_rad), s * std::sin(heading_rad), heading_rad}; };
-  const road::RoadMesh strip = support::make_strip(plan, length_m, 0.05, false, {-5, 0, 5, 5.005, 6}, z,
-                                                   [](double v) { return v > 5.0 ? SurfaceClass::kerb : SurfaceClass::road; });
+/// As one mesh with rings of 5 cm, so that every tooth has its corners; the kerb is an object of
+/// its own, and beside the road there is nothing else.
+road::RoadMesh with_kerb(double heading_rad, double length_m,
+                         const std::function<double(double, double)>& z) {
+  const auto plan = [=](double s) -> support::PlanPoint {
+    return {s * std::cos(heading_rad), s * std::sin(heading_rad), heading_rad};
+  };
+  const road::RoadMesh strip = support::make_strip(
+      plan, length_m, 0.05, false, {-5, 0, 5, 5.005, 6}, z,
+      [](double v) { return v > 5.0 ? SurfaceClass::kerb : SurfaceClass::road; });
   road::RoadMesh mesh;
   mesh.mesh.vertices_m = strip.mesh.vertices_m;
   mesh.mesh.objects = {{"road", "asphalt", ""}, {"kerb", "kerb", ""}};
   for (std::size_t t = 0; t < strip.mesh.triangles.size(); ++t) {
     const bool kerb = strip.class_of_triangle[t] == SurfaceClass::kerb;
-    const double s = strip.mesh.vertices_m[strip.mesh.triangles[t][0]].dot(Eigen::Vector3d(std::cos(heading_rad), std::sin(heading_rad), 0.0));
+    const double s = strip.mesh.vertices_m[strip.mesh.triangles[t][0]].dot(
+        Eigen::Vector3d(std::cos(heading_rad), std::sin(heading_rad), 0.0));
     if (kerb && (s < 20.0 || s > 40.0)) continue;
     mesh.mesh.triangles.push_back(strip.mesh.triangles[t]);
     mesh.mesh.object_of_triangle.push_back(kerb ? 1 : 0);
@@ -62,7 +67,8 @@ double error_p95_m(const std::function<double(double, double)>& z_at_xy, double 
   std::vector<double> errors;
   for (int k = 0; k < 5000; ++k) {
     const double s = along(random), v = across(random);
-    const double x = s * std::cos(heading_rad) - v * std::sin(heading_rad), y = s * std::sin(heading_rad) + v * std::cos(heading_rad);
+    const double x = s * std::cos(heading_rad) - v * std::sin(heading_rad),
+                 y = s * std::sin(heading_rad) + v * std::cos(heading_rad);
     errors.push_back(std::abs(z_at_xy(x, y) - height_m(s, v)));
   }
   std::sort(errors.begin(), errors.end());
@@ -83,9 +89,14 @@ TEST(Patch, TeethBetweenTheRowsGetAFinerRoadThatCarriesThem) {
   const crg::PatchedSurface patched(crg::read_patch_index(built.patches_path));
   const crg::Surface plain(crg::read(built.crg_path));
   crg::Cursor a, b;
-  const double without_m = error_p95_m([&](double x, double y) { return plain.z_at_xy(x, y, a); }, heading_rad);
-  const double with_m = error_p95_m([&](double x, double y) { return patched.z_at_xy(x, y, b); }, heading_rad);
-  std::printf("teeth of 25 mm every 0.25 m: 95 %% within %.2f mm of the mesh without patch, %.2f mm with it\n", 1e3 * without_m, 1e3 * with_m);
+  const double without_m =
+      error_p95_m([&](double x, double y) { return plain.z_at_xy(x, y, a); }, heading_rad);
+  const double with_m =
+      error_p95_m([&](double x, double y) { return patched.z_at_xy(x, y, b); }, heading_rad);
+  std::printf(
+      "teeth of 25 mm every 0.25 m: 95 %% within %.2f mm of the mesh without patch, %.2f mm with "
+      "it\n",
+      1e3 * without_m, 1e3 * with_m);
   EXPECT_GT(without_m, 0.004);
   EXPECT_LT(with_m, 0.002);
   // The road beside it is as it was.
@@ -99,12 +110,14 @@ TEST(Patch, TeethBetweenTheRowsGetAFinerRoadThatCarriesThem) {
 }
 
 TEST(Patch, ASmoothKerbNeedsNone) {
-  const road::RoadMesh mesh = with_kerb(0.0, 150.0, [](double, double v) { return v > 5.001 ? 0.05 : 0.0; });
+  const road::RoadMesh mesh =
+      with_kerb(0.0, 150.0, [](double, double v) { return v > 5.001 ? 0.05 : 0.0; });
   const road::RaySurface surface(mesh.mesh);
   const auto centreline = road::trace_centreline(mesh);
   const auto line = road::fit_reference_line(centreline);
   road::KerbReport report;
-  const auto sampled = road::refine_kerbs(road::sample_grid(mesh, surface, line, centreline), surface, mesh, line, {}, &report);
+  const auto sampled = road::refine_kerbs(road::sample_grid(mesh, surface, line, centreline),
+                                          surface, mesh, line, {}, &report);
   ASSERT_FALSE(report.kerbs.empty());
   EXPECT_TRUE(road::patch_kerbs(sampled, surface, mesh, line, report.kerbs).empty());
 }

@@ -21,20 +21,22 @@
 namespace road {
 namespace {
 
-using ::testing::HasSubstr;
 using Eigen::Vector3d;
+using ::testing::HasSubstr;
 
 constexpr double kYaw = 0.65;
 const Vector3d kShift(691'234.5, 5'334'567.8, 512.3);
 
-Vector3d moved(const Vector3d& p) { return Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p + kShift; }
+Vector3d moved(const Vector3d& p) {
+  return Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p + kShift;
+}
 
 std::string control_points(const std::vector<Vector3d>& mesh, const std::vector<Vector3d>& global) {
   std::string text = "mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m\n";
   for (std::size_t i = 0; i < mesh.size(); ++i) {
     char line[300];
-    std::snprintf(line, sizeof line, "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", mesh[i].x(), mesh[i].y(), mesh[i].z(), global[i].x(),
-                  global[i].y(), global[i].z());
+    std::snprintf(line, sizeof line, "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", mesh[i].x(), mesh[i].y(),
+                  mesh[i].z(), global[i].x(), global[i].y(), global[i].z());
     text += line;
   }
   return text;
@@ -46,16 +48,23 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
   const support::TemporaryFolder folder;
   const Mesh mesh = read_mesh(path);
   Recipe first = recipe_for_mesh(path);
-  first.centreline.start_near_m = Eigen::Vector2d(mesh.origin_m.x() + mesh.vertices_m[0].x(), mesh.origin_m.y() + mesh.vertices_m[0].y());
+  first.centreline.start_near_m = Eigen::Vector2d(mesh.origin_m.x() + mesh.vertices_m[0].x(),
+                                                  mesh.origin_m.y() + mesh.vertices_m[0].y());
   const BuildResult built = build_track(first, folder.path("first"));
 
   // About z alone, and tilted by 1.5 degrees and scaled by 1.01 before.
   for (const bool tilted : {false, true}) {
-    const Eigen::Matrix3d linear = tilted ? Eigen::Matrix3d(1.01 * Eigen::AngleAxisd(0.026, Vector3d(0.6, 0.8, 0.0)).toRotationMatrix()) : Eigen::Matrix3d::Identity();
-    const auto change = [&](const Vector3d& p) { return Vector3d(linear * moved(p) - linear * kShift + kShift); };
+    const Eigen::Matrix3d linear =
+        tilted ? Eigen::Matrix3d(
+                     1.01 * Eigen::AngleAxisd(0.026, Vector3d(0.6, 0.8, 0.0)).toRotationMatrix())
+               : Eigen::Matrix3d::Identity();
+    const auto change = [&](const Vector3d& p) {
+      return Vector3d(linear * moved(p) - linear * kShift + kShift);
+    };
     Mesh other = mesh;
     other.origin_m = change(mesh.origin_m);
-    for (Vector3d& p : other.vertices_m) p = linear * (Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p);
+    for (Vector3d& p : other.vertices_m)
+      p = linear * (Eigen::AngleAxisd(kYaw, Vector3d::UnitZ()) * p);
     export_mesh(other, folder.path("utm.obj"), {UpAxis::y, Unit::mm});
     std::vector<Vector3d> global, local;
     for (int k = 0; k < 12; ++k) {
@@ -74,9 +83,12 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
 
     const crg::Surface a(crg::read(built.crg_path)), b(crg::read(again.crg_path));
     const auto& line = a.reference_line();
-    EXPECT_NEAR(line.u_step_m * static_cast<double>(line.size()), b.reference_line().u_step_m * static_cast<double>(b.reference_line().size()), 0.02);
+    EXPECT_NEAR(line.u_step_m * static_cast<double>(line.size()),
+                b.reference_line().u_step_m * static_cast<double>(b.reference_line().size()), 0.02);
     std::mt19937_64 random(5);
-    std::uniform_real_distribution<double> u(0.0, line.u_step_m * static_cast<double>(line.size() - 2)), v(-7.0, 7.0);
+    std::uniform_real_distribution<double> u(0.0,
+                                             line.u_step_m * static_cast<double>(line.size() - 2)),
+        v(-7.0, 7.0);
     crg::Cursor cursor;
     std::vector<double> difference;
     double offset = 0.0;
@@ -89,8 +101,10 @@ TEST(Place, MovedScaledAndExportedAgainIsTheSameRoad) {
       offset = std::max(offset, std::abs(there.v_m - at_v));
     }
     std::sort(difference.begin(), difference.end());
-    std::printf("moved%s and back: z p50 %.4f mm, p99 %.4f mm, max %.4f mm; line within %.3f mm\n", tilted ? ", tilted, scaled" : "",
-                1e3 * difference[difference.size() / 2], 1e3 * difference[difference.size() * 99 / 100], 1e3 * difference.back(), 1e3 * offset);
+    std::printf("moved%s and back: z p50 %.4f mm, p99 %.4f mm, max %.4f mm; line within %.3f mm\n",
+                tilted ? ", tilted, scaled" : "", 1e3 * difference[difference.size() / 2],
+                1e3 * difference[difference.size() * 99 / 100], 1e3 * difference.back(),
+                1e3 * offset);
     EXPECT_LE(difference.back(), 2e-4);
     const auto align = nlohmann::json::parse(again.summary_json)["align"];
     EXPECT_EQ(align["tilt_and_scale"].is_null(), !tilted);
@@ -126,12 +140,18 @@ class Geographic : public ::testing::Test {
     cli::write(mesh_, cli::Stadium{}.obj());
     std::string points = "name,mesh_x_m,mesh_y_m,mesh_z_m,lat_deg,lon_deg,h_m\n";
     int k = 0;
-    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {120.0, 0.0}, {160.0, 40.0}, {120.0, 80.0}, {0.0, 80.0}, {-40.0, 40.0}}) {
+    for (const auto& [x, y] : {std::pair{0.0, 0.0},
+                               {120.0, 0.0},
+                               {160.0, 40.0},
+                               {120.0, 80.0},
+                               {0.0, 80.0},
+                               {-40.0, 40.0}}) {
       const Vector3d p = moved({x, y, 1.0});
       const Eigen::Vector2d lat_lon = from_utm({32, true}, p.head<2>());
       char line[200];
       k += 1;
-      std::snprintf(line, sizeof line, "P%d,%.3f,%.3f,1.0,%.10f,%.10f,%.4f\n", k, x, y, lat_lon.x(), lat_lon.y(), p.z() + (k == 3 ? 4.0 : 0.0));
+      std::snprintf(line, sizeof line, "P%d,%.3f,%.3f,1.0,%.10f,%.10f,%.4f\n", k, x, y, lat_lon.x(),
+                    lat_lon.y(), p.z() + (k == 3 ? 4.0 : 0.0));
       points += line;
     }
     points_ = folder_.file("points.csv", points);
@@ -146,10 +166,12 @@ TEST_F(Geographic, HeaderSaysWhereOnEarth) {
   recipe.centreline.start_near_m = Eigen::Vector2d(0.0, 0.0);
   const BuildResult built = build_track(recipe, folder_.path("utm"));
   const crg::Crg file = crg::read(built.crg_path);
-  const auto projection = std::find_if(file.projection.begin(), file.projection.end(), [](const auto& e) { return e.key == "PROJ_NM"; });
+  const auto projection = std::find_if(file.projection.begin(), file.projection.end(),
+                                       [](const auto& e) { return e.key == "PROJ_NM"; });
   ASSERT_NE(projection, file.projection.end());
   EXPECT_EQ(projection->text, "UTM_32N");
-  const double lat = crg::find_value(file.road, "REFERENCE_LINE_START_LAT").value(), lon = crg::find_value(file.road, "REFERENCE_LINE_START_LON").value();
+  const double lat = crg::find_value(file.road, "REFERENCE_LINE_START_LAT").value(),
+               lon = crg::find_value(file.road, "REFERENCE_LINE_START_LON").value();
   // The line starts at the mesh's (0, 0) within 5 cm; a thousandth of an arc second is 3 cm.
   EXPECT_LT((to_utm({32, true}, lat, lon) - moved({0, 0, 0}).head<2>()).norm(), 0.06);
   const auto align = nlohmann::json::parse(built.summary_json)["align"];
@@ -163,9 +185,12 @@ TEST_F(Geographic, HeaderSaysWhereOnEarth) {
   // The same with a local projection: no scale of 0.9996, the origin at the first point.
   recipe.projection = Projection::Kind::tm;
   const crg::Crg local = crg::read(build_track(recipe, folder_.path("tm")).crg_path);
-  EXPECT_LT(std::hypot(crg::find_value(local.road, "REFERENCE_LINE_START_X").value(), crg::find_value(local.road, "REFERENCE_LINE_START_Y").value()), 0.06);
+  EXPECT_LT(std::hypot(crg::find_value(local.road, "REFERENCE_LINE_START_X").value(),
+                       crg::find_value(local.road, "REFERENCE_LINE_START_Y").value()),
+            0.06);
   EXPECT_NEAR(crg::find_value(local.road, "REFERENCE_LINE_START_LAT").value(), lat, 1e-6);
-  EXPECT_NEAR(crg::find_value(local.projection, "PROJ_L0").value(), from_utm({32, true}, moved({0, 0, 0}).head<2>()).y(), 1e-9);
+  EXPECT_NEAR(crg::find_value(local.projection, "PROJ_L0").value(),
+              from_utm({32, true}, moved({0, 0, 0}).head<2>()).y(), 1e-9);
 }
 
 TEST_F(Geographic, TrajectoryTakesThePlaceOfControlPoints) {
@@ -179,16 +204,19 @@ TEST_F(Geographic, TrajectoryTakesThePlaceOfControlPoints) {
     const Vector3d p = moved({line.x_m[i], line.y_m[i], 0.0});
     const Eigen::Vector2d lat_lon = from_utm({32, true}, p.head<2>());
     char row[200];
-    std::snprintf(row, sizeof row, "%.10f,%.10f,%.4f\n", lat_lon.x(), lat_lon.y(), p.z() + cli::Stadium::z_m(static_cast<double>(i) * line.u_step_m));
+    std::snprintf(row, sizeof row, "%.10f,%.10f,%.4f\n", lat_lon.x(), lat_lon.y(),
+                  p.z() + cli::Stadium::z_m(static_cast<double>(i) * line.u_step_m));
     driven += row;
     if (k == 400) driven += ",,\n";  // the receiver lost its fix
   }
   recipe.trajectory_path = folder_.file("lap.csv", driven);
-  const auto align = nlohmann::json::parse(build_track(recipe, folder_.path("driven")).summary_json)["align"];
+  const auto align =
+      nlohmann::json::parse(build_track(recipe, folder_.path("driven")).summary_json)["align"];
   EXPECT_EQ(align["by"], "trajectory");
   EXPECT_EQ(align["projection"], "UTM_32N");
   // A stadium looks the same after half a turn.
-  EXPECT_NEAR(std::remainder(align["yaw_deg"].get<double>() - kYaw * 180.0 / M_PI, 180.0), 0.0, 0.1);
+  EXPECT_NEAR(std::remainder(align["yaw_deg"].get<double>() - kYaw * 180.0 / M_PI, 180.0), 0.0,
+              0.1);
   EXPECT_LT(align["rms_m"].get<double>(), 0.05);
   recipe.trajectory_path = folder_.file("short.csv", "lat_deg,lon_deg,h_m\n48,11,500\n");
   EXPECT_THROW(build_track(recipe, folder_.path("short")), Error);
@@ -197,22 +225,30 @@ TEST_F(Geographic, TrajectoryTakesThePlaceOfControlPoints) {
 TEST_F(Geographic, WrongPlacesAreRefusedWithAReason) {
   const std::string good = cli::read(points_);
   const auto refusal = [&](const std::string& points) {
-    return cli::crgbuild({"build", mesh_, "-o", folder_.path("refused"), "--u-step-m", "0.5", "--v-step-m", "0.5", "--control-points",
+    return cli::crgbuild({"build", mesh_, "-o", folder_.path("refused"), "--u-step-m", "0.5",
+                          "--v-step-m", "0.5", "--control-points",
                           folder_.file("bad.csv", points)});
   };
-  std::string swapped = "name,mesh_x_m,mesh_y_m,mesh_z_m,lon_deg,lat_deg,h_m" + good.substr(good.find('\n'));
+  std::string swapped =
+      "name,mesh_x_m,mesh_y_m,mesh_z_m,lon_deg,lat_deg,h_m" + good.substr(good.find('\n'));
   const cli::Ran ran = refusal(swapped);
   EXPECT_EQ(ran.code, 1);
-  EXPECT_THAT(ran.err, HasSubstr("bad.csv: no rotation and translation fits, but it does with latitude and longitude swapped"));
+  EXPECT_THAT(ran.err, HasSubstr("bad.csv: no rotation and translation fits, but it does with "
+                                 "latitude and longitude swapped"));
   std::string south = good;
-  for (std::size_t at = 0; (at = south.find(",48.", at)) != std::string::npos; ++at) south.replace(at, 4, ",-48.");
+  for (std::size_t at = 0; (at = south.find(",48.", at)) != std::string::npos; ++at)
+    south.replace(at, 4, ",-48.");
   const cli::Ran below = refusal(south);
   EXPECT_EQ(below.code, 1);
   EXPECT_THAT(below.err, HasSubstr("in another hemisphere"));
   std::string west = good;
-  for (std::size_t at = 0; (at = west.find(",11.", at)) != std::string::npos; ++at) west.replace(at, 4, ",-11.");
+  for (std::size_t at = 0; (at = west.find(",11.", at)) != std::string::npos; ++at)
+    west.replace(at, 4, ",-11.");
   EXPECT_THAT(refusal(west).err, HasSubstr("in another hemisphere"));
-  EXPECT_EQ(cli::crgbuild({"build", mesh_, "-o", folder_.path("both"), "--control-points", points_, "--trajectory", points_}).code, 2);
+  EXPECT_EQ(cli::crgbuild({"build", mesh_, "-o", folder_.path("both"), "--control-points", points_,
+                           "--trajectory", points_})
+                .code,
+            2);
 }
 
 }  // namespace

@@ -7,10 +7,12 @@
 namespace {
 
 /// A square of side 2 * half_m around (x, y) with z = z0 + slope * (x - x0).
-void add_square(road::Mesh& mesh, double x_m, double y_m, double half_m, double z_m, double slope = 0.0) {
+void add_square(road::Mesh& mesh, double x_m, double y_m, double half_m, double z_m,
+                double slope = 0.0) {
   const auto base = static_cast<std::uint32_t>(mesh.vertices_m.size());
   for (const double dy : {-half_m, half_m}) {
-    for (const double dx : {-half_m, half_m}) mesh.vertices_m.emplace_back(x_m + dx, y_m + dy, z_m + slope * dx);
+    for (const double dx : {-half_m, half_m})
+      mesh.vertices_m.emplace_back(x_m + dx, y_m + dy, z_m + slope * dx);
   }
   mesh.triangles.push_back({base, base + 1, base + 2});
   mesh.triangles.push_back({base + 2, base + 1, base + 3});

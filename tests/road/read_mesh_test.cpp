@@ -131,7 +131,8 @@ TEST_F(ReadMesh, ListsTheFilesThatAMeshRefersTo) {
   const support::GltfAndBin parts = as_gltf(road_, "a.bin");
   const std::string bin = folder_.file("a.bin", parts.bin);
   MeshReadReport report;
-  EXPECT_LT(distance(road_, road::read_mesh(folder_.file("a.gltf", parts.gltf), {}, &report)), 2e-5);
+  EXPECT_LT(distance(road_, road::read_mesh(folder_.file("a.gltf", parts.gltf), {}, &report)),
+            2e-5);
   ASSERT_EQ(report.files.size(), 1u);
   EXPECT_EQ(report.files[0].path, bin);
   EXPECT_EQ(report.files[0].sha256, files::sha256(parts.bin));
@@ -316,7 +317,9 @@ TEST_F(ReadMesh, NamesThePlaceOfUnusableCoordinates) {
   for (const char* bare : {"SURF 0x1\n", "SURF 0x1\nmat 0\nrefs 0\n"}) {
     acc = as_acc(road_);
     acc.insert(acc.find("SURF"), bare);
-    EXPECT_THAT(message_of(folder_.file("bare.acc", acc)), testing::AnyOf(HasSubstr("wanted 'refs COUNT' of the surface before it"), HasSubstr("wanted a surface of at least one corner")));
+    EXPECT_THAT(message_of(folder_.file("bare.acc", acc)),
+                testing::AnyOf(HasSubstr("wanted 'refs COUNT' of the surface before it"),
+                               HasSubstr("wanted a surface of at least one corner")));
   }
   Mesh broken = road_;
   broken.vertices_m[4].y() = std::numeric_limits<double>::quiet_NaN();

@@ -1,5 +1,6 @@
-// Real tracks of the Debian package torcs-data, end to end, against their designed edges and against
-// an independent ray caster. Skipped, and said so, where the meshes or the designed edges are absent.
+// Real tracks of the Debian package torcs-data, end to end, against their designed edges and
+// against an independent ray caster. Skipped, and said so, where the meshes or the designed edges
+// are absent.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +31,8 @@ struct Edges {
 };
 
 Edges read_edges(const std::string& path) {
-  const auto table = road::read_csv(path, {"s_m", "left_x_m", "left_y_m", "left_z_m", "right_x_m", "right_y_m", "right_z_m"});
+  const auto table = road::read_csv(
+      path, {"s_m", "left_x_m", "left_y_m", "left_z_m", "right_x_m", "right_y_m", "right_z_m"});
   Edges edges;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     edges.left.emplace_back(table.value(i, 1), table.value(i, 2), table.value(i, 3));
@@ -70,7 +72,8 @@ class RealTrack : public testing::TestWithParam<const char*> {
     mesh_path_ = places::torcs_tracks() + "/road/" + GetParam() + "/" + GetParam() + ".acc";
     edges_path_ = places::data() + "/torcs_truth/" + GetParam() + ".csv";
     for (const auto& path : {mesh_path_, edges_path_}) {
-      if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent (apt install torcs-data; data beside the checkout)";
+      if (!std::filesystem::exists(path))
+        GTEST_SKIP() << path << " is absent (apt install torcs-data; data beside the checkout)";
     }
     dir_ = folder_.path(GetParam());
   }
@@ -94,7 +97,8 @@ TEST_P(RealTrack, HoldsItsBounds) {
 
   EXPECT_TRUE(line.closed);
   const double length_m = line.u_step_m * static_cast<double>(line.size() - 1);
-  std::printf("%s: length %.3f m, designed %.3f m (%+.4f %%)\n", GetParam(), length_m, edges.length_m, 100 * (length_m / edges.length_m - 1));
+  std::printf("%s: length %.3f m, designed %.3f m (%+.4f %%)\n", GetParam(), length_m,
+              edges.length_m, 100 * (length_m / edges.length_m - 1));
   EXPECT_NEAR(length_m / edges.length_m, 1.0, 0.0005);
 
   // Reference line against the designed centre, from the centre's stations to the line.
@@ -102,12 +106,17 @@ TEST_P(RealTrack, HoldsItsBounds) {
   for (std::size_t i = 0; i < edges.left.size(); ++i) {
     double best = 1e9;
     for (std::size_t k = 0; k + 1 < line.size(); ++k) {
-      if (std::abs(line.x_m[k] - edges.centre(i).x()) + std::abs(line.y_m[k] - edges.centre(i).y()) > 3.0) continue;
-      best = std::min(best, distance_to_segment(edges.centre(i), {line.x_m[k], line.y_m[k]}, {line.x_m[k + 1], line.y_m[k + 1]}));
+      if (std::abs(line.x_m[k] - edges.centre(i).x()) +
+              std::abs(line.y_m[k] - edges.centre(i).y()) >
+          3.0)
+        continue;
+      best = std::min(best, distance_to_segment(edges.centre(i), {line.x_m[k], line.y_m[k]},
+                                                {line.x_m[k + 1], line.y_m[k + 1]}));
     }
     off.push_back(best);
   }
-  std::printf("  reference line to designed centre: p50 %.4f  p99 %.4f  max %.4f m\n", quantile(off, 0.5), quantile(off, 0.99), quantile(off, 1.0));
+  std::printf("  reference line to designed centre: p50 %.4f  p99 %.4f  max %.4f m\n",
+              quantile(off, 0.5), quantile(off, 0.99), quantile(off, 1.0));
   EXPECT_LE(quantile(off, 0.99), 0.15);
 
   // Every grid node between the designed edges has a height.
@@ -122,21 +131,25 @@ TEST_P(RealTrack, HoldsItsBounds) {
       }
     }
     for (const std::size_t step : {std::size_t{1}, stations - 1}) {
-      while ((edges.centre((near + step) % stations) - p).norm() < (edges.centre(near) - p).norm()) near = (near + step) % stations;
+      while ((edges.centre((near + step) % stations) - p).norm() < (edges.centre(near) - p).norm())
+        near = (near + step) % stations;
     }
     for (std::size_t j = 0; j < grid.columns(); ++j) {
       const crg::Point2 node = crg::node_position(line, i, grid.v_m[j]);
       bool on_road = false;
       for (std::size_t k = near + stations - 2; k <= near + stations + 1 && !on_road; ++k) {
         const std::size_t a = k % stations, b = (k + 1) % stations;
-        on_road = inside_quad({node.x_m, node.y_m}, {edges.left[a].head<2>(), edges.left[b].head<2>(), edges.right[b].head<2>(), edges.right[a].head<2>()});
+        on_road =
+            inside_quad({node.x_m, node.y_m}, {edges.left[a].head<2>(), edges.left[b].head<2>(),
+                                               edges.right[b].head<2>(), edges.right[a].head<2>()});
       }
       if (!on_road) continue;
       ++inside;
       with_z += std::isnan(grid.at(i, j)) ? 0 : 1;
     }
   }
-  std::printf("  nodes between the designed edges: %zu, with z %.4f %%\n", inside, 100.0 * static_cast<double>(with_z) / static_cast<double>(inside));
+  std::printf("  nodes between the designed edges: %zu, with z %.4f %%\n", inside,
+              100.0 * static_cast<double>(with_z) / static_cast<double>(inside));
   EXPECT_GT(inside, grid.rows() / 2 * 80);
   EXPECT_GE(static_cast<double>(with_z) / static_cast<double>(inside), 0.9995);
 
@@ -146,7 +159,8 @@ TEST_P(RealTrack, HoldsItsBounds) {
   std::vector<double> errors;
   std::size_t left_out = 0, off_mesh = 0;
   while (errors.size() + left_out + off_mesh < 20000) {
-    const double u = length_m * uniform(), v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
+    const double u = length_m * uniform(),
+                 v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
     const double z = road.z_at_uv(u, v);
     if (std::isnan(z)) continue;
     const crg::Point2 p = road.xy_of_uv(u, v);
@@ -162,8 +176,11 @@ TEST_P(RealTrack, HoldsItsBounds) {
     errors.push_back(std::abs(z - *truth));
   }
   const double share_out = static_cast<double>(left_out) / 20000.0;
-  std::printf("  z between the nodes: p50 %.6f  p99 %.6f  max %.6f m, left out at folds %.2f %%, off the mesh %zu\n",
-              quantile(errors, 0.5), quantile(errors, 0.99), quantile(errors, 1.0), 100 * share_out, off_mesh);
+  std::printf(
+      "  z between the nodes: p50 %.6f  p99 %.6f  max %.6f m, left out at folds %.2f %%, off the "
+      "mesh %zu\n",
+      quantile(errors, 0.5), quantile(errors, 0.99), quantile(errors, 1.0), 100 * share_out,
+      off_mesh);
   EXPECT_LE(quantile(errors, 0.99), 0.0015);
   EXPECT_LE(quantile(errors, 1.0), 0.015);
   EXPECT_LE(share_out, 0.05);
@@ -181,12 +198,14 @@ TEST_P(RealTrack, HoldsItsBounds) {
       const auto truth = ruler.nearest(p.x_m, p.y_m, height_m);
       // A node within a millimetre of the border may fall on either side of it.
       const auto beside = truth ? truth : ruler.nearest(p.x_m + 1e-3, p.y_m + 1e-3, height_m);
-      if (!beside || std::abs(*beside - height_m) > 0.01) wrong += ruler.near_fold(p.x_m, p.y_m, height_m, 0.02) ? 0 : 1;
+      if (!beside || std::abs(*beside - height_m) > 0.01)
+        wrong += ruler.near_fold(p.x_m, p.y_m, height_m, 0.02) ? 0 : 1;
       const auto next = static_cast<double>(grid.at(i + 1, j));
       if (!std::isnan(next) && std::abs(next - z) > 0.5) ++jumps;
     }
   }
-  std::printf("  nodes checked %zu, not on a surface to drive on %zu, jumps to another deck %zu\n", checked, wrong, jumps);
+  std::printf("  nodes checked %zu, not on a surface to drive on %zu, jumps to another deck %zu\n",
+              checked, wrong, jumps);
   EXPECT_EQ(wrong, 0u);
   EXPECT_EQ(jumps, 0u);
 
@@ -195,9 +214,11 @@ TEST_P(RealTrack, HoldsItsBounds) {
   for (std::size_t j = 0; j < grid.columns(); ++j) {
     const float a = grid.at(0, j), b = grid.at(grid.rows() - 1, j);
     EXPECT_EQ(std::isnan(a), std::isnan(b));
-    if (!std::isnan(a) && !std::isnan(b)) step_m = std::max(step_m, static_cast<double>(std::abs(a - b)));
+    if (!std::isnan(a) && !std::isnan(b))
+      step_m = std::max(step_m, static_cast<double>(std::abs(a - b)));
   }
-  const double turn = std::abs(std::remainder(line.heading_rad[1] - line.heading_rad.back(), 2 * M_PI));
+  const double turn =
+      std::abs(std::remainder(line.heading_rad[1] - line.heading_rad.back(), 2 * M_PI));
   std::printf("  seam: z step %.6f m, heading step %.6f rad\n", step_m, turn);
   EXPECT_LE(step_m, 1e-3);
   EXPECT_LE(turn, 5e-4);
@@ -214,7 +235,8 @@ TEST_P(RealTrack, IsTheSameForAnyNumberOfThreads) {
     r.sample.threads = r.kerb.threads = r.smooth.threads = threads;
     r.smooth.window_u_m = 0.5;
     const auto result = road::build_track(r, dir_ + "_" + std::to_string(threads));
-    built.push_back(bytes(result.crg_path) + bytes(result.stl_path) + bytes(result.centreline_path) + bytes(result.picture_path));
+    built.push_back(bytes(result.crg_path) + bytes(result.stl_path) +
+                    bytes(result.centreline_path) + bytes(result.picture_path));
   }
   EXPECT_GT(built[0].size(), 1'000'000u);
   EXPECT_TRUE(built[0] == built[1]);

@@ -155,13 +155,15 @@ TEST(Recipe, ErrorsNameFileLineSeenAndWanted) {
   EXPECT_THAT(error_of("mesh: a.obj\nname_rules:\n  - {object: '(', class: road}\n"),
               HasSubstr(":3: name_rules: '(' seen, a regular expression wanted"));
   for (const char* pattern : {"(a)\\1", "a(?=b)", "a(?!b)"}) {
-    EXPECT_THAT(error_of(std::string("mesh: a.obj\nname_rules:\n  - {object: '") + pattern + "', class: road}\n"),
-                HasSubstr(std::string(":3: name_rules: '") + pattern + "' seen, a regular expression wanted, without look-ahead and back references"));
+    EXPECT_THAT(
+        error_of(std::string("mesh: a.obj\nname_rules:\n  - {object: '") + pattern +
+                 "', class: road}\n"),
+        HasSubstr(std::string(":3: name_rules: '") + pattern +
+                  "' seen, a regular expression wanted, without look-ahead and back references"));
   }
   EXPECT_THAT(error_of("mesh: a.obj\nname_rules:\n  - {object: x, class: asphalt}\n"),
               HasSubstr("road, kerb, runoff, barrier or scenery wanted"));
-  EXPECT_THAT(error_of("mesh: a.obj\ncontrol_points: p.csv\nyaw_deg: 3\n"),
-              HasSubstr("give one"));
+  EXPECT_THAT(error_of("mesh: a.obj\ncontrol_points: p.csv\nyaw_deg: 3\n"), HasSubstr("give one"));
 }
 
 TEST(Recipe, HostileValuesAreRefusedNotTaken) {

@@ -28,7 +28,8 @@ TEST(ReferenceLine, HasEqualStepsAndHeadingsThatIntegrateToItsNodes) {
     y += line.u_step_m * std::sin(line.heading_rad[i]);
     ASSERT_NEAR(x, line.x_m[i], 1e-8);
     ASSERT_NEAR(y, line.y_m[i], 1e-8);
-    ASSERT_LT(std::abs(line.heading_rad[i] - line.heading_rad[i - 1]), 0.01) << "headings are unwrapped";
+    ASSERT_LT(std::abs(line.heading_rad[i] - line.heading_rad[i - 1]), 0.01)
+        << "headings are unwrapped";
   }
 }
 
@@ -37,7 +38,8 @@ TEST(ReferenceLine, ClosesWithAGapOfOneMillimetreAheadOfTheStart) {
   const auto line = fit_reference_line(circle_stations(50.0, 60, true), {}, &report);
   EXPECT_TRUE(line.closed);
   const double gap_x = line.x_m[0] - line.x_m.back(), gap_y = line.y_m[0] - line.y_m.back();
-  const double ahead = gap_x * std::cos(line.heading_rad[0]) + gap_y * std::sin(line.heading_rad[0]);
+  const double ahead =
+      gap_x * std::cos(line.heading_rad[0]) + gap_y * std::sin(line.heading_rad[0]);
   EXPECT_NEAR(ahead, 1e-3, 1e-5) << "the standard wants a strictly positive gap";
   EXPECT_NEAR(report.length_m, 2 * M_PI * 50.0, 0.01);
   EXPECT_LT(report.heading_step_at_seam_rad, 5e-4);
@@ -51,7 +53,8 @@ TEST(ReferenceLine, StaysOnTheStations) {
   const auto line = fit_reference_line(stations, {}, &report);
   // 3 m between stations on a bend of 20 m radius: the smoothing moves the line by less than 5 mm.
   EXPECT_LT(report.fit_residual_max_m, 5e-3);
-  for (std::size_t i = 0; i < line.size(); ++i) EXPECT_NEAR(std::hypot(line.x_m[i], line.y_m[i]), 20.0, 6e-3);
+  for (std::size_t i = 0; i < line.size(); ++i)
+    EXPECT_NEAR(std::hypot(line.x_m[i], line.y_m[i]), 20.0, 6e-3);
 }
 
 TEST(ReferenceLine, KeepsItsShapeAtUtmCoordinates) {
@@ -92,7 +95,8 @@ TEST(ReferenceLine, AveragesNoiseOfTheMeshAway) {
 TEST(ReferenceLine, RefusesWhatIsNoLine) {
   EXPECT_THROW(road::fit_reference_line(circle_stations(50.0, 3, true)), road::Error);
   EXPECT_THROW(road::fit_reference_line(circle_stations(0.05, 10, true)), road::Error);
-  EXPECT_THROW(road::fit_reference_line(circle_stations(50.0, 60, true), {.u_step_m = 0.0}), road::Error);
+  EXPECT_THROW(road::fit_reference_line(circle_stations(50.0, 60, true), {.u_step_m = 0.0}),
+               road::Error);
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ double uniform(std::mt19937_64& random) { return static_cast<double>(random() >>
 
 /// A sum of 1500 waves whose density is psd_n0 (n / 0.1)^-w between n_min and n_max: wave k carries
 /// the variance of its own narrow band, so the density is known without any estimate.
-std::vector<double> random_road(double psd_n0, double w, double n_min, double n_max, double length_m, unsigned seed) {
+std::vector<double> random_road(double psd_n0, double w, double n_min, double n_max,
+                                double length_m, unsigned seed) {
   std::mt19937_64 random(seed);
   std::vector<double> z(static_cast<std::size_t>(length_m / kStep) + 1, 0.0);
   constexpr int kWaves = 1500;
@@ -65,8 +66,9 @@ TEST(Iso8608, KnownRoadsComeBackWithClassAndExponent) {
   double worst = 0.0;
   for (const char c : {'A', 'B', 'C', 'D', 'E'}) {
     for (unsigned seed = 1; seed <= 2; ++seed) {
-      const std::vector<std::vector<double>> sections{random_road(class_mean(c), 2.0, 0.005, 4.0, 3000.0, seed),
-                                                      random_road(class_mean(c), 2.0, 0.005, 4.0, 3000.0, seed + 50)};
+      const std::vector<std::vector<double>> sections{
+          random_road(class_mean(c), 2.0, 0.005, 4.0, 3000.0, seed),
+          random_road(class_mean(c), 2.0, 0.005, 4.0, 3000.0, seed + 50)};
       const auto fit = road::fit_iso8608(road::displacement_psd(sections, kStep));
       ASSERT_TRUE(fit);
       EXPECT_EQ(fit->iso_class, c);
@@ -79,7 +81,8 @@ TEST(Iso8608, KnownRoadsComeBackWithClassAndExponent) {
 }
 
 TEST(Iso8608, AnotherExponentIsSeen) {
-  const std::vector<std::vector<double>> sections{random_road(class_mean('C'), 2.5, 0.005, 4.0, 3000.0, 7)};
+  const std::vector<std::vector<double>> sections{
+      random_road(class_mean('C'), 2.5, 0.005, 4.0, 3000.0, 7)};
   const auto fit = road::fit_iso8608(road::displacement_psd(sections, kStep));
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->exponent, 2.5, 0.1);
@@ -87,7 +90,8 @@ TEST(Iso8608, AnotherExponentIsSeen) {
 
 TEST(Iso8608, ASpectrumThatEndsEarlyIsFittedUpToItsEnd) {
   for (const char c : {'B', 'C', 'D'}) {
-    const std::vector<std::vector<double>> sections{random_road(class_mean(c), 2.0, 0.01, 0.5, 3000.0, 11)};
+    const std::vector<std::vector<double>> sections{
+        random_road(class_mean(c), 2.0, 0.01, 0.5, 3000.0, 11)};
     const auto fit = road::fit_iso8608(road::displacement_psd(sections, kStep));
     ASSERT_TRUE(fit);
     EXPECT_TRUE(fit->band_cut);
@@ -107,7 +111,8 @@ TEST(QuarterCar, StepMatchesTheReferenceTable) {
   const double pr[4] = {0.005476107, 1.388776, 0.2275968, 35.79262};
   const road::QuarterCarStep step = road::quarter_car_step(0.25);
   for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) EXPECT_NEAR(step.transition[i][j], st[i][j], 2e-6 * std::max(1.0, std::abs(st[i][j])));
+    for (int j = 0; j < 4; ++j)
+      EXPECT_NEAR(step.transition[i][j], st[i][j], 2e-6 * std::max(1.0, std::abs(st[i][j])));
     EXPECT_NEAR(step.input[i], pr[i], 2e-6 * std::max(1.0, std::abs(pr[i])));
   }
 }
@@ -138,16 +143,19 @@ double iri_of_sine(double amplitude_m, double wavelength_m) {
   const C zu = k1 / (mu * s * s + k1 + link * (1.0 - zs_over_zu));
   const double stroke = std::abs(zu * (zs_over_zu - 1.0));
   const double base = std::numbers::pi * 0.3 / wavelength_m;
-  return 1000.0 * (2.0 / std::numbers::pi) * stroke * amplitude_m * kTurn / wavelength_m * std::sin(base) / base;
+  return 1000.0 * (2.0 / std::numbers::pi) * stroke * amplitude_m * kTurn / wavelength_m *
+         std::sin(base) / base;
 }
 
 TEST(Iri, SinesMatchTheSteadyStateWithinOnePercent) {
   for (const double wavelength_m : {2.0, 5.0, 10.0, 15.3, 25.0}) {
     std::vector<double> z;
-    for (int i = 0; i <= 20000; ++i) z.push_back(0.005 * std::sin(kTurn * i * kStep / wavelength_m));
+    for (int i = 0; i <= 20000; ++i)
+      z.push_back(0.005 * std::sin(kTurn * i * kStep / wavelength_m));
     const auto segments = road::iri(z, kStep);
     const double wanted = iri_of_sine(0.005, wavelength_m);
-    // The first segments still hold the start; each other one is a whole number of waves only by chance.
+    // The first segments still hold the start; each other one is a whole number of waves only by
+    // chance.
     double sum = 0.0;
     for (std::size_t k = 5; k < segments.size(); ++k) sum += segments[k].iri_m_per_km;
     EXPECT_NEAR(sum / static_cast<double>(segments.size() - 5) / wanted, 1.0, 0.01) << wavelength_m;
@@ -177,7 +185,8 @@ TEST(Iri, AStepInSlopeMatchesAnIndependentIntegration) {
         for (int j = 0; j < 4; ++j) y[j] += f * k[j];
         return y;
       };
-      const auto a = rate(x, slope), b = rate(add(a, h / 2), slope), d = rate(add(b, h / 2), slope), e = rate(add(d, h), slope);
+      const auto a = rate(x, slope), b = rate(add(a, h / 2), slope), d = rate(add(b, h / 2), slope),
+                 e = rate(add(d, h), slope);
       for (int j = 0; j < 4; ++j) x[j] += h / 6 * (a[j] + 2 * b[j] + 2 * d[j] + e[j]);
     }
     sum += std::abs(x[0] - x[2]);

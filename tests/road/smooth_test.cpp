@@ -29,10 +29,13 @@ road::SampledGrid grid_of(const Height& z) {
 TEST(Smooth, KeepsAConstantSlopeAndDampsAWaveByItsKnownFactor) {
   // A moving average over n samples damps cos(k u) by sin(n k d / 2) / (n sin(k d / 2)).
   constexpr double kWave_m = 4.0;
-  auto s = grid_of([](double u, int j) { return 0.05 * u + (j == 2 ? 0.001 * std::cos(2 * M_PI * u / kWave_m) : 0.0); });
+  auto s = grid_of([](double u, int j) {
+    return 0.05 * u + (j == 2 ? 0.001 * std::cos(2 * M_PI * u / kWave_m) : 0.0);
+  });
   const auto before = s;
   smooth(s, {.window_u_m = 2.0, .max_change_road_m = 1.0});
-  const double k = 2 * M_PI / kWave_m, damping = std::sin(21 * k * 0.05) / (21 * std::sin(k * 0.05));
+  const double k = 2 * M_PI / kWave_m,
+               damping = std::sin(21 * k * 0.05) / (21 * std::sin(k * 0.05));
   for (std::size_t i = 30; i < 370; ++i) {
     const double u = 0.1 * static_cast<double>(i);
     EXPECT_NEAR(s.grid.at(i, 0), 0.05 * u, 1e-6);
@@ -52,7 +55,8 @@ TEST(Smooth, MovesNoNodeFurtherThanAllowedAndSaysHowFarItWent) {
   const auto before = s.grid.z_m;
   road::SmoothReport report;
   smooth(s, {.window_u_m = 2.0, .max_change_road_m = 0.002}, &report);
-  for (std::size_t k = 0; k < before.size(); ++k) EXPECT_LE(std::abs(s.grid.z_m[k] - before[k]), 0.002f + 1e-6f);
+  for (std::size_t k = 0; k < before.size(); ++k)
+    EXPECT_LE(std::abs(s.grid.z_m[k] - before[k]), 0.002f + 1e-6f);
   EXPECT_NEAR(report.largest_change_road_m, 0.002, 1e-9);
   EXPECT_GT(report.nodes_at_bound, 0u);
 }
@@ -118,7 +122,8 @@ road::SampledGrid wide_grid_of(const Height& z) {
 TEST(Smooth, AlongVKeepsAPlaneAndDampsAWaveByItsKnownFactor) {
   // The mean of cos(k v) over a window w is sin(k w / 2) / (k w / 2) times its middle.
   const double k = 2 * M_PI / 2.0, damping = std::sin(k * 0.5) / (k * 0.5);
-  auto s = wide_grid_of([&](double u, double v) { return u < 50 ? 0.03 * u + 0.02 * v : 0.001 * std::cos(k * v); });
+  auto s = wide_grid_of(
+      [&](double u, double v) { return u < 50 ? 0.03 * u + 0.02 * v : 0.001 * std::cos(k * v); });
   // Uneven columns, as kerbs make them.
   for (std::size_t j = 1; j + 1 < s.grid.columns(); j += 7) {
     const double v = s.grid.v_m[j] += 0.02;
@@ -135,7 +140,8 @@ TEST(Smooth, AlongVKeepsAPlaneAndDampsAWaveByItsKnownFactor) {
       if (u < 50) {
         EXPECT_NEAR(s.grid.at(i, j), 0.03 * u + 0.02 * v, 1e-6);
       } else if (std::abs(v) < 2.4) {
-        EXPECT_NEAR(s.grid.at(i, j), damping * 0.001 * std::cos(k * v), 5e-6);  // straight between columns
+        EXPECT_NEAR(s.grid.at(i, j), damping * 0.001 * std::cos(k * v),
+                    5e-6);  // straight between columns
       }
     }
   }
@@ -149,7 +155,9 @@ TEST(Smooth, AlongVKeepsKerbEdgesAndHoles) {
     s.grid.at(i, 20) = std::numeric_limits<float>::quiet_NaN();
   }
   const auto before = s.grid.z_m;
-  smooth(s, {.window_u_m = 1.0, .window_v_m = 2.0, .max_change_road_m = 1.0, .max_change_kerb_m = 1.0});
+  smooth(
+      s,
+      {.window_u_m = 1.0, .window_v_m = 2.0, .max_change_road_m = 1.0, .max_change_kerb_m = 1.0});
   for (std::size_t node = 0; node < before.size(); ++node) {
     ASSERT_EQ(std::isnan(s.grid.z_m[node]), std::isnan(before[node]));
     if (std::isnan(before[node])) continue;
@@ -158,8 +166,11 @@ TEST(Smooth, AlongVKeepsKerbEdgesAndHoles) {
 }
 
 TEST(Smooth, SaysWhichWavesItTook) {
-  // A bump per metre, as in a braking zone, on a long wave: a window of 1 m takes the first and leaves the second.
-  auto s = wide_grid_of([](double u, double) { return 0.001 * std::sin(2 * M_PI * u) + 0.01 * std::sin(2 * M_PI * u / 16); });
+  // A bump per metre, as in a braking zone, on a long wave: a window of 1 m takes the first and
+  // leaves the second.
+  auto s = wide_grid_of([](double u, double) {
+    return 0.001 * std::sin(2 * M_PI * u) + 0.01 * std::sin(2 * M_PI * u / 16);
+  });
   road::SmoothReport report;
   smooth(s, {.window_u_m = 1.0, .max_change_road_m = 1.0}, &report);
   ASSERT_TRUE(report.halved_waves_m);

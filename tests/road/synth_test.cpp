@@ -337,7 +337,8 @@ TEST(Synth, WritesMeshAndTruthTheSameEveryTime) {
     options.truth_step_m = 0.5;
     const road::SynthOutput a = write_synth(demo(), first, options);
     const road::SynthOutput b = write_synth(demo(), second, options);
-    EXPECT_EQ(files::sha256_of_file(a.mesh_path), files::sha256_of_file(b.mesh_path)) << a.mesh_path;
+    EXPECT_EQ(files::sha256_of_file(a.mesh_path), files::sha256_of_file(b.mesh_path))
+        << a.mesh_path;
     EXPECT_EQ(files::sha256_of_file(a.truth_path), files::sha256_of_file(b.truth_path));
     EXPECT_EQ(a.triangles,
               road::read_mesh(a.mesh_path, {road::UpAxis::y, road::Unit::m}).triangles.size());

@@ -1,5 +1,6 @@
-// Every road and oval track of the Debian package torcs-data against its design, as installed and as a
-// nameless STL. Three of them in an ordinary run; all with KERBSTONE_ALL_TRACKS=1 (docs/accuracy.md).
+// Every road and oval track of the Debian package torcs-data against its design, as installed and
+// as a nameless STL. Three of them in an ordinary run; all with KERBSTONE_ALL_TRACKS=1
+// (docs/accuracy.md).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +30,8 @@ std::vector<std::string> tracks() {
   std::vector<std::string> names;
   std::error_code error;
   for (const char* kind : {"road", "oval"}) {
-    for (const auto& entry : fs::directory_iterator(fs::path(places::torcs_tracks()) / kind, error)) names.push_back(std::string(kind) + "/" + entry.path().filename().string());
+    for (const auto& entry : fs::directory_iterator(fs::path(places::torcs_tracks()) / kind, error))
+      names.push_back(std::string(kind) + "/" + entry.path().filename().string());
   }
   std::sort(names.begin(), names.end());
   if (std::getenv("KERBSTONE_ALL_TRACKS") == nullptr) {
@@ -45,7 +47,9 @@ std::vector<std::string> tracks() {
 std::vector<double> distances(const std::vector<Vector2d>& design, const crg::ReferenceLine& line) {
   constexpr double kCell_m = 20.0;
   std::map<std::pair<long, long>, std::vector<std::size_t>> cells;
-  const auto cell = [](double x, double y) { return std::pair(std::lround(x / kCell_m), std::lround(y / kCell_m)); };
+  const auto cell = [](double x, double y) {
+    return std::pair(std::lround(x / kCell_m), std::lround(y / kCell_m));
+  };
   Vector2d low(1e9, 1e9), design_low(1e9, 1e9);
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
     cells[cell(line.x_m[i], line.y_m[i])].push_back(i);
@@ -67,8 +71,10 @@ std::vector<double> distances(const std::vector<Vector2d>& design, const crg::Re
           const auto found = cells.find({x, y});
           if (found == cells.end()) continue;
           for (const std::size_t i : found->second) {
-            const Vector2d a(line.x_m[i], line.y_m[i]), ab = Vector2d(line.x_m[i + 1], line.y_m[i + 1]) - a;
-            const Vector2d d = a + std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab - p;
+            const Vector2d a(line.x_m[i], line.y_m[i]),
+                ab = Vector2d(line.x_m[i + 1], line.y_m[i + 1]) - a;
+            const Vector2d d =
+                a + std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab - p;
             if (d.norm() < best) {
               best = d.norm();
               to = d;
@@ -87,11 +93,13 @@ std::vector<double> distances(const std::vector<Vector2d>& design, const crg::Re
 
 struct Heights {
   double largest_m = 0.0, largest_unnamed_m = 0.0, unnamed_u_m = 0.0, unnamed_v_m = 0.0;
-  std::size_t points = 0, unnamed = 0;  ///< beyond 15 mm: in all, and where the tool did not name the u range
+  std::size_t points = 0,
+              unnamed = 0;  ///< beyond 15 mm: in all, and where the tool did not name the u range
 };
 
 /// 20,000 random points between the nodes against an independent caster on the whole mesh.
-Heights check_heights(const crg::Surface& road, const support::BruteForce& all, const nlohmann::json& rough) {
+Heights check_heights(const crg::Surface& road, const support::BruteForce& all,
+                      const nlohmann::json& rough) {
   Heights result;
   const crg::Grid& grid = road.file().grid;
   const crg::ReferenceLine& line = road.reference_line();
@@ -99,7 +107,8 @@ Heights check_heights(const crg::Surface& road, const support::BruteForce& all, 
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
   const double length_m = line.u_step_m * static_cast<double>(line.size() - 1);
   for (std::size_t tries = 0; tries < 60000 && result.points < 20000; ++tries) {
-    const double u = length_m * uniform(), v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
+    const double u = length_m * uniform(),
+                 v = grid.v_m.front() + (grid.v_m.back() - grid.v_m.front()) * uniform();
     const double z = road.z_at_uv(u, v);
     if (std::isnan(z)) continue;
     ++result.points;
@@ -110,7 +119,8 @@ Heights check_heights(const crg::Surface& road, const support::BruteForce& all, 
     result.largest_m = std::max(result.largest_m, error);
     if (error <= 0.015) continue;
     const bool named = std::any_of(rough.begin(), rough.end(), [&](const auto& place) {
-      return u > place["u_begin_m"].template get<double>() - 0.5 && u < place["u_end_m"].template get<double>() + 0.5;
+      return u > place["u_begin_m"].template get<double>() - 0.5 &&
+             u < place["u_end_m"].template get<double>() + 0.5;
     });
     if (named) continue;
     ++result.unnamed;
@@ -125,16 +135,21 @@ Heights check_heights(const crg::Surface& road, const support::BruteForce& all, 
 
 struct Decks {
   std::size_t checked = 0;
-  std::size_t wrong_deck = 0;  ///< more than 0.5 m off every named surface, while one lies above or below
-  std::size_t elsewhere = 0;   ///< no named surface above or below: terrain that continues where the mesh has no names
-  std::size_t jumps = 0;       ///< neighbours along u or v more than 0.5 m apart: from one deck to another
+  std::size_t wrong_deck =
+      0;  ///< more than 0.5 m off every named surface, while one lies above or below
+  std::size_t elsewhere =
+      0;  ///< no named surface above or below: terrain that continues where the mesh has no names
+  std::size_t jumps =
+      0;  ///< neighbours along u or v more than 0.5 m apart: from one deck to another
 };
 
-/// Nodes of the rows from `begin` to `end`, every tenth row against the mesh, z(i, j) for their heights. A node on the right
-/// deck is within 0.5 m of a named surface (those lie on the chords of facets, borders 2 cm off); as no two neighbours
-/// are apart, all are on the deck of the reference line, whose height is that of the traced road.
+/// Nodes of the rows from `begin` to `end`, every tenth row against the mesh, z(i, j) for their
+/// heights. A node on the right deck is within 0.5 m of a named surface (those lie on the chords of
+/// facets, borders 2 cm off); as no two neighbours are apart, all are on the deck of the reference
+/// line, whose height is that of the traced road.
 template <class Height>
-Decks check_decks(const crg::Surface& road, const support::BruteForce& drivable, std::size_t begin, std::size_t end, const Height& z) {
+Decks check_decks(const crg::Surface& road, const support::BruteForce& drivable, std::size_t begin,
+                  std::size_t end, const Height& z) {
   constexpr double kDeck_m = 0.5, kBorder_m = 0.02;
   const crg::Grid& grid = road.file().grid;
   const crg::ReferenceLine& line = road.reference_line();
@@ -149,7 +164,11 @@ Decks check_decks(const crg::Surface& road, const support::BruteForce& drivable,
       ++decks.checked;
       const crg::Point2 p = crg::node_position(line, i, grid.v_m[j]);
       bool near = false, any = false;
-      for (const auto& [dx, dy] : {std::pair{0.0, 0.0}, {kBorder_m, 0.0}, {-kBorder_m, 0.0}, {0.0, kBorder_m}, {0.0, -kBorder_m}}) {
+      for (const auto& [dx, dy] : {std::pair{0.0, 0.0},
+                                   {kBorder_m, 0.0},
+                                   {-kBorder_m, 0.0},
+                                   {0.0, kBorder_m},
+                                   {0.0, -kBorder_m}}) {
         const auto deck = drivable.nearest(p.x_m + dx, p.y_m + dy, here);
         any = any || deck;
         near = deck && std::abs(*deck - here) <= kDeck_m;
@@ -166,7 +185,8 @@ class TorcsTracks : public testing::TestWithParam<std::string> {};
 TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
   const fs::path folder = fs::path(places::torcs_tracks()) / GetParam();
   const std::string name = folder.filename().string();
-  const fs::path mesh_path = fs::exists(folder / (name + ".acc")) ? folder / (name + ".acc") : folder / (name + ".ac");
+  const fs::path mesh_path =
+      fs::exists(folder / (name + ".acc")) ? folder / (name + ".acc") : folder / (name + ".ac");
   const support::TorcsTrack design = support::read_torcs_track((folder / (name + ".xml")).string());
   const support::TemporaryFolder out;
   const road::Mesh mesh = road::read_mesh(mesh_path.string());
@@ -174,7 +194,8 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
   const support::BruteForce all(mesh), drivable(named);
   road::export_mesh(mesh, out.path(name + ".stl"), {road::UpAxis::z, road::Unit::m});
   for (const bool nameless : {false, true}) {
-    road::Recipe recipe = road::recipe_for_mesh(nameless ? out.path(name + ".stl") : mesh_path.string());
+    road::Recipe recipe =
+        road::recipe_for_mesh(nameless ? out.path(name + ".stl") : mesh_path.string());
     if (nameless) recipe.read.up = road::UpAxis::z;
     const road::BuildResult built = road::build_track(recipe, out.path("out"));
     const auto summary = nlohmann::json::parse(built.summary_json);
@@ -183,7 +204,8 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
     const crg::Grid& grid = road.file().grid;
     const double length = line.u_step_m * static_cast<double>(line.size() - 1);
     // What the design itself leaves open is no fault of the line.
-    const double length_error = std::max(0.0, std::abs(length - design.length_m) - design.closing_gap_m) / design.length_m;
+    const double length_error =
+        std::max(0.0, std::abs(length - design.length_m) - design.closing_gap_m) / design.length_m;
     const std::vector<double> off = distances(design.centre_m, line);
     std::size_t inside = 0, with_z = 0;
     double first_gap_u = -1.0, last_gap_u = -1.0;
@@ -200,33 +222,45 @@ TEST_P(TorcsTracks, FollowTheirDesignWithNamesAndWithout) {
       }
     }
     const double share = static_cast<double>(with_z) / static_cast<double>(inside);
-    const double p99 = summary["validation"]["z_error_m"]["p99"], largest = summary["validation"]["z_error_m"]["max"];
-    std::printf("| %s%s | %.1f | %.4f | %.1f | %.0f | %.3f | %.2f | %.1f |", name.c_str(), nameless ? " .stl" : "", length, 100.0 * length_error,
-                1e3 * off[off.size() * 99 / 100], 1e3 * off.back(), 100.0 * share, 1e3 * p99, 1e3 * largest);
-    if (share < 0.9995) std::printf(" without height between u = %.1f and %.1f m", first_gap_u, last_gap_u);
+    const double p99 = summary["validation"]["z_error_m"]["p99"],
+                 largest = summary["validation"]["z_error_m"]["max"];
+    std::printf("| %s%s | %.1f | %.4f | %.1f | %.0f | %.3f | %.2f | %.1f |", name.c_str(),
+                nameless ? " .stl" : "", length, 100.0 * length_error,
+                1e3 * off[off.size() * 99 / 100], 1e3 * off.back(), 100.0 * share, 1e3 * p99,
+                1e3 * largest);
+    if (share < 0.9995)
+      std::printf(" without height between u = %.1f and %.1f m", first_gap_u, last_gap_u);
     const Heights heights = check_heights(road, all, summary["validation"]["rough_places"]);
-    std::printf(" %.1f | %zu | %.1f |", 1e3 * heights.largest_m, summary["validation"]["rough_places"].size(), 1e3 * heights.largest_unnamed_m);
-    if (heights.unnamed > 0) std::printf(" unnamed at u = %.1f, v = %.2f m", heights.unnamed_u_m, heights.unnamed_v_m);
+    std::printf(" %.1f | %zu | %.1f |", 1e3 * heights.largest_m,
+                summary["validation"]["rough_places"].size(), 1e3 * heights.largest_unnamed_m);
+    if (heights.unnamed > 0)
+      std::printf(" unnamed at u = %.1f, v = %.2f m", heights.unnamed_u_m, heights.unnamed_v_m);
     const auto height = [&](std::size_t i, std::size_t j) {
       return static_cast<double>(grid.at(i, j)) + (line.z_m.empty() ? 0.0 : line.z_m[i]);
     };
     const Decks decks = check_decks(road, drivable, 0, grid.rows(), height);
-    std::printf(" decks: %zu nodes, %zu wrong, %zu on nothing named, %zu jumps\n", decks.checked, decks.wrong_deck, decks.elsewhere, decks.jumps);
+    std::printf(" decks: %zu nodes, %zu wrong, %zu on nothing named, %zu jumps\n", decks.checked,
+                decks.wrong_deck, decks.elsewhere, decks.jumps);
     EXPECT_TRUE(summary["validation"]["passed"]) << summary["validation"]["failures"].dump();
     EXPECT_EQ(decks.wrong_deck, 0u) << name;
     EXPECT_EQ(decks.jumps, 0u) << name;
-    EXPECT_LE(nameless ? 0u : decks.elsewhere, 2u) << name;  // measured: 1 node at a hole's border on each of two tracks
+    EXPECT_LE(nameless ? 0u : decks.elsewhere, 2u)
+        << name;  // measured: 1 node at a hole's border on each of two tracks
     // The check itself: 40 nodes 8.8 m too high, as they would be on a bridge.
-    const std::size_t middle = static_cast<std::size_t>(std::lower_bound(grid.v_m.begin(), grid.v_m.end(), 0.0) - grid.v_m.begin());
+    const std::size_t middle = static_cast<std::size_t>(
+        std::lower_bound(grid.v_m.begin(), grid.v_m.end(), 0.0) - grid.v_m.begin());
     const Decks planted = check_decks(road, drivable, 0, 30, [&](std::size_t i, std::size_t j) {
       return height(i, j) + (i == 10 && j >= middle && j < middle + 40 ? 8.8 : 0.0);
     });
     EXPECT_EQ(planted.wrong_deck, 40u) << name;
     EXPECT_EQ(planted.jumps, 82u) << name;
     EXPECT_EQ(heights.points, 20000u) << name;
-    EXPECT_EQ(heights.unnamed, 0u) << name << ": " << heights.largest_unnamed_m << " m at u = " << heights.unnamed_u_m << ", v = " << heights.unnamed_v_m;
+    EXPECT_EQ(heights.unnamed, 0u)
+        << name << ": " << heights.largest_unnamed_m << " m at u = " << heights.unnamed_u_m
+        << ", v = " << heights.unnamed_v_m;
     EXPECT_LE(length_error, 5e-4) << name;
-    EXPECT_LE(off[off.size() * 99 / 100], 0.15) << name << ": the design leaves " << design.closing_gap_m << " m open";
+    EXPECT_LE(off[off.size() * 99 / 100], 0.15)
+        << name << ": the design leaves " << design.closing_gap_m << " m open";
     EXPECT_GE(share, 0.9995) << name;
     EXPECT_LE(p99, 1.5e-3) << name;
     EXPECT_TRUE(line.closed) << name;
@@ -275,7 +309,8 @@ TEST_P(TorcsTracks, GiveTheSameLineAlongAGuide) {
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(TorcsTracks);
 INSTANTIATE_TEST_SUITE_P(All, TorcsTracks, testing::ValuesIn(tracks()), [](const auto& track) {
   std::string name = track.param;
-  std::replace_if(name.begin(), name.end(), [](char c) { return c == '-' || c == '/'; }, '_');
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == '-' || c == '/'; }, '_');
   return name;
 });
 

@@ -67,7 +67,8 @@ TEST_F(WriteReport, CleanRoadIsUsableAndItsNumbersAreThere) {
   EXPECT_EQ(report["kerbs"].size(), 4u);
   EXPECT_EQ(report["inputs"][0]["sha256"].get<std::string>().size(), 64u);
   const std::size_t rows = clean_oval().grid.rows();
-  for (const char* key : {"elevation_m", "slope", "banking", "curvature_1pm", "width_m", "v_left_m", "v_right_m"}) {
+  for (const char* key :
+       {"elevation_m", "slope", "banking", "curvature_1pm", "width_m", "v_left_m", "v_right_m"}) {
     ASSERT_EQ(report["along_u"][key].size(), rows) << key;
   }
   // Middle of the first straight and of the first bend, where the oval's own numbers are plain.
@@ -86,14 +87,21 @@ TEST_F(WriteReport, CleanRoadIsUsableAndItsNumbersAreThere) {
 
 TEST_F(WriteReport, CurvesInTheTextAreTheNumbersOfTheReport) {
   report::TrackReport report;
-  report.curves.push_back({"x", "x", "m", {0.0f, -0.0f, 1.0f, -1.5f, 1e-6f, -1e-6f, 1e-9f, 123456.789f, 0.1f, 100.0f, std::nanf(""), 3e9f, -0.25f}, 1.0});
+  report.curves.push_back({"x",
+                           "x",
+                           "m",
+                           {0.0f, -0.0f, 1.0f, -1.5f, 1e-6f, -1e-6f, 1e-9f, 123456.789f, 0.1f,
+                            100.0f, std::nanf(""), 3e9f, -0.25f},
+                           1.0});
   const json parsed = json::parse(report::report_json(report));
   const auto& x = parsed["along_u"]["x"];
   ASSERT_EQ(x.size(), 13u);
   const double wanted[] = {0, 0, 1, -1.5, 1e-6, -1e-6, 0, 123456.789, 0.1, 100, 0, 3e9, -0.25};
   for (std::size_t k = 0; k < 13; ++k) {
-    if (k == 10) EXPECT_TRUE(x[k].is_null());
-    else EXPECT_NEAR(x[k].get<double>(), wanted[k], 1e-6 + 1e-7 * std::abs(wanted[k])) << k;
+    if (k == 10)
+      EXPECT_TRUE(x[k].is_null());
+    else
+      EXPECT_NEAR(x[k].get<double>(), wanted[k], 1e-6 + 1e-7 * std::abs(wanted[k])) << k;
   }
 }
 
@@ -107,12 +115,28 @@ TEST_F(WriteReport, EachPlantedDefectIsAmongTheFindingsWithinFiveMetres) {
     std::function<double(double, double)> height;
   };
   const std::vector<Case> cases{
-      {"tile_step", 200, 200, false, [](double u, double) { return u < 200.03 || u > 800.0 ? 0.0 : 0.02 * (1.0 - (u - 200.03) / 599.97); }},
-      {"hole", 431.2, 431.2, false, [=](double u, double v) { return std::abs(u - 431.2) < 0.05 && std::abs(v + 2.3) < 0.03 ? nan : 0.0; }},
-      {"kerb_loss", 330, 345, true, [](double u, double v) { return u < 330.0 || u > 345.0 || v < 6.0 || v > 7.0 ? 0.0 : -0.03 * (v < 6.6 ? (v - 6.0) / 0.6 : (7.0 - v) / 0.4); }},
-      {"nan_stripe", 600, 600.3, false, [=](double u, double) { return u > 600.0 && u < 600.3 ? nan : 0.0; }},
-      {"wrong_seam", end, end, false, [=](double u, double) { return 0.03 * std::max(0.0, (u - end + 200.0) / 200.0); }},
-      {"bump", 150, 150, false, [](double u, double) { return std::abs(u - 150.0) > 1.0 ? 0.0 : 0.05 * (1.0 + std::cos(M_PI * (u - 150.0))); }},
+      {"tile_step", 200, 200, false,
+       [](double u, double) {
+         return u < 200.03 || u > 800.0 ? 0.0 : 0.02 * (1.0 - (u - 200.03) / 599.97);
+       }},
+      {"hole", 431.2, 431.2, false,
+       [=](double u, double v) {
+         return std::abs(u - 431.2) < 0.05 && std::abs(v + 2.3) < 0.03 ? nan : 0.0;
+       }},
+      {"kerb_loss", 330, 345, true,
+       [](double u, double v) {
+         return u < 330.0 || u > 345.0 || v < 6.0 || v > 7.0
+                    ? 0.0
+                    : -0.03 * (v < 6.6 ? (v - 6.0) / 0.6 : (7.0 - v) / 0.4);
+       }},
+      {"nan_stripe", 600, 600.3, false,
+       [=](double u, double) { return u > 600.0 && u < 600.3 ? nan : 0.0; }},
+      {"wrong_seam", end, end, false,
+       [=](double u, double) { return 0.03 * std::max(0.0, (u - end + 200.0) / 200.0); }},
+      {"bump", 150, 150, false,
+       [](double u, double) {
+         return std::abs(u - 150.0) > 1.0 ? 0.0 : 0.05 * (1.0 + std::cos(M_PI * (u - 150.0)));
+       }},
   };
   const std::string clean_path = write(clean_oval(), "clean.crg");
   for (const Case& c : cases) {
@@ -124,8 +148,10 @@ TEST_F(WriteReport, EachPlantedDefectIsAmongTheFindingsWithinFiveMetres) {
     const json report = report_of(request);
     bool found = false;
     for (const json& f : report["findings"]) {
-      found = found || (f["kind"] == c.kind && std::abs(f["u_begin_m"].get<double>() - c.u_begin_m) <= 5.0 && std::abs(f["u_end_m"].get<double>() - c.u_end_m) <= 5.0 &&
-                        f["value"].is_number() && !f["unit"].get<std::string>().empty() && !f["text"].get<std::string>().empty());
+      found = found ||
+              (f["kind"] == c.kind && std::abs(f["u_begin_m"].get<double>() - c.u_begin_m) <= 5.0 &&
+               std::abs(f["u_end_m"].get<double>() - c.u_end_m) <= 5.0 && f["value"].is_number() &&
+               !f["unit"].get<std::string>().empty() && !f["text"].get<std::string>().empty());
     }
     EXPECT_TRUE(found) << c.kind << "\n" << report["findings"].dump(1);
     EXPECT_NE(report["verdict"], "usable") << c.kind;
@@ -150,7 +176,9 @@ TEST_F(WriteReport, MeshComparisonAndControlPointsAreThere) {
   road::ReportRequest request;
   request.crg_path = write(clean_oval(), "clean.crg");
   request.mesh = &mesh;
-  request.control_points = {{"A", {0, 0, 0}, {0, 0, 0}}, {"B", {100, 0, 0}, {100, 0, 0}}, {"C", {0, 100, 1}, {0, 100, 1}}};
+  request.control_points = {{"A", {0, 0, 0}, {0, 0, 0}},
+                            {"B", {100, 0, 0}, {100, 0, 0}},
+                            {"C", {0, 100, 1}, {0, 100, 1}}};
   const json report = report_of(request);
   EXPECT_EQ(report["verdict"], "usable") << report["findings"].dump(1);
   ASSERT_EQ(report["comparisons"].size(), 1u);
@@ -183,7 +211,9 @@ TEST_F(WriteReport, OutliersAndRemarksOfTheBuildAreThere) {
 TEST_F(WriteReport, StretchesOffTheMeshAreNamedOrTakenAsGiven) {
   const road::Mesh mesh = test_support::mesh_of(clean_oval(), 2);
   Oval bad = clean_oval();
-  test_support::plant(bad, [](double u, double v) { return u > 120.0 && u < 125.0 && std::abs(v) < 2.0 ? 0.05 : 0.0; });
+  test_support::plant(bad, [](double u, double v) {
+    return u > 120.0 && u < 125.0 && std::abs(v) < 2.0 ? 0.05 : 0.0;
+  });
   road::ReportRequest request;
   request.crg_path = write(bad, "bad.crg");
   EXPECT_TRUE(report_of(request)["rough"].is_null());
@@ -193,7 +223,8 @@ TEST_F(WriteReport, StretchesOffTheMeshAreNamedOrTakenAsGiven) {
   double first_m = 1e9, last_m = 0.0;
   for (const json& place : places) {
     if (place["largest_error_m"] < 0.04) continue;
-    EXPECT_NE(place["reason"].get<std::string>().find("own nodes are off the mesh"), std::string::npos);
+    EXPECT_NE(place["reason"].get<std::string>().find("own nodes are off the mesh"),
+              std::string::npos);
     first_m = std::min(first_m, place["u_begin_m"].get<double>());
     last_m = std::max(last_m, place["u_end_m"].get<double>());
   }
@@ -216,7 +247,8 @@ TEST_F(WriteReport, StretchesOffTheMeshAreNamedOrTakenAsGiven) {
   EXPECT_EQ(mesh_errors["worst"][0]["value_m"], -0.5);
   EXPECT_EQ(mesh_errors["worst"][0]["u_m"], 1.5);
   double largest_m = 0.0;
-  for (const json& error : report["along_u"]["largest_error_mesh_m"]) largest_m = std::max(largest_m, error.is_null() ? 0.0 : error.get<double>());
+  for (const json& error : report["along_u"]["largest_error_mesh_m"])
+    largest_m = std::max(largest_m, error.is_null() ? 0.0 : error.get<double>());
   EXPECT_EQ(largest_m, 0.5);
   ASSERT_EQ(report["kerbs"].size(), 1u);
   EXPECT_EQ(report["kerbs"][0]["side"], "right");
@@ -227,7 +259,9 @@ TEST_F(WriteReport, StretchesOffTheMeshAreNamedOrTakenAsGiven) {
 TEST_F(WriteReport, SaysWhatWasLookedForAndFromWhichLimits) {
   // A bump of 15 mm over the whole width: lower than what is a finding.
   Oval bump = clean_oval();
-  test_support::plant(bump, [](double u, double) { return u > 50.0 && u < 54.0 ? 0.015 * std::pow(std::sin(M_PI * (u - 50.0) / 4.0), 2) : 0.0; });
+  test_support::plant(bump, [](double u, double) {
+    return u > 50.0 && u < 54.0 ? 0.015 * std::pow(std::sin(M_PI * (u - 50.0) / 4.0), 2) : 0.0;
+  });
   road::ReportRequest request;
   request.crg_path = write(bump, "bump.crg");
   const json report = report_of(request);
@@ -249,7 +283,8 @@ TEST_F(WriteReport, OneAndManyThreadsGiveTheSameBytes) {
   for (const unsigned threads : {1u, 5u}) {
     request.threads = threads;
     const auto files = road::write_report(request, (dir_ / "out").string());
-    bytes[threads > 1] = text_of(files.json_path) + (files.page_path.empty() ? "" : text_of(files.page_path));
+    bytes[threads > 1] =
+        text_of(files.json_path) + (files.page_path.empty() ? "" : text_of(files.page_path));
   }
   EXPECT_TRUE(bytes[0] == bytes[1]);
 }
@@ -280,7 +315,9 @@ TEST_F(WriteReport, SampleFilesOfTheStandardAllGetAReport) {
   for (const auto& entry : fs::directory_iterator(samples)) {
     // Four of them only include files that are not there.
     const std::string stem = entry.path().stem().string();
-    if (entry.path().extension() != ".crg" || stem.starts_with("fileref") || stem == "testOptionBorderMode") continue;
+    if (entry.path().extension() != ".crg" || stem.starts_with("fileref") ||
+        stem == "testOptionBorderMode")
+      continue;
     road::ReportRequest request;
     request.crg_path = entry.path().string();
     try {
@@ -301,11 +338,13 @@ TEST(ReportPage, TextCannotEndTheDataOrBecomeMarkup) {
   data.sheet.v_m = {0.0, 1.0};
   const std::string page = report::report_page(data);
   EXPECT_EQ(page.find("<script>alert"), std::string::npos);
-  const std::size_t begin = page.find("id=\"report-data\">") + 17, end = page.find("</script>", begin);
+  const std::size_t begin = page.find("id=\"report-data\">") + 17,
+                    end = page.find("</script>", begin);
   const json parsed = json::parse(page.substr(begin, end - begin));
   EXPECT_EQ(parsed["title"].get<std::string>().substr(0, 9), "</script>");
   // Nothing outside the file is referred to.
-  for (const char* outside : {"src=\"http", "href=\"http", "url(http", "@import"}) EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  for (const char* outside : {"src=\"http", "href=\"http", "url(http", "@import"})
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
 }
 
 }  // namespace

@@ -19,8 +19,10 @@ long long cell(double x, double y) {
 
 template <typename Visit>
 void for_cells(const Eigen::AlignedBox2d& box, const Visit& visit) {
-  for (double x = std::floor(box.min().x() / kCell_m); x <= std::floor(box.max().x() / kCell_m); ++x) {
-    for (double y = std::floor(box.min().y() / kCell_m); y <= std::floor(box.max().y() / kCell_m); ++y) {
+  for (double x = std::floor(box.min().x() / kCell_m); x <= std::floor(box.max().x() / kCell_m);
+       ++x) {
+    for (double y = std::floor(box.min().y() / kCell_m); y <= std::floor(box.max().y() / kCell_m);
+         ++y) {
       visit(cell((x + 0.5) * kCell_m, (y + 0.5) * kCell_m));
     }
   }
@@ -31,7 +33,8 @@ void for_cells(const Eigen::AlignedBox2d& box, const Visit& visit) {
 BruteForce::BruteForce(const road::Mesh& mesh) : mesh_(mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     Eigen::AlignedBox2d box;
-    for (int k = 0; k < 3; ++k) box.extend(Eigen::Vector2d((mesh.origin_m + mesh.vertex(t, k)).head<2>()));
+    for (int k = 0; k < 3; ++k)
+      box.extend(Eigen::Vector2d((mesh.origin_m + mesh.vertex(t, k)).head<2>()));
     for_cells(box, [&](long long c) { triangles_of_cell_[c].push_back(t); });
   }
 }
@@ -68,10 +71,13 @@ void BruteForce::find_folds(double angle_deg) {
   std::vector<std::size_t> weld(mesh_.vertices_m.size());
   for (std::size_t i = 0; i < weld.size(); ++i) {
     const auto& p = mesh_.vertices_m[i];
-    const std::array<long long, 3> key{std::llround(p.x() * 1e3), std::llround(p.y() * 1e3), std::llround(p.z() * 1e3)};
+    const std::array<long long, 3> key{std::llround(p.x() * 1e3), std::llround(p.y() * 1e3),
+                                       std::llround(p.z() * 1e3)};
     weld[i] = welded.emplace(key, i).first->second;
   }
-  struct Side { std::size_t triangle; };
+  struct Side {
+    std::size_t triangle;
+  };
   std::map<std::pair<std::size_t, std::size_t>, std::vector<Side>> sides;
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -80,7 +86,8 @@ void BruteForce::find_folds(double angle_deg) {
     }
   }
   const auto normal = [&](std::size_t t) -> Eigen::Vector3d {
-    const Eigen::Vector3d n = (mesh_.vertex(t, 1) - mesh_.vertex(t, 0)).cross(mesh_.vertex(t, 2) - mesh_.vertex(t, 0));
+    const Eigen::Vector3d n =
+        (mesh_.vertex(t, 1) - mesh_.vertex(t, 0)).cross(mesh_.vertex(t, 2) - mesh_.vertex(t, 0));
     return n.z() < 0.0 ? Eigen::Vector3d(-n.normalized()) : Eigen::Vector3d(n.normalized());
   };
   const double cosine = std::cos(angle_deg * M_PI / 180.0);
@@ -90,9 +97,12 @@ void BruteForce::find_folds(double angle_deg) {
       folded = normal(touching[0].triangle).dot(normal(touching[i].triangle)) < cosine;
     }
     if (!folded) continue;
-    const Edge e{mesh_.origin_m + mesh_.vertices_m[edge.first], mesh_.origin_m + mesh_.vertices_m[edge.second]};
-    Eigen::AlignedBox2d box(Eigen::Vector2d(e.a.head<2>().cwiseMin(e.b.head<2>())), Eigen::Vector2d(e.a.head<2>().cwiseMax(e.b.head<2>())));
-    box.extend(Eigen::Vector2d(box.min().array() - 1.0)).extend(Eigen::Vector2d(box.max().array() + 1.0));
+    const Edge e{mesh_.origin_m + mesh_.vertices_m[edge.first],
+                 mesh_.origin_m + mesh_.vertices_m[edge.second]};
+    Eigen::AlignedBox2d box(Eigen::Vector2d(e.a.head<2>().cwiseMin(e.b.head<2>())),
+                            Eigen::Vector2d(e.a.head<2>().cwiseMax(e.b.head<2>())));
+    box.extend(Eigen::Vector2d(box.min().array() - 1.0))
+        .extend(Eigen::Vector2d(box.max().array() + 1.0));
     for_cells(box, [&](long long c) { folds_of_cell_[c].push_back(e); });
   }
 }
@@ -103,8 +113,10 @@ bool BruteForce::near_fold(double x_m, double y_m, double z_m, double distance_m
   const Eigen::Vector2d p(x_m, y_m);
   return std::any_of(found->second.begin(), found->second.end(), [&](const Edge& e) {
     const Eigen::Vector2d d = (e.b - e.a).head<2>();
-    const double t = std::clamp((p - e.a.head<2>()).dot(d) / std::max(d.squaredNorm(), 1e-12), 0.0, 1.0);
-    return (p - (e.a.head<2>() + t * d)).norm() <= distance_m && std::abs(e.a.z() + t * (e.b.z() - e.a.z()) - z_m) < 1.0;
+    const double t =
+        std::clamp((p - e.a.head<2>()).dot(d) / std::max(d.squaredNorm(), 1e-12), 0.0, 1.0);
+    return (p - (e.a.head<2>() + t * d)).norm() <= distance_m &&
+           std::abs(e.a.z() + t * (e.b.z() - e.a.z()) - z_m) < 1.0;
   });
 }
 

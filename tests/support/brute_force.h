@@ -1,4 +1,5 @@
-// An independent ruler: vertical lines against triangles in double precision, no Embree, no sampler code.
+// An independent ruler: vertical lines against triangles in double precision, no Embree, no sampler
+// code.
 #pragma once
 
 #include <optional>
@@ -27,7 +28,9 @@ class BruteForce {
   void find_folds(double angle_deg);
 
  private:
-  struct Edge { Eigen::Vector3d a, b; };
+  struct Edge {
+    Eigen::Vector3d a, b;
+  };
   road::Mesh mesh_;
   std::unordered_map<long long, std::vector<std::size_t>> triangles_of_cell_;
   std::unordered_map<long long, std::vector<Edge>> folds_of_cell_;

@@ -15,8 +15,7 @@ constexpr double kDegree = 0.017453292519943295;
 
 road::CircuitDesign design(bool is_truth) {
   road::CircuitDesign circuit =
-      road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml")
-          .design();
+      road::read_circuit(places::source() + "/tracks/kerbstone-ring/circuit.yaml").design();
   for (const double u : {420.0, 446.0, 585.0, 612.0, 780.0, 830.0}) {
     road::BumpDesign bump;
     bump.u_m = u, bump.v_m = u < 600.0 ? -2.0 : 1.5;

@@ -31,7 +31,8 @@ double kerb_height(double u, double v, const OvalOptions& options, double begin_
 }  // namespace
 
 Oval oval_road(const OvalOptions& options) {
-  const double arc_m = std::numbers::pi * options.radius_m, length_m = 2.0 * (options.straight_m + arc_m);
+  const double arc_m = std::numbers::pi * options.radius_m,
+               length_m = 2.0 * (options.straight_m + arc_m);
   const auto steps = static_cast<std::size_t>(std::lround(length_m / options.u_step_m));
   Oval oval;
   oval.line.u_step_m = length_m / static_cast<double>(steps);
@@ -54,7 +55,8 @@ Oval oval_road(const OvalOptions& options) {
   }
   oval.line.heading_rad.resize(steps + 1);
   for (std::size_t i = 1; i <= steps; ++i) {
-    oval.line.heading_rad[i] = std::atan2(oval.line.y_m[i] - oval.line.y_m[i - 1], oval.line.x_m[i] - oval.line.x_m[i - 1]);
+    oval.line.heading_rad[i] = std::atan2(oval.line.y_m[i] - oval.line.y_m[i - 1],
+                                          oval.line.x_m[i] - oval.line.x_m[i - 1]);
   }
   oval.line.heading_rad[0] = oval.line.heading_rad[1];
 
@@ -64,15 +66,19 @@ Oval oval_road(const OvalOptions& options) {
   const std::size_t columns = oval.grid.v_m.size();
 
   // Waves with a whole number of periods round the oval; each carries the variance of its band.
-  struct Wave { double amplitude_m, k_u, k_v, phase; };
+  struct Wave {
+    double amplitude_m, k_u, k_v, phase;
+  };
   std::vector<Wave> waves;
   std::mt19937_64 random(options.seed);
   if (options.iso_class != 0) {
     const double psd_n0 = 16e-6 * std::pow(4.0, options.iso_class - 'A');
     constexpr int kWaves = 160;
     for (int k = 0; k < kWaves; ++k) {
-      const double low = 0.02 * std::pow(100.0, static_cast<double>(k) / kWaves), high = low * std::pow(100.0, 1.0 / kWaves);
-      const double n = std::max(1.0, std::round((low + (high - low) * uniform(random)) * length_m)) / length_m;
+      const double low = 0.02 * std::pow(100.0, static_cast<double>(k) / kWaves),
+                   high = low * std::pow(100.0, 1.0 / kWaves);
+      const double n =
+          std::max(1.0, std::round((low + (high - low) * uniform(random)) * length_m)) / length_m;
       waves.push_back({std::sqrt(2.0 * psd_n0 * std::pow(n / 0.1, -2.0) * (high - low)), kTurn * n,
                        kTurn * n * (2.0 * uniform(random) - 1.0), kTurn * uniform(random)});
     }
@@ -81,14 +87,17 @@ Oval oval_road(const OvalOptions& options) {
   oval.grid.z_m.resize((steps + 1) * columns);
   for (std::size_t i = 0; i <= steps; ++i) {
     const double u = i == steps ? 0.0 : static_cast<double>(i) * oval.line.u_step_m;
-    const double hill = 4.0 * std::sin(kTurn * u / length_m) + 1.5 * std::cos(2.0 * kTurn * u / length_m);
+    const double hill =
+        4.0 * std::sin(kTurn * u / length_m) + 1.5 * std::cos(2.0 * kTurn * u / length_m);
     const double half = options.straight_m + arc_m;
     const double s = std::fmod(u, half);
     // Banking 4 % into the bends; rises and falls over 40 m inside them.
-    const double banking = -0.04 * smooth_step((s - options.straight_m) / 40.0) * smooth_step((half - s) / 40.0);
+    const double banking =
+        -0.04 * smooth_step((s - options.straight_m) / 40.0) * smooth_step((half - s) / 40.0);
     std::fill(row.begin(), row.end(), hill);
     for (const Wave& wave : waves) {
-      std::complex<double> phasor = std::polar(wave.amplitude_m, wave.k_u * u + wave.k_v * oval.grid.v_m[0] + wave.phase);
+      std::complex<double> phasor =
+          std::polar(wave.amplitude_m, wave.k_u * u + wave.k_v * oval.grid.v_m[0] + wave.phase);
       const std::complex<double> turn = std::polar(1.0, wave.k_v * options.v_step_m);
       for (double& z : row) {
         z += phasor.real();
@@ -98,7 +107,8 @@ Oval oval_road(const OvalOptions& options) {
     for (std::size_t j = 0; j < columns; ++j) {
       const double v = oval.grid.v_m[j];
       row[j] += banking * v - 0.03 * std::max(0.0, std::abs(v) - 7.0) +
-                kerb_height(u, v, options, options.straight_m) + kerb_height(u, v, options, half + options.straight_m);
+                kerb_height(u, v, options, options.straight_m) +
+                kerb_height(u, v, options, half + options.straight_m);
       oval.grid.z_m[i * columns + j] = static_cast<float>(row[j]);
     }
   }
@@ -124,7 +134,9 @@ road::Mesh mesh_of(const Oval& oval, std::size_t stride) {
       mesh.vertices_m.emplace_back(p.x_m, p.y_m, oval.grid.at(row, j * stride));
     }
   }
-  const auto id = [&](std::size_t i, std::size_t j) { return static_cast<std::uint32_t>(i * columns + j); };
+  const auto id = [&](std::size_t i, std::size_t j) {
+    return static_cast<std::uint32_t>(i * columns + j);
+  };
   for (std::size_t i = 0; i < rows; ++i) {
     for (std::size_t j = 0; j + 1 < columns; ++j) {
       mesh.triangles.push_back({id(i, j), id(i + 1, j), id(i, j + 1)});

@@ -1,4 +1,5 @@
-// A closed road with known heights: two straights, two half circles, hills, banking, kerbs, run-off.
+// A closed road with known heights: two straights, two half circles, hills, banking, kerbs,
+// run-off.
 #pragma once
 
 #include <functional>
@@ -11,7 +12,7 @@ namespace test_support {
 struct OvalOptions {
   double straight_m = 300.0;
   double radius_m = 60.0;
-  double u_step_m = 0.1;      ///< wanted; changed a little to close
+  double u_step_m = 0.1;  ///< wanted; changed a little to close
   double v_step_m = 0.1;
   double half_width_m = 9.0;  ///< of the grid: road to 6 m, kerbs to 7 m, run-off beyond
   char iso_class = 'B';       ///< roughness between 0.02 and 2 cycle/m; 0: none

@@ -1,5 +1,6 @@
-// Where the checkout, the tools built from it and the real data beside it lie. Only places.cpp knows
-// the paths, so that a checkout in another folder compiles all other tests to the same objects.
+// Where the checkout, the tools built from it and the real data beside it lie. Only places.cpp
+// knows the paths, so that a checkout in another folder compiles all other tests to the same
+// objects.
 #pragma once
 
 #include <string>

@@ -13,12 +13,15 @@ constexpr double kRingLength_m = 2.0 * M_PI * kRing_m;
 
 /// Where s along the circle (counter-clockwise, from +x) and `left` of it lies.
 inline Eigen::Vector3d on_ring(double s_m, double left_m, double z_m) {
-  return {(kRing_m - left_m) * std::cos(s_m / kRing_m), (kRing_m - left_m) * std::sin(s_m / kRing_m), z_m};
+  return {(kRing_m - left_m) * std::cos(s_m / kRing_m),
+          (kRing_m - left_m) * std::sin(s_m / kRing_m), z_m};
 }
 
-/// An object from `right_m` to `left_m` (level across when z_right_m is z_left_m) and from s_begin_m to s_end_m, in quads of 1 m.
-inline void add_ring_strip(road::Mesh& mesh, const std::string& name, double right_m, double left_m, double z_right_m, double z_left_m,
-                           double s_begin_m = 0.0, double s_end_m = kRingLength_m) {
+/// An object from `right_m` to `left_m` (level across when z_right_m is z_left_m) and from
+/// s_begin_m to s_end_m, in quads of 1 m.
+inline void add_ring_strip(road::Mesh& mesh, const std::string& name, double right_m, double left_m,
+                           double z_right_m, double z_left_m, double s_begin_m = 0.0,
+                           double s_end_m = kRingLength_m) {
   const auto object = static_cast<std::uint32_t>(mesh.objects.size());
   mesh.objects.push_back({});
   mesh.objects.back().name = name;

@@ -1,4 +1,3 @@
-#include "support/places.h"
 #include "support/run_crgbuild.h"
 
 #include <fcntl.h>
@@ -15,6 +14,8 @@
 #include <numbers>
 #include <stdexcept>
 #include <thread>
+
+#include "support/places.h"
 
 namespace cli {
 

@@ -14,7 +14,7 @@ struct ToolRun {
 
 struct ToolOptions {
   std::string in = "/dev/null", out = "";  ///< files; empty: `out` is read back
-  double signal_after_s = 0.0;        ///< 0: none
+  double signal_after_s = 0.0;             ///< 0: none
   int signal = 15;
 };
 

@@ -16,7 +16,8 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// Attributes of the sections below "Main Track": its own, and those of each track segment in order.
+/// Attributes of the sections below "Main Track": its own, and those of each track segment in
+/// order.
 void scan(const std::string& xml, Values& main, std::vector<Values>& segments) {
   static const std::regex tag("<!--|<(/?)(section|attnum|attstr)\\b([^>]*)>");
   static const std::regex field("([a-z]+)\\s*=\\s*\"([^\"]*)\"");
@@ -26,7 +27,8 @@ void scan(const std::string& xml, Values& main, std::vector<Values>& segments) {
     if (!std::regex_search(at, xml.cend(), match, tag)) break;
     if (match[0] == "<!--") {  // std::regex would recurse through a long comment
       const auto end = xml.find("-->", static_cast<std::size_t>(match[0].second - xml.cbegin()));
-      at = end == std::string::npos ? xml.cend() : xml.cbegin() + static_cast<std::ptrdiff_t>(end) + 3;
+      at = end == std::string::npos ? xml.cend()
+                                    : xml.cbegin() + static_cast<std::ptrdiff_t>(end) + 3;
       continue;
     }
     at = match[0].second;
@@ -36,18 +38,25 @@ void scan(const std::string& xml, Values& main, std::vector<Values>& segments) {
       continue;
     }
     Values fields;
-    for (std::sregex_iterator i(inside.begin(), inside.end(), field), end; i != end; ++i) fields[(*i)[1]] = (*i)[2];
+    for (std::sregex_iterator i(inside.begin(), inside.end(), field), end; i != end; ++i)
+      fields[(*i)[1]] = (*i)[2];
     if (what == "section") {
       if (!inside.empty() && inside.back() == '/') continue;
       path.push_back(fields["name"]);
-      if (path.size() == 3 && path[0] == "Main Track" && (path[1] == "Track Segments" || path[1] == "segments")) segments.emplace_back();
+      if (path.size() == 3 && path[0] == "Main Track" &&
+          (path[1] == "Track Segments" || path[1] == "segments"))
+        segments.emplace_back();
       continue;
     }
     std::string value = fields["val"];
-    if (fields["unit"] == "ft") value = std::to_string(std::strtod(value.c_str(), nullptr) * 0.304801);  // TORCS's foot
-    if (fields["unit"] == "deg") value = std::to_string(std::strtod(value.c_str(), nullptr) * std::numbers::pi / 180.0);
+    if (fields["unit"] == "ft")
+      value = std::to_string(std::strtod(value.c_str(), nullptr) * 0.304801);  // TORCS's foot
+    if (fields["unit"] == "deg")
+      value = std::to_string(std::strtod(value.c_str(), nullptr) * std::numbers::pi / 180.0);
     if (path.size() == 1 && path[0] == "Main Track") main[fields["name"]] = value;
-    if (path.size() == 3 && !segments.empty() && path[0] == "Main Track" && (path[1] == "Track Segments" || path[1] == "segments")) segments.back()[fields["name"]] = value;
+    if (path.size() == 3 && !segments.empty() && path[0] == "Main Track" &&
+        (path[1] == "Track Segments" || path[1] == "segments"))
+      segments.back()[fields["name"]] = value;
   }
 }
 
@@ -79,7 +88,8 @@ TorcsTrack read_torcs_track(const std::string& xml_path) {
       track.centre_m.push_back(at);
       const double step = length_m / pieces, turn = step * curvature_1pm;
       // The chord of an arc.
-      const double chord = std::abs(turn) > 1e-9 ? 2.0 / curvature_1pm * std::sin(0.5 * turn) : step;
+      const double chord =
+          std::abs(turn) > 1e-9 ? 2.0 / curvature_1pm * std::sin(0.5 * turn) : step;
       at += chord * Eigen::Vector2d(std::cos(heading + 0.5 * turn), std::sin(heading + 0.5 * turn));
       heading += turn;
     }
@@ -93,7 +103,9 @@ TorcsTrack read_torcs_track(const std::string& xml_path) {
       continue;
     }
     const double side = type->second == "lft" ? 1.0 : -1.0;
-    const double radius = number(segment, "radius", 0.0), end_radius = number(segment, "end radius", radius), arc = number(segment, "arc", 0.0);
+    const double radius = number(segment, "radius", 0.0),
+                 end_radius = number(segment, "end radius", radius),
+                 arc = number(segment, "arc", 0.0);
     const double length = 0.5 * (radius + end_radius) * arc;
     double steps = number(segment, "profil steps", 1.0);
     const double step_m = number(segment, "profil steps length", main_step_m);
@@ -103,9 +115,11 @@ TorcsTrack read_torcs_track(const std::string& xml_path) {
       continue;
     }
     double turned = 0.0;
-    for (int k = 0; k < static_cast<int>(steps); ++k) turned += length / steps / (radius + (end_radius - radius) * k / (steps - 1.0));
+    for (int k = 0; k < static_cast<int>(steps); ++k)
+      turned += length / steps / (radius + (end_radius - radius) * k / (steps - 1.0));
     const double piece = length / steps * arc / turned;
-    for (int k = 0; k < static_cast<int>(steps); ++k) go(piece, side / (radius + (end_radius - radius) * k / (steps - 1.0)));
+    for (int k = 0; k < static_cast<int>(steps); ++k)
+      go(piece, side / (radius + (end_radius - radius) * k / (steps - 1.0)));
   }
   track.closing_gap_m = at.norm();
   return track;

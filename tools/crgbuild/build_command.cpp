@@ -25,7 +25,8 @@ void apply(const RecipeFlags& flags, road::Recipe& recipe) {
              by_values = given("yaw_deg") || given("translation_m");
   if ((by_points ? 1 : 0) + (by_trajectory ? 1 : 0) + (by_values ? 1 : 0) > 1)
     throw UsageError(
-        "more than one of --control-points, --trajectory, and --yaw-deg with --translation-m seen; give one");
+        "more than one of --control-points, --trajectory, and --yaw-deg with --translation-m seen; "
+        "give one");
   if (by_points || by_trajectory) recipe.T_global_mesh.reset();
   if (by_values || by_trajectory) recipe.control_points_path.reset();
   if (by_values || by_points) recipe.trajectory_path.reset();
@@ -55,9 +56,11 @@ bool is_road_file(const std::string& path) {
 std::string smoothed_waves(const nlohmann::json& smooth) {
   const nlohmann::json& waves = smooth.at("halved_waves_m");
   if (!waves.is_array()) return "";
-  return fmt::format(" (u = {:.1f} m, v = {:.1f} m); waves of {:.1f} to {:.1f} m lost more than half of their power",
-                     smooth.at("largest_change_u_m").get<double>(), smooth.at("largest_change_v_m").get<double>(),
-                     waves.at(0).get<double>(), waves.at(1).get<double>());
+  return fmt::format(
+      " (u = {:.1f} m, v = {:.1f} m); waves of {:.1f} to {:.1f} m lost more than half of their "
+      "power",
+      smooth.at("largest_change_u_m").get<double>(), smooth.at("largest_change_v_m").get<double>(),
+      waves.at(0).get<double>(), waves.at(1).get<double>());
 }
 
 }  // namespace
@@ -78,8 +81,12 @@ std::string alignment_text(const nlohmann::json& align) {
   if (align.is_null() || align.at("by") == "values") return "";
   const auto& names = align.at("points");
   const auto& outliers = align.at("outliers");
-  std::string text = fmt::format("aligned  by {}: rms {:.1f} mm", align.at("by") == "trajectory" ? "the trajectory" : fmt::format("{} control points", names.size() - outliers.size()),
-                                 1e3 * align.at("rms_m").get<double>());
+  std::string text =
+      fmt::format("aligned  by {}: rms {:.1f} mm",
+                  align.at("by") == "trajectory"
+                      ? "the trajectory"
+                      : fmt::format("{} control points", names.size() - outliers.size()),
+                  1e3 * align.at("rms_m").get<double>());
   std::string worst, left_out;
   double largest_m = -1.0;
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -99,7 +106,8 @@ std::string alignment_text(const nlohmann::json& align) {
 std::string timing_text(const std::string& timing_json) {
   try {
     const auto timing = nlohmann::json::parse(timing_json);
-    return fmt::format("{:.2f} s, {:.0f} MB", timing.at("seconds").at("total").get<double>(), timing.at("peak_memory_mb").get<double>());
+    return fmt::format("{:.2f} s, {:.0f} MB", timing.at("seconds").at("total").get<double>(),
+                       timing.at("peak_memory_mb").get<double>());
   } catch (const nlohmann::json::exception&) {
     return "";
   }
@@ -107,9 +115,10 @@ std::string timing_text(const std::string& timing_json) {
 
 std::string cost_text(const road::BuildResult& result) {
   std::string text = timing_text(result.timing_json);
-  const char* why = result.reused         ? "reused: nothing has changed since then (--force builds again)"
-                    : result.clean_reused ? "the mesh was cleaned before and has not changed (--force cleans again)"
-                                          : "";
+  const char* why = result.reused ? "reused: nothing has changed since then (--force builds again)"
+                    : result.clean_reused
+                        ? "the mesh was cleaned before and has not changed (--force cleans again)"
+                        : "";
   if (!text.empty() && *why != '\0') text += "; ";
   return fmt::format("  {}{}\n", text, why);
 }
@@ -118,8 +127,9 @@ std::string cost_text(const road::BuildResult& result) {
 std::string build_text(const road::Recipe& recipe, const road::BuildResult& result) {
   const auto s = nlohmann::json::parse(result.summary_json);
   const auto number = [](const nlohmann::json& j) { return j.is_number() ? j.get<double>() : 0.0; };
-  const nlohmann::json &line = s.at("reference_line"), &width = s.at("centreline"), &clean = s.at("clean"), &grid = s.at("grid"),
-                       &sample = s.at("sample"), &validation = s.at("validation");
+  const nlohmann::json &line = s.at("reference_line"), &width = s.at("centreline"),
+                       &clean = s.at("clean"), &grid = s.at("grid"), &sample = s.at("sample"),
+                       &validation = s.at("validation");
   std::string text = fmt::format(
       "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} "
       "m\n"
@@ -146,10 +156,13 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       1e3 * number(validation.at("z_error_m").at("max")), cost_text(result), result.crg_path,
       result.picture_path, result.summary_path);
   text += alignment_text(s.at("align"));
-  if (!result.patches_path.empty()) text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path, s.at("patches").size());
+  if (!result.patches_path.empty())
+    text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path,
+                        s.at("patches").size());
   if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
   for (const char* stage : {"read", "clean", "sample", "validation"})
-    for (const auto& remark : s.at(stage).at("remarks")) text += fmt::format("remark   {}\n", one_line(remark.get<std::string>()));
+    for (const auto& remark : s.at(stage).at("remarks"))
+      text += fmt::format("remark   {}\n", one_line(remark.get<std::string>()));
   const std::string bound = smoothing_bound(s);
   if (!bound.empty()) text += "remark   " + bound + "\n";
   return text;
@@ -213,11 +226,16 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 
 int run_build(const BuildCommand& command, Terminal& terminal) {
   if (files::ending_of(command.input) == ".crg")
-    throw UsageError(fmt::format("{0} is a road already: crgbuild info {0} says what it holds, crgbuild report {0} -o {1} what is wrong with it",
-                                 command::shell_word(command.input), command::shell_word(command.output_dir)));
+    throw UsageError(
+        fmt::format("{0} is a road already: crgbuild info {0} says what it holds, crgbuild report "
+                    "{0} -o {1} what is wrong with it",
+                    command::shell_word(command.input), command::shell_word(command.output_dir)));
   if (is_road_file(command.input))
-    throw road::Error(fmt::format("{0}: is an OpenCRG road already, a mesh or a recipe is wanted; 'crgbuild info {0}' says what it holds, "
-                                  "'crgbuild report {0} -o DIR' what is wrong with it", command.input));
+    throw road::Error(
+        fmt::format("{0}: is an OpenCRG road already, a mesh or a recipe is wanted; 'crgbuild info "
+                    "{0}' says what it holds, "
+                    "'crgbuild report {0} -o DIR' what is wrong with it",
+                    command.input));
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
   files::OutputSet outputs(command.output_dir, road::kBuildCommand);
@@ -232,12 +250,15 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
     }
   }();
   std::optional<road::ReportFiles> report;
-  if (!command.no_report) report = result.reused ? road::read_report(command.output_dir) : report_build(command, recipe, result, evidence, outputs);
+  if (!command.no_report)
+    report = result.reused ? road::read_report(command.output_dir)
+                           : report_build(command, recipe, result, evidence, outputs);
   road::commit_build(recipe, result, outputs);
   terminal.progress_done();
   terminal.print(terminal.json ? result.summary_json : build_text(recipe, result));
   if (report) print_report(*report, terminal);
-  if (!result.validation_failures.empty()) throw_validation_failed(result.crg_path, result.validation_failures);
+  if (!result.validation_failures.empty())
+    throw_validation_failed(result.crg_path, result.validation_failures);
   if (report) refuse_if_not_usable(result.crg_path, *report);
   return kOk;
 }

@@ -100,7 +100,8 @@ struct ReportCommand {
 /// Exit code 3 when the road is not usable; the report is written all the same.
 int run_report(const ReportCommand& command, Terminal& terminal);
 
-/// The report of a road that was just built, into the same set of files; the paths are those after its commit.
+/// The report of a road that was just built, into the same set of files; the paths are those after
+/// its commit.
 road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe,
                                const road::BuildResult& result, const road::BuildEvidence& evidence,
                                const files::OutputSet& outputs);

@@ -114,8 +114,7 @@ int run_convert(const ConvertCommand& command, Terminal& terminal) {
 int run_crop(const CropCommand& command, Terminal& terminal) {
   const crg::CropOptions options{command.u_begin_m, command.u_end_m, command.v_right_m,
                                  command.v_left_m};
-  return save(crg::crop(crg::read(command.crg), options), command.output, command.format,
-              terminal);
+  return save(crg::crop(crg::read(command.crg), options), command.output, command.format, terminal);
 }
 
 int run_resample(const ResampleCommand& command, Terminal& terminal) {

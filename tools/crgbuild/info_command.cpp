@@ -40,8 +40,9 @@ Json entries(const std::vector<crg::HeaderEntry>& section) {
 std::string text_of(const std::vector<crg::HeaderEntry>& section) {
   std::string out;
   for (const crg::HeaderEntry& entry : section)
-    if (entry.key != "*") out += "  " + entry.key + " = " +
-           (entry.text.empty() ? fmt::format("{}", entry.value) : one_line(entry.text)) + "\n";
+    if (entry.key != "*")
+      out += "  " + entry.key + " = " +
+             (entry.text.empty() ? fmt::format("{}", entry.value) : one_line(entry.text)) + "\n";
   return out;
 }
 
@@ -121,15 +122,17 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
       even ? "even" : "uneven",
       even ? fmt::format("{:.6g} m", grid.v_step_max_m)
            : fmt::format("{:.6g} to {:.6g} m", grid.v_step_min_m, grid.v_step_max_m),
-      grid.z_min_m, grid.z_max_m, grid.width_median_m, grid.width_min_m, grid.width_max_m, grid.rows,
-      grid.columns, grid.nodes, grid.nodes_with_z, grid.holes);
+      grid.z_min_m, grid.z_max_m, grid.width_median_m, grid.width_min_m, grid.width_max_m,
+      grid.rows, grid.columns, grid.nodes, grid.nodes_with_z, grid.holes);
   const road::GeoEnds wgs84 = road::geo_ends(file);
   for (const auto& [name, end] : {std::pair("start", wgs84.start), {"end", wgs84.end}}) {
     if (!end) continue;
-    text += fmt::format("{:<8} latitude {:.8f}, longitude {:.8f} deg{}\n", name, end->latitude_deg, end->longitude_deg,
+    text += fmt::format("{:<8} latitude {:.8f}, longitude {:.8f} deg{}\n", name, end->latitude_deg,
+                        end->longitude_deg,
                         end->height_m ? fmt::format(", height {:.3f} m", *end->height_m) : "");
   }
-  if (!file.modifiers.empty()) text += "modifiers (the numbers above are those before them)\n" + text_of(file.modifiers);
+  if (!file.modifiers.empty())
+    text += "modifiers (the numbers above are those before them)\n" + text_of(file.modifiers);
   if (!file.options.empty()) text += "options\n" + text_of(file.options);
   if (!file.projection.empty()) text += "projection\n" + text_of(file.projection);
   if (!file.comment.empty()) text += "comment\n";

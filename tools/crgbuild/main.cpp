@@ -48,7 +48,8 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
     }
     CLI::Option* option = command.add_option_function<std::string>(
         flag_of(key.name),
-        [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); }, text);
+        [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); },
+        text);
     option->type_name(key.wanted)->group(group);
   }
 }
@@ -83,7 +84,8 @@ void define_main_way(CLI::App& app, Commands& c) {
   CLI::App* build =
       app.add_subcommand("build", "a mesh becomes a checked OpenCRG road: all stages");
   add_input(*build, "input", c.build.input, kMeshHelp)->required();
-  add_output_folder(*build, c.build.output_dir, "folder for the results, made if missing")->required();
+  add_output_folder(*build, c.build.output_dir, "folder for the results, made if missing")
+      ->required();
   add_recipe_flags(*build, c.build.flags,
                    {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
                     "smooth", "patch", "friction", "align", "validate"});
@@ -97,8 +99,10 @@ void define_main_way(CLI::App& app, Commands& c) {
   build->add_flag("--force", c.build.force,
                   "build even when nothing has changed since the files in the folder were built");
   build->footer(
-      "Writes <name>.crg (the road), <name>.png (look at it first), report.html (what is wrong with\n"
-      "the road, and where), report.json and summary.json (every number), <name>.stl (the surface that\n"
+      "Writes <name>.crg (the road), <name>.png (look at it first), report.html (what is wrong "
+      "with\n"
+      "the road, and where), report.json and summary.json (every number), <name>.stl (the surface "
+      "that\n"
       "was kept) and centreline.csv into the folder.\n\n"
       "Examples:\n"
       "  crgbuild build track.obj -o out\n"
@@ -110,7 +114,8 @@ void define_main_way(CLI::App& app, Commands& c) {
       app.add_subcommand("validate", "compares a .crg with the mesh it was made from");
   add_input(*validate, "crg", c.validate.crg, "the road")->required();
   add_input(*validate, "mesh", c.validate.mesh,
-           "the mesh as the simulator exported it, or the track.yaml")->required();
+            "the mesh as the simulator exported it, or the track.yaml")
+      ->required();
   add_recipe_flags(*validate, c.validate.flags, {"read", "align", "validate"});
   validate->footer(
       "Heights at random points between the nodes of the grid against vertical rays on the "
@@ -123,31 +128,43 @@ void define_from_edges(CLI::App& app, Commands& c) {
   CLI::App* edges =
       app.add_subcommand("from-edges", "a road between two surveyed edges, without a mesh");
   add_input(*edges, "left", c.from_edges.left,
-           "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge")->required();
-  add_input(*edges, "right", c.from_edges.right, "the same for the right edge; points need not correspond")->required();
-  add_output_folder(*edges, c.from_edges.output_dir, "folder for the results, made if missing")->required();
+            "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge")
+      ->required();
+  add_input(*edges, "right", c.from_edges.right,
+            "the same for the right edge; points need not correspond")
+      ->required();
+  add_output_folder(*edges, c.from_edges.output_dir, "folder for the results, made if missing")
+      ->required();
   add_recipe_flags(*edges, c.from_edges.flags, {"output", "u_step_m", "v_step_m"});
-  edges->add_option("--name", c.from_edges.name,
-                    "files are called <name>.crg, <name>.png, ... [what the names of both files share]")
+  edges
+      ->add_option(
+          "--name", c.from_edges.name,
+          "files are called <name>.crg, <name>.png, ... [what the names of both files share]")
       ->type_name("NAME");
   edges->footer(
       "u = 0 beside the first row of LEFT, u in the direction of its rows. Closed when both edges\n"
-      "come round to their start. Writes <name>.crg, <name>.png, centreline.csv and summary.json.\n\n"
+      "come round to their start. Writes <name>.crg, <name>.png, centreline.csv and "
+      "summary.json.\n\n"
       "Example:\n  crgbuild from-edges track_left.csv track_right.csv -o out");
 }
 
 void define_report(CLI::App& app, Commands& c) {
-  CLI::App* report =
-      app.add_subcommand("report", "what is wrong with a road file, and where: one page to look at");
+  CLI::App* report = app.add_subcommand(
+      "report", "what is wrong with a road file, and where: one page to look at");
   add_input(*report, "crg", c.report.crg, "the road")->required();
-  add_output_folder(*report, c.report.output_dir, "folder for report.html and report.json, made if missing")->required();
-  add_input(*report, "--mesh", c.report.mesh, "the mesh that the road should follow, or the track.yaml");
+  add_output_folder(*report, c.report.output_dir,
+                    "folder for report.html and report.json, made if missing")
+      ->required();
+  add_input(*report, "--mesh", c.report.mesh,
+            "the mesh that the road should follow, or the track.yaml");
   add_input(*report, "--against", c.report.against, "another road file: what differs");
-  add_input(*report, "--cloud", c.report.cloud, "measured points in the frame of the road, or a folder of them",
+  add_input(*report, "--cloud", c.report.cloud,
+            "measured points in the frame of the road, or a folder of them",
             command::kFileOrFolder);
   add_input(*report, "--before", c.report.before,
-                "the same road before smoothing and kerb refinement");
-  add_input(*report, "--grip", c.report.grip, "a road file with friction in place of heights, a colour");
+            "the same road before smoothing and kerb refinement");
+  add_input(*report, "--grip", c.report.grip,
+            "a road file with friction in place of heights, a colour");
   add_recipe_flags(*report, c.report.flags, {"read", "align"});
   report->footer(
       "Examples:\n"
@@ -160,13 +177,16 @@ void define_report(CLI::App& app, Commands& c) {
 void define_stages(CLI::App& app, Commands& c) {
   CLI::App* clean = app.add_subcommand("clean", "stage 1: keeps the drivable surface of a mesh");
   add_input(*clean, "input", c.clean.input, kMeshHelp)->required();
-  add_output_file(*clean, c.clean.output, "surface: .obj or .stl (both keep road, kerb and run-off apart), or .ply")->required();
+  add_output_file(*clean, c.clean.output,
+                  "surface: .obj or .stl (both keep road, kerb and run-off apart), or .ply")
+      ->required();
   add_recipe_flags(*clean, c.clean.flags, {"read", "clean"});
   clean->footer("Example:\n  crgbuild clean track.fbx -o surface.obj");
 
   CLI::App* centreline = app.add_subcommand("centreline", "stage 2: traces the middle of the road");
   add_input(*centreline, "input", c.centreline.input,
-           "surface from 'clean' (or a mesh or track.yaml, cleaned first)")->required();
+            "surface from 'clean' (or a mesh or track.yaml, cleaned first)")
+      ->required();
   add_output_file(*centreline, c.centreline.output, "CSV: x_m,y_m,z_m,half_width_m")->required();
   add_recipe_flags(*centreline, c.centreline.flags, {"read", "clean", "centreline"});
   centreline->footer(
@@ -174,9 +194,11 @@ void define_stages(CLI::App& app, Commands& c) {
 
   CLI::App* sample = app.add_subcommand("sample", "stage 3: heights along and across the road");
   add_input(*sample, "input", c.sample.input,
-           "surface from 'clean' (or a mesh or track.yaml, cleaned first)")->required();
+            "surface from 'clean' (or a mesh or track.yaml, cleaned first)")
+      ->required();
   add_input(*sample, "--centreline", c.sample.centreline,
-           "CSV from 'centreline', or your own with x_m,y_m,z_m,half_width_m")->required();
+            "CSV from 'centreline', or your own with x_m,y_m,z_m,half_width_m")
+      ->required();
   add_output_file(*sample, c.sample.output, "the road, .crg")->required();
   add_recipe_flags(*sample, c.sample.flags,
                    {"read", "clean", "reference_line", "sample", "output"});
@@ -187,14 +209,16 @@ void define_stages(CLI::App& app, Commands& c) {
   CLI::App* kerb = app.add_subcommand("kerb", "stage 4: finer columns where kerbs are");
   add_input(*kerb, "crg", c.kerb.crg, "road from 'sample', in the frame of the mesh")->required();
   add_input(*kerb, "--mesh", c.kerb.mesh,
-           "surface from 'clean' (or a mesh or track.yaml, cleaned first)")->required();
+            "surface from 'clean' (or a mesh or track.yaml, cleaned first)")
+      ->required();
   add_output_file(*kerb, c.kerb.output, "the road, .crg")->required();
   add_recipe_flags(*kerb, c.kerb.flags, {"read", "clean", "kerb", "output"});
   kerb->footer("Example:\n  crgbuild kerb sampled.crg --mesh surface.obj -o kerbs.crg");
 
   CLI::App* smooth =
       app.add_subcommand("smooth", "stage 5: moving average of the heights along the road");
-  add_input(*smooth, "crg", c.smooth.crg, "road from 'kerb' or 'sample', in the frame of the mesh")->required();
+  add_input(*smooth, "crg", c.smooth.crg, "road from 'kerb' or 'sample', in the frame of the mesh")
+      ->required();
   add_input(*smooth, "--mesh", c.smooth.mesh,
             "surface from 'clean': tells where the kerbs are, which stay as they are");
   smooth->add_flag("--ignore-kerbs", c.smooth.ignore_kerbs,
@@ -211,7 +235,8 @@ void define_stages(CLI::App& app, Commands& c) {
   add_recipe_flags(*align, c.align.flags, {"align", "output"});
   align->footer(
       "Control points: a CSV with the columns name,mesh_x_m,mesh_y_m,mesh_z_m and x_m,y_m,z_m or\n"
-      "lat_deg,lon_deg,h_m. A trajectory: a CSV with the columns of either kind, driven on the road.\n\n"
+      "lat_deg,lon_deg,h_m. A trajectory: a CSV with the columns of either kind, driven on the "
+      "road.\n\n"
       "Examples:\n"
       "  crgbuild align smooth.crg --control-points points.csv -o global.crg\n"
       "  crgbuild align smooth.crg --yaw-deg 12.5 --translation-m 500000,5400000,310 -o "
@@ -233,7 +258,8 @@ CLI::App* add_edit(CLI::App& app, const std::string& name, const std::string& te
     add_input(*edit, "second", command.second, "the road that follows")->required();
   }
   add_output_file(*edit, command.output, "the edited road, .crg")->required();
-  add_choice(*edit, "--format", command.format, "of the payload [as the input]", {"krbi", "kdbi", "lrfi", "ldfi"});
+  add_choice(*edit, "--format", command.format, "of the payload [as the input]",
+             {"krbi", "kdbi", "lrfi", "ldfi"});
   edit->footer("Example:\n  crgbuild " + name + " " + example);
   return edit;
 }
@@ -247,13 +273,12 @@ void define_edits(CLI::App& app, Commands& c) {
   CLI::App* check =
       app.add_subcommand("check", "does a .crg file keep the rules and agree with itself?");
   add_input(*check, "crg", c.check.crg, "the road")->required();
-  check->footer(
-      "Example:\n  crgbuild check out/track.crg\n\nExit code 3 when there are errors.");
+  check->footer("Example:\n  crgbuild check out/track.crg\n\nExit code 3 when there are errors.");
 
   add_edit(app, "convert", "writes a .crg in another payload format", c.convert,
            "road.crg -o text.crg --format lrfi");
-  CLI::App* crop =
-      add_edit(app, "crop", "keeps a part of a road", c.crop, "road.crg -o part.crg --u-begin-m 100 --u-end-m 400");
+  CLI::App* crop = add_edit(app, "crop", "keeps a part of a road", c.crop,
+                            "road.crg -o part.crg --u-begin-m 100 --u-end-m 400");
   add_metres(*crop, "--u-begin-m", c.crop.u_begin_m, "first u to keep [all]");
   add_metres(*crop, "--u-end-m", c.crop.u_end_m, "last u to keep [all]");
   add_metres(*crop, "--v-right-m", c.crop.v_right_m, "rightmost v to keep [all]");
@@ -268,9 +293,9 @@ void define_edits(CLI::App& app, Commands& c) {
                               "first.crg second.crg -o both.crg");
   append->add_flag("--move", c.append.move,
                    "bring the second road to the end of the first, turned and raised to fit");
-  CLI::App* transform =
-      add_edit(app, "transform", "works modifiers into the data: scales, fills NaN, moves",
-               c.transform, "road.crg -o moved.crg --set REFLINE_OFFSET_X=100 --set SCALE_Z_GRID=2");
+  CLI::App* transform = add_edit(
+      app, "transform", "works modifiers into the data: scales, fills NaN, moves", c.transform,
+      "road.crg -o moved.crg --set REFLINE_OFFSET_X=100 --set SCALE_Z_GRID=2");
   transform
       ->add_option("--set", c.transform.settings,
                    "a modifier of the standard on top of those in the file (repeatable)")
@@ -285,9 +310,15 @@ void define_file_tools(CLI::App& app, Commands& c) {
   CLI::App* query =
       app.add_subcommand("query", "height, heading, curvature and gradient at points");
   add_input(*query, "crg", c.query.crg, "the road")->required();
-  add_input(*query, "--points", c.query.points, "CSV with the columns x_m and y_m, or u_m and v_m; -: standard input", command::kFileOrDash)->required();
-  add_output_file(*query, c.query.output, "CSV: x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy; cells are empty where "
-           "there is no road")->required();
+  add_input(*query, "--points", c.query.points,
+            "CSV with the columns x_m and y_m, or u_m and v_m; -: standard input",
+            command::kFileOrDash)
+      ->required();
+  add_output_file(
+      *query, c.query.output,
+      "CSV: x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy; cells are empty where "
+      "there is no road")
+      ->required();
   query->add_option("--threads", c.query.threads, "0: all cores")
       ->type_name("0 to 1024")
       ->check(CLI::Range(0, 1024).description(""));
@@ -309,7 +340,8 @@ void define_file_tools(CLI::App& app, Commands& c) {
   CLI::App* synth =
       app.add_subcommand("synth", "makes a mesh and its exact road from a drawn circuit");
   add_input(*synth, "circuit", c.synth.circuit, "circuit.yaml")->required();
-  add_output_folder(*synth, c.synth.output_dir, "folder for mesh and truth, made if missing")->required();
+  add_output_folder(*synth, c.synth.output_dir, "folder for mesh and truth, made if missing")
+      ->required();
   add_choice(*synth, "--format", c.synth.format, "of the mesh [obj]", {"obj", "glb", "ply", "stl"});
   add_choice(*synth, "--up", c.synth.up, "axis of the mesh that points up [y]", {"y", "z"});
   add_choice(*synth, "--unit", c.synth.unit, "of the mesh's coordinates [m]",
@@ -319,7 +351,8 @@ void define_file_tools(CLI::App& app, Commands& c) {
                    "length of facets on straights; 10 is coarse [0.5]")
       ->check(CLI::Range(0.05, 50.0).description(""))
       ->type_name("0.05 to 50");
-  add_choice(*synth, "--names", c.synth.names, "how objects are called [plain]", {"plain", "torcs", "ac", "none"});
+  add_choice(*synth, "--names", c.synth.names, "how objects are called [plain]",
+             {"plain", "torcs", "ac", "none"});
   synth->footer("Example:\n  crgbuild synth tracks/kerbstone-ring/circuit.yaml -o out/demo");
 }
 
@@ -353,8 +386,7 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   if (name == "align") return naming(c.align.crg, [&] { return run_align(c.align, terminal); });
   if (name == "validate")
     return naming(c.validate.mesh, [&] { return run_validate(c.validate, terminal); });
-  if (name == "report")
-    return naming(c.report.crg, [&] { return run_report(c.report, terminal); });
+  if (name == "report") return naming(c.report.crg, [&] { return run_report(c.report, terminal); });
   if (name == "info") return run_info(c.info, terminal);
   if (name == "query") return run_query(c.query, terminal);
   if (name == "check") return run_check(c.check, terminal);

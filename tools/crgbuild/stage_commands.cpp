@@ -41,7 +41,8 @@ Track read_track(const std::string& path) {
 }
 
 void write_track(Track track, const std::string& path, crg::Format format) {
-  files::write_file(path, crg::to_bytes(road::track_crg(track.line, std::move(track.grid)), format));
+  files::write_file(path,
+                    crg::to_bytes(road::track_crg(track.line, std::move(track.grid)), format));
 }
 
 /// The class of each node is that of the mesh surface at its height.
@@ -214,7 +215,9 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
   const road::Recipe recipe =
       command.mesh.empty() ? make_recipe(command.flags) : make_recipe(command.mesh, command.flags);
   if (!(recipe.smooth.window_u_m > 0.0) && !(recipe.smooth.window_v_m > 0.0))
-    throw UsageError("--smooth-window-m and --smooth-window-v-m are 0, which changes nothing; give a window in metres");
+    throw UsageError(
+        "--smooth-window-m and --smooth-window-v-m are 0, which changes nothing; give a window in "
+        "metres");
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
   Track track = read_track(command.crg);
@@ -236,14 +239,17 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
   road::smooth(sampled, options, &numbers);
   write_track({track.line, std::move(sampled.grid)}, command.output, recipe.format);
   const std::string waves =
-      numbers.halved_waves_m ? fmt::format("waves of {:.1f} to {:.1f} m lost more than half of their power\n",
-                                           numbers.halved_waves_m->shortest_m, numbers.halved_waves_m->longest_m)
-                             : "";
+      numbers.halved_waves_m
+          ? fmt::format("waves of {:.1f} to {:.1f} m lost more than half of their power\n",
+                        numbers.halved_waves_m->shortest_m, numbers.halved_waves_m->longest_m)
+          : "";
   report(terminal, road::json_text(numbers, options),
-         fmt::format("largest change {:.2f} mm on the road (u = {:.1f} m, v = {:.1f} m), {:.2f} mm on kerbs; {} "
+         fmt::format("largest change {:.2f} mm on the road (u = {:.1f} m, v = {:.1f} m), {:.2f} mm "
+                     "on kerbs; {} "
                      "nodes at the bound\n{}road  {}\n",
-                     1e3 * numbers.largest_change_road_m, numbers.largest_change_u_m, numbers.largest_change_v_m,
-                     1e3 * numbers.largest_change_kerb_m, numbers.nodes_at_bound, waves, command.output));
+                     1e3 * numbers.largest_change_road_m, numbers.largest_change_u_m,
+                     numbers.largest_change_v_m, 1e3 * numbers.largest_change_kerb_m,
+                     numbers.nodes_at_bound, waves, command.output));
   return kOk;
 }
 
@@ -251,10 +257,13 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
   const road::Recipe recipe = make_recipe(command.flags);
   if (!recipe.control_points_path && !recipe.trajectory_path && !recipe.T_global_mesh)
     throw UsageError(
-        "nothing to align with: give --control-points, --trajectory, or --yaw-deg and --translation-m");
+        "nothing to align with: give --control-points, --trajectory, or --yaw-deg and "
+        "--translation-m");
   if (recipe.align.rotation != road::AlignOptions::Rotation::about_z || recipe.align.scale)
-    throw UsageError("a finished road can be turned about z and moved; what tilts or scales it has to be done to its mesh: build with "
-                     "--align-rotation free or --align-scale instead");
+    throw UsageError(
+        "a finished road can be turned about z and moved; what tilts or scales it has to be done "
+        "to its mesh: build with "
+        "--align-rotation free or --align-scale instead");
   Track track = read_track(command.crg);
   const auto placement = road::place_road(recipe, track.line);
   const road::AlignReport& numbers = placement->align;
@@ -282,7 +291,8 @@ int run_validate(const ValidateCommand& command, Terminal& terminal) {
   road::ValidateOptions options = recipe.validate;
   if (recipe.trajectory_path)
     throw UsageError(
-        "a trajectory does not tell where the mesh of a finished road lies; give --yaw-deg and --translation-m "
+        "a trajectory does not tell where the mesh of a finished road lies; give --yaw-deg and "
+        "--translation-m "
         "as summary.json of the build has them under align");
   if (const auto placement = road::place_mesh(recipe)) {
     options.T_global_mesh = placement->align.T_global_mesh;

@@ -13,7 +13,8 @@ using command::add_choice, command::add_input, command::add_output_file, command
 using Run = std::function<int()>;
 
 CLI::Option* add_unit(CLI::App& app, std::string& unit) {
-  return add_choice(app, "--unit", unit, "of the cloud [as the file says, else m]", {"m", "ft", "us-ft", "cm", "mm"});
+  return add_choice(app, "--unit", unit, "of the cloud [as the file says, else m]",
+                    {"m", "ft", "us-ft", "cm", "mm"});
 }
 
 void add_doubles(CLI::App& app, bool& doubles) {
@@ -42,7 +43,8 @@ std::string about_pcl() {
 void define_info(CLI::App& app, InfoCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const info =
       app.add_subcommand("info", "points, bounds, unit, classes and resolution of a cloud");
-  add_input(*info, "cloud", c.cloud, "a .las, .laz, .ply, .pcd, .bin, .xyz or .csv, or a folder of them",
+  add_input(*info, "cloud", c.cloud,
+            "a .las, .laz, .ply, .pcd, .bin, .xyz or .csv, or a folder of them",
             command::kFileOrFolder)
       ->required();
   add_unit(*info, c.unit);
@@ -117,13 +119,16 @@ void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& r
   add_input(*changes, "new", c.after, "the same, later", command::kFileOrFolder)->required();
   add_output_folder(*changes, c.output_dir, "folder for the results, made if missing")->required();
   add_unit(*changes, c.unit);
-  changes->add_option("--cell-m", c.cell_m, "side of the cells that are compared [as the points allow]")
+  changes
+      ->add_option("--cell-m", c.cell_m,
+                   "side of the cells that are compared [as the points allow]")
       ->check(CLI::Range(0.05, 100.0));
   changes->add_option("--min-change-m", c.min_change_m, "smallest change that is told [0.01]")
       ->check(CLI::Range(1e-4, 10.0));
   changes
-      ->add_option("--level-m", c.level_m,
-                   "differences that are even over this width are drift and taken out; 0: none [30]")
+      ->add_option(
+          "--level-m", c.level_m,
+          "differences that are even over this width are drift and taken out; 0: none [30]")
       ->check(CLI::Range(0.0, 10000.0));
   changes
       ->add_option("--octree-m", c.octree_m,
@@ -136,7 +141,8 @@ void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& r
 void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const synth =
       app.add_subcommand("synth", "scans of a spinning LiDAR on a car driving a known road");
-  add_input(*synth, "road", c.road, "a .crg, or a circuit.yaml as for 'crgbuild synth'")->required();
+  add_input(*synth, "road", c.road, "a .crg, or a circuit.yaml as for 'crgbuild synth'")
+      ->required();
   add_output_folder(*synth, c.output_dir, "folder for scans, trajectory and truth")->required();
   synth->add_option("--laps", c.laps, "[2]")->check(CLI::Range(1, 100));
   synth->add_option("--from-m", c.u_begin_m, "u where each lap begins, m [0]");
@@ -159,7 +165,8 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->add_option("--seed", c.seed, "[1]");
   synth->add_option("--threads", c.threads, "[all cores]");
   synth->footer(
-      "For a circuit.yaml also base.crg: the same without kerbs and bumps, banking 0.006 m/m off.\n\n"
+      "For a circuit.yaml also base.crg: the same without kerbs and bumps, banking 0.006 m/m "
+      "off.\n\n"
       "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
       "--to-m 500");
   synth->callback([&, synth] {
@@ -180,14 +187,17 @@ void add_base_options(CLI::App& app, MapCommand& c) {
   app.add_option("--node-m", c.node_m, "without a base: between the nodes of the road [0.1]")
       ->check(CLI::Range(0.01, 1.0))
       ->excludes(base);
-  app.add_option("--min-points", c.min_points, "a node with fewer points keeps the base, or is a hole [1]")
+  app.add_option("--min-points", c.min_points,
+                 "a node with fewer points keeps the base, or is a hole [1]")
       ->check(CLI::Range(1, 1000));
   add_output_folder(app, c.output_dir, "folder for the results, made if missing")->required();
   add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
   add_choice(app, "--up", c.base_up, "axis of a base mesh that points up [found]", {"y", "z"});
-  app.add_flag("--allow-outside", c.allow_outside, "a base mesh may refer to files outside its folder");
-  add_choice(app, "--cloud-unit", c.unit, "of the clouds [as the file says, else m]", {"m", "ft", "us-ft", "cm", "mm"});
+  app.add_flag("--allow-outside", c.allow_outside,
+               "a base mesh may refer to files outside its folder");
+  add_choice(app, "--cloud-unit", c.unit, "of the clouds [as the file says, else m]",
+             {"m", "ft", "us-ft", "cm", "mm"});
   app.add_option("--base-stddev-m", c.base_stddev_m, "of the base's heights [0.02]")
       ->check(CLI::Range(1e-4, 10.0));
   app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
@@ -200,10 +210,12 @@ void add_base_options(CLI::App& app, MapCommand& c) {
 void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const map =
       app.add_subcommand("map", "refines a road from scans: drift corrected, heights fused");
-  add_input(*map, "scans", c.scans, "clouds, or folders of them", command::kFileOrFolder)->required();
+  add_input(*map, "scans", c.scans, "clouds, or folders of them", command::kFileOrFolder)
+      ->required();
   add_input(*map, "--trajectory", c.trajectory,
             "poses of the sensor: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
-  add_choice(*map, "--frame", c.frame, "of the points [sensor with a trajectory]", {"sensor", "map"});
+  add_choice(*map, "--frame", c.frame, "of the points [sensor with a trajectory]",
+             {"sensor", "map"});
   map->add_option("--extrinsic", c.extrinsic,
                   "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
       ->expected(6);
@@ -234,7 +246,9 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
 void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const grid =
       app.add_subcommand("grid", "the same from a registered cloud as it lies, no drift corrected");
-  add_input(*grid, "cloud", c.scans, "clouds in the map frame, or folders of them", command::kFileOrFolder)->required();
+  add_input(*grid, "cloud", c.scans, "clouds in the map frame, or folders of them",
+            command::kFileOrFolder)
+      ->required();
   add_base_options(*grid, c);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
   grid->callback([&, grid] {

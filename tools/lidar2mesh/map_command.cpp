@@ -22,7 +22,8 @@ constexpr double kDegree = 0.017453292519943295;
 
 /// The base as a road file: read, or built from a mesh without kerb columns or smoothing.
 crg::Crg read_base(const MapCommand& command, std::vector<road::InputFile>& inputs) {
-  if (files::ending_of(command.base) == ".crg") return crg::apply_modifiers(crg::read(command.base));
+  if (files::ending_of(command.base) == ".crg")
+    return crg::apply_modifiers(crg::read(command.base));
   road::MeshReadOptions read;
   if (command.base_up == "y") read.up = road::UpAxis::y;
   if (command.base_up == "z") read.up = road::UpAxis::z;
@@ -115,17 +116,17 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
   terminal.print(fmt::format("{} points read, {} used; {:.1f} % of the nodes come from points\n",
                              facts.points, facts.used, 100.0 * facts.coverage));
   if (command.correct_drift) {
-    terminal.print(fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
-                               facts.converged ? "converged"
-                               : command.base.empty()
-                                   ? fmt::format("still moving by {:.1f} mm a round",
-                                                 1e3 * facts.last_move_m)
-                                   : "NOT converged",
-                               facts.iterations, facts.sections, facts.passes));
+    terminal.print(
+        fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
+                    facts.converged ? "converged"
+                    : command.base.empty()
+                        ? fmt::format("still moving by {:.1f} mm a round", 1e3 * facts.last_move_m)
+                        : "NOT converged",
+                    facts.iterations, facts.sections, facts.passes));
     if (command.base.empty())
-      terminal.print(fmt::format(
-          "where the road lies is the trajectory's word: about {:.0f} mm in height\n",
-          1e3 * facts.typical_stddev[2]));
+      terminal.print(
+          fmt::format("where the road lies is the trajectory's word: about {:.0f} mm in height\n",
+                      1e3 * facts.typical_stddev[2]));
     if (!command.base.empty())
       terminal.print(fmt::format(
           "against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
@@ -218,8 +219,8 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   cloud::MapOptions options;
   options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
-  options.min_points = command.min_points, options.gate_m = command.gate_m, options.correct_drift = command.correct_drift,
-  options.threads = command.threads;
+  options.min_points = command.min_points, options.gate_m = command.gate_m,
+  options.correct_drift = command.correct_drift, options.threads = command.threads;
   const double first = stage_end;  // share of the way without a base
   options.progress = [&, first](const std::string& name, double share) {
     stage = name;
@@ -248,8 +249,10 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   };
   const crg::Crg refined = with_grid(result.grid, true);
   files::write_file(path("refined.crg"), crg::to_bytes(refined, crg::Format::KRBI));
-  files::write_file(path("refined.stddev.crg"), crg::to_bytes(with_grid(result.stddev, false), crg::Format::KRBI));
-  files::write_file(path("refined.provenance.crg"), crg::to_bytes(with_grid(result.source, false), crg::Format::KRBI));
+  files::write_file(path("refined.stddev.crg"),
+                    crg::to_bytes(with_grid(result.stddev, false), crg::Format::KRBI));
+  files::write_file(path("refined.provenance.crg"),
+                    crg::to_bytes(with_grid(result.source, false), crg::Format::KRBI));
   const std::string mesh_path = path(command.stl ? "refined.stl" : "refined.ply");
   road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;

@@ -144,9 +144,10 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
 
 }  // namespace
 
-void write_map_report(const files::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
-                      const crg::Grid& source, const cloud::MapReport& facts,
-                      const std::vector<road::InputFile>& inputs, unsigned threads) {
+void write_map_report(const files::OutputSet& outputs, const crg::Crg& base,
+                      const crg::Crg& refined, const crg::Grid& source,
+                      const cloud::MapReport& facts, const std::vector<road::InputFile>& inputs,
+                      unsigned threads) {
   road::ReportRequest request;
   request.crg_path = outputs.staged("refined.crg");
   request.shown_folder = std::filesystem::path(outputs.path("refined.crg")).parent_path().string();

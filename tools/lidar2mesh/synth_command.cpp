@@ -47,18 +47,19 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
   if (terminal.json) {
     nlohmann::ordered_json out = head_of(hashed("road", command.road), command.options);
     out.update(nlohmann::ordered_json{{"points", made.points},
-                                                           {"share_on_cars", made.share_on_cars},
-                                                           {"scans", made.scan_paths},
-                                                           {"trajectory", made.trajectory_path},
-                                                           {"truth_trajectory", made.truth_path},
-                                                           {"truth_road", truth}});
+                                      {"share_on_cars", made.share_on_cars},
+                                      {"scans", made.scan_paths},
+                                      {"trajectory", made.trajectory_path},
+                                      {"truth_trajectory", made.truth_path},
+                                      {"truth_road", truth}});
     if (circuit) out["base_road"] = base;
     terminal.print(files::json_text(out));
     return kOk;
   }
-  terminal.print(fmt::format("{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
-             made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
-             made.truth_path, truth));
+  terminal.print(fmt::format(
+      "{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
+      made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
+      made.truth_path, truth));
   if (circuit)
     terminal.print(fmt::format(
         "base        {}: no kerbs, no bumps, banking 0.006 m/m off, for 'map --base'\n", base));

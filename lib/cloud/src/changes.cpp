@@ -366,7 +366,8 @@ void take_level_out(std::vector<ChangeCell>& cells, double level_m, ChangeResult
   result.stddev_factor = files::median_or(0.0, factors);
   if (taken.empty()) return;
   result.level_median_m = files::median_or(0.0, taken);
-  result.level_low_m = files::quantile(taken, 0.01), result.level_high_m = files::quantile(taken, 0.99);
+  result.level_low_m = files::quantile(taken, 0.01),
+  result.level_high_m = files::quantile(taken, 0.99);
 }
 
 /// Neighbouring cells that changed the same way.

@@ -104,8 +104,8 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
           "{}field {} of type {} and size {} seen; F 4 or 8, I or U 1, 2, 4 or 8 wanted", where(),
           fields[k].substr(0, 60), types[k].substr(0, 60), size));
     if (count == 0 || count > 65536)
-      throw road::Error(
-          fmt::format("{}COUNT {} of field {} seen, 1 to 65536 wanted", where(), count, fields[k].substr(0, 60)));
+      throw road::Error(fmt::format("{}COUNT {} of field {} seen, 1 to 65536 wanted", where(),
+                                    count, fields[k].substr(0, 60)));
     records.fields.push_back({role_of(fields[k]), *type, stride, 0});
     for (std::size_t c = 0; c < count && data == "ascii"; ++c)
       records.columns.push_back(c == 0 ? role_of(fields[k]) : Role::none);
@@ -135,8 +135,8 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     return records;
   }
   if (data != "binary_compressed")
-    throw road::Error(
-        fmt::format("{}DATA {} seen; ascii, binary or binary_compressed wanted", where(), data.substr(0, 60)));
+    throw road::Error(fmt::format("{}DATA {} seen; ascii, binary or binary_compressed wanted",
+                                  where(), data.substr(0, 60)));
   if (left < 8) throw truncated(8);
   std::uint32_t packed = 0, unpacked = 0;
   std::memcpy(&packed, bytes.data() + here, 4);

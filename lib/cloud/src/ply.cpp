@@ -60,7 +60,8 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
     }
     if (word == "element") {
       const std::optional<std::size_t> count = count_of(b);
-      if (!count) throw fail(fmt::format("'{}' seen, 'element NAME COUNT' wanted", line.substr(0, 60)));
+      if (!count)
+        throw fail(fmt::format("'{}' seen, 'element NAME COUNT' wanted", line.substr(0, 60)));
       in_vertex = a == "vertex" && !seen_vertex;
       if (in_vertex)
         records.count = *count, seen_vertex = true;
@@ -70,7 +71,8 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
     if (word == "property" && in_vertex) {
       const std::optional<FieldType> type = type_of(a);
       if (!type)
-        throw fail(fmt::format("'{}' seen; properties of a vertex must be single numbers", line.substr(0, 60)));
+        throw fail(fmt::format("'{}' seen; properties of a vertex must be single numbers",
+                               line.substr(0, 60)));
       records.fields.push_back({role_of(b), *type, stride, 0});
       records.columns.push_back(role_of(b));
       stride += size_of(*type);
@@ -97,8 +99,9 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
     return records;
   }
   if (format != "binary_little_endian" && format != "binary_big_endian")
-    throw fail(fmt::format(
-        "format '{}' seen; ascii, binary_little_endian or binary_big_endian wanted", format.substr(0, 60)));
+    throw fail(
+        fmt::format("format '{}' seen; ascii, binary_little_endian or binary_big_endian wanted",
+                    format.substr(0, 60)));
   records.big_endian = format == "binary_big_endian";
   if (stride == 0 || records.count > (bytes.size() - here) / stride)
     throw fail(

@@ -100,8 +100,8 @@ class Emitter {
   }
 
  private:
-  /// Degrees lie within a fraction of one, far from zero, with heights that differ by more; no cloud
-  /// of a road in metres does, and whoever has one says its unit.
+  /// Degrees lie within a fraction of one, far from zero, with heights that differ by more; no
+  /// cloud of a road in metres does, and whoever has one says its unit.
   void look_for_degrees(const Raw& raw) {
     if (looked_ || raw.size < 50 || options_.metres_per_unit || report_.unit_from_file) return;
     looked_ = true;
@@ -412,8 +412,9 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
   }
   if (ending == ".xyz" || ending == ".csv" || ending == ".txt")
     return xyz_records(bytes, name, report);
-  throw road::Error(fmt::format(
-      "{}: ending '{}' seen; .las, .laz, .ply, .pcd, .bin, .xyz, .csv or .txt wanted", name, ending));
+  throw road::Error(
+      fmt::format("{}: ending '{}' seen; .las, .laz, .ply, .pcd, .bin, .xyz, .csv or .txt wanted",
+                  name, ending));
 }
 
 CloudReadReport read_all(std::string_view bytes, const std::string& name,
@@ -448,8 +449,7 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
 }  // namespace
 
 void refuse_degrees(const std::string& seen) {
-  throw road::Error(
-      fmt::format("the coordinates {}, metres or feet wanted; {}", seen, kProject));
+  throw road::Error(fmt::format("the coordinates {}, metres or feet wanted; {}", seen, kProject));
 }
 
 std::size_t size_of(FieldType type) {

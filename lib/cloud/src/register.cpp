@@ -158,7 +158,8 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   bool loss = true;
   double reach = options.max_distance_m;
   for (facts.iterations = 1; facts.iterations <= options.max_iterations; ++facts.iterations) {
-    if (options.progress) options.progress("register", static_cast<double>(facts.iterations) / options.max_iterations);
+    if (options.progress)
+      options.progress("register", static_cast<double>(facts.iterations) / options.max_iterations);
     const bool last = !loss || (options.robust && reach <= narrowest);
     const std::size_t every = !last && from.size() >= 3 * kManyPoints ? 3 : 1;
     road::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {

@@ -55,7 +55,7 @@ Eigen::Matrix3d rotation_of(const Correction& correction, const Eigen::Matrix3d&
 /// empty.
 struct Sections {
   std::vector<Section> list;
-  std::vector<double> centre_m;   ///< along Trajectory::driven_m (map frame: along u)
+  std::vector<double> centre_m;  ///< along Trajectory::driven_m (map frame: along u)
   /// How much more than the road under the wheels the surface scatters, m^2, by kVergeStretch_m
   /// along and kSectionCell_m across: grass too low to be told from a rough road.
   std::vector<float> excess_m2;

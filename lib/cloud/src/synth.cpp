@@ -30,7 +30,8 @@ constexpr double kCarLength_m = 4.5, kCarWidth_m = 1.9, kCarHeight_m = 1.25, kCa
 
 /// Random functions of distance: slopes averaged over `smooth_m`, scaled to the wanted change over
 /// 100 m.
-std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m, files::Random& random) {
+std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m,
+                          files::Random& random) {
   const auto half = static_cast<std::size_t>(std::max(1.0, smooth_m / 2.0));
   std::vector<double> noise(steps + 2 * half + 1), value(steps + 1, 0.0);
   for (double& v : noise) v = random.normal();
@@ -329,7 +330,8 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
   const std::size_t poses = driven.truth.size() - 1;
   constexpr std::size_t kBatch = 64;
   for (std::size_t begin = 0; begin < poses; begin += kBatch) {
-    if (options.progress) options.progress("scans", static_cast<double>(begin) / static_cast<double>(poses));
+    if (options.progress)
+      options.progress("scans", static_cast<double>(begin) / static_cast<double>(poses));
     std::vector<Shots> batch(std::min(kBatch, poses - begin));
     road::parallel_for(batch.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) batch[k] = shoot(frame, driven, begin + k, options);

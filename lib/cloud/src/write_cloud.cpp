@@ -49,8 +49,8 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
     bytes = fmt::format(
         "ply\nformat binary_little_endian 1.0\n{}element vertex {}\nproperty {} x\nproperty {} "
         "y\nproperty {} z\n{}{}{}end_header\n",
-        head, cloud.size(), type, type, type,
-        time ? "property double time\n" : "", intensity ? "property float intensity\n" : "",
+        head, cloud.size(), type, type, type, time ? "property double time\n" : "",
+        intensity ? "property float intensity\n" : "",
         classes ? "property uchar classification\n" : "");
   } else {
     const int size = doubles ? 8 : 4;
@@ -58,11 +58,10 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
         "# .PCD v0.7 - Point Cloud Data file format\n{}VERSION 0.7\nFIELDS x y z{}{}{}\nSIZE {} {} "
         "{}{}{}{}\nTYPE F F F{}{}{}\nCOUNT 1 1 1{}{}{}\nWIDTH {}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 "
         "0\nPOINTS {}\nDATA binary\n",
-        head, time ? " time" : "",
-        intensity ? " intensity" : "", classes ? " classification" : "", size, size, size,
-        time ? " 8" : "", intensity ? " 4" : "", classes ? " 1" : "", time ? " F" : "",
-        intensity ? " F" : "", classes ? " U" : "", time ? " 1" : "", intensity ? " 1" : "",
-        classes ? " 1" : "", cloud.size(), cloud.size());
+        head, time ? " time" : "", intensity ? " intensity" : "", classes ? " classification" : "",
+        size, size, size, time ? " 8" : "", intensity ? " 4" : "", classes ? " 1" : "",
+        time ? " F" : "", intensity ? " F" : "", classes ? " U" : "", time ? " 1" : "",
+        intensity ? " 1" : "", classes ? " 1" : "", cloud.size(), cloud.size());
   }
   files::FileWriter file(path);
   for (std::size_t i = 0; i < cloud.size(); ++i) {

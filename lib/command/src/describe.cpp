@@ -16,9 +16,12 @@ std::string roff(const std::string& text) {
   bool begin = true;
   for (const char c : text) {
     if (begin && (c == '.' || c == '\'')) out += "\\&";
-    if (c == '\\') out += "\\e";
-    else if (c == '-') out += "\\-";
-    else out += c;
+    if (c == '\\')
+      out += "\\e";
+    else if (c == '-')
+      out += "\\-";
+    else
+      out += c;
     begin = c == '\n';
   }
   return out;
@@ -28,7 +31,8 @@ std::string takes(const CLI::Option& option) {
   if (option.get_type_size() == 0) return "";
   std::string text = option.get_type_name();
   // CLI11 puts the bounds of a number behind its type: "FLOAT:FLOAT in [0 - 1]".
-  if (const std::size_t colon = text.find(':'); colon != std::string::npos) text = text.substr(0, colon);
+  if (const std::size_t colon = text.find(':'); colon != std::string::npos)
+    text = text.substr(0, colon);
   return text;
 }
 
@@ -39,7 +43,8 @@ std::string man_item(const CLI::Option& option) {
     head = "\\fI" + roff(option.get_name(true)) + "\\fR";
   } else {
     for (const std::string& name : option.get_snames()) head += "\\fB\\-" + roff(name) + "\\fR, ";
-    for (const std::string& name : option.get_lnames()) head += "\\fB\\-\\-" + roff(name) + "\\fR, ";
+    for (const std::string& name : option.get_lnames())
+      head += "\\fB\\-\\-" + roff(name) + "\\fR, ";
     head.resize(head.size() - 2);
   }
   if (const std::string type = takes(option); !type.empty()) head += " \\fI" + roff(type) + "\\fR";
@@ -72,7 +77,8 @@ std::string man_footer(const std::string& footer) {
 }
 
 std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return text;
 }
 
@@ -97,8 +103,10 @@ std::string joined(const std::vector<std::string>& words, const char* between) {
 /// What completes a value of this kind, as bash.
 std::string completed_by(const std::string& type_name) {
   const std::vector<std::string> words = words_of(type_name);
-  if (!words.empty()) return fmt::format("mapfile -t COMPREPLY < <(compgen -W '{}' -- \"$cur\")", joined(words, " "));
-  if (type_name == kFolder) return "compopt -o filenames; mapfile -t COMPREPLY < <(compgen -d -- \"$cur\")";
+  if (!words.empty())
+    return fmt::format("mapfile -t COMPREPLY < <(compgen -W '{}' -- \"$cur\")", joined(words, " "));
+  if (type_name == kFolder)
+    return "compopt -o filenames; mapfile -t COMPREPLY < <(compgen -d -- \"$cur\")";
   if (type_name == kFile || type_name == kFileOrDash || type_name == kFileOrFolder)
     return "compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- \"$cur\")";
   return "COMPREPLY=()";
@@ -128,7 +136,9 @@ std::string man_page(CLI::App& app) {
   std::string text = app.get_description();
   if (text.starts_with(name + ": ")) text = text.substr(name.size() + 2);
   if (text.ends_with('.')) text.pop_back();
-  std::string out = fmt::format(".TH {} 1 \"\" \"Kerbstone {}\" \"User Commands\"\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n", upper(name), roff(version()), name, roff(text));
+  std::string out = fmt::format(
+      ".TH {} 1 \"\" \"Kerbstone {}\" \"User Commands\"\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n",
+      upper(name), roff(version()), name, roff(text));
   const std::vector<CLI::App*> commands = leaves(app);
   for (const CLI::App* leaf : commands) {
     if (leaf != commands.front()) out += ".br\n";
@@ -145,10 +155,12 @@ std::string man_page(CLI::App& app) {
   if (!footer.empty()) out += man_footer(footer);
   out += ".SH COMMANDS\n";
   for (const CLI::App* leaf : commands) {
-    out += fmt::format(".SS {} {}\n{}\n", name, roff(words_to(*leaf)), roff(leaf->get_description()));
+    out +=
+        fmt::format(".SS {} {}\n{}\n", name, roff(words_to(*leaf)), roff(leaf->get_description()));
     for (const bool positional : {true, false})
       for (const CLI::Option* option : leaf->get_options())
-        if (option->get_positional() == positional && !everywhere(*option)) out += man_item(*option);
+        if (option->get_positional() == positional && !everywhere(*option))
+          out += man_item(*option);
     footer = leaf->get_footer();
     footer = footer.substr(0, footer.find(kExitCodes));
     while (footer.ends_with('\n')) footer.pop_back();
@@ -173,28 +185,34 @@ std::string bash_completion(CLI::App& app) {
       if (std::find(above.begin(), above.end(), at) == above.end()) above.push_back(at);
   for (const CLI::App* at : above) {
     std::vector<std::string> names;
-    for (const CLI::App* sub : at->get_subcommands([](const CLI::App*) { return true; })) names.push_back(sub->get_name());
+    for (const CLI::App* sub : at->get_subcommands([](const CLI::App*) { return true; }))
+      names.push_back(sub->get_name());
     next += fmt::format("    '{}') words='{}' ;;\n", words_to(*at), joined(names, " "));
     flags += fmt::format("    '{}') flags='{}' ;;\n", words_to(*at), joined(flags_of(*at), " "));
   }
   for (const CLI::App* leaf : commands) {
-    flags += fmt::format("    '{}') flags='{}' ;;\n", words_to(*leaf), joined(flags_of(*leaf), " "));
+    flags +=
+        fmt::format("    '{}') flags='{}' ;;\n", words_to(*leaf), joined(flags_of(*leaf), " "));
     std::string positional;
     for (const CLI::Option* option : leaf->get_options()) {
-      if (option->get_positional() && positional.empty()) positional = completed_by(option->get_type_name());
+      if (option->get_positional() && positional.empty())
+        positional = completed_by(option->get_type_name());
       if (option->get_positional() || option->get_type_size() == 0) continue;
       std::vector<std::string> names;
       for (const std::string& one : option->get_snames()) names.push_back("-" + one);
       for (const std::string& one : option->get_lnames()) names.push_back("--" + one);
       for (std::string& one : names) one = fmt::format("'{} {}'", words_to(*leaf), one);
-      values += fmt::format("    {}) {}; return ;;\n", joined(names, "|"), completed_by(option->get_type_name()));
+      values += fmt::format("    {}) {}; return ;;\n", joined(names, "|"),
+                            completed_by(option->get_type_name()));
     }
-    words += fmt::format("    '{}') {} ;;\n", words_to(*leaf), positional.empty() ? "COMPREPLY=()" : positional);
+    words += fmt::format("    '{}') {} ;;\n", words_to(*leaf),
+                         positional.empty() ? "COMPREPLY=()" : positional);
   }
   return fmt::format(
       "# bash completion for {0}, made by {0} --completion\n"
       "_{0}() {{\n"
-      "  local cur=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}} at='' words flags i w\n"
+      "  local cur=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}} at='' words "
+      "flags i w\n"
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
       "    words=''\n"
       "    case $at in\n{1}    esac\n"
@@ -205,9 +223,11 @@ std::string bash_completion(CLI::App& app) {
       "  case \"$at $before\" in\n{2}    esac\n"
       "  words='' flags=''\n"
       "  case $at in\n{3}  esac\n"
-      "  if [[ $cur == -* ]]; then mapfile -t COMPREPLY < <(compgen -W \"$flags\" -- \"$cur\"); return; fi\n"
+      "  if [[ $cur == -* ]]; then mapfile -t COMPREPLY < <(compgen -W \"$flags\" -- \"$cur\"); "
+      "return; fi\n"
       "  case $at in\n{1}  esac\n"
-      "  if [[ -n $words ]]; then mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\"); return; fi\n"
+      "  if [[ -n $words ]]; then mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$cur\"); "
+      "return; fi\n"
       "  case $at in\n{4}  esac\n"
       "}} && complete -F _{0} {0}\n",
       name, next, values, flags, words);

@@ -18,8 +18,8 @@
 namespace command {
 namespace {
 
-/// A descriptor that the caller closed would be taken by the first file that is opened; this one can
-/// be neither read nor written.
+/// A descriptor that the caller closed would be taken by the first file that is opened; this one
+/// can be neither read nor written.
 void take_closed_descriptors() {
   for (const int descriptor : {0, 1, 2})
     if (::fcntl(descriptor, F_GETFD) < 0) (void)::open("/dev/null", O_PATH);
@@ -32,7 +32,8 @@ std::size_t distance(const std::string& a, const std::string& b) {
   for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
   for (std::size_t i = 1; i <= a.size(); ++i)
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+      d[i][j] =
+          std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
       if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
         d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
     }
@@ -46,7 +47,8 @@ std::string near(const std::string& word, const std::vector<std::string>& words)
   for (const std::string& other : words) {
     const std::size_t off = distance(word, other);
     const bool begun = word.size() > 3 && other.starts_with(word);
-    if ((off <= std::max<std::size_t>(2, word.size() / 3) || begun) && off < least && off < word.size()) {
+    if ((off <= std::max<std::size_t>(2, word.size() / 3) || begun) && off < least &&
+        off < word.size()) {
       best = other;
       least = off;
     }
@@ -67,7 +69,8 @@ std::string about_flag(const CLI::App& app, std::string flag) {
     for (const CLI::Option* option : at->get_options())
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
   const std::string meant = near(flag, known);
-  return fmt::format("there is no flag '{}'{}", one_line(flag), meant.empty() ? "" : fmt::format("; did you mean {}?", meant));
+  return fmt::format("there is no flag '{}'{}", one_line(flag),
+                     meant.empty() ? "" : fmt::format("; did you mean {}?", meant));
 }
 
 std::string about_word(const CLI::App& app, const std::string& word, const Advice& advice) {
@@ -90,7 +93,8 @@ std::string about_word(const CLI::App& app, const std::string& word, const Advic
 std::string explain(const CLI::App& app, const CLI::ParseError& error, const Advice& advice) {
   const std::vector<std::string> unknown = app.remaining(true);
   const auto flag = std::find_if(unknown.begin(), unknown.end(), [](const std::string& word) {
-    return word.size() > 1 && word[0] == '-' && std::isdigit(static_cast<unsigned char>(word[1])) == 0 && word != "--";
+    return word.size() > 1 && word[0] == '-' &&
+           std::isdigit(static_cast<unsigned char>(word[1])) == 0 && word != "--";
   });
   const bool command_missing = !last_chosen(app)->get_subcommands({}).empty();
   if (flag != unknown.end()) return about_flag(app, *flag);
@@ -101,10 +105,12 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error, const Adv
 /// "0 to 256" in place of "UINT:INT in [0 - 256]".
 void show_bounds(CLI::Option& option) {
   const std::string type = option.get_type_name();
-  const std::size_t begin = type.find(" in ["), between = type.find(" - ", begin), end = type.find(']', between);
+  const std::size_t begin = type.find(" in ["), between = type.find(" - ", begin),
+                    end = type.find(']', between);
   if (end == std::string::npos) return;
   option.get_validator(0)->description("");
-  option.type_name(type.substr(begin + 5, between - begin - 5) + " to " + type.substr(between + 3, end - between - 3));
+  option.type_name(type.substr(begin + 5, between - begin - 5) + " to " +
+                   type.substr(between + 3, end - between - 3));
 }
 
 void add_everywhere(CLI::App& app, Terminal& terminal) {
@@ -114,7 +120,9 @@ void add_everywhere(CLI::App& app, Terminal& terminal) {
     at.set_help_flag("-h,--help", "this text")->group("Everywhere");
     at.add_flag("-q,--quiet", terminal.quiet, "nothing but errors")->group("Everywhere");
     at.add_flag("--json", terminal.json, "the result as JSON")->group("Everywhere");
-    at.add_flag_callback("--version", [] {}, "version and commit of this program")->group("Everywhere");
+    at.add_flag_callback(
+          "--version", [] {}, "version and commit of this program")
+        ->group("Everywhere");
     at.footer(at.get_footer() + (at.get_footer().empty() ? "" : "\n\n") + kExitCodes);
   };
   for (CLI::App* leaf : leaves(app)) {
@@ -132,7 +140,8 @@ void add_everywhere(CLI::App& app, Terminal& terminal) {
 
 bool is_output(const CLI::Option& option) {
   const std::vector<std::string>& names = option.get_lnames();
-  return std::any_of(names.begin(), names.end(), [](const std::string& name) { return name == "output" || name == "plots"; });
+  return std::any_of(names.begin(), names.end(),
+                     [](const std::string& name) { return name == "output" || name == "plots"; });
 }
 
 /// Refuses, before the work, what could not be read or written after it.
@@ -153,7 +162,8 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
       struct stat found {};
       if (path.empty() || path == "-" || ::stat(path.c_str(), &found) != 0) continue;
       if (!S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode))
-        throw files::Error(fmt::format("{}: is a pipe or device; a regular file is wanted: write it to one first", path));
+        throw files::Error(fmt::format(
+            "{}: is a pipe or device; a regular file is wanted: write it to one first", path));
     }
   }
 }
@@ -162,7 +172,8 @@ int parse_and_work(CLI::App& app, Terminal& terminal, std::vector<std::string> w
                    const std::function<int()>& work, const Advice& advice) {
   const std::string name = app.get_name();
   if (words.size() == 1 && words[0] == "--man") return terminal.print(man_page(app)), kOk;
-  if (words.size() == 1 && words[0] == "--completion") return terminal.print(bash_completion(app)), kOk;
+  if (words.size() == 1 && words[0] == "--completion")
+    return terminal.print(bash_completion(app)), kOk;
   for (std::string& word : words) {
     if (word == "--") break;
     if (word == "--version")
@@ -213,9 +224,12 @@ std::vector<std::pair<std::string, std::string>> options_used(CLI::App& command)
   for (CLI::Option* option : command.get_options()) {
     const std::string kind = option->get_type_name();
     const std::vector<std::string>& names = option->get_lnames();
-    if (names.empty() || kind == kFile || kind == kFileOrDash || kind == kFileOrFolder || kind == kFolder) continue;
+    if (names.empty() || kind == kFile || kind == kFileOrDash || kind == kFileOrFolder ||
+        kind == kFolder)
+      continue;
     const auto is = [&](const char* name) { return names.front() == name; };
-    if (is("help") || is("quiet") || is("json") || is("version") || is("threads") || is("force")) continue;
+    if (is("help") || is("quiet") || is("json") || is("version") || is("threads") || is("force"))
+      continue;
     if (option->get_expected_min() == 0) {
       used.emplace_back(names.front(), option->count() > 0 ? "true" : "false");
       continue;
@@ -262,7 +276,8 @@ int run(CLI::App& app, Terminal& terminal, int argc, char** argv, const std::fun
     code = parse_and_work(app, terminal, {argv + 1, argv + argc}, work, advice);
   } catch (const UsageError& error) {
     const bool asks = std::string_view(error.what()).ends_with('?');
-    terminal.error(fmt::format("{}{} {} --help", error.what(), asks ? " See" : "; see", chosen(app)));
+    terminal.error(
+        fmt::format("{}{} {} --help", error.what(), asks ? " See" : "; see", chosen(app)));
     code = kUsage;
   } catch (const NotValid& error) {
     terminal.error(error.what());

@@ -44,8 +44,9 @@ std::size_t columns() {
 }
 
 [[noreturn]] void fail(int reason) {
-  throw files::Error(fmt::format("standard output cannot be written: {}; what was printed is not whole",
-                                 std::strerror(reason != 0 ? reason : EIO)));
+  throw files::Error(
+      fmt::format("standard output cannot be written: {}; what was printed is not whole",
+                  std::strerror(reason != 0 ? reason : EIO)));
 }
 
 void write_to(std::FILE* file, std::string_view text) {
@@ -145,7 +146,8 @@ void Terminal::finish() {
 void Terminal::last_words(const std::string& text) {
   // A terminal that is stopped holds whoever writes to it: the process must end all the same.
   std::unique_lock lock(mutex_, milliseconds(300));
-  const std::string words = (visible_ ? std::string(kWipe) : "") + tool_ + ": " + one_line(text) + "\n";
+  const std::string words =
+      (visible_ ? std::string(kWipe) : "") + tool_ + ": " + one_line(text) + "\n";
   (void)!::write(STDERR_FILENO, words.data(), words.size());
   lock.release();  // nothing is shown after it
 }
@@ -162,7 +164,8 @@ std::string left_of(double share, double then, double now) {
   if (now < 2.0 || share < 0.02 || share >= 1.0) return "";
   const double left = then * (1.0 - share) / share - (now - then);
   if (left < 1.0) return "";
-  return left < 100.0 ? fmt::format(", {:.0f} s left", left) : fmt::format(", {:.0f} min left", left / 60.0);
+  return left < 100.0 ? fmt::format(", {:.0f} s left", left)
+                      : fmt::format(", {:.0f} min left", left / 60.0);
 }
 
 }  // namespace
@@ -175,7 +178,8 @@ void Terminal::show_while_running() {
       return std::chrono::duration<double>(time - begin_).count();
     };
     const double seconds = since_begin(std::chrono::steady_clock::now());
-    const std::string share = share_ > 0.0 ? fmt::format("{:3.0f} % ", 100.0 * std::min(share_, 1.0)) : "";
+    const std::string share =
+        share_ > 0.0 ? fmt::format("{:3.0f} % ", 100.0 * std::min(share_, 1.0)) : "";
     std::string text = one_line(fmt::format("{}{}, {:.0f} s{}", share, stage_, seconds,
                                             left_of(share_, since_begin(share_at_), seconds)));
     text.resize(std::min(text.size(), columns() - 1));

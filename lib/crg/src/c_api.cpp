@@ -14,7 +14,8 @@ struct crg_surface {
 namespace {
 
 crg::Cursor from_c(const crg_cursor* cursor) {
-  return cursor != nullptr ? crg::Cursor{cursor->segment, cursor->fraction, cursor->advance} : crg::Cursor{};
+  return cursor != nullptr ? crg::Cursor{cursor->segment, cursor->fraction, cursor->advance}
+                           : crg::Cursor{};
 }
 
 void to_c(const crg::Cursor& from, crg_cursor* cursor) {
@@ -23,8 +24,9 @@ void to_c(const crg::Cursor& from, crg_cursor* cursor) {
 
 int to_c(const crg::Sample& from, crg_sample* sample) {
   if (sample != nullptr) {
-    *sample = {from.valid, from.inside, from.u_m, from.v_m, from.x_m, from.y_m, from.z_m, from.dzdx, from.dzdy,
-               from.normal_x, from.normal_y, from.normal_z, from.heading_rad, from.curvature_1pm, from.friction};
+    *sample = {from.valid,    from.inside,   from.u_m,         from.v_m,           from.x_m,
+               from.y_m,      from.z_m,      from.dzdx,        from.dzdy,          from.normal_x,
+               from.normal_y, from.normal_z, from.heading_rad, from.curvature_1pm, from.friction};
   }
   return from.valid ? 1 : 0;
 }
@@ -34,9 +36,10 @@ crg::SurfaceOptions from_c(const crg_open_options* given) {
   if (given == nullptr) return options;
   crg_open_options known = {};
   std::memcpy(&known, given, std::min(given->struct_size, sizeof known));
-  options.modifiers = known.modifiers == CRG_MODIFIERS_NONE                 ? crg::ModifierUse::None
-                      : known.modifiers == CRG_MODIFIERS_REFERENCE_DEFAULTS ? crg::ModifierUse::ReferenceDefaults
-                                                                            : crg::ModifierUse::AsInFile;
+  options.modifiers = known.modifiers == CRG_MODIFIERS_NONE ? crg::ModifierUse::None
+                      : known.modifiers == CRG_MODIFIERS_REFERENCE_DEFAULTS
+                          ? crg::ModifierUse::ReferenceDefaults
+                          : crg::ModifierUse::AsInFile;
   if (known.smooth != 0) options.interpolation = crg::Interpolation::Smooth;
   options.curvature_of_reference_line = known.curvature_of_reference_line != 0;
   if (known.friction != 0.0) options.friction = known.friction;
@@ -50,7 +53,8 @@ extern "C" {
 
 int crg_api_version(void) { return CRG_API_VERSION; }
 
-crg_surface* crg_open(const char* path, const crg_open_options* options, char* message, size_t message_size) {
+crg_surface* crg_open(const char* path, const crg_open_options* options, char* message,
+                      size_t message_size) {
   std::string reason;
   try {
     return new crg_surface{crg::Surface(crg::read(path), from_c(options))};
@@ -67,7 +71,8 @@ crg_surface* crg_open(const char* path, const crg_open_options* options, char* m
 
 void crg_close(crg_surface* surface) { delete surface; }
 
-void crg_range(const crg_surface* surface, double* u_begin_m, double* u_end_m, double* v_right_m, double* v_left_m) {
+void crg_range(const crg_surface* surface, double* u_begin_m, double* u_end_m, double* v_right_m,
+               double* v_left_m) {
   const crg::Grid& grid = surface->surface.file().grid;
   if (u_begin_m != nullptr) *u_begin_m = grid.u_begin_m;
   if (u_end_m != nullptr) *u_end_m = grid.u_of(grid.rows() - 1);
@@ -75,9 +80,12 @@ void crg_range(const crg_surface* surface, double* u_begin_m, double* u_end_m, d
   if (v_left_m != nullptr) *v_left_m = grid.v_m.back();
 }
 
-int crg_is_closed(const crg_surface* surface) { return surface->surface.reference_line().closed ? 1 : 0; }
+int crg_is_closed(const crg_surface* surface) {
+  return surface->surface.reference_line().closed ? 1 : 0;
+}
 
-int crg_at_xy(const crg_surface* surface, double x_m, double y_m, crg_cursor* cursor, crg_sample* sample) {
+int crg_at_xy(const crg_surface* surface, double x_m, double y_m, crg_cursor* cursor,
+              crg_sample* sample) {
   crg::Cursor own = from_c(cursor);
   const crg::Sample answer = surface->surface.at_xy(x_m, y_m, own);
   to_c(own, cursor);
@@ -95,7 +103,9 @@ double crg_z_at_xy(const crg_surface* surface, double x_m, double y_m, crg_curso
   return z;
 }
 
-double crg_z_at_uv(const crg_surface* surface, double u_m, double v_m) { return surface->surface.z_at_uv(u_m, v_m); }
+double crg_z_at_uv(const crg_surface* surface, double u_m, double v_m) {
+  return surface->surface.z_at_uv(u_m, v_m);
+}
 
 void crg_xy_of_uv(const crg_surface* surface, double u_m, double v_m, double* x_m, double* y_m) {
   const crg::Point2 point = surface->surface.xy_of_uv(u_m, v_m);
@@ -103,7 +113,8 @@ void crg_xy_of_uv(const crg_surface* surface, double u_m, double v_m, double* x_
   *y_m = point.y_m;
 }
 
-void crg_uv_of_xy(const crg_surface* surface, double x_m, double y_m, crg_cursor* cursor, double* u_m, double* v_m) {
+void crg_uv_of_xy(const crg_surface* surface, double x_m, double y_m, crg_cursor* cursor,
+                  double* u_m, double* v_m) {
   crg::Cursor own = from_c(cursor);
   const crg::UV uv = surface->surface.uv_of_xy(x_m, y_m, own);
   to_c(own, cursor);
@@ -111,10 +122,15 @@ void crg_uv_of_xy(const crg_surface* surface, double x_m, double y_m, crg_cursor
   *v_m = uv.v_m;
 }
 
-double crg_strip(const crg_surface* surface, double x_m, double y_m, double heading_rad, size_t along, size_t across, double step_m,
-                 float* dz_m, crg_cursor* cursor) {
+double crg_strip(const crg_surface* surface, double x_m, double y_m, double heading_rad,
+                 size_t along, size_t across, double step_m, float* dz_m, crg_cursor* cursor) {
   crg::Cursor own = from_c(cursor);
-  const crg::Strip strip{.x_m = x_m, .y_m = y_m, .heading_rad = heading_rad, .along = along, .across = across, .step_m = step_m};
+  const crg::Strip strip{.x_m = x_m,
+                         .y_m = y_m,
+                         .heading_rad = heading_rad,
+                         .along = along,
+                         .across = across,
+                         .step_m = step_m};
   const double base = surface->surface.strip(strip, {dz_m, along * across}, own);
   to_c(own, cursor);
   return base;

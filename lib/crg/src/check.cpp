@@ -23,16 +23,17 @@ class Checker {
   void run();
 
  private:
-  void add(Severity severity, const char* rule, const std::string& message, std::optional<std::size_t> row = {},
-           std::size_t count = 1) {
+  void add(Severity severity, const char* rule, const std::string& message,
+           std::optional<std::size_t> row = {}, std::size_t count = 1) {
     report_.findings.push_back({severity, rule, message, row, count});
   }
   // A header value that restates what the data say.
   void compare(const char* key, double actual, double tolerance, const char* what) {
     const auto given = find_value(crg_.road, key);
     if (given && !(std::abs(*given - actual) <= tolerance)) {
-      add(Severity::Warning, "header", std::string(key) + " = " + shortest(*given) + ", but " + what + " is " +
-                                           shortest(actual) + " (tolerance " + shortest(tolerance) + ")");
+      add(Severity::Warning, "header",
+          std::string(key) + " = " + shortest(*given) + ", but " + what + " is " +
+              shortest(actual) + " (tolerance " + shortest(tolerance) + ")");
     }
   }
   void check_options();
@@ -61,7 +62,8 @@ void Checker::check_options() {
   }
   for (const HeaderEntry& entry : crg_.options) {
     if (entry.key != "*" && !is_option_key(entry.key)) {
-      add(Severity::Note, "options.unknown", entry.key + " is not an option of the standard and has no effect");
+      add(Severity::Note, "options.unknown",
+          entry.key + " is not an option of the standard and has no effect");
     }
   }
 }
@@ -69,7 +71,8 @@ void Checker::check_options() {
 void Checker::check_modifiers() {
   if (!crg_.has_modifier_section) {
     add(Severity::Warning, "modifiers.missing",
-        "no $ROAD_CRG_MODS: the reference API, asked to apply modifiers, fills NaN and moves the road to the origin; "
+        "no $ROAD_CRG_MODS: the reference API, asked to apply modifiers, fills NaN and moves the "
+        "road to the origin; "
         "an empty section prevents that");
   }
   const auto given = [&](const char* key) { return find_value(crg_.modifiers, key).has_value(); };
@@ -77,13 +80,15 @@ void Checker::check_modifiers() {
   for (const HeaderEntry& entry : crg_.modifiers) {
     if (entry.key == "*") continue;
     if (!is_modifier_key(entry.key)) {
-      add(Severity::Note, "modifiers.unknown", entry.key + " is not a modifier of the standard and has no effect");
+      add(Severity::Note, "modifiers.unknown",
+          entry.key + " is not a modifier of the standard and has no effect");
     }
     reference_point |= entry.key.starts_with("REFPOINT_");
     offsets |= entry.key.starts_with("REFLINE_");
   }
   if (reference_point && offsets) {
-    add(Severity::Warning, "modifiers.placement", "both REFPOINT_* and REFLINE_* place the road; REFPOINT_* wins");
+    add(Severity::Warning, "modifiers.placement",
+        "both REFPOINT_* and REFLINE_* place the road; REFPOINT_* wins");
   }
   for (const char* axis : {"U", "V"}) {
     const std::string absolute = std::string("REFPOINT_") + axis;
@@ -115,7 +120,9 @@ void Checker::check_increments() {
   const Grid& grid = crg_.grid;
   const double least = options_.check_increment_m * (1.0 - options_.check_eps);
   if (grid.u_step_m < least) {
-    add(Severity::Error, "increment.u", "rows every " + shortest(grid.u_step_m) + " m: want at least CHECK_INC = " + shortest(options_.check_increment_m) + " m");
+    add(Severity::Error, "increment.u",
+        "rows every " + shortest(grid.u_step_m) +
+            " m: want at least CHECK_INC = " + shortest(options_.check_increment_m) + " m");
   }
   std::size_t narrow = 0, first = 0;
   for (std::size_t j = 1; j < grid.v_m.size(); ++j) {
@@ -124,15 +131,20 @@ void Checker::check_increments() {
   if (narrow > 0) {
     add(Severity::Error, "increment.v",
         "long sections " + std::to_string(first) + " and " + std::to_string(first + 1) + " are " +
-            shortest(grid.v_m[first] - grid.v_m[first - 1]) + " m apart: want at least CHECK_INC = " + shortest(options_.check_increment_m) + " m",
+            shortest(grid.v_m[first] - grid.v_m[first - 1]) +
+            " m apart: want at least CHECK_INC = " + shortest(options_.check_increment_m) + " m",
         {}, narrow);
   }
   const double length = grid.u_step_m * static_cast<double>(grid.rows() - 1);
-  compare("REFERENCE_LINE_END_U", grid.u_begin_m + length, std::max(options_.check_tolerance_m, options_.check_eps * length), "u of the last row");
-  compare("LONG_SECTION_V_RIGHT", grid.v_m.front(), options_.check_tolerance_m, "v of the rightmost section");
-  compare("LONG_SECTION_V_LEFT", grid.v_m.back(), options_.check_tolerance_m, "v of the leftmost section");
+  compare("REFERENCE_LINE_END_U", grid.u_begin_m + length,
+          std::max(options_.check_tolerance_m, options_.check_eps * length), "u of the last row");
+  compare("LONG_SECTION_V_RIGHT", grid.v_m.front(), options_.check_tolerance_m,
+          "v of the rightmost section");
+  compare("LONG_SECTION_V_LEFT", grid.v_m.back(), options_.check_tolerance_m,
+          "v of the leftmost section");
   for (const double v : {grid.v_m.front(), grid.v_m.back()}) {
-    if (std::abs(v) > 1000.0) add(Severity::Warning, "range.v", "v reaches " + shortest(v) + " m; is it in metres?");
+    if (std::abs(v) > 1000.0)
+      add(Severity::Warning, "range.v", "v reaches " + shortest(v) + " m; is it in metres?");
   }
 }
 
@@ -141,25 +153,36 @@ void Checker::check_header_against_channels() {
   const auto compare_heading = [&](const char* key, double actual) {
     const auto given = find_value(crg_.road, key);
     if (given && turn(*given, actual) > options_.check_tolerance_m) {
-      add(Severity::Warning, "header", std::string(key) + " = " + shortest(*given) + " rad, but the channel says " + shortest(actual));
+      add(Severity::Warning, "header",
+          std::string(key) + " = " + shortest(*given) + " rad, but the channel says " +
+              shortest(actual));
     }
   };
   if (!crg_.heading_rad.empty()) {
     compare_heading("REFERENCE_LINE_END_PHI", crg_.heading_rad.back());
     const double first_turn = turn(line_.heading_rad[0], crg_.heading_rad[1]);
     if (first_turn > kPi / 2.0) {
-      add(Severity::Warning, "header", "REFERENCE_LINE_START_PHI = " + shortest(line_.heading_rad[0]) + " rad is " + shortest(first_turn) + " rad off the first segment");
+      add(Severity::Warning, "header",
+          "REFERENCE_LINE_START_PHI = " + shortest(line_.heading_rad[0]) + " rad is " +
+              shortest(first_turn) + " rad off the first segment");
     }
   }
-  if (!crg_.slope.empty()) compare("REFERENCE_LINE_END_S", crg_.slope.back(), options_.check_tolerance_m, "the slope channel's last value");
+  if (!crg_.slope.empty())
+    compare("REFERENCE_LINE_END_S", crg_.slope.back(), options_.check_tolerance_m,
+            "the slope channel's last value");
   if (!crg_.banking.empty()) {
-    compare("REFERENCE_LINE_START_B", crg_.banking.front(), options_.check_tolerance_m, "the banking channel's first value");
-    compare("REFERENCE_LINE_END_B", crg_.banking.back(), options_.check_tolerance_m, "the banking channel's last value");
+    compare("REFERENCE_LINE_START_B", crg_.banking.front(), options_.check_tolerance_m,
+            "the banking channel's first value");
+    compare("REFERENCE_LINE_END_B", crg_.banking.back(), options_.check_tolerance_m,
+            "the banking channel's last value");
   }
-  const std::array<std::pair<const char*, const char*>, 2> pairs = {{{"REFERENCE_LINE_START_X", "REFERENCE_LINE_START_Y"}, {"REFERENCE_LINE_END_X", "REFERENCE_LINE_END_Y"}}};
+  const std::array<std::pair<const char*, const char*>, 2> pairs = {
+      {{"REFERENCE_LINE_START_X", "REFERENCE_LINE_START_Y"},
+       {"REFERENCE_LINE_END_X", "REFERENCE_LINE_END_Y"}}};
   for (const auto& [x_key, y_key] : pairs) {
     if (find_value(crg_.road, x_key).has_value() != find_value(crg_.road, y_key).has_value()) {
-      add(Severity::Warning, "header", std::string("only one of ") + x_key + " and " + y_key + " is given");
+      add(Severity::Warning, "header",
+          std::string("only one of ") + x_key + " and " + y_key + " is given");
     }
   }
 }
@@ -174,7 +197,8 @@ void Checker::check_line() {
   forward.grid.u_step_m = crg_.grid.u_step_m;
   forward.grid.v_m = {0.0};
   forward.grid.z_m.resize(crg_.grid.rows());
-  for (const char* key : {"REFERENCE_LINE_END_X", "REFERENCE_LINE_END_Y", "REFERENCE_LINE_END_Z"}) erase_key(forward.road, key);
+  for (const char* key : {"REFERENCE_LINE_END_X", "REFERENCE_LINE_END_Y", "REFERENCE_LINE_END_Z"})
+    erase_key(forward.road, key);
   const ReferenceLine reached = integrate_reference_line(forward);
   const double rows = static_cast<double>(line_.size());
   // A float heading is off by 1.2e-7 of its size at most, in every row.
@@ -186,35 +210,50 @@ void Checker::check_line() {
     double worst = 0.0;
     std::size_t at = 0;
     for (std::size_t i = 0; i < line_.size(); ++i) {
-      const double distance = std::hypot(reached.x_m[i] - line_.x_m[i] + line_.x_m[0] - reached.x_m[0],
-                                         reached.y_m[i] - line_.y_m[i] + line_.y_m[0] - reached.y_m[0]);
+      const double distance =
+          std::hypot(reached.x_m[i] - line_.x_m[i] + line_.x_m[0] - reached.x_m[0],
+                     reached.y_m[i] - line_.y_m[i] + line_.y_m[0] - reached.y_m[0]);
       if (distance > worst) worst = distance, at = i;
     }
-    if (worst > drift) add(Severity::Warning, "line.channels", "x and y channels are up to " + shortest(worst) + " m off what phi integrates to", at);
+    if (worst > drift)
+      add(Severity::Warning, "line.channels",
+          "x and y channels are up to " + shortest(worst) + " m off what phi integrates to", at);
   }
-  if (!crg_.slope.empty() && !reached.z_m.empty()) compare("REFERENCE_LINE_END_Z", reached.z_m.back(), drift, "the end that the slopes lead to");
+  if (!crg_.slope.empty() && !reached.z_m.empty())
+    compare("REFERENCE_LINE_END_Z", reached.z_m.back(), drift, "the end that the slopes lead to");
 
   std::size_t sharp = 0, first = 0;
   for (std::size_t i = 2; i < line_.size(); ++i) {
-    const double turn = std::abs(std::remainder(line_.heading_rad[i] - line_.heading_rad[i - 1], 2.0 * kPi));
+    const double turn =
+        std::abs(std::remainder(line_.heading_rad[i] - line_.heading_rad[i - 1], 2.0 * kPi));
     if (turn > kPi / 4.0 && sharp++ == 0) first = i;
   }
-  if (sharp > 0) add(Severity::Warning, "line.turn", "the line turns by more than 45 degrees between two rows", first, sharp);
+  if (sharp > 0)
+    add(Severity::Warning, "line.turn", "the line turns by more than 45 degrees between two rows",
+        first, sharp);
   std::size_t uneven = 0;
   for (std::size_t i = 1; i < line_.size(); ++i) {
-    const double length = std::hypot(line_.x_m[i] - line_.x_m[i - 1], line_.y_m[i] - line_.y_m[i - 1]);
-    if (std::abs(length - line_.u_step_m) > std::max(options_.check_tolerance_m, 0.01 * line_.u_step_m) && uneven++ == 0) first = i;
+    const double length =
+        std::hypot(line_.x_m[i] - line_.x_m[i - 1], line_.y_m[i] - line_.y_m[i - 1]);
+    if (std::abs(length - line_.u_step_m) >
+            std::max(options_.check_tolerance_m, 0.01 * line_.u_step_m) &&
+        uneven++ == 0)
+      first = i;
   }
-  if (uneven > 0) add(Severity::Warning, "line.step", "nodes of the line are not one increment apart; END_X/END_Y or the x, y channels pull it", first, uneven);
+  if (uneven > 0)
+    add(Severity::Warning, "line.step",
+        "nodes of the line are not one increment apart; END_X/END_Y or the x, y channels pull it",
+        first, uneven);
 }
 
 // Lateral cuts of neighbouring rows must not meet where there are heights, and had better not meet
 // within the v range.
 void Checker::check_curvature() {
   const Grid& grid = crg_.grid;
-  // A file may have its empty nodes filled when it is evaluated; the reference API does so by itself
-  // where the section of modifiers is missing.
-  const bool filled = !crg_.has_modifier_section || find_value(crg_.modifiers, "GRID_NAN_MODE").value_or(0.0) != 0.0;
+  // A file may have its empty nodes filled when it is evaluated; the reference API does so by
+  // itself where the section of modifiers is missing.
+  const bool filled = !crg_.has_modifier_section ||
+                      find_value(crg_.modifiers, "GRID_NAN_MODE").value_or(0.0) != 0.0;
   std::size_t with_heights = 0, empty = 0, first_with_heights = 0, first_empty = 0;
   for (std::size_t i = 0; i + 1 < line_.size(); ++i) {
     const SegmentFrame frame = segment_frame(line_, i);
@@ -222,7 +261,8 @@ void Checker::check_curvature() {
     if (!folded(grid.v_m.front()) && !folded(grid.v_m.back())) continue;
     bool heights = filled;
     for (std::size_t j = 0; j < grid.columns() && !heights; ++j) {
-      heights = folded(grid.v_m[j]) && !(std::isnan(grid.at(i, j)) && std::isnan(grid.at(i + 1, j)));
+      heights =
+          folded(grid.v_m[j]) && !(std::isnan(grid.at(i, j)) && std::isnan(grid.at(i + 1, j)));
     }
     if (heights) {
       if (with_heights++ == 0) first_with_heights = i;
@@ -234,11 +274,17 @@ void Checker::check_curvature() {
   if (with_heights > 0) {
     const bool wanted = options_.check_curvature_global || options_.check_curvature_local;
     add(wanted ? Severity::Error : Severity::Warning, "curvature.local",
-        meet + "where there are heights: points there have two (u, v); reduce the width or the curvature", first_with_heights, with_heights);
+        meet +
+            "where there are heights: points there have two (u, v); reduce the width or the "
+            "curvature",
+        first_with_heights, with_heights);
   }
   if (empty > 0 && options_.check_curvature_global) {
     add(Severity::Note, "curvature.global",
-        meet + "inside the v range, where no node has a height; a tool that looks at the v range alone (WARN_CURV_GLOBAL) remarks it", first_empty, empty);
+        meet +
+            "inside the v range, where no node has a height; a tool that looks at the v range "
+            "alone (WARN_CURV_GLOBAL) remarks it",
+        first_empty, empty);
   }
 }
 
@@ -246,23 +292,34 @@ void Checker::check_closure() {
   if (!options_.close_track) return;
   const std::optional<Closing> closing = find_closing(line_);
   if (!closing) {
-    add(Severity::Error, "closure", "REFLINE_CONTINUATION = 1, but the extended ends do not meet: want start and end heading within 60 degrees and the end before the start");
+    add(Severity::Error, "closure",
+        "REFLINE_CONTINUATION = 1, but the extended ends do not meet: want start and end heading "
+        "within 60 degrees and the end before the start");
     return;
   }
   const double gap = closing->after_end_m + closing->before_start_m;
-  if (gap == 0.0) add(Severity::Note, "closure.gap", "the ends meet without a gap; the reference API wants a positive one");
-  if (gap > 2.0 * line_.u_step_m) add(Severity::Warning, "closure.gap", "the ends are " + shortest(gap) + " m apart; heights are not interpolated over that gap");
+  if (gap == 0.0)
+    add(Severity::Note, "closure.gap",
+        "the ends meet without a gap; the reference API wants a positive one");
+  if (gap > 2.0 * line_.u_step_m)
+    add(Severity::Warning, "closure.gap",
+        "the ends are " + shortest(gap) + " m apart; heights are not interpolated over that gap");
   const Grid& grid = crg_.grid;
   const std::size_t last = grid.rows() - 1;
-  const auto value = [](const std::vector<double>& channel, std::size_t i) { return channel.empty() ? 0.0 : channel[i]; };
+  const auto value = [](const std::vector<double>& channel, std::size_t i) {
+    return channel.empty() ? 0.0 : channel[i];
+  };
   double worst = 0.0;
   for (std::size_t j = 0; j < grid.columns(); ++j) {
-    const auto z = [&](std::size_t i) { return grid.at(i, j) + value(line_.z_m, i) + value(line_.banking, i) * grid.v_m[j]; };
+    const auto z = [&](std::size_t i) {
+      return grid.at(i, j) + value(line_.z_m, i) + value(line_.banking, i) * grid.v_m[j];
+    };
     const double step = std::abs(z(last) - z(0));
     if (step > worst) worst = step;
   }
   if (worst > 1e-3 && gap <= 2.0 * line_.u_step_m) {
-    add(Severity::Warning, "closure.height", "a step of up to " + shortest(worst) + " m in height where the track closes", last);
+    add(Severity::Warning, "closure.height",
+        "a step of up to " + shortest(worst) + " m in height where the track closes", last);
   }
 }
 
@@ -282,10 +339,19 @@ void Checker::check_heights() {
       if (std::isnan(grid.at(i, j)) && holes++ == 0) first_hole = i;
     }
   }
-  if (empty_rows > 0) add(Severity::Warning, "nan.row", "rows without any height: the standard wants at least one per row", first_empty, empty_rows);
-  if (holes > 0) add(Severity::Warning, "nan.inside", "NaN between heights of a row: the standard wants them at the edges only", first_hole, holes);
-  if (missing > 0) add(Severity::Note, "nan.edge", "nodes without height at the edges", {}, missing);
-  if (!crg_.z_double_m.empty()) add(Severity::Note, "heights.double", "heights need double precision; the reference API and lib/crg evaluate them as float");
+  if (empty_rows > 0)
+    add(Severity::Warning, "nan.row",
+        "rows without any height: the standard wants at least one per row", first_empty,
+        empty_rows);
+  if (holes > 0)
+    add(Severity::Warning, "nan.inside",
+        "NaN between heights of a row: the standard wants them at the edges only", first_hole,
+        holes);
+  if (missing > 0)
+    add(Severity::Note, "nan.edge", "nodes without height at the edges", {}, missing);
+  if (!crg_.z_double_m.empty())
+    add(Severity::Note, "heights.double",
+        "heights need double precision; the reference API and lib/crg evaluate them as float");
 }
 
 void Checker::check_projection() {
@@ -298,19 +364,25 @@ void Checker::check_projection() {
   };
   const std::string projection = text("PROJ_NM");
   const auto known = [&](const std::string& name) {
-    return name == "TM" || name.starts_with("TM_") || name.starts_with("UTM_") || name.starts_with("GK3_") || name.starts_with("GK6_");
+    return name == "TM" || name.starts_with("TM_") || name.starts_with("UTM_") ||
+           name.starts_with("GK3_") || name.starts_with("GK6_");
   };
   if (!projection.empty() && !known(projection)) {
-    add(Severity::Warning, "projection", "PROJ_NM = " + projection.substr(0, 40) + ": want GK3_n, GK6_n, UTM_nnX, TM_n or TM");
+    add(Severity::Warning, "projection",
+        "PROJ_NM = " + projection.substr(0, 40) + ": want GK3_n, GK6_n, UTM_nnX, TM_n or TM");
   }
   const std::string transformation = text("TRAN_NM");
-  if (!transformation.empty() && transformation != "NOP" && transformation != "HL7" && transformation != "HN7" && transformation != "HS7") {
-    add(Severity::Warning, "projection", "TRAN_NM = " + transformation.substr(0, 40) + ": want NOP, HL7, HN7 or HS7");
+  if (!transformation.empty() && transformation != "NOP" && transformation != "HL7" &&
+      transformation != "HN7" && transformation != "HS7") {
+    add(Severity::Warning, "projection",
+        "TRAN_NM = " + transformation.substr(0, 40) + ": want NOP, HL7, HN7 or HS7");
   }
   for (const char* ellipsoid : {"GELL", "LELL"}) {
-    const auto a = find_value(crg_.projection, std::string(ellipsoid) + "_A"), b = find_value(crg_.projection, std::string(ellipsoid) + "_B");
+    const auto a = find_value(crg_.projection, std::string(ellipsoid) + "_A"),
+               b = find_value(crg_.projection, std::string(ellipsoid) + "_B");
     if ((a && !(*a > 6.3e6 && *a < 6.4e6)) || (b && !(*b > 6.3e6 && *b < 6.4e6))) {
-      add(Severity::Warning, "projection", std::string(ellipsoid) + "_A, _B: want the half axes of the Earth in metres");
+      add(Severity::Warning, "projection",
+          std::string(ellipsoid) + "_A, _B: want the half axes of the Earth in metres");
     }
   }
 }
@@ -320,8 +392,10 @@ void Checker::check_wgs() {
   const std::array<std::string, 2> names = {"START", "END"};
   for (std::size_t k = 0; k < 2; ++k) {
     const std::string prefix = "REFERENCE_LINE_" + names[k] + "_";
-    const auto lon = find_value(crg_.road, prefix + "LON"), lat = find_value(crg_.road, prefix + "LAT");
-    if (lon.has_value() != lat.has_value()) add(Severity::Warning, "wgs", "only one of " + prefix + "LON and _LAT is given");
+    const auto lon = find_value(crg_.road, prefix + "LON"),
+               lat = find_value(crg_.road, prefix + "LAT");
+    if (lon.has_value() != lat.has_value())
+      add(Severity::Warning, "wgs", "only one of " + prefix + "LON and _LAT is given");
     if ((lon && std::abs(*lon) > 180.0) || (lat && std::abs(*lat) > 90.0)) {
       add(Severity::Error, "wgs", prefix + "LON, _LAT: want degrees within 180 and 90");
     } else if (lon && lat) {
@@ -334,11 +408,15 @@ void Checker::check_wgs() {
   const double lat = 0.5 * (ends[0]->y_m + ends[1]->y_m) * rad;
   const double w = std::sqrt(1.0 - e2 * std::sin(lat) * std::sin(lat));
   const double north = (ends[1]->y_m - ends[0]->y_m) * rad * a * (1.0 - e2) / (w * w * w);
-  const double east = std::remainder(ends[1]->x_m - ends[0]->x_m, 360.0) * rad * a / w * std::cos(lat);
+  const double east =
+      std::remainder(ends[1]->x_m - ends[0]->x_m, 360.0) * rad * a / w * std::cos(lat);
   const double by_wgs = std::hypot(north, east);
-  const double by_line = std::hypot(line_.x_m.back() - line_.x_m.front(), line_.y_m.back() - line_.y_m.front());
+  const double by_line =
+      std::hypot(line_.x_m.back() - line_.x_m.front(), line_.y_m.back() - line_.y_m.front());
   if (by_wgs < 100e3 && std::abs(by_wgs - by_line) > options_.check_wgs_m) {
-    add(Severity::Warning, "wgs", "start and end are " + shortest(by_wgs) + " m apart by LON/LAT and " + shortest(by_line) + " m by X/Y (tolerance CHECK_WGS = " + shortest(options_.check_wgs_m) + " m)");
+    add(Severity::Warning, "wgs",
+        "start and end are " + shortest(by_wgs) + " m apart by LON/LAT and " + shortest(by_line) +
+            " m by X/Y (tolerance CHECK_WGS = " + shortest(options_.check_wgs_m) + " m)");
   }
 }
 
@@ -346,7 +424,9 @@ void Checker::run() {
   for (const std::string& note : crg_.notes) add(Severity::Note, "read", note);
   const Grid& grid = crg_.grid;
   if (grid.columns() < 2 || grid.rows() < 2 || grid.z_m.size() != grid.rows() * grid.columns()) {
-    add(Severity::Error, "shape", "a grid of " + std::to_string(grid.rows()) + " x " + std::to_string(grid.columns()) + ": want at least 2 x 2, all filled");
+    add(Severity::Error, "shape",
+        "a grid of " + std::to_string(grid.rows()) + " x " + std::to_string(grid.columns()) +
+            ": want at least 2 x 2, all filled");
     return;
   }
   check_options();
@@ -370,7 +450,9 @@ void Checker::run() {
 }  // namespace
 
 std::size_t CheckReport::count(Severity severity) const {
-  return static_cast<std::size_t>(std::count_if(findings.begin(), findings.end(), [&](const Finding& finding) { return finding.severity == severity; }));
+  return static_cast<std::size_t>(
+      std::count_if(findings.begin(), findings.end(),
+                    [&](const Finding& finding) { return finding.severity == severity; }));
 }
 
 CheckReport check(const Crg& crg) {

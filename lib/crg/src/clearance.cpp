@@ -10,17 +10,18 @@ namespace crg {
 namespace {
 
 constexpr double kWindowTurn_rad = 0.6;
-constexpr double kFoldShare = 0.8;  // < cos(kWindowTurn_rad): the fold seen from anywhere in the window
+constexpr double kFoldShare =
+    0.8;  // < cos(kWindowTurn_rad): the fold seen from anywhere in the window
 constexpr double kDegenerateLean = 50.0;
 // Of the reach: in shorter segments a point within reach has no certain place along, for rounding.
 constexpr double kDegenerateLength = 1e-8;
 
 struct Station {
-  double x_m = 0.0, y_m = 0.0;     // middle of the run
-  double cos = 1.0, sin = 0.0;     // direction there
-  double span_m = 0.0;             // no point of the run is farther than this from the middle
-  double turn_rad = 0.0;           // sum of |turns| inside the run and to the next
-  double stretch = 1.0;            // |point - foot| / |v| at most
+  double x_m = 0.0, y_m = 0.0;  // middle of the run
+  double cos = 1.0, sin = 0.0;  // direction there
+  double span_m = 0.0;          // no point of the run is farther than this from the middle
+  double turn_rad = 0.0;        // sum of |turns| inside the run and to the next
+  double stretch = 1.0;         // |point - foot| / |v| at most
   double fold_left_m = 0.0, fold_right_m = 0.0;
 };
 
@@ -28,7 +29,8 @@ double turn_between(const SegmentFrame& a, const SegmentFrame& b) {
   return std::abs(std::atan2(a.cos * b.sin - a.sin * b.cos, a.cos * b.cos + a.sin * b.sin));
 }
 
-Station make_station(std::span<const SegmentRecord> segments, std::size_t begin, std::size_t end, double reach_m, bool joined) {
+Station make_station(std::span<const SegmentRecord> segments, std::size_t begin, std::size_t end,
+                     double reach_m, bool joined) {
   Station station;
   const SegmentFrame& middle = segments[(begin + end) / 2].frame;
   station.x_m = middle.x_m;
@@ -38,8 +40,9 @@ Station make_station(std::span<const SegmentRecord> segments, std::size_t begin,
   station.fold_left_m = station.fold_right_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = begin; i < end; ++i) {
     const SegmentFrame& frame = segments[i].frame;
-    station.span_m = std::max(station.span_m,
-                              std::hypot(frame.x_m - station.x_m, frame.y_m - station.y_m) + frame.length_m);
+    station.span_m =
+        std::max(station.span_m,
+                 std::hypot(frame.x_m - station.x_m, frame.y_m - station.y_m) + frame.length_m);
     if (i + 1 < segments.size()) {
       station.turn_rad += turn_between(frame, segments[i + 1].frame);
     } else if (joined) {
@@ -68,12 +71,14 @@ class Neighbourhood {
     while (buckets < stations.size()) buckets *= 2;
     mask_ = buckets - 1;
     start_.assign(buckets + 1, 0);
-    for (const Station& station : stations) ++start_[bucket(cell(station.x_m), cell(station.y_m)) + 1];
+    for (const Station& station : stations)
+      ++start_[bucket(cell(station.x_m), cell(station.y_m)) + 1];
     for (std::size_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
     items_.resize(stations.size());
     std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
     for (std::size_t k = 0; k < stations.size(); ++k) {
-      items_[next[bucket(cell(stations[k].x_m), cell(stations[k].y_m))]++] = static_cast<std::uint32_t>(k);
+      items_[next[bucket(cell(stations[k].x_m), cell(stations[k].y_m))]++] =
+          static_cast<std::uint32_t>(k);
     }
   }
 
@@ -94,7 +99,8 @@ class Neighbourhood {
     return static_cast<std::int64_t>(std::floor(std::clamp(value / side_m_, -4e18, 4e18)));
   }
   std::size_t bucket(std::int64_t x, std::int64_t y) const {
-    std::uint64_t hash = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL ^ static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FULL;
+    std::uint64_t hash = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL ^
+                         static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FULL;
     hash ^= hash >> 29;
     return static_cast<std::size_t>(hash & mask_);
   }
@@ -108,14 +114,16 @@ class Neighbourhood {
 // The float next to a value that is not farther from zero.
 float inward(double value) {
   const float rounded = static_cast<float>(value);
-  return std::abs(static_cast<double>(rounded)) > std::abs(value) ? std::nextafter(rounded, 0.0F) : rounded;
+  return std::abs(static_cast<double>(rounded)) > std::abs(value) ? std::nextafter(rounded, 0.0F)
+                                                                  : rounded;
 }
 
 struct Window {
   std::size_t before = 0, after = 0;  // stations on either side that count as the same stretch
 };
 
-Window same_stretch(const std::vector<Station>& stations, std::size_t k, double reach_m, bool joined) {
+Window same_stretch(const std::vector<Station>& stations, std::size_t k, double reach_m,
+                    bool joined) {
   const std::size_t count = stations.size();
   const auto walk = [&](int direction) {
     std::size_t steps = 0;
@@ -141,14 +149,15 @@ Window same_stretch(const std::vector<Station>& stations, std::size_t k, double 
 
 }  // namespace
 
-void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m, double u_step_m, bool joined,
-                       const Closing& closing) {
+void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m,
+                       double u_step_m, bool joined, const Closing& closing) {
   const double reach_m = std::max(std::abs(v_right_m), std::abs(v_left_m));
   std::size_t run = 1;
   while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
   std::vector<Station> stations;
   for (std::size_t begin = 0; begin < segments.size(); begin += run) {
-    stations.push_back(make_station(segments, begin, std::min(begin + run, segments.size()), reach_m, joined));
+    stations.push_back(
+        make_station(segments, begin, std::min(begin + run, segments.size()), reach_m, joined));
   }
   const std::size_t count = stations.size();
   double span = 0.0, stretch = 1.0;
@@ -159,16 +168,19 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   // Beyond this distance no other run can compete for a point within reach_m.
   const double far = reach_m * (1.0 + std::min(stretch, 2.0)) + 2.0 * span;
   const Neighbourhood neighbourhood(stations, far);
-  // The ends of a closed track prolonged over its gap compete like cells; near a long one nothing is
-  // certain.
+  // The ends of a closed track prolonged over its gap compete like cells; near a long one nothing
+  // is certain.
   struct Prolonged {
     Point2 middle;
     double length_m;
   };
   const SegmentFrame &at_start = segments.front().frame, &at_end = segments.back().frame;
   std::vector<Prolonged> ends;
-  if (closing.before_start_m > 0.0) ends.push_back({at_start.point(-0.5 * closing.before_start_m, 0.0), closing.before_start_m});
-  if (closing.after_end_m > 0.0) ends.push_back({at_end.point(at_end.length_m + 0.5 * closing.after_end_m, 0.0), closing.after_end_m});
+  if (closing.before_start_m > 0.0)
+    ends.push_back({at_start.point(-0.5 * closing.before_start_m, 0.0), closing.before_start_m});
+  if (closing.after_end_m > 0.0)
+    ends.push_back(
+        {at_end.point(at_end.length_m + 0.5 * closing.after_end_m, 0.0), closing.after_end_m});
   // Tangled input would cost count^2; what is not measured within the budget stays uncertain.
   std::size_t budget = 4096 + 1024 * count;
   for (std::size_t k = 0; k < count; ++k) {
@@ -199,7 +211,8 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
         const double squared = dx * dx + dy * dy - slack * slack;
         // |other - point|^2 > (growth |v| + slack)^2 for all |v| up to the bound.
         const auto bound = [&](double side) {
-          const double rate = 2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
+          const double rate =
+              2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
           if (squared <= 0.0) return 0.0;
           return rate <= 0.0 ? reach_m : squared / rate;
         };
@@ -209,14 +222,17 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
     });
     for (const Prolonged& end : ends) {
       // Shorter than a row and part of the same stretch: no more than one cell among others.
-      if (end.length_m <= u_step_m && (k <= window.before || count - 1 - k <= window.after)) continue;
+      if (end.length_m <= u_step_m && (k <= window.before || count - 1 - k <= window.after))
+        continue;
       const double dx = end.middle.x_m - here.x_m, dy = end.middle.y_m - here.y_m;
       if (std::hypot(dx, dy) - 0.5 * end.length_m <= far) left = right = 0.0;
     }
     if (left <= 0.0 || right <= 0.0) continue;
-    const float certain_right = inward(std::max(v_right_m, right < reach_m ? -0.999 * right : v_right_m));
+    const float certain_right =
+        inward(std::max(v_right_m, right < reach_m ? -0.999 * right : v_right_m));
     const float certain_left = inward(std::min(v_left_m, left < reach_m ? 0.999 * left : v_left_m));
-    for (SegmentRecord& segment : segments.subspan(k * run, std::min(run, segments.size() - k * run))) {
+    for (SegmentRecord& segment :
+         segments.subspan(k * run, std::min(run, segments.size() - k * run))) {
       segment.certain_right_m = certain_right;
       segment.certain_left_m = certain_left;
     }

@@ -17,7 +17,7 @@ namespace crg {
 /// Method: within a stretch that turns less than 0.6 rad, cells overlap only beyond the centre of
 /// curvature; against everything else, a ball around the point of radius |v| must be empty (the
 /// ball test of Federer's reach, with the spacing of the stations as slack).
-void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m, double u_step_m, bool joined,
-                       const Closing& closing);
+void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m,
+                       double u_step_m, bool joined, const Closing& closing);
 
 }  // namespace crg

@@ -6,7 +6,8 @@
 
 namespace crg {
 
-CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m) : segments_(segments.size()) {
+CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m)
+    : segments_(segments.size()) {
   double x_max = -std::numeric_limits<double>::infinity(), y_max = x_max, length = 0.0;
   x_min_m_ = y_min_m_ = std::numeric_limits<double>::infinity();
   for (const SegmentRecord& segment : segments) {
@@ -21,7 +22,8 @@ CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m
   x_min_m_ -= margin;
   y_min_m_ -= margin;
   const double width = x_max + margin - x_min_m_, height = y_max + margin - y_min_m_;
-  // Floats hold the offsets of stations to centimetres up to this extent; beyond it there are no guesses.
+  // Floats hold the offsets of stations to centimetres up to this extent; beyond it there are no
+  // guesses.
   if (!(width < 1e5 && height < 1e5)) return;
   double cell = std::max(12.0, margin);
   const double most = 4096.0 + 4.0 * static_cast<double>(segments.size());
@@ -40,14 +42,21 @@ CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m
   for (std::size_t i = 0; i < segments.size(); i += std::size_t{1} << shift_) {
     const SegmentFrame& frame = segments[i].frame;
     const double dx = frame.x_m - x_min_m_, dy = frame.y_m - y_min_m_;
-    stations_.push_back({static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(frame.cos / mean), static_cast<float>(frame.sin / mean)});
+    stations_.push_back({static_cast<float>(dx), static_cast<float>(dy),
+                         static_cast<float>(frame.cos / mean),
+                         static_cast<float>(frame.sin / mean)});
     const double around = std::min(margin + cell, 3.0 * cell);
-    const auto first = [&](double at) { return static_cast<std::size_t>(std::max(0.0, (at - around) * per_cell_)); };
-    const std::size_t column_end = std::min(columns_, static_cast<std::size_t>((dx + around) * per_cell_) + 1);
-    const std::size_t row_end = std::min(rows_, static_cast<std::size_t>((dy + around) * per_cell_) + 1);
+    const auto first = [&](double at) {
+      return static_cast<std::size_t>(std::max(0.0, (at - around) * per_cell_));
+    };
+    const std::size_t column_end =
+        std::min(columns_, static_cast<std::size_t>((dx + around) * per_cell_) + 1);
+    const std::size_t row_end =
+        std::min(rows_, static_cast<std::size_t>((dy + around) * per_cell_) + 1);
     for (std::size_t row = first(dy); row < row_end; ++row) {
       for (std::size_t column = first(dx); column < column_end; ++column) {
-        const double ex = (static_cast<double>(column) + 0.5) * cell - dx, ey = (static_cast<double>(row) + 0.5) * cell - dy;
+        const double ex = (static_cast<double>(column) + 0.5) * cell - dx,
+                     ey = (static_cast<double>(row) + 0.5) * cell - dy;
         const float distance = static_cast<float>(ex * ex + ey * ey);
         const std::size_t k = cell_at(row, column);
         if (distance < nearest[k]) {
@@ -62,8 +71,11 @@ CoarseIndex::CoarseIndex(std::span<const SegmentRecord> segments, double reach_m
 CoarseIndex::Guess CoarseIndex::guess(double x_m, double y_m) const noexcept {
   const double dx = x_m - x_min_m_, dy = y_m - y_min_m_;
   const double column = dx * per_cell_, row = dy * per_cell_;
-  if (!(column >= 0.0 && row >= 0.0 && column < static_cast<double>(columns_) && row < static_cast<double>(rows_))) return {};
-  const std::uint32_t cell = cells_[cell_at(static_cast<std::size_t>(row), static_cast<std::size_t>(column))];
+  if (!(column >= 0.0 && row >= 0.0 && column < static_cast<double>(columns_) &&
+        row < static_cast<double>(rows_)))
+    return {};
+  const std::uint32_t cell =
+      cells_[cell_at(static_cast<std::size_t>(row), static_cast<std::size_t>(column))];
   if (cell == 0) return {};
   // Newton's method on the line as if it were straight beyond each station. Two steps always, for
   // the number that would be enough is not predictable.
@@ -78,7 +90,9 @@ CoarseIndex::Guess CoarseIndex::guess(double x_m, double y_m) const noexcept {
     const float ex = px - station.dx_m, ey = py - station.dy_m;
     const float ahead = std::min(std::max(ex * station.cos + ey * station.sin, -1e6F), 1e6F);
     across = ey * station.cos - ex * station.sin;
-    segment = std::clamp<std::ptrdiff_t>((k << shift_) + static_cast<std::int32_t>(ahead + kBias) - static_cast<std::int32_t>(kBias), 0, last);
+    segment = std::clamp<std::ptrdiff_t>(
+        (k << shift_) + static_cast<std::int32_t>(ahead + kBias) - static_cast<std::int32_t>(kBias),
+        0, last);
   }
   return {static_cast<std::size_t>(segment), across * mean_length_m_};
 }

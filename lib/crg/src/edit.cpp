@@ -15,7 +15,8 @@ namespace {
 Crg rebuilt(const Crg& from, const ReferenceLine& line, Grid grid) {
   Crg crg = make_crg(line, std::move(grid), from.comment);
   for (const HeaderEntry& entry : from.road) {
-    if (entry.key.starts_with("REFERENCE_LINE_OFFSET_")) set_value(crg.road, entry.key, entry.value);
+    if (entry.key.starts_with("REFERENCE_LINE_OFFSET_"))
+      set_value(crg.road, entry.key, entry.value);
   }
   const auto closed = find_value(crg.options, "REFLINE_CONTINUATION");
   crg.options = from.options;
@@ -31,7 +32,9 @@ Crg rebuilt(const Crg& from, const ReferenceLine& line, Grid grid) {
 
 template <typename Value>
 std::vector<Value> part(const std::vector<Value>& values, std::size_t begin, std::size_t end) {
-  return values.empty() ? values : std::vector<Value>(values.begin() + static_cast<std::ptrdiff_t>(begin), values.begin() + static_cast<std::ptrdiff_t>(end));
+  return values.empty() ? values
+                        : std::vector<Value>(values.begin() + static_cast<std::ptrdiff_t>(begin),
+                                             values.begin() + static_cast<std::ptrdiff_t>(end));
 }
 
 double value_at(const std::vector<double>& channel, double row) {
@@ -48,7 +51,9 @@ std::vector<double> walk(const ReferenceLine& line, double step, std::size_t cou
   std::size_t i = 0;
   while (rows.size() < count) {
     // The first node farther than a step; the wanted point lies before it.
-    while (i + 1 < line.size() && std::hypot(line.x_m[i + 1] - here.x_m, line.y_m[i + 1] - here.y_m) < step) ++i;
+    while (i + 1 < line.size() &&
+           std::hypot(line.x_m[i + 1] - here.x_m, line.y_m[i + 1] - here.y_m) < step)
+      ++i;
     if (i + 1 >= line.size()) break;
     const double dx = line.x_m[i + 1] - line.x_m[i], dy = line.y_m[i + 1] - line.y_m[i];
     const double fx = line.x_m[i] - here.x_m, fy = line.y_m[i] - here.y_m;
@@ -93,7 +98,8 @@ ReferenceLine resampled_line(const ReferenceLine& old, double wanted_step_m) {
   line.heading_rad.assign(line.size(), old.heading_rad[1]);
   for (std::size_t i = 1; i < line.size(); ++i) {
     const double heading = std::atan2(line.y_m[i] - line.y_m[i - 1], line.x_m[i] - line.x_m[i - 1]);
-    line.heading_rad[i] = line.heading_rad[i - 1] + std::remainder(heading - line.heading_rad[i - 1], 2.0 * std::numbers::pi);
+    line.heading_rad[i] = line.heading_rad[i - 1] +
+                          std::remainder(heading - line.heading_rad[i - 1], 2.0 * std::numbers::pi);
   }
   line.heading_rad[0] = line.heading_rad[1];
   return line;
@@ -106,17 +112,23 @@ Crg crop(Crg crg, const CropOptions& options) {
   const ReferenceLine old = integrate_reference_line(crg);
   const Grid& grid = crg.grid;
   constexpr double kTolerance_m = 1e-6;
-  const auto low = [](const std::optional<double>& bound, double value) { return !bound || value >= *bound - kTolerance_m; };
-  const auto high = [](const std::optional<double>& bound, double value) { return !bound || value <= *bound + kTolerance_m; };
+  const auto low = [](const std::optional<double>& bound, double value) {
+    return !bound || value >= *bound - kTolerance_m;
+  };
+  const auto high = [](const std::optional<double>& bound, double value) {
+    return !bound || value <= *bound + kTolerance_m;
+  };
   std::size_t row = 0, row_end = grid.rows(), column = 0, column_end = grid.columns();
   while (row < row_end && !low(options.u_begin_m, grid.u_of(row))) ++row;
   while (row_end > row && !high(options.u_end_m, grid.u_of(row_end - 1))) --row_end;
   while (column < column_end && !low(options.v_right_m, grid.v_m[column])) ++column;
   while (column_end > column && !high(options.v_left_m, grid.v_m[column_end - 1])) --column_end;
   if (row_end - row < 2 || column_end - column < 2) {
-    throw Error(crg.source + ": crop leaves " + std::to_string(row_end - row) + " rows and " + std::to_string(column_end - column) +
-                " columns: want at least 2 of each; u runs from " + shortest(grid.u_begin_m) + " to " + shortest(grid.u_of(grid.rows() - 1)) +
-                " m, v from " + shortest(grid.v_m.front()) + " to " + shortest(grid.v_m.back()) + " m");
+    throw Error(crg.source + ": crop leaves " + std::to_string(row_end - row) + " rows and " +
+                std::to_string(column_end - column) +
+                " columns: want at least 2 of each; u runs from " + shortest(grid.u_begin_m) +
+                " to " + shortest(grid.u_of(grid.rows() - 1)) + " m, v from " +
+                shortest(grid.v_m.front()) + " to " + shortest(grid.v_m.back()) + " m");
   }
   ReferenceLine line;
   line.u_begin_m = grid.u_of(row);
@@ -140,7 +152,9 @@ Crg crop(Crg crg, const CropOptions& options) {
 
 Crg resample(Crg crg, const ResampleOptions& options) {
   for (const std::optional<double>& step : {options.u_step_m, options.v_step_m}) {
-    if (step && !(*step >= 1e-4 && *step <= 1e4)) throw Error(crg.source + ": resample to a step of " + shortest(*step) + " m: want 1e-4 to 1e4 m");
+    if (step && !(*step >= 1e-4 && *step <= 1e4))
+      throw Error(crg.source + ": resample to a step of " + shortest(*step) +
+                  " m: want 1e-4 to 1e4 m");
   }
   crg = apply_modifiers(std::move(crg));
   const ReferenceLine old = integrate_reference_line(crg);
@@ -152,14 +166,16 @@ Crg resample(Crg crg, const ResampleOptions& options) {
   if (options.v_step_m) {
     const double right = crg.grid.v_m.front(), width = crg.grid.v_m.back() - right;
     const double steps = std::max(1.0, std::round(width / *options.v_step_m));
-    if (steps > 1e6) throw Error(crg.source + ": resample to " + shortest(steps) + " columns: want at most 1e6");
+    if (steps > 1e6)
+      throw Error(crg.source + ": resample to " + shortest(steps) + " columns: want at most 1e6");
     grid.v_m.clear();
     for (std::size_t j = 0; j <= static_cast<std::size_t>(steps); ++j) {
       grid.v_m.push_back(right + width * static_cast<double>(j) / steps);
     }
   }
   if (static_cast<double>(line.size()) * static_cast<double>(grid.v_m.size()) > 4e9) {
-    throw Error(crg.source + ": resample to " + std::to_string(line.size()) + " x " + std::to_string(grid.v_m.size()) + " nodes: want at most 4e9");
+    throw Error(crg.source + ": resample to " + std::to_string(line.size()) + " x " +
+                std::to_string(grid.v_m.size()) + " nodes: want at most 4e9");
   }
   // Beyond the edges the nearest height holds: new nodes on the edge may lie beyond it by rounding.
   Crg source = crg;
@@ -168,10 +184,12 @@ Crg resample(Crg crg, const ResampleOptions& options) {
   const Surface surface(std::move(source));
   Cursor cursor;
   for (std::size_t i = 0; i < line.size(); ++i) {
-    const double line_z = line.z_m.empty() ? 0.0 : line.z_m[i], banking = line.banking.empty() ? 0.0 : line.banking[i];
+    const double line_z = line.z_m.empty() ? 0.0 : line.z_m[i],
+                 banking = line.banking.empty() ? 0.0 : line.banking[i];
     for (const double v : grid.v_m) {
       const Point2 p = node_position(line, i, v);
-      grid.z_m.push_back(static_cast<float>(surface.z_at_xy(p.x_m, p.y_m, cursor) - line_z - banking * v));
+      grid.z_m.push_back(
+          static_cast<float>(surface.z_at_xy(p.x_m, p.y_m, cursor) - line_z - banking * v));
     }
   }
   return rebuilt(crg, line, std::move(grid));
@@ -182,15 +200,18 @@ Crg reverse(Crg crg) {
   const ReferenceLine old = integrate_reference_line(crg);
   const std::size_t rows = old.size(), columns = crg.grid.columns();
   ReferenceLine line = old;
-  for (std::vector<double>* channel : {&line.x_m, &line.y_m, &line.z_m, &line.banking}) std::reverse(channel->begin(), channel->end());
+  for (std::vector<double>* channel : {&line.x_m, &line.y_m, &line.z_m, &line.banking})
+    std::reverse(channel->begin(), channel->end());
   for (double& banking : line.banking) banking = -banking;
-  for (std::size_t i = 1; i < rows; ++i) line.heading_rad[i] = old.heading_rad[rows - i] + std::numbers::pi;
+  for (std::size_t i = 1; i < rows; ++i)
+    line.heading_rad[i] = old.heading_rad[rows - i] + std::numbers::pi;
   line.heading_rad[0] = line.heading_rad[1];
   Grid grid = crg.grid;
   std::reverse(grid.z_m.begin(), grid.z_m.end());
   for (std::size_t j = 0; j < columns; ++j) grid.v_m[j] = -crg.grid.v_m[columns - 1 - j];
   Crg result = rebuilt(crg, line, std::move(grid));
-  const auto begin = find_value(crg.options, "BORDER_SMOOTH_UBEG"), end = find_value(crg.options, "BORDER_SMOOTH_UEND");
+  const auto begin = find_value(crg.options, "BORDER_SMOOTH_UBEG"),
+             end = find_value(crg.options, "BORDER_SMOOTH_UEND");
   if (begin || end) {
     set_value(result.options, "BORDER_SMOOTH_UBEG", end.value_or(0.0));
     set_value(result.options, "BORDER_SMOOTH_UEND", begin.value_or(0.0));
@@ -203,28 +224,39 @@ Crg append(Crg first, Crg second, const AppendOptions& options) {
   second = apply_modifiers(std::move(second));
   ReferenceLine a = integrate_reference_line(first);
   const ReferenceLine b = integrate_reference_line(second);
-  bool same = std::abs(a.u_step_m - b.u_step_m) < 1e-9 * a.u_step_m && first.grid.columns() == second.grid.columns();
-  for (std::size_t j = 0; same && j < first.grid.columns(); ++j) same = std::abs(first.grid.v_m[j] - second.grid.v_m[j]) < 1e-6;
+  bool same = std::abs(a.u_step_m - b.u_step_m) < 1e-9 * a.u_step_m &&
+              first.grid.columns() == second.grid.columns();
+  for (std::size_t j = 0; same && j < first.grid.columns(); ++j)
+    same = std::abs(first.grid.v_m[j] - second.grid.v_m[j]) < 1e-6;
   if (!same) {
-    throw Error(second.source + ": step " + shortest(b.u_step_m) + " m and " + std::to_string(second.grid.columns()) + " columns, but " +
-                first.source + " has step " + shortest(a.u_step_m) + " m and " + std::to_string(first.grid.columns()) +
+    throw Error(second.source + ": step " + shortest(b.u_step_m) + " m and " +
+                std::to_string(second.grid.columns()) + " columns, but " + first.source +
+                " has step " + shortest(a.u_step_m) + " m and " +
+                std::to_string(first.grid.columns()) +
                 ": want the same step and columns; see resample and crop");
   }
-  const auto height = [](const ReferenceLine& line, std::size_t i) { return line.z_m.empty() ? 0.0 : line.z_m[i]; };
-  const auto banking = [](const ReferenceLine& line, std::size_t i) { return line.banking.empty() ? 0.0 : line.banking[i]; };
+  const auto height = [](const ReferenceLine& line, std::size_t i) {
+    return line.z_m.empty() ? 0.0 : line.z_m[i];
+  };
+  const auto banking = [](const ReferenceLine& line, std::size_t i) {
+    return line.banking.empty() ? 0.0 : line.banking[i];
+  };
   const std::size_t last = a.size() - 1;
   const double turn = options.move ? a.heading_rad[last] - b.heading_rad[0] : 0.0;
   const double rise = options.move ? height(a, last) - height(b, 0) : 0.0;
   const Point2 end{a.x_m[last], a.y_m[last]}, start{b.x_m[0], b.y_m[0]};
   if (!options.move) {
     const double gap = std::hypot(end.x_m - start.x_m, end.y_m - start.y_m);
-    const double bend = std::abs(std::remainder(a.heading_rad[last] - b.heading_rad[0], 2.0 * std::numbers::pi));
+    const double bend =
+        std::abs(std::remainder(a.heading_rad[last] - b.heading_rad[0], 2.0 * std::numbers::pi));
     if (gap > 1e-3 || bend > 1e-3 + std::abs(b.heading_rad[1] - b.heading_rad[0])) {
-      throw Error(second.source + ": starts " + shortest(gap) + " m and " + shortest(bend) + " rad off the end of " + first.source +
+      throw Error(second.source + ": starts " + shortest(gap) + " m and " + shortest(bend) +
+                  " rad off the end of " + first.source +
                   ": want the ends to meet; or let the second road be moved");
     }
   }
-  const bool z = !a.z_m.empty() || !b.z_m.empty() || rise != 0.0, bank = !a.banking.empty() || !b.banking.empty();
+  const bool z = !a.z_m.empty() || !b.z_m.empty() || rise != 0.0,
+             bank = !a.banking.empty() || !b.banking.empty();
   if (z && a.z_m.empty()) a.z_m.assign(a.size(), 0.0);
   if (bank && a.banking.empty()) a.banking.assign(a.size(), 0.0);
   const double cos = std::cos(turn), sin = std::sin(turn);
@@ -240,7 +272,9 @@ Crg append(Crg first, Crg second, const AppendOptions& options) {
   const double gap = std::hypot(a.x_m.front() - a.x_m.back(), a.y_m.front() - a.y_m.back());
   a.closed = a.closed && gap < a.u_step_m;
   Grid grid = first.grid;
-  grid.z_m.insert(grid.z_m.end(), second.grid.z_m.begin() + static_cast<std::ptrdiff_t>(second.grid.columns()), second.grid.z_m.end());
+  grid.z_m.insert(grid.z_m.end(),
+                  second.grid.z_m.begin() + static_cast<std::ptrdiff_t>(second.grid.columns()),
+                  second.grid.z_m.end());
   return rebuilt(first, a, std::move(grid));
 }
 

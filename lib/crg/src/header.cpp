@@ -13,25 +13,44 @@
 namespace crg {
 namespace {
 
-constexpr std::array<std::string_view, 26> kOptionKeys = {
-    "BORDER_MODE_U",      "BORDER_MODE_V",        "BORDER_OFFSET_U",      "BORDER_OFFSET_V",
-    "BORDER_SMOOTH_UBEG", "BORDER_SMOOTH_UEND",   "REFLINE_CONTINUATION", "REFLINE_SEARCH_FAR",
-    "REFLINE_SEARCH_CLOSE", "REFLINE_SEARCH_U",   "REFLINE_SEARCH_UFRAC", "WARN_MSGS",
-    "WARN_CURV_LOCAL",    "WARN_CURV_GLOBAL",     "LOG_MSGS",             "LOG_EVAL",
-    "LOG_EVAL_FREQ",      "LOG_HIST",             "LOG_HIST_FREQ",        "LOG_STAT",
-    "LOG_STAT_FREQ",      "CHECK_EPS",            "CHECK_INC",            "CHECK_TOL",
-    "CHECK_PRO",          "CHECK_WGS"};
+constexpr std::array<std::string_view, 26> kOptionKeys = {"BORDER_MODE_U",
+                                                          "BORDER_MODE_V",
+                                                          "BORDER_OFFSET_U",
+                                                          "BORDER_OFFSET_V",
+                                                          "BORDER_SMOOTH_UBEG",
+                                                          "BORDER_SMOOTH_UEND",
+                                                          "REFLINE_CONTINUATION",
+                                                          "REFLINE_SEARCH_FAR",
+                                                          "REFLINE_SEARCH_CLOSE",
+                                                          "REFLINE_SEARCH_U",
+                                                          "REFLINE_SEARCH_UFRAC",
+                                                          "WARN_MSGS",
+                                                          "WARN_CURV_LOCAL",
+                                                          "WARN_CURV_GLOBAL",
+                                                          "LOG_MSGS",
+                                                          "LOG_EVAL",
+                                                          "LOG_EVAL_FREQ",
+                                                          "LOG_HIST",
+                                                          "LOG_HIST_FREQ",
+                                                          "LOG_STAT",
+                                                          "LOG_STAT_FREQ",
+                                                          "CHECK_EPS",
+                                                          "CHECK_INC",
+                                                          "CHECK_TOL",
+                                                          "CHECK_PRO",
+                                                          "CHECK_WGS"};
 
 constexpr std::array<std::string_view, 24> kModifierKeys = {
-    "SCALE_Z_GRID",       "SCALE_SLOPE",       "SCALE_BANKING",       "SCALE_LENGTH",
-    "SCALE_WIDTH",        "SCALE_CURVATURE",   "GRID_NAN_MODE",       "GRID_NAN_OFFSET",
-    "REFPOINT_U",         "REFPOINT_U_FRACTION", "REFPOINT_U_OFFSET", "REFPOINT_V",
-    "REFPOINT_V_FRACTION", "REFPOINT_V_OFFSET", "REFPOINT_X",         "REFPOINT_Y",
-    "REFPOINT_Z",         "REFPOINT_PHI",      "REFLINE_ROTCENTER_X", "REFLINE_ROTCENTER_Y",
-    "REFLINE_OFFSET_PHI", "REFLINE_OFFSET_X",  "REFLINE_OFFSET_Y",    "REFLINE_OFFSET_Z"};
+    "SCALE_Z_GRID",        "SCALE_SLOPE",         "SCALE_BANKING",       "SCALE_LENGTH",
+    "SCALE_WIDTH",         "SCALE_CURVATURE",     "GRID_NAN_MODE",       "GRID_NAN_OFFSET",
+    "REFPOINT_U",          "REFPOINT_U_FRACTION", "REFPOINT_U_OFFSET",   "REFPOINT_V",
+    "REFPOINT_V_FRACTION", "REFPOINT_V_OFFSET",   "REFPOINT_X",          "REFPOINT_Y",
+    "REFPOINT_Z",          "REFPOINT_PHI",        "REFLINE_ROTCENTER_X", "REFLINE_ROTCENTER_Y",
+    "REFLINE_OFFSET_PHI",  "REFLINE_OFFSET_X",    "REFLINE_OFFSET_Y",    "REFLINE_OFFSET_Z"};
 
 constexpr std::string_view kMaxMagnitudeText = "1e12";
-constexpr double kMaxMagnitude = 1e12;  // larger header values have no metre-sized meaning in double
+constexpr double kMaxMagnitude =
+    1e12;  // larger header values have no metre-sized meaning in double
 
 enum class Kind { None, Comment, Road, Options, Modifiers, Projection, File, Definition, Other };
 
@@ -68,7 +87,10 @@ class Parser {
   [[noreturn]] void fail(const std::string& message) const { fail_at(line_, message); }
   [[noreturn]] void fail_at(std::size_t line, const std::string& message) const {
     // A damaged word may be as long as the file.
-    throw Error(name_ + ":" + std::to_string(line) + ": " + (message.size() > 500 ? message.substr(0, 300) + " ... " + message.substr(message.size() - 150) : message));
+    throw Error(name_ + ":" + std::to_string(line) + ": " +
+                (message.size() > 500
+                     ? message.substr(0, 300) + " ... " + message.substr(message.size() - 150)
+                     : message));
   }
   void note(const std::string& message) {
     if (header_.crg.notes.size() < 100) {
@@ -95,7 +117,8 @@ class Parser {
 
 void Parser::open_section(std::string_view line) {
   std::size_t end = 1;
-  while (end < line.size() && (std::isalnum(static_cast<unsigned char>(line[end])) != 0 || line[end] == '_')) {
+  while (end < line.size() &&
+         (std::isalnum(static_cast<unsigned char>(line[end])) != 0 || line[end] == '_')) {
     ++end;
   }
   if (end == 1) {  // a closing line such as "$!****"
@@ -145,14 +168,17 @@ void Parser::parse_entry(std::string_view line, std::vector<HeaderEntry>& entrie
       fail(entry.key + " = \"" + std::string(text.substr(0, 40)) + "\": want a finite number");
     }
     if (std::abs(*value) > kMaxMagnitude) {
-      fail(entry.key + " = " + shortest(*value) + ": want at most " + std::string(kMaxMagnitudeText));
+      fail(entry.key + " = " + shortest(*value) + ": want at most " +
+           std::string(kMaxMagnitudeText));
     }
     if (!trim(rest).empty()) {
-      note(entry.key + ": read as " + shortest(*value) + ", ignored \"" + std::string(rest.substr(0, 40)) + "\"");
+      note(entry.key + ": read as " + shortest(*value) + ", ignored \"" +
+           std::string(rest.substr(0, 40)) + "\"");
     }
     entry.value = *value;
   }
-  if (std::any_of(entries.begin(), entries.end(), [&](const HeaderEntry& e) { return e.key == entry.key; })) {
+  if (std::any_of(entries.begin(), entries.end(),
+                  [&](const HeaderEntry& e) { return e.key == entry.key; })) {
     note(entry.key + " is given again; the later value holds");
   }
   entries.push_back(std::move(entry));
@@ -162,19 +188,22 @@ void Parser::parse_channel(std::string_view text) {
   const std::size_t bang = text.find('!');
   const std::string_view definition = trim(text.substr(0, bang));
   const std::size_t comma = definition.find(',');
-  const std::string_view unit = comma == std::string_view::npos
-                                    ? std::string_view()
-                                    : trim(definition.substr(comma + 1, definition.find(',', comma + 1) - comma - 1));
+  const std::string_view unit =
+      comma == std::string_view::npos
+          ? std::string_view()
+          : trim(definition.substr(comma + 1, definition.find(',', comma + 1) - comma - 1));
   std::string name = upper(trim(definition.substr(0, comma)));
-  name.erase(std::unique(name.begin(), name.end(), [](char a, char b) { return a == ' ' && b == ' '; }),
-             name.end());
+  name.erase(
+      std::unique(name.begin(), name.end(), [](char a, char b) { return a == ' ' && b == ' '; }),
+      name.end());
 
   const auto want_unit = [&](std::string_view wanted) {
     if (unit.empty()) {
-      note("channel \"" + std::string(definition) + "\" has no unit; taken as " + std::string(wanted));
+      note("channel \"" + std::string(definition) + "\" has no unit; taken as " +
+           std::string(wanted));
     } else if (upper(unit) != upper(wanted)) {
-      fail("channel \"" + std::string(definition.substr(0, 60)) + "\": unit \"" + std::string(unit.substr(0, 20)) +
-           "\", want " + std::string(wanted));
+      fail("channel \"" + std::string(definition.substr(0, 60)) + "\": unit \"" +
+           std::string(unit.substr(0, 20)) + "\", want " + std::string(wanted));
     }
   };
   const std::size_t column = header_.columns.size();
@@ -182,17 +211,19 @@ void Parser::parse_channel(std::string_view text) {
     std::string_view name, unit;
     Column::Kind kind;
   };
-  constexpr std::array<Known, 6> kReferenceChannels = {{{"REFERENCE LINE PHI", "rad", Column::Kind::Heading},
-                                                        {"REFERENCE LINE SLOPE", "m/m", Column::Kind::Slope},
-                                                        {"REFERENCE LINE BANKING", "m/m", Column::Kind::Banking},
-                                                        {"REFERENCE LINE X", "m", Column::Kind::X},
-                                                        {"REFERENCE LINE Y", "m", Column::Kind::Y},
-                                                        {"REFERENCE LINE U", "m", Column::Kind::U}}};
+  constexpr std::array<Known, 6> kReferenceChannels = {
+      {{"REFERENCE LINE PHI", "rad", Column::Kind::Heading},
+       {"REFERENCE LINE SLOPE", "m/m", Column::Kind::Slope},
+       {"REFERENCE LINE BANKING", "m/m", Column::Kind::Banking},
+       {"REFERENCE LINE X", "m", Column::Kind::X},
+       {"REFERENCE LINE Y", "m", Column::Kind::Y},
+       {"REFERENCE LINE U", "m", Column::Kind::U}}};
   for (const Known& known : kReferenceChannels) {
     if (name != known.name) continue;
     want_unit(known.unit);
     for (const Column& other : header_.columns) {
-      if (other.kind == known.kind) fail("channel \"" + std::string(definition) + "\" is defined twice");
+      if (other.kind == known.kind)
+        fail("channel \"" + std::string(definition) + "\" is defined twice");
     }
     header_.columns.push_back({known.kind, 0});
     return;
@@ -206,7 +237,9 @@ void Parser::parse_channel(std::string_view text) {
     const bool explicit_v = rest.starts_with(kAtV);
     if (explicit_v) {
       rest = trim(rest.substr(kAtV.size()));
-      if (!rest.starts_with('=')) fail("channel \"" + std::string(definition.substr(0, 60)) + "\": want \"long section at v = X,m\"");
+      if (!rest.starts_with('='))
+        fail("channel \"" + std::string(definition.substr(0, 60)) +
+             "\": want \"long section at v = X,m\"");
       rest.remove_prefix(1);
     }
     const std::optional<double> position = parse_number(rest, &rest);
@@ -222,7 +255,8 @@ void Parser::parse_channel(std::string_view text) {
     header_.columns.push_back({Column::Kind::Height, 0});
     return;
   }
-  note("channel \"" + std::string(definition.substr(0, 60)) + "\" is not one of the standard's; kept, not used");
+  note("channel \"" + std::string(definition.substr(0, 60)) +
+       "\" is not one of the standard's; kept, not used");
   header_.columns.push_back({Column::Kind::Other, header_.crg.other_channels.size()});
   header_.crg.other_channels.push_back({.definition = std::string(definition)});
 }
@@ -232,16 +266,21 @@ void Parser::parse_definition(std::string_view line) {
   if (text.empty() || text.front() == '!') return;
   const std::string prefix = upper(text.substr(0, 2));
   if (prefix == "#:") {
-    const std::string_view word = trim(text.substr(2, text.find('!') == std::string_view::npos
-                                                          ? std::string_view::npos
-                                                          : text.find('!') - 2));
+    const std::string_view word = trim(text.substr(
+        2, text.find('!') == std::string_view::npos ? std::string_view::npos : text.find('!') - 2));
     const std::string name = upper(word);
     Format& format = header_.crg.format;
-    if (name == "KRBI") format = Format::KRBI;
-    else if (name == "KDBI") format = Format::KDBI;
-    else if (name == "LRFI") format = Format::LRFI;
-    else if (name == "LDFI") format = Format::LDFI;
-    else fail("data format \"" + std::string(word.substr(0, 20)) + "\", want KRBI, KDBI, LRFI or LDFI");
+    if (name == "KRBI")
+      format = Format::KRBI;
+    else if (name == "KDBI")
+      format = Format::KDBI;
+    else if (name == "LRFI")
+      format = Format::LRFI;
+    else if (name == "LDFI")
+      format = Format::LDFI;
+    else
+      fail("data format \"" + std::string(word.substr(0, 20)) +
+           "\", want KRBI, KDBI, LRFI or LDFI");
     definitions_.format_given = true;
   } else if (prefix == "D:") {
     if (header_.columns.size() >= 1000000) fail("more than 1000000 channels");
@@ -294,11 +333,14 @@ std::vector<double> Parser::regular_positions() {
   const double steps = static_cast<double>(count) - 1.0;
   if (!step) {
     if (!left || !given_right || count < 2) {
-      fail("LONG_SECTION_V_INCREMENT is missing, and LONG_SECTION_V_RIGHT and _LEFT are not both there to "
-           "derive it from; add it to $ROAD_CRG or define \"long section at v = X\"");
+      fail(
+          "LONG_SECTION_V_INCREMENT is missing, and LONG_SECTION_V_RIGHT and _LEFT are not both "
+          "there to "
+          "derive it from; add it to $ROAD_CRG or define \"long section at v = X\"");
     }
     step = (*left - *given_right) / steps;
-    note("LONG_SECTION_V_INCREMENT derived from V_RIGHT, V_LEFT and " + std::to_string(count) + " sections");
+    note("LONG_SECTION_V_INCREMENT derived from V_RIGHT, V_LEFT and " + std::to_string(count) +
+         " sections");
   }
   if (*step <= 0.0) fail("LONG_SECTION_V_INCREMENT = " + shortest(*step) + ": want more than 0");
   const double right = given_right ? *given_right : left ? *left - steps * *step : 0.0;
@@ -317,12 +359,15 @@ void Parser::place_heights() {
   std::vector<double>& v_m = header_.crg.grid.v_m;
   for (std::size_t j = 0; j < heights.size(); ++j) {
     header_.columns[heights[j].column].index = j;
-    const bool wrong_number = !definitions_.explicit_v && heights[j].position != static_cast<double>(j + 1);
+    const bool wrong_number =
+        !definitions_.explicit_v && heights[j].position != static_cast<double>(j + 1);
     const bool repeated = j > 0 && heights[j].position <= heights[j - 1].position;
     if (wrong_number || repeated) {
-      fail_at(heights[j].line, "long section " + shortest(heights[j].position) +
-                                   (wrong_number ? ": want the numbers 1 to " + std::to_string(heights.size()) + ", each once"
-                                                 : ": defined twice"));
+      fail_at(heights[j].line,
+              "long section " + shortest(heights[j].position) +
+                  (wrong_number
+                       ? ": want the numbers 1 to " + std::to_string(heights.size()) + ", each once"
+                       : ": defined twice"));
     }
     v_m.push_back(heights[j].position);
   }
@@ -357,7 +402,8 @@ Header Parser::parse() {
   header_.end_offset = offset;
   header_.line_count = line_;
   if (!header_.columns.empty()) {
-    if (!definitions_.format_given) note("no \"#:\" line in $KD_DEFINITION; the standard's default is KRBI");
+    if (!definitions_.format_given)
+      note("no \"#:\" line in $KD_DEFINITION; the standard's default is KRBI");
     place_heights();
   }
   return std::move(header_);

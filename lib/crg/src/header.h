@@ -18,13 +18,13 @@ struct Column {
 };
 
 struct Header {
-  Crg crg;                      ///< everything but the payload; grid.v_m and u values are set
-  std::vector<Column> columns;  ///< in file order
-  std::string include_path;     ///< text of $ROAD_CRG_FILE
-  std::size_t include_line = 0; ///< the first of its lines
+  Crg crg;                       ///< everything but the payload; grid.v_m and u values are set
+  std::vector<Column> columns;   ///< in file order
+  std::string include_path;      ///< text of $ROAD_CRG_FILE
+  std::size_t include_line = 0;  ///< the first of its lines
   bool has_separator = false;
-  std::size_t end_offset = 0;   ///< first byte of the payload
-  std::size_t line_count = 0;   ///< lines up to and including the separator
+  std::size_t end_offset = 0;  ///< first byte of the payload
+  std::size_t line_count = 0;  ///< lines up to and including the separator
 };
 
 /// Finds the end of the header in `bytes`: the offset behind the separator line (one that begins

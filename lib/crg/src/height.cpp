@@ -1,11 +1,11 @@
 #include "height.h"
 
-#include "crg/huge_pages.h"
-#include "line_geometry.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "crg/huge_pages.h"
+#include "line_geometry.h"
 
 namespace crg {
 namespace {
@@ -33,7 +33,8 @@ Folded fold(double value, double begin, double length, BorderMode mode) {
 
 }  // namespace
 
-HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Options& options, Interpolation interpolation)
+HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Options& options,
+                         Interpolation interpolation)
     : z_m_(grid.z_m.data()),
       v_m_(grid.v_m),
       options_(options),
@@ -52,7 +53,8 @@ HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Opti
       plain_(options.smooth_begin_m == 0.0 && options.smooth_end_m == 0.0) {
   reserve_huge(line_, rows_);
   for (std::size_t i = 0; i < rows_; ++i) {
-    line_.push_back({line.z_m.empty() ? 0.0 : line.z_m[i], line.banking.empty() ? 0.0 : line.banking[i]});
+    line_.push_back(
+        {line.z_m.empty() ? 0.0 : line.z_m[i], line.banking.empty() ? 0.0 : line.banking[i]});
   }
   const double step = (v_left_m_ - v_right_m_) / static_cast<double>(columns_ - 1);
   bool uniform = true;
@@ -95,7 +97,8 @@ Height HeightField::edge_height(const GridPlace& p) const noexcept {
   if (p.fv == 1.0) z00 = z01, z10 = z11;
   const double low = z00 + p.fv * (z01 - z00);
   const double high = z10 + p.fv * (z11 - z10);
-  return {low + p.fu * (high - low), (high - low) * per_u_step_, ((1.0 - p.fu) * (z01 - z00) + p.fu * (z11 - z10)) / v_step_m(p.column)};
+  return {low + p.fu * (high - low), (high - low) * per_u_step_,
+          ((1.0 - p.fu) * (z01 - z00) + p.fu * (z11 - z10)) / v_step_m(p.column)};
 }
 
 Height HeightField::grid_height(const GridPlace& p) const noexcept {
@@ -134,7 +137,8 @@ Height HeightField::at(double u_m, double v_m) const noexcept {
   const Folded v = fold(v_m, v_right_m_, v_left_m_ - v_right_m_, options_.border_mode_v);
 
   const double rows = (u.value - u_begin_m_) / u_step_m_;
-  const std::size_t row = static_cast<std::size_t>(std::clamp(rows, 0.0, static_cast<double>(rows_ - 2)));
+  const std::size_t row =
+      static_cast<std::size_t>(std::clamp(rows, 0.0, static_cast<double>(rows_ - 2)));
   const double fu = std::clamp(rows - static_cast<double>(row), 0.0, 1.0);
   GridPlace p = place(row, fu, v.value);
   const double beyond = kEdge * v_step_m(p.column);

@@ -36,7 +36,8 @@ struct LineNode {
 /// not mind; hence the integers.
 inline void prefetch_row(const float* node, std::ptrdiff_t bytes) {
   // NOLINTNEXTLINE(performance-no-int-to-ptr)
-  __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(node) + static_cast<std::uintptr_t>(bytes)));
+  __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(node) +
+                                                   static_cast<std::uintptr_t>(bytes)));
 }
 
 /// Everything that height needs. Refers to the grid, which must outlive it.
@@ -69,20 +70,27 @@ class HeightField {
   GridPlace place(std::size_t row, double fu, double v_m) const noexcept {
     if (per_v_step_ > 0.0) [[likely]] {
       const double columns = (v_m - v_right_m_) * per_v_step_;
-      const std::size_t column = std::min(static_cast<std::size_t>(columns > 0.0 ? columns : 0.0), columns_ - 2);
+      const std::size_t column =
+          std::min(static_cast<std::size_t>(columns > 0.0 ? columns : 0.0), columns_ - 2);
       return {row, column, fu, columns - static_cast<double>(column)};
     }
     return place_uneven(row, fu, v_m);
   }
 
-  const float* node(std::size_t row, std::size_t column) const { return z_m_ + row * columns_ + column; }
+  const float* node(std::size_t row, std::size_t column) const {
+    return z_m_ + row * columns_ + column;
+  }
   std::size_t columns() const { return columns_; }
   std::size_t rows() const { return rows_; }
-  std::ptrdiff_t ahead_bytes() const { return ahead_bytes_; }  ///< how far ahead to prefetch: 12 rows
+  std::ptrdiff_t ahead_bytes() const {
+    return ahead_bytes_;
+  }  ///< how far ahead to prefetch: 12 rows
   double u_end_m() const { return u_end_m_; }
   double v_right_m() const { return v_right_m_; }
   double v_left_m() const { return v_left_m_; }
-  double v_step_m(std::size_t column) const { return per_v_step_ > 0.0 ? v_step_m_ : v_m_[column + 1] - v_m_[column]; }
+  double v_step_m(std::size_t column) const {
+    return per_v_step_ > 0.0 ? v_step_m_ : v_m_[column + 1] - v_m_[column];
+  }
   double per_v_step() const { return per_v_step_; }  ///< 0 where v spacing varies
   bool bilinear() const { return interpolation_ == Interpolation::Bilinear; }
   const LineNode* line() const { return line_.data(); }  ///< one per row
@@ -106,9 +114,9 @@ class HeightField {
   double u_begin_m_, u_end_m_, u_step_m_, per_u_step_;
   double v_right_m_, v_left_m_;
   double v_step_m_ = 0.0, per_v_step_ = 0.0;
-  double period_m_ = 0.0;      ///< 0 where the track is not closed
+  double period_m_ = 0.0;  ///< 0 where the track is not closed
   double wrap_begin_m_ = 0.0;
-  bool joined_ = false;        ///< the last row repeats the first
+  bool joined_ = false;  ///< the last row repeats the first
   bool plain_ = true;
   bool simple_ = true;
   std::vector<LineNode> line_;
@@ -125,7 +133,8 @@ inline double HeightField::grid_z(const GridPlace& p) const noexcept {
 inline double HeightField::z_simple(const GridPlace& p, double v_m) const noexcept {
   const double z = grid_z(p);
   const LineNode low = line_[p.row], high = line_[p.row + 1];
-  return z + (low.z_m + p.fu * (high.z_m - low.z_m)) + (low.banking + p.fu * (high.banking - low.banking)) * v_m;
+  return z + (low.z_m + p.fu * (high.z_m - low.z_m)) +
+         (low.banking + p.fu * (high.banking - low.banking)) * v_m;
 }
 
 inline Height HeightField::at_simple(const GridPlace& p, double v_m) const noexcept {
@@ -138,7 +147,8 @@ inline Height HeightField::at_simple(const GridPlace& p, double v_m) const noexc
   const LineNode here = line_[p.row], next = line_[p.row + 1];
   const double rise = next.z_m - here.z_m, change = next.banking - here.banking;
   const double banking = here.banking + p.fu * change;
-  return {z0 + p.fu * (z1 - z0) + (here.z_m + p.fu * rise) + banking * v_m, ((z1 - z0) + rise + change * v_m) * per_u_step_,
+  return {z0 + p.fu * (z1 - z0) + (here.z_m + p.fu * rise) + banking * v_m,
+          ((z1 - z0) + rise + change * v_m) * per_u_step_,
           (step0 + p.fu * (step1 - step0)) * per_v_step_ + banking};
 }
 

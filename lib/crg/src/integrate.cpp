@@ -11,12 +11,15 @@
 namespace crg {
 namespace {
 
-double value_or(const Crg& crg, const char* key, double otherwise) { return find_value(crg.road, key).value_or(otherwise); }
+double value_or(const Crg& crg, const char* key, double otherwise) {
+  return find_value(crg.road, key).value_or(otherwise);
+}
 
 // Integrates a channel of derivatives from its begin value. Where an end value is given, also
 // integrates back from it and lets the result pass from the one to the other with the weight
 // w <- (1 - i/N) w + i/N per row, as the reference implementation does (opencrg 2.0.1).
-std::vector<double> integrate(double begin, std::optional<double> end, const std::vector<double>& steps) {
+std::vector<double> integrate(double begin, std::optional<double> end,
+                              const std::vector<double>& steps) {
   const std::size_t rows = steps.size();
   std::vector<double> values(rows, begin);
   for (std::size_t i = 1; i < rows; ++i) values[i] = values[i - 1] + steps[i];
@@ -48,7 +51,8 @@ void integrate_heights(const Crg& crg, ReferenceLine& line) {
   const double slope = end ? (*end - begin) / length : value_or(crg, "REFERENCE_LINE_START_S", 0.0);
   if (begin == 0.0 && slope == 0.0) return;
   line.z_m.resize(rows);
-  for (std::size_t i = 0; i < rows; ++i) line.z_m[i] = begin + slope * line.u_step_m * static_cast<double>(i);
+  for (std::size_t i = 0; i < rows; ++i)
+    line.z_m[i] = begin + slope * line.u_step_m * static_cast<double>(i);
 }
 
 void integrate_nodes(const Crg& crg, ReferenceLine& line) {
@@ -58,9 +62,11 @@ void integrate_nodes(const Crg& crg, ReferenceLine& line) {
   const std::optional<double> end_x = find_value(crg.road, "REFERENCE_LINE_END_X");
   const std::optional<double> end_y = find_value(crg.road, "REFERENCE_LINE_END_Y");
   const bool both = end_x && end_y;
-  line.x_m = integrate(value_or(crg, "REFERENCE_LINE_START_X", 0.0), both ? end_x : std::nullopt, steps);
+  line.x_m =
+      integrate(value_or(crg, "REFERENCE_LINE_START_X", 0.0), both ? end_x : std::nullopt, steps);
   for (std::size_t i = 1; i < rows; ++i) steps[i] = line.u_step_m * std::sin(line.heading_rad[i]);
-  line.y_m = integrate(value_or(crg, "REFERENCE_LINE_START_Y", 0.0), both ? end_y : std::nullopt, steps);
+  line.y_m =
+      integrate(value_or(crg, "REFERENCE_LINE_START_Y", 0.0), both ? end_y : std::nullopt, steps);
 }
 
 void take_nodes(const Crg& crg, ReferenceLine& line) {
@@ -81,10 +87,11 @@ ReferenceLine integrate_reference_line(const Crg& crg) {
   if (!(crg.grid.u_step_m > 0.0) || !std::isfinite(crg.grid.u_step_m)) {
     throw Error("crg file: increment " + shortest(crg.grid.u_step_m) + " m: want more than 0");
   }
-  for (const std::vector<double>* channel : {&crg.heading_rad, &crg.slope, &crg.banking, &crg.x_m, &crg.y_m}) {
+  for (const std::vector<double>* channel :
+       {&crg.heading_rad, &crg.slope, &crg.banking, &crg.x_m, &crg.y_m}) {
     if (!channel->empty() && channel->size() != rows) {
-      throw Error("crg file: a channel of " + std::to_string(channel->size()) + " values beside a grid of " +
-                  std::to_string(rows) + " rows");
+      throw Error("crg file: a channel of " + std::to_string(channel->size()) +
+                  " values beside a grid of " + std::to_string(rows) + " rows");
     }
   }
   ReferenceLine line;
@@ -103,7 +110,8 @@ ReferenceLine integrate_reference_line(const Crg& crg) {
   line.banking = crg.banking;
   const double banking = value_or(crg, "REFERENCE_LINE_START_B", 0.0);
   if (line.banking.empty() && banking != 0.0) line.banking.assign(rows, banking);
-  line.closed = find_value(crg.options, "REFLINE_CONTINUATION").value_or(0.0) == 1.0 && find_closing(line).has_value();
+  line.closed = find_value(crg.options, "REFLINE_CONTINUATION").value_or(0.0) == 1.0 &&
+                find_closing(line).has_value();
   return line;
 }
 

@@ -30,16 +30,17 @@ struct SegmentFrame {
 SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row);
 
 /// What finding a place needs of a segment, in one cache line. A point whose cell is this one and
-/// whose v lies in [certain_right_m, certain_left_m] has no other cell with an equal or smaller |v|,
-/// and lies within the v range of the road (clearance.h). Empty (right > left) where nothing is
-/// certain.
+/// whose v lies in [certain_right_m, certain_left_m] has no other cell with an equal or smaller
+/// |v|, and lies within the v range of the road (clearance.h). Empty (right > left) where nothing
+/// is certain.
 struct alignas(64) SegmentRecord {
   SegmentFrame frame;
   float certain_right_m = 1.0F;
   float certain_left_m = -1.0F;
 
   bool certain(double v_m) const {
-    return v_m <= static_cast<double>(certain_left_m) && v_m >= static_cast<double>(certain_right_m);
+    return v_m <= static_cast<double>(certain_left_m) &&
+           v_m >= static_cast<double>(certain_right_m);
   }
 };
 

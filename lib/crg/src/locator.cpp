@@ -30,10 +30,11 @@ struct Locator::Best {
   double distance_m = std::numeric_limits<double>::infinity();
 
   void offer(const Place& candidate, double candidate_outside_m, double candidate_distance_m) {
-    const bool better = candidate_outside_m < outside_m ||
-                        (candidate_outside_m == outside_m &&
-                         (candidate_distance_m < distance_m ||
-                          (candidate_distance_m == distance_m && candidate.segment < place.segment)));
+    const bool better =
+        candidate_outside_m < outside_m ||
+        (candidate_outside_m == outside_m &&
+         (candidate_distance_m < distance_m ||
+          (candidate_distance_m == distance_m && candidate.segment < place.segment)));
     if (!better) return;
     place = candidate;
     outside_m = candidate_outside_m;
@@ -42,7 +43,9 @@ struct Locator::Best {
 };
 
 Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
-    : v_right_m_(v_right_m), v_left_m_(v_left_m), reach_m_(std::max(std::abs(v_right_m), std::abs(v_left_m))) {
+    : v_right_m_(v_right_m),
+      v_left_m_(v_left_m),
+      reach_m_(std::max(std::abs(v_right_m), std::abs(v_left_m))) {
   const std::size_t segments = line.size() - 1;
   joined_ = ends_joined(line);
   if (line.closed) closing_ = find_closing(line).value_or(Closing{});
@@ -73,16 +76,19 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
       box.y_min_m = std::min(box.y_min_m, line.y_m[node]);
       box.y_max_m = std::max(box.y_max_m, line.y_m[node]);
     }
-    const double lean = std::max(std::abs(records_[i].frame.begin_lean), std::abs(records_[i].frame.end_lean));
+    const double lean =
+        std::max(std::abs(records_[i].frame.begin_lean), std::abs(records_[i].frame.end_lean));
     // At a reversal the two segments have different mitre lines, see search_leaf().
-    const double slack = i + 1 < segments && !share_mitre(records_[i].frame, records_[i + 1].frame) ? 1.5 : 1.0;
+    const double slack =
+        i + 1 < segments && !share_mitre(records_[i].frame, records_[i + 1].frame) ? 1.5 : 1.0;
     box.stretch = std::max(box.stretch, slack * std::sqrt(1.0 + lean * lean));
   }
   for (std::size_t k = first_leaf_; k-- > 0;) {
     const Box& a = boxes_[2 * k + 1];
     const Box& b = boxes_[2 * k + 2];
-    boxes_[k] = {std::min(a.x_min_m, b.x_min_m), std::max(a.x_max_m, b.x_max_m), std::min(a.y_min_m, b.y_min_m),
-                 std::max(a.y_max_m, b.y_max_m), std::max(a.stretch, b.stretch)};
+    boxes_[k] = {std::min(a.x_min_m, b.x_min_m), std::max(a.x_max_m, b.x_max_m),
+                 std::min(a.y_min_m, b.y_min_m), std::max(a.y_max_m, b.y_max_m),
+                 std::max(a.stretch, b.stretch)};
   }
 }
 
@@ -91,7 +97,8 @@ double Locator::outside(double v_m) const noexcept {
 }
 
 // Walks from the hint; true when it ends in a cell that is certain to be the answer.
-bool Locator::locate_near(double x_m, double y_m, std::size_t hint, double farthest, Place& place) const noexcept {
+bool Locator::locate_near(double x_m, double y_m, std::size_t hint, double farthest,
+                          Place& place) const noexcept {
   const std::size_t segments = segments_;
   std::size_t i = std::min(hint, segments - 1);
   for (int step = 0; step < 8; ++step) {
@@ -100,7 +107,8 @@ bool Locator::locate_near(double x_m, double y_m, std::size_t hint, double farth
     const double width = frame.width(local.v_m);
     if (!(width > 0.0)) return false;
     const double fraction = local.past_begin_m / width;
-    const bool behind = fraction > 1.0 - kNearMitre && Local(records_[i + 1].frame, x_m, y_m).past_begin_m >= 0.0;
+    const bool behind =
+        fraction > 1.0 - kNearMitre && Local(records_[i + 1].frame, x_m, y_m).past_begin_m >= 0.0;
     if (fraction >= 0.0 && !behind) {
       if (!(fraction < 1.0 + kNearMitre) || !records_[i].certain(local.v_m)) return false;
       place = {i, std::min(fraction, 1.0), local.v_m, 0.0};
@@ -139,7 +147,8 @@ void Locator::search_leaf(std::size_t leaf, double x_m, double y_m, Best& best) 
       if (width > 0.0 && excess <= 1e-6 * width) {
         best.offer({i, fraction, here.v_m, 0.0}, outside(here.v_m), std::abs(here.v_m));
       } else {
-        best.offer({i, fraction, here.v_m, 0.0}, std::hypot(excess, outside(here.v_m)), std::hypot(excess, here.v_m));
+        best.offer({i, fraction, here.v_m, 0.0}, std::hypot(excess, outside(here.v_m)),
+                   std::hypot(excess, here.v_m));
       }
     }
     here = next;
@@ -148,12 +157,15 @@ void Locator::search_leaf(std::size_t leaf, double x_m, double y_m, Best& best) 
 
 // Before the first and behind the last mitre line the road goes straight on.
 void Locator::search_ends(double x_m, double y_m, Best& best) const noexcept {
-  const auto offer = [&](std::size_t segment, double fraction, double beyond_m, double v_m, double allowed_m) {
+  const auto offer = [&](std::size_t segment, double fraction, double beyond_m, double v_m,
+                         double allowed_m) {
     const double excess = std::max(0.0, std::abs(beyond_m) - allowed_m);
-    best.offer({segment, fraction, v_m, beyond_m}, std::hypot(excess, outside(v_m)), std::hypot(excess, v_m));
+    best.offer({segment, fraction, v_m, beyond_m}, std::hypot(excess, outside(v_m)),
+               std::hypot(excess, v_m));
   };
   const Local start(records_.front().frame, x_m, y_m);
-  if (start.past_begin_m < 0.0) offer(0, 0.0, start.past_begin_m, start.v_m, closing_.before_start_m);
+  if (start.past_begin_m < 0.0)
+    offer(0, 0.0, start.past_begin_m, start.v_m, closing_.before_start_m);
   const Local end(records_.back().frame, x_m, y_m);
   if (end.past_begin_m >= 0.0) {
     offer(records_.size() - 2, 1.0, end.past_begin_m, end.v_m, closing_.after_end_m);
@@ -182,7 +194,8 @@ Place Locator::search(double x_m, double y_m) const noexcept {
     if (least_outside > best.outside_m) continue;
     if (best.outside_m == 0.0 && entry.distance_m > best.distance_m) continue;
     if (entry.box >= first_leaf_) {
-      if (boxes_[entry.box].x_min_m <= boxes_[entry.box].x_max_m) search_leaf(entry.box - first_leaf_, x_m, y_m, best);
+      if (boxes_[entry.box].x_min_m <= boxes_[entry.box].x_max_m)
+        search_leaf(entry.box - first_leaf_, x_m, y_m, best);
       continue;
     }
     Entry a{2 * entry.box + 1, distance(boxes_[2 * entry.box + 1])};

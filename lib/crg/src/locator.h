@@ -38,7 +38,8 @@ class Locator {
   /// Starts from the cursor and moves it; a good cursor is fast, the answer is the same for all.
   Place locate(double x_m, double y_m, Cursor& cursor) const noexcept {
     Place place;
-    if (!locate_ahead(x_m, y_m, cursor, place)) [[unlikely]] place = locate_from(x_m, y_m, cursor);
+    if (!locate_ahead(x_m, y_m, cursor, place)) [[unlikely]]
+      place = locate_from(x_m, y_m, cursor);
     return place;
   }
   /// The common case: the cell predicted from the last step of the cursor certainly holds the
@@ -60,7 +61,8 @@ class Locator {
   };
   struct Best;
 
-  bool locate_near(double x_m, double y_m, std::size_t hint, double farthest, Place& place) const noexcept;
+  bool locate_near(double x_m, double y_m, std::size_t hint, double farthest,
+                   Place& place) const noexcept;
   Place search(double x_m, double y_m) const noexcept;
   void search_leaf(std::size_t leaf, double x_m, double y_m, Best& best) const noexcept;
   void search_ends(double x_m, double y_m, Best& best) const noexcept;
@@ -89,29 +91,34 @@ struct Local {
   }
 };
 
-inline constexpr double kNearMitre = 1e-6;  // fraction of a cell: nearer than that both sides are asked
+inline constexpr double kNearMitre =
+    1e-6;  // fraction of a cell: nearer than that both sides are asked
 
 inline constexpr double kLarge = 6755399441055744.0;  // 1.5 * 2^52
-inline constexpr double kHalf = 0.499999999;          // less, so that whole numbers are not rounded down
+inline constexpr double kHalf = 0.499999999;  // less, so that whole numbers are not rounded down
 
 inline std::size_t predicted_segment(const Cursor& cursor, double& steps) noexcept {
   // Floor by adding a number so large that its last bit is 1: std::floor is a library call without
   // SSE4.1, and conversion to an integer is undefined for the numbers in a damaged cursor.
   const double sum = ((cursor.fraction - kHalf) + cursor.advance) + kLarge;
   steps = sum - kLarge;
-  return cursor.segment + (std::bit_cast<std::uint64_t>(sum) - std::bit_cast<std::uint64_t>(kLarge));
+  return cursor.segment +
+         (std::bit_cast<std::uint64_t>(sum) - std::bit_cast<std::uint64_t>(kLarge));
 }
 
-inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor, Place& place) const noexcept {
+inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
+                                  Place& place) const noexcept {
   double steps;
   const std::size_t i = predicted_segment(cursor, steps);
-  if (i >= segments_) [[unlikely]] return false;
+  if (i >= segments_) [[unlikely]]
+    return false;
   const SegmentRecord& record = records_[i];
   const SegmentFrame& frame = record.frame;
   const Local local(frame, x_m, y_m);
   const double fraction = local.past_begin_m / frame.width(local.v_m);
   // What is certain lies where the cell is not folded, so the width is positive. NaN fails too.
-  if (!(fraction >= 0.0 && fraction < 1.0 - kNearMitre && record.certain(local.v_m))) [[unlikely]] return false;
+  if (!(fraction >= 0.0 && fraction < 1.0 - kNearMitre && record.certain(local.v_m))) [[unlikely]]
+    return false;
   cursor.advance = (steps - cursor.fraction) + fraction;  // in the order that is known soonest
   cursor.segment = i;
   cursor.fraction = fraction;
@@ -123,7 +130,8 @@ inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor, Place&
 }
 
 template <typename OnGuess>
-Place Locator::locate_from(double x_m, double y_m, Cursor& cursor, const OnGuess& on_guess) const noexcept {
+Place Locator::locate_from(double x_m, double y_m, Cursor& cursor,
+                           const OnGuess& on_guess) const noexcept {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   constexpr double kMax = std::numeric_limits<double>::max();
   // Farther than this from the cursor, the tables are faster than walking.
@@ -141,11 +149,13 @@ Place Locator::locate_from(double x_m, double y_m, Cursor& cursor, const OnGuess
     if (guess.segment != CoarseIndex::kNone) {
       on_guess(guess.segment, guess.v_m);
       Cursor there{guess.segment, 0.5, 0.0};
-      found = locate_ahead(x_m, y_m, there, place) || locate_near(x_m, y_m, guess.segment, 4096.0, place);
+      found = locate_ahead(x_m, y_m, there, place) ||
+              locate_near(x_m, y_m, guess.segment, 4096.0, place);
     }
   }
   if (!found) place = search(x_m, y_m);
-  const double moved = static_cast<double>(place.segment) - static_cast<double>(cursor.segment) + place.fraction - cursor.fraction;
+  const double moved = static_cast<double>(place.segment) - static_cast<double>(cursor.segment) +
+                       place.fraction - cursor.fraction;
   cursor.advance = std::abs(moved) < 64.0 ? moved : 0.0;
   cursor.segment = place.segment;
   cursor.fraction = place.fraction;

@@ -11,24 +11,28 @@ namespace crg {
 namespace {
 
 bool constant(const std::vector<double>& values) {
-  return std::all_of(values.begin(), values.end(), [&](double value) { return value == values.front(); });
+  return std::all_of(values.begin(), values.end(),
+                     [&](double value) { return value == values.front(); });
 }
 
 void want_fit(const ReferenceLine& line, const Grid& grid) {
   const std::size_t rows = grid.rows();
   if (grid.columns() < 2 || rows < 2 || grid.z_m.size() != rows * grid.columns()) {
-    throw Error("make_crg: a grid of " + std::to_string(rows) + " rows and " + std::to_string(grid.columns()) +
-                " columns with " + std::to_string(grid.z_m.size()) + " values: want at least 2 x 2, all filled");
+    throw Error("make_crg: a grid of " + std::to_string(rows) + " rows and " +
+                std::to_string(grid.columns()) + " columns with " +
+                std::to_string(grid.z_m.size()) + " values: want at least 2 x 2, all filled");
   }
   if (line.size() != rows || line.y_m.size() != rows || line.heading_rad.size() != rows ||
-      (!line.z_m.empty() && line.z_m.size() != rows) || (!line.banking.empty() && line.banking.size() != rows)) {
-    throw Error("make_crg: a line of " + std::to_string(line.size()) + " nodes and a grid of " + std::to_string(rows) +
-                " rows: want as many of each, in every vector of the line");
+      (!line.z_m.empty() && line.z_m.size() != rows) ||
+      (!line.banking.empty() && line.banking.size() != rows)) {
+    throw Error("make_crg: a line of " + std::to_string(line.size()) + " nodes and a grid of " +
+                std::to_string(rows) + " rows: want as many of each, in every vector of the line");
   }
   if (!(grid.u_step_m > 0.0) || std::abs(line.u_step_m - grid.u_step_m) > 1e-9 * grid.u_step_m ||
       std::abs(line.u_begin_m - grid.u_begin_m) > 1e-6) {
-    throw Error("make_crg: line from u = " + shortest(line.u_begin_m) + " step " + shortest(line.u_step_m) +
-                ", grid from u = " + shortest(grid.u_begin_m) + " step " + shortest(grid.u_step_m) + ": want the same");
+    throw Error("make_crg: line from u = " + shortest(line.u_begin_m) + " step " +
+                shortest(line.u_step_m) + ", grid from u = " + shortest(grid.u_begin_m) + " step " +
+                shortest(grid.u_step_m) + ": want the same");
   }
 }
 

@@ -15,8 +15,8 @@ namespace {
 std::optional<double> modifier(const Crg& crg, const char* key, double low, double high) {
   const std::optional<double> value = find_value(crg.modifiers, key);
   if (value && !(*value >= low && *value <= high)) {
-    throw Error(std::string("$ROAD_CRG_MODS ") + key + " = " + shortest(*value) + ": want " + shortest(low) + " to " +
-                shortest(high));
+    throw Error(std::string("$ROAD_CRG_MODS ") + key + " = " + shortest(*value) + ": want " +
+                shortest(low) + " to " + shortest(high));
   }
   return value;
 }
@@ -50,7 +50,8 @@ void scale_heights(Crg& crg) {
 // Headings as a continuous function along u: steps between rows stay within half a turn.
 std::vector<double> unwrapped(std::vector<double> heading_rad) {
   for (std::size_t i = 1; i < heading_rad.size(); ++i) {
-    heading_rad[i] = heading_rad[i - 1] + std::remainder(heading_rad[i] - heading_rad[i - 1], 2.0 * std::numbers::pi);
+    heading_rad[i] = heading_rad[i - 1] +
+                     std::remainder(heading_rad[i] - heading_rad[i - 1], 2.0 * std::numbers::pi);
   }
   return heading_rad;
 }
@@ -78,7 +79,8 @@ void scale_line(Crg& crg) {
     crg.grid.u_begin_m *= *factor;
     crg.grid.u_step_m *= *factor;
     scale(crg.u_m, *factor);
-    for (const char* key : {"REFERENCE_LINE_START_U", "REFERENCE_LINE_END_U", "REFERENCE_LINE_INCREMENT"}) {
+    for (const char* key :
+         {"REFERENCE_LINE_START_U", "REFERENCE_LINE_END_U", "REFERENCE_LINE_INCREMENT"}) {
       scale_key(crg.road, key, *factor);
     }
     drop_end_position(crg);
@@ -86,7 +88,8 @@ void scale_line(Crg& crg) {
   }
   if (const auto factor = modifier(crg, "SCALE_WIDTH", 1e-6, 1e6)) {
     scale(crg.grid.v_m, *factor);
-    for (const char* key : {"LONG_SECTION_V_RIGHT", "LONG_SECTION_V_LEFT", "LONG_SECTION_V_INCREMENT"}) {
+    for (const char* key :
+         {"LONG_SECTION_V_RIGHT", "LONG_SECTION_V_LEFT", "LONG_SECTION_V_INCREMENT"}) {
       scale_key(crg.road, key, *factor);
     }
   }
@@ -122,10 +125,12 @@ void fill_nan(Crg& crg) {
   const auto mode = modifier(crg, "GRID_NAN_MODE", 0.0, 2.0);
   const double offset = modifier(crg, "GRID_NAN_OFFSET", -1e9, 1e9).value_or(0.0);
   if (!mode || *mode < 1.0) return;
-  if (*mode != std::floor(*mode)) throw Error("$ROAD_CRG_MODS GRID_NAN_MODE = " + shortest(*mode) + ": want 0, 1 or 2");
+  if (*mode != std::floor(*mode))
+    throw Error("$ROAD_CRG_MODS GRID_NAN_MODE = " + shortest(*mode) + ": want 0, 1 or 2");
   const std::size_t columns = crg.grid.columns();
   for (std::size_t row = 0; row < crg.grid.rows(); ++row) {
-    fill_row(crg.grid.z_m.data() + row * columns, columns, static_cast<int>(*mode), static_cast<float>(offset));
+    fill_row(crg.grid.z_m.data() + row * columns, columns, static_cast<int>(*mode),
+             static_cast<float>(offset));
     if (!crg.z_double_m.empty()) {
       fill_row(crg.z_double_m.data() + row * columns, columns, static_cast<int>(*mode), offset);
     }
@@ -164,7 +169,8 @@ void move(Crg& crg, const Motion& motion) {
   for (double& heading : crg.heading_rad) heading += motion.rotation_rad;
   const auto start_heading = find_value(crg.road, "REFERENCE_LINE_START_PHI");
   if (start_heading || crg.heading_rad.empty()) {
-    set_value(crg.road, "REFERENCE_LINE_START_PHI", start_heading.value_or(0.0) + motion.rotation_rad);
+    set_value(crg.road, "REFERENCE_LINE_START_PHI",
+              start_heading.value_or(0.0) + motion.rotation_rad);
   }
   if (const auto heading = find_value(crg.road, "REFERENCE_LINE_END_PHI")) {
     set_value(crg.road, "REFERENCE_LINE_END_PHI", *heading + motion.rotation_rad);
@@ -192,29 +198,38 @@ Motion by_reference_point(const Crg& crg) {
   const double length = heights.u_end_m() - line.u_begin_m;
   const double width = heights.v_left_m() - heights.v_right_m();
   const auto value = [&](const char* key) { return modifier(crg, key, -kFar, kFar); };
-  const double u_m = value("REFPOINT_U").value_or(line.u_begin_m + value("REFPOINT_U_FRACTION").value_or(0.0) * length) +
-                     value("REFPOINT_U_OFFSET").value_or(0.0);
-  const double v_m = value("REFPOINT_V").value_or(heights.v_right_m() + value("REFPOINT_V_FRACTION").value_or(0.0) * width) +
-                     value("REFPOINT_V_OFFSET").value_or(0.0);
-  const double rows = std::clamp((u_m - line.u_begin_m) / line.u_step_m, 0.0, static_cast<double>(line.size() - 2));
+  const double u_m =
+      value("REFPOINT_U")
+          .value_or(line.u_begin_m + value("REFPOINT_U_FRACTION").value_or(0.0) * length) +
+      value("REFPOINT_U_OFFSET").value_or(0.0);
+  const double v_m =
+      value("REFPOINT_V")
+          .value_or(heights.v_right_m() + value("REFPOINT_V_FRACTION").value_or(0.0) * width) +
+      value("REFPOINT_V_OFFSET").value_or(0.0);
+  const double rows =
+      std::clamp((u_m - line.u_begin_m) / line.u_step_m, 0.0, static_cast<double>(line.size() - 2));
   const double heading = line.heading_rad[static_cast<std::size_t>(rows) + 1];
   const Point2 here = position(line, u_m, v_m);
   const double z = heights.at(u_m, v_m).z_m;
   Motion motion;
   motion.rotation_rad = value("REFPOINT_PHI").value_or(0.0) - heading;
   motion.about = here;
-  motion.shift = {value("REFPOINT_X").value_or(0.0) - here.x_m, value("REFPOINT_Y").value_or(0.0) - here.y_m};
+  motion.shift = {value("REFPOINT_X").value_or(0.0) - here.x_m,
+                  value("REFPOINT_Y").value_or(0.0) - here.y_m};
   motion.shift_z_m = value("REFPOINT_Z").value_or(0.0) - (std::isnan(z) ? 0.0 : z);
   return motion;
 }
 
 Motion by_offsets(const Crg& crg) {
   constexpr double kFar = 1e12;
-  const auto value = [&](const char* key, double otherwise) { return modifier(crg, key, -kFar, kFar).value_or(otherwise); };
+  const auto value = [&](const char* key, double otherwise) {
+    return modifier(crg, key, -kFar, kFar).value_or(otherwise);
+  };
   Motion motion;
   motion.rotation_rad = value("REFLINE_OFFSET_PHI", 0.0);
-  motion.about = {value("REFLINE_ROTCENTER_X", find_value(crg.road, "REFERENCE_LINE_START_X").value_or(0.0)),
-                  value("REFLINE_ROTCENTER_Y", find_value(crg.road, "REFERENCE_LINE_START_Y").value_or(0.0))};
+  motion.about = {
+      value("REFLINE_ROTCENTER_X", find_value(crg.road, "REFERENCE_LINE_START_X").value_or(0.0)),
+      value("REFLINE_ROTCENTER_Y", find_value(crg.road, "REFERENCE_LINE_START_Y").value_or(0.0))};
   motion.shift = {value("REFLINE_OFFSET_X", 0.0), value("REFLINE_OFFSET_Y", 0.0)};
   motion.shift_z_m = value("REFLINE_OFFSET_Z", 0.0);
   return motion;
@@ -226,7 +241,8 @@ std::vector<HeaderEntry> reference_default_modifiers(const Crg& crg) {
   std::vector<HeaderEntry> modifiers;
   // The reference takes the right edge from the header and not from the channels.
   if (!find_value(crg.road, "LONG_SECTION_V_RIGHT")) modifiers.push_back({.key = "REFPOINT_V"});
-  for (const char* key : {"REFPOINT_U_FRACTION", "REFPOINT_V_FRACTION", "REFPOINT_X", "REFPOINT_Y", "REFPOINT_Z", "REFPOINT_PHI"}) {
+  for (const char* key : {"REFPOINT_U_FRACTION", "REFPOINT_V_FRACTION", "REFPOINT_X", "REFPOINT_Y",
+                          "REFPOINT_Z", "REFPOINT_PHI"}) {
     modifiers.push_back({.key = key});
   }
   modifiers.push_back({.key = "GRID_NAN_MODE", .value = 2.0});
@@ -234,7 +250,8 @@ std::vector<HeaderEntry> reference_default_modifiers(const Crg& crg) {
 }
 
 Crg apply_modifiers(Crg crg) {
-  const bool any = std::any_of(crg.modifiers.begin(), crg.modifiers.end(), [](const HeaderEntry& entry) { return entry.key != "*"; });
+  const bool any = std::any_of(crg.modifiers.begin(), crg.modifiers.end(),
+                               [](const HeaderEntry& entry) { return entry.key != "*"; });
   if (!any) return crg;
   scale_heights(crg);
   scale_line(crg);

@@ -11,8 +11,8 @@ namespace {
 double bounded(const Crg& crg, const char* key, double otherwise, double low, double high) {
   const double value = find_value(crg.options, key).value_or(otherwise);
   if (!(value >= low && value <= high)) {
-    throw Error(std::string("$ROAD_CRG_OPTS ") + key + " = " + shortest(value) + ": want " + shortest(low) + " to " +
-                shortest(high));
+    throw Error(std::string("$ROAD_CRG_OPTS ") + key + " = " + shortest(value) + ": want " +
+                shortest(low) + " to " + shortest(high));
   }
   return value;
 }
@@ -20,7 +20,8 @@ double bounded(const Crg& crg, const char* key, double otherwise, double low, do
 int whole(const Crg& crg, const char* key, int otherwise, int low, int high) {
   const double value = bounded(crg, key, otherwise, low, high);
   if (value != std::floor(value)) {
-    throw Error(std::string("$ROAD_CRG_OPTS ") + key + " = " + shortest(value) + ": want a whole number");
+    throw Error(std::string("$ROAD_CRG_OPTS ") + key + " = " + shortest(value) +
+                ": want a whole number");
   }
   return static_cast<int>(value);
 }

@@ -18,8 +18,8 @@
 
 #include "crg/error.h"
 #include "crg/file.h"
-#include "header.h"
 #include "crg/huge_pages.h"
+#include "header.h"
 #include "text.h"
 
 namespace crg {
@@ -31,10 +31,12 @@ constexpr std::size_t kChunkBytes = 1 << 18;
 // The bytes of a file, or of a string in memory, front to back.
 class Input {
  public:
-  Input(std::string_view bytes, std::string name) : memory_(bytes), name_(std::move(name)), size_(bytes.size()) {}
+  Input(std::string_view bytes, std::string name)
+      : memory_(bytes), name_(std::move(name)), size_(bytes.size()) {}
 
   explicit Input(const std::string& path) : name_(path) {
-    file_ = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // a FIFO is refused, not waited for
+    file_ = ::open(path.c_str(),
+                   O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // a FIFO is refused, not waited for
     if (file_ < 0) throw Error(path + ": cannot open: " + std::strerror(errno));
     struct stat status = {};
     if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
@@ -103,7 +105,8 @@ class RowSink {
     const std::size_t heights = crg_.grid.v_m.size();
     for (std::size_t j = 0; j < heights && in_order_; ++j) {
       const std::size_t c = first_height_ + j;
-      in_order_ = c < columns_.size() && columns_[c].kind == Column::Kind::Height && columns_[c].index == j;
+      in_order_ =
+          c < columns_.size() && columns_[c].kind == Column::Kind::Height && columns_[c].index == j;
     }
     reserve_huge(crg_.grid.z_m, expected_rows * heights);
     for (const Column& column : columns_) {
@@ -172,7 +175,8 @@ class RowSink {
     z_m[start + index] = rounded;
     // LRFI is a format of floats, whatever its digits say.
     if (crg_.format == Format::LRFI) return;
-    if (crg_.z_double_m.empty() && (std::isnan(value) || static_cast<double>(rounded) == value)) return;
+    if (crg_.z_double_m.empty() && (std::isnan(value) || static_cast<double>(rounded) == value))
+      return;
     if (crg_.z_double_m.empty()) {
       crg_.z_double_m.reserve(z_m.capacity());
       crg_.z_double_m.assign(z_m.begin(), z_m.end());
@@ -183,14 +187,22 @@ class RowSink {
 
   std::vector<double>* channel_of(const Column& column) {
     switch (column.kind) {
-      case Column::Kind::Heading: return &crg_.heading_rad;
-      case Column::Kind::Slope: return &crg_.slope;
-      case Column::Kind::Banking: return &crg_.banking;
-      case Column::Kind::X: return &crg_.x_m;
-      case Column::Kind::Y: return &crg_.y_m;
-      case Column::Kind::U: return &crg_.u_m;
-      case Column::Kind::Other: return &crg_.other_channels[column.index].values;
-      case Column::Kind::Height: break;
+      case Column::Kind::Heading:
+        return &crg_.heading_rad;
+      case Column::Kind::Slope:
+        return &crg_.slope;
+      case Column::Kind::Banking:
+        return &crg_.banking;
+      case Column::Kind::X:
+        return &crg_.x_m;
+      case Column::Kind::Y:
+        return &crg_.y_m;
+      case Column::Kind::U:
+        return &crg_.u_m;
+      case Column::Kind::Other:
+        return &crg_.other_channels[column.index].values;
+      case Column::Kind::Height:
+        break;
     }
     return nullptr;
   }
@@ -208,8 +220,9 @@ std::size_t announced_rows(const Crg& crg, const std::string& name) {
   if (!end) return 0;
   const double steps = (*end - begin) / crg.grid.u_step_m;
   if (!(steps >= 0.5 && steps < 1e12)) {
-    throw Error(name + ": REFERENCE_LINE_START_U = " + shortest(begin) + ", END_U = " + shortest(*end) +
-                ", INCREMENT = " + shortest(crg.grid.u_step_m) + ": want END_U at least one increment behind START_U");
+    throw Error(name + ": REFERENCE_LINE_START_U = " + shortest(begin) +
+                ", END_U = " + shortest(*end) + ", INCREMENT = " + shortest(crg.grid.u_step_m) +
+                ": want END_U at least one increment behind START_U");
   }
   return static_cast<std::size_t>(std::llround(steps)) + 1;
 }
@@ -217,15 +230,17 @@ std::size_t announced_rows(const Crg& crg, const std::string& name) {
 void note(Crg& crg, const std::string& message) { crg.notes.push_back(message); }
 
 [[noreturn]] void fail_short(const std::string& place, std::size_t rows, std::size_t wanted) {
-  throw Error(place + ": the payload ends after " + std::to_string(rows) + " rows, but END_U announces " +
-              std::to_string(wanted) + "; correct END_U or restore the data");
+  throw Error(place + ": the payload ends after " + std::to_string(rows) +
+              " rows, but END_U announces " + std::to_string(wanted) +
+              "; correct END_U or restore the data");
 }
 
 template <typename Value>
 void read_binary(Header& header, Input& input, std::string_view begun, std::size_t announced) {
   const std::size_t columns = header.columns.size();
   const std::size_t row_bytes = columns * sizeof(Value);
-  const std::size_t payload = input.size() > header.end_offset ? input.size() - header.end_offset : 0;
+  const std::size_t payload =
+      input.size() > header.end_offset ? input.size() - header.end_offset : 0;
   const std::size_t available = payload / row_bytes;
   if (announced > available) {
     fail_short(input.name() + ": byte " + std::to_string(input.size()), available, announced);
@@ -242,7 +257,8 @@ void read_binary(Header& header, Input& input, std::string_view begun, std::size
     std::memcpy(buffer.data(), begun.data(), from_begun);
     begun.remove_prefix(from_begun);
     if (from_begun + input.read(buffer.data() + from_begun, wanted - from_begun) != wanted) {
-      throw Error(input.name() + ": byte " + std::to_string(offset) + ": the file became shorter while it was read");
+      throw Error(input.name() + ": byte " + std::to_string(offset) +
+                  ": the file became shorter while it was read");
     }
     for (std::size_t at = 0; at < wanted; at += row_bytes) {
       const char* bytes = buffer.data() + at;
@@ -255,9 +271,10 @@ void read_binary(Header& header, Input& input, std::string_view begun, std::size
       }
       const std::size_t bad = sink.add(values.data());
       if (bad != columns) {
-        throw Error(input.name() + ": byte " + std::to_string(offset + at + bad * sizeof(Value)) + ": value " +
-                    shortest(static_cast<double>(values[bad])) + " in row " + std::to_string(sink.rows()) + ", channel " +
-                    std::to_string(bad + 1) + ": want at most 1e9 in magnitude; is the format or the row count right?");
+        throw Error(input.name() + ": byte " + std::to_string(offset + at + bad * sizeof(Value)) +
+                    ": value " + shortest(static_cast<double>(values[bad])) + " in row " +
+                    std::to_string(sink.rows()) + ", channel " + std::to_string(bad + 1) +
+                    ": want at most 1e9 in magnitude; is the format or the row count right?");
       }
     }
     offset += wanted;
@@ -278,7 +295,8 @@ void read_binary(Header& header, Input& input, std::string_view begun, std::size
   }
   const std::size_t used = (announced != 0 ? announced : sink.rows()) * row_bytes;
   if (payload - used >= std::max<std::size_t>(80, row_bytes) && announced != 0) {
-    note(header.crg, std::to_string((payload - used) / row_bytes) + " rows behind END_U in the payload were ignored");
+    note(header.crg, std::to_string((payload - used) / row_bytes) +
+                         " rows behind END_U in the payload were ignored");
   }
 }
 
@@ -289,13 +307,15 @@ double parse_field(std::string_view field, const std::string& place) {
   std::string_view rest;
   const std::optional<double> value = parse_number(field, &rest);
   if (!value || !trim(rest).empty()) {
-    throw Error(place + ": \"" + std::string(field) + "\" is not a number; NaN is written with an asterisk");
+    throw Error(place + ": \"" + std::string(field) +
+                "\" is not a number; NaN is written with an asterisk");
   }
   return *value;
 }
 
 // The line in which each row begins.
-std::vector<std::size_t> read_text(Header& header, const std::string& name, std::string_view payload, std::size_t announced) {
+std::vector<std::size_t> read_text(Header& header, const std::string& name,
+                                   std::string_view payload, std::size_t announced) {
   const std::size_t columns = header.columns.size();
   const bool wide = header.crg.format == Format::LDFI;
   const std::size_t width = wide ? 20 : 10;
@@ -303,7 +323,8 @@ std::vector<std::size_t> read_text(Header& header, const std::string& name, std:
   // A field may be cut short only at the end of a line, so a row takes at least a byte per record.
   const std::size_t records = (columns + per_record - 1) / per_record;
   const std::size_t at_most = payload.size() / (columns + records) + 1;
-  if (announced > at_most) fail_short(name + ": byte " + std::to_string(header.end_offset), at_most, announced);
+  if (announced > at_most)
+    fail_short(name + ": byte " + std::to_string(header.end_offset), at_most, announced);
 
   RowSink sink(header, announced != 0 ? announced : 0);
   std::vector<double> values(columns);
@@ -329,7 +350,8 @@ std::vector<std::size_t> read_text(Header& header, const std::string& name, std:
       if (c == 0) first_line = line_number;
       const std::string place = name + ":" + std::to_string(line_number);
       if (line.size() > 80 && !trim(line.substr(80)).empty()) {
-        throw Error(place + ": a record of " + std::to_string(line.size()) + " characters: want at most 80");
+        throw Error(place + ": a record of " + std::to_string(line.size()) +
+                    " characters: want at most 80");
       }
       for (std::size_t k = 0; k < per_record && c < columns; ++k, ++c) {
         if (k * width >= line.size()) {
@@ -341,8 +363,8 @@ std::vector<std::size_t> read_text(Header& header, const std::string& name, std:
     }
     if (c == 0) break;
     if (c < columns) {
-      throw Error(name + ":" + std::to_string(line_number) + ": the last row ends after " + std::to_string(c) + " of " +
-                  std::to_string(columns) + " channels");
+      throw Error(name + ":" + std::to_string(line_number) + ": the last row ends after " +
+                  std::to_string(c) + " of " + std::to_string(columns) + " channels");
     }
     if (announced != 0 && sink.rows() == announced) {
       ++extra_rows;
@@ -351,29 +373,33 @@ std::vector<std::size_t> read_text(Header& header, const std::string& name, std:
     row_lines.push_back(first_line);
     const std::size_t bad = sink.add(values.data());
     if (bad != columns) {
-      throw Error(name + ":" + std::to_string(line_number) + ": value " + shortest(values[bad]) + " in channel " +
-                  std::to_string(bad + 1) + ": want at most 1e9 in magnitude");
+      throw Error(name + ":" + std::to_string(line_number) + ": value " + shortest(values[bad]) +
+                  " in channel " + std::to_string(bad + 1) + ": want at most 1e9 in magnitude");
     }
   }
   if (sink.rows() < announced) {
     fail_short(name + ":" + std::to_string(line_number), sink.rows(), announced);
   }
-  if (extra_rows > 0) note(header.crg, std::to_string(extra_rows) + " rows behind END_U in the payload were ignored");
+  if (extra_rows > 0)
+    note(header.crg, std::to_string(extra_rows) + " rows behind END_U in the payload were ignored");
   if (row_lines.empty()) row_lines.push_back(line_number);
   return row_lines;
 }
 
-// Values without which nothing can be evaluated. `place_of(row)`: where a row of the payload begins.
+// Values without which nothing can be evaluated. `place_of(row)`: where a row of the payload
+// begins.
 template <typename PlaceOf>
 void check_channels(const Crg& crg, const PlaceOf& place_of) {
   if (crg.grid.rows() < 2) {
-    throw Error(place_of(0) + ": the payload holds " + std::to_string(crg.grid.rows()) + " rows: want at least 2");
+    throw Error(place_of(0) + ": the payload holds " + std::to_string(crg.grid.rows()) +
+                " rows: want at least 2");
   }
-  const auto want_numbers = [&](const std::vector<double>& channel, const char* what, std::size_t first) {
+  const auto want_numbers = [&](const std::vector<double>& channel, const char* what,
+                                std::size_t first) {
     for (std::size_t i = first; i < channel.size(); ++i) {
       if (std::isnan(channel[i])) {
-        throw Error(place_of(i) + ": row " + std::to_string(i) + ": " + what + " is NaN: want a number in every row" +
-                    (first == 1 ? " but the first" : ""));
+        throw Error(place_of(i) + ": row " + std::to_string(i) + ": " + what +
+                    " is NaN: want a number in every row" + (first == 1 ? " but the first" : ""));
       }
     }
   };
@@ -389,7 +415,8 @@ Header read_file(Input& input) {
   std::size_t end = std::string::npos;
   while (end == std::string::npos) {
     const std::size_t before = begun.size();
-    begun.resize(before + std::min<std::size_t>(kChunkBytes / 4, input.size() - std::min(before, input.size()) + 1));
+    begun.resize(before + std::min<std::size_t>(kChunkBytes / 4,
+                                                input.size() - std::min(before, input.size()) + 1));
     const std::size_t got = input.read(begun.data() + before, begun.size() - before);
     begun.resize(before + got);
     if (got == 0) break;
@@ -402,14 +429,16 @@ Header read_file(Input& input) {
 
   const auto increment = find_value(crg.road, "REFERENCE_LINE_INCREMENT");
   if (!increment || !(*increment >= 1e-9 && *increment <= 1e6)) {
-    throw Error(input.name() + ": REFERENCE_LINE_INCREMENT is " + (increment ? shortest(*increment) : "missing") +
+    throw Error(input.name() + ": REFERENCE_LINE_INCREMENT is " +
+                (increment ? shortest(*increment) : "missing") +
                 ": want the row spacing in metres, 1e-9 to 1e6");
   }
   crg.grid.u_step_m = *increment;
   crg.grid.u_begin_m = find_value(crg.road, "REFERENCE_LINE_START_U").value_or(0.0);
   if (*increment < 1e-10 * std::abs(crg.grid.u_begin_m)) {
-    throw Error(input.name() + ": REFERENCE_LINE_START_U = " + shortest(crg.grid.u_begin_m) + " leaves no digits for the increment " +
-                shortest(*increment) + "; start nearer to zero");
+    throw Error(input.name() + ": REFERENCE_LINE_START_U = " + shortest(crg.grid.u_begin_m) +
+                " leaves no digits for the increment " + shortest(*increment) +
+                "; start nearer to zero");
   }
   const std::size_t announced = announced_rows(crg, input.name());
   std::string_view rest = std::string_view(begun).substr(header.end_offset);
@@ -417,14 +446,17 @@ Header read_file(Input& input) {
     const bool single = crg.format == Format::KRBI;
     (single ? read_binary<float> : read_binary<double>)(header, input, rest, announced);
     const std::size_t row_bytes = header.columns.size() * (single ? sizeof(float) : sizeof(double));
-    check_channels(crg, [&](std::size_t row) { return input.name() + ": byte " + std::to_string(header.end_offset + row * row_bytes); });
+    check_channels(crg, [&](std::size_t row) {
+      return input.name() + ": byte " + std::to_string(header.end_offset + row * row_bytes);
+    });
   } else {
     begun.erase(0, header.end_offset);
     const std::size_t before = begun.size();
     begun.resize(std::max(before, input.size() - header.end_offset));
     begun.resize(before + input.read(begun.data() + before, begun.size() - before));
     const std::vector<std::size_t> row_lines = read_text(header, input.name(), begun, announced);
-    check_channels(crg, [&](std::size_t row) { return input.name() + ":" + std::to_string(row_lines[row]); });
+    check_channels(
+        crg, [&](std::size_t row) { return input.name() + ":" + std::to_string(row_lines[row]); });
   }
   return header;
 }
@@ -437,7 +469,9 @@ std::filesystem::path include_target(const std::string& text, const std::string&
     const bool braces = path.size() > 1 && path[1] == '{';
     if (braces) ++end;
     const std::size_t begin = end;
-    while (end < path.size() && (std::isalnum(static_cast<unsigned char>(path[end])) != 0 || path[end] == '_')) ++end;
+    while (end < path.size() &&
+           (std::isalnum(static_cast<unsigned char>(path[end])) != 0 || path[end] == '_'))
+      ++end;
     const std::string variable = path.substr(begin, end - begin);
     const char* value = std::getenv(variable.c_str());
     if (value == nullptr) {
@@ -466,23 +500,28 @@ Crg merge(Crg outer, Crg inner) {
   }
   const auto add_missing = [&](std::vector<HeaderEntry>& to, const std::vector<HeaderEntry>& from) {
     for (const HeaderEntry& entry : from) {
-      const bool known = std::any_of(to.begin(), to.end(), [&](const HeaderEntry& e) { return e.key == entry.key; });
+      const bool known = std::any_of(to.begin(), to.end(),
+                                     [&](const HeaderEntry& e) { return e.key == entry.key; });
       if (entry.key == "*" || !known) {
         to.push_back(entry);
       } else {
-        note(inner, entry.key + " of the including file was ignored: the included file has its own");
+        note(inner,
+             entry.key + " of the including file was ignored: the included file has its own");
       }
     }
   };
   add_missing(inner.road, outer.road);
   add_missing(inner.projection, outer.projection);
-  inner.other_sections.insert(inner.other_sections.end(), outer.other_sections.begin(), outer.other_sections.end());
+  inner.other_sections.insert(inner.other_sections.end(), outer.other_sections.begin(),
+                              outer.other_sections.end());
   inner.notes.insert(inner.notes.begin(), outer.notes.begin(), outer.notes.end());
   return inner;
 }
 
 [[noreturn]] void fail_without_data(const std::string& name) {
-  throw Error(name + ": no $KD_DEFINITION with channels and no $ROAD_CRG_FILE: there is no road in this file");
+  throw Error(
+      name +
+      ": no $KD_DEFINITION with channels and no $ROAD_CRG_FILE: there is no road in this file");
 }
 
 }  // namespace
@@ -491,7 +530,8 @@ Crg read(const std::string& path) {
   Input input(path);
   Header header = read_file(input);
   if (!header.columns.empty()) {
-    if (!header.include_path.empty()) note(header.crg, "$ROAD_CRG_FILE was ignored: the file has data of its own");
+    if (!header.include_path.empty())
+      note(header.crg, "$ROAD_CRG_FILE was ignored: the file has data of its own");
     return std::move(header.crg);
   }
   if (header.include_path.empty()) fail_without_data(path);

@@ -10,7 +10,8 @@ namespace crg {
 bool ends_joined(const ReferenceLine& line) {
   if (!line.closed || line.size() < 4) return false;
   const std::size_t last = line.size() - 1;
-  return std::hypot(line.x_m[0] - line.x_m[last], line.y_m[0] - line.y_m[last]) < 0.5 * line.u_step_m;
+  return std::hypot(line.x_m[0] - line.x_m[last], line.y_m[0] - line.y_m[last]) <
+         0.5 * line.u_step_m;
 }
 
 Point2 mitre_direction(const ReferenceLine& line, std::size_t row) {
@@ -70,7 +71,8 @@ Point2 node_position(const ReferenceLine& line, std::size_t row, double v_m) {
 }
 
 Point2 position(const ReferenceLine& line, double u_m, double v_m) {
-  const double rows = std::clamp((u_m - line.u_begin_m) / line.u_step_m, 0.0, static_cast<double>(line.size() - 1));
+  const double rows =
+      std::clamp((u_m - line.u_begin_m) / line.u_step_m, 0.0, static_cast<double>(line.size() - 1));
   const std::size_t row = std::min(static_cast<std::size_t>(rows), line.size() - 2);
   const SegmentFrame frame = segment_frame(line, row);
   return frame.point(frame.along(rows - static_cast<double>(row), v_m), v_m);

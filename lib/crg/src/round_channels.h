@@ -39,7 +39,8 @@ RoundedLine round_headings(const ReferenceLine& line, Round round) {
 }
 
 template <typename Round>
-std::vector<double> round_slopes(const std::vector<double>& z_m, double u_step_m, Round round, double& end_z_m) {
+std::vector<double> round_slopes(const std::vector<double>& z_m, double u_step_m, Round round,
+                                 double& end_z_m) {
   std::vector<double> slope(z_m.size());
   double z = z_m[0];
   for (std::size_t i = 1; i < z_m.size(); ++i) {

@@ -22,9 +22,10 @@ Curve hermite(double a, double b, double c, double d, double ha, double h, doubl
   const double slope_b = std::isnan(a) ? step : slope_at((b - a) / ha, step, ha, h);
   const double slope_c = std::isnan(d) ? step : slope_at(step, (d - c) / hd, h, hd);
   const double t2 = t * t, t3 = t2 * t;
-  const double value = (2.0 * t3 - 3.0 * t2 + 1.0) * b + (t3 - 2.0 * t2 + t) * h * slope_b + (3.0 * t2 - 2.0 * t3) * c +
-                       (t3 - t2) * h * slope_c;
-  const double derivative = 6.0 * (t2 - t) * step * -1.0 + (3.0 * t2 - 4.0 * t + 1.0) * slope_b + (3.0 * t2 - 2.0 * t) * slope_c;
+  const double value = (2.0 * t3 - 3.0 * t2 + 1.0) * b + (t3 - 2.0 * t2 + t) * h * slope_b +
+                       (3.0 * t2 - 2.0 * t3) * c + (t3 - t2) * h * slope_c;
+  const double derivative = 6.0 * (t2 - t) * step * -1.0 + (3.0 * t2 - 4.0 * t + 1.0) * slope_b +
+                            (3.0 * t2 - 2.0 * t) * slope_c;
   return {value, derivative};
 }
 
@@ -55,19 +56,21 @@ Height HeightField::smooth_grid_height(const GridPlace& p) const noexcept {
   const Curve z = hermite(first.value, low.value, high.value, last.value, step, step, step, p.fu);
   // d/dv runs through the same weights along u.
   const bool open_first = std::isnan(first.value), open_last = std::isnan(last.value);
-  const Curve dzdv = hermite(open_first ? nan : first.derivative, low.derivative, high.derivative, open_last ? nan : last.derivative,
-                             step, step, step, p.fu);
+  const Curve dzdv = hermite(open_first ? nan : first.derivative, low.derivative, high.derivative,
+                             open_last ? nan : last.derivative, step, step, step, p.fu);
   return {z.value, z.derivative, dzdv.value};
 }
 
-void HeightField::add_smooth_line(Height& height, std::size_t row, double fu, double v_m) const noexcept {
-  const auto along_u = [&](double LineNode::* part) -> Curve {
+void HeightField::add_smooth_line(Height& height, std::size_t row, double fu,
+                                  double v_m) const noexcept {
+  const auto along_u = [&](double LineNode::*part) -> Curve {
     double first = Sample::kNaN, last = Sample::kNaN;
     if (row > 0) first = line_[row - 1].*part;
     if (row + 2 < rows_) last = line_[row + 2].*part;
     if (joined_ && row == 0) first = line_[rows_ - 2].*part;
     if (joined_ && row + 2 == rows_) last = line_[1].*part;
-    return hermite(first, line_[row].*part, line_[row + 1].*part, last, u_step_m_, u_step_m_, u_step_m_, fu);
+    return hermite(first, line_[row].*part, line_[row + 1].*part, last, u_step_m_, u_step_m_,
+                   u_step_m_, fu);
   };
   const Curve z = along_u(&LineNode::z_m), banking = along_u(&LineNode::banking);
   height.z_m += z.value + banking.value * v_m;

@@ -12,8 +12,10 @@ void StripFiller::fill_tile(std::size_t row, std::size_t column, Tile& tile) con
     const double line = heights_.line()[row + i].z_m - base_m_;
     const double banking = heights_.line()[row + i].banking;
     for (std::size_t j = 0; j < columns; ++j) {
-      const double v = heights_.v_right_m() + static_cast<double>(column + j) * heights_.v_step_m(0);
-      tile.dz_m[i * kTileSide + j] = static_cast<float>(line + banking * v + static_cast<double>(z[j]));
+      const double v =
+          heights_.v_right_m() + static_cast<double>(column + j) * heights_.v_step_m(0);
+      tile.dz_m[i * kTileSide + j] =
+          static_cast<float>(line + banking * v + static_cast<double>(z[j]));
     }
   }
 }
@@ -21,36 +23,42 @@ void StripFiller::fill_tile(std::size_t row, std::size_t column, Tile& tile) con
 bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
   wide_ = false;
   if (!heights_.plain() || !heights_.bilinear() || !(heights_.per_v_step() > 0.0)) return false;
-  const double a_begin = a_of(static_cast<double>(part.along_begin)), a_end = a_of(static_cast<double>(part.along_end - 1));
-  const double b_begin = b_of(static_cast<double>(part.across_begin)), b_end = b_of(static_cast<double>(part.across_end - 1));
+  const double a_begin = a_of(static_cast<double>(part.along_begin)),
+               a_end = a_of(static_cast<double>(part.along_end - 1));
+  const double b_begin = b_of(static_cast<double>(part.across_begin)),
+               b_end = b_of(static_cast<double>(part.across_end - 1));
   const double a0 = 0.5 * (a_begin + a_end), b0 = 0.5 * (b_begin + b_end);
   // Half extents; at least half a sample, so that single rows have a quadratic too.
-  const double ha = std::max(0.5, 0.5 * (a_end - a_begin)), hb = std::max(0.5, 0.5 * (b_end - b_begin));
+  const double ha = std::max(0.5, 0.5 * (a_end - a_begin)),
+               hb = std::max(0.5, 0.5 * (b_end - b_begin));
 
   double rows[3][3], columns[3][3];
   bool usable = true;
   const auto look = [&](int i, int j) {
     const Point2 p = point(a0 + (i - 1) * ha, b0 + (j - 1) * hb);
     const Place place = locator_.locate(p.x_m, p.y_m, cursor);
-    usable &= place.beyond_m == 0.0 && place.v_m >= heights_.v_right_m() && place.v_m <= heights_.v_left_m();
+    usable &= place.beyond_m == 0.0 && place.v_m >= heights_.v_right_m() &&
+              place.v_m <= heights_.v_left_m();
     rows[i][j] = static_cast<double>(place.segment) + place.fraction;
     columns[i][j] = (place.v_m - heights_.v_right_m()) * heights_.per_v_step();
   };
   // In this order each place is near the one before.
-  constexpr int kPath[9][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 2}, {1, 1}, {1, 0}, {2, 0}, {2, 1}, {2, 2}};
+  constexpr int kPath[9][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 2}, {1, 1},
+                               {1, 0}, {2, 0}, {2, 1}, {2, 2}};
   for (const auto& at : kPath) look(at[0], at[1]);
   if (!usable) return false;
 
   // Coefficients in the scaled offsets (-1, 0, 1), then in samples.
   bool smooth = true;
-  const auto fit = [&](const double (&f)[3][3]) {
+  const auto fit = [&](const double(&f)[3][3]) {
     const double f0 = f[1][1];
     const double ca = 0.5 * (f[2][1] - f[0][1]), cb = 0.5 * (f[1][2] - f[1][0]);
     const double caa = 0.5 * (f[2][1] + f[0][1]) - f0, cbb = 0.5 * (f[1][2] + f[1][0]) - f0;
     const double cab = 0.25 * (f[2][2] - f[2][0] - f[0][2] + f[0][0]);
     for (const int i : {0, 2}) {
       for (const int j : {0, 2}) {
-        const double fitted = f0 + ca * (i - 1) + cb * (j - 1) + caa + cbb + cab * (i - 1) * (j - 1);
+        const double fitted =
+            f0 + ca * (i - 1) + cb * (j - 1) + caa + cbb + cab * (i - 1) * (j - 1);
         smooth &= std::abs(fitted - f[i][j]) < 1e-3;
       }
     }
@@ -59,7 +67,8 @@ bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
   Quadratic row = fit(rows), column = fit(columns);
   if (!smooth) return false;
 
-  double row_min = rows[0][0], row_max = row_min, column_min = columns[0][0], column_max = column_min;
+  double row_min = rows[0][0], row_max = row_min, column_min = columns[0][0],
+         column_max = column_min;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       row_min = std::min(row_min, rows[i][j]);
@@ -71,7 +80,8 @@ bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
   // Between the nine points the quadratic may reach a little further, and float rounds.
   constexpr double kMargin = 2e-3;
   row_min -= kMargin, column_min -= kMargin, row_max += kMargin, column_max += kMargin;
-  if (row_min < 0.0 || column_min < 0.0 || row_max > static_cast<double>(heights_.rows() - 1) || column_max > static_cast<double>(heights_.columns() - 1)) {
+  if (row_min < 0.0 || column_min < 0.0 || row_max > static_cast<double>(heights_.rows() - 1) ||
+      column_max > static_cast<double>(heights_.columns() - 1)) {
     return false;
   }
   const double first_row = std::floor(row_min), first_column = std::floor(column_min);
@@ -84,8 +94,10 @@ bool StripFiller::try_tile(const StripPart& part, Cursor& cursor) noexcept {
   fill_tile(static_cast<std::size_t>(first_row), static_cast<std::size_t>(first_column), tile);
   row.c[0] -= first_row;
   column.c[0] -= first_column;
-  fill_from_tile(tile, row, column, a_begin - a0, b_begin - b0, part.along_end - part.along_begin, part.across_end - part.across_begin,
-                 dz_m_.data() + part.along_begin * strip_.across + part.across_begin, strip_.across, strip_.kernel);
+  fill_from_tile(tile, row, column, a_begin - a0, b_begin - b0, part.along_end - part.along_begin,
+                 part.across_end - part.across_begin,
+                 dz_m_.data() + part.along_begin * strip_.across + part.across_begin, strip_.across,
+                 strip_.kernel);
   return true;
 }
 

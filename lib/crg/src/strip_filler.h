@@ -18,7 +18,9 @@ namespace crg {
 /// the middle: c[0] + c[1] a + c[2] b + c[3] a^2 + c[4] a b + c[5] b^2.
 struct Quadratic {
   std::array<double, 6> c;
-  double at(double a, double b) const { return c[0] + a * (c[1] + a * c[3] + b * c[4]) + b * (c[2] + b * c[5]); }
+  double at(double a, double b) const {
+    return c[0] + a * (c[1] + a * c[3] + b * c[4]) + b * (c[2] + b * c[5]);
+  }
 };
 
 inline constexpr std::size_t kTileSide = 8;
@@ -36,12 +38,14 @@ struct StripPart {
 
 /// Evaluates the tile at the samples of a part. row, column: tile coordinates; out: the part's
 /// first sample; stride: from one sample row to the next.
-void fill_from_tile(const Tile& tile, const Quadratic& row, const Quadratic& column, double a0, double b0, std::size_t rows,
-                    std::size_t columns, float* out, std::size_t stride, StripKernel kernel) noexcept;
+void fill_from_tile(const Tile& tile, const Quadratic& row, const Quadratic& column, double a0,
+                    double b0, std::size_t rows, std::size_t columns, float* out,
+                    std::size_t stride, StripKernel kernel) noexcept;
 
 class StripFiller {
  public:
-  StripFiller(const Locator& locator, const HeightField& heights, const Strip& strip, double base_m, std::span<float> dz_m)
+  StripFiller(const Locator& locator, const HeightField& heights, const Strip& strip, double base_m,
+              std::span<float> dz_m)
       : locator_(locator), heights_(heights), strip_(strip), base_m_(base_m), dz_m_(dz_m) {}
 
   /// z_of(x, y, cursor): height of one point, for what the tile cannot do (borders, seams, holes in
@@ -58,7 +62,9 @@ class StripFiller {
  private:
   double a_of(double i) const { return i - 0.5 * static_cast<double>(strip_.along - 1); }
   double b_of(double j) const { return j - 0.5 * static_cast<double>(strip_.across - 1); }
-  Point2 point(double a, double b) const { return {strip_.x_m + a * cos_ - b * sin_, strip_.y_m + a * sin_ + b * cos_}; }
+  Point2 point(double a, double b) const {
+    return {strip_.x_m + a * cos_ - b * sin_, strip_.y_m + a * sin_ + b * cos_};
+  }
 
   template <typename HeightOf>
   void fill_part(StripPart part, Cursor& cursor, const HeightOf& z_of, int depth) noexcept {

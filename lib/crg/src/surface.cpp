@@ -44,11 +44,12 @@ struct Direction {
 };
 
 // Curvature from the cross product of the two chords that meet in the segment's first node, each
-// half a metre or one row long. Nearer than that to an open end the reference implementation answers
-// the heading of that end and no curvature, and so do we.
+// half a metre or one row long. Nearer than that to an open end the reference implementation
+// answers the heading of that end and no curvature, and so do we.
 std::vector<Direction> directions_of(const ReferenceLine& line) {
   const std::size_t last = line.size() - 1;
-  const std::size_t half = static_cast<std::size_t>(std::clamp(std::round(0.5 / line.u_step_m), 1.0, 1e9));
+  const std::size_t half =
+      static_cast<std::size_t>(std::clamp(std::round(0.5 / line.u_step_m), 1.0, 1e9));
   const bool around = ends_joined(line) && 2 * half < line.size();
   const double chord = static_cast<double>(half) * line.u_step_m;
   std::vector<Direction> directions(last);
@@ -68,11 +69,14 @@ std::vector<Direction> directions_of(const ReferenceLine& line) {
 
 void want_same_shape(const Grid& road, const Grid& map) {
   bool same = map.rows() == road.rows() && map.columns() == road.columns() &&
-              std::abs(map.u_step_m - road.u_step_m) <= 1e-9 * road.u_step_m && std::abs(map.u_begin_m - road.u_begin_m) <= 1e-6;
-  for (std::size_t j = 0; same && j < road.columns(); ++j) same = std::abs(map.v_m[j] - road.v_m[j]) <= 1e-6;
+              std::abs(map.u_step_m - road.u_step_m) <= 1e-9 * road.u_step_m &&
+              std::abs(map.u_begin_m - road.u_begin_m) <= 1e-6;
+  for (std::size_t j = 0; same && j < road.columns(); ++j)
+    same = std::abs(map.v_m[j] - road.v_m[j]) <= 1e-6;
   if (!same) {
-    throw Error("friction map of " + std::to_string(map.rows()) + " x " + std::to_string(map.columns()) + " for a road of " +
-                std::to_string(road.rows()) + " x " + std::to_string(road.columns()) + ": want the same rows, columns, u and v");
+    throw Error("friction map of " + std::to_string(map.rows()) + " x " +
+                std::to_string(map.columns()) + " for a road of " + std::to_string(road.rows()) +
+                " x " + std::to_string(road.columns()) + ": want the same rows, columns, u and v");
   }
 }
 
@@ -97,7 +101,8 @@ struct Surface::Data {
 
   // On the grid, with no smoothing zone near: the place found is all that height needs.
   bool on_grid(const Place& place) const noexcept {
-    return place.beyond_m == 0.0 && place.v_m >= heights.v_right_m() && place.v_m <= heights.v_left_m();
+    return place.beyond_m == 0.0 && place.v_m >= heights.v_right_m() &&
+           place.v_m <= heights.v_left_m();
   }
   Sample sample(const Place& place, double x_m, double y_m) const noexcept;
   double z_of(const Place& place) const noexcept;
@@ -106,12 +111,15 @@ struct Surface::Data {
   double friction_of(const Place& place) const noexcept;
   std::ptrdiff_t column_near(double v_m) const noexcept {
     const double columns = (v_m - heights.v_right_m()) * heights.per_v_step();
-    return columns > 0.0 && columns < static_cast<double>(heights.columns()) ? static_cast<std::ptrdiff_t>(columns) : 0;
+    return columns > 0.0 && columns < static_cast<double>(heights.columns())
+               ? static_cast<std::ptrdiff_t>(columns)
+               : 0;
   }
   void prefetch(const Cursor& cursor, const float* node) const noexcept;
   Place place_of(double u_m, double v_m) const noexcept;
   double u_of(const Place& place) const noexcept {
-    return line.u_begin_m + (static_cast<double>(place.segment) + place.fraction) * line.u_step_m + place.beyond_m;
+    return line.u_begin_m + (static_cast<double>(place.segment) + place.fraction) * line.u_step_m +
+           place.beyond_m;
   }
 
   double friction_constant;
@@ -132,7 +140,8 @@ inline void Surface::Data::prefetch(const Cursor& cursor, const float* node) con
 inline double Surface::Data::z_of(const Place& place) const noexcept {
   if (heights.plain() && on_grid(place)) {
     if (heights.simple()) {
-      const double z = heights.z_simple(heights.place_simple(place.segment, place.fraction, place.v_m), place.v_m);
+      const double z = heights.z_simple(
+          heights.place_simple(place.segment, place.fraction, place.v_m), place.v_m);
       if (!std::isnan(z)) return z;
     }
     return heights.on_grid(place.segment, place.fraction, place.v_m).z_m;
@@ -150,13 +159,15 @@ inline Place Surface::Data::locate_far(double x_m, double y_m, Cursor& cursor) c
   });
 }
 
-[[gnu::noinline]] double Surface::Data::z_far(double x_m, double y_m, Cursor& cursor) const noexcept {
+[[gnu::noinline]] double Surface::Data::z_far(double x_m, double y_m,
+                                              Cursor& cursor) const noexcept {
   return z_of(locate_far(x_m, y_m, cursor));
 }
 
 double Surface::Data::friction_of(const Place& place) const noexcept {
   if (friction.empty()) return friction_constant;
-  const GridPlace p = heights.place(place.segment, place.fraction, std::clamp(place.v_m, heights.v_right_m(), heights.v_left_m()));
+  const GridPlace p = heights.place(place.segment, place.fraction,
+                                    std::clamp(place.v_m, heights.v_right_m(), heights.v_left_m()));
   const float* low = friction.data() + p.row * heights.columns() + p.column;
   const float* high = low + heights.columns();
   const double a = low[0] + p.fv * (static_cast<double>(low[1]) - low[0]);
@@ -191,12 +202,20 @@ Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const n
   if (!curvature_of_reference_line) curvature_1pm /= 1.0 - curvature_1pm * place.v_m;
   Height height{Sample::kNaN, Sample::kNaN, Sample::kNaN};
   if (inside && heights.simple()) [[likely]] {
-    height = heights.at_simple(heights.place_simple(place.segment, place.fraction, place.v_m), place.v_m);
+    height = heights.at_simple(heights.place_simple(place.segment, place.fraction, place.v_m),
+                               place.v_m);
   }
   if (std::isnan(height.z_m)) [[unlikely]] {
-    height = inside && heights.plain() ? heights.on_grid(place.segment, place.fraction, place.v_m) : heights.at(u_m, place.v_m);
+    height = inside && heights.plain() ? heights.on_grid(place.segment, place.fraction, place.v_m)
+                                       : heights.at(u_m, place.v_m);
     if (std::isnan(height.z_m)) {
-      return {.inside = inside, .u_m = u_m, .v_m = place.v_m, .x_m = x_m, .y_m = y_m, .heading_rad = heading_rad, .curvature_1pm = curvature_1pm};
+      return {.inside = inside,
+              .u_m = u_m,
+              .v_m = place.v_m,
+              .x_m = x_m,
+              .y_m = y_m,
+              .heading_rad = heading_rad,
+              .curvature_1pm = curvature_1pm};
     }
   }
   // Along the segment, u advances by a step over the width of the cell at v; along the mitre line
@@ -204,9 +223,11 @@ Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const n
   const double lean = frame.begin_lean + place.fraction * (frame.end_lean - frame.begin_lean);
   const double width = frame.width(place.v_m);
   double u_per_metre = line.u_step_m / width;
-  if (place.beyond_m != 0.0) [[unlikely]] u_per_metre = 1.0;
+  if (place.beyond_m != 0.0) [[unlikely]]
+    u_per_metre = 1.0;
   // Where lateral cuts meet there is no gradient along the line.
-  else if (std::abs(width) < 1e-9 * line.u_step_m) [[unlikely]] u_per_metre = 0.0;
+  else if (std::abs(width) < 1e-9 * line.u_step_m) [[unlikely]]
+    u_per_metre = 0.0;
   const double along = height.dzdu * u_per_metre;
   const double across = height.dzdv - lean * along;
   const double dzdx = along * frame.cos - across * frame.sin;
@@ -237,7 +258,9 @@ Surface::~Surface() = default;
 Surface::Surface(Surface&&) noexcept = default;
 Surface& Surface::operator=(Surface&&) noexcept = default;
 
-double Surface::z_at_uv(double u_m, double v_m) const noexcept { return data_->heights.at(u_m, v_m).z_m; }
+double Surface::z_at_uv(double u_m, double v_m) const noexcept {
+  return data_->heights.at(u_m, v_m).z_m;
+}
 
 Point2 Surface::xy_of_uv(double u_m, double v_m) const noexcept {
   if (!std::isfinite(u_m) || !std::isfinite(v_m)) return {Sample::kNaN, Sample::kNaN};
@@ -259,7 +282,8 @@ double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
     const GridPlace p = data.heights.place_simple(place.segment, place.fraction, place.v_m);
     data.prefetch(cursor, data.heights.node(p.row, p.column));
     const double z = data.heights.z_simple(p, place.v_m);
-    if (!std::isnan(z)) [[likely]] return z;
+    if (!std::isnan(z)) [[likely]]
+      return z;
   }
   return data.z_far(x_m, y_m, cursor);
 }
@@ -267,36 +291,43 @@ double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
 Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   const Data& data = *data_;
   Place place;
-  if (!data.locator.locate_ahead(x_m, y_m, cursor, place)) [[unlikely]] place = data.locate_far(x_m, y_m, cursor);
+  if (!data.locator.locate_ahead(x_m, y_m, cursor, place)) [[unlikely]]
+    place = data.locate_far(x_m, y_m, cursor);
   data.prefetch(cursor, data.heights.node(place.segment, 0) + data.column_near(place.v_m));
   return data.sample(place, x_m, y_m);
 }
 
-void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out, Cursor& cursor) const noexcept {
+void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
+                    Cursor& cursor) const noexcept {
   const std::size_t count = std::min(points.size(), out.size());
   for (std::size_t k = 0; k < count; ++k) out[k] = at_xy(points[k].x_m, points[k].y_m, cursor);
 }
 
-void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m, Cursor& cursor) const noexcept {
+void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
+                      Cursor& cursor) const noexcept {
   const std::size_t count = std::min(points.size(), z_m.size());
   for (std::size_t k = 0; k < count; ++k) z_m[k] = z_at_xy(points[k].x_m, points[k].y_m, cursor);
 }
 
-void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors, std::span<double> z_m) const noexcept {
+void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
+                      std::span<double> z_m) const noexcept {
   const std::size_t count = std::min({points.size(), cursors.size(), z_m.size()});
   const bool fours = data_->heights.simple() && four_wheels_available();
   std::size_t k = 0;
   while (k < count) {
-    if (fours && k + 4 <= count && z_of_four_wheels(data_->locator, data_->heights, &points[k], &cursors[k], &z_m[k])) {
+    if (fours && k + 4 <= count &&
+        z_of_four_wheels(data_->locator, data_->heights, &points[k], &cursors[k], &z_m[k])) {
       k += 4;
       continue;
     }
-    for (const std::size_t end = std::min(k + 4, count); k < end; ++k) z_m[k] = z_at_xy(points[k].x_m, points[k].y_m, cursors[k]);
+    for (const std::size_t end = std::min(k + 4, count); k < end; ++k)
+      z_m[k] = z_at_xy(points[k].x_m, points[k].y_m, cursors[k]);
   }
 }
 
 double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor) const noexcept {
-  if (!std::isfinite(strip.x_m) || !std::isfinite(strip.y_m) || !std::isfinite(strip.heading_rad) || !std::isfinite(strip.step_m)) {
+  if (!std::isfinite(strip.x_m) || !std::isfinite(strip.y_m) || !std::isfinite(strip.heading_rad) ||
+      !std::isfinite(strip.step_m)) {
     std::fill(dz_m.begin(), dz_m.end(), std::numeric_limits<float>::quiet_NaN());
     return Sample::kNaN;
   }
@@ -305,7 +336,9 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
   const LineNode* line = data_->heights.line() + middle.segment;
   const double base = line[0].z_m + middle.fraction * (line[1].z_m - line[0].z_m);
   StripFiller filler(data_->locator, data_->heights, strip, base, dz_m);
-  filler.fill(cursor, [&](double x, double y, Cursor& near) { return data_->z_of(data_->locator.locate(x, y, near)); });
+  filler.fill(cursor, [&](double x, double y, Cursor& near) {
+    return data_->z_of(data_->locator.locate(x, y, near));
+  });
   return base;
 }
 

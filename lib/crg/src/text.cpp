@@ -47,8 +47,8 @@ std::optional<double> parse_number(std::string_view text, std::string_view* rest
     // Too small is zero; too large is no number. from_chars does not say which it was.
     const std::string_view digits(buffer, length);
     const std::size_t exponent = digits.find_first_of("eE");
-    const bool small = exponent != std::string_view::npos && exponent + 1 < length &&
-                       buffer[exponent + 1] == '-';
+    const bool small =
+        exponent != std::string_view::npos && exponent + 1 < length && buffer[exponent + 1] == '-';
     if (!small) return std::nullopt;
     value = 0.0;
   }

@@ -22,12 +22,15 @@ struct Four {
 KERBSTONE_AVX2 inline Four transposed(const Four& m) {
   const __m256d ab_even = _mm256_unpacklo_pd(m.a, m.b), ab_odd = _mm256_unpackhi_pd(m.a, m.b);
   const __m256d cd_even = _mm256_unpacklo_pd(m.c, m.d), cd_odd = _mm256_unpackhi_pd(m.c, m.d);
-  return {_mm256_permute2f128_pd(ab_even, cd_even, 0x20), _mm256_permute2f128_pd(ab_odd, cd_odd, 0x20),
-          _mm256_permute2f128_pd(ab_even, cd_even, 0x31), _mm256_permute2f128_pd(ab_odd, cd_odd, 0x31)};
+  return {
+      _mm256_permute2f128_pd(ab_even, cd_even, 0x20), _mm256_permute2f128_pd(ab_odd, cd_odd, 0x20),
+      _mm256_permute2f128_pd(ab_even, cd_even, 0x31), _mm256_permute2f128_pd(ab_odd, cd_odd, 0x31)};
 }
 
-KERBSTONE_AVX2 inline Four loaded(const double* a, const double* b, const double* c, const double* d) {
-  return transposed({_mm256_loadu_pd(a), _mm256_loadu_pd(b), _mm256_loadu_pd(c), _mm256_loadu_pd(d)});
+KERBSTONE_AVX2 inline Four loaded(const double* a, const double* b, const double* c,
+                                  const double* d) {
+  return transposed(
+      {_mm256_loadu_pd(a), _mm256_loadu_pd(b), _mm256_loadu_pd(c), _mm256_loadu_pd(d)});
 }
 
 // a + t (b - a)
@@ -48,63 +51,85 @@ KERBSTONE_AVX2 inline Pairs pairs(const float* const node[4], std::size_t offset
     return _mm_castpd_ps(_mm_set_pd(high, low));
   };
   const __m128 first = two(0, 1), last = two(2, 3);
-  return {_mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0x88)), _mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0xDD))};
+  return {_mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0x88)),
+          _mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0xDD))};
 }
 
 }  // namespace
 
 bool four_wheels_available() noexcept { return __builtin_cpu_supports("avx2"); }
 
-KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& heights, const Point2* points, Cursor* cursors,
-                                     double* z_m) noexcept {
-  static_assert(sizeof(Cursor) == 32 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 && sizeof(LineNode) == 16);
+KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& heights,
+                                     const Point2* points, Cursor* cursors, double* z_m) noexcept {
+  static_assert(sizeof(Cursor) == 32 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 &&
+                sizeof(LineNode) == 16);
   const auto cursor_at = [&](int k) { return reinterpret_cast<double*>(cursors + k); };
   const Four cursor = loaded(cursor_at(0), cursor_at(1), cursor_at(2), cursor_at(3));
   const __m256d large = _mm256_set1_pd(kLarge);
-  const __m256d sum = _mm256_add_pd(_mm256_add_pd(_mm256_sub_pd(cursor.b, _mm256_set1_pd(kHalf)), cursor.c), large);
+  const __m256d sum =
+      _mm256_add_pd(_mm256_add_pd(_mm256_sub_pd(cursor.b, _mm256_set1_pd(kHalf)), cursor.c), large);
   const __m256d steps = _mm256_sub_pd(sum, large);
   const __m256i segment =
-      _mm256_add_epi64(_mm256_castpd_si256(cursor.a), _mm256_sub_epi64(_mm256_castpd_si256(sum), _mm256_castpd_si256(large)));
-  const __m256i in_range = _mm256_and_si256(_mm256_cmpgt_epi64(_mm256_set1_epi64x(static_cast<long long>(locator.segments())), segment),
-                                            _mm256_cmpgt_epi64(segment, _mm256_set1_epi64x(-1)));
+      _mm256_add_epi64(_mm256_castpd_si256(cursor.a),
+                       _mm256_sub_epi64(_mm256_castpd_si256(sum), _mm256_castpd_si256(large)));
+  const __m256i in_range = _mm256_and_si256(
+      _mm256_cmpgt_epi64(_mm256_set1_epi64x(static_cast<long long>(locator.segments())), segment),
+      _mm256_cmpgt_epi64(segment, _mm256_set1_epi64x(-1)));
   if (_mm256_movemask_pd(_mm256_castsi256_pd(in_range)) != 15) return false;
   alignas(32) std::size_t row[4];
   _mm256_store_si256(reinterpret_cast<__m256i*>(row), segment);
 
-  const auto record = [&](int k) { return reinterpret_cast<const double*>(locator.records() + row[k]); };
+  const auto record = [&](int k) {
+    return reinterpret_cast<const double*>(locator.records() + row[k]);
+  };
   const Four front = loaded(record(0), record(1), record(2), record(3));
   const Four back = loaded(record(0) + 4, record(1) + 4, record(2) + 4, record(3) + 4);
   const double* xy = reinterpret_cast<const double*>(points);
   const __m256d p01 = _mm256_loadu_pd(xy), p23 = _mm256_loadu_pd(xy + 4);
-  const __m256d p02 = _mm256_permute2f128_pd(p01, p23, 0x20), p13 = _mm256_permute2f128_pd(p01, p23, 0x31);
-  const __m256d dx = _mm256_sub_pd(_mm256_unpacklo_pd(p02, p13), front.a), dy = _mm256_sub_pd(_mm256_unpackhi_pd(p02, p13), front.b);
+  const __m256d p02 = _mm256_permute2f128_pd(p01, p23, 0x20),
+                p13 = _mm256_permute2f128_pd(p01, p23, 0x31);
+  const __m256d dx = _mm256_sub_pd(_mm256_unpacklo_pd(p02, p13), front.a),
+                dy = _mm256_sub_pd(_mm256_unpackhi_pd(p02, p13), front.b);
   const __m256d s = _mm256_add_pd(_mm256_mul_pd(dx, front.c), _mm256_mul_pd(dy, front.d));
   const __m256d v = _mm256_sub_pd(_mm256_mul_pd(dy, front.c), _mm256_mul_pd(dx, front.d));
   const __m256d past_begin = _mm256_sub_pd(s, _mm256_mul_pd(v, back.b));
   const __m256d width = _mm256_add_pd(back.a, _mm256_mul_pd(v, _mm256_sub_pd(back.c, back.b)));
   const __m256d fraction = _mm256_div_pd(past_begin, width);
-  // The two floats in each lane of back.d: right bounds to the lower half, left bounds to the upper.
-  const __m256 bounds = _mm256_permutevar8x32_ps(_mm256_castpd_ps(back.d), _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7));
-  const __m256d right = _mm256_cvtps_pd(_mm256_castps256_ps128(bounds)), left = _mm256_cvtps_pd(_mm256_extractf128_ps(bounds, 1));
-  const __m256d along = _mm256_and_pd(_mm256_cmp_pd(fraction, _mm256_setzero_pd(), _CMP_GE_OQ),
-                                      _mm256_cmp_pd(fraction, _mm256_set1_pd(1.0 - kNearMitre), _CMP_LT_OQ));
-  const __m256d across = _mm256_and_pd(_mm256_cmp_pd(v, right, _CMP_GE_OQ), _mm256_cmp_pd(v, left, _CMP_LE_OQ));
+  // The two floats in each lane of back.d: right bounds to the lower half, left bounds to the
+  // upper.
+  const __m256 bounds =
+      _mm256_permutevar8x32_ps(_mm256_castpd_ps(back.d), _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7));
+  const __m256d right = _mm256_cvtps_pd(_mm256_castps256_ps128(bounds)),
+                left = _mm256_cvtps_pd(_mm256_extractf128_ps(bounds, 1));
+  const __m256d along =
+      _mm256_and_pd(_mm256_cmp_pd(fraction, _mm256_setzero_pd(), _CMP_GE_OQ),
+                    _mm256_cmp_pd(fraction, _mm256_set1_pd(1.0 - kNearMitre), _CMP_LT_OQ));
+  const __m256d across =
+      _mm256_and_pd(_mm256_cmp_pd(v, right, _CMP_GE_OQ), _mm256_cmp_pd(v, left, _CMP_LE_OQ));
   if (_mm256_movemask_pd(_mm256_and_pd(along, across)) != 15) return false;
 
-  const __m256d columns = _mm256_mul_pd(_mm256_sub_pd(v, _mm256_set1_pd(heights.v_right_m())), _mm256_set1_pd(heights.per_v_step()));
-  const __m128i column = _mm_min_epi32(_mm256_cvttpd_epi32(columns), _mm_set1_epi32(static_cast<int>(heights.columns()) - 2));
+  const __m256d columns = _mm256_mul_pd(_mm256_sub_pd(v, _mm256_set1_pd(heights.v_right_m())),
+                                        _mm256_set1_pd(heights.per_v_step()));
+  const __m128i column = _mm_min_epi32(_mm256_cvttpd_epi32(columns),
+                                       _mm_set1_epi32(static_cast<int>(heights.columns()) - 2));
   const __m256d fv = _mm256_sub_pd(columns, _mm256_cvtepi32_pd(column));
   alignas(16) int column_of[4];
   _mm_store_si128(reinterpret_cast<__m128i*>(column_of), column);
   const float* node[4];
-  for (int k = 0; k < 4; ++k) node[k] = heights.node(row[k], static_cast<std::size_t>(column_of[k]));
+  for (int k = 0; k < 4; ++k)
+    node[k] = heights.node(row[k], static_cast<std::size_t>(column_of[k]));
   const __m256d advance = _mm256_add_pd(_mm256_sub_pd(steps, cursor.b), fraction);
   const int backwards = _mm256_movemask_pd(advance);
-  for (int k = 0; k < 4; ++k) prefetch_row(node[k], (backwards & (1 << k)) != 0 ? -heights.ahead_bytes() : heights.ahead_bytes());
+  for (int k = 0; k < 4; ++k)
+    prefetch_row(node[k],
+                 (backwards & (1 << k)) != 0 ? -heights.ahead_bytes() : heights.ahead_bytes());
 
   const Pairs low = pairs(node, 0), high = pairs(node, heights.columns());
-  const __m256d grid = between(between(low.right, low.left, fv), between(high.right, high.left, fv), fraction);
-  const auto line_at = [&](int k) { return reinterpret_cast<const double*>(heights.line() + row[k]); };
+  const __m256d grid =
+      between(between(low.right, low.left, fv), between(high.right, high.left, fv), fraction);
+  const auto line_at = [&](int k) {
+    return reinterpret_cast<const double*>(heights.line() + row[k]);
+  };
   const Four line = loaded(line_at(0), line_at(1), line_at(2), line_at(3));
   const __m256d z = _mm256_add_pd(_mm256_add_pd(grid, between(line.a, line.c, fraction)),
                                   _mm256_mul_pd(between(line.b, line.d, fraction), v));
@@ -121,7 +146,10 @@ KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& 
 #else
 
 bool four_wheels_available() noexcept { return false; }
-bool z_of_four_wheels(const Locator&, const HeightField&, const Point2*, Cursor*, double*) noexcept { return false; }
+bool z_of_four_wheels(const Locator&, const HeightField&, const Point2*, Cursor*,
+                      double*) noexcept {
+  return false;
+}
 
 #endif
 

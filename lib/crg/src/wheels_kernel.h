@@ -12,7 +12,8 @@ namespace crg {
 /// cell predicted by its cursor, on a road whose height is simple(). Then writes z_m and moves the
 /// cursors; otherwise false, and nothing is changed. The same operations in the same order as for
 /// one point (no fused multiply-add), so the same bits. Only where four_wheels_available().
-bool z_of_four_wheels(const Locator& locator, const HeightField& heights, const Point2* points, Cursor* cursors, double* z_m) noexcept;
+bool z_of_four_wheels(const Locator& locator, const HeightField& heights, const Point2* points,
+                      Cursor* cursors, double* z_m) noexcept;
 
 bool four_wheels_available() noexcept;
 

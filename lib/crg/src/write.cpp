@@ -22,7 +22,8 @@ namespace crg {
 namespace {
 
 constexpr std::size_t kMaxColumns = 72;  // of a header line
-constexpr std::string_view kClosing = "$!******10********20********30********40********50********60********70*\n";
+constexpr std::string_view kClosing =
+    "$!******10********20********30********40********50********60********70*\n";
 
 // Free text as header lines: newlines end a line, long lines are broken between words, and no line
 // can be taken for the start of a section.
@@ -48,7 +49,8 @@ void append_free_text(std::string& out, std::string_view text, std::string_view 
   }
 }
 
-void append_entries(std::string& out, std::string_view section, const std::vector<HeaderEntry>& entries) {
+void append_entries(std::string& out, std::string_view section,
+                    const std::vector<HeaderEntry>& entries) {
   out += section;
   out += '\n';
   for (const HeaderEntry& entry : entries) {
@@ -57,7 +59,8 @@ void append_entries(std::string& out, std::string_view section, const std::vecto
       continue;
     }
     // In the first column these would end the section or start a comment.
-    std::string line = entry.key.starts_with('$') || entry.key.starts_with('*') ? " " + entry.key : entry.key;
+    std::string line =
+        entry.key.starts_with('$') || entry.key.starts_with('*') ? " " + entry.key : entry.key;
     line.resize(std::max<std::size_t>(line.size(), 24), ' ');
     line += " = " + (entry.text.empty() ? shortest(entry.value) : entry.text);
     if (!entry.comment.empty()) {
@@ -74,7 +77,8 @@ void append_entries(std::string& out, std::string_view section, const std::vecto
 
 bool regular(const std::vector<double>& v_m, double step) {
   for (std::size_t j = 0; j < v_m.size(); ++j) {
-    if (std::abs(v_m.front() + static_cast<double>(j) * step - v_m[j]) > 1e-12 * std::max(1.0, std::abs(v_m[j]))) {
+    if (std::abs(v_m.front() + static_cast<double>(j) * step - v_m[j]) >
+        1e-12 * std::max(1.0, std::abs(v_m[j]))) {
       return false;
     }
   }
@@ -99,7 +103,8 @@ struct Payload {
   }
 };
 
-void append_definitions(std::string& out, const Crg& crg, Format format, bool numbered, Payload& payload) {
+void append_definitions(std::string& out, const Crg& crg, Format format, bool numbered,
+                        Payload& payload) {
   constexpr const char* kNames[] = {"KRBI", "KDBI", "LRFI", "LDFI"};
   out += "$KD_DEFINITION\n#:";
   out += kNames[static_cast<int>(format)];
@@ -153,9 +158,11 @@ void append_binary(std::string& out, const Payload& payload, bool wide) {
 std::string fixed_width(double value, std::size_t width, bool wide) {
   if (std::isnan(value)) return std::string(width - 9, ' ') + "*missing*";
   char buffer[64];
-  std::to_chars_result end = wide ? std::to_chars(buffer, buffer + sizeof buffer, value)
-                                  : std::to_chars(buffer, buffer + sizeof buffer, static_cast<float>(value));
-  for (int digits = 17; static_cast<std::size_t>(end.ptr - buffer) > width && digits > 0; --digits) {
+  std::to_chars_result end =
+      wide ? std::to_chars(buffer, buffer + sizeof buffer, value)
+           : std::to_chars(buffer, buffer + sizeof buffer, static_cast<float>(value));
+  for (int digits = 17; static_cast<std::size_t>(end.ptr - buffer) > width && digits > 0;
+       --digits) {
     end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
   }
   const std::string text(buffer, end.ptr);
@@ -176,7 +183,9 @@ void append_text(std::string& out, const Payload& payload, bool wide) {
 // Where the format holds fewer digits than the headings have, headings whose integral stays on the
 // same line.
 void round_to_format(Crg& crg, Format format) {
-  if (crg.heading_rad.empty() || !crg.x_m.empty() || format == Format::KDBI || format == Format::LDFI) return;
+  if (crg.heading_rad.empty() || !crg.x_m.empty() || format == Format::KDBI ||
+      format == Format::LDFI)
+    return;
   const auto round = [&](double value) {
     if (format == Format::KRBI) return static_cast<double>(static_cast<float>(value));
     return parse_number(fixed_width(value, 10, false)).value_or(value);
@@ -205,13 +214,15 @@ void round_to_format(Crg& crg, Format format) {
 void want_writable(const Crg& crg) {
   const std::size_t rows = crg.grid.rows();
   if (rows < 2 || crg.grid.columns() < 2 || crg.grid.z_m.size() != rows * crg.grid.columns()) {
-    throw Error("write: a grid of " + std::to_string(rows) + " x " + std::to_string(crg.grid.columns()) + " with " +
+    throw Error("write: a grid of " + std::to_string(rows) + " x " +
+                std::to_string(crg.grid.columns()) + " with " +
                 std::to_string(crg.grid.z_m.size()) + " values: want at least 2 x 2, all filled");
   }
-  const auto want_rows = [&](const std::vector<double>& channel, const char* name, std::size_t wanted) {
+  const auto want_rows = [&](const std::vector<double>& channel, const char* name,
+                             std::size_t wanted) {
     if (!channel.empty() && channel.size() != wanted) {
-      throw Error(std::string("write: ") + name + " has " + std::to_string(channel.size()) + " values: want none or " +
-                  std::to_string(wanted));
+      throw Error(std::string("write: ") + name + " has " + std::to_string(channel.size()) +
+                  " values: want none or " + std::to_string(wanted));
     }
   };
   want_rows(crg.heading_rad, "heading_rad", rows);
@@ -221,7 +232,8 @@ void want_writable(const Crg& crg) {
   want_rows(crg.y_m, "y_m", rows);
   want_rows(crg.u_m, "u_m", rows);
   want_rows(crg.z_double_m, "z_double_m", crg.grid.z_m.size());
-  for (const Channel& channel : crg.other_channels) want_rows(channel.values, channel.definition.c_str(), rows);
+  for (const Channel& channel : crg.other_channels)
+    want_rows(channel.values, channel.definition.c_str(), rows);
 }
 
 }  // namespace
@@ -244,7 +256,8 @@ std::string to_bytes(const Crg& given, Format format) {
 
   const Grid& grid = given.grid;
   std::vector<HeaderEntry> road = std::move(head.road);
-  const double step = (grid.v_m.back() - grid.v_m.front()) / static_cast<double>(grid.columns() - 1);
+  const double step =
+      (grid.v_m.back() - grid.v_m.front()) / static_cast<double>(grid.columns() - 1);
   const double given_step = find_value(road, "LONG_SECTION_V_INCREMENT").value_or(step);
   const bool numbered_as_given = regular(grid.v_m, given_step);
   const bool numbered = numbered_as_given || regular(grid.v_m, step);
@@ -263,8 +276,10 @@ std::string to_bytes(const Crg& given, Format format) {
   for (const std::string& line : given.comment) append_free_text(out, line, "");
   out += kClosing;
   append_entries(out, "$ROAD_CRG", road);
-  if (given.has_option_section || !given.options.empty()) append_entries(out, "$ROAD_CRG_OPTS", given.options);
-  if (given.has_modifier_section || !given.modifiers.empty()) append_entries(out, "$ROAD_CRG_MODS", given.modifiers);
+  if (given.has_option_section || !given.options.empty())
+    append_entries(out, "$ROAD_CRG_OPTS", given.options);
+  if (given.has_modifier_section || !given.modifiers.empty())
+    append_entries(out, "$ROAD_CRG_MODS", given.modifiers);
   if (!given.projection.empty()) append_entries(out, "$ROAD_CRG_MPRO", given.projection);
   for (const Section& section : given.other_sections) {
     out += section.name + '\n';
@@ -295,8 +310,11 @@ void write(const Crg& crg, const std::string& path, Format format) {
   const std::string bytes = to_bytes(crg, format);
   std::error_code problem;
   const fs::file_type type = fs::status(path, problem).type();
-  if (type != fs::file_type::not_found && type != fs::file_type::regular && type != fs::file_type::fifo && type != fs::file_type::character) {
-    throw Error(path + ": is " + (type == fs::file_type::directory ? "a folder" : "no file that can be written") + ": want the name of a file");
+  if (type != fs::file_type::not_found && type != fs::file_type::regular &&
+      type != fs::file_type::fifo && type != fs::file_type::character) {
+    throw Error(path + ": is " +
+                (type == fs::file_type::directory ? "a folder" : "no file that can be written") +
+                ": want the name of a file");
   }
   const bool through = type == fs::file_type::fifo || type == fs::file_type::character;
   // A link stays a link; the file that it names is replaced.
@@ -314,10 +332,13 @@ void write(const Crg& crg, const std::string& path, Format format) {
   do {
     if (!through) {
       const fs::path wanted(target);
-      const std::string name = "." + wanted.filename().string().substr(0, 200) + "." + std::to_string(::getpid()) + "-c" + std::to_string(count++) + ".part";
+      const std::string name = "." + wanted.filename().string().substr(0, 200) + "." +
+                               std::to_string(::getpid()) + "-c" + std::to_string(count++) +
+                               ".part";
       temporary = (wanted.parent_path() / name).string();
     }
-    file = ::open(temporary.c_str(), through ? O_WRONLY | O_CLOEXEC : O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    file = ::open(temporary.c_str(),
+                  through ? O_WRONLY | O_CLOEXEC : O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   } while (file < 0 && errno == EEXIST);
   const auto fail = [&](const char* what) {
     const std::string reason = std::strerror(errno);

@@ -44,15 +44,24 @@ struct Manifest {
 };
 
 /// A name that lies in the folder itself.
-bool is_plain(const std::string& name) { return !name.empty() && name.find('/') == std::string::npos && name != "." && name != ".."; }
+bool is_plain(const std::string& name) {
+  return !name.empty() && name.find('/') == std::string::npos && name != "." && name != "..";
+}
 
 std::string text_of(const Manifest& manifest) {
   Json files = Json::array();
   for (const auto& [name, entry] : manifest.files) {
     const bool hashed = !entry.sha256.empty();
-    files.push_back({{"file", name}, {"bytes", hashed ? Json(entry.bytes) : Json()}, {"sha256", hashed ? Json(entry.sha256) : Json()}});
+    files.push_back({{"file", name},
+                     {"bytes", hashed ? Json(entry.bytes) : Json()},
+                     {"sha256", hashed ? Json(entry.sha256) : Json()}});
   }
-  const Json out = {{"schema", 1}, {"command", manifest.command}, {"program_sha256", manifest.program_sha256}, {"name", manifest.name}, {"complete", manifest.complete}, {"files", files}};
+  const Json out = {{"schema", 1},
+                    {"command", manifest.command},
+                    {"program_sha256", manifest.program_sha256},
+                    {"name", manifest.name},
+                    {"complete", manifest.complete},
+                    {"files", files}};
   return json_text(out);
 }
 
@@ -60,12 +69,17 @@ std::optional<Manifest> read_manifest(const std::string& folder) {
   try {
     const std::string text = read_file(folder + "/" + kManifest, kLargestManifest);
     const Json json = Json::parse(text);
-    Manifest manifest{json.at("command").get<std::string>(), json.at("program_sha256").get<std::string>(), json.at("name").get<std::string>(), json.at("complete").get<bool>(), {}};
+    Manifest manifest{json.at("command").get<std::string>(),
+                      json.at("program_sha256").get<std::string>(),
+                      json.at("name").get<std::string>(),
+                      json.at("complete").get<bool>(),
+                      {}};
     for (const Json& file : json.at("files")) {
       const auto name = file.at("file").get<std::string>();
       if (!is_plain(name)) return std::nullopt;
       Entry& entry = manifest.files[name];
-      if (!file.at("sha256").is_null()) entry = {file.at("bytes").get<std::size_t>(), file.at("sha256").get<std::string>()};
+      if (!file.at("sha256").is_null())
+        entry = {file.at("bytes").get<std::size_t>(), file.at("sha256").get<std::string>()};
     }
     if (text_of(manifest) != text) return std::nullopt;
     return manifest;
@@ -77,7 +91,8 @@ std::optional<Manifest> read_manifest(const std::string& folder) {
 }
 
 Entry entry_of(const std::string& path, bool hashed) {
-  return hashed ? Entry{static_cast<std::size_t>(fs::file_size(path)), sha256_of_file(path)} : Entry{};
+  return hashed ? Entry{static_cast<std::size_t>(fs::file_size(path)), sha256_of_file(path)}
+                : Entry{};
 }
 
 void flush_folder(const std::string& folder) {
@@ -95,15 +110,19 @@ void move_in(const std::string& from, const std::string& to) {
     write_file(to, read_file(from));
     return;
   }
-  if (::rename(from.c_str(), to.c_str()) != 0) throw Error(fmt::format("{}: cannot rename to the final name: {}", to, std::strerror(errno)));
+  if (::rename(from.c_str(), to.c_str()) != 0)
+    throw Error(fmt::format("{}: cannot rename to the final name: {}", to, std::strerror(errno)));
 }
 
 }  // namespace
 
-FolderLock::FolderLock(const std::string& folder, const std::string& command) : folder_(folder), path_(folder + "/.kerbstone.lock") {
+FolderLock::FolderLock(const std::string& folder, const std::string& command)
+    : folder_(folder), path_(folder + "/.kerbstone.lock") {
   const auto refuse = [&](const std::string& why) {
     remove_made();
-    throw Error(fmt::format("{}: cannot write into this folder: {}; give a folder that can be written with -o", folder_, why));
+    throw Error(fmt::format(
+        "{}: cannot write into this folder: {}; give a folder that can be written with -o", folder_,
+        why));
   };
   // Another process may remove the folder or the lock between two of these steps: then once more.
   for (int attempt = 0; attempt < 100; ++attempt) {
@@ -111,13 +130,15 @@ FolderLock::FolderLock(const std::string& folder, const std::string& command) : 
         unfinished_guard());  // nobody interrupts before all that is made is known
     std::error_code problem;
     std::vector<std::string> missing;
-    for (fs::path at = fs::absolute(folder).lexically_normal(); !fs::exists(at, problem) && at.has_relative_path(); at = at.parent_path())
+    for (fs::path at = fs::absolute(folder).lexically_normal();
+         !fs::exists(at, problem) && at.has_relative_path(); at = at.parent_path())
       if (at.has_filename()) missing.push_back(at.string());
     fs::create_directories(folder, problem);
     if (problem && problem.value() != ENOENT) refuse(problem.message());
     made_.insert(made_.end(), missing.begin(), missing.end());
     for (auto made = missing.rbegin(); made != missing.rend(); ++made) add_made_folder(*made);
-    const int file = ::open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    const int file =
+        ::open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
     if (file < 0 && errno == ENOENT) continue;
     if (file < 0) refuse(std::strerror(errno));
     if (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
@@ -125,16 +146,21 @@ FolderLock::FolderLock(const std::string& folder, const std::string& command) : 
       const ssize_t count = ::pread(file, who, sizeof who, 0);
       ::close(file);
       remove_made();
-      throw Error(fmt::format("{}: {} is writing into this folder; wait until it has ended, or give another folder with -o", folder_,
-                              count > 0 ? std::string(who, static_cast<std::size_t>(count)) : "another process"));
+      throw Error(fmt::format(
+          "{}: {} is writing into this folder; wait until it has ended, or give another folder "
+          "with -o",
+          folder_,
+          count > 0 ? std::string(who, static_cast<std::size_t>(count)) : "another process"));
     }
-    struct stat mine {}, there {};
+    struct stat mine {
+    }, there{};
     if (::fstat(file, &mine) == 0 && ::stat(path_.c_str(), &there) == 0 &&
         mine.st_ino == there.st_ino && mine.st_dev == there.st_dev) {
       descriptor_ = file;
       add_unfinished(path_);
       const std::string who = fmt::format("{} (process {})", command, ::getpid());
-      if (::ftruncate(file, 0) != 0 || ::pwrite(file, who.data(), who.size(), 0) < 0) {}  // only words
+      if (::ftruncate(file, 0) != 0 || ::pwrite(file, who.data(), who.size(), 0) < 0) {
+      }  // only words
       return;
     }
     ::close(file);
@@ -159,12 +185,18 @@ void FolderLock::remove_made() {
 }
 
 OutputSet::OutputSet(const std::string& folder, const std::string& command)
-    : folder_(folder), command_(command), staging_(folder + "/.kerbstone.new"), lock_(folder, command) {
+    : folder_(folder),
+      command_(command),
+      staging_(folder + "/.kerbstone.new"),
+      lock_(folder, command) {
   const std::lock_guard guard(unfinished_guard());
   std::error_code problem;
   fs::remove_all(staging_, problem);
   if (!problem) fs::create_directory(staging_, problem);
-  if (problem) throw Error(fmt::format("{}: cannot make this folder: {}; give a folder that can be written with -o", staging_, problem.message()));
+  if (problem)
+    throw Error(
+        fmt::format("{}: cannot make this folder: {}; give a folder that can be written with -o",
+                    staging_, problem.message()));
   add_unfinished(staging_);
 }
 
@@ -175,28 +207,41 @@ OutputSet::~OutputSet() {
   drop_unfinished(staging_);
 }
 
-std::string OutputSet::path(const std::string& name) const { return (fs::path(folder_) / name).string(); }
+std::string OutputSet::path(const std::string& name) const {
+  return (fs::path(folder_) / name).string();
+}
 
-std::vector<std::string> OutputSet::confirmed(const std::vector<std::string>& may_be_missing) const {
+std::vector<std::string> OutputSet::confirmed(
+    const std::vector<std::string>& may_be_missing) const {
   const std::optional<Manifest> manifest = read_manifest(folder_);
-  if (!manifest || !manifest->complete || manifest->command != command_ || manifest->program_sha256 != sha256_of_program()) return {};
+  if (!manifest || !manifest->complete || manifest->command != command_ ||
+      manifest->program_sha256 != sha256_of_program())
+    return {};
   std::vector<std::string> names;
   for (const auto& [name, entry] : manifest->files) {
     std::error_code problem;
     const bool there = fs::is_regular_file(path(name), problem);
-    if (!there && std::find(may_be_missing.begin(), may_be_missing.end(), name) != may_be_missing.end()) continue;
+    if (!there &&
+        std::find(may_be_missing.begin(), may_be_missing.end(), name) != may_be_missing.end())
+      continue;
     if (!there) return {};
-    if (!entry.sha256.empty() && (fs::file_size(path(name), problem) != entry.bytes || sha256_of_file(path(name)) != entry.sha256)) return {};
+    if (!entry.sha256.empty() && (fs::file_size(path(name), problem) != entry.bytes ||
+                                  sha256_of_file(path(name)) != entry.sha256))
+      return {};
     names.push_back(name);
   }
   return names;
 }
 
-void OutputSet::commit(const std::string& name, const std::vector<std::string>& kept, const std::vector<std::string>& unhashed) {
-  const auto hashed = [&](const std::string& file) { return std::find(unhashed.begin(), unhashed.end(), file) == unhashed.end(); };
+void OutputSet::commit(const std::string& name, const std::vector<std::string>& kept,
+                       const std::vector<std::string>& unhashed) {
+  const auto hashed = [&](const std::string& file) {
+    return std::find(unhashed.begin(), unhashed.end(), file) == unhashed.end();
+  };
   Manifest now{command_, sha256_of_program(), name, true, {}};
   std::vector<std::string> made;
-  for (const auto& file : fs::directory_iterator(staging_)) made.push_back(file.path().filename().string());
+  for (const auto& file : fs::directory_iterator(staging_))
+    made.push_back(file.path().filename().string());
   for (const std::string& file : made) {
     check_writable(path(file));
     now.files[file] = entry_of(staged(file), hashed(file));
@@ -205,9 +250,12 @@ void OutputSet::commit(const std::string& name, const std::vector<std::string>& 
 
   // What lies here of an earlier run and does not belong to this one.
   std::vector<std::string> gone;
-  if (const std::optional<Manifest> before = read_manifest(folder_); before && before->command == command_) {
+  if (const std::optional<Manifest> before = read_manifest(folder_);
+      before && before->command == command_) {
     for (const auto& [file, entry] : before->files)
-      if (!now.files.contains(file) && (before->name == name || !file.starts_with(before->name + "."))) gone.push_back(file);
+      if (!now.files.contains(file) &&
+          (before->name == name || !file.starts_with(before->name + ".")))
+        gone.push_back(file);
   }
   Manifest between = now;
   between.complete = false;

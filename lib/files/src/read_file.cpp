@@ -20,7 +20,8 @@ namespace {
 
 void want_file(const std::string& path, const struct stat& status) {
   if (S_ISDIR(status.st_mode)) throw Error(path + ": is a folder, wanted a file");
-  if (!S_ISREG(status.st_mode)) throw Error(path + ": is a device, a FIFO or a socket, wanted a regular file");
+  if (!S_ISREG(status.st_mode))
+    throw Error(path + ": is a device, a FIFO or a socket, wanted a regular file");
 }
 
 }  // namespace

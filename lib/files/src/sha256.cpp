@@ -26,13 +26,15 @@ class Hash {
   }
 
   void add(const char* bytes, std::size_t count) {
-    if (count > 0 && EVP_DigestUpdate(context_.get(), bytes, count) != 1) throw Error(fmt::format("{}: SHA-256 failed", what_));
+    if (count > 0 && EVP_DigestUpdate(context_.get(), bytes, count) != 1)
+      throw Error(fmt::format("{}: SHA-256 failed", what_));
   }
 
   std::string hex() {
     std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
     unsigned int size = 0;
-    if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1) throw Error(fmt::format("{}: SHA-256 failed", what_));
+    if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1)
+      throw Error(fmt::format("{}: SHA-256 failed", what_));
     std::string text;
     for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
     return text;
@@ -40,7 +42,8 @@ class Hash {
 
  private:
   std::string what_;
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(),
+                                                                   &EVP_MD_CTX_free};
 };
 
 }  // namespace

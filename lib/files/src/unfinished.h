@@ -6,7 +6,8 @@
 
 namespace files {
 
-/// Held while something unfinished comes to be, gets its final name or is removed. abandon_writes() takes it for ever.
+/// Held while something unfinished comes to be, gets its final name or is removed. abandon_writes()
+/// takes it for ever.
 std::recursive_mutex& unfinished_guard();
 
 /// A file, or a folder with all that is in it, that is to go if the process gives up; what was

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kEnding = ".part";
-constexpr int kMostLinks = 40;        // the kernel's limit
+constexpr int kMostLinks = 40;          // the kernel's limit
 constexpr std::size_t kMostName = 200;  // of 255 bytes that a name may have; the rest is ours
 
 [[noreturn]] void fail(const std::string& path, const char* what, int reason = errno) {
@@ -38,9 +38,9 @@ std::string folder_of(const std::string& path) {
 
 /// Where the bytes go.
 struct Target {
-  int descriptor = -1;  ///< of this process, to be written through
-  std::string path;     ///< links followed
-  bool through = false; ///< something that is there and no regular file
+  int descriptor = -1;   ///< of this process, to be written through
+  std::string path;      ///< links followed
+  bool through = false;  ///< something that is there and no regular file
 };
 
 /// N where `path` is /proc/<this process>/fd/N.
@@ -58,7 +58,8 @@ Target find_target(const std::string& path) {
   fs::path at = path;
   for (int links = 0; links < kMostLinks; ++links) {
     std::error_code problem;
-    const fs::path folder = fs::canonical(at.parent_path().empty() ? "." : at.parent_path(), problem);
+    const fs::path folder =
+        fs::canonical(at.parent_path().empty() ? "." : at.parent_path(), problem);
     if (problem) fail(path, "cannot create a file in this folder", problem.value());
     const std::string full = (folder / at.filename()).string();
     // What descriptor N is cannot always be opened again by name, and has its place in the file.
@@ -74,9 +75,11 @@ Target find_target(const std::string& path) {
       at = next.is_absolute() ? next : folder / next;
       continue;
     }
-    if (S_ISDIR(status.st_mode)) throw Error(fmt::format("{}: is a folder; give the name of a file", path));
+    if (S_ISDIR(status.st_mode))
+      throw Error(fmt::format("{}: is a folder; give the name of a file", path));
     if (S_ISBLK(status.st_mode) || S_ISSOCK(status.st_mode))
-      throw Error(fmt::format("{}: is a {}; give the name of a file", path, S_ISBLK(status.st_mode) ? "block device" : "socket"));
+      throw Error(fmt::format("{}: is a {}; give the name of a file", path,
+                              S_ISBLK(status.st_mode) ? "block device" : "socket"));
     return {-1, links == 0 ? path : full, !S_ISREG(status.st_mode)};
   }
   fail(path, "cannot follow this link", ELOOP);
@@ -92,23 +95,30 @@ std::string stem_of(const std::string& path) {
 bool is_number_pair(std::string_view text) {
   const std::size_t dash = text.find('-');
   const auto digits = [](std::string_view part) {
-    return !part.empty() && std::all_of(part.begin(), part.end(), [](char c) { return c >= '0' && c <= '9'; });
+    return !part.empty() &&
+           std::all_of(part.begin(), part.end(), [](char c) { return c >= '0' && c <= '9'; });
   };
-  return dash != std::string_view::npos && digits(text.substr(0, dash)) && digits(text.substr(dash + 1));
+  return dash != std::string_view::npos && digits(text.substr(0, dash)) &&
+         digits(text.substr(dash + 1));
 }
 
 /// Temporary files of this name whose writer was killed: nobody holds their lock.
 void remove_leftovers(const std::string& folder, const std::string& stem) {
   std::error_code problem;
-  for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end; entry.increment(problem)) {
+  for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
     const std::string name = entry->path().filename().string();
-    if (name.size() < stem.size() + kEnding.size() || !name.starts_with(stem) || !name.ends_with(kEnding) ||
-        !is_number_pair(std::string_view(name).substr(stem.size(), name.size() - stem.size() - kEnding.size())))
+    if (name.size() < stem.size() + kEnding.size() || !name.starts_with(stem) ||
+        !name.ends_with(kEnding) ||
+        !is_number_pair(
+            std::string_view(name).substr(stem.size(), name.size() - stem.size() - kEnding.size())))
       continue;
     const int file = ::open(entry->path().c_str(), O_RDWR | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC);
     if (file < 0) continue;
     struct stat status {};
-    if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode) && ::flock(file, LOCK_EX | LOCK_NB) == 0) ::unlink(entry->path().c_str());
+    if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
+        ::flock(file, LOCK_EX | LOCK_NB) == 0)
+      ::unlink(entry->path().c_str());
     ::close(file);
   }
 }
@@ -117,13 +127,17 @@ void remove_leftovers(const std::string& folder, const std::string& stem) {
 int create_temporary(const std::string& folder, const std::string& stem, std::string& path) {
   static std::atomic<unsigned> count{0};
   for (;;) {
-    path = fmt::format("{}{}{}-{}{}", folder == "." ? "" : folder, stem, ::getpid(), count++, kEnding);
+    path =
+        fmt::format("{}{}{}-{}{}", folder == "." ? "" : folder, stem, ::getpid(), count++, kEnding);
     const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file < 0 && errno == EEXIST) continue;
     if (file < 0) return -1;
     struct stat status {};
-    // Between open and flock another process may take it for a leftover and remove it: then another one.
-    if ((::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) && ::fstat(file, &status) == 0 && status.st_nlink > 0) return file;
+    // Between open and flock another process may take it for a leftover and remove it: then another
+    // one.
+    if ((::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
+        ::fstat(file, &status) == 0 && status.st_nlink > 0)
+      return file;
     ::close(file);
   }
 }
@@ -173,7 +187,8 @@ FileWriter::FileWriter(const std::string& path) : path_(path) {
   const Target target = find_target(path);
   final_path_ = target.path;
   if (target.through) {
-    descriptor_ = target.descriptor >= 0 ? ::fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0) : ::open(final_path_.c_str(), O_WRONLY | O_CLOEXEC);
+    descriptor_ = target.descriptor >= 0 ? ::fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0)
+                                         : ::open(final_path_.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor_ < 0) fail(path_, "cannot open");
     return;
   }
@@ -215,7 +230,8 @@ void FileWriter::commit() {
   if (::fsync(descriptor_) != 0) fail(path_, "cannot flush to disk");
   {
     const std::lock_guard lock(unfinished_guard());
-    if (::rename(temporary_path_.c_str(), final_path_.c_str()) != 0) fail(path_, "cannot rename to the final name");
+    if (::rename(temporary_path_.c_str(), final_path_.c_str()) != 0)
+      fail(path_, "cannot rename to the final name");
     drop_unfinished(temporary_path_);
     temporary_path_.clear();
   }
@@ -241,15 +257,19 @@ void check_writable(const std::string& path) {
     return;
   }
   if (target.through && ::access(target.path.c_str(), W_OK) != 0) fail(path, "cannot write");
-  if (!target.through && ::access(folder_of(target.path).c_str(), W_OK | X_OK) != 0) fail(path, "cannot create a file in this folder");
+  if (!target.through && ::access(folder_of(target.path).c_str(), W_OK | X_OK) != 0)
+    fail(path, "cannot create a file in this folder");
 }
 
 void check_writable_folder(const std::string& path) {
   fs::path there = fs::absolute(path).lexically_normal();
   std::error_code problem;
-  while (!fs::exists(there, problem) && !problem && there.has_parent_path() && there != there.parent_path()) there = there.parent_path();
+  while (!fs::exists(there, problem) && !problem && there.has_parent_path() &&
+         there != there.parent_path())
+    there = there.parent_path();
   if (problem) fail(path, "cannot make this folder", problem.value());
-  if (!fs::is_directory(there, problem)) fail(path, "cannot make this folder", problem ? problem.value() : ENOTDIR);
+  if (!fs::is_directory(there, problem))
+    fail(path, "cannot make this folder", problem ? problem.value() : ENOTDIR);
   if (::access(there.c_str(), W_OK | X_OK) != 0) fail(path, "cannot write into this folder");
 }
 

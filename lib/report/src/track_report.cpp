@@ -15,7 +15,8 @@ asm(".section .rodata\n"
     ".global kerbstone_page_begin\n"
     ".global kerbstone_page_end\n"
     "kerbstone_page_begin:\n"
-    ".incbin \"" KERBSTONE_PAGE "\"\n"
+    ".incbin \"" KERBSTONE_PAGE
+    "\"\n"
     "kerbstone_page_end:\n"
     ".byte 0\n"
     ".previous\n");
@@ -44,14 +45,16 @@ template <typename Values>
 Json numbers(const Values& values) {
   Json list = Json::array();
   for (const auto value : values) {
-    if (std::isfinite(value)) list.push_back(value);
-    else list.push_back(nullptr);
+    if (std::isfinite(value))
+      list.push_back(value);
+    else
+      list.push_back(nullptr);
   }
   return list;
 }
 
-/// Floats of long curves as text of their own: 6 decimals suffice for metres and slopes, and this is
-/// the bulk of the file.
+/// Floats of long curves as text of their own: 6 decimals suffice for metres and slopes, and this
+/// is the bulk of the file.
 void append_floats(std::string& out, const std::vector<float>& values) {
   std::array<char, 32> buffer{};
   out += '[';
@@ -112,12 +115,14 @@ Json cross_json(const CrossPlot& plot) {
   Json lines = Json::array();
   for (const auto& [name, z_m] : plot.lines) {
     Json rounded = Json::array();
-    for (const double z : z_m) rounded.push_back(std::isfinite(z) ? Json(std::round(z * 1e5) / 1e5) : Json(nullptr));
+    for (const double z : z_m)
+      rounded.push_back(std::isfinite(z) ? Json(std::round(z * 1e5) / 1e5) : Json(nullptr));
     lines.push_back({{"name", name}, {"z_m", std::move(rounded)}});
   }
   Json v_m = Json::array();
   for (const double v : plot.at_v_m) v_m.push_back(std::round(v * 1e4) / 1e4);
-  return {{"title", plot.title}, {"u_m", number(plot.u_m)}, {"v_m", number(plot.v_m)}, {"value_m", number(plot.value_m)},
+  return {{"title", plot.title},      {"u_m", number(plot.u_m)},
+          {"v_m", number(plot.v_m)},  {"value_m", number(plot.value_m)},
           {"at_v_m", std::move(v_m)}, {"lines", std::move(lines)}};
 }
 
@@ -129,8 +134,15 @@ Json comparison_json(const ComparisonView& c) {
           {"points", c.points},
           {"share_without_reference", number(c.share_without_reference)},
           {"mean_m", number(c.mean_m)},
-          {"abs_error_m", {{"p50", number(c.p50_m)}, {"p95", number(c.p95_m)}, {"p99", number(c.p99_m)}, {"max", number(c.max_m)}}},
-          {"histogram", {{"begin_m", number(c.histogram_begin_m)}, {"step_m", number(c.histogram_step_m)}, {"counts", c.histogram}}},
+          {"abs_error_m",
+           {{"p50", number(c.p50_m)},
+            {"p95", number(c.p95_m)},
+            {"p99", number(c.p99_m)},
+            {"max", number(c.max_m)}}},
+          {"histogram",
+           {{"begin_m", number(c.histogram_begin_m)},
+            {"step_m", number(c.histogram_step_m)},
+            {"counts", c.histogram}}},
           {"worst", std::move(worst)}};
 }
 
@@ -154,7 +166,9 @@ Json roughness_json(const TrackReport& report) {
   for (const RoughnessTrack& t : report.roughness) {
     Json iri = Json::array();
     for (const IriValue& value : t.iri) {
-      iri.push_back({{"u_begin_m", number(value.u_begin_m)}, {"u_end_m", number(value.u_end_m)}, {"iri_m_per_km", number(value.iri_m_per_km)}});
+      iri.push_back({{"u_begin_m", number(value.u_begin_m)},
+                     {"u_end_m", number(value.u_end_m)},
+                     {"iri_m_per_km", number(value.iri_m_per_km)}});
     }
     Json n_cpm = Json::array(), psd_m3 = Json::array();
     for (const double n : t.n_cpm) n_cpm.push_back(number(n));
@@ -171,7 +185,9 @@ Json roughness_json(const TrackReport& report) {
                           {"band_cut", t.band_cut}};
     }
     if (t.facet_median_m > 0.0) {
-      track["facets"] = {{"median_m", number(t.facet_median_m)}, {"p10_m", number(t.facet_p10_m)}, {"p90_m", number(t.facet_p90_m)}};
+      track["facets"] = {{"median_m", number(t.facet_median_m)},
+                         {"p10_m", number(t.facet_p10_m)},
+                         {"p90_m", number(t.facet_p90_m)}};
     } else {
       track["facets"] = nullptr;
     }
@@ -197,7 +213,8 @@ Json rough_json(const TrackReport& report) {
 
 Json inputs_json(const TrackReport& report) {
   Json list = Json::array();
-  for (const ReportInputFile& input : report.inputs) list.push_back({{"role", input.role}, {"path", input.path}, {"sha256", input.sha256}});
+  for (const ReportInputFile& input : report.inputs)
+    list.push_back({{"role", input.role}, {"path", input.path}, {"sha256", input.sha256}});
   return list;
 }
 
@@ -221,7 +238,10 @@ Json common_json(const TrackReport& report) {
   for (const ExtraSection& section : report.extra) {
     Json plots = Json::array();
     for (const CrossPlot& plot : section.plots) plots.push_back(cross_json(plot));
-    extra.push_back({{"title", section.title}, {"sentences", section.sentences}, {"facts", facts_json(section.facts)}, {"plots", std::move(plots)}});
+    extra.push_back({{"title", section.title},
+                     {"sentences", section.sentences},
+                     {"facts", facts_json(section.facts)},
+                     {"plots", std::move(plots)}});
   }
   return {{"schema", "kerbstone.report"},
           {"schema_version", 1},
@@ -249,10 +269,13 @@ Json common_json(const TrackReport& report) {
           {"extra", std::move(extra)}};
 }
 
-std::string dump(const Json& json, int indent) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+std::string dump(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 std::string base64(const void* data, std::size_t size) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  static constexpr char kDigits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   const auto* bytes = static_cast<const unsigned char*>(data);
   std::string text(4 * ((size + 2) / 3), '=');
   char* out = text.data();
@@ -261,7 +284,8 @@ std::string base64(const void* data, std::size_t size) {
     std::uint32_t word = static_cast<std::uint32_t>(bytes[k]) << 16U;
     if (left > 1) word |= static_cast<std::uint32_t>(bytes[k + 1]) << 8U;
     if (left > 2) word |= bytes[k + 2];
-    for (std::uint32_t digit = 0; digit <= left; ++digit) *out++ = kDigits[(word >> (18U - 6U * digit)) & 63U];
+    for (std::uint32_t digit = 0; digit <= left; ++digit)
+      *out++ = kDigits[(word >> (18U - 6U * digit)) & 63U];
     out += 3 - left;
   }
   return text;
@@ -277,9 +301,10 @@ Json packed(const std::vector<T>& values) {
 constexpr std::int16_t kMissing = std::numeric_limits<std::int16_t>::min();
 constexpr std::int16_t kNothingToCompareWith = kMissing + 1;
 
-/// value = begin[row] + step * integer; kMissing: NaN. The step is the smallest that spans every row,
-/// but no finer than `finest`.
-Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row_offsets, float finest = 1e-5f, const std::vector<std::uint8_t>* without = nullptr) {
+/// value = begin[row] + step * integer; kMissing: NaN. The step is the smallest that spans every
+/// row, but no finer than `finest`.
+Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row_offsets,
+                 float finest = 1e-5f, const std::vector<std::uint8_t>* without = nullptr) {
   const std::size_t rows = columns > 0 ? values.size() / columns : 0;
   std::vector<float> begin(rows, 0.0f);
   float reach = 0.0f;
@@ -297,8 +322,10 @@ Json packed_rows(const std::vector<float>& values, std::size_t columns, bool row
   const float step = std::max(finest, reach / 32766.0f);
   std::vector<std::int16_t> integers(values.size(), kMissing);
   for (std::size_t k = 0; k < values.size(); ++k) {
-    if (std::isfinite(values[k])) integers[k] = static_cast<std::int16_t>(std::lround((values[k] - begin[k / columns]) / step));
-    else if (without != nullptr && (*without)[k] != 0) integers[k] = kNothingToCompareWith;
+    if (std::isfinite(values[k]))
+      integers[k] = static_cast<std::int16_t>(std::lround((values[k] - begin[k / columns]) / step));
+    else if (without != nullptr && (*without)[k] != 0)
+      integers[k] = kNothingToCompareWith;
   }
   Json json = {{"step", step}, {"values", packed(integers)}};
   if (row_offsets) json["begin"] = packed(begin);
@@ -343,10 +370,17 @@ std::string escaped_for_script(const std::string& json) {
   safe.reserve(json.size() + json.size() / 64);
   for (const char c : json) {
     switch (c) {
-      case '<': safe += "\\u003c"; break;
-      case '>': safe += "\\u003e"; break;
-      case '&': safe += "\\u0026"; break;
-      default: safe += c;
+      case '<':
+        safe += "\\u003c";
+        break;
+      case '>':
+        safe += "\\u003e";
+        break;
+      case '&':
+        safe += "\\u0026";
+        break;
+      default:
+        safe += c;
     }
   }
   return safe;
@@ -354,7 +388,8 @@ std::string escaped_for_script(const std::string& json) {
 
 std::string_view page_template() {
 #ifdef KERBSTONE_PAGE
-  return {kerbstone_page_begin, static_cast<std::size_t>(kerbstone_page_end - kerbstone_page_begin)};
+  return {kerbstone_page_begin,
+          static_cast<std::size_t>(kerbstone_page_end - kerbstone_page_begin)};
 #else
   return {};
 #endif
@@ -380,7 +415,9 @@ std::string report_json(const TrackReport& report) {
 bool page_available() { return !page_template().empty(); }
 
 std::string report_page(const TrackReport& report) {
-  if (!page_available()) throw std::logic_error("this build has no report page: run scripts/setup, configure and build again");
+  if (!page_available())
+    throw std::logic_error(
+        "this build has no report page: run scripts/setup, configure and build again");
   Json json = common_json(report);
   const double x_base_m = report.sheet.x_m.empty() ? 0.0 : std::round(report.sheet.x_m.front());
   const double y_base_m = report.sheet.y_m.empty() ? 0.0 : std::round(report.sheet.y_m.front());
@@ -388,24 +425,40 @@ std::string report_page(const TrackReport& report) {
   json["y_base_m"] = y_base_m;
   json["sheet"] = sheet_json(report.sheet, x_base_m, y_base_m);
   const Sheet& detail = report.detail;
-  json["detail"] = detail.z_m.empty() ? Json(nullptr)
-                                      : Json{{"u_begin_m", detail.u_begin_m}, {"u_step_m", detail.u_step_m}, {"v_m", numbers(detail.v_m)}, {"z_base_m", detail.z_base_m},
-                                             {"z", packed_rows(detail.z_m, detail.v_m.size(), true)}};
+  json["detail"] = detail.z_m.empty()
+                       ? Json(nullptr)
+                       : Json{{"u_begin_m", detail.u_begin_m},
+                              {"u_step_m", detail.u_step_m},
+                              {"v_m", numbers(detail.v_m)},
+                              {"z_base_m", detail.z_base_m},
+                              {"z", packed_rows(detail.z_m, detail.v_m.size(), true)}};
   json["windows"] = Json::array();
-  for (const Sheet& window : report.windows) json["windows"].push_back(sheet_json(window, x_base_m, y_base_m));
+  for (const Sheet& window : report.windows)
+    json["windows"].push_back(sheet_json(window, x_base_m, y_base_m));
   json["curves"] = Json::array();
   for (const Curve& curve : report.curves) {
-    json["curves"].push_back({{"key", curve.key}, {"name", curve.name}, {"unit", curve.unit}, {"show_factor", curve.show_factor}, {"values", packed(curve.values)}});
+    json["curves"].push_back({{"key", curve.key},
+                              {"name", curve.name},
+                              {"unit", curve.unit},
+                              {"show_factor", curve.show_factor},
+                              {"values", packed(curve.values)}});
   }
   for (std::size_t k = 0; k < report.comparisons.size(); ++k) {
     const ComparisonView& c = report.comparisons[k];
-    json["comparisons"][k]["map"] = {{"u_begin_m", c.u_begin_m}, {"u_cell_m", c.u_cell_m}, {"rows", c.rows}, {"v_m", numbers(c.v_m)},
-                                     {"error", packed_rows(c.error_m, c.v_m.size(), false, 1e-7f, c.without_reference.size() == c.error_m.size() ? &c.without_reference : nullptr)}};
+    json["comparisons"][k]["map"] = {
+        {"u_begin_m", c.u_begin_m},
+        {"u_cell_m", c.u_cell_m},
+        {"rows", c.rows},
+        {"v_m", numbers(c.v_m)},
+        {"error", packed_rows(c.error_m, c.v_m.size(), false, 1e-7f,
+                              c.without_reference.size() == c.error_m.size() ? &c.without_reference
+                                                                             : nullptr)}};
   }
   static constexpr std::string_view kSlot = "@REPORT_DATA@";
   const std::string_view page = page_template();
   const std::size_t at = page.find(kSlot);
-  if (at == std::string_view::npos) throw std::logic_error("the report page has no place for its data");
+  if (at == std::string_view::npos)
+    throw std::logic_error("the report page has no place for its data");
   const std::string data = escaped_for_script(dump(json, -1));
   std::string html;
   html.reserve(page.size() + data.size());

@@ -27,8 +27,9 @@ constexpr double kSmallestSpread_m = 3.0;
 // An alignment that leaves more than this share of the extent is none; surveys leave a thousandth.
 constexpr double kWorstFit = 0.02;
 constexpr double kWorstFit_m = 1.0;
-constexpr double kSteepestTilt_rad = 20.0 * std::numbers::pi / 180.0;  // more is another axis that points up
-constexpr double kLargestScale = 2.0;                                  // more, or less than its inverse, is another unit
+constexpr double kSteepestTilt_rad =
+    20.0 * std::numbers::pi / 180.0;   // more is another axis that points up
+constexpr double kLargestScale = 2.0;  // more, or less than its inverse, is another unit
 constexpr std::size_t kMostTriples = 5000;
 
 using Indices = std::vector<std::size_t>;
@@ -96,7 +97,8 @@ double rms(const Similarity& T, const std::vector<ControlPoint>& points, const I
 }
 
 /// Least squares over the points used, as the options want it. Throws Error on a degenerate set.
-Similarity fit_as(const AlignOptions& options, const std::vector<ControlPoint>& points, const Indices& used) {
+Similarity fit_as(const AlignOptions& options, const std::vector<ControlPoint>& points,
+                  const Indices& used) {
   if (options.rotation == Rotation::free) {
     std::vector<ControlPoint> some;
     for (const std::size_t i : used) some.push_back(points[i]);
@@ -122,10 +124,14 @@ Similarity fit_as(const AlignOptions& options, const std::vector<ControlPoint>& 
   return T;
 }
 
-/// The smallest sets of points that fix a motion, spread over all: pairs, or triples for a free rotation.
-std::vector<Indices> smallest_sets(const AlignOptions& options, const std::vector<ControlPoint>& points) {
+/// The smallest sets of points that fix a motion, spread over all: pairs, or triples for a free
+/// rotation.
+std::vector<Indices> smallest_sets(const AlignOptions& options,
+                                   const std::vector<ControlPoint>& points) {
   const std::size_t n = points.size();
-  const auto apart = [&](std::size_t i, std::size_t j) { return (points[i].mesh_m - points[j].mesh_m).head<2>().norm() >= kSmallestSpread_m; };
+  const auto apart = [&](std::size_t i, std::size_t j) {
+    return (points[i].mesh_m - points[j].mesh_m).head<2>().norm() >= kSmallestSpread_m;
+  };
   std::vector<Indices> sets;
   if (options.rotation == Rotation::about_z) {
     // Pairs far apart fix the rotation; more than 20,000 pairs tell nothing new.
@@ -139,9 +145,12 @@ std::vector<Indices> smallest_sets(const AlignOptions& options, const std::vecto
     return sets;
   }
   const auto add = [&](std::size_t i, std::size_t j, std::size_t k) {
-    const Eigen::Vector3d a = points[j].mesh_m - points[i].mesh_m, b = points[k].mesh_m - points[i].mesh_m;
+    const Eigen::Vector3d a = points[j].mesh_m - points[i].mesh_m,
+                          b = points[k].mesh_m - points[i].mesh_m;
     // Twice as high over its longest side as points have to be apart.
-    if (apart(i, j) && apart(i, k) && apart(j, k) && a.cross(b).norm() >= 2.0 * kSmallestSpread_m * std::max({a.norm(), b.norm(), (a - b).norm()}))
+    if (apart(i, j) && apart(i, k) && apart(j, k) &&
+        a.cross(b).norm() >=
+            2.0 * kSmallestSpread_m * std::max({a.norm(), b.norm(), (a - b).norm()}))
       sets.push_back({i, j, k});
   };
   if (n * n * n <= 6 * kMostTriples) {
@@ -160,7 +169,8 @@ std::vector<Indices> smallest_sets(const AlignOptions& options, const std::vecto
   return sets;
 }
 
-/// Least median of squares (Rousseeuw 1984) over the smallest sets, then least squares over what agrees with it.
+/// Least median of squares (Rousseeuw 1984) over the smallest sets, then least squares over what
+/// agrees with it.
 Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& options) {
   Indices all(points.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -180,7 +190,8 @@ Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& opt
   }
   Indices used;
   for (int pass = 0; pass < 3; ++pass) {
-    // 1.48 medians are one standard deviation of normal noise; so few points fit a little worse than all.
+    // 1.48 medians are one standard deviation of normal noise; so few points fit a little worse
+    // than all.
     const double limit_m = std::max(options.smallest_outlier_m, 4.0 * 1.48 * best);
     used.clear();
     std::vector<double> distances;
@@ -196,7 +207,8 @@ Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& opt
 }
 
 /// Why nothing fits, where the reason has a name.
-std::string reason_of_misfit(const std::vector<ControlPoint>& points, const Indices& used, double rms_m) {
+std::string reason_of_misfit(const std::vector<ControlPoint>& points, const Indices& used,
+                             double rms_m) {
   const double mirrored_m = rms(fit(points, used, -1.0), points, used, -1.0);
   double mesh_m = 0.0, global_m = 0.0;
   for (const std::size_t i : used) {
@@ -206,8 +218,12 @@ std::string reason_of_misfit(const std::vector<ControlPoint>& points, const Indi
     }
   }
   const double ratio = global_m / mesh_m;
-  if (mirrored_m < 0.2 * rms_m) return "their mirror image fits; look for latitude and longitude swapped, a wrong hemisphere or a wrong axis";
-  if (std::abs(ratio - 1.0) > kWorstFit) return fmt::format("their distances are {:.4g} times those in the mesh; look for a wrong unit", ratio);
+  if (mirrored_m < 0.2 * rms_m)
+    return "their mirror image fits; look for latitude and longitude swapped, a wrong hemisphere "
+           "or a wrong axis";
+  if (std::abs(ratio - 1.0) > kWorstFit)
+    return fmt::format("their distances are {:.4g} times those in the mesh; look for a wrong unit",
+                       ratio);
   return "check which point is which";
 }
 
@@ -216,10 +232,12 @@ void take_apart(const Similarity& T, const Eigen::Vector3d& about_m, AlignReport
   const Eigen::Quaterniond all(T.rotation);
   const Eigen::Quaterniond about_z = Eigen::Quaterniond(all.w(), 0.0, 0.0, all.z()).normalized();
   const Eigen::Quaterniond tilt = about_z.conjugate() * all;
-  report.T_global_mesh.yaw_rad = std::remainder(2.0 * std::atan2(about_z.z(), about_z.w()), 2.0 * std::numbers::pi);
+  report.T_global_mesh.yaw_rad =
+      std::remainder(2.0 * std::atan2(about_z.z(), about_z.w()), 2.0 * std::numbers::pi);
   report.tilt_and_scale.about_m = about_m;
   report.tilt_and_scale.linear = T.scale * tilt.toRotationMatrix();
-  report.T_global_mesh.translation_m = T.scale * (T.rotation * about_m) + T.translation_m - about_z * about_m;
+  report.T_global_mesh.translation_m =
+      T.scale * (T.rotation * about_m) + T.translation_m - about_z * about_m;
   report.tilt_rad = Eigen::AngleAxisd(tilt).angle();
   report.scale = T.scale;
 }
@@ -229,8 +247,11 @@ void take_apart(const Similarity& T, const Eigen::Vector3d& about_m, AlignReport
 AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOptions& options) {
   const bool free = options.rotation == Rotation::free;
   if (points.size() < (free ? 3 : 2)) {
-    throw Error(free ? fmt::format("{} control points; a free rotation needs at least 3, not all on one line", points.size())
-                     : fmt::format("{} control points; an alignment needs at least 2", points.size()));
+    throw Error(
+        free ? fmt::format(
+                   "{} control points; a free rotation needs at least 3, not all on one line",
+                   points.size())
+             : fmt::format("{} control points; an alignment needs at least 2", points.size()));
   }
   Indices all(points.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -265,17 +286,23 @@ AlignReport fit_alignment(const std::vector<ControlPoint>& points, const AlignOp
         fmt::format("no rotation and translation fits the {} control points: {:.2f} m rms left "
                     "over {:.0f} m; wanted at most "
                     "{:.2f} m; {}",
-                    used.size(), report.rms_m, spread_m, worst_m, reason_of_misfit(points, used, report.rms_m)));
+                    used.size(), report.rms_m, spread_m, worst_m,
+                    reason_of_misfit(points, used, report.rms_m)));
   }
   if (free || options.scale) take_apart(motion, middle_m, report);
   if (free && report.tilt_rad > kSteepestTilt_rad) {
-    throw Error(fmt::format("the {} control points tilt the mesh by {:.1f} degrees; wanted at most {:.0f}; look for another axis that points "
-                            "up (--up), or latitude and longitude swapped", used.size(), report.tilt_rad * 180.0 / std::numbers::pi,
-                            kSteepestTilt_rad * 180.0 / std::numbers::pi));
+    throw Error(
+        fmt::format("the {} control points tilt the mesh by {:.1f} degrees; wanted at most {:.0f}; "
+                    "look for another axis that points "
+                    "up (--up), or latitude and longitude swapped",
+                    used.size(), report.tilt_rad * 180.0 / std::numbers::pi,
+                    kSteepestTilt_rad * 180.0 / std::numbers::pi));
   }
   if (options.scale && !(motion.scale <= kLargestScale && motion.scale >= 1.0 / kLargestScale)) {
-    throw Error(fmt::format("the {} control points scale the mesh by {:.4g}; wanted {} to {}; look for a wrong unit (--unit)", used.size(),
-                            motion.scale, 1.0 / kLargestScale, kLargestScale));
+    throw Error(
+        fmt::format("the {} control points scale the mesh by {:.4g}; wanted {} to {}; look for a "
+                    "wrong unit (--unit)",
+                    used.size(), motion.scale, 1.0 / kLargestScale, kLargestScale));
   }
   if (free) return report;
   report.tilt_rad = std::numeric_limits<double>::quiet_NaN();
@@ -328,8 +355,9 @@ Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_sca
       return out;
     }
   }
-  throw Error(
-      fmt::format("{} control points that span no plane; a free rotation needs at least 3, not all on one line", points.size()));
+  throw Error(fmt::format(
+      "{} control points that span no plane; a free rotation needs at least 3, not all on one line",
+      points.size()));
 }
 
 AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
@@ -516,7 +544,8 @@ std::vector<crg::HeaderEntry> geographic_header(const UtmZone& zone,
 namespace {
 
 const GeographicLib::TransverseMercator& unit_scale_mercator() {
-  static const GeographicLib::TransverseMercator mercator(GeographicLib::Constants::WGS84_a(), GeographicLib::Constants::WGS84_f(), 1.0);
+  static const GeographicLib::TransverseMercator mercator(GeographicLib::Constants::WGS84_a(),
+                                                          GeographicLib::Constants::WGS84_f(), 1.0);
   return mercator;
 }
 
@@ -532,18 +561,24 @@ Projection projection_at(Projection::Kind kind, double latitude_deg, double long
 }
 
 Eigen::Vector2d project(const Projection& projection, double latitude_deg, double longitude_deg) {
-  if (projection.kind == Projection::Kind::utm) return to_utm(projection.zone, latitude_deg, longitude_deg);
-  if (!(std::abs(latitude_deg) <= 90.0) || !(std::abs(std::remainder(longitude_deg - projection.longitude_deg, 360.0)) < 30.0)) {
-    throw Error(fmt::format("latitude {}, longitude {} degrees; wanted positions around {}, {}: give points of one place",
-                            latitude_deg, longitude_deg, projection.latitude_deg, projection.longitude_deg));
+  if (projection.kind == Projection::Kind::utm)
+    return to_utm(projection.zone, latitude_deg, longitude_deg);
+  if (!(std::abs(latitude_deg) <= 90.0) ||
+      !(std::abs(std::remainder(longitude_deg - projection.longitude_deg, 360.0)) < 30.0)) {
+    throw Error(fmt::format(
+        "latitude {}, longitude {} degrees; wanted positions around {}, {}: give points of one "
+        "place",
+        latitude_deg, longitude_deg, projection.latitude_deg, projection.longitude_deg));
   }
   double x = 0.0, y = 0.0, x0 = 0.0, y0 = 0.0;
   unit_scale_mercator().Forward(projection.longitude_deg, latitude_deg, longitude_deg, x, y);
-  unit_scale_mercator().Forward(projection.longitude_deg, projection.latitude_deg, projection.longitude_deg, x0, y0);
+  unit_scale_mercator().Forward(projection.longitude_deg, projection.latitude_deg,
+                                projection.longitude_deg, x0, y0);
   return {x, y - y0};
 }
 
-void write_projection(const Projection& projection, const crg::ReferenceLine& line, crg::Crg& file) {
+void write_projection(const Projection& projection, const crg::ReferenceLine& line,
+                      crg::Crg& file) {
   if (projection.kind == Projection::Kind::none) return;
   file.projection = projection_header(projection.zone);
   if (projection.kind == Projection::Kind::utm) {
@@ -558,13 +593,17 @@ void write_projection(const Projection& projection, const crg::ReferenceLine& li
   file.projection.push_back({"PROJ_E0", 0.0, ""});
   file.projection.push_back({"PROJ_N0", 0.0, ""});
   double x0 = 0.0, y0 = 0.0;
-  unit_scale_mercator().Forward(projection.longitude_deg, projection.latitude_deg, projection.longitude_deg, x0, y0);
-  for (const auto& [which, i] : {std::pair<const char*, std::size_t>{"START", 0}, {"END", line.size() - 1}}) {
+  unit_scale_mercator().Forward(projection.longitude_deg, projection.latitude_deg,
+                                projection.longitude_deg, x0, y0);
+  for (const auto& [which, i] :
+       {std::pair<const char*, std::size_t>{"START", 0}, {"END", line.size() - 1}}) {
     double latitude_deg = 0.0, longitude_deg = 0.0;
-    unit_scale_mercator().Reverse(projection.longitude_deg, line.x_m[i], line.y_m[i] + y0, latitude_deg, longitude_deg);
+    unit_scale_mercator().Reverse(projection.longitude_deg, line.x_m[i], line.y_m[i] + y0,
+                                  latitude_deg, longitude_deg);
     file.road.push_back({fmt::format("REFERENCE_LINE_{}_LON", which), longitude_deg, ""});
     file.road.push_back({fmt::format("REFERENCE_LINE_{}_LAT", which), latitude_deg, ""});
-    file.road.push_back({fmt::format("REFERENCE_LINE_{}_ALT", which), line.z_m.empty() ? 0.0 : line.z_m[i], ""});
+    file.road.push_back(
+        {fmt::format("REFERENCE_LINE_{}_ALT", which), line.z_m.empty() ? 0.0 : line.z_m[i], ""});
   }
 }
 
@@ -573,11 +612,14 @@ Trajectory read_trajectory(const std::string& path, Projection::Kind kind) {
   const bool projected = table.present[0] && table.present[1] && table.present[2];
   const bool geographic = !projected && table.present[3] && table.present[4] && table.present[5];
   if (!projected && !geographic)
-    throw Error(fmt::format("{}: no columns lat_deg,lon_deg,h_m or x_m,y_m,z_m; a trajectory needs all three of either", path));
+    throw Error(fmt::format(
+        "{}: no columns lat_deg,lon_deg,h_m or x_m,y_m,z_m; a trajectory needs all three of either",
+        path));
   Trajectory out;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const std::size_t first = projected ? 0 : 3;
-    const Eigen::Vector3d p(table.value(i, first), table.value(i, first + 1), table.value(i, first + 2));
+    const Eigen::Vector3d p(table.value(i, first), table.value(i, first + 1),
+                            table.value(i, first + 2));
     if (!p.allFinite()) continue;
     if (projected) {
       out.points_m.push_back(p);
@@ -592,7 +634,9 @@ Trajectory read_trajectory(const std::string& path, Projection::Kind kind) {
       throw Error(fmt::format("{}:{}: {}", path, table.line[i], error.what()));
     }
   }
-  if (out.points_m.size() < 10) throw Error(fmt::format("{}: {} positions; wanted at least 10 along the road", path, out.points_m.size()));
+  if (out.points_m.size() < 10)
+    throw Error(fmt::format("{}: {} positions; wanted at least 10 along the road", path,
+                            out.points_m.size()));
   return out;
 }
 

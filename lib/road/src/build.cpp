@@ -34,7 +34,9 @@ constexpr std::size_t kTrianglesWorthKeeping = 50'000;  // smaller meshes are cl
 /// The line with the heights of the grid on it: what a trajectory is compared with.
 crg::ReferenceLine line_with_heights(crg::ReferenceLine line, const SampledGrid& sampled) {
   const auto& v = sampled.grid.v_m;
-  const auto at = std::min(static_cast<std::size_t>(std::lower_bound(v.begin(), v.end(), 0.0) - v.begin()), v.size() - 1);
+  const auto at =
+      std::min(static_cast<std::size_t>(std::lower_bound(v.begin(), v.end(), 0.0) - v.begin()),
+               v.size() - 1);
   line.z_m.assign(line.size(), 0.0);
   for (std::size_t i = 0; i < line.size(); ++i) {
     const float z = sampled.grid.at(i, at);
@@ -43,7 +45,8 @@ crg::ReferenceLine line_with_heights(crg::ReferenceLine line, const SampledGrid&
   return line;
 }
 
-/// Where a point in plan of the mesh goes when that is tilted and scaled; as high as the nearest vertex.
+/// Where a point in plan of the mesh goes when that is tilted and scaled; as high as the nearest
+/// vertex.
 Eigen::Vector2d moved(const Eigen::Vector2d& near_m, const Mesh& mesh, const TiltAndScale& change) {
   double best = std::numeric_limits<double>::infinity(), z_m = 0.0;
   for (const Eigen::Vector3d& p : mesh.vertices_m) {
@@ -53,19 +56,29 @@ Eigen::Vector2d moved(const Eigen::Vector2d& near_m, const Mesh& mesh, const Til
   return change({near_m.x(), near_m.y(), z_m}).head<2>();
 }
 
-/// Writes each patch and, last, the index that names them. The name of the index; empty without patches.
-std::string write_patches(std::vector<KerbPatch> patches, const files::OutputSet& outputs, const Recipe& recipe, BuildSummary& summary) {
+/// Writes each patch and, last, the index that names them. The name of the index; empty without
+/// patches.
+std::string write_patches(std::vector<KerbPatch> patches, const files::OutputSet& outputs,
+                          const Recipe& recipe, BuildSummary& summary) {
   if (patches.empty()) return {};
   // The index has its paths without blanks, a name may have some.
   if (recipe.name.find_first_of(" \t#") != std::string::npos)
-    throw Error(fmt::format("name: '{}' has a blank or #, which the index of patches cannot hold; take another --name, or leave patches out "
-                            "(--kerb-patch-error-m 0)", recipe.name));
-  std::string index = fmt::format("# kerbs finer than the rows of the road\nbase {}.crg\n", recipe.name);
+    throw Error(
+        fmt::format("name: '{}' has a blank or #, which the index of patches cannot hold; take "
+                    "another --name, or leave patches out "
+                    "(--kerb-patch-error-m 0)",
+                    recipe.name));
+  std::string index =
+      fmt::format("# kerbs finer than the rows of the road\nbase {}.crg\n", recipe.name);
   for (std::size_t k = 0; k < patches.size(); ++k) {
     const std::string file = fmt::format("{}.patch-{}.crg", recipe.name, k + 1);
-    summary.patches.push_back({file, patches[k].u_begin_m, patches[k].u_end_m, patches[k].grid.v_m.front(), patches[k].grid.v_m.back(),
-                               patches[k].line.u_step_m, patches[k].error_before_m, patches[k].error_m});
-    files::write_file(outputs.staged(file), crg::to_bytes(track_crg(patches[k].line, std::move(patches[k].grid)), recipe.format));
+    summary.patches.push_back({file, patches[k].u_begin_m, patches[k].u_end_m,
+                               patches[k].grid.v_m.front(), patches[k].grid.v_m.back(),
+                               patches[k].line.u_step_m, patches[k].error_before_m,
+                               patches[k].error_m});
+    files::write_file(
+        outputs.staged(file),
+        crg::to_bytes(track_crg(patches[k].line, std::move(patches[k].grid)), recipe.format));
     index += fmt::format("patch {} blend_m={}\n", file, kPatchBlend_m);
   }
   const std::string name = recipe.name + ".patches";
@@ -74,8 +87,10 @@ std::string write_patches(std::vector<KerbPatch> patches, const files::OutputSet
 }
 
 /// Role and name of each file beside summary.json.
-void add_output(const char* role, const std::string& name, const files::OutputSet& outputs, BuildSummary& summary) {
-  if (!name.empty()) summary.outputs.push_back({role, name, files::sha256_of_file(outputs.staged(name))});
+void add_output(const char* role, const std::string& name, const files::OutputSet& outputs,
+                BuildSummary& summary) {
+  if (!name.empty())
+    summary.outputs.push_back({role, name, files::sha256_of_file(outputs.staged(name))});
 }
 
 /// Runs a stage that finds the road. Where it refuses, and nobody has said yet which road is meant,
@@ -113,8 +128,8 @@ crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
   return file;
 }
 
-BuildResult build_track(const Recipe& recipe, const std::string& output_dir, const Progress& progress,
-                        BuildEvidence* evidence, Reuse reuse) {
+BuildResult build_track(const Recipe& recipe, const std::string& output_dir,
+                        const Progress& progress, BuildEvidence* evidence, Reuse reuse) {
   files::OutputSet outputs(output_dir, kBuildCommand);
   BuildResult result = build_track(recipe, outputs, progress, evidence, reuse);
   commit_build(recipe, result, outputs);
@@ -125,10 +140,14 @@ void commit_build(const Recipe& recipe, const BuildResult& result, files::Output
   if (!result.reused) outputs.commit(recipe.name, result.kept, {kTimingName});
 }
 
-BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const Progress& progress, BuildEvidence* evidence, Reuse reuse) {
+BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const Progress& progress,
+                        BuildEvidence* evidence, Reuse reuse) {
   const Clock::time_point start = Clock::now();
-  const std::string road_crg = recipe.name + ".crg", stl = recipe.name + ".stl", picture = recipe.name + ".png", classes_png = recipe.name + ".classes.png",
-                    world_file = recipe.name + ".classes.pgw", friction_crg = recipe.name + ".friction.crg", cache = recipe.name + ".clean.cache";
+  const std::string road_crg = recipe.name + ".crg", stl = recipe.name + ".stl",
+                    picture = recipe.name + ".png", classes_png = recipe.name + ".classes.png",
+                    world_file = recipe.name + ".classes.pgw",
+                    friction_crg = recipe.name + ".friction.crg",
+                    cache = recipe.name + ".clean.cache";
   BuildResult paths;
   paths.crg_path = outputs.path(road_crg);
   paths.stl_path = outputs.path(stl);
@@ -155,18 +174,24 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   add("trajectory", recipe.trajectory_path);
   if (recipe.friction.wanted) {
     add("friction_picture", recipe.friction.picture_path);
-    if (recipe.friction.picture_path) add("friction_world_file", world_file_of(*recipe.friction.picture_path));
+    if (recipe.friction.picture_path)
+      add("friction_world_file", world_file_of(*recipe.friction.picture_path));
     add("friction_zones", recipe.friction.zones_path);
   }
   if (reuse == Reuse::everything) {
     const std::vector<std::string> there = outputs.confirmed({cache, kTimingName});
-    const auto has = [&](const std::string& name) { return std::find(there.begin(), there.end(), name) != there.end(); };
-    const bool complete = has(road_crg) && has(kSummaryName) && (!evidence || (has("report.json") && (has("report.html") || !report::page_available())));
+    const auto has = [&](const std::string& name) {
+      return std::find(there.begin(), there.end(), name) != there.end();
+    };
+    const bool complete =
+        has(road_crg) && has(kSummaryName) &&
+        (!evidence || (has("report.json") && (has("report.html") || !report::page_available())));
     const auto text = complete ? unchanged_summary(paths.summary_path, summary) : std::nullopt;
     if (text) {
       paths.summary_json = *text;
       paths.validation_failures = failures_in_summary(*text);
-      if (has(recipe.name + ".patches")) paths.patches_path = outputs.path(recipe.name + ".patches");
+      if (has(recipe.name + ".patches"))
+        paths.patches_path = outputs.path(recipe.name + ".patches");
       if (has(kTimingName)) paths.timing_json = files::read_file(paths.timing_path);
       paths.reused = true;
       return paths;
@@ -175,8 +200,10 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
 
   // Everything small first: a damaged one is refused before the mesh costs seconds.
   summary.placement = place_mesh(recipe);
-  const TiltAndScale tilt_and_scale = summary.placement ? summary.placement->align.tilt_and_scale : TiltAndScale{};
-  const std::optional<FrictionPaint> paint = recipe.friction.wanted ? std::optional(read_friction_paint(recipe.friction)) : std::nullopt;
+  const TiltAndScale tilt_and_scale =
+      summary.placement ? summary.placement->align.tilt_and_scale : TiltAndScale{};
+  const std::optional<FrictionPaint> paint =
+      recipe.friction.wanted ? std::optional(read_friction_paint(recipe.friction)) : std::nullopt;
   CleanOptions clean_options = recipe.clean;
   CentrelineOptions centreline_options = recipe.centreline;
   clean_options.guide = place_guide(recipe, summary.placement);
@@ -189,7 +216,8 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
     apply_to_mesh(tilt_and_scale, read);
     return read;
   });
-  for (const MeshFile& file : summary.read.files) mesh_files.push_back({kMeshFile, file.path, file.sha256});
+  for (const MeshFile& file : summary.read.files)
+    mesh_files.push_back({kMeshFile, file.path, file.sha256});
   summary.inputs.insert(summary.inputs.end(), mesh_files.begin() + 1, mesh_files.end());
   Recipe asked = recipe;
   asked.clean = clean_options;
@@ -204,7 +232,8 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
     const std::string key =
         clean_key(recipe, clean_options.guide, tilt_and_scale,
                   program_name() + " " + files::sha256_of_program(), mesh_files);
-    std::optional<Cleaned> cleaned = reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, outputs.path(cache));
+    std::optional<Cleaned> cleaned =
+        reuse == Reuse::nothing ? std::nullopt : read_clean_cache(key, outputs.path(cache));
     paths.clean_reused = cleaned.has_value();
     if (cleaned) paths.kept.push_back(cache);
     if (!cleaned) {
@@ -249,13 +278,15 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   std::optional<crg::Grid> friction;
   if (recipe.friction.wanted) {
     friction = stage("friction", [&] {
-      return friction_grid(sampled, surface, road, line, recipe.friction, *paint, recipe.sample.threads, &summary.friction);
+      return friction_grid(sampled, surface, road, line, recipe.friction, *paint,
+                           recipe.sample.threads, &summary.friction);
     });
     summary.friction_file = friction_crg;
   }
   ValidateOptions validate_options = recipe.validate;
   stage("align", [&] {
-    if (recipe.trajectory_path) summary.placement = place_road(recipe, line_with_heights(line, sampled));
+    if (recipe.trajectory_path)
+      summary.placement = place_road(recipe, line_with_heights(line, sampled));
     if (!summary.placement) return;
     validate_options.T_global_mesh = summary.placement->align.T_global_mesh;
     apply_alignment(validate_options.T_global_mesh, line);
@@ -263,7 +294,8 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   });
   summary.grid = describe(sampled.grid, line);
   stage("picture", [&] {
-    files::write_file(outputs.staged(picture), plan_picture(recipe.name, line, sampled, recipe.sample.threads));
+    files::write_file(outputs.staged(picture),
+                      plan_picture(recipe.name, line, sampled, recipe.sample.threads));
     const report::ClassMap classes = class_picture(mesh, summary.clean.class_of_triangle);
     files::write_file(outputs.staged(classes_png), classes.png);
     files::write_file(outputs.staged(world_file), classes.world_file);
@@ -278,7 +310,8 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
     if (!friction) return;
     crg::ReferenceLine level = line;
     level.z_m.clear();  // the values are frictions as they stand
-    files::write_file(outputs.staged(friction_crg), crg::to_bytes(track_crg(level, std::move(*friction)), recipe.format));
+    files::write_file(outputs.staged(friction_crg),
+                      crg::to_bytes(track_crg(level, std::move(*friction)), recipe.format));
   });
   stage("validate", [&] {
     summary.validate = validate(outputs.staged(road_crg), mesh, validate_options);
@@ -289,14 +322,20 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   if (evidence) {
     evidence->mesh = std::move(mesh);
     evidence->provenance = std::move(sampled.provenance);
-    evidence->road_width_m = {summary.centreline.width_min_m, summary.centreline.width_median_m, summary.centreline.width_max_m};
+    evidence->road_width_m = {summary.centreline.width_min_m, summary.centreline.width_median_m,
+                              summary.centreline.width_max_m};
     evidence->kerbs = summary.kerb.kerbs;
     evidence->validate = summary.validate;
     if (before) evidence->before = track_crg(line, std::move(*before));
   }
   if (!patches_index.empty()) paths.patches_path = outputs.path(patches_index);
-  for (const auto& [role, name] : {std::pair<const char*, std::string>{"road", road_crg}, {"surface", stl}, {"centreline", kCentrelineName}, {"picture", picture},
-                                   {"classes", classes_png}, {"friction", summary.friction_file}, {"patches", patches_index}})
+  for (const auto& [role, name] : {std::pair<const char*, std::string>{"road", road_crg},
+                                   {"surface", stl},
+                                   {"centreline", kCentrelineName},
+                                   {"picture", picture},
+                                   {"classes", classes_png},
+                                   {"friction", summary.friction_file},
+                                   {"patches", patches_index}})
     add_output(role, name, outputs, summary);
   std::filesystem::remove(outputs.path(recipe.name + ".question.png"));  // answered
   paths.summary_json = summary_json(summary);

@@ -10,17 +10,21 @@
 namespace road {
 
 std::string name_of_edges(const std::string& left_path, const std::string& right_path) {
-  const std::string left = std::filesystem::path(left_path).stem().string(), right = std::filesystem::path(right_path).stem().string();
-  std::string name(left.begin(), std::mismatch(left.begin(), left.end(), right.begin(), right.end()).first);
+  const std::string left = std::filesystem::path(left_path).stem().string(),
+                    right = std::filesystem::path(right_path).stem().string();
+  std::string name(left.begin(),
+                   std::mismatch(left.begin(), left.end(), right.begin(), right.end()).first);
   if (left == right) name = left;
   // "track_inner" and "track_inlet" share "track_in": a name ends between words.
   const std::size_t cut = left == right ? name.size() : name.find_last_of("_- .");
   name.resize(cut == std::string::npos ? 0 : cut);
-  while (!name.empty() && std::string_view("_- .").find(name.back()) != std::string_view::npos) name.pop_back();
+  while (!name.empty() && std::string_view("_- .").find(name.back()) != std::string_view::npos)
+    name.pop_back();
   return name.empty() || name.front() == '.' || name.front() == '-' ? "road" : name;
 }
 
-BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir, const Progress& progress) {
+BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir,
+                             const Progress& progress) {
   const Clock::time_point start = Clock::now();
   files::OutputSet outputs(output_dir, "crgbuild from-edges");
   const std::string road_crg = recipe.name + ".crg", picture = recipe.name + ".png";
@@ -40,12 +44,18 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
                       {"right", recipe.right_path, files::sha256_of_file(recipe.right_path)}};
     return std::pair(read_edge(recipe.left_path), read_edge(recipe.right_path));
   });
-  EdgeRoad road = stage("edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
+  EdgeRoad road = stage(
+      "edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
   summary.grid = describe(road.sampled.grid, road.line);
-  stage("picture", [&] { files::write_file(outputs.staged(picture), plan_picture(recipe.name, road.line, road.sampled, recipe.threads)); });
+  stage("picture", [&] {
+    files::write_file(outputs.staged(picture),
+                      plan_picture(recipe.name, road.line, road.sampled, recipe.threads));
+  });
   stage("write", [&] {
     write_centreline_csv(road.centreline, outputs.staged(kCentrelineName));
-    files::write_file(outputs.staged(road_crg), crg::to_bytes(track_crg(road.line, std::move(road.sampled.grid)), recipe.format));
+    files::write_file(
+        outputs.staged(road_crg),
+        crg::to_bytes(track_crg(road.line, std::move(road.sampled.grid)), recipe.format));
   });
   summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
   paths.summary_json = edges_summary_json(summary);

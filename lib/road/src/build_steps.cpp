@@ -4,8 +4,10 @@
 
 namespace road {
 
-std::string plan_picture(const std::string& title, const crg::ReferenceLine& line, const SampledGrid& sampled, unsigned threads) {
-  static_assert(static_cast<int>(SurfaceClass::road) == 0 && static_cast<int>(SurfaceClass::kerb) == 1 &&
+std::string plan_picture(const std::string& title, const crg::ReferenceLine& line,
+                         const SampledGrid& sampled, unsigned threads) {
+  static_assert(static_cast<int>(SurfaceClass::road) == 0 &&
+                static_cast<int>(SurfaceClass::kerb) == 1 &&
                 static_cast<int>(SurfaceClass::runoff) == 2 && sizeof(SurfaceClass) == 1);
   report::ReliefInput input;
   input.title = title;
@@ -15,7 +17,8 @@ std::string plan_picture(const std::string& title, const crg::ReferenceLine& lin
   input.y_m = line.y_m;
   input.v_m = sampled.grid.v_m;
   input.z_m = sampled.grid.z_m;
-  input.kind = {reinterpret_cast<const std::uint8_t*>(sampled.surface_class.data()), sampled.surface_class.size()};
+  input.kind = {reinterpret_cast<const std::uint8_t*>(sampled.surface_class.data()),
+                sampled.surface_class.size()};
   input.closed = line.closed;
   if (!line.z_m.empty()) input.z_offset_m = line.z_m.front();
   report::ReliefOptions options;
@@ -23,8 +26,10 @@ std::string plan_picture(const std::string& title, const crg::ReferenceLine& lin
   return report::relief_png(input, options);
 }
 
-report::ClassMap class_picture(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle) {
-  static_assert(static_cast<int>(SurfaceClass::barrier) == 3 && static_cast<int>(SurfaceClass::scenery) == 4);
+report::ClassMap class_picture(const Mesh& mesh,
+                               const std::vector<SurfaceClass>& class_of_triangle) {
+  static_assert(static_cast<int>(SurfaceClass::barrier) == 3 &&
+                static_cast<int>(SurfaceClass::scenery) == 4);
   std::vector<report::ClassTriangle> triangles(mesh.triangles.size());
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     for (int k = 0; k < 3; ++k) {

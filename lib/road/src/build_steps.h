@@ -16,7 +16,9 @@ namespace road {
 
 using Clock = std::chrono::steady_clock;
 
-inline double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// Runs one stage, keeps its seconds.
 class Stages {
@@ -43,15 +45,20 @@ class Stages {
   double stages_;
 };
 
-constexpr const char *kSummaryName = "summary.json", *kTimingName = "timing.json", *kCentrelineName = "centreline.csv";
+constexpr const char *kSummaryName = "summary.json", *kTimingName = "timing.json",
+                     *kCentrelineName = "centreline.csv";
 
-/// The file that says where the pixels of a picture of frictions lie: the one that read_friction_picture() takes.
+/// The file that says where the pixels of a picture of frictions lie: the one that
+/// read_friction_picture() takes.
 std::optional<std::string> world_file_of(const std::string& picture_path);
 
 /// The plan view of a road as PNG.
-std::string plan_picture(const std::string& title, const crg::ReferenceLine& line, const SampledGrid& sampled, unsigned threads);
+std::string plan_picture(const std::string& title, const crg::ReferenceLine& line,
+                         const SampledGrid& sampled, unsigned threads);
 
-/// Every triangle of the mesh as it came in, from above, in the colour of its class; in the mesh's frame.
-report::ClassMap class_picture(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle);
+/// Every triangle of the mesh as it came in, from above, in the colour of its class; in the mesh's
+/// frame.
+report::ClassMap class_picture(const Mesh& mesh,
+                               const std::vector<SurfaceClass>& class_of_triangle);
 
 }  // namespace road

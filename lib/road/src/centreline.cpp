@@ -29,9 +29,9 @@ constexpr double kShortestLoopWidths = 10.0;  // a shorter loop is a traffic isl
 constexpr double kLostShare =
     1.2;  // the graph's ways are 3 to 6 % too long: their cells make steps
 constexpr double kSmallestWidth_m = 0.2;
-constexpr double kLargestStep_m = 0.5;    // of a border, sideways
-constexpr double kSecondWay = 0.3;        // of the longest way: a shorter one is a branch
-constexpr double kUnlike = 0.3;           // of half the width, along a guide
+constexpr double kLargestStep_m = 0.5;  // of a border, sideways
+constexpr double kSecondWay = 0.3;      // of the longest way: a shorter one is a branch
+constexpr double kUnlike = 0.3;         // of half the width, along a guide
 
 double angle_between(const Vector2d& from, const Vector2d& to) {
   return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
@@ -40,7 +40,9 @@ double angle_between(const Vector2d& from, const Vector2d& to) {
 /// Triangles of class road only, or all of them where nothing is called road.
 Mesh road_only(const RoadMesh& road) {
   Mesh mesh = road.mesh;
-  const auto is_road = [&](std::size_t t) { return road.class_of_triangle[t] == SurfaceClass::road; };
+  const auto is_road = [&](std::size_t t) {
+    return road.class_of_triangle[t] == SurfaceClass::road;
+  };
   std::size_t kept = 0;
   for (std::size_t t = 0; t < road.mesh.triangles.size(); ++t) {
     if (!is_road(t)) continue;
@@ -150,11 +152,14 @@ void refine(const RaySurface& surface, Walk& walk) {
   for (std::size_t i = 0; i < n; ++i) {
     const Station& before = old[i == 0 ? (walk.closed ? n - 1 : 0) : i - 1];
     const Station& after = old[i + 1 == n ? (walk.closed ? 0 : n - 1) : i + 1];
-    const Vector2d heading = (after.centre - before.centre).head<2>().normalized(), normal = left_of(heading);
+    const Vector2d heading = (after.centre - before.centre).head<2>().normalized(),
+                   normal = left_of(heading);
     const double half_m = 0.5 * old[i].width_m(), limit_m = 1.5 * half_m;
     const Station measured = cross_section(surface, old[i].centre, heading, limit_m, limit_m);
     // A side that differs much is a hole or a branch which the walk has passed: its word stands.
-    const auto settle = [&](double measured_m) { return std::abs(measured_m - half_m) < 0.3 + 0.05 * half_m ? measured_m : half_m; };
+    const auto settle = [&](double measured_m) {
+      return std::abs(measured_m - half_m) < 0.3 + 0.05 * half_m ? measured_m : half_m;
+    };
     const Vector2d centre = old[i].centre.head<2>();
     const double left_m = settle((measured.left.head<2>() - centre).dot(normal));
     const double right_m = settle(-(measured.right.head<2>() - centre).dot(normal));
@@ -175,7 +180,8 @@ struct EdgePoint {
 /// Piecewise cubic through points, tangents from the circle through three neighbours.
 class EdgeCurve {
  public:
-  EdgeCurve(std::vector<EdgePoint> points, bool closed) : points_(std::move(points)), closed_(closed) {
+  EdgeCurve(std::vector<EdgePoint> points, bool closed)
+      : points_(std::move(points)), closed_(closed) {
     const std::size_t n = points_.size();
     tangents_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -214,7 +220,8 @@ class EdgeCurve {
     const auto after = std::upper_bound(points_.begin(), points_.end(), s_m,
                                         [](double s, const EdgePoint& p) { return s < p.s_m; });
     if (after == points_.begin()) return closed_ ? points_.size() - 1 : 0;
-    return std::min<std::size_t>(static_cast<std::size_t>(after - points_.begin()) - 1, segments() - 1);
+    return std::min<std::size_t>(static_cast<std::size_t>(after - points_.begin()) - 1,
+                                 segments() - 1);
   }
 
  private:
@@ -296,11 +303,13 @@ void collect_edges(const Mesh& mesh, const Walk& walk, const std::vector<double>
     std::sort(side->begin(), side->end(), [](const EdgePoint& a, const EdgePoint& b) {
       return std::tie(a.s_m, a.point.x(), a.point.y()) < std::tie(b.s_m, b.point.x(), b.point.y());
     });
-    // Welded twins and vertices pushed out of order by noise are left out. Where the border steps sideways (two ends of a
-    // track that meet beside each other) its direction would be that of the step: the edge passes through the middle.
+    // Welded twins and vertices pushed out of order by noise are left out. Where the border steps
+    // sideways (two ends of a track that meet beside each other) its direction would be that of the
+    // step: the edge passes through the middle.
     std::vector<EdgePoint> clean;
     for (const EdgePoint& p : *side) {
-      const double apart_m = clean.empty() ? kLargestStep_m : (p.point - clean.back().point).head<2>().norm();
+      const double apart_m =
+          clean.empty() ? kLargestStep_m : (p.point - clean.back().point).head<2>().norm();
       if (apart_m < 0.05) continue;
       if (apart_m < kLargestStep_m && p.s_m - clean.back().s_m < 0.5 * apart_m) {
         clean.back() = {0.5 * (clean.back().s_m + p.s_m), 0.5 * (clean.back().point + p.point)};
@@ -308,14 +317,16 @@ void collect_edges(const Mesh& mesh, const Walk& walk, const std::vector<double>
         clean.push_back(p);
       }
     }
-    if (walk.closed && clean.size() > 2 && (clean.back().point - clean.front().point).head<2>().norm() < 0.05) {
+    if (walk.closed && clean.size() > 2 &&
+        (clean.back().point - clean.front().point).head<2>().norm() < 0.05) {
       clean.pop_back();
     }
     *side = std::move(clean);
   }
 }
 
-/// The other edge's point opposite to point i of `from`: the chord makes equal angles with both edges.
+/// The other edge's point opposite to point i of `from`: the chord makes equal angles with both
+/// edges.
 std::optional<Vector3d> opposite(const EdgeCurve& from, std::size_t i, const EdgeCurve& to) {
   const Vector2d p = from[i].point.head<2>();
   const Vector2d& tangent = from.tangent(i);
@@ -365,14 +376,16 @@ std::vector<Middle> middles_of(const RaySurface& surface, const Walk& walk, cons
       const double half_m = 0.5 * (from[i].point - *other).head<2>().norm();
       if (half_m > 3.0 * typical_half_m + 2.0) continue;
       const auto hit = surface.nearest_hit(middle.x(), middle.y(), middle.z(), 2.0 * kLayerReach_m);
-      middles.push_back({from[i].s_m, {middle.x(), middle.y(), hit ? hit->z_m : middle.z()}, half_m});
+      middles.push_back(
+          {from[i].s_m, {middle.x(), middle.y(), hit ? hit->z_m : middle.z()}, half_m});
     }
   }
   return middles;
 }
 
 /// Sorts middles along the road and merges those that stand for the same cross-section.
-std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk, const std::vector<double>& station_s_m) {
+std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk,
+                            const std::vector<double>& station_s_m) {
   // s of an edge point is not the s of its middle: project the middle on the walk.
   const std::size_t n = walk.stations.size();
   const std::size_t segments = walk.closed ? n : n - 1;
@@ -389,8 +402,10 @@ std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk, const
       } else {
         i -= n;
       }
-      const Vector2d a = walk.stations[i].centre.head<2>(), b = walk.stations[(i + 1) % n].centre.head<2>();
-      const double t = std::clamp((m.point.head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
+      const Vector2d a = walk.stations[i].centre.head<2>(),
+                     b = walk.stations[(i + 1) % n].centre.head<2>();
+      const double t = std::clamp(
+          (m.point.head<2>() - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-12), 0.0, 1.0);
       const double d = (m.point.head<2>() - (a + t * (b - a))).norm();
       if (d < best_m) {
         best_m = d;
@@ -435,7 +450,8 @@ bool agrees(const Middle& middle, const Walk& walk, const std::vector<double>& s
          std::abs(middle.half_width_m - half_m) < kUnlike * half_m;
 }
 
-/// Length along the cubic through the stations; 8 chords per segment keep the error below 1e-6 of it.
+/// Length along the cubic through the stations; 8 chords per segment keep the error below 1e-6 of
+/// it.
 double curve_length_m(const std::vector<Vector3d>& points, bool closed) {
   std::vector<EdgePoint> edge_points;
   edge_points.reserve(points.size());
@@ -481,7 +497,8 @@ std::size_t middle_of_longest_straight(const std::vector<Vector3d>& points) {
   // The station nearest to half of the stretch.
   double half_m = 0.5 * best_m;
   std::size_t i = best_begin;
-  while (i + 1 < best_end && half_m > (xy(i + 1) - xy(i)).norm()) half_m -= (xy(i + 1) - xy(i)).norm(), ++i;
+  while (i + 1 < best_end && half_m > (xy(i + 1) - xy(i)).norm())
+    half_m -= (xy(i + 1) - xy(i)).norm(), ++i;
   return i % n;
 }
 
@@ -507,7 +524,8 @@ void start_at(Centreline& line, const Vector2d& p) {
   double lo = std::max(0.0, share - 1.0 / 16), hi = std::min(1.0, share + 1.0 / 16);
   for (int k = 0; k < 60; ++k) {
     const double a = lo + (hi - lo) / 3, b = hi - (hi - lo) / 3;
-    if ((curve.at(segment, a).first.head<2>() - p).norm() < (curve.at(segment, b).first.head<2>() - p).norm()) {
+    if ((curve.at(segment, a).first.head<2>() - p).norm() <
+        (curve.at(segment, b).first.head<2>() - p).norm()) {
       hi = b;
     } else {
       lo = a;
@@ -519,15 +537,19 @@ void start_at(Centreline& line, const Vector2d& p) {
   std::size_t first = share < 0.5 ? segment : next;
   if (std::min(share, 1.0 - share) * length_m > 0.5) {
     const Vector3d point = curve.at(segment, share).first;
-    const double half_m = line.half_width_m[segment] + share * (line.half_width_m[next] - line.half_width_m[segment]);
+    const double half_m =
+        line.half_width_m[segment] + share * (line.half_width_m[next] - line.half_width_m[segment]);
     first = segment + 1;
     line.points_m.insert(line.points_m.begin() + static_cast<std::ptrdiff_t>(first), point);
-    line.half_width_m.insert(line.half_width_m.begin() + static_cast<std::ptrdiff_t>(first), half_m);
+    line.half_width_m.insert(line.half_width_m.begin() + static_cast<std::ptrdiff_t>(first),
+                             half_m);
   } else {
     line.points_m[first] = curve.at(segment, share).first;
   }
-  std::rotate(line.points_m.begin(), line.points_m.begin() + static_cast<std::ptrdiff_t>(first), line.points_m.end());
-  std::rotate(line.half_width_m.begin(), line.half_width_m.begin() + static_cast<std::ptrdiff_t>(first),
+  std::rotate(line.points_m.begin(), line.points_m.begin() + static_cast<std::ptrdiff_t>(first),
+              line.points_m.end());
+  std::rotate(line.half_width_m.begin(),
+              line.half_width_m.begin() + static_cast<std::ptrdiff_t>(first),
               line.half_width_m.end());
 }
 
@@ -545,7 +567,8 @@ double signed_area_m2(const std::vector<Vector3d>& points) {
   double area = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vector3d &a = points[i], &b = points[(i + 1) % points.size()];
-    area += 0.5 * ((a.x() - points[0].x()) * (b.y() - points[0].y()) - (b.x() - points[0].x()) * (a.y() - points[0].y()));
+    area += 0.5 * ((a.x() - points[0].x()) * (b.y() - points[0].y()) -
+                   (b.x() - points[0].x()) * (a.y() - points[0].y()));
   }
   return area;
 }
@@ -560,8 +583,9 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
   std::vector<double> station_s_m{0.0};
   const std::size_t n = walk.stations.size();
   for (std::size_t i = 0; i < (walk.closed ? n : n - 1); ++i) {
-    station_s_m.push_back(station_s_m.back() +
-                          (walk.stations[(i + 1) % n].centre - walk.stations[i].centre).head<2>().norm());
+    station_s_m.push_back(
+        station_s_m.back() +
+        (walk.stations[(i + 1) % n].centre - walk.stations[i].centre).head<2>().norm());
   }
 
   Centreline line;
@@ -583,7 +607,8 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
     if (to_m - from_m < longest_bare_m) return;
     for (std::size_t i = 0; i < n; ++i) {
       if (station_s_m[i] > from_m + 1.0 && station_s_m[i] < to_m - 1.0) {
-        complete.push_back({station_s_m[i], walk.stations[i].centre, 0.5 * walk.stations[i].width_m()});
+        complete.push_back(
+            {station_s_m[i], walk.stations[i].centre, 0.5 * walk.stations[i].width_m()});
       }
     }
   };
@@ -598,10 +623,12 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
     // An open road ends where the surface ends, not at the last ring that both edges share.
     if (!walk.closed && !complete.empty()) {
       if (complete.front().s_m > 0.5) {
-        complete.insert(complete.begin(), {0.0, walk.stations.front().centre, 0.5 * walk.stations.front().width_m()});
+        complete.insert(complete.begin(),
+                        {0.0, walk.stations.front().centre, 0.5 * walk.stations.front().width_m()});
       }
       if (complete.back().s_m < station_s_m.back() - 0.5) {
-        complete.push_back({station_s_m.back(), walk.stations.back().centre, 0.5 * walk.stations.back().width_m()});
+        complete.push_back({station_s_m.back(), walk.stations.back().centre,
+                            0.5 * walk.stations.back().width_m()});
       }
     }
   }
@@ -609,7 +636,8 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
     line.points_m.push_back(m.point);
     line.half_width_m.push_back(m.half_width_m);
   }
-  if (line.points_m.size() < 4) throw Error(fmt::format("the road found is too short: {}", describe(walk)));
+  if (line.points_m.size() < 4)
+    throw Error(fmt::format("the road found is too short: {}", describe(walk)));
 
   // Counter-clockwise unless asked otherwise; an open road keeps the order of its walk's longer
   // axis. A guide is followed.
@@ -629,7 +657,8 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
     } else {
       const auto first = static_cast<std::ptrdiff_t>(middle_of_longest_straight(line.points_m));
       std::rotate(line.points_m.begin(), line.points_m.begin() + first, line.points_m.end());
-      std::rotate(line.half_width_m.begin(), line.half_width_m.begin() + first, line.half_width_m.end());
+      std::rotate(line.half_width_m.begin(), line.half_width_m.begin() + first,
+                  line.half_width_m.end());
     }
   }
   line.length_m = curve_length_m(line.points_m, line.closed);
@@ -717,7 +746,8 @@ void write_centreline_csv(const Centreline& centreline, const std::string& path)
   std::string text = "x_m,y_m,z_m,half_width_m\n";
   const auto row = [&](std::size_t i) {
     const Vector3d& p = centreline.points_m[i];
-    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f}\n", p.x(), p.y(), p.z(), centreline.half_width_m[i]);
+    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f}\n", p.x(), p.y(), p.z(),
+                        centreline.half_width_m[i]);
   };
   for (std::size_t i = 0; i < centreline.points_m.size(); ++i) row(i);
   if (centreline.closed) row(0);  // a repeated first row says that the line is closed
@@ -728,20 +758,26 @@ Centreline read_centreline_csv(const std::string& path) {
   const CsvTable table = read_csv(path, {"x_m", "y_m"}, {"z_m", "half_width_m"});
   Centreline line;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    const auto value = [&](std::size_t column) { return table.present[column] ? table.value(i, column) : 0.0; };
+    const auto value = [&](std::size_t column) {
+      return table.present[column] ? table.value(i, column) : 0.0;
+    };
     line.points_m.emplace_back(value(0), value(1), value(2));
     line.half_width_m.push_back(value(3));
     if (!line.points_m.back().allFinite()) {
-      throw Error(fmt::format("{}: empty or not finite coordinate in row {}; every row needs x_m and y_m", path, i + 2));
+      throw Error(
+          fmt::format("{}: empty or not finite coordinate in row {}; every row needs x_m and y_m",
+                      path, i + 2));
     }
   }
-  if (line.points_m.size() >= 2 && (line.points_m.front() - line.points_m.back()).head<2>().norm() < 1e-3) {
+  if (line.points_m.size() >= 2 &&
+      (line.points_m.front() - line.points_m.back()).head<2>().norm() < 1e-3) {
     line.closed = true;
     line.points_m.pop_back();
     line.half_width_m.pop_back();
   }
   if (line.points_m.size() < 4) {
-    throw Error(fmt::format("{}: {} stations; a centreline needs at least 4", path, line.points_m.size()));
+    throw Error(
+        fmt::format("{}: {} stations; a centreline needs at least 4", path, line.points_m.size()));
   }
   line.length_m = curve_length_m(line.points_m, line.closed);
   return line;

@@ -102,9 +102,8 @@ void check_plan(const CircuitDesign& design) {
       throw Error(fmt::format("{}: plan segment {} is {} m long; give a positive length",
                               design.name, i, segment.length_m));
     }
-    const double turned =
-        segment.length_m *
-        std::max(std::abs(segment.curvature_begin_1pm), std::abs(segment.curvature_end_1pm));
+    const double turned = segment.length_m * std::max(std::abs(segment.curvature_begin_1pm),
+                                                      std::abs(segment.curvature_end_1pm));
     if (turned > kMostTurned) {
       throw Error(fmt::format("{}: plan segment {} turns up to {:.0f} deg; at most {:.0f} wanted",
                               design.name, i, turned / kDegree, kMostTurned / kDegree));

@@ -25,12 +25,20 @@ struct Writer {
   std::string bytes;
 
   template <typename T>
-    requires std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>
-  void operator()(const T& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); }
-  void operator()(const std::optional<double>& value) { (*this)(value.has_value()), (*this)(value.value_or(0.0)); }
+  requires std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>
+  void operator()(const T& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  void operator()(const std::optional<double>& value) {
+    (*this)(value.has_value()), (*this)(value.value_or(0.0));
+  }
   void operator()(const std::string& text) { (*this)(text.size()), bytes += text; }
-  void operator()(const Eigen::Vector3d& v) { bytes.append(reinterpret_cast<const char*>(v.data()), 3 * sizeof(double)); }
-  void operator()(const MeshObject& object) { (*this)(object.name), (*this)(object.material), (*this)(object.texture); }
+  void operator()(const Eigen::Vector3d& v) {
+    bytes.append(reinterpret_cast<const char*>(v.data()), 3 * sizeof(double));
+  }
+  void operator()(const MeshObject& object) {
+    (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+  }
   void operator()(const std::optional<Guide>& guide) {
     (*this)(guide.has_value());
     if (guide) (*this)(guide->points_m), (*this)(guide->closed);
@@ -46,7 +54,8 @@ struct Writer {
   }
 };
 
-/// Takes them off again; `good` turns false, and values stay what they are, where bytes are missing.
+/// Takes them off again; `good` turns false, and values stay what they are, where bytes are
+/// missing.
 struct Reader {
   std::string_view bytes;
   bool good = true;
@@ -58,7 +67,7 @@ struct Reader {
     bytes.remove_prefix(count);
   }
   template <typename T>
-    requires std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>
+  requires std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>
   void operator()(T& value) { take(&value, sizeof value); }
   void operator()(std::optional<double>& value) {
     bool has_value = false;
@@ -78,7 +87,9 @@ struct Reader {
     take(text.data(), text.size());
   }
   void operator()(Eigen::Vector3d& v) { take(v.data(), 3 * sizeof(double)); }
-  void operator()(MeshObject& object) { (*this)(object.name), (*this)(object.material), (*this)(object.texture); }
+  void operator()(MeshObject& object) {
+    (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+  }
   void operator()(std::optional<Guide>& guide) {
     bool has_guide = false;
     (*this)(has_guide);
@@ -106,16 +117,21 @@ struct Reader {
 template <typename Archive, typename Value>
 void each(Archive& a, Value& cleaned) {
   auto& [road, r] = cleaned;
-  a(road.mesh.origin_m), a(road.mesh.vertices_m), a(road.mesh.triangles), a(road.mesh.object_of_triangle), a(road.mesh.objects);
+  a(road.mesh.origin_m), a(road.mesh.vertices_m), a(road.mesh.triangles),
+      a(road.mesh.object_of_triangle), a(road.mesh.objects);
   a(road.class_of_triangle), a(road.guide);
-  a(r.triangles_in), a(r.triangles_kept), a(r.dropped), a(r.kept), a(r.vertices_welded), a(r.weld_tolerance_m), a(r.vertices_snapped);
-  a(r.snap_tolerance_m), a(r.faces_turned), a(r.bridging_triangles), a(r.non_manifold_edges), a(r.boundary_loops), a(r.components);
+  a(r.triangles_in), a(r.triangles_kept), a(r.dropped), a(r.kept), a(r.vertices_welded),
+      a(r.weld_tolerance_m), a(r.vertices_snapped);
+  a(r.snap_tolerance_m), a(r.faces_turned), a(r.bridging_triangles), a(r.non_manifold_edges),
+      a(r.boundary_loops), a(r.components);
   a(r.by_names), a(r.by_guide), a(r.doubts), a(r.road_agreement), a(r.class_of_triangle),
       a(r.remarks);
 }
 
 bool is_whole(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle) {
-  if (mesh.object_of_triangle.size() != mesh.triangles.size() || class_of_triangle.size() != mesh.triangles.size()) return false;
+  if (mesh.object_of_triangle.size() != mesh.triangles.size() ||
+      class_of_triangle.size() != mesh.triangles.size())
+    return false;
   for (const auto& triangle : mesh.triangles)
     for (const std::uint32_t corner : triangle)
       if (corner >= mesh.vertices_m.size()) return false;
@@ -130,7 +146,8 @@ std::string clean_key(const Recipe& recipe, const std::optional<Guide>& guide,
                       const TiltAndScale& tilt_and_scale, const std::string& program,
                       const std::vector<InputFile>& mesh_files) {
   std::string key = program + "\n";
-  for (const InputFile& file : mesh_files) key += fmt::format("{} {} {}\n", file.role, file.path, file.sha256);
+  for (const InputFile& file : mesh_files)
+    key += fmt::format("{} {} {}\n", file.role, file.path, file.sha256);
   if (guide) {
     key += guide->closed ? "closed guide" : "open guide";
     for (const Eigen::Vector3d& p : guide->points_m)
@@ -139,12 +156,15 @@ std::string clean_key(const Recipe& recipe, const std::optional<Guide>& guide,
   }
   if (!tilt_and_scale.is_identity()) {
     for (const double value : tilt_and_scale.about_m) key += fmt::format("about {}\n", value);
-    for (const double value : tilt_and_scale.linear.reshaped()) key += fmt::format("linear {}\n", value);
+    for (const double value : tilt_and_scale.linear.reshaped())
+      key += fmt::format("linear {}\n", value);
   }
   for (const RecipeKey& k : recipe_keys())
-    if (k.stage == "read" || k.stage == "clean") key += fmt::format("{} {}\n", k.name, k.show(recipe));
+    if (k.stage == "read" || k.stage == "clean")
+      key += fmt::format("{} {}\n", k.name, k.show(recipe));
   for (const NameRule& rule : recipe.clean.name_rules)
-    key += fmt::format("rule {} {} {} {}\n", static_cast<int>(rule.field), rule.pattern, to_string(rule.surface_class), rule.convention);
+    key += fmt::format("rule {} {} {} {}\n", static_cast<int>(rule.field), rule.pattern,
+                       to_string(rule.surface_class), rule.convention);
   return key;
 }
 
@@ -174,7 +194,9 @@ std::optional<Cleaned> read_clean_cache(const std::string& key, const std::strin
   if (!reader.good || key_there != key) return std::nullopt;
   Cleaned cleaned;
   each(reader, cleaned);
-  if (!reader.good || !reader.bytes.empty() || !is_whole(cleaned.road.mesh, cleaned.road.class_of_triangle)) return std::nullopt;
+  if (!reader.good || !reader.bytes.empty() ||
+      !is_whole(cleaned.road.mesh, cleaned.road.class_of_triangle))
+    return std::nullopt;
   return cleaned;
 }
 

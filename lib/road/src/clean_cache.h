@@ -1,4 +1,5 @@
-// The result of cleaning, kept beside the road so that a later build of the same mesh need not clean again. Private.
+// The result of cleaning, kept beside the road so that a later build of the same mesh need not
+// clean again. Private.
 #pragma once
 
 #include <optional>

@@ -19,7 +19,8 @@ std::vector<std::uint32_t> components(const std::vector<Triangle>& triangles) {
 
   // Only the connections count: points are placeholders.
   std::size_t vertices = 0;
-  for (const Triangle& t : triangles) vertices = std::max<std::size_t>(vertices, 1 + *std::max_element(t.begin(), t.end()));
+  for (const Triangle& t : triangles)
+    vertices = std::max<std::size_t>(vertices, 1 + *std::max_element(t.begin(), t.end()));
   std::vector<Point> points(vertices, Point(0, 0, 0));
   std::vector<std::array<std::size_t, 3>> polygons;
   polygons.reserve(triangles.size());
@@ -28,7 +29,8 @@ std::vector<std::uint32_t> components(const std::vector<Triangle>& triangles) {
   pmp::orient_polygon_soup(points, polygons);
   SurfaceMesh mesh;
   pmp::polygon_soup_to_polygon_mesh(points, polygons, mesh);
-  const auto component = mesh.add_property_map<SurfaceMesh::Face_index, std::size_t>("f:component", 0).first;
+  const auto component =
+      mesh.add_property_map<SurfaceMesh::Face_index, std::size_t>("f:component", 0).first;
   const std::size_t cut = pmp::connected_components(mesh, component);
 
   // Faces that meet in such an edge are one surface all the same.

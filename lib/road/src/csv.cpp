@@ -59,18 +59,20 @@ CsvTable read_csv(const std::string& path, const std::vector<std::string>& requi
       for (std::size_t j = 0; j < wanted.size(); ++j) {
         const auto found = std::find(cells.begin(), cells.end(), wanted[j]);
         if (found == cells.end() && j < required.size()) {
-          throw Error(fmt::format("{}:{}: no column '{}'; saw '{:.120}'; the header line must name {}", path,
-                                  line_number, wanted[j], line, fmt::join(required, ",")));
+          throw Error(
+              fmt::format("{}:{}: no column '{}'; saw '{:.120}'; the header line must name {}",
+                          path, line_number, wanted[j], line, fmt::join(required, ",")));
         }
         table.present.push_back(found != cells.end());
-        source.push_back(found == cells.end() ? CsvTable::kAbsent : static_cast<std::size_t>(found - cells.begin()));
+        source.push_back(found == cells.end() ? CsvTable::kAbsent
+                                              : static_cast<std::size_t>(found - cells.begin()));
         if (source.back() != CsvTable::kAbsent) needed = std::max(needed, source.back() + 1);
       }
       continue;
     }
     if (cells.size() < needed) {
-      throw Error(fmt::format("{}:{}: {} cells, wanted at least {} as in the header line", path, line_number,
-                              cells.size(), needed));
+      throw Error(fmt::format("{}:{}: {} cells, wanted at least {} as in the header line", path,
+                              line_number, cells.size(), needed));
     }
     table.line.push_back(line_number);
     for (std::size_t j = 0; j < wanted.size(); ++j) {
@@ -80,14 +82,17 @@ CsvTable read_csv(const std::string& path, const std::vector<std::string>& requi
         if (cell.front() == '+') cell.remove_prefix(1);
         const auto [stop, status] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
         if (status != std::errc() || stop != cell.data() + cell.size()) {
-          throw Error(fmt::format("{}:{}: column '{}' holds '{:.40}', wanted a number or an empty cell", path,
-                                  line_number, wanted[j], cells[source[j]]));
+          throw Error(
+              fmt::format("{}:{}: column '{}' holds '{:.40}', wanted a number or an empty cell",
+                          path, line_number, wanted[j], cells[source[j]]));
         }
       }
       table.values.push_back(value);
     }
   }
-  if (source.empty()) throw Error(fmt::format("{}: empty; wanted a header line with {}", path, fmt::join(required, ",")));
+  if (source.empty())
+    throw Error(
+        fmt::format("{}: empty; wanted a header line with {}", path, fmt::join(required, ",")));
   return table;
 }
 

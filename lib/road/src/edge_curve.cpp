@@ -18,12 +18,13 @@ using Eigen::Vector3d;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kLargest_m = 1e8;
-constexpr double kLongest_m = 200e3;      // longer than any road a grid of these steps could hold
+constexpr double kLongest_m = 200e3;  // longer than any road a grid of these steps could hold
 constexpr double kRepeated_m = 1e-3;
 constexpr double kDense_m = 0.1;
-constexpr double kExtension_m = 100.0;    // beyond the ends of an open edge
-constexpr double kClosingGap_m = 20.0;    // about a road's width: nobody surveys an open road into a ring
-constexpr double kComingRound_m = 1.0;    // across, from the first point
+constexpr double kExtension_m = 100.0;  // beyond the ends of an open edge
+constexpr double kClosingGap_m =
+    20.0;  // about a road's width: nobody surveys an open road into a ring
+constexpr double kComingRound_m = 1.0;  // across, from the first point
 constexpr double kShortestLap_m = 50.0;
 
 double angle(const Vector2d& a, const Vector2d& b) {
@@ -45,13 +46,16 @@ void refuse_turning_back(const Edge& edge, const Points& points) {
     const Vector2d before = points.step(i - 1), after = points.step(i);
     const double turn = angle(before, after) / kRadPerDeg;
     if (turn > 120.0 && std::min(before.norm(), after.norm()) > 0.5) {
-      throw Error(fmt::format("{}: the edge turns back on itself by {:.0f} degrees at ({:.3f}, {:.3f}); wanted points "
-                              "in driving order", place(edge, points.source[i]), turn, points.at[i].x(), points.at[i].y()));
+      throw Error(fmt::format(
+          "{}: the edge turns back on itself by {:.0f} degrees at ({:.3f}, {:.3f}); wanted points "
+          "in driving order",
+          place(edge, points.source[i]), turn, points.at[i].x(), points.at[i].y()));
     }
   }
 }
 
-/// Number of points up to where the edge comes round to its first point; all of them when it does not.
+/// Number of points up to where the edge comes round to its first point; all of them when it does
+/// not.
 std::size_t one_lap(const Points& points) {
   const Vector2d origin = points.at[0].head<2>(), start = points.step(0).normalized();
   double gone = 0.0;
@@ -71,8 +75,8 @@ std::size_t one_lap(const Points& points) {
 bool comes_round(const Points& points, double median_m) {
   const Vector2d gap = (points.at.front() - points.at.back()).head<2>();
   const Vector2d last = (points.at.back() - points.at[points.at.size() - 2]).head<2>();
-  return gap.norm() <= std::max(kClosingGap_m, 5.0 * median_m) && angle(last, gap) < 60.0 * kRadPerDeg &&
-         angle(gap, points.step(0)) < 60.0 * kRadPerDeg;
+  return gap.norm() <= std::max(kClosingGap_m, 5.0 * median_m) &&
+         angle(last, gap) < 60.0 * kRadPerDeg && angle(gap, points.step(0)) < 60.0 * kRadPerDeg;
 }
 
 /// d/ds at point i from the parabola through its neighbours, spaced by their distance.
@@ -109,7 +113,8 @@ void densify(const Points& points, EdgeCurve& curve) {
     const auto pieces = static_cast<std::size_t>(std::ceil(length / kDense_m));
     for (std::size_t k = 1; k < pieces; ++k) {
       const double t = static_cast<double>(k) / static_cast<double>(pieces), r = 1.0 - t;
-      add(p * (r * r * (1.0 + 2.0 * t)) + from * (r * r * t) + q * (t * t * (3.0 - 2.0 * t)) - to * (t * t * r));
+      add(p * (r * r * (1.0 + 2.0 * t)) + from * (r * r * t) + q * (t * t * (3.0 - 2.0 * t)) -
+          to * (t * t * r));
     }
   }
   if (curve.closed) {
@@ -140,15 +145,21 @@ Edge read_edge(const std::string& path) {
     for (std::size_t j = 0; j < (edge.has_z ? 3u : 2u); ++j) {
       const double value = table.value(i, j);
       if (!(std::abs(value) <= kLargest_m)) {
-        throw Error(fmt::format("{}:{}: {} is {}; wanted a number of metres, at most 1e8", path, table.line[i],
-                                j == 0 ? "x_m" : j == 1 ? "y_m" : "z_m", value));
+        throw Error(fmt::format("{}:{}: {} is {}; wanted a number of metres, at most 1e8", path,
+                                table.line[i],
+                                j == 0   ? "x_m"
+                                : j == 1 ? "y_m"
+                                         : "z_m",
+                                value));
       }
     }
-    edge.points_m.emplace_back(table.value(i, 0), table.value(i, 1), edge.has_z ? table.value(i, 2) : 0.0);
+    edge.points_m.emplace_back(table.value(i, 0), table.value(i, 1),
+                               edge.has_z ? table.value(i, 2) : 0.0);
     edge.line.push_back(table.line[i]);
   }
   if (edge.points_m.size() < 4) {
-    throw Error(fmt::format("{}: {} points; wanted at least 4 along the edge", path, edge.points_m.size()));
+    throw Error(
+        fmt::format("{}: {} points; wanted at least 4 along the edge", path, edge.points_m.size()));
   }
   return edge;
 }
@@ -158,13 +169,15 @@ EdgeCurve edge_curve(const Edge& edge, bool reversed) {
   const std::size_t given = edge.points_m.size();
   for (std::size_t k = 0; k < given; ++k) {
     const std::size_t i = reversed ? given - 1 - k : k;
-    if (!points.at.empty() && (edge.points_m[i] - points.at.back()).head<2>().norm() < kRepeated_m) continue;
+    if (!points.at.empty() && (edge.points_m[i] - points.at.back()).head<2>().norm() < kRepeated_m)
+      continue;
     points.at.push_back(edge.points_m[i]);
     points.source.push_back(i);
   }
   const auto refuse_few = [&] {
     if (points.at.size() < 4) {
-      throw Error(fmt::format("{}: {} different points; wanted at least 4 along the edge", edge.path, points.at.size()));
+      throw Error(fmt::format("{}: {} different points; wanted at least 4 along the edge",
+                              edge.path, points.at.size()));
     }
   };
   refuse_few();
@@ -176,8 +189,9 @@ EdgeCurve edge_curve(const Edge& edge, bool reversed) {
   const std::size_t lap = ends_at_start ? points.at.size() - 1 : one_lap(points);
   curve.closed = ends_at_start || lap < points.at.size();
   if (!ends_at_start && lap < points.at.size()) {
-    curve.remarks.push_back(fmt::format("{}: the edge has come round to its start; {} rows after that are left out",
-                                        place(edge, points.source[lap]), points.at.size() - lap));
+    curve.remarks.push_back(
+        fmt::format("{}: the edge has come round to its start; {} rows after that are left out",
+                    place(edge, points.source[lap]), points.at.size() - lap));
   }
   points.at.resize(lap);
   points.source.resize(lap);
@@ -189,7 +203,9 @@ EdgeCurve edge_curve(const Edge& edge, bool reversed) {
   double total = 0.0;
   for (const double step : steps) total += step;
   if (!(total <= kLongest_m)) {
-    throw Error(fmt::format("{}: the edge is {:.0f} m long; wanted at most {:.0f} m; are these metres?", edge.path, total, kLongest_m));
+    throw Error(
+        fmt::format("{}: the edge is {:.0f} m long; wanted at most {:.0f} m; are these metres?",
+                    edge.path, total, kLongest_m));
   }
   std::vector<double> sorted = steps;
   std::sort(sorted.begin(), sorted.end());
@@ -197,8 +213,9 @@ EdgeCurve edge_curve(const Edge& edge, bool reversed) {
   if (!curve.closed) curve.closed = comes_round(points, median);
   const auto widest = std::max_element(steps.begin(), steps.end());
   if (*widest > std::max(20.0, 10.0 * median)) {
-    curve.remarks.push_back(fmt::format("{}: {:.1f} m without a point; taken as straight",
-                                        place(edge, points.source[static_cast<std::size_t>(widest - steps.begin())]), *widest));
+    curve.remarks.push_back(fmt::format(
+        "{}: {:.1f} m without a point; taken as straight",
+        place(edge, points.source[static_cast<std::size_t>(widest - steps.begin())]), *widest));
   }
   densify(points, curve);
   return curve;
@@ -216,7 +233,8 @@ Vector3d EdgeCurve::at(double s) const {
   return points_m[i] + (to - points_m[i]) * ((s - s_m[i]) / std::max(1e-12, end_s - s_m[i]));
 }
 
-EdgeMeeting meet_edge(const EdgeCurve& curve, double s_guess_m, double reach_m, const Vector2d& from, const Vector2d& normal) {
+EdgeMeeting meet_edge(const EdgeCurve& curve, double s_guess_m, double reach_m,
+                      const Vector2d& from, const Vector2d& normal) {
   const auto n = static_cast<std::ptrdiff_t>(curve.points_m.size());
   const Vector2d along(normal.y(), -normal.x());
   double wrapped = s_guess_m, laps = 0.0;
@@ -224,7 +242,8 @@ EdgeMeeting meet_edge(const EdgeCurve& curve, double s_guess_m, double reach_m, 
     laps = std::floor(s_guess_m / curve.length_m) * curve.length_m;
     wrapped -= laps;
   }
-  const auto start = std::max<std::ptrdiff_t>(0, std::upper_bound(curve.s_m.begin(), curve.s_m.end(), wrapped) - curve.s_m.begin() - 1);
+  const auto start = std::max<std::ptrdiff_t>(
+      0, std::upper_bound(curve.s_m.begin(), curve.s_m.end(), wrapped) - curve.s_m.begin() - 1);
   EdgeMeeting best;
   // Segments start, start + 1, start - 1, ...: the first that is met lies nearest to the guess.
   bool forward_on = true, back_on = true;

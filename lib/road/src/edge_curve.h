@@ -10,12 +10,13 @@
 namespace road {
 
 /// Points about 0.1 m apart along the edge, with the length s up to each. A closed curve does not
-/// repeat its first point; an open one goes straight on beyond both ends, from s < 0 to s > length_m.
+/// repeat its first point; an open one goes straight on beyond both ends, from s < 0 to s >
+/// length_m.
 struct EdgeCurve {
   std::string path;
   std::vector<Eigen::Vector3d> points_m;
   std::vector<double> s_m;
-  std::vector<double> s_of_given_m;         ///< of the points of the file that were kept
+  std::vector<double> s_of_given_m;  ///< of the points of the file that were kept
   std::vector<Eigen::Vector3d> given_m;
   double length_m = 0.0;
   bool closed = false;
@@ -26,8 +27,8 @@ struct EdgeCurve {
   Eigen::Vector3d at(double s_m) const;
 };
 
-/// Drops repeated points and what follows after the edge has come round to its start, decides open or
-/// closed, checks the order of points. Throws Error with file:line.
+/// Drops repeated points and what follows after the edge has come round to its start, decides open
+/// or closed, checks the order of points. Throws Error with file:line.
 EdgeCurve edge_curve(const Edge& edge, bool reversed = false);
 
 /// Where the straight line through `from` along `normal` meets the curve, looking along the curve

@@ -14,13 +14,15 @@ namespace road {
 
 namespace {
 
-constexpr std::array<double, 3> kAside_m{0.001, 0.003, 0.01};  // from the node in a crack, to meet its sides
-constexpr double kCrackStep_m = 0.02;  // between its sides
-constexpr double kCrackOff_m = 0.1;    // from the height of the row
-constexpr double kLowest_m = 0.05;   // what lies lower is the ground itself, a millimetre or a kerb off
-constexpr double kHighest_m = 3.0;   // what begins higher spans the track
-constexpr double kBeside_m = 0.5;    // from the gap: what stands here too is no wall
-constexpr double kWidest_m = 1.0;    // of a gap; sampling ends the surface at wider ones
+constexpr std::array<double, 3> kAside_m{0.001, 0.003,
+                                         0.01};  // from the node in a crack, to meet its sides
+constexpr double kCrackStep_m = 0.02;            // between its sides
+constexpr double kCrackOff_m = 0.1;              // from the height of the row
+constexpr double kLowest_m =
+    0.05;  // what lies lower is the ground itself, a millimetre or a kerb off
+constexpr double kHighest_m = 3.0;  // what begins higher spans the track
+constexpr double kBeside_m = 0.5;   // from the gap: what stands here too is no wall
+constexpr double kWidest_m = 1.0;   // of a gap; sampling ends the surface at wider ones
 
 /// Counts again what has a height.
 void count_nodes(const SampledGrid& sampled, SampleReport& report) {
@@ -42,14 +44,18 @@ void count_nodes(const SampledGrid& sampled, SampleReport& report) {
 }
 
 /// Both sides of the crack at (u, v) of row i; nothing when it is none.
-std::optional<std::array<SurfaceHit, 2>> sides_of_crack(const RaySurface& surface, const crg::ReferenceLine& line, std::size_t i, double v_m,
-                                                        double z_m) {
-  const crg::Point2 p = crg::node_position(line, i, v_m), q = crg::node_position(line, i, v_m + 1.0);
+std::optional<std::array<SurfaceHit, 2>> sides_of_crack(const RaySurface& surface,
+                                                        const crg::ReferenceLine& line,
+                                                        std::size_t i, double v_m, double z_m) {
+  const crg::Point2 p = crg::node_position(line, i, v_m),
+                    q = crg::node_position(line, i, v_m + 1.0);
   const double nx = q.x_m - p.x_m, ny = q.y_m - p.y_m;
   for (const double aside_m : kAside_m) {
     for (const auto& [dx, dy] : {std::pair{nx, ny}, {ny, -nx}}) {
-      const auto a = surface.nearest_hit(p.x_m - aside_m * dx, p.y_m - aside_m * dy, z_m, kCrackOff_m);
-      const auto b = surface.nearest_hit(p.x_m + aside_m * dx, p.y_m + aside_m * dy, z_m, kCrackOff_m);
+      const auto a =
+          surface.nearest_hit(p.x_m - aside_m * dx, p.y_m - aside_m * dy, z_m, kCrackOff_m);
+      const auto b =
+          surface.nearest_hit(p.x_m + aside_m * dx, p.y_m + aside_m * dy, z_m, kCrackOff_m);
       if (a && b && std::abs(a->z_m - b->z_m) <= kCrackStep_m) return std::array{*a, *b};
     }
   }
@@ -62,7 +68,9 @@ struct Row {
   const RaySurface& everything;
   std::size_t i;
 
-  std::size_t node(std::ptrdiff_t j) const { return i * sampled.grid.columns() + static_cast<std::size_t>(j); }
+  std::size_t node(std::ptrdiff_t j) const {
+    return i * sampled.grid.columns() + static_cast<std::size_t>(j);
+  }
   Provenance provenance(std::ptrdiff_t j) const { return sampled.provenance[node(j)]; }
   double v_m(std::ptrdiff_t j) const { return sampled.grid.v_m[static_cast<std::size_t>(j)]; }
   double z_m(std::ptrdiff_t j) const { return static_cast<double>(sampled.grid.z_m[node(j)]); }
@@ -70,15 +78,21 @@ struct Row {
   bool stands_above(double at_v_m, double ground_m) const {
     const crg::Point2 p = crg::node_position(line, i, at_v_m);
     const double middle_m = ground_m + 0.5 * (kLowest_m + kHighest_m);
-    return everything.nearest_hit(p.x_m, p.y_m, middle_m, 0.5 * (kHighest_m - kLowest_m)).has_value();
+    return everything.nearest_hit(p.x_m, p.y_m, middle_m, 0.5 * (kHighest_m - kLowest_m))
+        .has_value();
   }
 
   bool is_wall(std::ptrdiff_t inner, std::ptrdiff_t outer) const {
-    const auto is_road = [&](std::ptrdiff_t j) { return sampled.surface_class[node(j)] == SurfaceClass::road; };
-    if (std::abs(v_m(outer) - v_m(inner)) > kWidest_m || (is_road(inner) && is_road(outer))) return false;
+    const auto is_road = [&](std::ptrdiff_t j) {
+      return sampled.surface_class[node(j)] == SurfaceClass::road;
+    };
+    if (std::abs(v_m(outer) - v_m(inner)) > kWidest_m || (is_road(inner) && is_road(outer)))
+      return false;
     const std::ptrdiff_t step = outer > inner ? 1 : -1;
     const double beside_m = kBeside_m * static_cast<double>(step);
-    if (stands_above(v_m(inner) - beside_m, z_m(inner)) && stands_above(v_m(outer) + beside_m, z_m(outer))) return false;
+    if (stands_above(v_m(inner) - beside_m, z_m(inner)) &&
+        stands_above(v_m(outer) + beside_m, z_m(outer)))
+      return false;
     for (std::ptrdiff_t j = inner + step; j != outer; j += step) {
       const double t = (v_m(j) - v_m(inner)) / (v_m(outer) - v_m(inner));
       if (stands_above(v_m(j), z_m(inner) + t * (z_m(outer) - z_m(inner)))) return true;
@@ -107,7 +121,8 @@ struct Row {
 
 }  // namespace
 
-void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road, const crg::ReferenceLine& line, SampleReport& report) {
+void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road,
+                  const crg::ReferenceLine& line, SampleReport& report) {
   if (report.holes == 0) return;
   const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
   for (std::size_t i = 0; i < rows; ++i) {
@@ -117,7 +132,8 @@ void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMes
       if (sampled.provenance[node] == Provenance::none) continue;
       for (std::size_t k = known + 1; k < j; ++k) {
         const auto& v_m = sampled.grid.v_m;
-        const double t = (v_m[k] - v_m[known]) / (v_m[j] - v_m[known]), from = sampled.grid.at(i, known), to = sampled.grid.at(i, j);
+        const double t = (v_m[k] - v_m[known]) / (v_m[j] - v_m[known]),
+                     from = sampled.grid.at(i, known), to = sampled.grid.at(i, j);
         const auto sides = sides_of_crack(surface, line, i, v_m[k], from + t * (to - from));
         if (!sides) continue;
         const std::size_t open = i * columns + k;
@@ -131,12 +147,14 @@ void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMes
   count_nodes(sampled, report);
 }
 
-void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Mesh& everything, unsigned threads, SampleReport& report) {
+void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Mesh& everything,
+                  unsigned threads, SampleReport& report) {
   if (report.filled == 0 && report.holes == 0) return;
   const RaySurface surface(everything);
   const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
   const auto& v_m = sampled.grid.v_m;
-  const auto middle = std::min(std::lower_bound(v_m.begin(), v_m.end(), 0.0) - v_m.begin(), static_cast<std::ptrdiff_t>(columns) - 1);
+  const auto middle = std::min(std::lower_bound(v_m.begin(), v_m.end(), 0.0) - v_m.begin(),
+                               static_cast<std::ptrdiff_t>(columns) - 1);
   std::vector<char> ended(rows, 0);
   parallel_for(rows, 256, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

@@ -38,7 +38,7 @@ constexpr double kMissing = 4.0, kOtherLook = 3.5, kNarrow = 1.5, kPerMetre = 2.
 constexpr double kSlopeFree = 0.2;
 constexpr std::size_t kAround = 12;  // rows to both sides that tell what is usual
 constexpr std::size_t kFarAround =
-    100;  // and what is usual where a wide place is longer than those
+    100;                             // and what is usual where a wide place is longer than those
 constexpr std::ptrdiff_t kNear = 6;  // rows to both sides: their middles lie on one line,
 constexpr double kJump = 0.3;        // of half the width beside it at most
 constexpr double kWide = 1.2, kNotWide = 1.1, kFullyWide = 0.9;
@@ -278,7 +278,8 @@ double usual_half(const GuideRows& all, std::size_t i, std::size_t around) {
     const GuideRow& other = all.rows[static_cast<std::size_t>(((at % n) + n) % n)];
     if (measured(other)) near_m.push_back(half_of(other));
   }
-  return near_m.empty() ? std::numeric_limits<double>::quiet_NaN() : files::median(std::move(near_m));
+  return near_m.empty() ? std::numeric_limits<double>::quiet_NaN()
+                        : files::median(std::move(near_m));
 }
 
 /// Where the road is wide on one side only (a lay-by, an apron, a pit lane of its own asphalt), it
@@ -356,7 +357,8 @@ bool is_restless(const std::vector<double>& middle_m, std::size_t i, double half
     if (std::isfinite(value_m)) near_m.push_back(value_m);
   }
   if (3 * near_m.size() < rows) return true;
-  return std::abs(middle_m[i] - files::median(std::move(near_m))) > kJump * half_width_m + 0.1 * scale;
+  return std::abs(middle_m[i] - files::median(std::move(near_m))) >
+         kJump * half_width_m + 0.1 * scale;
 }
 
 /// Middle and width of every row, from itself where it is like its neighbours, else from them.

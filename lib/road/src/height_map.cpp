@@ -17,15 +17,17 @@ HeightMap height_map(const crg::Surface& surface) {
   map.line = surface.reference_line();
   map.v_m = grid.v_m;
   if (grid.rows() < 2 || grid.columns() < 2 || map.line.size() != grid.rows()) {
-    throw Error(fmt::format("a grid of {} x {} nodes on a line of {} has no surface; wanted at least 2 x 2",
-                            grid.rows(), grid.columns(), map.line.size()));
+    throw Error(
+        fmt::format("a grid of {} x {} nodes on a line of {} has no surface; wanted at least 2 x 2",
+                    grid.rows(), grid.columns(), map.line.size()));
   }
   const std::size_t columns = grid.columns();
   // The middle of the heights as base: a metre, so that differences of two maps stay readable.
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t i = 0; i < grid.rows(); i += 16) {
     for (std::size_t j = 0; j < columns; j += 4) {
-      const double z = static_cast<double>(grid.at(i, j)) + (map.line.z_m.empty() ? 0.0 : map.line.z_m[i]);
+      const double z =
+          static_cast<double>(grid.at(i, j)) + (map.line.z_m.empty() ? 0.0 : map.line.z_m[i]);
       if (!std::isfinite(z)) continue;
       low = std::min(low, z);
       high = std::max(high, z);
@@ -38,7 +40,8 @@ HeightMap height_map(const crg::Surface& surface) {
       const double z = (map.line.z_m.empty() ? 0.0 : map.line.z_m[i]) - map.z_base_m;
       const double banking = map.line.banking.empty() ? 0.0 : map.line.banking[i];
       for (std::size_t j = 0; j < columns; ++j) {
-        map.z_m[i * columns + j] = static_cast<float>(static_cast<double>(grid.z_m[i * columns + j]) + z + banking * map.v_m[j]);
+        map.z_m[i * columns + j] = static_cast<float>(
+            static_cast<double>(grid.z_m[i * columns + j]) + z + banking * map.v_m[j]);
       }
     }
   });
@@ -61,14 +64,19 @@ std::vector<RowExtent> row_extents(const HeightMap& map) {
 std::vector<double> long_section(const HeightMap& map, double v_m) {
   std::vector<double> section(map.rows(), std::numeric_limits<double>::quiet_NaN());
   if (v_m < map.v_m.front() || v_m > map.v_m.back()) return section;
-  const auto above = std::upper_bound(map.v_m.begin() + 1, map.v_m.end() - 1, v_m) - map.v_m.begin();
+  const auto above =
+      std::upper_bound(map.v_m.begin() + 1, map.v_m.end() - 1, v_m) - map.v_m.begin();
   const auto j = static_cast<std::size_t>(above);
   const double t = (v_m - map.v_m[j - 1]) / (map.v_m[j] - map.v_m[j - 1]);
   for (std::size_t i = 0; i < map.rows(); ++i) {
     // On a column only that column counts: its neighbour may be missing.
-    if (t == 0.0) section[i] = map.at(i, j - 1);
-    else if (t == 1.0) section[i] = map.at(i, j);
-    else section[i] = (1.0 - t) * static_cast<double>(map.at(i, j - 1)) + t * static_cast<double>(map.at(i, j));
+    if (t == 0.0)
+      section[i] = map.at(i, j - 1);
+    else if (t == 1.0)
+      section[i] = map.at(i, j);
+    else
+      section[i] =
+          (1.0 - t) * static_cast<double>(map.at(i, j - 1)) + t * static_cast<double>(map.at(i, j));
   }
   return section;
 }

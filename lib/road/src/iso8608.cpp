@@ -57,8 +57,8 @@ Roughness::Roughness(const RoughnessOptions& options, double period_m) {
       first = std::ceil(low * period_m);
       last = std::ceil(high * period_m) - 1.0;
     } while (last < first && high < options.n_max_cpm);
-    const double variance = psd_n0 * kReferenceFrequencyCpm * kReferenceFrequencyCpm *
-                            (1.0 / low - 1.0 / high);
+    const double variance =
+        psd_n0 * kReferenceFrequencyCpm * kReferenceFrequencyCpm * (1.0 / low - 1.0 / high);
     if (last >= first) {
       const auto count = static_cast<std::uint64_t>(last - first) + 1;
       const double harmonic = first + static_cast<double>(random.below(count));
@@ -71,8 +71,9 @@ Roughness::Roughness(const RoughnessOptions& options, double period_m) {
     low = high;
   }
   if (waves_.empty()) {
-    throw Error(fmt::format("no whole number of waves of {} to {} cycles/m fits {} m; widen the band",
-                            options.n_min_cpm, options.n_max_cpm, period_m));
+    throw Error(
+        fmt::format("no whole number of waves of {} to {} cycles/m fits {} m; widen the band",
+                    options.n_min_cpm, options.n_max_cpm, period_m));
   }
 }
 

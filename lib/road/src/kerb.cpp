@@ -12,19 +12,21 @@ namespace road {
 
 namespace {
 
-constexpr double kEdgeBin_m = 0.01;          // kerb edges this close together share their columns
-constexpr double kHalfFace_m = 0.005;        // a vertical face is carried by two columns this far from it
+constexpr double kEdgeBin_m = 0.01;    // kerb edges this close together share their columns
+constexpr double kHalfFace_m = 0.005;  // a vertical face is carried by two columns this far from it
 constexpr double kSmallestColumn_m = 0.004;
-constexpr double kShortestEdge_m = 5.0;      // of kerb edge that is worth columns of its own
+constexpr double kShortestEdge_m = 5.0;  // of kerb edge that is worth columns of its own
 constexpr std::size_t kRowsPerChunk = 64;
-constexpr double kJoinAlong_m = 1.0;         // kerbs closer than this along u are one
+constexpr double kJoinAlong_m = 1.0;  // kerbs closer than this along u are one
 
 bool is_kerb(const SampledGrid& s, std::size_t node) {
   return s.provenance[node] != Provenance::none && s.surface_class[node] == SurfaceClass::kerb;
 }
 
 /// One row's stretch of kerb nodes [first, last].
-struct Stretch { std::size_t first, last; };
+struct Stretch {
+  std::size_t first, last;
+};
 
 std::vector<Stretch> stretches(const SampledGrid& s, std::size_t row) {
   std::vector<Stretch> result;
@@ -57,14 +59,17 @@ double rise_m(const SampledGrid& s, std::size_t row, const Stretch& k) {
   };
   const std::ptrdiff_t a = road_node(0.0), b = road_node(1.0);
   if (a < 0) return 0.0;
-  const double va = v[static_cast<std::size_t>(a)], za = static_cast<double>(s.grid.at(row, static_cast<std::size_t>(a)));
+  const double va = v[static_cast<std::size_t>(a)],
+               za = static_cast<double>(s.grid.at(row, static_cast<std::size_t>(a)));
   double slope = 0.0;
   if (b >= 0 && b != a) {
-    slope = (static_cast<double>(s.grid.at(row, static_cast<std::size_t>(b))) - za) / (v[static_cast<std::size_t>(b)] - va);
+    slope = (static_cast<double>(s.grid.at(row, static_cast<std::size_t>(b))) - za) /
+            (v[static_cast<std::size_t>(b)] - va);
   }
   double largest = 0.0;
   for (std::size_t j = k.first; j <= k.last; ++j) {
-    largest = std::max(largest, static_cast<double>(s.grid.at(row, j)) - (za + slope * (v[j] - va)));
+    largest =
+        std::max(largest, static_cast<double>(s.grid.at(row, j)) - (za + slope * (v[j] - va)));
   }
   return largest;
 }
@@ -90,7 +95,8 @@ std::vector<Kerb> find_kerbs(const SampledGrid& s) {
         fits->kerb.u_end_m = u;
         fits->kerb.v_begin_m = std::min(fits->kerb.v_begin_m, v0);
         fits->kerb.v_end_m = std::max(fits->kerb.v_end_m, v1);
-        if (const double rise = rise_m(s, i, k); rise > fits->kerb.height_m) fits->kerb.height_m = rise, fits->kerb.u_highest_m = u;
+        if (const double rise = rise_m(s, i, k); rise > fits->kerb.height_m)
+          fits->kerb.height_m = rise, fits->kerb.u_highest_m = u;
         fits->last_row = i;
       }
     }
@@ -101,7 +107,8 @@ std::vector<Kerb> find_kerbs(const SampledGrid& s) {
     });
   }
   for (const Open& o : open) done.push_back(o.kerb);
-  std::erase_if(done, [&](const Kerb& k) { return k.u_end_m - k.u_begin_m < 2.0 * s.grid.u_step_m; });
+  std::erase_if(done,
+                [&](const Kerb& k) { return k.u_end_m - k.u_begin_m < 2.0 * s.grid.u_step_m; });
   std::sort(done.begin(), done.end(), [](const Kerb& a, const Kerb& b) {
     return std::tie(a.u_begin_m, a.v_begin_m) < std::tie(b.u_begin_m, b.v_begin_m);
   });
@@ -113,13 +120,16 @@ struct Node {
   SurfaceClass surface_class;
 };
 
-/// The surface at (row, v) between two known neighbours of the row; nothing where it is not between them.
+/// The surface at (row, v) between two known neighbours of the row; nothing where it is not between
+/// them.
 std::optional<Node> probe(const SampledGrid& s, const RaySurface& surface, const RoadMesh& road,
                           const crg::ReferenceLine& line, std::size_t row, double v_m) {
   const auto& v = s.grid.v_m;
-  const auto right = static_cast<std::size_t>(std::upper_bound(v.begin(), v.end(), v_m) - v.begin());
+  const auto right =
+      static_cast<std::size_t>(std::upper_bound(v.begin(), v.end(), v_m) - v.begin());
   if (right == 0 || right == v.size()) return std::nullopt;
-  const auto z0 = static_cast<double>(s.grid.at(row, right - 1)), z1 = static_cast<double>(s.grid.at(row, right));
+  const auto z0 = static_cast<double>(s.grid.at(row, right - 1)),
+             z1 = static_cast<double>(s.grid.at(row, right));
   if (std::isnan(z0) || std::isnan(z1)) return std::nullopt;
   const double t = (v_m - v[right - 1]) / (v[right] - v[right - 1]);
   const crg::Point2 p = crg::node_position(line, row, v_m);
@@ -129,16 +139,19 @@ std::optional<Node> probe(const SampledGrid& s, const RaySurface& surface, const
 }
 
 /// probe for up to 16 rows from `first` at once.
-std::array<std::optional<Node>, 16> probe_rows(const SampledGrid& s, const RaySurface& surface, const RoadMesh& road,
-                                               const crg::ReferenceLine& line, std::size_t first, std::size_t count, double v_m) {
+std::array<std::optional<Node>, 16> probe_rows(const SampledGrid& s, const RaySurface& surface,
+                                               const RoadMesh& road, const crg::ReferenceLine& line,
+                                               std::size_t first, std::size_t count, double v_m) {
   constexpr double kReach_m = 0.3;
   const auto& v = s.grid.v_m;
-  const auto right = static_cast<std::size_t>(std::upper_bound(v.begin(), v.end(), v_m) - v.begin());
+  const auto right =
+      static_cast<std::size_t>(std::upper_bound(v.begin(), v.end(), v_m) - v.begin());
   RayPacket16 packet{};
   packet.max_depth_m = static_cast<float>(2.0 * kReach_m);
   std::array<double, 16> low_m{}, high_m{};
   for (std::size_t k = 0; k < count; ++k) {
-    const auto z0 = static_cast<double>(s.grid.at(first + k, right - 1)), z1 = static_cast<double>(s.grid.at(first + k, right));
+    const auto z0 = static_cast<double>(s.grid.at(first + k, right - 1)),
+               z1 = static_cast<double>(s.grid.at(first + k, right));
     if (std::isnan(z0) || std::isnan(z1)) continue;
     low_m[k] = std::min(z0, z1);
     high_m[k] = std::max(z0, z1);
@@ -164,8 +177,9 @@ std::array<std::optional<Node>, 16> probe_rows(const SampledGrid& s, const RaySu
 }
 
 /// v where the surface changes between kerb and not kerb inside (v[j], v[j + 1]), to 1 mm.
-std::optional<double> edge_between(const SampledGrid& s, const RaySurface& surface, const RoadMesh& road,
-                                   const crg::ReferenceLine& line, std::size_t row, std::size_t j) {
+std::optional<double> edge_between(const SampledGrid& s, const RaySurface& surface,
+                                   const RoadMesh& road, const crg::ReferenceLine& line,
+                                   std::size_t row, std::size_t j) {
   const std::size_t node = row * s.grid.columns() + j;
   const bool kerb_first = is_kerb(s, node);
   double lo = s.grid.v_m[j], hi = s.grid.v_m[j + 1];
@@ -179,15 +193,18 @@ std::optional<double> edge_between(const SampledGrid& s, const RaySurface& surfa
 }
 
 /// New columns at the places where most metres of kerb edge lie.
-std::vector<double> choose_columns(const SampledGrid& s, const RaySurface& surface, const RoadMesh& road,
-                                   const crg::ReferenceLine& line, const std::vector<Kerb>& kerbs, const KerbOptions& options) {
+std::vector<double> choose_columns(const SampledGrid& s, const RaySurface& surface,
+                                   const RoadMesh& road, const crg::ReferenceLine& line,
+                                   const std::vector<Kerb>& kerbs, const KerbOptions& options) {
   const std::size_t columns = s.grid.columns();
   std::map<long, double> metres;  // per bin of v
-  const auto every = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(0.5 / s.grid.u_step_m)));
+  const auto every =
+      std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(0.5 / s.grid.u_step_m)));
   for (std::size_t i = 0; i < s.grid.rows(); i += every) {
     for (std::size_t j = 0; j + 1 < columns; ++j) {
       const std::size_t node = i * columns + j;
-      if (s.provenance[node] == Provenance::none || s.provenance[node + 1] == Provenance::none) continue;
+      if (s.provenance[node] == Provenance::none || s.provenance[node + 1] == Provenance::none)
+        continue;
       if (is_kerb(s, node) == is_kerb(s, node + 1)) continue;
       const double u = s.grid.u_of(i);
       const bool high = std::any_of(kerbs.begin(), kerbs.end(), [&](const Kerb& k) {
@@ -206,7 +223,8 @@ std::vector<double> choose_columns(const SampledGrid& s, const RaySurface& surfa
   }
   std::sort(ranked.begin(), ranked.end());
 
-  const auto budget = static_cast<std::size_t>(options.max_extra_columns_share * static_cast<double>(columns));
+  const auto budget =
+      static_cast<std::size_t>(options.max_extra_columns_share * static_cast<double>(columns));
   std::vector<double> all = s.grid.v_m, added;
   for (const auto& [length, bin] : ranked) {
     for (const double offset : {-kHalfFace_m, kHalfFace_m}) {
@@ -225,22 +243,26 @@ std::vector<double> choose_columns(const SampledGrid& s, const RaySurface& surfa
 }  // namespace
 
 SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const RoadMesh& road,
-                         const crg::ReferenceLine& line, const KerbOptions& options, KerbReport* report) {
+                         const crg::ReferenceLine& line, const KerbOptions& options,
+                         KerbReport* report) {
   KerbReport result;
   result.kerbs = find_kerbs(sampled);
-  const std::vector<double> added = result.kerbs.empty()
-                                        ? std::vector<double>{}
-                                        : choose_columns(sampled, surface, road, line, result.kerbs, options);
+  const std::vector<double> added =
+      result.kerbs.empty() ? std::vector<double>{}
+                           : choose_columns(sampled, surface, road, line, result.kerbs, options);
   if (!added.empty()) {
     SampledGrid refined;
     refined.grid.u_begin_m = sampled.grid.u_begin_m;
     refined.grid.u_step_m = sampled.grid.u_step_m;
     const auto& old_v = sampled.grid.v_m;
-    std::merge(old_v.begin(), old_v.end(), added.begin(), added.end(), std::back_inserter(refined.grid.v_m));
-    const std::size_t rows = sampled.grid.rows(), columns = refined.grid.columns(), old_columns = old_v.size();
+    std::merge(old_v.begin(), old_v.end(), added.begin(), added.end(),
+               std::back_inserter(refined.grid.v_m));
+    const std::size_t rows = sampled.grid.rows(), columns = refined.grid.columns(),
+                      old_columns = old_v.size();
     std::vector<std::ptrdiff_t> source(columns, -1);
     for (std::size_t j = 0, k = 0; j < columns; ++j) {
-      if (k < old_columns && refined.grid.v_m[j] == old_v[k]) source[j] = static_cast<std::ptrdiff_t>(k++);
+      if (k < old_columns && refined.grid.v_m[j] == old_v[k])
+        source[j] = static_cast<std::ptrdiff_t>(k++);
     }
     refined.grid.z_m.assign(rows * columns, std::numeric_limits<float>::quiet_NaN());
     refined.provenance.assign(rows * columns, Provenance::none);
@@ -249,7 +271,8 @@ SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const R
       for (std::size_t i = begin; i < end; ++i) {
         for (std::size_t j = 0; j < columns; ++j) {
           if (source[j] < 0) continue;
-          const std::size_t to = i * columns + j, from = i * old_columns + static_cast<std::size_t>(source[j]);
+          const std::size_t to = i * columns + j,
+                            from = i * old_columns + static_cast<std::size_t>(source[j]);
           refined.grid.z_m[to] = sampled.grid.z_m[from];
           refined.provenance[to] = sampled.provenance[from];
           refined.surface_class[to] = sampled.surface_class[from];
@@ -258,7 +281,9 @@ SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const R
       for (std::size_t j = 0; j < columns; ++j) {
         if (source[j] >= 0) continue;
         for (std::size_t first = begin; first < end; first += 16) {
-          const auto nodes = probe_rows(sampled, surface, road, line, first, std::min<std::size_t>(16, end - first), refined.grid.v_m[j]);
+          const auto nodes =
+              probe_rows(sampled, surface, road, line, first,
+                         std::min<std::size_t>(16, end - first), refined.grid.v_m[j]);
           for (std::size_t k = 0; first + k < end && k < 16; ++k) {
             if (!nodes[k]) continue;
             const std::size_t to = (first + k) * columns + j;
@@ -279,7 +304,8 @@ SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const R
     sampled = std::move(refined);
     result.columns_added = added.size();
   }
-  for (std::size_t node = 0; node < sampled.provenance.size(); ++node) result.cells += is_kerb(sampled, node) ? 1 : 0;
+  for (std::size_t node = 0; node < sampled.provenance.size(); ++node)
+    result.cells += is_kerb(sampled, node) ? 1 : 0;
   if (report != nullptr) *report = std::move(result);
   return sampled;
 }

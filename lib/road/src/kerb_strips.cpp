@@ -50,12 +50,17 @@ std::optional<KerbRow> kerb_of_half(const Half& half, const KerbStripOptions& op
     const double spread = count * svv - sv * sv;
     if (!(spread > 0.0)) continue;
     const double slope = (count * svz - sv * sz) / spread, level = (sz - slope * sv) / count;
-    const auto over = [&](std::size_t k) { return half.z[k] - level - slope * (half.v[k] - half.v[j]); };
+    const auto over = [&](std::size_t k) {
+      return half.z[k] - level - slope * (half.v[k] - half.v[j]);
+    };
     double square = 0.0;
     for (std::size_t k = base; k <= j; ++k) square += over(k) * over(k);
     const double scatter = std::sqrt(square / count);
-    if (over(look) < std::max(kRise_m, 3.0 * scatter) || std::abs(over(j)) > std::max(0.5 * kRise_m, scatter)) continue;
-    // Its top, its end, and then where the rise to that top begins: a wave of the road may lie before it.
+    if (over(look) < std::max(kRise_m, 3.0 * scatter) ||
+        std::abs(over(j)) > std::max(0.5 * kRise_m, scatter))
+      continue;
+    // Its top, its end, and then where the rise to that top begins: a wave of the road may lie
+    // before it.
     KerbRow kerb;
     kerb.v_begin_m = half.v[j];
     const double enough = std::max(options.min_height_m, 5.0 * scatter);
@@ -65,13 +70,17 @@ std::optional<KerbRow> kerb_of_half(const Half& half, const KerbStripOptions& op
       const double height = over(k);
       if (height > kerb.height_m) {
         // A rise behind a fall is run-off: the kerb ended between them.
-        if (kerb.height_m >= enough && lowest_m < kerb.height_m - std::max(kRise_m, (1.0 - 2.0 * kReturn) * kerb.height_m)) break;
+        if (kerb.height_m >= enough &&
+            lowest_m < kerb.height_m - std::max(kRise_m, (1.0 - 2.0 * kReturn) * kerb.height_m))
+          break;
         kerb.height_m = lowest_m = height;
       }
       if (height < lowest_m || height == kerb.height_m) kerb.v_end_m = half.v[k];
       lowest_m = std::min(lowest_m, height);
       if (kerb.height_m >= enough && height < kReturn * kerb.height_m) break;
-      if (kerb.height_m >= enough && height > lowest_m + 0.005 && lowest_m < kerb.height_m - std::max(kRise_m, (1.0 - 2.0 * kReturn) * kerb.height_m)) break;
+      if (kerb.height_m >= enough && height > lowest_m + 0.005 &&
+          lowest_m < kerb.height_m - std::max(kRise_m, (1.0 - 2.0 * kReturn) * kerb.height_m))
+        break;
     }
     if (kerb.height_m < enough) continue;
     for (std::size_t q = j; q < k && over(q) < 0.1 * kerb.height_m; ++q) kerb.v_begin_m = half.v[q];
@@ -88,21 +97,25 @@ bool overlap(const KerbRow& a, const KerbRow& b) {
   return a_low < b_high + 0.2 && b_low < a_high + 0.2;
 }
 
-/// The inner edge moves by no more than about a column from row to row, in most of them. Strips above
-/// 40 mm, more than roughness of class C makes, may move more: roughness hides where they begin.
+/// The inner edge moves by no more than about a column from row to row, in most of them. Strips
+/// above 40 mm, more than roughness of class C makes, may move more: roughness hides where they
+/// begin.
 bool is_steady(const HeightMap& map, const std::vector<KerbRow>& rows) {
   std::vector<double> moves, heights;
   for (const KerbRow& row : rows) heights.push_back(row.height_m);
   const double limit_m = files::quantile(heights, 0.5) > 0.04 ? 0.4 : 0.11;
-  for (std::size_t k = 1; k < rows.size(); ++k) moves.push_back(std::abs(rows[k].v_begin_m - rows[k - 1].v_begin_m));
-  const double column_m = (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1);
+  for (std::size_t k = 1; k < rows.size(); ++k)
+    moves.push_back(std::abs(rows[k].v_begin_m - rows[k - 1].v_begin_m));
+  const double column_m =
+      (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1);
   return !moves.empty() && files::quantile(moves, 0.5) <= std::max(limit_m, 1.01 * column_m);
 }
 
 }  // namespace
 
 KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& options) {
-  const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(options.row_step_m / map.line.u_step_m + 0.5));
+  const auto stride = std::max<std::size_t>(
+      1, static_cast<std::size_t>(options.row_step_m / map.line.u_step_m + 0.5));
   const double row_step_m = static_cast<double>(stride) * map.line.u_step_m;
   std::vector<std::vector<KerbRow>> done;
   std::vector<bool> is_left;
@@ -111,8 +124,11 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
     const auto accept = [&](std::vector<KerbRow> piece) {
       if (piece.empty()) return;
       const std::size_t rows = (piece.back().row - piece.front().row) / stride + 1;
-      // The edge of a kerb is a line; rises of a rough road begin elsewhere in every row and leave gaps.
-      if (static_cast<double>(rows) * row_step_m < options.min_length_m || 3 * piece.size() < 2 * rows || !is_steady(map, piece)) return;
+      // The edge of a kerb is a line; rises of a rough road begin elsewhere in every row and leave
+      // gaps.
+      if (static_cast<double>(rows) * row_step_m < options.min_length_m ||
+          3 * piece.size() < 2 * rows || !is_steady(map, piece))
+        return;
       done.push_back(std::move(piece));
       is_left.push_back(left);
     };
@@ -124,7 +140,8 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
       std::vector<KerbRow> piece;
       for (const KerbRow& row : open[k]) {
         if (row.height_m < low_m) continue;
-        if (!piece.empty() && static_cast<double>(row.row - piece.back().row) * map.line.u_step_m > kLongestGap_m) {
+        if (!piece.empty() &&
+            static_cast<double>(row.row - piece.back().row) * map.line.u_step_m > kLongestGap_m) {
           accept(std::move(piece));
           piece.clear();
         }
@@ -135,7 +152,8 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
     };
     for (std::size_t i = 0; i < map.rows(); i += stride) {
       // The column of the reference line, or the middle of the road where that has no height.
-      std::size_t middle = static_cast<std::size_t>(std::lower_bound(map.v_m.begin(), map.v_m.end(), 0.0) - map.v_m.begin());
+      std::size_t middle = static_cast<std::size_t>(
+          std::lower_bound(map.v_m.begin(), map.v_m.end(), 0.0) - map.v_m.begin());
       middle = std::min(middle, map.columns() - 1);
       if (std::isnan(map.at(i, middle))) {
         std::size_t first = 0, last = map.columns() - 1;
@@ -144,7 +162,8 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
         middle = (first + last) / 2;
       }
       std::optional<KerbRow> kerb;
-      if (!std::isnan(map.at(i, middle))) kerb = kerb_of_half(half_of_row(map, i, middle, left), options);
+      if (!std::isnan(map.at(i, middle)))
+        kerb = kerb_of_half(half_of_row(map, i, middle, left), options);
       if (kerb) {
         kerb->row = i;
         const double sign = left ? 1.0 : -1.0;
@@ -156,7 +175,8 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
         open[k].push_back(*kerb);
       }
       for (std::size_t k = open.size(); k-- > 0;) {
-        if (static_cast<double>(i - open[k].back().row) * map.line.u_step_m > kLongestGap_m) close(k);
+        if (static_cast<double>(i - open[k].back().row) * map.line.u_step_m > kLongestGap_m)
+          close(k);
       }
     }
     while (!open.empty()) close(open.size() - 1);
@@ -166,7 +186,8 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
   std::vector<std::size_t> order(done.size());
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return done[a].front().row != done[b].front().row ? done[a].front().row < done[b].front().row : a < b;
+    return done[a].front().row != done[b].front().row ? done[a].front().row < done[b].front().row
+                                                      : a < b;
   });
   for (const std::size_t k : order) {
     KerbStrip strip;
@@ -184,9 +205,10 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
     strip.v_end_m = files::quantile(end, 0.5);
     strip.height_m = files::quantile(height, 0.9);
     strip.width_m = files::quantile(width, 0.5);
-    const auto nearest = std::min_element(done[k].begin(), done[k].end(), [&](const KerbRow& a, const KerbRow& b) {
-      return std::abs(a.height_m - strip.height_m) < std::abs(b.height_m - strip.height_m);
-    });
+    const auto nearest =
+        std::min_element(done[k].begin(), done[k].end(), [&](const KerbRow& a, const KerbRow& b) {
+          return std::abs(a.height_m - strip.height_m) < std::abs(b.height_m - strip.height_m);
+        });
     strip.u_of_profile_m = map.u_of(nearest->row);
     result.strips.push_back(strip);
     result.rows.push_back(std::move(done[k]));

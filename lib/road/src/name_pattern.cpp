@@ -32,13 +32,15 @@ NamePattern::NamePattern(const std::string& pattern) {
   options.set_never_capture(true);
   pattern_ = std::make_shared<const re2::RE2>(lower_case_pattern(pattern), options);
   if (!pattern_->ok()) {
-    throw Error(fmt::format("'{}' seen, a regular expression wanted, without look-ahead and back references ({})",
-                            pattern, pattern_->error()));
+    throw Error(fmt::format(
+        "'{}' seen, a regular expression wanted, without look-ahead and back references ({})",
+        pattern, pattern_->error()));
   }
 }
 
 bool NamePattern::is_in(std::string_view lower_case_name) const {
-  return re2::RE2::PartialMatch(re2::StringPiece(lower_case_name.data(), lower_case_name.size()), *pattern_);
+  return re2::RE2::PartialMatch(re2::StringPiece(lower_case_name.data(), lower_case_name.size()),
+                                *pattern_);
 }
 
 }  // namespace road

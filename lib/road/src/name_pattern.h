@@ -1,5 +1,5 @@
-// A pattern that names of objects, materials and textures are looked through for. RE2 stays private to
-// the source file.
+// A pattern that names of objects, materials and textures are looked through for. RE2 stays private
+// to the source file.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ class RE2;
 namespace road {
 
 /// A regular expression (RE2's syntax: that of ECMAScript without look-ahead and back references),
-/// found anywhere in a name, upper and lower case alike, byte by byte. Takes time linear in the name,
-/// whatever the pattern.
+/// found anywhere in a name, upper and lower case alike, byte by byte. Takes time linear in the
+/// name, whatever the pattern.
 class NamePattern {
  public:
   /// Throws Error that quotes the pattern.

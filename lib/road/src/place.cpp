@@ -47,10 +47,14 @@ AlignReport fit_naming_the_reason(const ControlPoints& file, const AlignOptions&
     if (file.latitude_longitude_deg.empty()) throw;
     using Degrees = Eigen::Vector2d;
     if (fits_when(file, options, [](const Degrees& at) { return Degrees(at.y(), at.x()); }))
-      throw Error("no rotation and translation fits, but it does with latitude and longitude swapped; exchange the two columns");
+      throw Error(
+          "no rotation and translation fits, but it does with latitude and longitude swapped; "
+          "exchange the two columns");
     // North for south and east for west are the same mirror, half a turn apart.
     if (fits_when(file, options, [](const Degrees& at) { return Degrees(-at.x(), at.y()); }))
-      throw Error("no rotation and translation fits, but it does in another hemisphere; check the signs of lat_deg and lon_deg");
+      throw Error(
+          "no rotation and translation fits, but it does in another hemisphere; check the signs of "
+          "lat_deg and lon_deg");
     throw;
   }
 }
@@ -72,7 +76,8 @@ Placement by_values(const RotoTranslation& T_global_mesh) {
   return placement;
 }
 
-Placement by_trajectory(const Recipe& recipe, const std::string& path, const crg::ReferenceLine& line) {
+Placement by_trajectory(const Recipe& recipe, const std::string& path,
+                        const crg::ReferenceLine& line) {
   Placement placement;
   placement.by = "trajectory";
   const Trajectory file = read_trajectory(path, recipe.projection);
@@ -80,7 +85,8 @@ Placement by_trajectory(const Recipe& recipe, const std::string& path, const crg
   std::vector<Eigen::Vector3d> middle, driven;
   for (std::size_t i = 0; i < line.size(); i += thin(line.size()))
     middle.emplace_back(line.x_m[i], line.y_m[i], line.z_m.empty() ? 0.0 : line.z_m[i]);
-  for (std::size_t i = 0; i < file.points_m.size(); i += thin(file.points_m.size())) driven.push_back(file.points_m[i]);
+  for (std::size_t i = 0; i < file.points_m.size(); i += thin(file.points_m.size()))
+    driven.push_back(file.points_m[i]);
   placement.align = naming(path, [&] { return fit_to_trajectory(middle, line.closed, driven); });
   placement.align.residual_m.clear();
   placement.projection = file.projection;
@@ -97,10 +103,14 @@ void set_zone(const Recipe& recipe, Placement& placement) {
 }  // namespace
 
 std::optional<Placement> place_mesh(const Recipe& recipe) {
-  if (!recipe.control_points_path && (recipe.align.rotation != AlignOptions::Rotation::about_z || recipe.align.scale))
-    throw Error("align_rotation and align_scale are fitted to control points, and there are none; give control_points too");
+  if (!recipe.control_points_path &&
+      (recipe.align.rotation != AlignOptions::Rotation::about_z || recipe.align.scale))
+    throw Error(
+        "align_rotation and align_scale are fitted to control points, and there are none; give "
+        "control_points too");
   std::optional<Placement> placement;
-  if (recipe.control_points_path) placement = by_control_points(recipe, *recipe.control_points_path);
+  if (recipe.control_points_path)
+    placement = by_control_points(recipe, *recipe.control_points_path);
   if (recipe.T_global_mesh) placement = by_values(*recipe.T_global_mesh);
   if (placement) set_zone(recipe, *placement);
   // Refused here rather than after the mesh was cleaned.

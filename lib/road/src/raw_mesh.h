@@ -38,8 +38,8 @@ RawMesh read_ply(std::string_view bytes, const std::string& path);
 constexpr std::size_t kLargestMeshFile = 16'000'000'000;
 
 /// Refuses what would make a reader that calls itself for every level run out of stack, or visit
-/// shared parts without end: nested glTF, XML and text in braces. What is no such format, or damaged
-/// otherwise, passes. Throws Error.
+/// shared parts without end: nested glTF, XML and text in braces. What is no such format, or
+/// damaged otherwise, passes. Throws Error.
 void check_nesting(std::string_view bytes, const std::string& path);
 
 /// What an .obj calls a list of materials (.mtl) -> its text; nothing where it cannot be had.
@@ -69,17 +69,18 @@ std::optional<std::string> without_draco(std::string_view bytes, const std::stri
                                          const BufferFile& buffer_file);
 
 /// Any other format. Files that the mesh refers to are read only below its folder unless
-/// `allow_outside`: one with geometry refuses the mesh, one for looks is a remark. Calls `opened` with
-/// the size of each. Throws Error; damaged files may crash it.
+/// `allow_outside`: one with geometry refuses the mesh, one for looks is a remark. Calls `opened`
+/// with the size of each. Throws Error; damaged files may crash it.
 RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
                          const Eigen::Vector3d& origin, bool allow_outside,
                          const std::function<void(std::size_t)>& opened);
 
 /// Runs `read` in a child of this process and gives what it gives or throws; its crash, or its
-/// taking far more memory or time than `bytes` (and those that it tells `opened`) can need, is an Error
-/// that names `path`. The other threads of this process do not run in the child.
-RawMesh read_in_child(const std::string& path, std::size_t bytes,
-                      const std::function<RawMesh(const std::function<void(std::size_t)>& opened)>& read);
+/// taking far more memory or time than `bytes` (and those that it tells `opened`) can need, is an
+/// Error that names `path`. The other threads of this process do not run in the child.
+RawMesh read_in_child(
+    const std::string& path, std::size_t bytes,
+    const std::function<RawMesh(const std::function<void(std::size_t)>& opened)>& read);
 
 /// Text that assimp reads without loss: coordinates relative to `origin`.
 struct LocalText {

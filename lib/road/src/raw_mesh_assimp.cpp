@@ -114,8 +114,11 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
       open.push_back({child, visit.T_world_node * to_eigen(child->mTransformation)});
     }
     for (unsigned int k = 0; k < visit.node->mNumMeshes; ++k) {
-      if (visit.node->mMeshes[k] >= scene.mNumMeshes || scene.mMeshes[visit.node->mMeshes[k]] == nullptr)
-        throw Error(fmt::format("{}: object '{}' refers to a part that the file does not hold; export the mesh again", path, object_name(*visit.node)));
+      if (visit.node->mMeshes[k] >= scene.mNumMeshes ||
+          scene.mMeshes[visit.node->mMeshes[k]] == nullptr)
+        throw Error(fmt::format(
+            "{}: object '{}' refers to a part that the file does not hold; export the mesh again",
+            path, object_name(*visit.node)));
       const aiMesh& part = *scene.mMeshes[visit.node->mMeshes[k]];
       std::string name = object_name(*visit.node);
       if (name.empty() || visit.node == scene.mRootNode)
@@ -180,8 +183,8 @@ void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
   std::string names;
   for (const MeshFile& file : files) {
     const auto has_its_name = [&](const MeshFile& other) {
-      return !other.sha256.empty() && fs::path(other.path).filename() ==
-                                          fs::path(file.path).filename();
+      return !other.sha256.empty() &&
+             fs::path(other.path).filename() == fs::path(file.path).filename();
     };
     if (!file.sha256.empty() || std::any_of(files.begin(), files.end(), has_its_name)) continue;
     if (file.path.find("//", folder_length) != std::string::npos) continue;

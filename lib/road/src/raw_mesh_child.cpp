@@ -47,7 +47,8 @@ enum class Outcome : std::uint32_t { mesh = 0x6d657368, refusal = 0x6e6f6e65 };
 constexpr std::uint32_t kEnd = 0x656e6421;
 
 template <typename T>
-inline constexpr bool kAsItLies = std::is_trivially_copyable_v<T> || std::is_same_v<T, Eigen::Vector3d>;
+inline constexpr bool kAsItLies =
+    std::is_trivially_copyable_v<T> || std::is_same_v<T, Eigen::Vector3d>;
 
 /// Writes values one behind the other into a file.
 class Sender {
@@ -67,10 +68,12 @@ class Sender {
     if (buffer_.size() > kBuffer) good_ = flush() && good_;
   }
   template <typename T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void operator()(const T& value) { put(&value, sizeof value); }
   void operator()(const std::string& text) { (*this)(text.size()), put(text.data(), text.size()); }
-  void operator()(const MeshObject& object) { (*this)(object.name), (*this)(object.material), (*this)(object.texture); }
+  void operator()(const MeshObject& object) {
+    (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+  }
   void operator()(const MeshFile& file) { (*this)(file.path), (*this)(file.sha256); }
   template <typename T>
   void operator()(const std::vector<T>& values) {
@@ -114,7 +117,7 @@ struct Receiver {
     at += size;
   }
   template <typename T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void operator()(T& value) { take(&value, sizeof value); }
   std::size_t count(std::size_t least_size) {
     std::size_t n = 0;
@@ -126,7 +129,9 @@ struct Receiver {
     text.resize(count(1));
     take(text.data(), text.size());
   }
-  void operator()(MeshObject& object) { (*this)(object.name), (*this)(object.material), (*this)(object.texture); }
+  void operator()(MeshObject& object) {
+    (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+  }
   void operator()(MeshFile& file) { (*this)(file.path), (*this)(file.sha256); }
   template <typename T>
   void operator()(std::vector<T>& values) {
@@ -143,7 +148,8 @@ struct Receiver {
 /// Every value of a mesh, for both directions.
 template <typename Archive, typename Mesh>
 void each(Archive& a, Mesh& mesh) {
-  a(mesh.vertices), a(mesh.triangles), a(mesh.object_of_triangle), a(mesh.objects), a(mesh.stored_as_float32);
+  a(mesh.vertices), a(mesh.triangles), a(mesh.object_of_triangle), a(mesh.objects),
+      a(mesh.stored_as_float32);
   a(mesh.local_magnitude), a(mesh.metres_per_unit), a(mesh.up), a(mesh.remarks), a(mesh.files);
 }
 
@@ -192,7 +198,8 @@ int run_child(pid_t parent, int result, const std::string& path, std::size_t byt
     sigaddset(&timers, signal);
   }
   ::sigprocmask(SIG_UNBLOCK, &timers, nullptr);
-  // A crash speaks through this process, and no lock or pipe of it shall stay open through the child.
+  // A crash speaks through this process, and no lock or pipe of it shall stay open through the
+  // child.
   if (!kSanitized) {
     const int nowhere = ::open("/dev/null", O_RDWR);
     ::dup2(nowhere, STDOUT_FILENO);
@@ -214,10 +221,13 @@ int run_child(pid_t parent, int result, const std::string& path, std::size_t byt
   } catch (const Error& error) {
     refuse(error.what());
   } catch (const std::bad_alloc&) {
-    refuse(fmt::format("{}: reading it needs far more memory than a mesh of {} bytes should; the file is "
-                       "damaged: copy or export it again", path, bytes));
+    refuse(fmt::format(
+        "{}: reading it needs far more memory than a mesh of {} bytes should; the file is "
+        "damaged: copy or export it again",
+        path, bytes));
   } catch (const std::exception& error) {
-    refuse(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path, error.what()));
+    refuse(fmt::format("{}: no mesh can be read from it: {}; copy or export it again", path,
+                       error.what()));
   }
   send(kEnd);
   return send.finish() ? 0 : 1;
@@ -225,28 +235,33 @@ int run_child(pid_t parent, int result, const std::string& path, std::size_t byt
 
 }  // namespace
 
-RawMesh read_in_child(const std::string& path, std::size_t bytes,
-                      const std::function<RawMesh(const std::function<void(std::size_t)>& opened)>& read) {
+RawMesh read_in_child(
+    const std::string& path, std::size_t bytes,
+    const std::function<RawMesh(const std::function<void(std::size_t)>& opened)>& read) {
   const files::Descriptor result(::memfd_create("kerbstone-mesh", MFD_CLOEXEC));
   const pid_t parent = ::getpid();
   const pid_t child = result.value < 0 ? -1 : ::fork();
   if (child < 0)
-    throw Error(fmt::format("{}: cannot start a process to read it in: {}", path, std::strerror(errno)));
+    throw Error(
+        fmt::format("{}: cannot start a process to read it in: {}", path, std::strerror(errno)));
   if (child == 0) ::_exit(run_child(parent, result.value, path, bytes, read));
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   constexpr const char* kAdvice =
-      "the file is damaged, or nested or large beyond reason: export it again, or convert it to .obj, .ply "
+      "the file is damaged, or nested or large beyond reason: export it again, or convert it to "
+      ".obj, .ply "
       "or .stl with another program";
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM))
     throw Error(fmt::format("{}: reading it took so long that it was given up; {}", path, kAdvice));
   if (WIFSIGNALED(status))
-    throw Error(fmt::format("{}: the reader of such files crashed ({}); {}", path, ::strsignal(WTERMSIG(status)), kAdvice));
+    throw Error(fmt::format("{}: the reader of such files crashed ({}); {}", path,
+                            ::strsignal(WTERMSIG(status)), kAdvice));
   struct stat state {};
   ::fstat(result.value, &state);
   const auto size = static_cast<std::size_t>(state.st_size);
-  void* mapped = size == 0 ? MAP_FAILED : ::mmap(nullptr, size, PROT_READ, MAP_SHARED, result.value, 0);
+  void* mapped =
+      size == 0 ? MAP_FAILED : ::mmap(nullptr, size, PROT_READ, MAP_SHARED, result.value, 0);
   RawMesh mesh;
   std::string refusal;
   bool whole = false;

@@ -15,18 +15,19 @@ namespace {
 
 // Groups in groups as people make them: a dozen; chains of joints: some hundred.
 constexpr std::size_t kMaxDepth = 1000;
-// Parts that are shown again and again, each of parts that are: a billion costs a few hundred bytes.
+// Parts that are shown again and again, each of parts that are: a billion costs a few hundred
+// bytes.
 constexpr std::uint64_t kMaxVisits = 10'000'000;
 
 [[noreturn]] void refuse_depth(const std::string& path, std::string_view what) {
   throw Error(fmt::format(
-      "{}: {} more than {} deep; such a file is damaged or was made to do harm: export it again", path,
-      what, kMaxDepth));
+      "{}: {} more than {} deep; such a file is damaged or was made to do harm: export it again",
+      path, what, kMaxDepth));
 }
 
 /// `open` and `close` outside of "quoted" texts, in which `escape` takes the next character along.
-void check_brackets(std::string_view text, std::string_view open, std::string_view close, char escape,
-                    const std::string& path, std::string_view what) {
+void check_brackets(std::string_view text, std::string_view open, std::string_view close,
+                    char escape, const std::string& path, std::string_view what) {
   std::size_t depth = 0;
   bool quoted = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -83,21 +84,26 @@ void check_gltf_nodes(const nlohmann::json& root, const std::string& path) {
   if (!root.is_object() || !root.contains("nodes")) return;
   const Json& nodes = root["nodes"];
   std::vector<const Json*> all;
-  std::unordered_map<std::string, std::size_t> by_name;  // glTF 1 names its nodes, glTF 2 numbers them
+  std::unordered_map<std::string, std::size_t>
+      by_name;  // glTF 1 names its nodes, glTF 2 numbers them
   for (const auto& [name, node] : nodes.items()) {
     if (nodes.is_object()) by_name.emplace(name, all.size());
     all.push_back(&node);
   }
   const auto index_of = [&](const Json& reference) {
-    if (reference.is_number_unsigned()) return static_cast<std::size_t>(std::min<std::uint64_t>(reference.get<std::uint64_t>(), all.size()));
-    const auto found = reference.is_string() ? by_name.find(reference.get<std::string>()) : by_name.end();
+    if (reference.is_number_unsigned())
+      return static_cast<std::size_t>(
+          std::min<std::uint64_t>(reference.get<std::uint64_t>(), all.size()));
+    const auto found =
+        reference.is_string() ? by_name.find(reference.get<std::string>()) : by_name.end();
     return found == by_name.end() ? all.size() : found->second;
   };
   const auto children_of = [&](std::size_t node) -> const Json::array_t& {
     static const Json::array_t none;
     if (!all[node]->is_object()) return none;
     const auto found = all[node]->find("children");
-    return found == all[node]->end() || !found->is_array() ? none : found->get_ref<const Json::array_t&>();
+    return found == all[node]->end() || !found->is_array() ? none
+                                                           : found->get_ref<const Json::array_t&>();
   };
   enum class State : std::uint8_t { unseen, open, done };
   struct Seen {
@@ -127,7 +133,8 @@ void check_gltf_nodes(const nlohmann::json& root, const std::string& path) {
       if (child >= all.size()) {
         ++step.next_child;
       } else if (seen[child].state == State::open) {
-        throw Error(fmt::format("{}: node {} is a child of itself; export the mesh again", path, child));
+        throw Error(
+            fmt::format("{}: node {} is a child of itself; export the mesh again", path, child));
       } else if (seen[child].state == State::unseen) {
         stack.push_back({child, 0});
       } else {
@@ -136,8 +143,10 @@ void check_gltf_nodes(const nlohmann::json& root, const std::string& path) {
         ++step.next_child;
         if (here.depth > kMaxDepth) refuse_depth(path, "nodes are nested");
         if (here.visits > kMaxVisits)
-          throw Error(fmt::format("{}: nodes that are children of several make more than {} of them; export "
-                                  "the mesh again", path, kMaxVisits));
+          throw Error(fmt::format(
+              "{}: nodes that are children of several make more than {} of them; export "
+              "the mesh again",
+              path, kMaxVisits));
       }
     }
   }
@@ -147,7 +156,9 @@ void check_gltf(std::string_view text, const std::string& path) {
   check_brackets(text, "[{", "]}", '\\', path, "arrays and objects are nested");
   // Names in other encodings than UTF-8 are no reason to refuse a mesh.
   std::string ascii(text);
-  std::replace_if(ascii.begin(), ascii.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; }, '?');
+  std::replace_if(
+      ascii.begin(), ascii.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; },
+      '?');
   const auto root = nlohmann::json::parse(ascii, nullptr, false);
   if (!root.is_discarded()) check_gltf_nodes(root, path);
 }
@@ -170,7 +181,8 @@ void check_nesting(std::string_view bytes, const std::string& path) {
   } else if (bytes[first] == '<') {
     check_xml(bytes, path);
   } else if (bytes.substr(0, 1000).find('\0') == std::string_view::npos &&
-             (extension == ".x" || extension == ".fbx" || extension == ".ase" || extension == ".wrl")) {
+             (extension == ".x" || extension == ".fbx" || extension == ".ase" ||
+              extension == ".wrl")) {
     check_brackets(bytes, "{", "}", '\0', path, "blocks are nested");
   }
 }

@@ -57,13 +57,15 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
   append_line(text, line);
   std::vector<std::uint64_t> kids_left;  // per open object
   bool in_object = false;
-  bool in_surface = false;  // its corners are to come; assimp leaves memory unset for a surface without any
+  bool in_surface =
+      false;  // its corners are to come; assimp leaves memory unset for a surface without any
   bool has_texture = false;
   std::uint64_t vertices = 0;
   while (lines.next(line)) {
     std::string_view rest = line;
     const std::string_view word = take_word(rest);
-    if (in_surface && (word == "SURF" || word == "kids" || word == "OBJECT")) throw malformed("'refs COUNT' of the surface before it");
+    if (in_surface && (word == "SURF" || word == "kids" || word == "OBJECT"))
+      throw malformed("'refs COUNT' of the surface before it");
     if (word == "OBJECT") {
       if (in_object) throw malformed("'kids N' before the next OBJECT");
       if (kids_left.size() >= kMaxDepth) throw malformed("groups nested less than 256 deep");

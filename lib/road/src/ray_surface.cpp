@@ -2,10 +2,10 @@
 
 #include <embree3/rtcore.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <Eigen/Geometry>
 #include <new>
 
 #include "road/error.h"
@@ -26,12 +26,17 @@ struct SceneDeleter {
 }  // namespace
 
 // RayPacket16 begins with Embree's packet.
-static_assert(offsetof(RayPacket16, z_top_m) == offsetof(RTCRay16, org_z) && offsetof(RayPacket16, from_m) == offsetof(RTCRay16, tnear) &&
-              offsetof(RayPacket16, direction_z) == offsetof(RTCRay16, dir_z) && offsetof(RayPacket16, depth_m) == offsetof(RTCRay16, tfar) &&
+static_assert(offsetof(RayPacket16, z_top_m) == offsetof(RTCRay16, org_z) &&
+              offsetof(RayPacket16, from_m) == offsetof(RTCRay16, tnear) &&
+              offsetof(RayPacket16, direction_z) == offsetof(RTCRay16, dir_z) &&
+              offsetof(RayPacket16, depth_m) == offsetof(RTCRay16, tfar) &&
               offsetof(RayPacket16, mask) == offsetof(RTCRay16, mask) &&
-              offsetof(RayPacket16, triangle) == offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, primID) &&
-              offsetof(RayPacket16, geometry) == offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, geomID) &&
-              offsetof(RayPacket16, active) == sizeof(RTCRayHit16) && alignof(RayPacket16) == alignof(RTCRayHit16));
+              offsetof(RayPacket16, triangle) ==
+                  offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, primID) &&
+              offsetof(RayPacket16, geometry) ==
+                  offsetof(RTCRayHit16, hit) + offsetof(RTCHit16, geomID) &&
+              offsetof(RayPacket16, active) == sizeof(RTCRayHit16) &&
+              alignof(RayPacket16) == alignof(RTCRayHit16));
 
 struct RaySurface::Scene {
   std::unique_ptr<RTCDeviceTy, DeviceDeleter> device;
@@ -77,8 +82,8 @@ struct RaySurface::Scene {
 };
 
 RaySurface::RaySurface(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
-  // One build thread: the tree, and with it the triangle answered on a shared edge, is then the same
-  // on every machine. 30,000 triangles take some 10 ms.
+  // One build thread: the tree, and with it the triangle answered on a shared edge, is then the
+  // same on every machine. 30,000 triangles take some 10 ms.
   scene_->device.reset(rtcNewDevice("threads=1"));
   if (!scene_->device) throw Error("Embree: no device could be made (out of memory?)");
   scene_->scene.reset(rtcNewScene(scene_->device.get()));
@@ -87,7 +92,8 @@ RaySurface::RaySurface(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
 
   Eigen::AlignedBox3d box;
   for (const auto& vertex : mesh.vertices_m) box.extend(vertex);
-  const Eigen::Vector3d centre = box.isEmpty() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : box.center();
+  const Eigen::Vector3d centre =
+      box.isEmpty() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : box.center();
   scene_->origin_m = mesh.origin_m + centre;
 
   if (!mesh.triangles.empty()) {
@@ -128,7 +134,8 @@ void RaySurface::cast_prepared(RayPacket16& packet) const noexcept {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(packet.active.data(), scene_->scene.get(), &context, reinterpret_cast<RTCRayHit16*>(&packet));
+  rtcIntersect16(packet.active.data(), scene_->scene.get(), &context,
+                 reinterpret_cast<RTCRayHit16*>(&packet));
 }
 
 void RaySurface::cast_down(RayPacket16& packet) const noexcept {
@@ -137,7 +144,8 @@ void RaySurface::cast_down(RayPacket16& packet) const noexcept {
   cast_prepared(packet);
   for (std::size_t i = 0; i < 16; ++i) {
     const float z = packet.z_top_m[i] - packet.depth_m[i];
-    packet.z_m[i] = packet.geometry[i] != RTC_INVALID_GEOMETRY_ID ? z : std::numeric_limits<float>::quiet_NaN();
+    packet.z_m[i] =
+        packet.geometry[i] != RTC_INVALID_GEOMETRY_ID ? z : std::numeric_limits<float>::quiet_NaN();
   }
 }
 

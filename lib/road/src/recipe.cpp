@@ -151,7 +151,9 @@ RecipeKey yes_or_no(std::string stage, std::string name, std::string meaning,
 
 /// In any case: KRBI and krbi.
 bool same_word(const std::string& a, const std::string& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char c, unsigned char d) { return std::tolower(c) == std::tolower(d); });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char c, unsigned char d) {
+    return std::tolower(c) == std::tolower(d);
+  });
 }
 
 template <class Enum>
@@ -364,29 +366,39 @@ std::vector<RecipeKey> make_keys() {
                         "smoothing moves no kerb node further than this",
                         [](Recipe& r) -> double& { return r.smooth.max_change_kerb_m; }));
   // friction
-  keys.push_back(yes_or_no("friction", "friction", "also write <name>.friction.crg: friction in place of heights",
+  keys.push_back(yes_or_no("friction", "friction",
+                           "also write <name>.friction.crg: friction in place of heights",
                            [](Recipe& r) -> bool& { return r.friction.wanted; }));
-  keys.push_back(number("friction", "friction_road", 0.0, 3.0, "friction of the road, against dry asphalt",
+  keys.push_back(number("friction", "friction_road", 0.0, 3.0,
+                        "friction of the road, against dry asphalt",
                         [](Recipe& r) -> double& { return r.friction.road; }));
   keys.push_back(number("friction", "friction_kerb", 0.0, 3.0, "friction of kerbs",
                         [](Recipe& r) -> double& { return r.friction.kerb; }));
-  keys.push_back(number("friction", "friction_grass", 0.0, 3.0, "friction of run-off that no name tells to be something else",
+  keys.push_back(number("friction", "friction_grass", 0.0, 3.0,
+                        "friction of run-off that no name tells to be something else",
                         [](Recipe& r) -> double& { return r.friction.grass; }));
-  keys.push_back(number("friction", "friction_gravel", 0.0, 3.0, "friction of run-off named gravel or sand",
+  keys.push_back(number("friction", "friction_gravel", 0.0, 3.0,
+                        "friction of run-off named gravel or sand",
                         [](Recipe& r) -> double& { return r.friction.gravel; }));
-  keys.push_back(number("friction", "friction_paint", 0.0, 3.0, "friction of what is named paint, line or marking",
+  keys.push_back(number("friction", "friction_paint", 0.0, 3.0,
+                        "friction of what is named paint, line or marking",
                         [](Recipe& r) -> double& { return r.friction.paint; }));
-  keys.push_back(number("friction", "friction_concrete", 0.0, 3.0, "friction of what is named concrete",
+  keys.push_back(number("friction", "friction_concrete", 0.0, 3.0,
+                        "friction of what is named concrete",
                         [](Recipe& r) -> double& { return r.friction.concrete; }));
   keys.push_back({"friction", "friction_picture", "a path",
-                  "PNG painted with friction times 100 as grey over <name>.classes.png; relative to the recipe's folder", true,
+                  "PNG painted with friction times 100 as grey over <name>.classes.png; relative "
+                  "to the recipe's folder",
+                  true,
                   [](Recipe& recipe, const std::string& text) {
                     if (text.empty()) refuse(text, "the path of a PNG file");
                     recipe.friction.picture_path = text;
                   },
                   [](const Recipe& recipe) { return recipe.friction.picture_path.value_or(""); }});
   keys.push_back({"friction", "friction_zones", "a path",
-                  "CSV of u and v ranges with their friction, over the classes; relative to the recipe's folder", true,
+                  "CSV of u and v ranges with their friction, over the classes; relative to the "
+                  "recipe's folder",
+                  true,
                   [](Recipe& recipe, const std::string& text) {
                     if (text.empty()) refuse(text, "the path of a CSV file");
                     recipe.friction.zones_path = text;
@@ -401,32 +413,42 @@ std::vector<RecipeKey> make_keys() {
                   },
                   [](const Recipe& recipe) { return recipe.control_points_path.value_or(""); }});
   keys.push_back({"align", "trajectory", "a path",
-                  "CSV of positions driven on the road, when there are no control points; relative to the recipe's folder", true,
+                  "CSV of positions driven on the road, when there are no control points; relative "
+                  "to the recipe's folder",
+                  true,
                   [](Recipe& recipe, const std::string& text) {
                     if (text.empty()) refuse(text, "the path of a CSV file");
                     recipe.trajectory_path = text;
                   },
                   [](const Recipe& recipe) { return recipe.trajectory_path.value_or(""); }});
-  keys.push_back(choice<AlignOptions::Rotation>("align", "align_rotation", {{"z", AlignOptions::Rotation::about_z}, {"free", AlignOptions::Rotation::free}},
-                                                "fitted to control points: about z, or free, which also tilts the mesh",
-                                                [](Recipe& r) -> AlignOptions::Rotation& { return r.align.rotation; }));
+  keys.push_back(choice<AlignOptions::Rotation>(
+      "align", "align_rotation",
+      {{"z", AlignOptions::Rotation::about_z}, {"free", AlignOptions::Rotation::free}},
+      "fitted to control points: about z, or free, which also tilts the mesh",
+      [](Recipe& r) -> AlignOptions::Rotation& { return r.align.rotation; }));
   keys.push_back(yes_or_no("align", "align_scale", "a scale is fitted to control points too",
                            [](Recipe& r) -> bool& { return r.align.scale; }));
-  keys.push_back(choice<Projection::Kind>("align", "projection", {{"utm", Projection::Kind::utm}, {"tm", Projection::Kind::tm}},
-                                          "of latitudes and longitudes: UTM, or transverse Mercator of scale 1 about the first",
-                                          [](Recipe& r) -> Projection::Kind& { return r.projection; }));
-  keys.push_back({"align", "utm_zone", "1N to 60S", "UTM zone of projected coordinates, for the header of the file", true,
+  keys.push_back(choice<Projection::Kind>(
+      "align", "projection", {{"utm", Projection::Kind::utm}, {"tm", Projection::Kind::tm}},
+      "of latitudes and longitudes: UTM, or transverse Mercator of scale 1 about the first",
+      [](Recipe& r) -> Projection::Kind& { return r.projection; }));
+  keys.push_back({"align", "utm_zone", "1N to 60S",
+                  "UTM zone of projected coordinates, for the header of the file", true,
                   [](Recipe& recipe, const std::string& text) {
                     const std::string wanted = "a UTM zone from 1N to 60N or 1S to 60S";
                     if (text.size() < 2) refuse(text, wanted);
                     const char side = text.back();
-                    const auto number = parse_number(std::string_view(text).substr(0, text.size() - 1));
-                    if (!number || *number < 1.0 || *number > 60.0 || *number != std::floor(*number) || (side != 'N' && side != 'S'))
+                    const auto number =
+                        parse_number(std::string_view(text).substr(0, text.size() - 1));
+                    if (!number || *number < 1.0 || *number > 60.0 ||
+                        *number != std::floor(*number) || (side != 'N' && side != 'S'))
                       refuse(text, wanted);
                     recipe.utm_zone = UtmZone{static_cast<int>(*number), side == 'N'};
                   },
                   [](const Recipe& recipe) {
-                    return recipe.utm_zone ? fmt::format("{}{}", recipe.utm_zone->number, recipe.utm_zone->north ? 'N' : 'S') : "";
+                    return recipe.utm_zone ? fmt::format("{}{}", recipe.utm_zone->number,
+                                                         recipe.utm_zone->north ? 'N' : 'S')
+                                           : "";
                   }});
   keys.push_back({"align", "yaw_deg", "-360 to 360",
                   "turns the road about z by this angle, counter-clockwise", false,
@@ -462,11 +484,12 @@ std::vector<RecipeKey> make_keys() {
                            {"LDFI", crg::Format::LDFI}},
                           "of the numbers: binary 4 or 8 bytes, text 10 or 20 characters",
                           [](Recipe& r) -> crg::Format& { return r.format; }));
-  keys.push_back(whole_number<unsigned>(
-      "output", "threads", 0, 1024, "0: all cores; any number writes the same bytes",
-      [](Recipe& r) {
-        return std::vector<unsigned*>{&r.sample.threads, &r.kerb.threads, &r.patch.threads, &r.smooth.threads};
-      }));
+  keys.push_back(
+      whole_number<unsigned>("output", "threads", 0, 1024,
+                             "0: all cores; any number writes the same bytes", [](Recipe& r) {
+                               return std::vector<unsigned*>{&r.sample.threads, &r.kerb.threads,
+                                                             &r.patch.threads, &r.smooth.threads};
+                             }));
   // validate
   keys.push_back(whole_number<std::size_t>(
       "validate", "validate_points", 1, 100'000'000, "random points compared with the mesh",
@@ -617,7 +640,8 @@ std::string read_text(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     throw Error(path + ": a folder seen, a recipe file wanted (track.yaml)");
-  if (const auto type = std::filesystem::status(path, error).type(); type != std::filesystem::file_type::not_found && type != std::filesystem::file_type::regular)
+  if (const auto type = std::filesystem::status(path, error).type();
+      type != std::filesystem::file_type::not_found && type != std::filesystem::file_type::regular)
     throw Error(path + ": no regular file; give the path of a recipe (track.yaml) or of a mesh");
   std::ifstream file(path, std::ios::binary);
   if (!file)
@@ -672,9 +696,12 @@ Recipe parse_recipe(const std::string& text, const Place& place) {
   }
   if (recipe.mesh_path.empty())
     place.fail(YAML::Mark::null_mark(), "the key mesh is missing; add the line mesh: PATH");
-  if ((recipe.control_points_path ? 1 : 0) + (recipe.trajectory_path ? 1 : 0) + (recipe.T_global_mesh ? 1 : 0) > 1)
+  if ((recipe.control_points_path ? 1 : 0) + (recipe.trajectory_path ? 1 : 0) +
+          (recipe.T_global_mesh ? 1 : 0) >
+      1)
     place.fail(YAML::Mark::null_mark(),
-               "more than one of control_points, trajectory, and yaw_deg with translation_m seen; give one");
+               "more than one of control_points, trajectory, and yaw_deg with translation_m seen; "
+               "give one");
   return recipe;
 }
 
@@ -698,8 +725,10 @@ Recipe read_recipe(const std::string& path) {
   if (recipe.guide_path) recipe.guide_path = beside(path, *recipe.guide_path);
   if (recipe.control_points_path)
     recipe.control_points_path = beside(path, *recipe.control_points_path);
-  if (recipe.friction.picture_path) recipe.friction.picture_path = beside(path, *recipe.friction.picture_path);
-  if (recipe.friction.zones_path) recipe.friction.zones_path = beside(path, *recipe.friction.zones_path);
+  if (recipe.friction.picture_path)
+    recipe.friction.picture_path = beside(path, *recipe.friction.picture_path);
+  if (recipe.friction.zones_path)
+    recipe.friction.zones_path = beside(path, *recipe.friction.zones_path);
   if (recipe.trajectory_path) recipe.trajectory_path = beside(path, *recipe.trajectory_path);
   if (recipe.name.empty()) recipe.name = std::filesystem::path(recipe.mesh_path).stem().string();
   return recipe;

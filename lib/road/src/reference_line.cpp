@@ -31,17 +31,29 @@ class PlaneSpline {
 
   double length_t() const { return knot_m_ * static_cast<double>(spans()); }
 
-  Vector2d at(double t) const { return combine(t, [](double s) -> Weights {
-    const double r = 1.0 - s;
-    return {r * r * r / 6, (3 * s * s * s - 6 * s * s + 4) / 6, (-3 * s * s * s + 3 * s * s + 3 * s + 1) / 6, s * s * s / 6};
-  }); }
-  Vector2d derivative(double t) const { return combine(t, [](double s) -> Weights {
-    const double r = 1.0 - s;
-    return {-r * r / 2, (3 * s * s - 4 * s) / 2, (-3 * s * s + 2 * s + 1) / 2, s * s / 2};
-  }) / knot_m_; }
-  Vector2d second_derivative(double t) const { return combine(t, [](double s) -> Weights {
-    return {1 - s, 3 * s - 2, 1 - 3 * s, s};
-  }) / (knot_m_ * knot_m_); }
+  Vector2d at(double t) const {
+    return combine(t, [](double s) -> Weights {
+      const double r = 1.0 - s;
+      return {r * r * r / 6, (3 * s * s * s - 6 * s * s + 4) / 6,
+              (-3 * s * s * s + 3 * s * s + 3 * s + 1) / 6, s * s * s / 6};
+    });
+  }
+  Vector2d derivative(double t) const {
+    return combine(t,
+                   [](double s) -> Weights {
+                     const double r = 1.0 - s;
+                     return {-r * r / 2, (3 * s * s - 4 * s) / 2, (-3 * s * s + 2 * s + 1) / 2,
+                             s * s / 2};
+                   }) /
+           knot_m_;
+  }
+  Vector2d second_derivative(double t) const {
+    return combine(t,
+                   [](double s) -> Weights {
+                     return {1 - s, 3 * s - 2, 1 - 3 * s, s};
+                   }) /
+           (knot_m_ * knot_m_);
+  }
 
   double curvature(double t) const {
     const Vector2d d = derivative(t), dd = second_derivative(t);
@@ -62,7 +74,8 @@ class PlaneSpline {
     const Weights weights = basis(position - static_cast<double>(span));
     Vector2d sum = Vector2d::Zero();
     for (std::ptrdiff_t k = 0; k < 4; ++k) {
-      sum += weights[static_cast<std::size_t>(k)] * control_[static_cast<std::size_t>((span + k) % n)];
+      sum +=
+          weights[static_cast<std::size_t>(k)] * control_[static_cast<std::size_t>((span + k) % n)];
     }
     return sum;
   }
@@ -108,7 +121,8 @@ PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<do
   Eigen::MatrixX2d rhs = Eigen::MatrixX2d::Zero(unknowns, 2);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double position = t[i] / knot_m;
-    const auto span = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::floor(position)), 0, spans - 1);
+    const auto span =
+        std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::floor(position)), 0, spans - 1);
     const double s = position - static_cast<double>(span), r = 1.0 - s;
     const std::array<double, 4> w{r * r * r / 6, (3 * s * s * s - 6 * s * s + 4) / 6,
                                   (-3 * s * s * s + 3 * s * s + 3 * s + 1) / 6, s * s * s / 6};
@@ -116,7 +130,8 @@ PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<do
       const Eigen::Index row = (span + a) % unknowns;
       rhs.row(row) += w[static_cast<std::size_t>(a)] * points[i].transpose();
       for (Eigen::Index b = 0; b < 4; ++b) {
-        entries.emplace_back(row, (span + b) % unknowns, w[static_cast<std::size_t>(a)] * w[static_cast<std::size_t>(b)]);
+        entries.emplace_back(row, (span + b) % unknowns,
+                             w[static_cast<std::size_t>(a)] * w[static_cast<std::size_t>(b)]);
       }
     }
   }
@@ -125,7 +140,8 @@ PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<do
     for (Eigen::Index a = 0; a < 4; ++a) {
       for (Eigen::Index b = 0; b < 4; ++b) {
         entries.emplace_back((i + a) % unknowns, (i + b) % unknowns,
-                             penalty * kThirdDifference[static_cast<std::size_t>(a)] * kThirdDifference[static_cast<std::size_t>(b)]);
+                             penalty * kThirdDifference[static_cast<std::size_t>(a)] *
+                                 kThirdDifference[static_cast<std::size_t>(b)]);
       }
     }
   }
@@ -134,7 +150,9 @@ PlaneSpline fit_spline(const std::vector<Vector2d>& points, const std::vector<do
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
   const Eigen::MatrixX2d control = solver.solve(rhs);
   if (solver.info() != Eigen::Success || !control.allFinite()) {
-    throw Error("the centreline does not fit a smooth curve: fewer than 3 distinct stations or stations at infinity");
+    throw Error(
+        "the centreline does not fit a smooth curve: fewer than 3 distinct stations or stations at "
+        "infinity");
   }
   std::vector<Vector2d> result;
   for (Eigen::Index i = 0; i < unknowns; ++i) result.emplace_back(control.row(i).transpose());
@@ -170,10 +188,12 @@ double automatic_step_m(const Centreline& centreline) {
   return decade_m;
 }
 
-crg::ReferenceLine fit_reference_line(const Centreline& centreline, const ReferenceLineOptions& options,
+crg::ReferenceLine fit_reference_line(const Centreline& centreline,
+                                      const ReferenceLineOptions& options,
                                       ReferenceLineReport* report) {
   const std::size_t n = centreline.points_m.size();
-  if (n < 4) throw Error(fmt::format("{} centreline stations; a reference line needs at least 4", n));
+  if (n < 4)
+    throw Error(fmt::format("{} centreline stations; a reference line needs at least 4", n));
   const double u_step_m = options.u_step_m.value_or(automatic_step_m(centreline));
   if (!(u_step_m > 0.0)) throw Error(fmt::format("u_step_m is {}; wanted > 0", u_step_m));
 
@@ -196,7 +216,8 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
     const auto pieces = static_cast<std::size_t>(std::ceil(length_t / (model_scale * 0.1)));
     Vector2d last = spline.at(0.0);
     for (std::size_t i = 1; i <= pieces; ++i) {
-      const Vector2d next = spline.at(length_t * static_cast<double>(i) / static_cast<double>(pieces));
+      const Vector2d next =
+          spline.at(length_t * static_cast<double>(i) / static_cast<double>(pieces));
       length_m += (next - last).norm();
       last = next;
     }
@@ -237,10 +258,12 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
   for (std::size_t i = 1; i < line.size(); ++i) {
     const double heading = std::atan2(line.y_m[i] - line.y_m[i - 1], line.x_m[i] - line.x_m[i - 1]);
     // Unwrapped, so that consumers may interpolate it.
-    line.heading_rad[i] = i == 1 ? heading : line.heading_rad[i - 1] + wrapped(heading - line.heading_rad[i - 1]);
+    line.heading_rad[i] =
+        i == 1 ? heading : line.heading_rad[i - 1] + wrapped(heading - line.heading_rad[i - 1]);
   }
   const Vector2d start = spline.derivative(0.0);
-  line.heading_rad[0] = line.heading_rad[1] + wrapped(std::atan2(start.y(), start.x()) - line.heading_rad[1]);
+  line.heading_rad[0] =
+      line.heading_rad[1] + wrapped(std::atan2(start.y(), start.x()) - line.heading_rad[1]);
 
   if (report != nullptr) {
     report->length_m = line.u_step_m * static_cast<double>(steps);
@@ -250,19 +273,23 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline, const Refere
       report->closing_gap_m = gap.norm();
       report->length_m += report->closing_gap_m;
       // Between the headings of the last segment and the first lies half a step of curvature each.
-      const double bend = 0.5 * line.u_step_m * (spline.curvature(0.0) + spline.curvature(length_t));
-      report->heading_step_at_seam_rad = std::abs(wrapped(line.heading_rad[1] - line.heading_rad.back() - bend));
+      const double bend =
+          0.5 * line.u_step_m * (spline.curvature(0.0) + spline.curvature(length_t));
+      report->heading_step_at_seam_rad =
+          std::abs(wrapped(line.heading_rad[1] - line.heading_rad.back() - bend));
     }
     std::vector<double> residual;
     for (std::size_t i = 0; i < n; ++i) residual.push_back((spline.at(t[i]) - points[i]).norm());
     std::sort(residual.begin(), residual.end());
     report->fit_residual_max_m = residual.back();
-    report->fit_residual_p99_m = residual[static_cast<std::size_t>(0.99 * static_cast<double>(n - 1))];
+    report->fit_residual_p99_m =
+        residual[static_cast<std::size_t>(0.99 * static_cast<double>(n - 1))];
     double largest_curvature = 0.0;
     for (double at = 0.0; at < length_t; at += 0.25 * model_scale * kKnotSpacing_m) {
       largest_curvature = std::max(largest_curvature, std::abs(spline.curvature(at)));
     }
-    report->min_radius_m = largest_curvature > 0.0 ? 1.0 / largest_curvature : std::numeric_limits<double>::infinity();
+    report->min_radius_m =
+        largest_curvature > 0.0 ? 1.0 / largest_curvature : std::numeric_limits<double>::infinity();
   }
   for (double& x : line.x_m) x += origin.x();
   for (double& y : line.y_m) y += origin.y();

@@ -604,7 +604,9 @@ void add_gaps(const Cells& grid, RoadGraph& graph) {
 }
 
 /// Half of a strip's cells lie farther from its border than a quarter of its width.
-double typical_width_m(const std::vector<double>& distance_m) { return 4.0 * files::median(distance_m); }
+double typical_width_m(const std::vector<double>& distance_m) {
+  return 4.0 * files::median(distance_m);
+}
 
 }  // namespace
 

@@ -10,12 +10,13 @@ namespace road {
 
 namespace {
 
-constexpr double kJoin_m = 2.0;            // points of one reason closer than this along u are one stretch
+constexpr double kJoin_m = 2.0;  // points of one reason closer than this along u are one stretch
 constexpr double kTwoSurfacesApart_m = 0.01;
-constexpr double kNodeOff_m = 0.005;       // a node this far from the mesh is not on it
-constexpr std::size_t kCellsPerRow = 16;   // looked at in a row; evenly spread where more of them bend
-constexpr std::size_t kPlacesBack = 64;    // how many stretches may be open at once
-constexpr double kSweep_m = 0.5;           // along u between rows of which every cell is looked at
+constexpr double kNodeOff_m = 0.005;  // a node this far from the mesh is not on it
+constexpr std::size_t kCellsPerRow =
+    16;  // looked at in a row; evenly spread where more of them bend
+constexpr std::size_t kPlacesBack = 64;  // how many stretches may be open at once
+constexpr double kSweep_m = 0.5;         // along u between rows of which every cell is looked at
 
 struct Place3 {
   double x_m, y_m, z_m;
@@ -25,7 +26,8 @@ struct Place3 {
 Place3 on_mesh(const crg::Surface& road, const ValidateOptions& options, double u_m, double v_m) {
   const crg::Point2 p = road.xy_of_uv(u_m, v_m);
   const auto& shift = options.T_global_mesh.translation_m;
-  const double cosine = std::cos(options.T_global_mesh.yaw_rad), sine = std::sin(options.T_global_mesh.yaw_rad);
+  const double cosine = std::cos(options.T_global_mesh.yaw_rad),
+               sine = std::sin(options.T_global_mesh.yaw_rad);
   const double dx = p.x_m - shift.x(), dy = p.y_m - shift.y();
   return {cosine * dx + sine * dy, -sine * dx + cosine * dy, road.z_at_uv(u_m, v_m) - shift.z()};
 }
@@ -36,12 +38,15 @@ struct Cell {
 };
 
 Cell cell_of(const crg::Grid& grid, double u_m, double v_m) {
-  const auto row = std::clamp(std::floor((u_m - grid.u_begin_m) / grid.u_step_m), 0.0, static_cast<double>(grid.rows() - 2));
+  const auto row = std::clamp(std::floor((u_m - grid.u_begin_m) / grid.u_step_m), 0.0,
+                              static_cast<double>(grid.rows() - 2));
   const auto above = std::upper_bound(grid.v_m.begin() + 1, grid.v_m.end() - 1, v_m);
-  return {{grid.u_begin_m + row * grid.u_step_m, grid.u_begin_m + (row + 1.0) * grid.u_step_m}, {*(above - 1), *above}};
+  return {{grid.u_begin_m + row * grid.u_step_m, grid.u_begin_m + (row + 1.0) * grid.u_step_m},
+          {*(above - 1), *above}};
 }
 
-std::string reason_at(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options, const RoughPoint& point) {
+std::string reason_at(const crg::Surface& road, const RaySurface& mesh,
+                      const ValidateOptions& options, const RoughPoint& point) {
   const Cell cell = cell_of(road.file().grid, point.u_m, point.v_m);
   std::vector<Place3> places{on_mesh(road, options, point.u_m, point.v_m)};
   for (const double u : cell.u_m) {
@@ -54,18 +59,20 @@ std::string reason_at(const crg::Surface& road, const RaySurface& mesh, const Va
     for (const SurfaceHit& hit : mesh.all_hits(place.x_m, place.y_m)) {
       if (std::abs(hit.z_m - place.z_m) <= options.reach_m) near.push_back(hit.z_m);
     }
-    if (near.size() > 1 && near.front() - near.back() > kTwoSurfacesApart_m) return "the mesh has two surfaces, one above the other";
+    if (near.size() > 1 && near.front() - near.back() > kTwoSurfacesApart_m)
+      return "the mesh has two surfaces, one above the other";
     const bool is_node = &place != &places.front();
-    nodes_off = nodes_off || (is_node && (near.empty() || std::abs(near.front() - place.z_m) > kNodeOff_m));
+    nodes_off =
+        nodes_off || (is_node && (near.empty() || std::abs(near.front() - place.z_m) > kNodeOff_m));
   }
   return nodes_off ? "the file's own nodes are off the mesh (filled, smoothed or wrong)"
                    : "the mesh steps or folds between neighbouring nodes, which are on it";
 }
 
-/// The middle of every cell of row i against the mesh, 16 at once: finds what leaves the nodes even, as a wall whose foot
-/// was filled.
-void sweep_row(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options, std::size_t i, RayPacket16& packet,
-               std::vector<RoughPoint>& found) {
+/// The middle of every cell of row i against the mesh, 16 at once: finds what leaves the nodes
+/// even, as a wall whose foot was filled.
+void sweep_row(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options,
+               std::size_t i, RayPacket16& packet, std::vector<RoughPoint>& found) {
   const crg::Grid& grid = road.file().grid;
   const double u_m = grid.u_of(i) + 0.5 * grid.u_step_m;
   // A row is straight: two places of it give all.
@@ -107,7 +114,8 @@ double bend(double at_a, double a, double at_b, double b, double at_c, double c)
 
 }  // namespace
 
-std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options, double u_m, double v_m) {
+std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh,
+                               const ValidateOptions& options, double u_m, double v_m) {
   const Place3 place = on_mesh(road, options, u_m, v_m);
   if (std::isnan(place.z_m)) return std::nullopt;
   const auto hit = mesh.nearest_hit(place.x_m, place.y_m, place.z_m, options.reach_m);
@@ -115,17 +123,22 @@ std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh,
   return place.z_m - hit->z_m;
 }
 
-std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options,
+std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySurface& mesh,
+                                          const ValidateOptions& options,
                                           std::vector<RoughPoint> known) {
   const crg::Grid& grid = road.file().grid;
   const std::size_t rows = grid.rows(), columns = grid.columns();
   const double screen_m = options.named_error_m / 3.0;
   const auto z = [&](std::size_t i, std::size_t j) { return static_cast<double>(grid.at(i, j)); };
   const auto bends_at = [&](std::size_t i, std::size_t j) {
-    const bool across = j > 0 && j + 1 < columns && bend(grid.v_m[j - 1], z(i, j - 1), grid.v_m[j], z(i, j), grid.v_m[j + 1], z(i, j + 1)) > screen_m;
-    return across || (i > 0 && i + 1 < rows && bend(0.0, z(i - 1, j), 1.0, z(i, j), 2.0, z(i + 1, j)) > screen_m);
+    const bool across = j > 0 && j + 1 < columns &&
+                        bend(grid.v_m[j - 1], z(i, j - 1), grid.v_m[j], z(i, j), grid.v_m[j + 1],
+                             z(i, j + 1)) > screen_m;
+    return across || (i > 0 && i + 1 < rows &&
+                      bend(0.0, z(i - 1, j), 1.0, z(i, j), 2.0, z(i + 1, j)) > screen_m);
   };
-  const std::size_t sweep = std::max<std::size_t>(1, static_cast<std::size_t>(kSweep_m / grid.u_step_m + 1e-9));
+  const std::size_t sweep =
+      std::max<std::size_t>(1, static_cast<std::size_t>(kSweep_m / grid.u_step_m + 1e-9));
   std::vector<std::vector<RoughPoint>> of_row(rows);
   parallel_for(rows - 1, 256, 0, [&](std::size_t begin, std::size_t end) {
     std::vector<std::size_t> bent;
@@ -134,7 +147,8 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
       if (i % sweep == 0) sweep_row(road, mesh, options, i, packet, of_row[i]);
       bent.clear();
       for (std::size_t j = 0; j + 1 < columns; ++j) {
-        if (bends_at(i, j) || bends_at(i, j + 1) || bends_at(i + 1, j) || bends_at(i + 1, j + 1)) bent.push_back(j);
+        if (bends_at(i, j) || bends_at(i, j + 1) || bends_at(i + 1, j) || bends_at(i + 1, j + 1))
+          bent.push_back(j);
       }
       const std::size_t stride = bent.size() / kCellsPerRow + 1;
       // Another of them in every row, so that neighbouring rows together look at all.
@@ -143,7 +157,8 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
         RoughPoint worst{0.0, 0.0, 0.0};
         for (const double s : {0.15, 0.5, 0.85}) {
           for (const double t : {0.15, 0.5, 0.85}) {
-            const double u = grid.u_of(i) + s * grid.u_step_m, v = grid.v_m[j] + t * (grid.v_m[j + 1] - grid.v_m[j]);
+            const double u = grid.u_of(i) + s * grid.u_step_m,
+                         v = grid.v_m[j] + t * (grid.v_m[j + 1] - grid.v_m[j]);
             const double error = error_at(road, mesh, options, u, v).value_or(0.0);
             if (std::abs(error) > std::abs(worst.error_m)) worst = {u, v, error};
           }
@@ -153,17 +168,21 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
     }
   });
   for (const auto& points : of_row) known.insert(known.end(), points.begin(), points.end());
-  std::stable_sort(known.begin(), known.end(), [](const RoughPoint& a, const RoughPoint& b) { return a.u_m < b.u_m; });
+  std::stable_sort(known.begin(), known.end(),
+                   [](const RoughPoint& a, const RoughPoint& b) { return a.u_m < b.u_m; });
 
   std::vector<RoughPlace> places;
   for (const RoughPoint& point : known) {
     const std::string reason = reason_at(road, mesh, options, point);
-    const auto oldest = places.rbegin() + static_cast<std::ptrdiff_t>(std::min(places.size(), kPlacesBack));
+    const auto oldest =
+        places.rbegin() + static_cast<std::ptrdiff_t>(std::min(places.size(), kPlacesBack));
     auto place = std::find_if(places.rbegin(), oldest, [&](const RoughPlace& p) {
-      return p.reason == reason && point.u_m - p.u_end_m <= kJoin_m && point.v_m > p.v_min_m - kJoin_m && point.v_m < p.v_max_m + kJoin_m;
+      return p.reason == reason && point.u_m - p.u_end_m <= kJoin_m &&
+             point.v_m > p.v_min_m - kJoin_m && point.v_m < p.v_max_m + kJoin_m;
     });
     if (place == oldest) {
-      places.push_back({point.u_m, point.u_m, point.v_m, point.v_m, std::abs(point.error_m), reason, point.u_m, point.v_m, point.error_m});
+      places.push_back({point.u_m, point.u_m, point.v_m, point.v_m, std::abs(point.error_m), reason,
+                        point.u_m, point.v_m, point.error_m});
       continue;
     }
     place->u_end_m = point.u_m;

@@ -14,11 +14,13 @@ struct RoughPoint {
 };
 
 /// The file's height less the mesh's at (u, v); nothing where either is missing.
-std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options, double u_m, double v_m);
+std::optional<double> error_at(const crg::Surface& road, const RaySurface& mesh,
+                               const ValidateOptions& options, double u_m, double v_m);
 
-/// Stretches of `known` points, of those found in cells where the nodes' heights bend, and of those in the middle of any
-/// cell of the rows half a metre apart.
-std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySurface& mesh, const ValidateOptions& options,
+/// Stretches of `known` points, of those found in cells where the nodes' heights bend, and of those
+/// in the middle of any cell of the rows half a metre apart.
+std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySurface& mesh,
+                                          const ValidateOptions& options,
                                           std::vector<RoughPoint> known);
 
 }  // namespace road

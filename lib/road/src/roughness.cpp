@@ -71,7 +71,8 @@ DisplacementPsd displacement_psd(std::span<const std::vector<double>> sections_m
   std::vector<double> window(size);
   double window_square = 0.0;
   for (std::size_t i = 0; i < size; ++i) {
-    window[i] = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(size));
+    window[i] = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) /
+                                     static_cast<double>(size));
     window_square += window[i] * window[i];
   }
   std::vector<double> sum(size / 2, 0.0);
@@ -155,7 +156,8 @@ std::optional<Iso8608Fit> fit_iso8608(const DisplacementPsd& psd, const Iso8608O
   fit.n_min_cpm = used.front().n_cpm;
   fit.n_max_cpm = used.back().n_cpm;
   // Class limits lie a factor of 2 around the means 16e-6 * 4^k.
-  const int index = static_cast<int>(std::floor(std::log(fit.psd_at_n0_m3 / 32e-6) / std::log(4.0))) + 1;
+  const int index =
+      static_cast<int>(std::floor(std::log(fit.psd_at_n0_m3 / 32e-6) / std::log(4.0))) + 1;
   fit.iso_class = static_cast<char>('A' + std::clamp(index, 0, 7));
   return fit;
 }
@@ -166,9 +168,9 @@ QuarterCarStep quarter_car_step(double step_m) {
   constexpr double kSpring = 63.3, kTyre = 653.0, kDamper = 6.0, kMass = 0.15;
   constexpr double kSpeed = 80.0 / 3.6;
   Eigen::Matrix4d a;
-  a << 0.0, 1.0, 0.0, 0.0,                                                            //
-      -kSpring, -kDamper, kSpring, kDamper,                                           //
-      0.0, 0.0, 0.0, 1.0,                                                             //
+  a << 0.0, 1.0, 0.0, 0.0,                   //
+      -kSpring, -kDamper, kSpring, kDamper,  //
+      0.0, 0.0, 0.0, 1.0,                    //
       kSpring / kMass, kDamper / kMass, -(kTyre + kSpring) / kMass, -kDamper / kMass;
   const Eigen::Vector4d b(0.0, 0.0, 0.0, kTyre / kMass);
   Eigen::Matrix<double, 5, 5> augmented = Eigen::Matrix<double, 5, 5>::Zero();
@@ -201,8 +203,10 @@ std::vector<IriSegment> iri(std::span<const double> section_m, double step_m, do
   std::vector<std::size_t> steps(count, 0);
   for (const Run& run : finite_runs(section_m)) {
     if (run.end - run.begin <= base + 1) continue;
-    const std::size_t lead = std::min(run.end - run.begin - 1, static_cast<std::size_t>(11.0 / step_m + 0.5));
-    const double start = (section_m[run.begin + lead] - section_m[run.begin]) / (static_cast<double>(lead) * step_m);
+    const std::size_t lead =
+        std::min(run.end - run.begin - 1, static_cast<std::size_t>(11.0 / step_m + 0.5));
+    const double start =
+        (section_m[run.begin + lead] - section_m[run.begin]) / (static_cast<double>(lead) * step_m);
     std::array<double, 4> x{start, 0.0, start, 0.0};
     for (std::size_t i = run.begin; i + base < run.end; ++i) {
       const double slope = (section_m[i + base] - section_m[i]) / base_m;
@@ -212,7 +216,8 @@ std::vector<IriSegment> iri(std::span<const double> section_m, double step_m, do
         for (int c = 0; c < 4; ++c) next[r] += step.transition[r][c] * x[c];
       }
       x = next;
-      const auto k = std::min(count - 1, static_cast<std::size_t>(static_cast<double>(i) * step_m / length_m));
+      const auto k =
+          std::min(count - 1, static_cast<std::size_t>(static_cast<double>(i) * step_m / length_m));
       sum[k] += std::abs(x[0] - x[2]);
       ++steps[k];
     }
@@ -250,7 +255,8 @@ std::optional<FacetSpacing> facet_spacing(std::span<const double> section_m, dou
   }
   if (kinks.size() < 10 || in_kinks < 0.8 * total) return std::nullopt;
   std::vector<double> distances;
-  for (std::size_t k = 1; k < kinks.size(); ++k) distances.push_back(static_cast<double>(kinks[k] - kinks[k - 1]) * step_m);
+  for (std::size_t k = 1; k < kinks.size(); ++k)
+    distances.push_back(static_cast<double>(kinks[k] - kinks[k - 1]) * step_m);
   FacetSpacing spacing;
   spacing.median_m = files::quantile(distances, 0.5);
   spacing.p10_m = files::quantile(distances, 0.1);

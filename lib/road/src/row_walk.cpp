@@ -14,22 +14,32 @@ namespace road {
 namespace {
 
 constexpr std::size_t kLanes = kWalkRows;
-constexpr float kRayStart_m = 2.0f;  // above the predicted road: lower than any bridge, Embree's best precision
+constexpr float kRayStart_m =
+    2.0f;  // above the predicted road: lower than any bridge, Embree's best precision
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr std::array<float, kLanes> kNoLimit{};
 
 /// NaN without hit.
 float height_m(const RayPacket16& rays, std::size_t k) {
-  return static_cast<std::int32_t>(rays.geometry[k]) < 0 ? kNone : rays.z_top_m[k] - rays.depth_m[k];
+  return static_cast<std::int32_t>(rays.geometry[k]) < 0 ? kNone
+                                                         : rays.z_top_m[k] - rays.depth_m[k];
 }
 
 }  // namespace
 
-RowWalk::RowWalk(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line, const RowGuide& guide,
-                 const RowLimits& limits, const SampleOptions& options, SampledGrid& out)
-    : road_(road), surface_(surface), line_(line), guide_(guide), limits_(limits), options_(options), out_(out),
-      v_m_(out.grid.v_m.data()), columns_(out.grid.columns()), origin_z_m_(surface.origin_m().z()) {
-}
+RowWalk::RowWalk(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line,
+                 const RowGuide& guide, const RowLimits& limits, const SampleOptions& options,
+                 SampledGrid& out)
+    : road_(road),
+      surface_(surface),
+      line_(line),
+      guide_(guide),
+      limits_(limits),
+      options_(options),
+      out_(out),
+      v_m_(out.grid.v_m.data()),
+      columns_(out.grid.columns()),
+      origin_z_m_(surface.origin_m().z()) {}
 
 RowsReached RowWalk::sample(std::size_t first_row, std::size_t rows) {
   start_rows(first_row, rows);
@@ -46,7 +56,8 @@ void RowWalk::start_rows(std::size_t first_row, std::size_t rows) {
   for (std::size_t k = 0; k < rows_; ++k) {
     const std::size_t row = first_row + k;
     const crg::Point2 q = crg::node_position(line_, row, 1.0);
-    const crg::Point2 p = row + 1 < line_.size() ? crg::Point2{line_.x_m[row], line_.y_m[row]} : crg::node_position(line_, row, 0.0);
+    const crg::Point2 p = row + 1 < line_.size() ? crg::Point2{line_.x_m[row], line_.y_m[row]}
+                                                 : crg::node_position(line_, row, 0.0);
     x0_m_[k] = p.x_m - origin.x();
     y0_m_[k] = p.y_m - origin.y();
     normal_x_[k] = q.x_m - p.x_m;
@@ -57,7 +68,8 @@ void RowWalk::start_rows(std::size_t first_row, std::size_t rows) {
   class_ = out_.surface_class.data() + first_row * columns_;
 }
 
-void RowWalk::start_side(Side& side, std::size_t column, std::ptrdiff_t step, const float* limit_m) {
+void RowWalk::start_side(Side& side, std::size_t column, std::ptrdiff_t step,
+                         const float* limit_m) {
   side.limit_m = limit_m;
   side.column = static_cast<std::ptrdiff_t>(column);
   side.end = step < 0 ? -1 : static_cast<std::ptrdiff_t>(columns_);
@@ -76,7 +88,8 @@ void RowWalk::start_side(Side& side, std::size_t column, std::ptrdiff_t step, co
   const std::size_t middle = columns_ / 2;
   Side side;
   RowsReached reached;
-  // The line itself first, so that both sides start from what it found, as exactly as the grid holds it.
+  // The line itself first, so that both sides start from what it found, as exactly as the grid
+  // holds it.
   start_side(side, middle, 0, kNoLimit.data());
   cast(side);
   take(side);
@@ -85,10 +98,12 @@ void RowWalk::start_side(Side& side, std::size_t column, std::ptrdiff_t step, co
     if (!std::isnan(z)) start_z_m_[k] = static_cast<float>(static_cast<double>(z) - origin_z_m_);
   }
   for (const bool left : {true, false}) {
-    start_side(side, left ? middle + 1 : middle - 1, left ? 1 : -1, (left ? limits_.left_m : limits_.right_m).data() + first_row_);
+    start_side(side, left ? middle + 1 : middle - 1, left ? 1 : -1,
+               (left ? limits_.left_m : limits_.right_m).data() + first_row_);
     while (cast(side)) take(side);
     (left ? reached.left_cut : reached.right_cut) = side.cut;
-    (left ? reached.end_column : reached.first_column) = static_cast<std::size_t>(left ? side.column : side.column + 1);
+    (left ? reached.end_column : reached.first_column) =
+        static_cast<std::size_t>(left ? side.column : side.column + 1);
   }
   return reached;
 }
@@ -99,10 +114,14 @@ void RowWalk::start_side(Side& side, std::size_t column, std::ptrdiff_t step, co
   const double v_m = v_m_[side.column];
   if (std::abs(v_m) > side.nearest_limit_m && !end_rows(side, v_m)) return false;
   RayPacket16& rays = side.packet;
-  const auto places = [v_m](const double* start_m, const double* normal, float* out_m) __attribute__((always_inline)) {
-    const Floats8 low = __builtin_convertvector(lanes<const Doubles8>(start_m) + v_m * lanes<const Doubles8>(normal), Floats8);
-    const Floats8 high = __builtin_convertvector(lanes<const Doubles8>(start_m + 8) + v_m * lanes<const Doubles8>(normal + 8), Floats8);
-    lanes<Floats16>(out_m) = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const auto places = [v_m](const double* start_m, const double* normal, float* out_m)
+      __attribute__((always_inline)) {
+    const Floats8 low = __builtin_convertvector(
+        lanes<const Doubles8>(start_m) + v_m * lanes<const Doubles8>(normal), Floats8);
+    const Floats8 high = __builtin_convertvector(
+        lanes<const Doubles8>(start_m + 8) + v_m * lanes<const Doubles8>(normal + 8), Floats8);
+    lanes<Floats16>(out_m) =
+        __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   };
   places(x0_m_.data(), normal_x_.data(), rays.x_m.data());
   places(y0_m_.data(), normal_y_.data(), rays.y_m.data());
@@ -117,7 +136,8 @@ void RowWalk::start_side(Side& side, std::size_t column, std::ptrdiff_t step, co
 bool RowWalk::end_rows(Side& side, double v_m) const {
   update_last_v(side);
   for (std::size_t k = 0; k < rows_; ++k) {
-    if (side.packet.active[k] == 0 || std::abs(v_m) <= static_cast<double>(side.limit_m[k])) continue;
+    if (side.packet.active[k] == 0 || std::abs(v_m) <= static_cast<double>(side.limit_m[k]))
+      continue;
     side.packet.active[k] = 0;
     side.cut[k] = std::abs(v_m - side.last_v_m[k]) < 2.0 * *options_.v_step_m;
   }
@@ -143,21 +163,26 @@ void RowWalk::update_last_v(Side& side) const {
 void RowWalk::find_nearest_limit(Side& side) const {
   double nearest_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < rows_; ++k) {
-    if (side.packet.active[k] != 0) nearest_m = std::min(nearest_m, static_cast<double>(side.limit_m[k]));
+    if (side.packet.active[k] != 0)
+      nearest_m = std::min(nearest_m, static_cast<double>(side.limit_m[k]));
   }
   side.nearest_limit_m = std::isinf(nearest_m) ? -1.0 : nearest_m;
 }
 
 /// False, and nothing taken, when a row misses or steps.
 [[gnu::always_inline]] inline bool RowWalk::take_if_all_near(Side& side) {
-  const auto& missed = lanes<const Ints16>(side.packet.geometry.data());  // all bits where nothing was hit, which is a NaN
-  const Floats16 hit_z_m = lanes<const Floats16>(side.packet.z_top_m.data()) - lanes<const Floats16>(side.packet.depth_m.data());
+  const auto& missed = lanes<const Ints16>(
+      side.packet.geometry.data());  // all bits where nothing was hit, which is a NaN
+  const Floats16 hit_z_m = lanes<const Floats16>(side.packet.z_top_m.data()) -
+                           lanes<const Floats16>(side.packet.depth_m.data());
   const auto z_m = reinterpret_cast<Floats16>(reinterpret_cast<Ints16>(hit_z_m) | missed);
   const auto& triangle = lanes<const Ints16>(side.packet.triangle.data());
   // The bits of floats without sign are in the order of the floats, NaN last.
   const auto step = std::bit_cast<std::int32_t>(static_cast<float>(*options_.max_step_m));
-  const Ints16 change = reinterpret_cast<Ints16>(z_m - side.last_z_m) & std::numeric_limits<std::int32_t>::max();
-  const Ints16 far = (step - change) & std::numeric_limits<std::int32_t>::min(), other = triangle ^ side.triangle;
+  const Ints16 change =
+      reinterpret_cast<Ints16>(z_m - side.last_z_m) & std::numeric_limits<std::int32_t>::max();
+  const Ints16 far = (step - change) & std::numeric_limits<std::int32_t>::min(),
+               other = triangle ^ side.triangle;
   const auto column = static_cast<std::size_t>(side.column);
   SurfaceClass* surface_class = class_ + column * kLanes;
   if (!any(far | other)) {
@@ -165,7 +190,8 @@ void RowWalk::find_nearest_limit(Side& side) const {
   } else {
     if (any(far)) return false;
     side.triangle = triangle;
-    for (std::size_t k = 0; k < kLanes; ++k) surface_class[k] = road_.class_of_triangle[side.packet.triangle[k]];
+    for (std::size_t k = 0; k < kLanes; ++k)
+      surface_class[k] = road_.class_of_triangle[side.packet.triangle[k]];
   }
   side.surface_class = surface_class;
   side.last_z_m = z_m;
@@ -188,9 +214,10 @@ void RowWalk::take_one_by_one(Side& side) {
     std::uint32_t triangle = side.packet.triangle[k];
     if (!(std::abs(z - side.last_z_m[k]) <= static_cast<float>(reach_m)) && !std::isnan(z)) {
       const auto& origin = surface_.origin_m();
-      const auto other = surface_.nearest_hit(static_cast<double>(side.packet.x_m[k]) + origin.x(),
-                                              static_cast<double>(side.packet.y_m[k]) + origin.y(),
-                                              static_cast<double>(side.last_z_m[k]) + origin.z(), reach_m);
+      const auto other =
+          surface_.nearest_hit(static_cast<double>(side.packet.x_m[k]) + origin.x(),
+                               static_cast<double>(side.packet.y_m[k]) + origin.y(),
+                               static_cast<double>(side.last_z_m[k]) + origin.z(), reach_m);
       z = other ? static_cast<float>(other->z_m - origin.z()) : kNone;
       if (other) triangle = other->triangle;
     }
@@ -200,7 +227,8 @@ void RowWalk::take_one_by_one(Side& side) {
       side.last_v_m[k] = v_m;
     } else if (gap_m > *options_.max_gap_m + *options_.v_step_m &&
                std::abs(v_m) > guide_.half_width_m[first_row_ + k]) {
-      side.packet.active[k] = 0;  // outside the known road, a gap ends the surface; inside it is a hole
+      side.packet.active[k] =
+          0;  // outside the known road, a gap ends the surface; inside it is a hole
       ended = true;
     }
   }
@@ -209,7 +237,8 @@ void RowWalk::take_one_by_one(Side& side) {
 
 void RowWalk::leave_out_empty_columns(RowsReached& reached) const {
   const auto empty = [&](std::size_t column) {
-    return std::all_of(z_m_ + column * rows_, z_m_ + (column + 1) * rows_, [](float z) { return std::isnan(z); });
+    return std::all_of(z_m_ + column * rows_, z_m_ + (column + 1) * rows_,
+                       [](float z) { return std::isnan(z); });
   };
   while (!reached.empty() && empty(reached.first_column)) ++reached.first_column;
   while (!reached.empty() && empty(reached.end_column - 1)) --reached.end_column;
@@ -220,20 +249,24 @@ namespace {
 using Floats4 [[gnu::vector_size(16)]] = float;
 using Bytes16 [[gnu::vector_size(16)]] = char;
 
-/// A square of n x n values, read `from_step` apart, mirrored at its diagonal and written `to_step` apart; n of them are 16 bytes.
+/// A square of n x n values, read `from_step` apart, mirrored at its diagonal and written `to_step`
+/// apart; n of them are 16 bytes.
 template <typename Vector, typename T, std::size_t... i>
-[[gnu::always_inline]] inline void mirror(const T* from, std::size_t from_step, T* to, std::size_t to_step, std::index_sequence<i...>) {
+[[gnu::always_inline]] inline void mirror(const T* from, std::size_t from_step, T* to,
+                                          std::size_t to_step, std::index_sequence<i...>) {
   constexpr std::size_t n = sizeof...(i);
   Vector square[n], next[n];
 #pragma GCC unroll 16
   for (std::size_t k = 0; k < n; ++k) std::memcpy(&square[k], from + k * from_step, sizeof(Vector));
-  // Each time the two halves are interleaved, value by value, until every value has come round to its place.
+    // Each time the two halves are interleaved, value by value, until every value has come round to
+    // its place.
 #pragma GCC unroll 16
   for (std::size_t done = 1; done < n; done *= 2) {
 #pragma GCC unroll 16
     for (std::size_t k = 0; k < n / 2; ++k) {
       next[2 * k] = __builtin_shufflevector(square[k], square[k + n / 2], (i / 2 + i % 2 * n)...);
-      next[2 * k + 1] = __builtin_shufflevector(square[k], square[k + n / 2], (n / 2 + i / 2 + i % 2 * n)...);
+      next[2 * k + 1] =
+          __builtin_shufflevector(square[k], square[k + n / 2], (n / 2 + i / 2 + i % 2 * n)...);
     }
 #pragma GCC unroll 16
     for (std::size_t k = 0; k < n; ++k) square[k] = next[k];
@@ -244,13 +277,15 @@ template <typename Vector, typename T, std::size_t... i>
 
 /// `rows` rows of `columns` nodes from nodes that lie column by column.
 template <typename Vector, typename T>
-[[gnu::always_inline]] inline void turn(const T* from, std::size_t rows, std::size_t columns, T* to) {
+[[gnu::always_inline]] inline void turn(const T* from, std::size_t rows, std::size_t columns,
+                                        T* to) {
   constexpr std::size_t n = sizeof(Vector) / sizeof(T);
   if (rows == kLanes && columns >= n) {
     for (std::size_t j = 0; j < columns; j += n) {
       j = std::min(j, columns - n);  // the last squares overlap those before them
       for (std::size_t k = 0; k < kLanes; k += n) {
-        mirror<Vector>(from + j * kLanes + k, kLanes, to + k * columns + j, columns, std::make_index_sequence<n>{});
+        mirror<Vector>(from + j * kLanes + k, kLanes, to + k * columns + j, columns,
+                       std::make_index_sequence<n>{});
       }
     }
   } else {
@@ -262,9 +297,10 @@ template <typename Vector, typename T>
 
 }  // namespace
 
-void turn_into_rows(SampledGrid& out, std::size_t rows, const std::vector<RowsReached>& reached, std::size_t first_column,
-                    std::size_t end_column, double origin_z_m) {
-  const std::size_t all_rows = out.grid.rows(), columns = out.grid.columns(), kept = end_column - first_column;
+void turn_into_rows(SampledGrid& out, std::size_t rows, const std::vector<RowsReached>& reached,
+                    std::size_t first_column, std::size_t end_column, double origin_z_m) {
+  const std::size_t all_rows = out.grid.rows(), columns = out.grid.columns(),
+                    kept = end_column - first_column;
   std::vector<float> z_m(kept * kLanes);
   std::vector<SurfaceClass> surface_class(kept * kLanes);
   crg::reserve_huge(out.provenance, all_rows * kept);
@@ -278,21 +314,25 @@ void turn_into_rows(SampledGrid& out, std::size_t rows, const std::vector<RowsRe
       const float* found = &out.grid.z_m[first * columns + first_column * count];
       const SurfaceClass* found_class = &out.surface_class[first * columns + first_column * count];
       std::fill_n(z_m.begin(), begin, kNone);
-      for (std::size_t i = begin; i < end; ++i) z_m[i] = static_cast<float>(static_cast<double>(found[i]) + origin_z_m);
+      for (std::size_t i = begin; i < end; ++i)
+        z_m[i] = static_cast<float>(static_cast<double>(found[i]) + origin_z_m);
       std::fill(z_m.begin() + end, z_m.end(), kNone);
       std::fill_n(surface_class.begin(), begin, SurfaceClass{});
       std::copy(found_class + begin, found_class + end, surface_class.begin() + begin);
       std::fill(surface_class.begin() + end, surface_class.end(), SurfaceClass{});
 
       // The next columns come near while these are turned.
-      for (std::size_t i = begin; i < end; i += 16) __builtin_prefetch(found + i + columns * kLanes);
-      for (std::size_t i = begin; i < end; i += 64) __builtin_prefetch(found_class + i + columns * kLanes);
+      for (std::size_t i = begin; i < end; i += 16)
+        __builtin_prefetch(found + i + columns * kLanes);
+      for (std::size_t i = begin; i < end; i += 64)
+        __builtin_prefetch(found_class + i + columns * kLanes);
       out.provenance.resize(first * kept + nodes);
       float* z = &out.grid.z_m[first * kept];
       Provenance* provenance = &out.provenance[first * kept];
       turn<Floats4>(z_m.data(), count, kept, z);
       turn<Bytes16>(surface_class.data(), count, kept, &out.surface_class[first * kept]);
-      for (std::size_t i = 0; i < nodes; ++i) provenance[i] = std::isnan(z[i]) ? Provenance::none : Provenance::mesh;
+      for (std::size_t i = 0; i < nodes; ++i)
+        provenance[i] = std::isnan(z[i]) ? Provenance::none : Provenance::mesh;
     }
   });
   const auto first = out.grid.v_m.begin() + static_cast<std::ptrdiff_t>(first_column);

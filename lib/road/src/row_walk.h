@@ -1,4 +1,5 @@
-// 16 neighbouring rows of a grid walking outwards from the line over the surface: the inner loop of sampling.
+// 16 neighbouring rows of a grid walking outwards from the line over the surface: the inner loop of
+// sampling.
 #pragma once
 
 #include <array>
@@ -18,8 +19,8 @@ struct RowGuide {
 };
 
 /// How far a row may reach to each side before it folds over itself or comes nearer to another leg
-/// of the line: the smallest circle that touches the line at the row and passes through another point
-/// of it (nearby points give the osculating circle, hence the fold).
+/// of the line: the smallest circle that touches the line at the row and passes through another
+/// point of it (nearby points give the osculating circle, hence the fold).
 struct RowLimits {
   std::vector<float> left_m, right_m;
   std::vector<char> left_is_fold, right_is_fold;
@@ -27,26 +28,28 @@ struct RowLimits {
 
 /// How far 16 rows came.
 struct RowsReached {
-  std::array<bool, kWalkRows> left_cut, right_cut;  // still on the surface when their limit ended them
-  std::size_t first_column, end_column;             // all their nodes with a height lie in between
+  std::array<bool, kWalkRows> left_cut,
+      right_cut;                         // still on the surface when their limit ended them
+  std::size_t first_column, end_column;  // all their nodes with a height lie in between
   bool empty() const { return first_column >= end_column; }
 };
 
-/// Every row walks on its own layer of the surface. What is done for all rows has neither branches nor calls,
-/// so that it costs little beside the casts; rows are looked at one by one only where one of them misses,
-/// steps or ends. One object per thread: it owns the buffers.
+/// Every row walks on its own layer of the surface. What is done for all rows has neither branches
+/// nor calls, so that it costs little beside the casts; rows are looked at one by one only where
+/// one of them misses, steps or ends. One object per thread: it owns the buffers.
 class RowWalk {
  public:
   /// Keeps references to all of them.
-  RowWalk(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line, const RowGuide& guide,
-          const RowLimits& limits, const SampleOptions& options, SampledGrid& out);
+  RowWalk(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& line,
+          const RowGuide& guide, const RowLimits& limits, const SampleOptions& options,
+          SampledGrid& out);
 
-  /// Heights (local to the surface's origin, NaN without) and classes of `rows` <= kWalkRows rows, in the memory of
-  /// these rows in the grid but column by column: a column's nodes are written at once, and nothing is kept twice.
+  /// Heights (local to the surface's origin, NaN without) and classes of `rows` <= kWalkRows rows,
+  /// in the memory of these rows in the grid but column by column: a column's nodes are written at
+  /// once, and nothing is kept twice.
   RowsReached sample(std::size_t first_row, std::size_t rows);
 
  private:
-
   /// The way to one side.
   struct Side {
     RayPacket16 packet;  // its active lanes are the rows that still walk
@@ -57,8 +60,8 @@ class RowWalk {
     std::array<bool, kWalkRows> cut;
     const float* limit_m = nullptr;
     std::ptrdiff_t step = 0, column = 0, end = 0;  // the column of the rays in the packet
-    double nearest_limit_m = 0.0;  // negative when no row walks any more
-    double all_near_v_m = 0.0;     // unless NaN, last_v_m is not up to date: it is this everywhere
+    double nearest_limit_m = 0.0;                  // negative when no row walks any more
+    double all_near_v_m = 0.0;  // unless NaN, last_v_m is not up to date: it is this everywhere
   };
 
   void start_rows(std::size_t first_row, std::size_t rows);
@@ -91,9 +94,9 @@ class RowWalk {
   SurfaceClass* class_ = nullptr;  // likewise
 };
 
-/// Makes rows of what walks left column by column in the first `rows` rows, with the columns from `first_column` to before
-/// `end_column` only: heights in the map frame, and where they come from.
-void turn_into_rows(SampledGrid& out, std::size_t rows, const std::vector<RowsReached>& reached, std::size_t first_column,
-                    std::size_t end_column, double origin_z_m);
+/// Makes rows of what walks left column by column in the first `rows` rows, with the columns from
+/// `first_column` to before `end_column` only: heights in the map frame, and where they come from.
+void turn_into_rows(SampledGrid& out, std::size_t rows, const std::vector<RowsReached>& reached,
+                    std::size_t first_column, std::size_t end_column, double origin_z_m);
 
 }  // namespace road

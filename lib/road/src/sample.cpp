@@ -20,9 +20,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kLayerGap_m = 2.5;    // legs of the track closer in height than this are neighbours, else bridges
-constexpr double kFoldMargin = 0.1;    // rows keep at least this share of their spacing
-constexpr double kCrossingReach = 2.0; // times the grid's half width: how far from its middle a level crossing is one
+constexpr double kLayerGap_m =
+    2.5;  // legs of the track closer in height than this are neighbours, else bridges
+constexpr double kFoldMargin = 0.1;  // rows keep at least this share of their spacing
+constexpr double kCrossingReach =
+    2.0;  // times the grid's half width: how far from its middle a level crossing is one
 constexpr double kCoarseStep_m = 1.0;  // of the search for folds and neighbours along u
 
 RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline) {
@@ -30,7 +32,8 @@ RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline
   std::vector<double> s{0.0};
   const std::size_t segments = centreline.closed ? n : n - 1;
   for (std::size_t i = 0; i < segments; ++i) {
-    s.push_back(s.back() + (centreline.points_m[(i + 1) % n] - centreline.points_m[i]).head<2>().norm());
+    s.push_back(s.back() +
+                (centreline.points_m[(i + 1) % n] - centreline.points_m[i]).head<2>().norm());
   }
   RowGuide guide;
   guide.z_m.reserve(line.size());
@@ -48,17 +51,23 @@ RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline
   return guide;
 }
 
-RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, const std::vector<Crossing>& crossings, double v_max_m) {
-  const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kCoarseStep_m / line.u_step_m)));
+RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide,
+                     const std::vector<Crossing>& crossings, double v_max_m) {
+  const auto stride = std::max<std::size_t>(
+      1, static_cast<std::size_t>(std::lround(kCoarseStep_m / line.u_step_m)));
   std::vector<std::size_t> coarse;
   for (std::size_t i = 0; i + (line.closed ? 1 : 0) < line.size(); i += stride) coarse.push_back(i);
 
   const double cell_m = 2.0 * v_max_m;
-  struct Place { Vector2d p_m; std::size_t row; };
+  struct Place {
+    Vector2d p_m;
+    std::size_t row;
+  };
   std::unordered_map<std::int64_t, std::vector<Place>> cells;
   const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_m)); };
   const auto key = [](std::int64_t ix, std::int64_t iy) { return (ix << 32) ^ (iy & 0xffffffff); };
-  for (const std::size_t i : coarse) cells[key(index(line.x_m[i]), index(line.y_m[i]))].push_back({{line.x_m[i], line.y_m[i]}, i});
+  for (const std::size_t i : coarse)
+    cells[key(index(line.x_m[i]), index(line.y_m[i]))].push_back({{line.x_m[i], line.y_m[i]}, i});
 
   const double period_m = static_cast<double>(line.size() - 1) * line.u_step_m;
   const auto along_m = [&](double u, double other_u) {
@@ -67,14 +76,19 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
   };
   // At a level crossing both legs are the road: neither ends where the other is nearer.
   const auto cross_here = [&](std::size_t i, std::size_t j) {
-    const double a = line.u_begin_m + static_cast<double>(i) * line.u_step_m, b = line.u_begin_m + static_cast<double>(j) * line.u_step_m;
+    const double a = line.u_begin_m + static_cast<double>(i) * line.u_step_m,
+                 b = line.u_begin_m + static_cast<double>(j) * line.u_step_m;
     const double reach_m = kCrossingReach * v_max_m;
     return std::any_of(crossings.begin(), crossings.end(), [&](const Crossing& c) {
-      return is_level(c) && ((along_m(a, c.u_first_m) < reach_m && along_m(b, c.u_second_m) < reach_m) ||
-                             (along_m(b, c.u_first_m) < reach_m && along_m(a, c.u_second_m) < reach_m));
+      return is_level(c) &&
+             ((along_m(a, c.u_first_m) < reach_m && along_m(b, c.u_second_m) < reach_m) ||
+              (along_m(b, c.u_first_m) < reach_m && along_m(a, c.u_second_m) < reach_m));
     });
   };
-  struct Side { double limit_m; bool fold; };
+  struct Side {
+    double limit_m;
+    bool fold;
+  };
   std::vector<Side> left(coarse.size()), right(coarse.size());
   for (std::size_t k = 0; k < coarse.size(); ++k) {
     const std::size_t i = coarse[k];
@@ -90,9 +104,12 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
           const double across = d.dot(normal);
           Side& side = across > 0.0 ? left[k] : right[k];
           // Surely no nearer than what is known, fold or not; most are not, so this is asked first.
-          if ((1.0 - kFoldMargin) * d.squaredNorm() > 2.001 * std::abs(across) * side.limit_m || std::abs(across) < 1e-9) continue;
+          if ((1.0 - kFoldMargin) * d.squaredNorm() > 2.001 * std::abs(across) * side.limit_m ||
+              std::abs(across) < 1e-9)
+            continue;
           if (std::abs(guide.z_m[i] - guide.z_m[j]) > kLayerGap_m || cross_here(i, j)) continue;
-          const double du = along_m(static_cast<double>(i) * line.u_step_m, static_cast<double>(j) * line.u_step_m);
+          const double du = along_m(static_cast<double>(i) * line.u_step_m,
+                                    static_cast<double>(j) * line.u_step_m);
           // Half a circle round the touching circle is the same bend; further is another leg.
           const double radius_m = d.squaredNorm() / (2.0 * std::abs(across));
           const bool fold = du < 3.2 * radius_m;
@@ -103,7 +120,8 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
     }
   }
   RowLimits limits;
-  const auto spread = [&](const std::vector<Side>& sides, std::vector<float>& limit, std::vector<char>& fold) {
+  const auto spread = [&](const std::vector<Side>& sides, std::vector<float>& limit,
+                          std::vector<char>& fold) {
     limit.resize(line.size());
     fold.resize(line.size());
     for (std::size_t i = 0; i < line.size(); ++i) {
@@ -119,7 +137,8 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide, cons
   return limits;
 }
 
-/// Columns of the outermost nodes of a row with a height (none when first > last) and the nodes without one between.
+/// Columns of the outermost nodes of a row with a height (none when first > last) and the nodes
+/// without one between.
 struct Span {
   std::size_t first, last, holes;
   bool empty() const { return first > last; }
@@ -132,11 +151,14 @@ Span span_of(const Provenance* row, std::size_t first, std::size_t end) {
   if (first >= end) return {1, 0, 0};
   while (row[end - 1] == Provenance::none) --end;
   // Nearly every row is whole, which is quickly seen.
-  if (std::memchr(row + first, static_cast<int>(Provenance::none), end - first) == nullptr) return {first, end - 1, 0};
-  return {first, end - 1, static_cast<std::size_t>(std::count(row + first, row + end, Provenance::none))};
+  if (std::memchr(row + first, static_cast<int>(Provenance::none), end - first) == nullptr)
+    return {first, end - 1, 0};
+  return {first, end - 1,
+          static_cast<std::size_t>(std::count(row + first, row + end, Provenance::none))};
 }
 
-/// Fills runs of missing nodes between two nodes of one class, first across, then along. `spans` of the rows before.
+/// Fills runs of missing nodes between two nodes of one class, first across, then along. `spans` of
+/// the rows before.
 std::size_t fill_gaps(SampledGrid& sampled, const std::vector<Span>& spans, double max_gap_m) {
   const std::size_t rows = sampled.grid.rows(), columns = sampled.grid.columns();
   std::size_t filled = 0;
@@ -151,13 +173,15 @@ std::size_t fill_gaps(SampledGrid& sampled, const std::vector<Span>& spans, doub
     if (static_cast<double>(std::abs(zb - za)) > 0.02 + 0.5 * (to - from)) return;
     for (std::size_t node = a + stride; node < b; node += stride) {
       const double t = (coordinate(node) - from) / (to - from);
-      sampled.grid.z_m[node] = static_cast<float>(static_cast<double>(za) + t * static_cast<double>(zb - za));
+      sampled.grid.z_m[node] =
+          static_cast<float>(static_cast<double>(za) + t * static_cast<double>(zb - za));
       sampled.provenance[node] = Provenance::filled;
       sampled.surface_class[node] = sampled.surface_class[a];
       ++filled;
     }
   };
-  // Nearly every row is whole and like the one before it: both passes look closely at the others only.
+  // Nearly every row is whole and like the one before it: both passes look closely at the others
+  // only.
   for (std::size_t i = 0; i < rows; ++i) {
     const Provenance* row = sampled.provenance.data() + i * columns;
     const Span& span = spans[i];
@@ -166,7 +190,8 @@ std::size_t fill_gaps(SampledGrid& sampled, const std::vector<Span>& spans, doub
     for (std::size_t j = span.first; j <= span.last; ++j) {
       if (row[j] == Provenance::none) continue;
       if (j > known + 1) {
-        fill(i * columns + known, i * columns + j, 1, [&](std::size_t k) { return sampled.grid.v_m[k % columns]; });
+        fill(i * columns + known, i * columns + j, 1,
+             [&](std::size_t k) { return sampled.grid.v_m[k % columns]; });
       }
       known = j;
     }
@@ -181,11 +206,10 @@ std::size_t fill_gaps(SampledGrid& sampled, const std::vector<Span>& spans, doub
       for (std::size_t back = 2; back <= std::min(reach, i); ++back) {
         const std::size_t node = (i - back) * columns + j;
         if (sampled.provenance[node] == Provenance::none) continue;
-        fill(node, i * columns + j, columns,
-             [&](std::size_t k) {
-               const std::size_t row_of_node = k / columns;
-               return static_cast<double>(row_of_node) * sampled.grid.u_step_m;
-             });
+        fill(node, i * columns + j, columns, [&](std::size_t k) {
+          const std::size_t row_of_node = k / columns;
+          return static_cast<double>(row_of_node) * sampled.grid.u_step_m;
+        });
         break;
       }
     }
@@ -194,29 +218,40 @@ std::size_t fill_gaps(SampledGrid& sampled, const std::vector<Span>& spans, doub
 }
 
 /// Rays are cast in float32 about the surface's origin.
-void refuse_coarse_floats(const crg::ReferenceLine& line, const RaySurface& surface, double step_m) {
+void refuse_coarse_floats(const crg::ReferenceLine& line, const RaySurface& surface,
+                          double step_m) {
   double farthest_m = 0.0;
   for (std::size_t i = 0; i < line.size(); ++i)
-    farthest_m = std::max({farthest_m, std::abs(line.x_m[i] - surface.origin_m().x()), std::abs(line.y_m[i] - surface.origin_m().y())});
+    farthest_m = std::max({farthest_m, std::abs(line.x_m[i] - surface.origin_m().x()),
+                           std::abs(line.y_m[i] - surface.origin_m().y())});
   const auto single = static_cast<float>(farthest_m);
-  const double spacing_m = static_cast<double>(std::nextafter(single, std::numeric_limits<float>::infinity()) - single);
+  const double spacing_m =
+      static_cast<double>(std::nextafter(single, std::numeric_limits<float>::infinity()) - single);
   if (step_m >= 10.0 * spacing_m) return;
-  throw Error(fmt::format("steps of {:.3g} m, {:.0f} m from the middle of the mesh, where float32 resolves {:.3g} m; wanted steps of at "
-                          "least ten times that: take larger ones (--u-step-m, --v-step-m) or split the mesh", step_m, farthest_m, spacing_m));
+  throw Error(fmt::format(
+      "steps of {:.3g} m, {:.0f} m from the middle of the mesh, where float32 resolves {:.3g} m; "
+      "wanted steps of at "
+      "least ten times that: take larger ones (--u-step-m, --v-step-m) or split the mesh",
+      step_m, farthest_m, spacing_m));
 }
 
 void refuse_narrow(const Centreline& centreline, double least_m) {
   double u = 0.0;
   for (std::size_t i = 0; i < centreline.points_m.size(); ++i) {
     if (i > 0) u += (centreline.points_m[i] - centreline.points_m[i - 1]).norm();
-    const double width_m = i < centreline.half_width_m.size() ? 2.0 * centreline.half_width_m[i] : least_m;
+    const double width_m =
+        i < centreline.half_width_m.size() ? 2.0 * centreline.half_width_m[i] : least_m;
     if (width_m >= least_m) continue;
-    throw Error(fmt::format("the road is {:.3g} m wide near u = {:.1f} m; wanted at least two steps across, {:.3g} m; take a smaller "
-                            "--v-step-m", width_m, u, least_m));
+    throw Error(
+        fmt::format("the road is {:.3g} m wide near u = {:.1f} m; wanted at least two steps "
+                    "across, {:.3g} m; take a smaller "
+                    "--v-step-m",
+                    width_m, u, least_m));
   }
 }
 
-void check(const crg::ReferenceLine& line, const Centreline& centreline, const RaySurface& surface, const SampleOptions& options) {
+void check(const crg::ReferenceLine& line, const Centreline& centreline, const RaySurface& surface,
+           const SampleOptions& options) {
   const double v_step_m = *options.v_step_m;
   if (line.size() < 2) throw Error("the reference line has fewer than two nodes");
   if (centreline.points_m.size() < 2) throw Error("the centreline has fewer than two stations");
@@ -227,9 +262,10 @@ void check(const crg::ReferenceLine& line, const Centreline& centreline, const R
   const double nodes =
       static_cast<double>(line.size()) * (2.0 * std::floor(options.v_max_m / v_step_m) + 1.0);
   if (nodes > static_cast<double>(options.max_nodes)) {
-    throw Error(fmt::format("the grid would have {:.3g} nodes, more than the limit of {:.3g}; take larger steps "
-                            "(--u-step-m, --v-step-m), a smaller --v-max-m, or raise max_nodes", nodes,
-                            static_cast<double>(options.max_nodes)));
+    throw Error(fmt::format(
+        "the grid would have {:.3g} nodes, more than the limit of {:.3g}; take larger steps "
+        "(--u-step-m, --v-step-m), a smaller --v-max-m, or raise max_nodes",
+        nodes, static_cast<double>(options.max_nodes)));
   }
   refuse_coarse_floats(line, surface, std::min(line.u_step_m, v_step_m));
   refuse_narrow(centreline, 2.0 * v_step_m);
@@ -274,8 +310,10 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
       const RowsReached& ends = reached[first / kWalkRows] = walk.sample(first, count);
       for (std::size_t k = 0; k < count; ++k) {
         const std::size_t i = first + k;
-        folded[i] = (ends.left_cut[k] && limits.left_is_fold[i]) || (ends.right_cut[k] && limits.right_is_fold[i]);
-        neighboured[i] = (ends.left_cut[k] && !limits.left_is_fold[i]) || (ends.right_cut[k] && !limits.right_is_fold[i]);
+        folded[i] = (ends.left_cut[k] && limits.left_is_fold[i]) ||
+                    (ends.right_cut[k] && limits.right_is_fold[i]);
+        neighboured[i] = (ends.left_cut[k] && !limits.left_is_fold[i]) ||
+                         (ends.right_cut[k] && !limits.right_is_fold[i]);
       }
     }
   });
@@ -286,22 +324,30 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
     end_column = std::max(end_column, ends.end_column);
   }
   if (first_column >= end_column) {
-    throw Error("no ray met the road: the centreline and the mesh do not lie in the same place (frame, unit or up axis differ)");
+    throw Error(
+        "no ray met the road: the centreline and the mesh do not lie in the same place (frame, "
+        "unit or up axis differ)");
   }
-  if (first_column + 1 == end_column) first_column = 0, end_column = columns;  // a grid has two columns or more
+  if (first_column + 1 == end_column)
+    first_column = 0, end_column = columns;  // a grid has two columns or more
   turn_into_rows(out, rows, reached, first_column, end_column, surface.origin_m().z());
   const std::size_t kept = out.grid.columns();
   std::vector<Span> spans(line.size(), Span{1, 0, 0});
   for (std::size_t i = 0; i < rows; ++i) {
     const RowsReached& ends = reached[i / kWalkRows];
-    if (!ends.empty()) spans[i] = span_of(&out.provenance[i * kept], ends.first_column - first_column, ends.end_column - first_column);
+    if (!ends.empty())
+      spans[i] = span_of(&out.provenance[i * kept], ends.first_column - first_column,
+                         ends.end_column - first_column);
   }
   const std::size_t filled = fill_gaps(out, spans, *options.max_gap_m);
   if (line.closed) {
     const std::size_t last = (line.size() - 1) * kept;
-    std::copy_n(out.grid.z_m.begin(), kept, out.grid.z_m.begin() + static_cast<std::ptrdiff_t>(last));
-    std::copy_n(out.provenance.begin(), kept, out.provenance.begin() + static_cast<std::ptrdiff_t>(last));
-    std::copy_n(out.surface_class.begin(), kept, out.surface_class.begin() + static_cast<std::ptrdiff_t>(last));
+    std::copy_n(out.grid.z_m.begin(), kept,
+                out.grid.z_m.begin() + static_cast<std::ptrdiff_t>(last));
+    std::copy_n(out.provenance.begin(), kept,
+                out.provenance.begin() + static_cast<std::ptrdiff_t>(last));
+    std::copy_n(out.surface_class.begin(), kept,
+                out.surface_class.begin() + static_cast<std::ptrdiff_t>(last));
   }
 
   SampleReport result;

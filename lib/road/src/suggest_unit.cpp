@@ -37,9 +37,7 @@ std::optional<Centreline> road_in(Mesh mesh, double factor, const CleanOptions& 
   }
 }
 
-double typical_width_m(const Centreline& line) {
-  return 2.0 * files::median(line.half_width_m);
-}
+double typical_width_m(const Centreline& line) { return 2.0 * files::median(line.half_width_m); }
 
 }  // namespace
 

@@ -102,13 +102,19 @@ Json json_of(const std::vector<URange>& ranges) {
 Json json_of(const SampleReport& report) {
   Json crossings = Json::array(), remarks = Json::array();
   for (const Crossing& crossing : report.crossings) {
-    crossings.push_back({{"u_first_m", crossing.u_first_m}, {"u_second_m", crossing.u_second_m}, {"height_m", crossing.height_m}});
+    crossings.push_back({{"u_first_m", crossing.u_first_m},
+                         {"u_second_m", crossing.u_second_m},
+                         {"height_m", crossing.height_m}});
     remarks.push_back(describe(crossing));
   }
-  return {{"nodes", report.nodes},          {"nodes_with_z", report.nodes_with_z},
-          {"filled", report.filled},        {"holes", report.holes},
-          {"folds", json_of(report.folds)}, {"neighbours", json_of(report.neighbours)},
-          {"walls", json_of(report.walls)}, {"crossings", crossings},
+  return {{"nodes", report.nodes},
+          {"nodes_with_z", report.nodes_with_z},
+          {"filled", report.filled},
+          {"holes", report.holes},
+          {"folds", json_of(report.folds)},
+          {"neighbours", json_of(report.neighbours)},
+          {"walls", json_of(report.walls)},
+          {"crossings", crossings},
           {"remarks", remarks}};
 }
 
@@ -126,7 +132,8 @@ Json json_of(const KerbReport& report) {
 Json json_of(const SmoothReport& report, const SmoothOptions& options) {
   Json bands = Json::array();
   for (const SmoothedBand& band : report.bands)
-    bands.push_back({{"n_cpm", band.n_cpm}, {"before_m3", band.before_m3}, {"after_m3", band.after_m3}});
+    bands.push_back(
+        {{"n_cpm", band.n_cpm}, {"before_m3", band.before_m3}, {"after_m3", band.after_m3}});
   return {{"window_m", options.window_u_m},
           {"window_v_m", options.window_v_m},
           {"largest_change_road_m", report.largest_change_road_m},
@@ -134,7 +141,9 @@ Json json_of(const SmoothReport& report, const SmoothOptions& options) {
           {"largest_change_v_m", report.largest_change_v_m},
           {"largest_change_kerb_m", report.largest_change_kerb_m},
           {"nodes_at_bound", report.nodes_at_bound},
-          {"halved_waves_m", report.halved_waves_m ? Json{report.halved_waves_m->shortest_m, report.halved_waves_m->longest_m} : Json(nullptr)},
+          {"halved_waves_m", report.halved_waves_m ? Json{report.halved_waves_m->shortest_m,
+                                                          report.halved_waves_m->longest_m}
+                                                   : Json(nullptr)},
           {"wheel_path_psd", bands}};
 }
 
@@ -143,14 +152,18 @@ Json json_of(const Placement& placement) {
   const Eigen::Vector3d& t = report.T_global_mesh.translation_m;
   Json projection = nullptr;
   if (placement.projection.kind == Projection::Kind::utm)
-    projection = fmt::format("UTM_{:02}{}", placement.projection.zone.number, placement.projection.zone.north ? 'N' : 'S');
+    projection = fmt::format("UTM_{:02}{}", placement.projection.zone.number,
+                             placement.projection.zone.north ? 'N' : 'S');
   if (placement.projection.kind == Projection::Kind::tm)
-    projection = fmt::format("TM about {}, {} deg", placement.projection.latitude_deg, placement.projection.longitude_deg);
+    projection = fmt::format("TM about {}, {} deg", placement.projection.latitude_deg,
+                             placement.projection.longitude_deg);
   Json tilt_and_scale = nullptr;
   if (!report.tilt_and_scale.is_identity()) {
     const Eigen::Vector3d& about = report.tilt_and_scale.about_m;
-    const Eigen::Matrix3d rows = report.tilt_and_scale.linear.transpose();  // Eigen counts down the columns
-    tilt_and_scale = {{"about_m", {about.x(), about.y(), about.z()}}, {"linear", std::vector<double>(rows.data(), rows.data() + 9)}};
+    const Eigen::Matrix3d rows =
+        report.tilt_and_scale.linear.transpose();  // Eigen counts down the columns
+    tilt_and_scale = {{"about_m", {about.x(), about.y(), about.z()}},
+                      {"linear", std::vector<double>(rows.data(), rows.data() + 9)}};
   }
   return {{"by", placement.by},
           {"yaw_deg", report.T_global_mesh.yaw_rad * 180.0 / std::numbers::pi},
@@ -188,7 +201,9 @@ Json json_of(const GridReport& report) {
 Json json_of(const GeoEnds& ends) {
   const auto point = [](const std::optional<GeoPoint>& p) {
     if (!p) return Json(nullptr);
-    return Json{{"latitude_deg", p->latitude_deg}, {"longitude_deg", p->longitude_deg}, {"height_m", p->height_m ? Json(*p->height_m) : Json(nullptr)}};
+    return Json{{"latitude_deg", p->latitude_deg},
+                {"longitude_deg", p->longitude_deg},
+                {"height_m", p->height_m ? Json(*p->height_m) : Json(nullptr)}};
   };
   if (!ends.start && !ends.end) return nullptr;
   return {{"start", point(ends.start)}, {"end", point(ends.end)}};
@@ -247,7 +262,8 @@ template <class Summary>
 std::string finished(Json& out, const Summary& summary) {
   if constexpr (requires { summary.outputs; }) {
     Json outputs = Json::array();
-    for (const InputFile& file : summary.outputs) outputs.push_back({{"role", file.role}, {"file", file.path}, {"sha256", file.sha256}});
+    for (const InputFile& file : summary.outputs)
+      outputs.push_back({{"role", file.role}, {"file", file.path}, {"sha256", file.sha256}});
     out["outputs"] = outputs;
   }
   // Object names of a mesh need not be UTF-8.
@@ -272,7 +288,9 @@ CentrelineReport describe(const Centreline& centreline) {
 
 GeoEnds geo_ends(const crg::Crg& file) {
   const auto end = [&](const std::string& which) -> std::optional<GeoPoint> {
-    const auto value = [&](const char* key) { return crg::find_value(file.road, "REFERENCE_LINE_" + which + key); };
+    const auto value = [&](const char* key) {
+      return crg::find_value(file.road, "REFERENCE_LINE_" + which + key);
+    };
     const auto latitude = value("_LAT"), longitude = value("_LON");
     if (!latitude || !longitude) return std::nullopt;
     return GeoPoint{*latitude, *longitude, value("_ALT")};
@@ -287,7 +305,8 @@ GridReport describe(const crg::Grid& grid, const crg::ReferenceLine& line) {
   report.nodes = report.rows * report.columns;
   report.u_begin_m = grid.u_begin_m;
   report.u_step_m = grid.u_step_m;
-  report.z_min_m = report.z_max_m = report.width_min_m = report.width_median_m = report.width_max_m = std::numeric_limits<double>::quiet_NaN();
+  report.z_min_m = report.z_max_m = report.width_min_m = report.width_median_m =
+      report.width_max_m = std::numeric_limits<double>::quiet_NaN();
   if (report.nodes == 0) return report;
   report.u_end_m = grid.u_of(report.rows - 1);
   report.v_min_m = grid.v_m.front();
@@ -303,7 +322,8 @@ GridReport describe(const crg::Grid& grid, const crg::ReferenceLine& line) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   std::vector<double> widths;
   for (std::size_t i = 0; i < report.rows; ++i) {
-    const double line_z = line.z_m.empty() ? 0.0 : line.z_m[i], banking = line.banking.empty() ? 0.0 : line.banking[i];
+    const double line_z = line.z_m.empty() ? 0.0 : line.z_m[i],
+                 banking = line.banking.empty() ? 0.0 : line.banking[i];
     const float* row = grid.z_m.data() + i * report.columns;
     std::size_t with_z = 0, first = report.columns, last = 0;
     for (std::size_t j = 0; j < report.columns; ++j) {
@@ -336,10 +356,14 @@ std::string text_of(const Json& json) { return files::json_text(json); }
 
 }  // namespace
 
-std::string json_text(const SmoothReport& report, const SmoothOptions& options) { return text_of(json_of(report, options)); }
+std::string json_text(const SmoothReport& report, const SmoothOptions& options) {
+  return text_of(json_of(report, options));
+}
 std::string json_text(const GeoEnds& ends) { return text_of(json_of(ends)); }
 std::string json_text(const Placement& placement) { return text_of(json_of(placement)); }
-std::string json_text(const ValidateReport& report, const ValidateLimits& limits) { return text_of(json_of(report, limits)); }
+std::string json_text(const ValidateReport& report, const ValidateLimits& limits) {
+  return text_of(json_of(report, limits));
+}
 
 std::string summary_json(const BuildSummary& summary) {
   Json out = head_of(summary);
@@ -402,7 +426,8 @@ std::optional<std::string> unchanged_summary(const std::string& path, const Buil
     Json& inputs = old.at("inputs");
     for (std::size_t i = inputs.size(); i-- > 0;) {
       if (inputs[i].at("role") != kMeshFile) continue;
-      if (inputs[i].at("sha256") != sha256_if_there(inputs[i].at("path").get<std::string>())) return std::nullopt;
+      if (inputs[i].at("sha256") != sha256_if_there(inputs[i].at("path").get<std::string>()))
+        return std::nullopt;
       inputs.erase(i);
     }
     const Json head = head_of(fresh);

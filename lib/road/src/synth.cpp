@@ -203,7 +203,8 @@ SynthOutput write_synth(const Circuit& circuit, const std::string& output_dir,
   output.mesh_error = measure_mesh_error(circuit, mesh);
   export_mesh(mesh, output.mesh_path,
               {options.up == UpAxis::z ? UpAxis::z : UpAxis::y, options.unit});
-  files::write_file(output.truth_path, crg::to_bytes(truth_crg(circuit, options.truth_step_m), crg::Format::KDBI));
+  files::write_file(output.truth_path,
+                    crg::to_bytes(truth_crg(circuit, options.truth_step_m), crg::Format::KDBI));
   return output;
 }
 

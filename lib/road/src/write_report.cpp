@@ -33,11 +33,15 @@ namespace {
 constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+std::string file_name(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
 
 /// As the reader of the report finds it.
 std::string shown_path(const std::string& path, const ReportRequest& request) {
-  const bool moves = !request.shown_folder.empty() && std::filesystem::path(path).parent_path() == std::filesystem::path(request.crg_path).parent_path();
+  const bool moves =
+      !request.shown_folder.empty() && std::filesystem::path(path).parent_path() ==
+                                           std::filesystem::path(request.crg_path).parent_path();
   return moves ? (std::filesystem::path(request.shown_folder) / file_name(path)).string() : path;
 }
 
@@ -45,7 +49,9 @@ std::string shown_path(const std::string& path, const ReportRequest& request) {
 
 constexpr std::size_t kMostCurvePoints = 60'000;
 
-double heading_change(double from, double to) { return std::remainder(to - from, 2.0 * std::numbers::pi); }
+double heading_change(double from, double to) {
+  return std::remainder(to - from, 2.0 * std::numbers::pi);
+}
 
 /// Change of heading per metre over 2 m: single steps of float32 headings are noise.
 std::vector<float> curvature_of(const HeightMap& map) {
@@ -53,10 +59,14 @@ std::vector<float> curvature_of(const HeightMap& map) {
   std::vector<float> curvature(map.rows(), 0.0f);
   const auto reach = std::max<std::size_t>(1, static_cast<std::size_t>(1.0 / line.u_step_m + 0.5));
   for (std::size_t i = 0; i < map.rows(); ++i) {
-    // heading[k] belongs to the segment before node k, so the segments i - reach + 1 .. i + reach span the change.
-    const std::size_t low = std::max<std::size_t>(1, i >= reach ? i - reach + 1 : 1), high = std::min(map.rows() - 1, i + reach);
+    // heading[k] belongs to the segment before node k, so the segments i - reach + 1 .. i + reach
+    // span the change.
+    const std::size_t low = std::max<std::size_t>(1, i >= reach ? i - reach + 1 : 1),
+                      high = std::min(map.rows() - 1, i + reach);
     if (high <= low) continue;
-    curvature[i] = static_cast<float>(heading_change(line.heading_rad[low], line.heading_rad[high]) / (static_cast<double>(high - low) * line.u_step_m));
+    curvature[i] =
+        static_cast<float>(heading_change(line.heading_rad[low], line.heading_rad[high]) /
+                           (static_cast<double>(high - low) * line.u_step_m));
   }
   return curvature;
 }
@@ -67,7 +77,8 @@ std::vector<float> slope_of(const std::vector<double>& z_m, double u_step_m) {
   const auto reach = std::max<std::size_t>(1, static_cast<std::size_t>(1.0 / u_step_m + 0.5));
   for (std::size_t i = 0; i < z_m.size(); ++i) {
     const std::size_t low = i >= reach ? i - reach : 0, high = std::min(z_m.size() - 1, i + reach);
-    slope[i] = static_cast<float>((z_m[high] - z_m[low]) / (static_cast<double>(high - low) * u_step_m));
+    slope[i] =
+        static_cast<float>((z_m[high] - z_m[low]) / (static_cast<double>(high - low) * u_step_m));
   }
   return slope;
 }
@@ -82,7 +93,8 @@ std::vector<float> banking_of(const HeightMap& map, const std::vector<RowExtent>
       const double low = map.v_m[extents[i].first], high = map.v_m[extents[i].last];
       const double middle = low < -1.0 && high > 1.0 ? 0.0 : 0.5 * (low + high);
       double n = 0, sv = 0, sz = 0, svv = 0, svz = 0;
-      const auto from = static_cast<std::size_t>(std::lower_bound(map.v_m.begin(), map.v_m.end(), middle - 3.0) - map.v_m.begin());
+      const auto from = static_cast<std::size_t>(
+          std::lower_bound(map.v_m.begin(), map.v_m.end(), middle - 3.0) - map.v_m.begin());
       for (std::size_t j = from; j < map.columns() && map.v_m[j] <= middle + 3.0; ++j) {
         const double z = map.at(i, j), v = map.v_m[j];
         if (std::isnan(z)) continue;
@@ -110,7 +122,8 @@ AlongU along_u(const HeightMap& map, const std::vector<RowExtent>& extents) {
   // The height of the middle of the road where the reference line has none.
   std::vector<double> z_m = long_section(map, 0.0);
   for (std::size_t i = 0; i < map.rows(); ++i) {
-    if (std::isnan(z_m[i]) && !extents[i].empty()) z_m[i] = map.at(i, (extents[i].first + extents[i].last) / 2);
+    if (std::isnan(z_m[i]) && !extents[i].empty())
+      z_m[i] = map.at(i, (extents[i].first + extents[i].last) / 2);
   }
   curves.slope = slope_of(z_m, map.line.u_step_m);
   curves.curvature_1pm = curvature_of(map);
@@ -125,13 +138,15 @@ AlongU along_u(const HeightMap& map, const std::vector<RowExtent>& extents) {
   return curves;
 }
 
-void add_curves(const HeightMap& map, const AlongU& along, const std::vector<std::pair<std::string, const Comparison*>>& comparisons,
+void add_curves(const HeightMap& map, const AlongU& along,
+                const std::vector<std::pair<std::string, const Comparison*>>& comparisons,
                 report::TrackReport& report) {
   const std::size_t stride = (map.rows() + kMostCurvePoints - 1) / kMostCurvePoints;
   report.u_begin_m = map.line.u_begin_m;
   report.u_step_m = map.line.u_step_m * static_cast<double>(stride);
   report.u_end_m = map.u_end_m();
-  const auto add = [&](const char* key, const char* name, const char* unit, const std::vector<float>& values, double factor = 1.0) {
+  const auto add = [&](const char* key, const char* name, const char* unit,
+                       const std::vector<float>& values, double factor = 1.0) {
     report.curves.push_back({key, name, unit, every(values, stride), factor});
   };
   add("elevation_m", "Elevation", "m", along.elevation_m);
@@ -152,16 +167,19 @@ void add_curves(const HeightMap& map, const AlongU& along, const std::vector<std
     }
     for (std::size_t i = 0; i < map.rows(); ++i) {
       const double row = (map.u_of(i) - comparison->u_begin_m) / comparison->u_cell_m;
-      largest[i] = of_row[static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(comparison->rows - 1)))];
+      largest[i] = of_row[static_cast<std::size_t>(
+          std::clamp(row, 0.0, static_cast<double>(comparison->rows - 1)))];
     }
-    report.curves.push_back({"largest_error_" + key + "_m", "Largest error (" + key + ")", "mm", every(largest, stride), 1000.0});
+    report.curves.push_back({"largest_error_" + key + "_m", "Largest error (" + key + ")", "mm",
+                             every(largest, stride), 1000.0});
   }
 }
 
 // --- sheets ------------------------------------------------------------------------------------
 
 /// Rows and columns of the map as a grid in space.
-report::Sheet sheet_of(const HeightMap& map, std::size_t row_begin, std::size_t row_end, std::size_t row_stride, double v_step_m) {
+report::Sheet sheet_of(const HeightMap& map, std::size_t row_begin, std::size_t row_end,
+                       std::size_t row_stride, double v_step_m) {
   report::Sheet sheet;
   sheet.u_begin_m = map.u_of(row_begin);
   sheet.u_step_m = map.line.u_step_m * static_cast<double>(row_stride);
@@ -169,11 +187,14 @@ report::Sheet sheet_of(const HeightMap& map, std::size_t row_begin, std::size_t 
   std::vector<std::size_t> rows, columns;
   for (std::size_t i = row_begin; i < row_end; i += row_stride) rows.push_back(i);
   for (std::size_t j = 0; j < map.columns(); ++j) {
-    if (columns.empty() || map.v_m[j] - map.v_m[columns.back()] >= v_step_m || j + 1 == map.columns()) columns.push_back(j);
+    if (columns.empty() || map.v_m[j] - map.v_m[columns.back()] >= v_step_m ||
+        j + 1 == map.columns())
+      columns.push_back(j);
   }
   for (const std::size_t j : columns) sheet.v_m.push_back(map.v_m[j]);
   for (const std::size_t i : rows) {
-    const crg::Point2 middle = crg::node_position(map.line, i, 0.0), one = crg::node_position(map.line, i, 1.0);
+    const crg::Point2 middle = crg::node_position(map.line, i, 0.0),
+                      one = crg::node_position(map.line, i, 1.0);
     sheet.x_m.push_back(middle.x_m);
     sheet.y_m.push_back(middle.y_m);
     sheet.normal_x.push_back(one.x_m - middle.x_m);
@@ -191,20 +212,30 @@ std::vector<float> on_sheet(const report::Sheet& sheet, const Value& value) {
   for (std::size_t i = 0; i < sheet.x_m.size(); ++i) {
     const double u_m = sheet.u_begin_m + static_cast<double>(i) * sheet.u_step_m;
     for (std::size_t j = 0; j < sheet.v_m.size(); ++j) {
-      values.push_back(std::isnan(sheet.z_m[i * sheet.v_m.size() + j]) ? kNanF : static_cast<float>(value(u_m, sheet.v_m[j])));
+      values.push_back(std::isnan(sheet.z_m[i * sheet.v_m.size() + j])
+                           ? kNanF
+                           : static_cast<float>(value(u_m, sheet.v_m[j])));
     }
   }
   return values;
 }
 
 void add_fields(report::Sheet& sheet, const HeightMap& map, const AlongU& along,
-                const std::vector<std::pair<std::string, const Comparison*>>& comparisons, const crg::Surface* grip,
-                const std::vector<Provenance>* provenance) {
+                const std::vector<std::pair<std::string, const Comparison*>>& comparisons,
+                const crg::Surface* grip, const std::vector<Provenance>* provenance) {
   const auto row_of = [&](double u_m) {
-    return static_cast<std::size_t>(std::clamp((u_m - map.line.u_begin_m) / map.line.u_step_m + 0.5, 0.0, static_cast<double>(map.rows() - 1)));
+    return static_cast<std::size_t>(std::clamp((u_m - map.line.u_begin_m) / map.line.u_step_m + 0.5,
+                                               0.0, static_cast<double>(map.rows() - 1)));
   };
-  const auto add_row_field = [&](const char* key, const char* name, const char* unit, const std::vector<float>& curve, double factor) {
-    sheet.fields.push_back({key, name, unit, on_sheet(sheet, [&](double u_m, double) { return curve[row_of(u_m)]; }), factor, true, {}});
+  const auto add_row_field = [&](const char* key, const char* name, const char* unit,
+                                 const std::vector<float>& curve, double factor) {
+    sheet.fields.push_back({key,
+                            name,
+                            unit,
+                            on_sheet(sheet, [&](double u_m, double) { return curve[row_of(u_m)]; }),
+                            factor,
+                            true,
+                            {}});
   };
   add_row_field("slope", "Slope", "%", along.slope, 100.0);
   add_row_field("banking", "Banking", "%", along.banking, 100.0);
@@ -214,33 +245,59 @@ void add_fields(report::Sheet& sheet, const HeightMap& map, const AlongU& along,
   add_row_field("curvature", "Curvature", "1/m", per_km, 1e-3);
   for (const auto& [key, c] : comparisons) {
     const double v_cell_m = c->v_m.size() > 1 ? c->v_m[1] - c->v_m[0] : 1.0;
-    sheet.fields.push_back({"error_" + key, "Error (" + key + ")", "mm",
-                            on_sheet(sheet,
-                                     [&, comparison = c](double u_m, double v_m) {
-                                       const double i = std::clamp((u_m - comparison->u_begin_m) / comparison->u_cell_m, 0.0, static_cast<double>(comparison->rows - 1));
-                                       const double j = std::clamp((v_m - comparison->v_m[0]) / v_cell_m + 0.5, 0.0, static_cast<double>(comparison->v_m.size() - 1));
-                                       return comparison->error_m[static_cast<std::size_t>(i) * comparison->v_m.size() + static_cast<std::size_t>(j)];
-                                     }),
-                            1000.0, true, {}});
+    sheet.fields.push_back(
+        {"error_" + key,
+         "Error (" + key + ")",
+         "mm",
+         on_sheet(
+             sheet,
+             [&, comparison = c](double u_m, double v_m) {
+               const double i = std::clamp((u_m - comparison->u_begin_m) / comparison->u_cell_m,
+                                           0.0, static_cast<double>(comparison->rows - 1));
+               const double j = std::clamp((v_m - comparison->v_m[0]) / v_cell_m + 0.5, 0.0,
+                                           static_cast<double>(comparison->v_m.size() - 1));
+               return comparison->error_m[static_cast<std::size_t>(i) * comparison->v_m.size() +
+                                          static_cast<std::size_t>(j)];
+             }),
+         1000.0,
+         true,
+         {}});
   }
   if (grip != nullptr) {
-    sheet.fields.push_back({"grip", "Grip", "1", on_sheet(sheet, [&](double u_m, double v_m) { return grip->z_at_uv(u_m, v_m); }), 1.0, false, {}});
+    sheet.fields.push_back(
+        {"grip",
+         "Grip",
+         "1",
+         on_sheet(sheet, [&](double u_m, double v_m) { return grip->z_at_uv(u_m, v_m); }),
+         1.0,
+         false,
+         {}});
   }
   if (provenance != nullptr) {
-    sheet.fields.push_back({"provenance", "Provenance", "",
-                            on_sheet(sheet,
-                                     [&](double u_m, double v_m) {
-                                       const auto j = static_cast<std::size_t>(std::lower_bound(map.v_m.begin(), map.v_m.end(), v_m - 1e-9) - map.v_m.begin());
-                                       return static_cast<double>((*provenance)[row_of(u_m) * map.columns() + std::min(j, map.columns() - 1)]);
-                                     }),
-                            1.0, false, {"none", "measured on the mesh", "filled"}});
+    sheet.fields.push_back(
+        {"provenance",
+         "Provenance",
+         "",
+         on_sheet(sheet,
+                  [&](double u_m, double v_m) {
+                    const auto j = static_cast<std::size_t>(
+                        std::lower_bound(map.v_m.begin(), map.v_m.end(), v_m - 1e-9) -
+                        map.v_m.begin());
+                    return static_cast<double>((
+                        *provenance)[row_of(u_m) * map.columns() + std::min(j, map.columns() - 1)]);
+                  }),
+         1.0,
+         false,
+         {"none", "measured on the mesh", "filled"}});
   }
 }
 
 /// Heights at every v, in rows about 0.25 m apart or as close as 3 MB of the page allow.
 void add_detail(const HeightMap& map, report::TrackReport& report) {
   constexpr std::size_t kMostNodes = 1'000'000;
-  const std::size_t stride = std::max({std::size_t{1}, (map.rows() * map.columns() + kMostNodes - 1) / kMostNodes, static_cast<std::size_t>(0.25 / map.line.u_step_m + 1e-9)});
+  const std::size_t stride =
+      std::max({std::size_t{1}, (map.rows() * map.columns() + kMostNodes - 1) / kMostNodes,
+                static_cast<std::size_t>(0.25 / map.line.u_step_m + 1e-9)});
   report::Sheet& detail = report.detail;
   detail.u_begin_m = map.u_of(0);
   detail.u_step_m = map.line.u_step_m * static_cast<double>(stride);
@@ -255,25 +312,37 @@ constexpr std::size_t kMostWindows = 24;
 constexpr double kWindow_m = 16.0;
 
 /// Full detail around findings first, then kerbs from high to low.
-void add_windows(const HeightMap& map, const std::vector<Finding>& findings, const KerbStrips& kerbs, report::TrackReport& report) {
+void add_windows(const HeightMap& map, const std::vector<Finding>& findings,
+                 const KerbStrips& kerbs, report::TrackReport& report) {
   std::vector<std::pair<double, std::string>> places;
   const auto add = [&](double u_m, std::string title) {
-    const bool near = std::any_of(places.begin(), places.end(), [&](const auto& p) { return std::abs(p.first - u_m) < 0.5 * kWindow_m; });
+    const bool near = std::any_of(places.begin(), places.end(), [&](const auto& p) {
+      return std::abs(p.first - u_m) < 0.5 * kWindow_m;
+    });
     if (!near && places.size() < kMostWindows) places.emplace_back(u_m, std::move(title));
   };
   for (const Severity severity : {Severity::error, Severity::remark}) {
     for (const Finding& f : findings) {
-      if (f.severity != severity || f.u_end_m - f.u_begin_m > 0.5 * (map.u_end_m() - map.line.u_begin_m)) continue;
-      if (places.size() < kMostWindows * 2 / 3) add(0.5 * (f.u_begin_m + std::min(f.u_end_m, f.u_begin_m + kWindow_m)), fmt::format("{} at u = {:.1f} m", f.kind, f.u_begin_m));
+      if (f.severity != severity ||
+          f.u_end_m - f.u_begin_m > 0.5 * (map.u_end_m() - map.line.u_begin_m))
+        continue;
+      if (places.size() < kMostWindows * 2 / 3)
+        add(0.5 * (f.u_begin_m + std::min(f.u_end_m, f.u_begin_m + kWindow_m)),
+            fmt::format("{} at u = {:.1f} m", f.kind, f.u_begin_m));
     }
   }
   std::vector<KerbStrip> by_height = kerbs.strips;
-  std::stable_sort(by_height.begin(), by_height.end(), [](const KerbStrip& a, const KerbStrip& b) { return a.height_m > b.height_m; });
-  for (const KerbStrip& kerb : by_height) add(kerb.u_of_profile_m, fmt::format("{} kerb at u = {:.1f} m", kerb.left ? "left" : "right", kerb.u_of_profile_m));
+  std::stable_sort(by_height.begin(), by_height.end(),
+                   [](const KerbStrip& a, const KerbStrip& b) { return a.height_m > b.height_m; });
+  for (const KerbStrip& kerb : by_height)
+    add(kerb.u_of_profile_m,
+        fmt::format("{} kerb at u = {:.1f} m", kerb.left ? "left" : "right", kerb.u_of_profile_m));
   for (const auto& [u_m, title] : places) {
     const double first = (u_m - 0.5 * kWindow_m - map.line.u_begin_m) / map.line.u_step_m;
-    const auto begin = static_cast<std::size_t>(std::clamp(first, 0.0, static_cast<double>(map.rows() - 2)));
-    const auto count = std::max<std::size_t>(2, static_cast<std::size_t>(kWindow_m / map.line.u_step_m) + 1);
+    const auto begin =
+        static_cast<std::size_t>(std::clamp(first, 0.0, static_cast<double>(map.rows() - 2)));
+    const auto count =
+        std::max<std::size_t>(2, static_cast<std::size_t>(kWindow_m / map.line.u_step_m) + 1);
     const std::size_t end = std::min(map.rows(), begin + count);
     if (end - begin < 2) continue;
     report::Sheet window = sheet_of(map, begin, end, std::max<std::size_t>(1, count / 400), 0.0);
@@ -285,12 +354,17 @@ void add_windows(const HeightMap& map, const std::vector<Finding>& findings, con
 
 // --- comparisons, kerbs, roughness ---------------------------------------------------------------
 
-std::vector<double> heights_at(const HeightMap& map, double u_m, const std::vector<double>& at_v_m) {
-  const auto row = static_cast<std::size_t>(std::clamp((u_m - map.line.u_begin_m) / map.line.u_step_m + 0.5, 0.0, static_cast<double>(map.rows() - 1)));
+std::vector<double> heights_at(const HeightMap& map, double u_m,
+                               const std::vector<double>& at_v_m) {
+  const auto row =
+      static_cast<std::size_t>(std::clamp((u_m - map.line.u_begin_m) / map.line.u_step_m + 0.5, 0.0,
+                                          static_cast<double>(map.rows() - 1)));
   std::vector<double> z_m;
   for (const double v_m : at_v_m) {
-    const auto j = static_cast<std::size_t>(std::upper_bound(map.v_m.begin() + 1, map.v_m.end() - 1, v_m) - map.v_m.begin());
-    const double t = (v_m - map.v_m[j - 1]) / (map.v_m[j] - map.v_m[j - 1]), a = map.at(row, j - 1), b = map.at(row, j);
+    const auto j = static_cast<std::size_t>(
+        std::upper_bound(map.v_m.begin() + 1, map.v_m.end() - 1, v_m) - map.v_m.begin());
+    const double t = (v_m - map.v_m[j - 1]) / (map.v_m[j] - map.v_m[j - 1]), a = map.at(row, j - 1),
+                 b = map.at(row, j);
     const double z = t <= 0.0 ? a : t >= 1.0 ? b : a + t * (b - a);
     z_m.push_back(v_m < map.v_m.front() || v_m > map.v_m.back() ? kNan : z + map.z_base_m);
   }
@@ -316,7 +390,12 @@ report::ComparisonView view_of(const Comparison& c, std::string key, std::string
   view.histogram_step_m = c.histogram_step_m;
   view.histogram = c.histogram;
   for (const CrossCut& cut : c.worst) {
-    view.worst.push_back({fmt::format("u = {:.1f} m, v = {:.2f} m: {:+.1f} mm", cut.u_m, cut.v_m, 1000.0 * cut.error_m), cut.u_m, cut.v_m, cut.error_m, cut.at_v_m,
+    view.worst.push_back({fmt::format("u = {:.1f} m, v = {:.2f} m: {:+.1f} mm", cut.u_m, cut.v_m,
+                                      1000.0 * cut.error_m),
+                          cut.u_m,
+                          cut.v_m,
+                          cut.error_m,
+                          cut.at_v_m,
                           {{"file", cut.file_z_m}, {key, cut.reference_z_m}}});
   }
   view.key = std::move(key);
@@ -324,7 +403,8 @@ report::ComparisonView view_of(const Comparison& c, std::string key, std::string
   return view;
 }
 
-void add_kerbs(const HeightMap& map, const KerbStrips& kerbs, const std::vector<std::pair<std::string, const Comparison*>>& comparisons,
+void add_kerbs(const HeightMap& map, const KerbStrips& kerbs,
+               const std::vector<std::pair<std::string, const Comparison*>>& comparisons,
                report::TrackReport& report) {
   for (std::size_t k = 0; k < kerbs.strips.size(); ++k) {
     const KerbStrip& strip = kerbs.strips[k];
@@ -344,10 +424,14 @@ void add_kerbs(const HeightMap& map, const KerbStrips& kerbs, const std::vector<
     if (!comparisons.empty()) {
       view.profile.at_v_m = comparisons.front().second->kerb_cuts[k].at_v_m;
     } else {
-      for (double v = std::max(low - 1.5, map.v_m.front()); v <= std::min(high + 1.5, map.v_m.back()); v += 0.05) view.profile.at_v_m.push_back(v);
+      for (double v = std::max(low - 1.5, map.v_m.front());
+           v <= std::min(high + 1.5, map.v_m.back()); v += 0.05)
+        view.profile.at_v_m.push_back(v);
     }
-    view.profile.lines.emplace_back("file", heights_at(map, strip.u_of_profile_m, view.profile.at_v_m));
-    for (const auto& [key, c] : comparisons) view.profile.lines.emplace_back(key, c->kerb_cuts[k].reference_z_m);
+    view.profile.lines.emplace_back("file",
+                                    heights_at(map, strip.u_of_profile_m, view.profile.at_v_m));
+    for (const auto& [key, c] : comparisons)
+      view.profile.lines.emplace_back(key, c->kerb_cuts[k].reference_z_m);
     report.kerbs.push_back(std::move(view));
   }
 }
@@ -370,12 +454,14 @@ double middle_of_road(const HeightMap& map, const std::vector<RowExtent>& extent
 /// Whether a wheel path rides the same before and after: IRI to its last digit in the report.
 bool rides_the_same(const report::RoughnessTrack& a, const report::RoughnessTrack& b) {
   return std::ranges::equal(a.iri, b.iri, [](const auto& s, const auto& t) {
-    return (std::isnan(s.iri_m_per_km) && std::isnan(t.iri_m_per_km)) || std::abs(s.iri_m_per_km - t.iri_m_per_km) < 0.005;
+    return (std::isnan(s.iri_m_per_km) && std::isnan(t.iri_m_per_km)) ||
+           std::abs(s.iri_m_per_km - t.iri_m_per_km) < 0.005;
   });
 }
 
 /// The tracks of the road before refinement are left out where they ride as those after it.
-void add_roughness(const HeightMap& map, double middle_m, bool before, report::TrackReport& report) {
+void add_roughness(const HeightMap& map, double middle_m, bool before,
+                   report::TrackReport& report) {
   const double step_m = map.line.u_step_m;
   for (const bool left : {true, false}) {
     report::RoughnessTrack track;
@@ -401,10 +487,12 @@ void add_roughness(const HeightMap& map, double middle_m, bool before, report::T
     track.psd_m3 = std::move(psd.psd_m3);
     if (step_m <= 0.3) {
       for (const IriSegment& segment : iri(sections[0], step_m)) {
-        track.iri.push_back({map.line.u_begin_m + segment.begin_m, map.line.u_begin_m + segment.end_m, segment.iri_m_per_km});
+        track.iri.push_back({map.line.u_begin_m + segment.begin_m,
+                             map.line.u_begin_m + segment.end_m, segment.iri_m_per_km});
       }
     }
-    if (before && !track.iri.empty() && rides_the_same(report.roughness[left ? 0 : 1], track)) continue;
+    if (before && !track.iri.empty() && rides_the_same(report.roughness[left ? 0 : 1], track))
+      continue;
     report.roughness.push_back(std::move(track));
   }
 }
@@ -413,21 +501,27 @@ void add_roughness(const HeightMap& map, double middle_m, bool before, report::T
 
 const char* format_name(crg::Format format) {
   switch (format) {
-    case crg::Format::KRBI: return "KRBI (float32, binary)";
-    case crg::Format::KDBI: return "KDBI (float64, binary)";
-    case crg::Format::LRFI: return "LRFI (text, 10 characters)";
-    case crg::Format::LDFI: return "LDFI (text, 20 characters)";
+    case crg::Format::KRBI:
+      return "KRBI (float32, binary)";
+    case crg::Format::KDBI:
+      return "KDBI (float64, binary)";
+    case crg::Format::LRFI:
+      return "LRFI (text, 10 characters)";
+    case crg::Format::LDFI:
+      return "LDFI (text, 20 characters)";
   }
   return "";
 }
 
 void add_header(const crg::Crg& file, report::TrackReport& report) {
-  const auto section = [&](const char* name, const std::vector<crg::HeaderEntry>& entries, bool present) {
+  const auto section = [&](const char* name, const std::vector<crg::HeaderEntry>& entries,
+                           bool present) {
     if (!present) return;
     if (entries.empty()) report.header.push_back({name, "(empty)"});
     for (const crg::HeaderEntry& entry : entries) {
       if (entry.key == "*") continue;
-      report.header.push_back({fmt::format("{} {}", name, entry.key), entry.text.empty() ? fmt::format("{}", entry.value) : entry.text});
+      report.header.push_back({fmt::format("{} {}", name, entry.key),
+                               entry.text.empty() ? fmt::format("{}", entry.value) : entry.text});
     }
   };
   section("ROAD_CRG", file.road, true);
@@ -438,8 +532,11 @@ void add_header(const crg::Crg& file, report::TrackReport& report) {
 }
 
 void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
-               const ReportRequest& request, const KerbStrips& kerbs, const std::optional<ValidateReport>& validated, report::TrackReport& report) {
-  const auto fact = [&](const char* name, std::string value) { report.facts.push_back({name, std::move(value)}); };
+               const ReportRequest& request, const KerbStrips& kerbs,
+               const std::optional<ValidateReport>& validated, report::TrackReport& report) {
+  const auto fact = [&](const char* name, std::string value) {
+    report.facts.push_back({name, std::move(value)});
+  };
   const auto extremes = [](const std::vector<float>& values) {
     float low = std::numeric_limits<float>::infinity(), high = -low;
     for (const float value : values) {
@@ -450,13 +547,22 @@ void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
     return std::pair<double, double>(low, high);
   };
   const GridReport grid = describe(file.grid, map.line);
-  fact("Length", fmt::format("{:.1f} m, {}", map.u_end_m() - map.line.u_begin_m, map.line.closed ? "closed" : "open"));
-  const auto width = [](double low_m, double median_m, double high_m) { return fmt::format("{:.1f} m ({:.1f} to {:.1f} m)", median_m, low_m, high_m); };
-  if (request.road_width_m) fact("Width of the road", width((*request.road_width_m)[0], (*request.road_width_m)[1], (*request.road_width_m)[2]));
+  fact("Length", fmt::format("{:.1f} m, {}", map.u_end_m() - map.line.u_begin_m,
+                             map.line.closed ? "closed" : "open"));
+  const auto width = [](double low_m, double median_m, double high_m) {
+    return fmt::format("{:.1f} m ({:.1f} to {:.1f} m)", median_m, low_m, high_m);
+  };
+  if (request.road_width_m)
+    fact("Width of the road",
+         width((*request.road_width_m)[0], (*request.road_width_m)[1], (*request.road_width_m)[2]));
   if (grid.nodes_with_z > 0) {
-    fact("Width of all that has a height", width(grid.width_min_m, grid.width_median_m, grid.width_max_m));
-    fact("Kerbs", fmt::format("{}{}", kerbs.strips.size(), request.kerbs ? "" : ", by the shape of the road"));
-    if (validated) fact("Largest error against the mesh", fmt::format("{:.2f} mm", 1e3 * validated->z_error_m.max));
+    fact("Width of all that has a height",
+         width(grid.width_min_m, grid.width_median_m, grid.width_max_m));
+    fact("Kerbs", fmt::format("{}{}", kerbs.strips.size(),
+                              request.kerbs ? "" : ", by the shape of the road"));
+    if (validated)
+      fact("Largest error against the mesh",
+           fmt::format("{:.2f} mm", 1e3 * validated->z_error_m.max));
     fact("z", fmt::format("{:.3f} to {:.3f} m", grid.z_min_m, grid.z_max_m));
     const auto [z_low, z_high] = extremes(along.elevation_m);
     fact("Elevation of the line", fmt::format("{:.1f} to {:.1f} m", z_low, z_high));
@@ -468,44 +574,68 @@ void add_facts(const HeightMap& map, const AlongU& along, const crg::Crg& file,
   const auto [k_low, k_high] = extremes(along.curvature_1pm);
   const double tightest = std::max(std::abs(k_low), std::abs(k_high));
   fact("Tightest radius", tightest > 1e-6 ? fmt::format("{:.1f} m", 1.0 / tightest) : "straight");
-  fact("Grid", fmt::format("{} x {} nodes, {:.3g} m x {:.3g} m", map.rows(), map.columns(), map.line.u_step_m,
-                           (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1)));
-  const auto row = [&](const char* name, std::string value) { report.file.push_back({name, std::move(value)}); };
+  fact("Grid",
+       fmt::format("{} x {} nodes, {:.3g} m x {:.3g} m", map.rows(), map.columns(),
+                   map.line.u_step_m,
+                   (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1)));
+  const auto row = [&](const char* name, std::string value) {
+    report.file.push_back({name, std::move(value)});
+  };
   std::error_code ignored;
   row("File", shown_path(request.crg_path, request));
   row("Size", fmt::format("{} bytes", std::filesystem::file_size(request.crg_path, ignored)));
   row("Format", format_name(file.format));
   row("Rows x columns", fmt::format("{} x {}", map.rows(), map.columns()));
-  row("u", fmt::format("{:.3f} to {:.3f} m, step {:.6f} m", map.line.u_begin_m, map.u_end_m(), map.line.u_step_m));
+  row("u", fmt::format("{:.3f} to {:.3f} m, step {:.6f} m", map.line.u_begin_m, map.u_end_m(),
+                       map.line.u_step_m));
   row("v", fmt::format("{:.3f} to {:.3f} m", map.v_m.front(), map.v_m.back()));
   row("Nodes with height", fmt::format("{} of {}", grid.nodes_with_z, grid.nodes));
   row("Missing nodes inside the road", fmt::format("{}", grid.holes));
   row("Closed", map.line.closed ? "yes" : "no");
-  row("Modifiers", file.has_modifier_section ? (file.modifiers.empty() ? "none (empty section)" : "those of the file are applied")
-                                             : "none (no section: the reference API would move the road by default)");
+  row("Modifiers",
+      file.has_modifier_section
+          ? (file.modifiers.empty() ? "none (empty section)" : "those of the file are applied")
+          : "none (no section: the reference API would move the road by default)");
   if (!file.included_path.empty()) row("Included file", file.included_path);
 }
 
 /// What would have been a finding; a clean verdict says no more than that.
-void add_looked_for(const FindingOptions& options, const std::vector<std::pair<std::string, Comparison>>& comparisons, report::TrackReport& report) {
+void add_looked_for(const FindingOptions& options,
+                    const std::vector<std::pair<std::string, Comparison>>& comparisons,
+                    report::TrackReport& report) {
   const auto say = [&](std::string text) { report.looked_for.push_back(std::move(text)); };
   const auto mm = [](double length_m) { return fmt::format("{:.4g} mm", 1000.0 * length_m); };
-  say("Holes of one node or more, rows and stripes without road, bends in which the grid folds, and what 'crgbuild check' finds");
-  say(fmt::format("Steps across the road from {} on that at least {:.0f} % of its width make alike", mm(options.min_tile_step_m), 100.0 * options.min_tile_share));
-  say(fmt::format("Bumps and potholes from {} on over the road 3 to 9 m before and behind, or from 5.5 times the scatter of the road there; "
-                  "lower ones, those longer than about 6 m, and any on kerbs are not looked for", mm(options.min_bump_m)));
+  say("Holes of one node or more, rows and stripes without road, bends in which the grid folds, "
+      "and what 'crgbuild check' finds");
+  say(fmt::format("Steps across the road from {} on that at least {:.0f} % of its width make alike",
+                  mm(options.min_tile_step_m), 100.0 * options.min_tile_share));
+  say(
+      fmt::format("Bumps and potholes from {} on over the road 3 to 9 m before and behind, or from "
+                  "5.5 times the scatter of the road there; "
+                  "lower ones, those longer than about 6 m, and any on kerbs are not looked for",
+                  mm(options.min_bump_m)));
   if (options.closed)
-    say(fmt::format("Steps from {}, kinks from {:.4g} mrad and gaps from {} on where the road closes", mm(options.min_seam_step_m), 1000.0 * options.min_seam_heading_rad, mm(options.max_seam_gap_m)));
+    say(fmt::format(
+        "Steps from {}, kinks from {:.4g} mrad and gaps from {} on where the road closes",
+        mm(options.min_seam_step_m), 1000.0 * options.min_seam_heading_rad,
+        mm(options.max_seam_gap_m)));
   const CompareOptions compared;
   bool mesh = false;
   for (const auto& [key, comparison] : comparisons) {
     mesh = mesh || key == "mesh";
-    const std::string lost = fmt::format("kerbs that are lower from {} on over {:.4g} m", mm(compared.min_kerb_loss_m), compared.min_kerb_loss_length_m);
+    const std::string lost =
+        fmt::format("kerbs that are lower from {} on over {:.4g} m", mm(compared.min_kerb_loss_m),
+                    compared.min_kerb_loss_length_m);
     if (key == "before")
       say(fmt::format("Against the road before refinement: {}", lost));
     else
-      say(fmt::format("Against the {}: places from {} on over {:.4g} m2 or more, {}{}", key == "against" ? "other road" : key, mm(compared.min_deviation_m),
-                      compared.min_deviation_area_m2, lost, key == "mesh" ? fmt::format("; smaller places from {} on are listed and are no finding", mm(report.rough_limit_m)) : ""));
+      say(fmt::format("Against the {}: places from {} on over {:.4g} m2 or more, {}{}",
+                      key == "against" ? "other road" : key, mm(compared.min_deviation_m),
+                      compared.min_deviation_area_m2, lost,
+                      key == "mesh"
+                          ? fmt::format("; smaller places from {} on are listed and are no finding",
+                                        mm(report.rough_limit_m))
+                          : ""));
   }
   if (!mesh) say("Whether the road is where its mesh is: not looked at, no mesh was given");
 }
@@ -515,8 +645,10 @@ KerbStrips strips_of(const std::vector<Kerb>& kerbs) {
   KerbStrips result;
   for (const Kerb& kerb : kerbs) {
     const bool left = kerb.v_begin_m + kerb.v_end_m > 0.0;
-    const auto [inner_m, outer_m] = left ? std::pair(kerb.v_begin_m, kerb.v_end_m) : std::pair(kerb.v_end_m, kerb.v_begin_m);
-    result.strips.push_back({kerb.u_begin_m, kerb.u_end_m, left, inner_m, outer_m, kerb.height_m, kerb.v_end_m - kerb.v_begin_m, kerb.u_highest_m});
+    const auto [inner_m, outer_m] =
+        left ? std::pair(kerb.v_begin_m, kerb.v_end_m) : std::pair(kerb.v_end_m, kerb.v_begin_m);
+    result.strips.push_back({kerb.u_begin_m, kerb.u_end_m, left, inner_m, outer_m, kerb.height_m,
+                             kerb.v_end_m - kerb.v_begin_m, kerb.u_highest_m});
   }
   return result;
 }
@@ -530,7 +662,8 @@ struct Loaded {
 Verdict verdict_named(const std::string& name) {
   for (const Verdict verdict : {Verdict::usable, Verdict::usable_with_remarks, Verdict::not_usable})
     if (name == to_string(verdict)) return verdict;
-  throw Error(fmt::format("verdict '{}' seen, usable, usable_with_remarks or not_usable wanted", name));
+  throw Error(
+      fmt::format("verdict '{}' seen, usable, usable_with_remarks or not_usable wanted", name));
 }
 
 }  // namespace
@@ -551,7 +684,8 @@ report::TrackReport make_report(const ReportRequest& request) {
   const HeightMap map = height_map(surface);
   const std::vector<RowExtent> extents = row_extents(map);
   if (request.provenance != nullptr && request.provenance->size() != map.z_m.size()) {
-    throw Error(fmt::format("{}: {} values of provenance for {} nodes", request.crg_path, request.provenance->size(), map.z_m.size()));
+    throw Error(fmt::format("{}: {} values of provenance for {} nodes", request.crg_path,
+                            request.provenance->size(), map.z_m.size()));
   }
   const KerbStrips kerbs = find_kerb_strips(map);
   FindingOptions finding_options;
@@ -578,7 +712,8 @@ report::TrackReport make_report(const ReportRequest& request) {
   std::optional<ValidateReport> validated;
   std::vector<std::pair<std::string, Comparison>> comparisons;
   const KerbStrips shown_kerbs = request.kerbs ? strips_of(*request.kerbs) : kerbs;
-  const auto compare_with = [&](const std::string& key, const std::string& name, const ReferenceHeights& reference, bool is_truth,
+  const auto compare_with = [&](const std::string& key, const std::string& name,
+                                const ReferenceHeights& reference, bool is_truth,
                                 std::span<const PlaceError> known = {}) {
     CompareOptions options;
     options.max_cells = 600'000;  // 2.4 MB of the page each
@@ -596,15 +731,19 @@ report::TrackReport make_report(const ReportRequest& request) {
     loaded.rays.emplace(request.mesh != nullptr ? *request.mesh : *loaded.mesh);
     ValidateOptions validation = request.validate;
     validation.T_global_mesh = T_global_mesh;
-    validated = request.validated ? *request.validated : validate(surface, *loaded.rays, validation);
+    validated =
+        request.validated ? *request.validated : validate(surface, *loaded.rays, validation);
     report.rough_limit_m = validation.named_error_m;
-    std::vector<PlaceError> known{{validated->worst_u_m, validated->worst_v_m, validated->worst_error_m}};
+    std::vector<PlaceError> known{
+        {validated->worst_u_m, validated->worst_v_m, validated->worst_error_m}};
     for (const RoughPlace& p : validated->rough_places) {
-      report.rough_places.push_back({p.u_begin_m, p.u_end_m, p.v_min_m, p.v_max_m, p.largest_error_m, p.reason});
+      report.rough_places.push_back(
+          {p.u_begin_m, p.u_end_m, p.v_min_m, p.v_max_m, p.largest_error_m, p.reason});
       known.push_back({p.worst_u_m, p.worst_v_m, p.worst_error_m});
     }
     compare_with("mesh", "mesh", reference_of(*loaded.rays, T_global_mesh), true, known);
-    // The numbers of the map's cells would be others than those of the validation; one of both is told.
+    // The numbers of the map's cells would be others than those of the validation; one of both is
+    // told.
     Comparison& told = comparisons.back().second;
     told.points = validated->points;
     told.mean_error_m = validated->mean_error_m;
@@ -619,11 +758,13 @@ report::TrackReport make_report(const ReportRequest& request) {
     compare_with("cloud", "cloud", reference_of(request.cloud_points_m), false);
   }
   if (request.before != nullptr || !request.before_path.empty()) {
-    loaded.before.emplace(request.before != nullptr ? crg::Surface(*request.before) : read_surface(request.before_path));
+    loaded.before.emplace(request.before != nullptr ? crg::Surface(*request.before)
+                                                    : read_surface(request.before_path));
     if (request.before == nullptr) also("before", request.before_path);
     compare_with("before", "road before refinement", reference_of(*loaded.before), false);
     // That smoothing moved the road is its purpose; that it took a kerb away is not.
-    std::erase_if(comparisons.back().second.findings, [](const Finding& f) { return f.kind != "kerb_loss"; });
+    std::erase_if(comparisons.back().second.findings,
+                  [](const Finding& f) { return f.kind != "kerb_loss"; });
   }
   if (!request.grip_path.empty()) {
     loaded.grip.emplace(read_surface(request.grip_path));
@@ -654,11 +795,13 @@ report::TrackReport make_report(const ReportRequest& request) {
     f.text = fmt::format("{}: {}", c.rule, c.message);
     findings.push_back(std::move(f));
   }
-  std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+  std::stable_sort(findings.begin(), findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   report.verdict = to_string(verdict_of(findings));
   add_looked_for(finding_options, comparisons, report);
   for (const Finding& f : findings) {
-    report.findings.push_back({f.kind, to_string(f.severity), f.u_begin_m, f.u_end_m, f.v_begin_m, f.v_end_m, f.value, f.unit, f.text});
+    report.findings.push_back({f.kind, to_string(f.severity), f.u_begin_m, f.u_end_m, f.v_begin_m,
+                               f.v_end_m, f.value, f.unit, f.text});
   }
 
   const AlongU along = along_u(map, extents);
@@ -667,10 +810,13 @@ report::TrackReport make_report(const ReportRequest& request) {
   add_facts(map, along, file, request, shown_kerbs, validated, report);
   add_header(file, report);
   const double length_m = map.u_end_m() - map.line.u_begin_m;
-  const auto stride = std::max<std::size_t>(1, static_cast<std::size_t>(std::max(0.5, length_m / 5000.0) / map.line.u_step_m + 0.5));
-  report.sheet = sheet_of(map, 0, map.rows(), stride, std::max(0.3, (map.v_m.back() - map.v_m.front()) / 40.0));
+  const auto stride = std::max<std::size_t>(
+      1, static_cast<std::size_t>(std::max(0.5, length_m / 5000.0) / map.line.u_step_m + 0.5));
+  report.sheet = sheet_of(map, 0, map.rows(), stride,
+                          std::max(0.3, (map.v_m.back() - map.v_m.front()) / 40.0));
   report.sheet.title = "whole road";
-  add_fields(report.sheet, map, along, views, loaded.grip ? &*loaded.grip : nullptr, request.provenance);
+  add_fields(report.sheet, map, along, views, loaded.grip ? &*loaded.grip : nullptr,
+             request.provenance);
   add_windows(map, findings, shown_kerbs, report);
   add_detail(map, report);
   add_kerbs(map, shown_kerbs, views, report);
@@ -678,10 +824,14 @@ report::TrackReport make_report(const ReportRequest& request) {
   add_roughness(map, middle_m, false, report);
   if (loaded.before) add_roughness(height_map(*loaded.before), middle_m, true, report);
   for (const auto& [key, comparison] : comparisons) {
-    const std::string reference = key == "mesh" ? file_name(request.mesh_path) : key == "against" ? file_name(request.against_path) : key == "cloud" ? file_name(request.cloud_path) : "before refinement";
+    const std::string reference = key == "mesh"      ? file_name(request.mesh_path)
+                                  : key == "against" ? file_name(request.against_path)
+                                  : key == "cloud"   ? file_name(request.cloud_path)
+                                                     : "before refinement";
     report.comparisons.push_back(view_of(comparison, key, reference));
   }
-  for (const ReportSource& source : request.sources) report.inputs.push_back({source.role, source.path, source.sha256});
+  for (const ReportSource& source : request.sources)
+    report.inputs.push_back({source.role, source.path, source.sha256});
   report.versions.push_back({"Kerbstone", KERBSTONE_VERSION});
   report.versions.push_back({"Report schema", "1"});
   return report;
@@ -692,8 +842,9 @@ ReportFiles write_report(const ReportRequest& request, const std::string& output
   std::error_code problem;
   std::filesystem::create_directories(output_dir, problem);
   if (problem || !std::filesystem::is_directory(output_dir)) {
-    throw Error(fmt::format("{}: cannot make this folder: {}; give a folder that can be written with -o", output_dir,
-                            problem ? problem.message() : "a file of that name is in the way"));
+    throw Error(
+        fmt::format("{}: cannot make this folder: {}; give a folder that can be written with -o",
+                    output_dir, problem ? problem.message() : "a file of that name is in the way"));
   }
   ReportFiles files;
   files.verdict = verdict_named(made.verdict);
@@ -715,9 +866,11 @@ ReportFiles read_report(const std::string& output_dir) {
   try {
     const auto json = nlohmann::json::parse(file);
     files.verdict = verdict_named(json.at("verdict").get<std::string>());
-    for (const auto& finding : json.at("findings")) ++(finding.at("severity") == "error" ? files.errors : files.remarks);
+    for (const auto& finding : json.at("findings"))
+      ++(finding.at("severity") == "error" ? files.errors : files.remarks);
   } catch (const nlohmann::json::exception&) {
-    throw Error(fmt::format("{}: no report with a verdict; make it with 'crgbuild report'", files.json_path));
+    throw Error(fmt::format("{}: no report with a verdict; make it with 'crgbuild report'",
+                            files.json_path));
   }
   const std::string page = (std::filesystem::path(output_dir) / "report.html").string();
   if (std::filesystem::exists(page)) files.page_path = page;

@@ -26,9 +26,9 @@ road::Centreline driven_line(const Trajectory& trajectory);
 crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line,
                           const Trajectory* trajectory, const BaseRoadOptions& options = {});
 
-/// Refines such a road, twice where there is a trajectory: heights come from points alone, nodes without points become holes. The
-/// trajectory's drift is corrected between its passes only; where they lie in the map is the
-/// trajectory's word.
+/// Refines such a road, twice where there is a trajectory: heights come from points alone, nodes
+/// without points become holes. The trajectory's drift is corrected between its passes only; where
+/// they lie in the map is the trajectory's word.
 MapResult map_without_base(const CloudSource& scans, const crg::Crg& first,
                            const Trajectory* trajectory, MapOptions options);
 

@@ -1,4 +1,5 @@
-// Reads point clouds: .las 1.0-1.4 (formats 0-10), .laz (formats 0-3 and 6-8, COPC), .ply, .pcd, KITTI .bin, .xyz/.csv/.txt.
+// Reads point clouds: .las 1.0-1.4 (formats 0-10), .laz (formats 0-3 and 6-8, COPC), .ply, .pcd,
+// KITTI .bin, .xyz/.csv/.txt.
 #pragma once
 
 #include <array>
@@ -19,13 +20,14 @@ struct CloudReadOptions {
   /// Subtracted in double; automatic: the first finite point of the file, rounded to 100 m where it
   /// lies farther than 1000 m from zero, else 0.
   std::optional<Eigen::Vector3d> origin_m = {};
-  std::size_t chunk_points = 1'000'000;  ///< handed out at once; bounds the memory
+  std::size_t chunk_points = 1'000'000;             ///< handed out at once; bounds the memory
   std::function<void(double share)> progress = {};  ///< of the file, after each chunk
 };
 
 /// What the file says and what was seen while reading it.
 struct CloudReadReport {
-  std::string format;      ///< "LAS 1.2, point format 3", "LAZ 1.4, ...", "PLY binary_little_endian", ...
+  std::string
+      format;  ///< "LAS 1.2, point format 3", "LAZ 1.4, ...", "PLY binary_little_endian", ...
   std::string unit = "m";  ///< "m", "ft", "US survey ft"
   double metres_per_unit = 1.0;
   double metres_per_height_unit = 1.0;  ///< some coordinate systems give heights in another unit

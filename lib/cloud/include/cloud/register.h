@@ -16,9 +16,9 @@ struct RegisterOptions {
   Eigen::Isometry3d start = Eigen::Isometry3d::Identity();  ///< T_target_source to begin with
   double voxel_m = 0.25;        ///< both clouds are thinned to one point per such cube
   double max_distance_m = 2.0;  ///< of a pair at first; narrowed down to 2 voxel_m
-  /// Ends with the near pairs, where pairs far off their planes lose their pull (Cauchy): finer where
-  /// the scans show the same things, and what moved hardly counts. Else plain generalised ICP with
-  /// pairs of up to 1 m follows.
+  /// Ends with the near pairs, where pairs far off their planes lose their pull (Cauchy): finer
+  /// where the scans show the same things, and what moved hardly counts. Else plain generalised ICP
+  /// with pairs of up to 1 m follows.
   bool robust = false;
   int neighbours = 10;  ///< that a plane is fitted to
   int max_iterations = 100;

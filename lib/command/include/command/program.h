@@ -21,8 +21,8 @@ constexpr const char *kFile = "FILE", *kFileOrDash = "FILE or -", *kFileOrFolder
 
 /// Files that are read. They must be regular files: not a pipe, which ends while it is read twice.
 template <class Paths>
-CLI::Option* add_input(CLI::App& app, const std::string& names, Paths& paths, const std::string& text,
-                       const char* kind = kFile) {
+CLI::Option* add_input(CLI::App& app, const std::string& names, Paths& paths,
+                       const std::string& text, const char* kind = kFile) {
   return app.add_option(names, paths, text)->type_name(kind);
 }
 
@@ -42,13 +42,14 @@ std::vector<std::string> words_of(const std::string& type_name);
 
 /// What a tool adds to messages that all have.
 struct Advice {
-  std::string memory;  ///< how to need less of it
-  std::string file;    ///< what is done with a file whose command was left out, before its name
+  std::string memory;      ///< how to need less of it
+  std::string file;        ///< what is done with a file whose command was left out, before its name
   std::string built = {};  ///< with or without what this was built: a line of --version
 };
 
 /// Everything from the command line to the exit code. Adds -q/--quiet, --json, --version, a place
-/// for results (-o) where a command has none, and the exit codes to every command; answers --man and
+/// for results (-o) where a command has none, and the exit codes to every command; answers --man
+/// and
 /// --completion (describe.h); ends on signals; parses; looks at what is read and written before
 /// the work; does it; makes one line of any exception. `--out` is taken for `--output`.
 int run(CLI::App& app, Terminal& terminal, int argc, char** argv, const std::function<int()>& work,

@@ -13,7 +13,8 @@ void end_on_signals(Terminal& terminal);
 /// signal is ending the process.
 void say_nothing_more(const Terminal& terminal);
 
-/// In a child between fork and exec: signals are as the shell gave them, and it ends with its parent.
+/// In a child between fork and exec: signals are as the shell gave them, and it ends with its
+/// parent.
 void end_with_parent() noexcept;
 
 }  // namespace command

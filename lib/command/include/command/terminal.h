@@ -42,8 +42,8 @@ class Terminal {
   /// One line on standard error, also with --quiet.
   void error(const std::string& text);
 
-  /// From now on, only on a terminal, a line shows the stage and the seconds once they are more than
-  /// one; whoever prints wipes it.
+  /// From now on, only on a terminal, a line shows the stage and the seconds once they are more
+  /// than one; whoever prints wipes it.
   void start(const std::string& stage);
 
   /// For a library's long work: sets stage and share of that line; from these, once two seconds and
@@ -53,8 +53,8 @@ class Terminal {
   /// Wipes the line; there is no other.
   void progress_done();
 
-  /// The end of the work: wipes the line, writes what redirect() kept and whatever is still on its way to
-  /// standard output. Throws files::Error when that fails.
+  /// The end of the work: wipes the line, writes what redirect() kept and whatever is still on its
+  /// way to standard output. Throws files::Error when that fails.
   void finish();
 
   /// For the thread that waits for signals: like error(), and nothing is shown after it.

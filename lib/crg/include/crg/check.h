@@ -18,10 +18,10 @@ enum class Severity {
 
 struct Finding {
   Severity severity = Severity::Note;
-  std::string rule = {};             ///< short stable name, e.g. "curvature.global"
-  std::string message = {};          ///< value seen and value wanted, with units
+  std::string rule = {};                ///< short stable name, e.g. "curvature.global"
+  std::string message = {};             ///< value seen and value wanted, with units
   std::optional<std::size_t> row = {};  ///< first grid row concerned
-  std::size_t count = 1;             ///< how often it occurs
+  std::size_t count = 1;                ///< how often it occurs
 };
 
 struct CheckReport {

@@ -19,8 +19,10 @@ struct CropOptions {
 Crg crop(Crg crg, const CropOptions& options);
 
 struct ResampleOptions {
-  std::optional<double> u_step_m = {};  ///< wanted; becomes the next that divides the length. Default: as it is
-  std::optional<double> v_step_m = {};  ///< wanted; the v range stays. Default: the columns as they are
+  std::optional<double> u_step_m =
+      {};  ///< wanted; becomes the next that divides the length. Default: as it is
+  std::optional<double> v_step_m =
+      {};  ///< wanted; the v range stays. Default: the columns as they are
 };
 
 /// The same road on another grid: new nodes of the line lie on the old line, one new step apart,
@@ -31,7 +33,8 @@ Crg resample(Crg crg, const ResampleOptions& options);
 Crg reverse(Crg crg);
 
 struct AppendOptions {
-  bool move = false;  ///< bring the start of the second road to the end of the first, turned and raised to fit
+  bool move = false;  ///< bring the start of the second road to the end of the first, turned and
+                      ///< raised to fit
 };
 
 /// Both roads in one: the rows of `second` behind those of `first`, their common row once. Wants

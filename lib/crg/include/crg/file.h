@@ -1,5 +1,6 @@
 // An OpenCRG file as data: what its header says and what its channels hold, nothing evaluated.
-// Format: ASAM OpenCRG 1.2 and 2.0, section "Data format"; deviations are listed in docs/formats.md.
+// Format: ASAM OpenCRG 1.2 and 2.0, section "Data format"; deviations are listed in
+// docs/formats.md.
 #pragma once
 
 #include <optional>
@@ -51,7 +52,8 @@ struct Crg {
   std::vector<double> banking;      ///< m/m
   Grid grid;
 
-  std::vector<double> x_m;  ///< channel "reference line x": node positions, used when y is there too
+  std::vector<double>
+      x_m;  ///< channel "reference line x": node positions, used when y is there too
   std::vector<double> y_m;
   std::vector<double> u_m;  ///< channel "reference line u": kept, not used
   /// Heights in double precision, same shape as grid.z_m; filled only where a file of doubles holds
@@ -61,7 +63,7 @@ struct Crg {
   std::vector<std::string> virtual_channels;  ///< text after "U:"
   std::vector<Section> other_sections;
   std::vector<std::string> notes;  ///< what read() accepted although it is not quite the standard
-  std::string source;         ///< the path read() was given; names the file in messages
+  std::string source;              ///< the path read() was given; names the file in messages
   std::string included_path;       ///< the file that $ROAD_CRG_FILE led to; empty if none
 };
 
@@ -90,7 +92,8 @@ ReferenceLine integrate_reference_line(const Crg& crg);
 /// Reads a file, follows one level of include. Throws Error.
 Crg read(const std::string& path);
 
-/// Writes to a temporary name beside `path` (links followed; FIFO, device: through), flushes, renames. Throws Error.
+/// Writes to a temporary name beside `path` (links followed; FIFO, device: through), flushes,
+/// renames. Throws Error.
 void write(const Crg& crg, const std::string& path, Format format);
 
 /// The bytes that write() would put into the file. Throws Error.

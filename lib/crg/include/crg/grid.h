@@ -11,9 +11,9 @@ namespace crg {
 /// positive). NaN marks a node without road. float32 is what the file formats in use carry.
 struct Grid {
   double u_begin_m = 0.0;
-  double u_step_m = 1.0;      ///< > 0
-  std::vector<double> v_m;    ///< ascending, at least 2 entries in a valid grid; spacing may vary
-  std::vector<float> z_m;     ///< rows() * columns() values, row after row
+  double u_step_m = 1.0;    ///< > 0
+  std::vector<double> v_m;  ///< ascending, at least 2 entries in a valid grid; spacing may vary
+  std::vector<float> z_m;   ///< rows() * columns() values, row after row
 
   std::size_t columns() const { return v_m.size(); }
   std::size_t rows() const { return v_m.empty() ? 0 : z_m.size() / v_m.size(); }

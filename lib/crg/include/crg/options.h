@@ -13,16 +13,16 @@ enum class BorderMode { None = 0, Zero = 1, Keep = 2, Repeat = 3, Reflect = 4 };
 struct Options {
   BorderMode border_mode_u = BorderMode::Keep;
   BorderMode border_mode_v = BorderMode::Keep;
-  double border_offset_u_m = 0.0;   ///< added beyond the begin and the end (Zero, Keep)
-  double border_offset_v_m = 0.0;   ///< added beyond the sides
-  double smooth_begin_m = 0.0;      ///< length over which heights rise from the line's start height
-  double smooth_end_m = 0.0;        ///< length over which they return to its end height
-  bool close_track = false;         ///< REFLINE_CONTINUATION 1
-  bool check_curvature_local = false;   ///< WARN_CURV_LOCAL
-  bool check_curvature_global = true;   ///< WARN_CURV_GLOBAL
-  double check_eps = 1e-6;          ///< relative accuracy that checks expect
-  double check_increment_m = 1e-3;  ///< smallest increment
-  double check_tolerance_m = 1e-4;  ///< absolute tolerance of positions
+  double border_offset_u_m = 0.0;  ///< added beyond the begin and the end (Zero, Keep)
+  double border_offset_v_m = 0.0;  ///< added beyond the sides
+  double smooth_begin_m = 0.0;     ///< length over which heights rise from the line's start height
+  double smooth_end_m = 0.0;       ///< length over which they return to its end height
+  bool close_track = false;        ///< REFLINE_CONTINUATION 1
+  bool check_curvature_local = false;  ///< WARN_CURV_LOCAL
+  bool check_curvature_global = true;  ///< WARN_CURV_GLOBAL
+  double check_eps = 1e-6;             ///< relative accuracy that checks expect
+  double check_increment_m = 1e-3;     ///< smallest increment
+  double check_tolerance_m = 1e-4;     ///< absolute tolerance of positions
   double check_projection_m = 5e-3;
   double check_wgs_m = 10.0;
 };

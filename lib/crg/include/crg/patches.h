@@ -24,7 +24,8 @@ PatchIndex read_patch_index(const std::string& path);
 
 /// A surface of which other surfaces replace parts. Inside its grid a patch counts fully from
 /// blend_m off its border on, and passes smoothly into what lies below it before; where it has no
-/// height it does not count. Later patches lie over earlier ones. Immutable and shared like Surface.
+/// height it does not count. Later patches lie over earlier ones. Immutable and shared like
+/// Surface.
 class PatchedSurface {
  public:
   struct Patch {

@@ -19,12 +19,13 @@ namespace crg {
 struct Sample {
   static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   bool valid = false;
-  bool inside = false;         ///< u and v lie within the grid, border modes not needed
+  bool inside = false;  ///< u and v lie within the grid, border modes not needed
   double u_m = kNaN, v_m = kNaN;
   double x_m = kNaN, y_m = kNaN, z_m = kNaN;
   double dzdx = kNaN, dzdy = kNaN;  ///< gradient in map axes
-  double heading_rad = kNaN;        ///< of the reference line segment, CCW from +x; whole turns as in the file
-  double curvature_1pm = kNaN;      ///< of the line through the point, left turn positive
+  double heading_rad =
+      kNaN;  ///< of the reference line segment, CCW from +x; whole turns as in the file
+  double curvature_1pm = kNaN;  ///< of the line through the point, left turn positive
   double normal_x = kNaN, normal_y = kNaN, normal_z = kNaN;  ///< upward unit normal
   double friction = kNaN;  ///< from the friction map, else the constant of the options
 };
@@ -89,11 +90,13 @@ class Surface {
   /// Many points with one cursor, in the order of a path: out[k] belongs to points[k]. Looks at as
   /// many as the shorter of the two holds.
   void at_xy(std::span<const Point2> points, std::span<Sample> out, Cursor& cursor) const noexcept;
-  void z_at_xy(std::span<const Point2> points, std::span<double> z_m, Cursor& cursor) const noexcept;
+  void z_at_xy(std::span<const Point2> points, std::span<double> z_m,
+               Cursor& cursor) const noexcept;
   /// Points that each have their own cursor: the wheels of a car, one call per step. z_m[k] belongs
-  /// to points[k] and cursors[k]; looks at as many as the shortest span holds. The answers are those
-  /// of z_at_xy() one by one, about 1.8 times as fast where the processor has AVX2.
-  void z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors, std::span<double> z_m) const noexcept;
+  /// to points[k] and cursors[k]; looks at as many as the shortest span holds. The answers are
+  /// those of z_at_xy() one by one, about 1.8 times as fast where the processor has AVX2.
+  void z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
+               std::span<double> z_m) const noexcept;
 
   /// The heights of a strip, relative to the height that is returned: that of the reference line
   /// beside the middle of the strip. dz_m[i * across + j] is sample j across of row i along; NaN

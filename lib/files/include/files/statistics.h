@@ -9,8 +9,8 @@
 
 namespace files {
 
-/// The value at place floor(share * (n - 1)) of the n sorted values: no interpolation. `share` within
-/// 0 to 1; at least one value, none of them NaN.
+/// The value at place floor(share * (n - 1)) of the n sorted values: no interpolation. `share`
+/// within 0 to 1; at least one value, none of them NaN.
 template <class T>
 T quantile(std::vector<T> values, double share) {
   assert(!values.empty() && share >= 0.0 && share <= 1.0);

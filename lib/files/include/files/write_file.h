@@ -8,11 +8,11 @@ namespace files {
 /// Writes `bytes` to a temporary name beside `path`, flushes to disk, renames: a kill at any moment
 /// leaves the old file or the new one. Throws Error with the path and the system's reason.
 ///
-/// The temporary name is .NAME.PID-COUNT.part, made anew and locked (flock) while it is written; such
-/// files of the same NAME that no process writes any more (it was killed) are removed on the way.
-/// Only files are replaced: a symbolic link is followed and the file that it names replaced; "-"
-/// (standard output), /dev/stdout and the like, a FIFO and a character device are written through, from
-/// the first byte on; block devices and sockets are refused.
+/// The temporary name is .NAME.PID-COUNT.part, made anew and locked (flock) while it is written;
+/// such files of the same NAME that no process writes any more (it was killed) are removed on the
+/// way. Only files are replaced: a symbolic link is followed and the file that it names replaced;
+/// "-" (standard output), /dev/stdout and the like, a FIFO and a character device are written
+/// through, from the first byte on; block devices and sockets are refused.
 void write_file(const std::string& path, std::string_view bytes);
 
 /// The same for files that are made piece by piece. Without commit() nothing is left behind.
@@ -40,9 +40,9 @@ void check_writable(const std::string& path);
 /// The same for a folder of outputs, which need not exist yet.
 void check_writable_folder(const std::string& path);
 
-/// For the moment before _exit() when a user interrupts: removes every unfinished file of this process.
-/// May run beside threads that write; those that still want to begin or finish a file wait for ever, so
-/// that afterwards nothing new gets its final name.
+/// For the moment before _exit() when a user interrupts: removes every unfinished file of this
+/// process. May run beside threads that write; those that still want to begin or finish a file wait
+/// for ever, so that afterwards nothing new gets its final name.
 void abandon_writes() noexcept;
 
 }  // namespace files

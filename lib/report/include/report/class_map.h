@@ -16,15 +16,18 @@ struct ClassTriangle {
 };
 
 struct ClassMap {
-  std::string png;         ///< transparent where there is nothing
-  std::string world_file;  ///< six lines that give the pixels their map coordinates (ESRI world file)
+  std::string png;  ///< transparent where there is nothing
+  std::string
+      world_file;  ///< six lines that give the pixels their map coordinates (ESRI world file)
 };
 
-constexpr std::array<std::array<std::uint8_t, 3>, 5> kClassColours{{{58, 74, 107}, {206, 32, 41}, {118, 158, 84}, {240, 150, 30}, {206, 190, 150}}};
+constexpr std::array<std::array<std::uint8_t, 3>, 5> kClassColours{
+    {{58, 74, 107}, {206, 32, 41}, {118, 158, 84}, {240, 150, 30}, {206, 190, 150}}};
 
-/// Shows what lies within 30 m of the drivable kinds, the longer side `size_px` pixels: scenery below run-off, road,
-/// kerbs and barriers, so that no roof or sky hides the road. Colours are not blended: every pixel is one class.
-/// Throws std::invalid_argument when no triangle is drivable or coordinates are not finite.
+/// Shows what lies within 30 m of the drivable kinds, the longer side `size_px` pixels: scenery
+/// below run-off, road, kerbs and barriers, so that no roof or sky hides the road. Colours are not
+/// blended: every pixel is one class. Throws std::invalid_argument when no triangle is drivable or
+/// coordinates are not finite.
 ClassMap class_map(std::span<const ClassTriangle> triangles, int size_px = 3000);
 
 }  // namespace report

@@ -17,11 +17,12 @@ struct Picture {
 
 constexpr std::size_t kMaxPicturePixels = 100'000'000;  ///< 400 MB
 
-/// Any PNG, as 8 bits a channel. The size is looked at before memory is taken. Throws std::invalid_argument.
+/// Any PNG, as 8 bits a channel. The size is looked at before memory is taken. Throws
+/// std::invalid_argument.
 Picture decode_png(std::string_view bytes);
 
-/// Three or four bytes a pixel. libpng's fast mode takes a quarter of the time of cairo's own writer for 15 % more
-/// bytes. Throws std::invalid_argument.
+/// Three or four bytes a pixel. libpng's fast mode takes a quarter of the time of cairo's own
+/// writer for 15 % more bytes. Throws std::invalid_argument.
 std::string encode_png(int width_px, int height_px, std::span<const std::uint8_t> pixels);
 
 }  // namespace report

@@ -1,4 +1,5 @@
-// Curves on one page that opens anywhere: HTML with drawings inside, no scripts, nothing from outside.
+// Curves on one page that opens anywhere: HTML with drawings inside, no scripts, nothing from
+// outside.
 #pragma once
 
 #include <array>
@@ -16,8 +17,8 @@ struct PlotLine {
 };
 
 struct Plot {
-  std::string title, x_name, y_name;  ///< names with units
-  std::vector<PlotLine> lines;        ///< at most four are told apart by colour
+  std::string title, x_name, y_name;           ///< names with units
+  std::vector<PlotLine> lines;                 ///< at most four are told apart by colour
   std::vector<std::array<double, 2>> bands{};  ///< stretches of x to mark behind the lines
 };
 
@@ -33,8 +34,8 @@ struct PlotPage {
 /// same input gives the same bytes.
 std::string plot_page(const PlotPage& page);
 
-/// For pages with more than that: everything before the first paragraph, with the style sheet; a plot
-/// as one section; text that no browser takes for markup. "</html>" ends the page.
+/// For pages with more than that: everything before the first paragraph, with the style sheet; a
+/// plot as one section; text that no browser takes for markup. "</html>" ends the page.
 std::string page_head(const std::string& title);
 std::string plot_section(const Plot& plot);
 std::string html_text(const std::string& text);

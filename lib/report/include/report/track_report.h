@@ -1,7 +1,8 @@
-// A validation report as plain numbers and sentences, and its two forms: report.json and one HTML page.
+// A validation report as plain numbers and sentences, and its two forms: report.json and one HTML
+// page.
 //
-// Nothing here is computed: whoever fills TrackReport (road::write_report, or a tool with sections of
-// its own) did that. Lengths are in metres, u and v as in OpenCRG; NaN: no value.
+// Nothing here is computed: whoever fills TrackReport (road::write_report, or a tool with sections
+// of its own) did that. Lengths are in metres, u and v as in OpenCRG; NaN: no value.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +33,8 @@ struct Curve {
   std::string name;  ///< as a person reads it
   std::string unit;  ///< "m", "%", "1/m"
   std::vector<float> values;
-  double show_factor = 1.0;  ///< the page shows value * show_factor in `unit`; report.json has the value
+  double show_factor =
+      1.0;  ///< the page shows value * show_factor in `unit`; report.json has the value
 };
 
 /// One more thing by which the sheet can be coloured.
@@ -40,16 +42,17 @@ struct SheetField {
   std::string key, name, unit;
   std::vector<float> values;  ///< rows * columns of its sheet
   double show_factor = 1.0;
-  bool signed_scale = false;               ///< colours around zero
-  std::vector<std::string> categories;     ///< not empty: values are indices into it
+  bool signed_scale = false;            ///< colours around zero
+  std::vector<std::string> categories;  ///< not empty: values are indices into it
 };
 
 /// A piece of road as a grid in space. Node (i, j) lies at
 /// (x[i] + v[j] * normal_x[i], y[i] + v[j] * normal_y[i], z_base + z[i * columns + j]).
 struct Sheet {
   double u_begin_m = 0.0, u_step_m = 1.0;
-  std::vector<double> x_m, y_m, normal_x, normal_y;  ///< per row; normals: map metres per metre of v
-  std::vector<double> v_m;                           ///< ascending
+  std::vector<double> x_m, y_m, normal_x,
+      normal_y;             ///< per row; normals: map metres per metre of v
+  std::vector<double> v_m;  ///< ascending
   double z_base_m = 0.0;
   std::vector<float> z_m;
   std::vector<SheetField> fields;
@@ -60,7 +63,7 @@ struct Sheet {
 struct CrossPlot {
   std::string title;
   double u_m = 0.0, v_m = 0.0;
-  double value_m = 0.0;               ///< what it shows: an error, a height
+  double value_m = 0.0;  ///< what it shows: an error, a height
   std::vector<double> at_v_m;
   std::vector<std::pair<std::string, std::vector<double>>> lines;  ///< name, heights
 };
@@ -75,7 +78,8 @@ struct ComparisonView {
   std::vector<float> error_m;
   std::vector<std::uint8_t> without_reference;
   std::size_t points = 0;
-  double share_without_reference = 0.0, mean_m = 0.0, p50_m = 0.0, p95_m = 0.0, p99_m = 0.0, max_m = 0.0;
+  double share_without_reference = 0.0, mean_m = 0.0, p50_m = 0.0, p95_m = 0.0, p99_m = 0.0,
+         max_m = 0.0;
   double histogram_begin_m = 0.0, histogram_step_m = 1.0;
   std::vector<std::size_t> histogram;
   std::vector<CrossPlot> worst;
@@ -88,7 +92,8 @@ struct RoughPlaceView {
 };
 
 struct KerbView {
-  double u_begin_m = 0.0, u_end_m = 0.0, v_begin_m = 0.0, v_end_m = 0.0, height_m = 0.0, width_m = 0.0;
+  double u_begin_m = 0.0, u_end_m = 0.0, v_begin_m = 0.0, v_end_m = 0.0, height_m = 0.0,
+         width_m = 0.0;
   std::string side;
   CrossPlot profile;
 };
@@ -131,14 +136,16 @@ struct TrackReport {
   std::string title;
   std::string verdict;  ///< "usable", "usable_with_remarks", "not_usable"
   std::vector<ReportFinding> findings;
-  std::vector<std::string> looked_for;  ///< sentences with the limits beyond which something is a finding
+  std::vector<std::string>
+      looked_for;           ///< sentences with the limits beyond which something is a finding
   std::vector<Fact> facts;  ///< the few numbers beside the verdict
   double u_begin_m = 0.0, u_step_m = 1.0, u_end_m = 0.0;  ///< of the curves
   bool closed = false;
   std::vector<Curve> curves;
   Sheet sheet;                 ///< the whole road, decimated
   std::vector<Sheet> windows;  ///< full detail where it matters
-  Sheet detail;                ///< heights at every v in some rows, for cuts anywhere; without x, y and fields. May be empty
+  Sheet detail;  ///< heights at every v in some rows, for cuts anywhere; without x, y and fields.
+                 ///< May be empty
   std::vector<ComparisonView> comparisons;
   std::vector<RoughPlaceView> rough_places;  ///< beyond rough_limit_m from the mesh
   double rough_limit_m = 0.0;                ///< 0: not looked for

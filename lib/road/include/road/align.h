@@ -25,8 +25,9 @@ struct ControlPoint {
   Eigen::Vector3d global_m;
 };
 
-/// What a road cannot do and its mesh must: p becomes about_m + linear (p - about_m). The rotation in `linear` is about a
-/// level axis; what turns about z is in the RotoTranslation that comes after.
+/// What a road cannot do and its mesh must: p becomes about_m + linear (p - about_m). The rotation
+/// in `linear` is about a level axis; what turns about z is in the RotoTranslation that comes
+/// after.
 struct TiltAndScale {
   Eigen::Vector3d about_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d linear = Eigen::Matrix3d::Identity();
@@ -40,32 +41,34 @@ struct TiltAndScale {
 struct AlignOptions {
   enum class Rotation : std::uint8_t {
     about_z,  ///< z stays up
-    free      ///< at least 3 points, none of them on the line of the others; tilts of at most 20 degrees
+    free      ///< at least 3 points, none of them on the line of the others; tilts of at most 20
+              ///< degrees
   } rotation = Rotation::about_z;
   bool scale = false;  ///< one factor for all axes, 0.5 to 2
-  /// Points that contradict the others are named and left out; needs at least 4 points (5 for a free rotation), of
-  /// which more than half agree.
+  /// Points that contradict the others are named and left out; needs at least 4 points (5 for a
+  /// free rotation), of which more than half agree.
   bool reject_outliers = true;
   /// Nothing nearer than this is called an outlier, however well the others agree.
   double smallest_outlier_m = 0.05;
 };
 
 struct AlignReport {
-  TiltAndScale tilt_and_scale;  ///< done to the mesh first; identity unless AlignOptions asks for more than the other
+  TiltAndScale tilt_and_scale;  ///< done to the mesh first; identity unless AlignOptions asks for
+                                ///< more than the other
   RotoTranslation T_global_mesh;
   std::vector<double> residual_m;     ///< per control point, outliers too
   double rms_m = 0.0;                 ///< over the points that were used
   std::vector<std::string> outliers;  ///< names of the points left out
-  /// What was applied of them; otherwise what a free rotation and scale would add, as a check of units and plumb, NaN when
-  /// fewer than 3 points were used or they lie on a line.
+  /// What was applied of them; otherwise what a free rotation and scale would add, as a check of
+  /// units and plumb, NaN when fewer than 3 points were used or they lie on a line.
   double tilt_rad = std::numeric_limits<double>::quiet_NaN();
   double scale = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Least squares over >= 2 control points (>= 3 m apart): rotation about z and translation; free rotation (>= 3 points that
-/// span a plane) and scale where the options ask for them.
-/// Throws Error on a degenerate set, and when no such motion fits: says whether the points are a
-/// mirror image (latitude and longitude swapped, wrong hemisphere) or scaled (units).
+/// Least squares over >= 2 control points (>= 3 m apart): rotation about z and translation; free
+/// rotation (>= 3 points that span a plane) and scale where the options ask for them. Throws Error
+/// on a degenerate set, and when no such motion fits: says whether the points are a mirror image
+/// (latitude and longitude swapped, wrong hemisphere) or scaled (units).
 AlignReport fit_alignment(const std::vector<ControlPoint>& points,
                           const AlignOptions& options = {});
 
@@ -115,8 +118,8 @@ struct Projection {
   enum class Kind : std::uint8_t {
     none,  ///< unknown
     utm,   ///< scale 0.9996 at the middle of the zone: 0.4 m per km against a tape
-    tm     ///< transverse Mercator about (latitude_deg, longitude_deg) = (0, 0) m, scale 1 there: true to a
-           ///< tape within 0.2 mm per km up to 100 km around
+    tm  ///< transverse Mercator about (latitude_deg, longitude_deg) = (0, 0) m, scale 1 there: true
+        ///< to a tape within 0.2 mm per km up to 100 km around
   } kind = Kind::none;
   UtmZone zone;
   double latitude_deg = 0.0, longitude_deg = 0.0;
@@ -133,16 +136,19 @@ void write_projection(const Projection& projection, const crg::ReferenceLine& li
 struct ControlPoints {
   std::vector<ControlPoint> points;
   Projection projection;  ///< none: the file has projected coordinates
-  std::vector<Eigen::Vector2d> latitude_longitude_deg;  ///< as in the file; empty for projected ones
+  std::vector<Eigen::Vector2d>
+      latitude_longitude_deg;  ///< as in the file; empty for projected ones
 };
 
 /// CSV with header [name,]mesh_x_m,mesh_y_m,mesh_z_m and either x_m,y_m,z_m or lat_deg,lon_deg,h_m
 /// (WGS84; projected about the first row). Throws Error with file:line on a wrong
 /// header, a missing or bad number, a latitude beyond 90 degrees.
-ControlPoints read_control_point_file(const std::string& path, Projection::Kind kind = Projection::Kind::utm);
+ControlPoints read_control_point_file(const std::string& path,
+                                      Projection::Kind kind = Projection::Kind::utm);
 
-/// Positions along a driven track: CSV with lat_deg,lon_deg,h_m or x_m,y_m,z_m. Rows without a number are
-/// left out (receivers lose their fix). Throws Error on a wrong header or fewer than 10 positions.
+/// Positions along a driven track: CSV with lat_deg,lon_deg,h_m or x_m,y_m,z_m. Rows without a
+/// number are left out (receivers lose their fix). Throws Error on a wrong header or fewer than 10
+/// positions.
 struct Trajectory {
   std::vector<Eigen::Vector3d> points_m;
   Projection projection;  ///< none: the file has projected coordinates

@@ -14,10 +14,10 @@ namespace road {
 /// Ordered stations along the middle of the road in map coordinates, not evenly spaced.
 /// When closed, the last station is not a repetition of the first.
 struct Centreline {
-  std::vector<Eigen::Vector3d> points_m;   ///< midpoint of the two edges, on the surface
-  std::vector<double> half_width_m;        ///< same length
+  std::vector<Eigen::Vector3d> points_m;  ///< midpoint of the two edges, on the surface
+  std::vector<double> half_width_m;       ///< same length
   bool closed = false;
-  double length_m = 0.0;                   ///< along the smooth curve through the points
+  double length_m = 0.0;  ///< along the smooth curve through the points
 };
 
 /// A road that is narrower is that of a model; lengths that suit a road of the usual width shrink
@@ -25,10 +25,11 @@ struct Centreline {
 constexpr double kModelWidth_m = 3.0, kUsualWidth_m = 8.0;
 
 struct CentrelineOptions {
-  bool reverse = false;                              ///< drive the other way round
-  std::optional<Eigen::Vector2d> start_near_m;       ///< u = 0 where the line passes nearest to this map point
-  std::optional<std::string> start_object;           ///< u = 0 at the middle of the object with this name
-  std::optional<double> guide_width_m;  ///< where a guide leads over ground that does not tell
+  bool reverse = false;  ///< drive the other way round
+  std::optional<Eigen::Vector2d>
+      start_near_m;  ///< u = 0 where the line passes nearest to this map point
+  std::optional<std::string> start_object;  ///< u = 0 at the middle of the object with this name
+  std::optional<double> guide_width_m;      ///< where a guide leads over ground that does not tell
 };
 
 /// Finds the road by itself: a closed loop if there is one, else the longest open road. Along the

@@ -12,7 +12,7 @@ namespace road {
 /// The reference line meets itself in plan at two places along u.
 struct Crossing {
   double u_first_m = 0.0, u_second_m = 0.0;  ///< u_first_m < u_second_m
-  double height_m = 0.0;                     ///< of the second over the first, on the line; NaN where either has none
+  double height_m = 0.0;  ///< of the second over the first, on the line; NaN where either has none
 };
 
 /// Whether both places are on one deck: a level crossing, no bridge.

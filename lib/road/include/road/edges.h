@@ -19,8 +19,8 @@ struct Edge {
   bool has_z = false;
 };
 
-/// CSV with the columns x_m,y_m and, if wanted, z_m. Throws Error with file:line on a missing column,
-/// a cell that is no number, a coordinate that is NaN or beyond 1e8 m, fewer than 4 rows.
+/// CSV with the columns x_m,y_m and, if wanted, z_m. Throws Error with file:line on a missing
+/// column, a cell that is no number, a coordinate that is NaN or beyond 1e8 m, fewer than 4 rows.
 Edge read_edge(const std::string& path);
 
 struct EdgeOptions {
@@ -31,34 +31,34 @@ struct EdgeOptions {
 
 struct EdgesReport {
   std::size_t left_points = 0, right_points = 0;
-  std::size_t dropped_points = 0;    ///< repeated, or after the edge had come round to its start
+  std::size_t dropped_points = 0;  ///< repeated, or after the edge had come round to its start
   bool closed = false, has_z = false;
-  bool right_reversed = false;       ///< the rows of RIGHT run against those of LEFT
+  bool right_reversed = false;  ///< the rows of RIGHT run against those of LEFT
   double width_min_m = 0.0, width_median_m = 0.0, width_max_m = 0.0;
   /// Distance in plan of the given points from the edges that the rows of the road have.
   double point_error_p99_m = 0.0, point_error_max_m = 0.0;
   /// How far the outermost node with a height lies inside the edge, per row and side.
   double edge_gap_median_m = 0.0, edge_gap_max_m = 0.0;
-  double start_offset_m = 0.0;       ///< along the line, from u = 0 to the first row of LEFT
-  std::vector<URange> folds;         ///< rows cut short because the bend is tighter than the road is wide
+  double start_offset_m = 0.0;  ///< along the line, from u = 0 to the first row of LEFT
+  std::vector<URange> folds;  ///< rows cut short because the bend is tighter than the road is wide
   std::vector<std::string> remarks;
 };
 
-/// Reference line in the middle (where the normals meet both edges at equal distance), heights linear
-/// across between the edges, NaN outside of them. Between given points an edge follows a cubic
-/// through its neighbours, straight at corners sharper than 30 degrees and where the spacing of
-/// points changes threefold. Points of the two edges need not correspond.
+/// Reference line in the middle (where the normals meet both edges at equal distance), heights
+/// linear across between the edges, NaN outside of them. Between given points an edge follows a
+/// cubic through its neighbours, straight at corners sharper than 30 degrees and where the spacing
+/// of points changes threefold. Points of the two edges need not correspond.
 struct EdgeRoad {
   crg::ReferenceLine line;
   SampledGrid sampled;
   Centreline centreline;
 };
 
-/// u = 0 beside the first row of `left` (5 mm before it when closed, so that no query of that row falls
-/// into the gap of 1 mm that closed lines have), u in the direction of its rows. Closed when both edges come
-/// round to their start. Throws Error with file:line or the range of u: edges that cross or come nearer than two
-/// steps across, one closed and one open, `right` on the left of `left`, an edge that turns back on
-/// itself, edges that do not run beside each other.
+/// u = 0 beside the first row of `left` (5 mm before it when closed, so that no query of that row
+/// falls into the gap of 1 mm that closed lines have), u in the direction of its rows. Closed when
+/// both edges come round to their start. Throws Error with file:line or the range of u: edges that
+/// cross or come nearer than two steps across, one closed and one open, `right` on the left of
+/// `left`, an edge that turns back on itself, edges that do not run beside each other.
 EdgeRoad road_between_edges(const Edge& left, const Edge& right, const EdgeOptions& options = {},
                             EdgesReport* report = nullptr);
 

@@ -9,21 +9,24 @@
 
 namespace road {
 
-/// Nodes without a height between others of their row get one where they fell into a crack: `surface` (that of `road`)
-/// goes on within 1 cm on two opposite sides, at heights that differ by at most 2 cm and lie within 10 cm of the row's.
-/// They count as filled, of the class of the one side; unlike sampling's own filling this also closes cracks between road
-/// and kerb or run-off. Changes nodes_with_z, filled and holes of `report`.
-void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road, const crg::ReferenceLine& line, SampleReport& report);
+/// Nodes without a height between others of their row get one where they fell into a crack:
+/// `surface` (that of `road`) goes on within 1 cm on two opposite sides, at heights that differ by
+/// at most 2 cm and lie within 10 cm of the row's. They count as filled, of the class of the one
+/// side; unlike sampling's own filling this also closes cracks between road and kerb or run-off.
+/// Changes nodes_with_z, filled and holes of `report`.
+void close_cracks(SampledGrid& sampled, const RaySurface& surface, const RoadMesh& road,
+                  const crg::ReferenceLine& line, SampleReport& report);
 
-/// Ends each row at a wall. A mesh often has its ground in front of a wall and behind it, but not below: a gap as narrow
-/// as those that sampling fills, so that the file would have even ground through the wall and a place behind it that
-/// nobody reaches. From such a gap outwards the nodes of the row lose their heights.
+/// Ends each row at a wall. A mesh often has its ground in front of a wall and behind it, but not
+/// below: a gap as narrow as those that sampling fills, so that the file would have even ground
+/// through the wall and a place behind it that nobody reaches. From such a gap outwards the nodes
+/// of the row lose their heights.
 ///
-/// A gap is a wall's when something of `everything` (the whole mesh, in the frame of the grid) stands 0.05 to 3 m above a
-/// node in it, but not also half a metre beside it on both sides (that is a tree, a bridge or a gantry), and when not both
-/// nodes beside it are road: across the road itself nothing ends. Changes nodes_with_z, filled and holes of `report` and
-/// sets its walls.
-void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Mesh& everything, unsigned threads,
-                  SampleReport& report);
+/// A gap is a wall's when something of `everything` (the whole mesh, in the frame of the grid)
+/// stands 0.05 to 3 m above a node in it, but not also half a metre beside it on both sides (that
+/// is a tree, a bridge or a gantry), and when not both nodes beside it are road: across the road
+/// itself nothing ends. Changes nodes_with_z, filled and holes of `report` and sets its walls.
+void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Mesh& everything,
+                  unsigned threads, SampleReport& report);
 
 }  // namespace road

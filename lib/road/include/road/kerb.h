@@ -7,9 +7,9 @@ namespace road {
 
 struct Kerb {
   double u_begin_m, u_end_m;
-  double v_begin_m, v_end_m;   ///< across, from the right
-  double height_m;             ///< largest rise above the road beside it, continued with its cross slope
-  double u_highest_m;          ///< where that is
+  double v_begin_m, v_end_m;  ///< across, from the right
+  double height_m;     ///< largest rise above the road beside it, continued with its cross slope
+  double u_highest_m;  ///< where that is
 };
 
 struct KerbOptions {
@@ -20,7 +20,7 @@ struct KerbOptions {
 
 struct KerbReport {
   std::vector<Kerb> kerbs;
-  std::size_t cells = 0;                 ///< nodes on kerbs after refinement
+  std::size_t cells = 0;  ///< nodes on kerbs after refinement
   std::size_t columns_added = 0;
 };
 

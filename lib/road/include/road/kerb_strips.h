@@ -11,11 +11,11 @@ namespace road {
 /// One kerb, followed along u.
 struct KerbStrip {
   double u_begin_m = 0.0, u_end_m = 0.0;
-  bool left = true;                          ///< side of the reference line
-  double v_begin_m = 0.0, v_end_m = 0.0;     ///< medians; v_begin is the edge towards the road
-  double height_m = 0.0;                     ///< 90th percentile along u of the rise over the road's plane
-  double width_m = 0.0;                      ///< median of |v_end - v_begin|
-  double u_of_profile_m = 0.0;               ///< the row whose height is nearest to height_m
+  bool left = true;                       ///< side of the reference line
+  double v_begin_m = 0.0, v_end_m = 0.0;  ///< medians; v_begin is the edge towards the road
+  double height_m = 0.0;        ///< 90th percentile along u of the rise over the road's plane
+  double width_m = 0.0;         ///< median of |v_end - v_begin|
+  double u_of_profile_m = 0.0;  ///< the row whose height is nearest to height_m
 };
 
 /// Where the kerb lies in one looked-at row; NaN where it was not seen.
@@ -32,15 +32,15 @@ struct KerbStripOptions {
 };
 
 struct KerbStrips {
-  std::vector<KerbStrip> strips;             ///< by u_begin
-  std::vector<std::vector<KerbRow>> rows;    ///< per strip, ascending
+  std::vector<KerbStrip> strips;           ///< by u_begin
+  std::vector<std::vector<KerbRow>> rows;  ///< per strip, ascending
 };
 
-/// From the middle of each row outwards: a strip begins where the height leaves the line through the
-/// last 1.5 m of road by 8 mm within 0.4 m (and 3 times the scatter about that line) and ends where it
-/// is back at 30 % of its height, where run-off rises again behind a fall of 40 %, or where the grid
-/// ends. A rise that does neither within max_width_m, or
-/// that stays below 5 times the scatter, is no kerb.
+/// From the middle of each row outwards: a strip begins where the height leaves the line through
+/// the last 1.5 m of road by 8 mm within 0.4 m (and 3 times the scatter about that line) and ends
+/// where it is back at 30 % of its height, where run-off rises again behind a fall of 40 %, or
+/// where the grid ends. A rise that does neither within max_width_m, or that stays below 5 times
+/// the scatter, is no kerb.
 KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& options = {});
 
 }  // namespace road

@@ -11,9 +11,9 @@ namespace road {
 
 /// One object of the source file with one material, as the exporting program named them.
 struct MeshObject {
-  std::string name;      ///< empty where the format has no names
+  std::string name;  ///< empty where the format has no names
   std::string material;
-  std::string texture;   ///< file name of the base texture
+  std::string texture;  ///< file name of the base texture
 };
 
 /// Triangles with shared or unshared vertices. Map position = origin_m + vertex.

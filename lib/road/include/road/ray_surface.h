@@ -19,8 +19,8 @@ struct SurfaceHit {
   std::uint32_t triangle = 0;
 };
 
-/// 16 vertical rays at once. x, y, z are local to RaySurface::origin_m(). Begins as Embree's own packet does, so that
-/// nothing is copied; what the comments leave out is Embree's.
+/// 16 vertical rays at once. x, y, z are local to RaySurface::origin_m(). Begins as Embree's own
+/// packet does, so that nothing is copied; what the comments leave out is Embree's.
 struct alignas(64) RayPacket16 {
   template <typename T>
   using Lanes = std::array<T, 16>;
@@ -31,17 +31,17 @@ struct alignas(64) RayPacket16 {
     return lanes;
   }
 
-  Lanes<float> x_m{}, y_m{}, z_top_m{};           ///< in: rays go down from z_top
+  Lanes<float> x_m{}, y_m{}, z_top_m{};  ///< in: rays go down from z_top
   Lanes<float> from_m{}, direction_x{}, direction_y{}, direction_z = all(-1.0f), time{};
-  Lanes<float> depth_m{};                         ///< out: from z_top to the hit
+  Lanes<float> depth_m{};  ///< out: from z_top to the hit
   Lanes<std::uint32_t> mask = all(~0u), id{}, flags{};
   Lanes<float> normal_x{}, normal_y{}, normal_z{}, first_weight{}, second_weight{};
-  Lanes<std::uint32_t> triangle{};                ///< out; meaningless without hit
+  Lanes<std::uint32_t> triangle{};  ///< out; meaningless without hit
   Lanes<std::uint32_t> geometry{}, instance{};
 
-  Lanes<std::int32_t> active{};                   ///< in: -1 cast this ray, 0 leave it out
-  Lanes<float> z_m{};                             ///< out: height of the hit; NaN without hit
-  float max_depth_m = 4.0f;                       ///< in: how far down a ray looks
+  Lanes<std::int32_t> active{};  ///< in: -1 cast this ray, 0 leave it out
+  Lanes<float> z_m{};            ///< out: height of the hit; NaN without hit
+  float max_depth_m = 4.0f;      ///< in: how far down a ray looks
 };
 
 /// Acceleration structure over a mesh; immutable after construction, shared by threads.
@@ -58,14 +58,17 @@ class RaySurface {
   /// First hit of each active ray below its z_top, two-sided.
   void cast_down(RayPacket16& packet) const noexcept;
 
-  /// The same without what goes before and after it, for callers that do so 16 lanes at once: all of depth_m is how far to
-  /// look and all of geometry -1; without hit, geometry stays -1. Neither reads max_depth_m nor sets z_m.
+  /// The same without what goes before and after it, for callers that do so 16 lanes at once: all
+  /// of depth_m is how far to look and all of geometry -1; without hit, geometry stays -1. Neither
+  /// reads max_depth_m nor sets z_m.
   void cast_prepared(RayPacket16& packet) const noexcept;
 
   /// The hit nearest to `z_near_m` within ±reach_m on the vertical line through (x, y) (map frame).
-  std::optional<SurfaceHit> nearest_hit(double x_m, double y_m, double z_near_m, double reach_m) const;
+  std::optional<SurfaceHit> nearest_hit(double x_m, double y_m, double z_near_m,
+                                        double reach_m) const;
 
-  /// All hits on the vertical line through (x, y), from high to low; hits closer than 1 mm are merged.
+  /// All hits on the vertical line through (x, y), from high to low; hits closer than 1 mm are
+  /// merged.
   std::vector<SurfaceHit> all_hits(double x_m, double y_m) const;
 
  private:

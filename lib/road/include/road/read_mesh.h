@@ -44,8 +44,8 @@ struct MeshReadOptions {
   Unit unit = Unit::automatic;
   /// Factor on top of the unit, for meshes whose unit has no name.
   double scale = 1.0;
-  /// Files that the mesh refers to (.bin, .mtl) may lie outside the folder of the mesh. Not by default:
-  /// a mesh from elsewhere shall not choose what is read here.
+  /// Files that the mesh refers to (.bin, .mtl) may lie outside the folder of the mesh. Not by
+  /// default: a mesh from elsewhere shall not choose what is read here.
   bool allow_outside = false;
   /// Formats without a reader of our own, and .obj for its polygons, are read in a child process,
   /// so that a crash of the foreign reader, or taking far too long, is a refusal. false, for
@@ -55,23 +55,27 @@ struct MeshReadOptions {
 
 /// A file that a mesh refers to.
 struct MeshFile {
-  std::string path;    ///< as it was opened: the mesh's folder in front
-  std::string sha256;  ///< of the bytes that were used; empty: wanted, but not there or not readable
+  std::string path;  ///< as it was opened: the mesh's folder in front
+  std::string
+      sha256;  ///< of the bytes that were used; empty: wanted, but not there or not readable
 };
 
 /// What was decided and seen while reading; for summary.json.
 struct MeshReadReport {
-  std::string up;           ///< "y" or "z"
-  std::string unit;         ///< "m", "cm", "mm", "ft", "inch", "yard"
-  double scale = 1.0;       ///< as in MeshReadOptions
+  std::string up;                ///< "y" or "z"
+  std::string unit;              ///< "m", "cm", "mm", "ft", "inch", "yard"
+  double scale = 1.0;            ///< as in MeshReadOptions
   double metres_per_unit = 1.0;  ///< of the coordinates in the file: unit times scale
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t objects = 0;
-  double coordinate_resolution_m = 0.0;  ///< spacing of representable coordinates in the source file
-  std::vector<std::string> remarks;      ///< plain sentences, e.g. coordinates quantised by the exporter
-  /// Every file besides the mesh itself that was opened (.bin, .mtl ...) or looked for, once each, in
-  /// the order of asking: when one of them changes, appears or goes, the mesh may read differently.
+  double coordinate_resolution_m =
+      0.0;  ///< spacing of representable coordinates in the source file
+  std::vector<std::string>
+      remarks;  ///< plain sentences, e.g. coordinates quantised by the exporter
+  /// Every file besides the mesh itself that was opened (.bin, .mtl ...) or looked for, once each,
+  /// in the order of asking: when one of them changes, appears or goes, the mesh may read
+  /// differently.
   std::vector<MeshFile> files;
 };
 
@@ -82,12 +86,13 @@ struct MeshReadReport {
 /// coordinates (with object name and vertex), wrong axis or unit (what was seen, which flag to
 /// give), nested beyond reason, refers to geometry outside its folder, or its reader crashed or
 /// took far too much time or memory.
-Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {}, MeshReadReport* report = nullptr);
+Mesh read_mesh(const std::string& path, const MeshReadOptions& options = {},
+               MeshReadReport* report = nullptr);
 
 /// Writes triangles as binary .stl, .ply (binary, double coordinates) or .obj by the ending of
 /// `path`, in map coordinates (origin added; STL is float32 by its format), whole or not at all.
-/// `note` (one line) goes into the head of the file. The attribute of a triangle in .stl is its object's
-/// number.
+/// `note` (one line) goes into the head of the file. The attribute of a triangle in .stl is its
+/// object's number.
 void write_mesh(const Mesh& mesh, const std::string& path, const std::string& note = {});
 
 }  // namespace road

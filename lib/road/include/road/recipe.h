@@ -40,9 +40,10 @@ struct Recipe {
   std::optional<std::string> control_points_path;
   std::optional<std::string> trajectory_path;
   std::optional<RotoTranslation> T_global_mesh;
-  AlignOptions align;                                   ///< how control points are fitted
-  Projection::Kind projection = Projection::Kind::utm;  ///< of geographic control points and trajectories
-  std::optional<UtmZone> utm_zone;                      ///< of projected ones
+  AlignOptions align;  ///< how control points are fitted
+  Projection::Kind projection =
+      Projection::Kind::utm;        ///< of geographic control points and trajectories
+  std::optional<UtmZone> utm_zone;  ///< of projected ones
   crg::Format format = crg::Format::KRBI;
   ValidateOptions validate;
   ValidateLimits limits;

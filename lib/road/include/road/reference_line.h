@@ -14,7 +14,7 @@ struct ReferenceLineOptions {
 };
 
 struct ReferenceLineReport {
-  double length_m = 0.0;       ///< of the curve, closing gap included
+  double length_m = 0.0;  ///< of the curve, closing gap included
   bool closed = false;
   double closing_gap_m = 0.0;  ///< left on purpose between the last node and the first
   double heading_step_at_seam_rad = 0.0;
@@ -27,7 +27,8 @@ struct ReferenceLineReport {
 double automatic_step_m(const Centreline& centreline);
 
 /// The line passes within the report's residual of the stations. Its z_m and banking are empty.
-crg::ReferenceLine fit_reference_line(const Centreline& centreline, const ReferenceLineOptions& options = {},
+crg::ReferenceLine fit_reference_line(const Centreline& centreline,
+                                      const ReferenceLineOptions& options = {},
                                       ReferenceLineReport* report = nullptr);
 
 }  // namespace road

@@ -21,8 +21,8 @@ namespace road {
 
 /// A file that went into the build.
 struct InputFile {
-  std::string role;    ///< "recipe", "mesh", "mesh_file" (what the mesh refers to), "control_points"
-  std::string path;    ///< as the user gave it
+  std::string role;  ///< "recipe", "mesh", "mesh_file" (what the mesh refers to), "control_points"
+  std::string path;  ///< as the user gave it
   std::string sha256;  ///< 64 hex digits of its bytes; empty for a mesh_file that is missing
 };
 
@@ -36,10 +36,11 @@ struct StageSeconds {
 
 /// A finer road over one kerb.
 struct PatchFile {
-  std::string file;  ///< beside the road
+  std::string file;                                                       ///< beside the road
   double u_begin_m = 0.0, u_end_m = 0.0, v_begin_m = 0.0, v_end_m = 0.0;  ///< on the road
   double u_step_m = 0.0;
-  double error_before_m = 0.0, error_m = 0.0;  ///< 95 % of |z - mesh| midway between rows, without and with it
+  double error_before_m = 0.0,
+         error_m = 0.0;  ///< 95 % of |z - mesh| midway between rows, without and with it
 };
 
 struct CentrelineReport {
@@ -59,9 +60,11 @@ struct GridReport {
   double u_begin_m = 0.0, u_end_m = 0.0, u_step_m = 0.0;
   double v_min_m = 0.0, v_max_m = 0.0;
   double v_step_min_m = 0.0, v_step_max_m = 0.0;
-  double z_min_m = 0.0, z_max_m = 0.0;  ///< of the surface: grid, height and banking of the line; NaN when no node has z
-  /// From the outermost node with z on one side to that on the other, kerbs and run-off among them; rows without any z
-  /// left out. NaN when no node has z.
+  double z_min_m = 0.0,
+         z_max_m =
+             0.0;  ///< of the surface: grid, height and banking of the line; NaN when no node has z
+  /// From the outermost node with z on one side to that on the other, kerbs and run-off among them;
+  /// rows without any z left out. NaN when no node has z.
   double width_min_m = 0.0, width_median_m = 0.0, width_max_m = 0.0;
 };
 
@@ -96,10 +99,11 @@ struct BuildSummary {
   std::string friction_file;  ///< beside the road; empty: none
   FrictionReport friction;
   std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
-  GridReport grid;                   ///< of the written file
-  GeoEnds wgs84;                     ///< of the written file
+  GridReport grid;                     ///< of the written file
+  GeoEnds wgs84;                       ///< of the written file
   ValidateReport validate;
-  std::vector<InputFile> outputs;  ///< role and name of each file beside summary.json, hash of its bytes
+  std::vector<InputFile>
+      outputs;  ///< role and name of each file beside summary.json, hash of its bytes
 };
 
 /// "crgbuild 1.2.3".
@@ -117,8 +121,8 @@ std::string json_text(const SmoothReport& report, const SmoothOptions& options);
 std::string json_text(const Placement& placement);
 std::string json_text(const ValidateReport& report, const ValidateLimits& limits);
 
-/// The text of the summary at `path` when it was written by this program from the inputs and the recipe of
-/// `fresh`, and what its mesh refers to has not changed either. Nothing otherwise.
+/// The text of the summary at `path` when it was written by this program from the inputs and the
+/// recipe of `fresh`, and what its mesh refers to has not changed either. Nothing otherwise.
 std::optional<std::string> unchanged_summary(const std::string& path, const BuildSummary& fresh);
 /// The validation failures that a summary names.
 std::vector<std::string> failures_in_summary(const std::string& summary_json);
