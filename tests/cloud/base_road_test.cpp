@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "cloud/error.h"
 #include "cloud/synth.h"
-#include "road/error.h"
 #include "support/temporary_folder.h"
 
 namespace cloud {
@@ -138,7 +138,7 @@ TEST(BaseRoad, KnowsALapFromAnOpenRoad) {
         short_one.position_m.push_back(round.position_m[i]),
         short_one.orientation.push_back(round.orientation[i]);
   measure(short_one);
-  EXPECT_THROW(driven_line(short_one), road::Error);
+  EXPECT_THROW(driven_line(short_one), cloud::Error);
 }
 
 TEST(BaseRoad, SaysThatThePointsAreElsewhere) {
@@ -155,7 +155,7 @@ TEST(BaseRoad, SaysThatThePointsAreElsewhere) {
   try {
     base_from_points(far_away, line, nullptr);
     FAIL() << "accepted";
-  } catch (const road::Error& error) {
+  } catch (const cloud::Error& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("0 of 1000 points lie within 10 m"));
   }
 }

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "road/error.h"
+#include "cloud/error.h"
 
 namespace cloud {
 namespace {
@@ -155,7 +155,7 @@ TEST(Changes, CloudsThatDoNotMeetAreRefused) {
     });
   };
   EXPECT_THAT([&] { find_changes(seen(one), far); },
-              ::testing::ThrowsMessage<road::Error>(::testing::AllOf(
+              ::testing::ThrowsMessage<cloud::Error>(::testing::AllOf(
                   ::testing::HasSubstr("0 cells of"), ::testing::HasSubstr("490000"))));
 }
 

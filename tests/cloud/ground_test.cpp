@@ -13,8 +13,8 @@
 #include <random>
 #include <tuple>
 
+#include "cloud/error.h"
 #include "cloud/read_cloud.h"
-#include "road/error.h"
 #include "support/places.h"
 
 namespace cloud {
@@ -92,7 +92,7 @@ TEST(Ground, RefusesPointsThatAreAllAlone) {
   for (double& x : cloud.x_m) x *= 1000.0;
   for (double& y : cloud.y_m) y *= 1000.0;
   EXPECT_THAT([&] { classify_ground(cloud); },
-              testing::ThrowsMessage<road::Error>(testing::AllOf(
+              testing::ThrowsMessage<cloud::Error>(testing::AllOf(
                   testing::HasSubstr("14400 of 14400 points"), testing::HasSubstr("unit"))));
   GroundOptions fine;
   fine.cell_m = 0.05;
@@ -100,7 +100,7 @@ TEST(Ground, RefusesPointsThatAreAllAlone) {
   for (double& x : cloud.x_m) x *= 30.0;
   for (double& y : cloud.y_m) y *= 30.0;
   EXPECT_THAT([&] { classify_ground(cloud, fine); },
-              testing::ThrowsMessage<road::Error>(testing::HasSubstr("give a cell of 1 m")));
+              testing::ThrowsMessage<cloud::Error>(testing::HasSubstr("give a cell of 1 m")));
 }
 
 TEST(RealClouds, GroundOfTheIsprsSamples) {

@@ -11,8 +11,8 @@
 #include <random>
 #include <sstream>
 
+#include "cloud/error.h"
 #include "cloud/read_cloud.h"
-#include "road/error.h"
 #include "support/laz_file.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -177,7 +177,7 @@ TEST(Laz, IsReadAsACloudInPieces) {
 std::string refusal(const std::string& bytes) {
   try {
     read_chunks_from(bytes, "a.laz", {}, [](Cloud&&) {});
-  } catch (const road::Error& error) {
+  } catch (const cloud::Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("a.laz"));
     EXPECT_THAT(error.what(), ::testing::Not(HasSubstr("\n")));
     return error.what();

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "cloud/error.h"
 #include "cloud/synth.h"
-#include "road/error.h"
 #include "support/lidar_trial.h"
 #include "support/temporary_folder.h"
 
@@ -25,7 +25,7 @@ CloudSource source_of(const std::string& folder) {
 std::string refusal(const CloudSource& source, const crg::Crg& base, const Trajectory* trajectory) {
   try {
     map_clouds(source, base, trajectory);
-  } catch (const road::Error& error) {
+  } catch (const cloud::Error& error) {
     return error.what();
   }
   return "accepted";
@@ -334,7 +334,7 @@ TEST(Trajectory, RefusesWhatIsNoPath) {
   const auto said = [&](const std::string& rows) -> std::string {
     try {
       read_trajectory(folder.file("t.csv", head + rows));
-    } catch (const road::Error& error) {
+    } catch (const cloud::Error& error) {
       return error.what();
     }
     return "accepted";

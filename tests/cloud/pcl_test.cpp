@@ -12,10 +12,10 @@
 #include <numbers>
 #include <tuple>
 
+#include "cloud/error.h"
 #include "cloud/filter.h"
 #include "cloud/ground.h"
 #include "cloud/read_cloud.h"
-#include "road/error.h"
 #include "support/places.h"
 #include "support/street_scan.h"
 
@@ -110,7 +110,7 @@ TEST_F(Pcl, ScansFortyDegreesAndThreeMetresApartAreRegisteredWithoutAGuess) {
 TEST_F(Pcl, NoStartIsInventedWhereNothingStandsUp) {
   Cloud flat = plate();
   EXPECT_THAT([&] { coarse_start(flat, flat); },
-              ThrowsMessage<road::Error>(HasSubstr("not flat around")));
+              ThrowsMessage<cloud::Error>(HasSubstr("not flat around")));
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation().z() = 2.0;
   const Cloud street = support::scan_street(pose, 1, 1);
@@ -120,7 +120,7 @@ TEST_F(Pcl, NoStartIsInventedWhereNothingStandsUp) {
         0.003 * static_cast<double>((i * 104729) % 20011),
         0.001 * static_cast<double>((i * 1299709) % 5003));
   EXPECT_THAT([&] { coarse_start(street, heap); },
-              ThrowsMessage<road::Error>(HasSubstr("no start without a guess")));
+              ThrowsMessage<cloud::Error>(HasSubstr("no start without a guess")));
 }
 
 TEST_F(Pcl, GroundFiltersTakeABoxOffASlope) {
@@ -144,7 +144,7 @@ TEST_F(Pcl, GroundFiltersTakeABoxOffASlope) {
   }
   add(cloud, 1e6, 1e6, 0.0);
   EXPECT_THAT([&] { ground_by_pcl(cloud, options); },
-              ThrowsMessage<road::Error>(HasSubstr("points far away")));
+              ThrowsMessage<cloud::Error>(HasSubstr("points far away")));
 }
 
 TEST_F(Pcl, CubesOfOneCloudAloneAreFound) {

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <limits>
 
-#include "road/error.h"
+#include "cloud/error.h"
 #include "support/cloud_files.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -30,7 +30,7 @@ Cloud read_bytes(const std::string& bytes, const std::string& name,
 std::string refusal(const std::string& bytes, const std::string& name) {
   try {
     read_bytes(bytes, name);
-  } catch (const road::Error& error) {
+  } catch (const cloud::Error& error) {
     EXPECT_THAT(error.what(), HasSubstr(name));
     return error.what();
   }
@@ -196,7 +196,7 @@ TEST(WriteCloud, PcdAndPlyAreFloatsRelativeToAnOriginInTheHeader) {
       EXPECT_LT((again.origin_m + again.point(i) - cloud.origin_m - cloud.point(i)).norm(), 1e-4);
     EXPECT_THAT(describe(folder.path(name)).read.remarks, ::testing::IsEmpty());
   }
-  EXPECT_THROW(write_cloud(cloud, folder.path("b.xyz")), road::Error);
+  EXPECT_THROW(write_cloud(cloud, folder.path("b.xyz")), cloud::Error);
 }
 
 TEST(ReadCloud, NuscenesHasFiveFloats) {
@@ -324,7 +324,7 @@ TEST(RealClouds, Autzen) {
 TEST(ReadCloud, RefusesAFifoAtOnce) {
   const support::TemporaryFolder folder;
   ASSERT_EQ(::mkfifo(folder.path("scan.las").c_str(), 0600), 0);
-  EXPECT_THROW(read_cloud(folder.path("scan.las")), road::Error);
+  EXPECT_THROW(read_cloud(folder.path("scan.las")), cloud::Error);
 }
 
 TEST(RealClouds, Samp11IsQuantisedToHalfAMetre) {

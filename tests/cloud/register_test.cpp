@@ -7,8 +7,8 @@
 #include <fstream>
 #include <random>
 
+#include "cloud/error.h"
 #include "cloud/read_cloud.h"
-#include "road/error.h"
 #include "support/places.h"
 #include "support/street_scan.h"
 
@@ -95,7 +95,7 @@ TEST(Register, FarPointsDoNotHideATurn) {
 TEST(Register, RefusesCloudsThatDoNotMeet) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation().x() = 500.0;
-  EXPECT_THROW(register_clouds(moved(street(true, 1), T), street(true, 2)), road::Error);
+  EXPECT_THROW(register_clouds(moved(street(true, 1), T), street(true, 2)), cloud::Error);
 }
 
 TEST(Register, RobustIsFinerWhereThingsMoved) {

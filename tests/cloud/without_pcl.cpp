@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "cloud/error.h"
 #include "cloud/pcl.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -16,7 +16,7 @@ using ::testing::ThrowsMessage;
 TEST(WithoutPcl, SaysInOneLineWhatToInstall) {
   EXPECT_EQ(pcl_version(), "");
   const auto refused = [](const std::string& option) {
-    return ThrowsMessage<road::Error>(
+    return ThrowsMessage<cloud::Error>(
         AllOf(HasSubstr(option), HasSubstr("install libpcl-dev"), Not(HasSubstr("\n"))));
   };
   EXPECT_THAT([] { require_pcl("--coarse"); }, refused("--coarse needs the Point Cloud Library"));

@@ -9,8 +9,8 @@
 #include <map>
 #include <numbers>
 
+#include "cloud/error.h"
 #include "cloud/synth.h"
-#include "road/error.h"
 #include "support/lidar_trial.h"
 #include "support/temporary_folder.h"
 
@@ -157,7 +157,7 @@ TEST(WrongInputs, AreRefusedOrNamed) {
         EXPECT_LT(error.z_p99_m, 0.010) << wrong.name;
         EXPECT_LT(error.banking_error_rad, 0.05 * 0.017453293) << wrong.name;
       }
-    } catch (const road::Error& e) {
+    } catch (const cloud::Error& e) {
       how = "refused", words = e.what();
     }
     if (heavy)

@@ -12,10 +12,10 @@
 
 #include "commands.h"
 #include "crg/surface.h"
+#include "files/parallel.h"
 #include "files/read_file.h"
 #include "files/write_file.h"
 #include "road/error.h"
-#include "road/parallel.h"
 #include "settings.h"
 
 namespace crgbuild {
@@ -198,10 +198,10 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
       at = end + 1;
     }
     answers.assign((lines.size() + kChunkLines - 1) / kChunkLines, {});
-    road::parallel_for(lines.size(), kChunkLines, command.threads,
-                       [&](std::size_t begin, std::size_t end) {
-                         answers[begin / kChunkLines] = ask(lines, begin, end, first_number);
-                       });
+    files::parallel_for(lines.size(), kChunkLines, command.threads,
+                        [&](std::size_t begin, std::size_t end) {
+                          answers[begin / kChunkLines] = ask(lines, begin, end, first_number);
+                        });
     for (const std::string& text : answers) {
       output.append(text);
       rows += static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));

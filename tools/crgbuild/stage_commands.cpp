@@ -6,9 +6,9 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "files/json_text.h"
+#include "files/parallel.h"
 #include "files/write_file.h"
 #include "road/build.h"
-#include "road/parallel.h"
 #include "road/place.h"
 #include "road/road_mesh_file.h"
 #include "road/summary.h"
@@ -54,7 +54,7 @@ road::SampledGrid classified(Track& track, const road::RoadMesh& mesh,
   const std::size_t columns = sampled.grid.columns();
   sampled.provenance.assign(sampled.grid.z_m.size(), road::Provenance::none);
   sampled.surface_class.assign(sampled.grid.z_m.size(), road::SurfaceClass::road);
-  road::parallel_for(sampled.grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(sampled.grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       for (std::size_t j = 0; j < columns; ++j) {
         const float z = sampled.grid.at(i, j);

@@ -20,8 +20,8 @@ using command::kNotValid, command::kOk, command::one_line, command::Terminal;
 /// "m", "ft", "us-ft", "cm", "mm" or empty (automatic) as metres.
 std::optional<double> metres_per_unit(const std::string& unit);
 
-/// Of --outliers, and thinning; throws UsageError where the former are no such numbers, road::Error
-/// where they need PCL and there is none.
+/// Of --outliers, and thinning; throws UsageError where the former are no such numbers,
+/// cloud::Error where they need PCL and there is none.
 cloud::FilterOptions filter_options(const std::vector<double>& outliers, double voxel_m);
 
 struct InfoCommand {

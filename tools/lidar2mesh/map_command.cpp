@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "cloud/base_road.h"
+#include "cloud/error.h"
 #include "cloud/map.h"
 #include "commands.h"
 #include "crg/options.h"
@@ -12,7 +13,6 @@
 #include "files/write_file.h"
 #include "map_report.h"
 #include "road/build.h"
-#include "road/error.h"
 
 namespace lidar2mesh {
 namespace {
@@ -50,7 +50,7 @@ crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& s
     return cloud::base_from_points(source, road::read_centreline_csv(command.centreline),
                                    trajectory, options);
   if (trajectory == nullptr)
-    throw road::Error(
+    throw cloud::Error(
         "a road to refine (--base), or a line to make one along (--centreline, or the --trajectory "
         "of the scans) is wanted");
   return cloud::base_from_points(source, cloud::driven_line(*trajectory), trajectory, options);
@@ -153,9 +153,9 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   const bool in_map =
       command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
   if (!in_map && command.trajectory.empty())
-    throw road::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
+    throw cloud::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
   if (in_map && command.max_range_m)
-    throw road::Error(
+    throw cloud::Error(
         "--max-range-m wants points in the sensor's frame: those in the map frame do not say from "
         "where they were measured");
   std::vector<std::string> files;

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 
+#include "cloud/error.h"
 #include "cloud/road_frame.h"
+#include "files/parallel.h"
 #include "files/statistics.h"
 #include "road/build.h"
-#include "road/error.h"
-#include "road/parallel.h"
 #include "road/reference_line.h"
 
 namespace cloud {
@@ -36,7 +36,7 @@ struct Cells {
 /// The median of the 5 x 5 around takes the place of what sticks out of it.
 void calm(Cells& cells, unsigned threads) {
   const Cells before = cells;
-  road::parallel_for(cells.along, 64, threads, [&](std::size_t from, std::size_t to) {
+  files::parallel_for(cells.along, 64, threads, [&](std::size_t from, std::size_t to) {
     std::vector<float> around;
     for (std::size_t i = from; i < to; ++i)
       for (std::size_t j = 0; j < cells.across; ++j) {
@@ -76,7 +76,7 @@ road::Centreline driven_line(const Trajectory& trajectory) {
     line.points_m.push_back(p), line.half_width_m.push_back(5.0);
   }
   if (driven < 20.0)
-    throw road::Error(fmt::format(
+    throw Error(fmt::format(
         "the trajectory's first piece is {:.1f} m long; 20 m wanted to put a road along", driven));
   line.length_m = driven;
   return line;
@@ -134,42 +134,43 @@ crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line
   }
   scans([&](Cloud&& chunk) {
     if (trajectory != nullptr && chunk.time_s.empty())
-      throw road::Error(
+      throw Error(
           "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
           "is wanted, or --frame map for a registered cloud");
     seen.assign(chunk.size(), {kNone, 0.0f});
-    road::parallel_for(chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
-      std::size_t hint = 0;
-      double row = -1.0;
-      for (std::size_t k = from; k < to; ++k) {
-        Eigen::Vector3d p = chunk.origin_m + chunk.point(k);
-        if (trajectory != nullptr) {
-          PosedInstant pose;
-          if (!pose_at(*trajectory, chunk.time_s[k], hint, pose)) continue;
-          p = pose.position_m + pose.orientation * p;
-          row = pose_row[hint];
-        }
-        std::optional<GridPlace> place;
-        if (row >= 0.0) place = frame.project(p.x(), p.y(), row);
-        if (trajectory == nullptr && (!place || std::abs(place->v_m) > options.v_max_m))
-          place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
-        if (!place || std::abs(place->v_m) > options.v_max_m) continue;
-        row = place->row;
-        const double above = p.z() - line_z[static_cast<std::size_t>(place->row)];
-        if (!(above > -options.below_m && above < options.above_m)) continue;
-        const auto i =
-            std::min(static_cast<std::size_t>(place->row / rows_per_cell), cells.along - 1);
-        const auto j = static_cast<std::size_t>((place->v_m + options.v_max_m) / kCell_m);
-        seen[k] = {static_cast<std::uint32_t>(i * cells.across + std::min(j, cells.across - 1)),
-                   static_cast<float>(p.z() - origin)};
-      }
-    });
+    files::parallel_for(
+        chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
+          std::size_t hint = 0;
+          double row = -1.0;
+          for (std::size_t k = from; k < to; ++k) {
+            Eigen::Vector3d p = chunk.origin_m + chunk.point(k);
+            if (trajectory != nullptr) {
+              PosedInstant pose;
+              if (!pose_at(*trajectory, chunk.time_s[k], hint, pose)) continue;
+              p = pose.position_m + pose.orientation * p;
+              row = pose_row[hint];
+            }
+            std::optional<GridPlace> place;
+            if (row >= 0.0) place = frame.project(p.x(), p.y(), row);
+            if (trajectory == nullptr && (!place || std::abs(place->v_m) > options.v_max_m))
+              place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
+            if (!place || std::abs(place->v_m) > options.v_max_m) continue;
+            row = place->row;
+            const double above = p.z() - line_z[static_cast<std::size_t>(place->row)];
+            if (!(above > -options.below_m && above < options.above_m)) continue;
+            const auto i =
+                std::min(static_cast<std::size_t>(place->row / rows_per_cell), cells.along - 1);
+            const auto j = static_cast<std::size_t>((place->v_m + options.v_max_m) / kCell_m);
+            seen[k] = {static_cast<std::uint32_t>(i * cells.across + std::min(j, cells.across - 1)),
+                       static_cast<float>(p.z() - origin)};
+          }
+        });
     points += chunk.size();
     for (const Seen& s : seen)
       if (s.cell != kNone) cells.z[s.cell] = std::min(cells.z[s.cell], s.z), ++found;
   });
   if (found < 100)
-    throw road::Error(
+    throw Error(
         fmt::format("{} of {} points lie within {} m beside the line and {} m under it; frame, "
                     "clock or unit of "
                     "line and points differ",
@@ -177,7 +178,7 @@ crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line
   for (float& z : cells.z)
     if (!std::isfinite(z)) z = kNaN;
   calm(cells, options.threads);
-  road::parallel_for(rows, 64, options.threads, [&](std::size_t from, std::size_t to) {
+  files::parallel_for(rows, 64, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i)
       for (std::size_t j = 0; j < columns; ++j) {
         const double a = static_cast<double>(i) / rows_per_cell - 0.5,

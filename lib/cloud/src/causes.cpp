@@ -8,8 +8,8 @@
 #include <map>
 #include <numbers>
 
+#include "files/parallel.h"
 #include "files/statistics.h"
-#include "road/parallel.h"
 
 namespace cloud {
 namespace {
@@ -131,7 +131,7 @@ std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
   const std::vector<double> rows = rows_of(trajectory, frame);
   const auto measure_all = [&](const std::vector<Trial>& trials) {
     std::vector<double> found(trials.size());
-    road::parallel_for(trials.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
+    files::parallel_for(trials.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) {
         if (trials[k].poses_times == 1.0) {
           found[k] = distance_m(samples, frame, trajectory, rows, trials[k]);

@@ -3,16 +3,16 @@
 
 #include <string>
 
+#include "cloud/error.h"
 #include "cloud/map.h"
 #include "cloud/road_frame.h"
 #include "cloud/trajectory.h"
-#include "road/error.h"
 
 namespace cloud {
 
 /// The scans do not fit the base.
-struct Misfit : road::Error {
-  using road::Error::Error;
+struct Misfit : Error {
+  using Error::Error;
 };
 
 /// Tries on a part of the points: yaw of the sensor by 15 degrees all round, roll and pitch by 5

@@ -10,9 +10,9 @@
 #include <limits>
 #include <unordered_map>
 
+#include "cloud/error.h"
 #include "files/random.h"
 #include "files/statistics.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -67,7 +67,7 @@ Key key_of(const Eigen::Vector3d& p, double cell_m) {
 
 void require_room(std::size_t cells, double cell_m) {
   if (cells > kMostCells)
-    throw road::Error(fmt::format(
+    throw Error(fmt::format(
         "the clouds cover more than {} million cells of {:g} m; is the unit right? If so, give a "
         "larger cell (--cell-m)",
         kMostCells / 1'000'000, cell_m));
@@ -465,7 +465,7 @@ ChangeResult find_changes(const CloudSource& before, const CloudSource& after,
     out.z_m = fit.old_m, out.change_m = fit.change_m, out.stddev_m = fit.stddev_m;
   }
   if (result.cells.size() < kFewestCells)
-    throw road::Error(fmt::format(
+    throw Error(fmt::format(
         "{} cells of {:g} m in common, {} wanted: old {}, new {}; is one of them in another frame "
         "or "
         "unit, or still in the sensor's frame?",

@@ -9,7 +9,7 @@
 #include <limits>
 #include <utility>
 
-#include "road/error.h"
+#include "cloud/error.h"
 
 namespace cloud {
 namespace {
@@ -92,7 +92,7 @@ Cells cells_around(const std::vector<Tile>& tiles, std::int64_t tile_cells, std:
   const double all = static_cast<double>(wanted.size()) * static_cast<double>(tile_cells) *
                      static_cast<double>(tile_cells);
   if (std::min(all, static_cast<double>(rows) * static_cast<double>(columns)) > kMostCells)
-    throw road::Error(fmt::format(
+    throw Error(fmt::format(
         "the points spread over {:.0f} x {:.0f} m and need {:.0f} million cells of {} m, {:.0f} "
         "million wanted at most; is the unit right? If so, give a cell of {:.0f} m or more",
         static_cast<double>(columns) * cell_m, static_cast<double>(rows) * cell_m, all / 1e6,
@@ -263,7 +263,7 @@ std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOption
   for (std::size_t k = 0; k < tiles.size(); ++k)
     if (alone(tiles, k)) lonely.push_back(tiles[k]);
   if (lonely.size() > 1 && 2 * lonely.size() > tiles.size())
-    throw road::Error(fmt::format(
+    throw Error(fmt::format(
         "{} of {} points have no other point within {:g} m: too few to tell ground; is the unit "
         "right? If so, give a larger window",
         lonely.size(), tiles.size(), 2.0 * static_cast<double>(tile_cells) * options.cell_m));

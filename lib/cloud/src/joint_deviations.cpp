@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "files/parallel.h"
 #include "files/statistics.h"
 #include "joint.h"
-#include "road/parallel.h"
 
 namespace cloud {
 namespace {
@@ -147,7 +147,7 @@ void JointProblem::deviations(Drift& drift) const {
   const std::size_t n = sections_.list.size();
   const auto dimension = static_cast<Eigen::Index>(6 * n + 2 * nodes_.size());
   drift.stddev.assign(n, Correction::Zero());
-  road::parallel_for(n, 4, options_.threads, [&](std::size_t from, std::size_t to) {
+  files::parallel_for(n, 4, options_.threads, [&](std::size_t from, std::size_t to) {
     Eigen::MatrixXd unit(dimension, 6);
     for (std::size_t s = from; s < to; ++s) {
       unit.setZero();
@@ -158,7 +158,7 @@ void JointProblem::deviations(Drift& drift) const {
     }
   });
   drift.stretch.assign(stretches_, {});
-  road::parallel_for(stretches_, 1, options_.threads, [&](std::size_t from, std::size_t to) {
+  files::parallel_for(stretches_, 1, options_.threads, [&](std::size_t from, std::size_t to) {
     Eigen::MatrixXd functional(dimension, 4);  // height, slope across, along, across
     for (std::size_t k = from; k < to; ++k) {
       functional.setZero();

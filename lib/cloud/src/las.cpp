@@ -7,9 +7,9 @@
 #include <memory>
 #include <optional>
 
+#include "cloud/error.h"
 #include "laz.h"
 #include "records.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -138,7 +138,7 @@ std::string_view read_variable_records(std::string_view bytes, std::size_t begin
 }  // namespace
 
 Records las_records(std::string_view bytes, const std::string& name, CloudReadReport& report) {
-  const auto fail = [&](const std::string& text) { return road::Error(name + ": " + text); };
+  const auto fail = [&](const std::string& text) { return Error(name + ": " + text); };
   if (bytes.size() < 227)
     throw fail(fmt::format("LAS header truncated: {} bytes seen, 227 wanted; copy the file again",
                            bytes.size()));
@@ -169,7 +169,7 @@ Records las_records(std::string_view bytes, const std::string& name, CloudReadRe
   std::string_view laszip;
   try {
     laszip = read_variable_records(bytes, header, vlrs, data, report);
-  } catch (const road::Error& error) {
+  } catch (const Error& error) {
     throw fail(error.what());
   }
   Records records;

@@ -13,8 +13,8 @@
 #include <cstring>
 #include <optional>
 
+#include "cloud/error.h"
 #include "laz_coder.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -657,11 +657,11 @@ struct LazReader::State {
   std::vector<Decoder> decoders;  // one, or one per layer
   std::vector<std::unique_ptr<Item>> items;
 
-  road::Error fail(const char* at, const std::string& what) const {
+  Error fail(const char* at, const std::string& what) const {
     return fail(static_cast<std::size_t>(at - file.data()), what);
   }
-  road::Error fail(std::size_t at, const std::string& what) const {
-    return road::Error(fmt::format("{}: byte {}: {}", name, at, what));
+  Error fail(std::size_t at, const std::string& what) const {
+    return Error(fmt::format("{}: byte {}: {}", name, at, what));
   }
   template <typename T>
   T number(std::size_t at, const char* what) const {

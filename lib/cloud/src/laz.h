@@ -19,7 +19,7 @@ struct LazLayout {
   std::uint64_t count = 0;  ///< of points
 };
 
-/// Unpacks from front to back. Throws road::Error naming the byte: another compression, a chunk
+/// Unpacks from front to back. Throws Error naming the byte: another compression, a chunk
 /// table or layers that do not fit the file, a stream that ends too early, too late or is none.
 /// Memory: the chunk table and the models of one chunk.
 class LazReader {

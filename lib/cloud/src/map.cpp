@@ -7,10 +7,10 @@
 #include <numbers>
 
 #include "causes.h"
+#include "cloud/error.h"
 #include "drift.h"
 #include "fuse.h"
 #include "height_cells.h"
-#include "road/error.h"
 #include "sections.h"
 
 namespace cloud {
@@ -55,7 +55,7 @@ void check(const Sections& sections, const RoadFrame& frame, const RoadTrajector
       hint = fmt::format("the base is {:.4g} times as large, as if it were in {}", ratio, unit);
   if (trajectory != nullptr && static_cast<double>(sections.without_pose) > 0.5 * all) {
     if (!(sections.time_begin_s <= sections.time_end_s))
-      throw road::Error(
+      throw Error(
           "the times of the points are not numbers; seconds on the trajectory's clock wanted");
     const std::vector<double>& t = trajectory->poses.time_s;
     throw Misfit(
@@ -240,7 +240,7 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
   report.seconds_fuse = seconds_since(start);
   if (200 * report.nodes_lidar < report.nodes - report.nodes_hole || report.nodes_lidar < 100)
     if (!options.trust_base || report.nodes_lidar == 0)
-      throw road::Error(fmt::format(
+      throw Error(fmt::format(
           "{} of {} nodes of the road got a height from the {} points: the line, or the road, lies "
           "beside the cloud",
           report.nodes_lidar, report.nodes - report.nodes_hole, report.points));
@@ -274,7 +274,7 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
   } catch (const Misfit& misfit) {
     const std::string text = causes();
     if (text.empty()) throw;
-    throw road::Error(std::string(misfit.what()) + "; " + text);
+    throw Error(std::string(misfit.what()) + "; " + text);
   }
 }
 

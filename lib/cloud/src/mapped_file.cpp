@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "road/error.h"
+#include "cloud/error.h"
 
 namespace cloud {
 
@@ -17,21 +17,20 @@ MappedFile::MappedFile(const std::string& path) {
   // A FIFO is refused, not waited for.
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0)
-    throw road::Error(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
+    throw Error(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
   struct stat facts {};
   const bool known = ::fstat(descriptor, &facts) == 0;
   if (!known || !S_ISREG(facts.st_mode) || facts.st_size == 0) {
     ::close(descriptor);
-    throw road::Error(
-        fmt::format("{}: {}; a point cloud is wanted", path,
-                    !known || !S_ISREG(facts.st_mode) ? "no regular file" : "empty file"));
+    throw Error(fmt::format("{}: {}; a point cloud is wanted", path,
+                            !known || !S_ISREG(facts.st_mode) ? "no regular file" : "empty file"));
   }
   size_ = static_cast<std::size_t>(facts.st_size);
   void* const mapped = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
   const int problem = errno;
   ::close(descriptor);
   if (mapped == MAP_FAILED)
-    throw road::Error(fmt::format("{}: cannot be mapped: {}", path, std::strerror(problem)));
+    throw Error(fmt::format("{}: cannot be mapped: {}", path, std::strerror(problem)));
   data_ = static_cast<const char*>(mapped);
   ::madvise(mapped, size_, MADV_SEQUENTIAL);
 }

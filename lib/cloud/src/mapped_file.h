@@ -9,7 +9,7 @@ namespace cloud {
 /// Read-only; the system drops pages it needs elsewhere, so a file may be larger than memory.
 class MappedFile {
  public:
-  /// Throws road::Error: missing, a folder, empty, unreadable.
+  /// Throws Error: missing, a folder, empty, unreadable.
   explicit MappedFile(const std::string& path);
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;

@@ -9,8 +9,8 @@
 #include <optional>
 #include <sstream>
 
+#include "cloud/error.h"
 #include "records.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -26,7 +26,7 @@ std::size_t number(const std::string& word, const std::string& where) {
   std::size_t value = 0;
   const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (problem != std::errc() || end != word.data() + word.size())
-    throw road::Error(fmt::format("{}'{}' seen, a whole number wanted", where, word.substr(0, 60)));
+    throw Error(fmt::format("{}'{}' seen, a whole number wanted", where, word.substr(0, 60)));
   return value;
 }
 
@@ -80,19 +80,18 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     if (words[0] == "DATA") data = rest[0];
   }
   if (data.empty())
-    throw road::Error(where() + "PCD header without a DATA line; the file is truncated or no PCD");
+    throw Error(where() + "PCD header without a DATA line; the file is truncated or no PCD");
   if (counts.empty()) counts.assign(fields.size(), "1");
   if (fields.empty() || sizes.size() != fields.size() || types.size() != fields.size() ||
       counts.size() != fields.size())
-    throw road::Error(
-        fmt::format("{}{} FIELDS, {} SIZE, {} TYPE, {} COUNT seen, equally many wanted", where(),
-                    fields.size(), sizes.size(), types.size(), counts.size()));
+    throw Error(fmt::format("{}{} FIELDS, {} SIZE, {} TYPE, {} COUNT seen, equally many wanted",
+                            where(), fields.size(), sizes.size(), types.size(), counts.size()));
   if (points == 0) {
     if (height != 0 && width > std::numeric_limits<std::size_t>::max() / height)
-      throw road::Error(where() + "WIDTH times HEIGHT is too large");
+      throw Error(where() + "WIDTH times HEIGHT is too large");
     points = width * height;
   }
-  if (points == 0) throw road::Error(where() + "no points in this file");
+  if (points == 0) throw Error(where() + "no points in this file");
   records.count = points;
   std::size_t stride = 0;
   std::vector<std::size_t> widths;
@@ -100,12 +99,12 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     const std::size_t size = number(sizes[k], where()), count = number(counts[k], where());
     const std::optional<FieldType> type = type_of(types[k], size);
     if (!type)
-      throw road::Error(fmt::format(
+      throw Error(fmt::format(
           "{}field {} of type {} and size {} seen; F 4 or 8, I or U 1, 2, 4 or 8 wanted", where(),
           fields[k].substr(0, 60), types[k].substr(0, 60), size));
     if (count == 0 || count > 65536)
-      throw road::Error(fmt::format("{}COUNT {} of field {} seen, 1 to 65536 wanted", where(),
-                                    count, fields[k].substr(0, 60)));
+      throw Error(fmt::format("{}COUNT {} of field {} seen, 1 to 65536 wanted", where(), count,
+                              fields[k].substr(0, 60)));
     records.fields.push_back({role_of(fields[k]), *type, stride, 0});
     for (std::size_t c = 0; c < count && data == "ascii"; ++c)
       records.columns.push_back(c == 0 ? role_of(fields[k]) : Role::none);
@@ -115,7 +114,7 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
   report.format = "PCD " + data;
   const std::size_t left = bytes.size() - here;
   const auto truncated = [&](std::size_t wanted) {
-    return road::Error(fmt::format(
+    return Error(fmt::format(
         "{}truncated: {} points promised, {} bytes left, {} wanted; copy the file again", where(),
         points, left, wanted));
   };
@@ -135,8 +134,8 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
     return records;
   }
   if (data != "binary_compressed")
-    throw road::Error(fmt::format("{}DATA {} seen; ascii, binary or binary_compressed wanted",
-                                  where(), data.substr(0, 60)));
+    throw Error(fmt::format("{}DATA {} seen; ascii, binary or binary_compressed wanted", where(),
+                            data.substr(0, 60)));
   if (left < 8) throw truncated(8);
   std::uint32_t packed = 0, unpacked = 0;
   std::memcpy(&packed, bytes.data() + here, 4);
@@ -144,13 +143,11 @@ Records pcd_records(std::string_view bytes, const std::string& name, CloudReadRe
   if (packed > left - 8) throw truncated(packed);
   // LZF makes at most 264 bytes out of 3; anything beyond is a damaged header.
   if (unpacked / stride < points || unpacked / 100 > packed)
-    throw road::Error(
-        fmt::format("{}corrupt: {} points of {} bytes promised, {} bytes packed into {}", where(),
-                    points, stride, unpacked, packed));
+    throw Error(fmt::format("{}corrupt: {} points of {} bytes promised, {} bytes packed into {}",
+                            where(), points, stride, unpacked, packed));
   records.owned.resize(unpacked);
   if (lzf_decompress(bytes.data() + here + 8, packed, records.owned.data(), unpacked) != unpacked)
-    throw road::Error(where() +
-                      "corrupt: the compressed points do not unpack; copy the file again");
+    throw Error(where() + "corrupt: the compressed points do not unpack; copy the file again");
   records.bytes = records.owned;
   std::size_t begin = 0;
   for (std::size_t k = 0; k < records.fields.size(); ++k) {

@@ -26,7 +26,7 @@
 #include <map>
 #include <thread>
 
-#include "road/error.h"
+#include "cloud/error.h"
 
 namespace cloud {
 namespace {
@@ -237,7 +237,7 @@ Eigen::Isometry3d coarse_start(const Cloud& target, const Cloud& source,
                   here = describe_shapes(points_of(from, from_middle), facts.voxel_m);
   facts.points = here.points->size();
   if (std::min(here.points->size(), there.points->size()) < kFewestPoints)
-    throw road::Error(
+    throw Error(
         fmt::format("no start without a guess: {} and {} of the points, thinned to {:g} m, are not "
                     "flat around, "
                     "{} each wanted; bring the clouds nearly into place first",
@@ -264,7 +264,7 @@ Eigen::Isometry3d coarse_start(const Cloud& target, const Cloud& source,
     if (share > facts.share) facts.share = share, best = align.getFinalTransformation();
   }
   if (facts.share < kLeastShare)
-    throw road::Error(fmt::format(
+    throw Error(fmt::format(
         "no start without a guess: the best of {} tries brings {:.0f} % of the shapes together, "
         "{:.0f} % wanted; the clouds show different places, or flat ground alone",
         options.tries, 100.0 * facts.share, 100.0 * kLeastShare));
@@ -285,7 +285,7 @@ Eigen::Isometry3d register_by_gicp(const Cloud& target, const Cloud& source,
     placed.x_m[i] = p.x(), placed.y_m[i] = p.y(), placed.z_m[i] = p.z();
   }
   if (std::min(to.size(), from.size()) <= static_cast<std::size_t>(options.neighbours))
-    throw road::Error(
+    throw Error(
         fmt::format("{} and {} points are left of the clouds at {:g} m; more than {} wanted",
                     to.size(), from.size(), options.voxel_m, options.neighbours));
   Gicp gicp;
@@ -331,7 +331,7 @@ std::vector<std::uint8_t> ground_by_pcl(const Cloud& cloud, const PclGroundOptio
   const double cells = ((*x1 - *x0) / options.cell_m + 1.0) * ((*y1 - *y0) / options.cell_m + 1.0),
                window = 2.0 * (2.0 * options.max_window_m / options.cell_m) + 1.0;
   if (cells * window * window > 4e10 || cells > 5e7)
-    throw road::Error(fmt::format(
+    throw Error(fmt::format(
         "the points spread over {:.0f} x {:.0f} m: PCL's approximate filter works on every cell of "
         "{:g} m there, {:.3g} million; take points far away out, give a larger cell, or use our "
         "own "

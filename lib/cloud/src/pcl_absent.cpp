@@ -3,15 +3,15 @@
 
 #include <cstdlib>
 
+#include "cloud/error.h"
 #include "cloud/pcl.h"
-#include "road/error.h"
 
 namespace cloud {
 
 std::string pcl_version() { return ""; }
 
 void require_pcl(const std::string& option) {
-  throw road::Error(fmt::format(
+  throw Error(fmt::format(
       "{} needs the Point Cloud Library, which this program was built without; install libpcl-dev, "
       "run cmake again and build",
       option));

@@ -5,8 +5,8 @@
 #include <optional>
 #include <sstream>
 
+#include "cloud/error.h"
 #include "records.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -40,7 +40,7 @@ Records ply_records(std::string_view bytes, const std::string& name, CloudReadRe
   std::vector<std::string> origin;
   bool in_vertex = false, seen_vertex = false, ended = false;
   const auto fail = [&](const std::string& text) {
-    return road::Error(fmt::format("{}:{}: {}", name, line_number, text));
+    return Error(fmt::format("{}:{}: {}", name, line_number, text));
   };
   while (here < bytes.size() && line_number < 1000) {
     const std::size_t end = bytes.find('\n', here);

@@ -10,10 +10,10 @@
 #include <filesystem>
 #include <limits>
 
+#include "cloud/error.h"
 #include "files/ending.h"
 #include "mapped_file.h"
 #include "records.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -94,9 +94,9 @@ class Emitter {
   void finish() const {
     if (report_.points > 0) return;
     if (report_.not_finite > 0)
-      throw road::Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m",
-                                    name_, report_.not_finite));
-    throw road::Error(name_ + ": no points in this file");
+      throw Error(fmt::format("{}: none of the {} points has finite coordinates below 1e8 m", name_,
+                              report_.not_finite));
+    throw Error(name_ + ": no points in this file");
   }
 
  private:
@@ -122,9 +122,9 @@ class Emitter {
             "look like degrees of longitude and latitude (x {:.5f} to {:.5f}, y {:.5f} to {:.5f}, "
             "heights over {:.1f})",
             low[0], high[0], low[1], high[1], high[2] - low[2]));
-      } catch (const road::Error& error) {
-        throw road::Error(name_ + ": " + error.what() +
-                          "; if they are metres, say so with --unit m (map, grid: --cloud-unit m)");
+      } catch (const Error& error) {
+        throw Error(name_ + ": " + error.what() +
+                    "; if they are metres, say so with --unit m (map, grid: --cloud-unit m)");
       }
   }
 
@@ -179,9 +179,9 @@ class Emitter {
 void require_xyz(const std::vector<Role>& roles, const std::string& name) {
   for (const Role role : {Role::x, Role::y, Role::z})
     if (std::count(roles.begin(), roles.end(), role) != 1)
-      throw road::Error(fmt::format("{}: {} fields {} seen, one wanted", name,
-                                    std::count(roles.begin(), roles.end(), role),
-                                    "xyz"[static_cast<int>(role)]));
+      throw Error(fmt::format("{}: {} fields {} seen, one wanted", name,
+                              std::count(roles.begin(), roles.end(), role),
+                              "xyz"[static_cast<int>(role)]));
 }
 
 /// First field of each role that matters.
@@ -257,9 +257,9 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
     for (std::size_t k = 0; k < records.columns.size(); ++k) {
       double value = 0.0;
       if (!number_at(at, line_end, value))
-        throw road::Error(fmt::format("{}:{}: {} numbers wanted, number {} is '{}'", name,
-                                      line_number, records.columns.size(), k + 1,
-                                      std::string(at, std::min(line_end, at + 20))));
+        throw Error(fmt::format("{}:{}: {} numbers wanted, number {} is '{}'", name, line_number,
+                                records.columns.size(), k + 1,
+                                std::string(at, std::min(line_end, at + 20))));
       if (records.columns[k] != Role::none)
         values[static_cast<std::size_t>(records.columns[k])] = value;
     }
@@ -275,8 +275,8 @@ void read_text(const Records& records, const std::string& name, std::size_t chun
   }
   if (raw.size > 0) emit(raw, 1.0);
   if (records.counted && read < records.count)
-    throw road::Error(fmt::format("{}: truncated: {} points promised, {} seen; copy the file again",
-                                  name, records.count, read));
+    throw Error(fmt::format("{}: truncated: {} points promised, {} seen; copy the file again", name,
+                            records.count, read));
 }
 
 constexpr const char* kProject =
@@ -320,7 +320,7 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
     const char* at = words.empty() ? nullptr : words[0].data();
     if (!words.empty() && number_at(at, at + words[0].size(), ignored)) {
       if (words.size() < 3)
-        throw road::Error(
+        throw Error(
             fmt::format("{}:{}: {} columns seen, x y z wanted", name, line_number, words.size()));
       records.columns.assign(std::min<std::size_t>(words.size(), 4), Role::intensity);
       records.columns[0] = Role::x, records.columns[1] = Role::y, records.columns[2] = Role::z;
@@ -328,8 +328,8 @@ Records xyz_records(std::string_view bytes, const std::string& name, CloudReadRe
       bool seen[kRoles + 1] = {};
       for (const std::string& word : words) {
         if (is_angle(word))
-          throw road::Error(fmt::format("{}: column {} seen, x, y and z in metres wanted; {}", name,
-                                        word, kProject));
+          throw Error(fmt::format("{}: column {} seen, x, y and z in metres wanted; {}", name, word,
+                                  kProject));
         Role role = role_of(word);
         if (seen[static_cast<std::size_t>(role)] && role > Role::z) role = Role::none;
         seen[static_cast<std::size_t>(role)] = true;
@@ -376,13 +376,12 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
     return ply_records(bytes, name, report);
   if (ending == ".pcd" || bytes.starts_with("# .PCD")) return pcd_records(bytes, name, report);
   if (ending == ".las" || ending == ".laz")
-    throw road::Error(name + ": does not begin with LASF, so it is no LAS file");
-  if (ending == ".ply")
-    throw road::Error(name + ": does not begin with 'ply', so it is no PLY file");
+    throw Error(name + ": does not begin with LASF, so it is no LAS file");
+  if (ending == ".ply") throw Error(name + ": does not begin with 'ply', so it is no PLY file");
   if (name.size() > 8 && files::ending_of(name.substr(0, name.size() - 4)) == ".pcd" &&
       ending == ".bin") {
     if (bytes.size() % 20 != 0)
-      throw road::Error(fmt::format(
+      throw Error(fmt::format(
           "{}: {} bytes seen, a multiple of 20 wanted (float32 x y z intensity ring, as nuScenes "
           "writes .pcd.bin); truncated?",
           name, bytes.size()));
@@ -397,7 +396,7 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
   }
   if (ending == ".bin") {
     if (bytes.size() % 16 != 0)
-      throw road::Error(fmt::format(
+      throw Error(fmt::format(
           "{}: {} bytes seen, a multiple of 16 wanted (float32 x y z intensity){}; truncated?",
           name, bytes.size(),
           bytes.size() % 20 == 0 ? ", or of 20 with the ending .pcd.bin (nuScenes)" : ""));
@@ -412,7 +411,7 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
   }
   if (ending == ".xyz" || ending == ".csv" || ending == ".txt")
     return xyz_records(bytes, name, report);
-  throw road::Error(
+  throw Error(
       fmt::format("{}: ending '{}' seen; .las, .laz, .ply, .pcd, .bin, .xyz, .csv or .txt wanted",
                   name, ending));
 }
@@ -421,7 +420,7 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
                          const CloudReadOptions& options, const ChunkSink& sink,
                          const std::function<void(std::size_t)>& done) {
   CloudReadReport report;
-  if (bytes.empty()) throw road::Error(name + ": empty file; a point cloud is wanted");
+  if (bytes.empty()) throw Error(name + ": empty file; a point cloud is wanted");
   Records records = records_of(bytes, name, report);
   if (!records.owned.empty()) records.bytes = records.owned;
   Emitter emit(name, options, report, sink);
@@ -449,7 +448,7 @@ CloudReadReport read_all(std::string_view bytes, const std::string& name,
 }  // namespace
 
 void refuse_degrees(const std::string& seen) {
-  throw road::Error(fmt::format("the coordinates {}, metres or feet wanted; {}", seen, kProject));
+  throw Error(fmt::format("the coordinates {}, metres or feet wanted; {}", seen, kProject));
 }
 
 std::size_t size_of(FieldType type) {
@@ -513,9 +512,9 @@ std::vector<std::string> cloud_files(const std::string& path) {
     for (const char* known : {".las", ".laz", ".ply", ".pcd", ".bin", ".xyz"})
       if (ending == known) files.push_back(entry.path().string());
   }
-  if (problem) throw road::Error(fmt::format("{}: cannot be listed: {}", path, problem.message()));
+  if (problem) throw Error(fmt::format("{}: cannot be listed: {}", path, problem.message()));
   if (files.empty())
-    throw road::Error(path + ": no .las, .laz, .ply, .pcd, .bin or .xyz file in this folder");
+    throw Error(path + ": no .las, .laz, .ply, .pcd, .bin or .xyz file in this folder");
   std::sort(files.begin(), files.end());
   return files;
 }

@@ -53,7 +53,7 @@ struct Records {
   bool counted = false;  ///< text: `count` points are promised
 };
 
-/// Each throws road::Error naming `name`. They fill in the report's format, unit and remarks.
+/// Each throws Error naming `name`. They fill in the report's format, unit and remarks.
 Records las_records(std::string_view bytes, const std::string& name, CloudReadReport& report);
 Records ply_records(std::string_view bytes, const std::string& name, CloudReadReport& report);
 Records pcd_records(std::string_view bytes, const std::string& name, CloudReadReport& report);

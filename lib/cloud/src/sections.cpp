@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "causes.h"
-#include "road/error.h"
-#include "road/parallel.h"
+#include "cloud/error.h"
+#include "files/parallel.h"
 #include "verge.h"
 
 namespace cloud {
@@ -317,12 +317,12 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
   const auto every = static_cast<std::size_t>(std::max(1, options.estimate_every));
   source([&](Cloud&& chunk) {
     if (trajectory != nullptr && chunk.time_s.empty())
-      throw road::Error(
+      throw Error(
           "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
           "is wanted, or --frame map for a registered cloud");
     const std::size_t count = (chunk.size() + every - 1) / every;
     seen.resize(count);
-    road::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
+    files::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
       Placer place(frame, trajectory);
       for (std::size_t k = begin; k < end; ++k) {
         RoadPoint& point = seen[k].point;

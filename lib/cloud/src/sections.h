@@ -78,7 +78,7 @@ struct RoadTrajectory {
 };
 
 /// Rows by walking along the road; a pass ends where the sensor comes round again. Throws
-/// road::Error where most poses lie beside the road (says where both are).
+/// Error where most poses lie beside the road (says where both are).
 RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame);
 
 /// A point on the road: place, height over the base.

@@ -9,11 +9,11 @@
 #include <limits>
 #include <numbers>
 
+#include "cloud/error.h"
 #include "cloud/road_frame.h"
+#include "files/parallel.h"
 #include "files/random.h"
 #include "files/write_file.h"
-#include "road/error.h"
-#include "road/parallel.h"
 
 namespace cloud {
 namespace {
@@ -84,8 +84,8 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
                          ? (options.u_end_m - frame.u_begin_m()) / frame.u_step_m()
                          : static_cast<double>(frame.rows() - 1);
   if (!(begin >= 0.0 && end <= static_cast<double>(frame.rows() - 1) && end - begin > 10.0))
-    throw road::Error(fmt::format("u from {} to {} m seen; a part of the road of {:.1f} m wanted",
-                                  options.u_begin_m, options.u_end_m, frame.length_m()));
+    throw Error(fmt::format("u from {} to {} m seen; a part of the road of {:.1f} m wanted",
+                            options.u_begin_m, options.u_end_m, frame.length_m()));
   double time = 0.0;
   for (int lap = 0; lap < options.laps; ++lap) {
     const double v = options.v_m[static_cast<std::size_t>(lap) % options.v_m.size()];
@@ -106,8 +106,8 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
           (1.0 - f) * frame.node_position(k, v) + f * frame.node_position(k + 1, v);
       const double z = frame.height(place);
       if (!std::isfinite(z))
-        throw road::Error(fmt::format("no road at u = {:.1f} m, v = {} m, where the car drives",
-                                      frame.u_begin_m() + row * frame.u_step_m(), v));
+        throw Error(fmt::format("no road at u = {:.1f} m, v = {} m, where the car drives",
+                                frame.u_begin_m() + row * frame.u_step_m(), v));
       const Eigen::Quaterniond q = attitude(frame, place);
       const Eigen::Vector3d p = Eigen::Vector3d(xy.x(), xy.y(), z + frame.z_origin_m()) +
                                 q * Eigen::Vector3d(0, 0, options.sensor_height_m);
@@ -295,15 +295,14 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
                             const ScanSynthOptions& options) {
   if (options.laps < 1 || options.v_m.empty() || !(options.speed_mps > 0.1) || options.beams < 1 ||
       options.azimuths < 1)
-    throw road::Error(
+    throw Error(
         "laps, lateral places, beams and azimuths must be one or more, the speed above 0.1 m/s");
   const RoadFrame frame(road);
   const Drive driven = drive(frame, options);
   std::error_code problem;
   std::filesystem::create_directories(output_dir, problem);
   if (problem)
-    throw road::Error(
-        fmt::format("{}: cannot make this folder: {}", output_dir, problem.message()));
+    throw Error(fmt::format("{}: cannot make this folder: {}", output_dir, problem.message()));
   const std::filesystem::path dir(output_dir);
   ScanSynthReport report;
   report.trajectory_path = (dir / "trajectory.csv").string();
@@ -333,7 +332,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
     if (options.progress)
       options.progress("scans", static_cast<double>(begin) / static_cast<double>(poses));
     std::vector<Shots> batch(std::min(kBatch, poses - begin));
-    road::parallel_for(batch.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
+    files::parallel_for(batch.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) batch[k] = shoot(frame, driven, begin + k, options);
     });
     for (const Shots& shots : batch) {
@@ -343,7 +342,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
   }
   flush();
   if (report.points == 0)
-    throw road::Error("no shot met the road; is the road narrower than the car's place?");
+    throw Error("no shot met the road; is the road narrower than the car's place?");
   report.share_on_cars = static_cast<double>(on_cars) / static_cast<double>(report.points);
   return report;
 }

@@ -5,32 +5,32 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloud/error.h"
+#include "files/csv.h"
 #include "files/write_file.h"
-#include "road/csv.h"
-#include "road/error.h"
 
 namespace cloud {
 
 Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& extrinsic) {
-  const road::CsvTable table =
-      road::read_csv(path, {"time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"});
+  const files::CsvTable table =
+      files::read_csv(path, {"time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"});
   if (table.rows() < 2)
-    throw road::Error(fmt::format("{}: {} poses seen, two or more wanted", path, table.rows()));
+    throw Error(fmt::format("{}: {} poses seen, two or more wanted", path, table.rows()));
   Trajectory trajectory;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto at = [&](std::size_t column) { return table.value(i, column); };
     for (std::size_t k = 0; k < 8; ++k)
       if (!(std::abs(at(k)) < 1e12))
-        throw road::Error(fmt::format(
-            "{}: pose {}: a cell is empty or not finite; leave the row out", path, i + 1));
+        throw Error(fmt::format("{}: pose {}: a cell is empty or not finite; leave the row out",
+                                path, i + 1));
     const Eigen::Quaterniond q(at(7), at(4), at(5), at(6));
     if (std::abs(q.norm() - 1.0) > 0.01)
-      throw road::Error(fmt::format(
+      throw Error(fmt::format(
           "{}: pose {}: quaternion of length {:.4f} seen, 1 wanted; columns are qx,qy,qz,qw", path,
           i + 1, q.norm()));
     if (i > 0 && !(at(0) > trajectory.time_s.back()))
-      throw road::Error(fmt::format("{}: pose {}: time {:.6f} s after {:.6f} s; times must ascend",
-                                    path, i + 1, at(0), trajectory.time_s.back()));
+      throw Error(fmt::format("{}: pose {}: time {:.6f} s after {:.6f} s; times must ascend", path,
+                              i + 1, at(0), trajectory.time_s.back()));
     const Eigen::Vector3d p(at(1), at(2), at(3));
     trajectory.time_s.push_back(at(0));
     trajectory.position_m.push_back(p + q.normalized() * extrinsic.translation());

@@ -2,11 +2,11 @@
 
 #include <cstring>
 
+#include "cloud/error.h"
 #include "cloud/read_cloud.h"
 #include "files/ending.h"
 #include "files/one_line.h"
 #include "files/write_file.h"
-#include "road/error.h"
 
 namespace cloud {
 namespace {
@@ -23,7 +23,7 @@ void put(std::string& bytes, T value) {
 void require_cloud_ending(const std::string& path) {
   const std::string ending = files::ending_of(path);
   if (path == "-" || ending == ".ply" || ending == ".pcd") return;
-  throw road::Error(fmt::format("{}: ending '{}' seen; .ply or .pcd wanted", path, ending));
+  throw Error(fmt::format("{}: ending '{}' seen; .ply or .pcd wanted", path, ending));
 }
 
 void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,

@@ -14,11 +14,11 @@
 #include <numeric>
 #include <random>
 
+#include "files/csv.h"
 #include "files/read_file.h"
 #include "files/statistics.h"
-#include "road/csv.h"
+#include "files/text_lines.h"
 #include "road/error.h"
-#include "text_lines.h"
 
 namespace road {
 namespace {
@@ -608,7 +608,8 @@ void write_projection(const Projection& projection, const crg::ReferenceLine& li
 }
 
 Trajectory read_trajectory(const std::string& path, Projection::Kind kind) {
-  const CsvTable table = read_csv(path, {}, {"x_m", "y_m", "z_m", "lat_deg", "lon_deg", "h_m"});
+  const files::CsvTable table =
+      files::read_csv(path, {}, {"x_m", "y_m", "z_m", "lat_deg", "lon_deg", "h_m"});
   const bool projected = table.present[0] && table.present[1] && table.present[2];
   const bool geographic = !projected && table.present[3] && table.present[4] && table.present[5];
   if (!projected && !geographic)
@@ -657,7 +658,7 @@ ControlPoints read_control_point_file(const std::string& path, Projection::Kind 
   constexpr std::array<const char*, 3> kMesh{"mesh_x_m", "mesh_y_m", "mesh_z_m"};
   constexpr std::array<const char*, 3> kProjected{"x_m", "y_m", "z_m"};
   constexpr std::array<const char*, 3> kGeographic{"lat_deg", "lon_deg", "h_m"};
-  Lines lines(text);
+  files::Lines lines(text);
   std::string_view line;
   bool has_header = false, geographic = false;
   std::size_t columns = 0, name_column = std::string_view::npos;
@@ -700,7 +701,7 @@ ControlPoints read_control_point_file(const std::string& path, Projection::Kind 
     }
     std::array<double, 6> value{};
     for (std::size_t k = 0; k < 6; ++k) {
-      const auto number = to_number<double>(cells[column[k]]);
+      const auto number = files::to_number<double>(cells[column[k]]);
       if (!number || !std::isfinite(*number)) {
         throw Error(
             fmt::format("{}:{}: '{}'; wanted a number: a control point needs all six coordinates",

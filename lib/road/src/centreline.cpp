@@ -8,10 +8,10 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "files/csv.h"
 #include "files/statistics.h"
 #include "files/write_file.h"
 #include "guide_rows.h"
-#include "road/csv.h"
 #include "road/error.h"
 #include "road_graph.h"
 #include "stations.h"
@@ -755,7 +755,7 @@ void write_centreline_csv(const Centreline& centreline, const std::string& path)
 }
 
 Centreline read_centreline_csv(const std::string& path) {
-  const CsvTable table = read_csv(path, {"x_m", "y_m"}, {"z_m", "half_width_m"});
+  const files::CsvTable table = files::read_csv(path, {"x_m", "y_m"}, {"z_m", "half_width_m"});
   Centreline line;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto value = [&](std::size_t column) {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "road/parallel.h"
+#include "files/parallel.h"
 
 namespace road {
 
@@ -105,7 +105,7 @@ void make_error_map(const HeightMap& map, const ReferenceHeights& reference,
   }
   result.error_m.assign(result.rows * columns, std::numeric_limits<float>::quiet_NaN());
   result.without_reference.assign(result.rows * columns, 0);
-  parallel_for(result.rows, 32, options.threads, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(result.rows, 32, options.threads, [&](std::size_t begin, std::size_t end) {
     std::vector<crg::Point2> points;
     std::vector<double> z, z_reference;
     std::vector<std::size_t> column;
@@ -258,20 +258,21 @@ void find_kerb_losses(const HeightMap& map, const ReferenceHeights& reference,
   if (reference_map.rows() < 2) return;
   const std::size_t columns = map.columns();
   reference_map.z_m.assign(reference_map.rows() * columns, std::numeric_limits<float>::quiet_NaN());
-  parallel_for(reference_map.rows(), 32, options.threads, [&](std::size_t begin, std::size_t end) {
-    std::vector<crg::Point2> points(columns);
-    std::vector<double> z(columns), z_reference(columns);
-    for (std::size_t i = begin; i < end; ++i) {
-      const RowLine line = line_of(map, place_of(map, map.u_of(i * stride)));
-      for (std::size_t j = 0; j < columns; ++j) {
-        points[j] = line.at(map.v_m[j]);
-        z[j] = map.z_base_m + static_cast<double>(map.at(i * stride, j));
-      }
-      reference(points, z, z_reference);
-      for (std::size_t j = 0; j < columns; ++j)
-        reference_map.at(i, j) = static_cast<float>(z_reference[j] - map.z_base_m);
-    }
-  });
+  files::parallel_for(
+      reference_map.rows(), 32, options.threads, [&](std::size_t begin, std::size_t end) {
+        std::vector<crg::Point2> points(columns);
+        std::vector<double> z(columns), z_reference(columns);
+        for (std::size_t i = begin; i < end; ++i) {
+          const RowLine line = line_of(map, place_of(map, map.u_of(i * stride)));
+          for (std::size_t j = 0; j < columns; ++j) {
+            points[j] = line.at(map.v_m[j]);
+            z[j] = map.z_base_m + static_cast<double>(map.at(i * stride, j));
+          }
+          reference(points, z, z_reference);
+          for (std::size_t j = 0; j < columns; ++j)
+            reference_map.at(i, j) = static_cast<float>(z_reference[j] - map.z_base_m);
+        }
+      });
   reference_kerbs = find_kerb_strips(reference_map);
   for (std::size_t s = 0; s < reference_kerbs.strips.size(); ++s) {
     const std::vector<KerbRow>& rows = reference_kerbs.rows[s];

@@ -9,8 +9,8 @@
 #include <limits>
 #include <numbers>
 
+#include "files/parallel.h"
 #include "files/statistics.h"
-#include "road/parallel.h"
 
 namespace road {
 
@@ -63,7 +63,7 @@ std::vector<Finding> find_tile_steps(const HeightMap& map, const FindingOptions&
   if (rows < 4) return found;
   const std::size_t stride = std::max<std::size_t>(1, columns / 96);
   std::vector<float> step(rows, 0.0f), share(rows, 0.0f);
-  parallel_for(rows - 3, 1024, options.threads, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(rows - 3, 1024, options.threads, [&](std::size_t begin, std::size_t end) {
     std::vector<float> jumps;
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = k + 1;  // between rows i and i + 1
@@ -376,7 +376,7 @@ Residuals residuals(const HeightMap& map, const FindingOptions& options) {
   for (double& w : weights) w /= fit_sum;
 
   r.z_m.assign(r.row.size() * r.column.size(), kNan);
-  parallel_for(r.row.size(), 256, options.threads, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(r.row.size(), 256, options.threads, [&](std::size_t begin, std::size_t end) {
     std::vector<double> base(map.columns());
     for (std::size_t a = begin; a < end; ++a) {
       const auto i = static_cast<std::ptrdiff_t>(r.row[a]);

@@ -12,11 +12,11 @@
 #include <stdexcept>
 
 #include "build_steps.h"
+#include "files/csv.h"
+#include "files/parallel.h"
 #include "files/read_file.h"
 #include "report/picture.h"
-#include "road/csv.h"
 #include "road/error.h"
-#include "road/parallel.h"
 
 namespace road {
 
@@ -58,8 +58,8 @@ ObjectKind kind_of(const MeshObject& object) {
 }  // namespace
 
 std::vector<FrictionZone> read_friction_zones(const std::string& path) {
-  const CsvTable table =
-      read_csv(path, {"u_begin_m", "u_end_m", "v_begin_m", "v_end_m", "friction"});
+  const files::CsvTable table =
+      files::read_csv(path, {"u_begin_m", "u_end_m", "v_begin_m", "v_end_m", "friction"});
   std::vector<FrictionZone> zones;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const FrictionZone zone{table.value(i, 0), table.value(i, 1), table.value(i, 2),
@@ -157,7 +157,7 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
   crg::Grid grid = sampled.grid;
   const std::size_t rows = grid.rows(), columns = grid.columns();
   std::array<std::atomic<std::size_t>, kNames.size()> nodes{};
-  parallel_for(rows, 64, threads, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(rows, 64, threads, [&](std::size_t begin, std::size_t end) {
     std::array<std::size_t, kNames.size()> counted{};
     for (std::size_t i = begin; i < end; ++i) {
       const double u = grid.u_of(i);

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "files/csv.h"
 #include "files/read_file.h"
-#include "road/csv.h"
 #include "road/error.h"
 #include "road/guide.h"
 
@@ -58,9 +58,10 @@ GuideFile from_csv(const std::string& path, std::string_view text) {
   GuideFile guide;
   guide.geographic = !has("x_m") && (has("lat") || has("lon"));
   const bool written_out = has("latitude");
-  const CsvTable table = !guide.geographic ? read_csv(path, {"x_m", "y_m"}, {"z_m"})
-                         : written_out     ? read_csv(path, {"latitude", "longitude"}, {"height"})
-                                           : read_csv(path, {"lat_deg", "lon_deg"}, {"h_m"});
+  const files::CsvTable table = !guide.geographic ? files::read_csv(path, {"x_m", "y_m"}, {"z_m"})
+                                : written_out
+                                    ? files::read_csv(path, {"latitude", "longitude"}, {"height"})
+                                    : files::read_csv(path, {"lat_deg", "lon_deg"}, {"h_m"});
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double z_m = table.present[2] ? table.value(i, 2) : kNoHeight;
     const Vector3d point(table.value(i, 0), table.value(i, 1), z_m);

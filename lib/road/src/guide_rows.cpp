@@ -7,8 +7,8 @@
 #include <limits>
 #include <optional>
 
+#include "files/parallel.h"
 #include "files/statistics.h"
-#include "road/parallel.h"
 #include "road_graph.h"
 #include "stations.h"
 
@@ -429,7 +429,7 @@ GuideRows rows_along(const Guide& guide, const RaySurface& surface,
   const double scale = all.reach_m / kUsualReach_m;
   const std::size_t n = all.rows.size();
   std::vector<std::vector<Layer>> layers(n);
-  parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       layers[i] = layers_at(all.rows[i], all, scale, surface, looks_like_road);
   });
@@ -450,7 +450,7 @@ GuideRows rows_along(const Guide& guide, const RaySurface& surface,
   std::vector<double> z_m = best_layers(layers, all.step_m, scale);
   for (std::size_t i = 0; i < n; ++i) all.rows[i].has_surface = std::isfinite(z_m[i]);
   fill_between(z_m, guide.closed);
-  parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       all.rows[i].z_m = z_m[i];
       measure(all.rows[i], all, scale, surface, looks_like_road);

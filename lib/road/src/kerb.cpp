@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "road/parallel.h"
+#include "files/parallel.h"
 
 namespace road {
 
@@ -267,33 +267,34 @@ SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const R
     refined.grid.z_m.assign(rows * columns, std::numeric_limits<float>::quiet_NaN());
     refined.provenance.assign(rows * columns, Provenance::none);
     refined.surface_class.assign(rows * columns, SurfaceClass::road);
-    parallel_for(rows, kRowsPerChunk, options.threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        for (std::size_t j = 0; j < columns; ++j) {
-          if (source[j] < 0) continue;
-          const std::size_t to = i * columns + j,
-                            from = i * old_columns + static_cast<std::size_t>(source[j]);
-          refined.grid.z_m[to] = sampled.grid.z_m[from];
-          refined.provenance[to] = sampled.provenance[from];
-          refined.surface_class[to] = sampled.surface_class[from];
-        }
-      }
-      for (std::size_t j = 0; j < columns; ++j) {
-        if (source[j] >= 0) continue;
-        for (std::size_t first = begin; first < end; first += 16) {
-          const auto nodes =
-              probe_rows(sampled, surface, road, line, first,
-                         std::min<std::size_t>(16, end - first), refined.grid.v_m[j]);
-          for (std::size_t k = 0; first + k < end && k < 16; ++k) {
-            if (!nodes[k]) continue;
-            const std::size_t to = (first + k) * columns + j;
-            refined.grid.z_m[to] = nodes[k]->z_m;
-            refined.provenance[to] = Provenance::mesh;
-            refined.surface_class[to] = nodes[k]->surface_class;
+    files::parallel_for(
+        rows, kRowsPerChunk, options.threads, [&](std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) {
+            for (std::size_t j = 0; j < columns; ++j) {
+              if (source[j] < 0) continue;
+              const std::size_t to = i * columns + j,
+                                from = i * old_columns + static_cast<std::size_t>(source[j]);
+              refined.grid.z_m[to] = sampled.grid.z_m[from];
+              refined.provenance[to] = sampled.provenance[from];
+              refined.surface_class[to] = sampled.surface_class[from];
+            }
           }
-        }
-      }
-    });
+          for (std::size_t j = 0; j < columns; ++j) {
+            if (source[j] >= 0) continue;
+            for (std::size_t first = begin; first < end; first += 16) {
+              const auto nodes =
+                  probe_rows(sampled, surface, road, line, first,
+                             std::min<std::size_t>(16, end - first), refined.grid.v_m[j]);
+              for (std::size_t k = 0; first + k < end && k < 16; ++k) {
+                if (!nodes[k]) continue;
+                const std::size_t to = (first + k) * columns + j;
+                refined.grid.z_m[to] = nodes[k]->z_m;
+                refined.provenance[to] = Provenance::mesh;
+                refined.surface_class[to] = nodes[k]->surface_class;
+              }
+            }
+          }
+        });
     // The last row of a closed line stands for the first.
     if (line.closed) {
       const auto last = static_cast<std::ptrdiff_t>((rows - 1) * columns);

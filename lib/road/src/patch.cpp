@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "files/parallel.h"
 #include "files/statistics.h"
-#include "road/parallel.h"
 
 namespace road {
 
@@ -115,7 +115,7 @@ std::vector<KerbPatch> patch_kerbs(const SampledGrid& sampled, const RaySurface&
   std::vector<KerbPatch> patches;
   if (!(options.max_error_m > 0.0)) return patches;
   std::vector<KerbPatch> of_kerb(kerbs.size());
-  parallel_for(kerbs.size(), 1, options.threads, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(kerbs.size(), 1, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const crg::Grid& grid = sampled.grid;
       const Part part = part_of(grid, kerbs[k]);

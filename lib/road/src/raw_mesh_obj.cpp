@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "files/one_line.h"
+#include "files/text_lines.h"
 #include "raw_mesh.h"
 #include "road/error.h"
-#include "text_lines.h"
 #include "text_vertices.h"
 
 namespace road {
@@ -27,46 +27,39 @@ bool is_word(std::string_view word, std::string_view lower_case) {
       [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
 }
 
-/// The rest of a line without the blanks around it.
-std::string_view trimmed(std::string_view rest) {
-  const std::size_t begin = rest.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return rest.substr(begin, rest.find_last_not_of(" \t") + 1 - begin);
-}
-
 std::string name_of(std::string_view rest) {
-  return files::one_line(std::string(trimmed(rest).substr(0, kLongestName)));
+  return files::one_line(std::string(files::trimmed(rest).substr(0, kLongestName)));
 }
 
 /// The file that a map_Kd line names, without its folders and the options before it.
 std::string texture_of(std::string_view rest) {
   while (true) {
     std::string_view after = rest;
-    const std::string_view option = take_word(after);
+    const std::string_view option = files::take_word(after);
     if (option.size() < 2 || option.front() != '-') break;
     // -o, -s and -t have one to three numbers, -mm has two, all others one word.
     const bool is_vector = option.size() == 2 && option.find_first_of("ost") == 1;
     const int words = is_vector ? 3 : is_word(option, "-mm") ? 2 : 1;
     for (int i = 0; i < words; ++i) {
       std::string_view next = after;
-      const std::string_view word = take_word(next);
-      if (is_vector && i > 0 && !to_number<double>(word)) break;
+      const std::string_view word = files::take_word(next);
+      if (is_vector && i > 0 && !files::to_number<double>(word)) break;
       after = next;
     }
     rest = after;
   }
-  rest = trimmed(rest);
+  rest = files::trimmed(rest);
   return name_of(rest.substr(rest.find_last_of("/\\") + 1));
 }
 
 /// Material -> its base texture. What else a list of materials says is not used.
 void add_textures(std::string_view text, std::map<std::string, std::string>& textures) {
-  Lines lines(text);
+  files::Lines lines(text);
   std::string_view line;
   std::string material;
   while (lines.next(line)) {
     std::string_view rest = line;
-    const std::string_view word = take_word(rest);
+    const std::string_view word = files::take_word(rest);
     if (is_word(word, "newmtl")) {
       material = name_of(rest);
     } else if (is_word(word, "map_kd") && !material.empty()) {
@@ -83,7 +76,7 @@ class ObjReader {
   RawMesh read() {
     while (next_line()) {
       std::string_view rest = line_;
-      const std::string_view word = take_word(rest);
+      const std::string_view word = files::take_word(rest);
       last_corners_ = 3;
       if (word == "v") {
         check_count(mesh_.vertices.size());
@@ -124,7 +117,7 @@ class ObjReader {
     line_number_ = lines_.number();
     if (!line_.ends_with('\\')) return true;
     std::string_view rest = line_;
-    const std::string_view word = take_word(rest);
+    const std::string_view word = files::take_word(rest);
     if (word != "v" && word != "f") return true;
     joined_.assign(line_);
     while (joined_.ends_with('\\')) {
@@ -144,8 +137,9 @@ class ObjReader {
   void add_face(std::string_view rest) {
     const auto vertices = static_cast<std::int64_t>(mesh_.vertices.size());
     const std::size_t begin = corners_.size();
-    for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
-      auto index = to_number<std::int64_t>(word.substr(0, word.find('/'))).value_or(0);
+    for (std::string_view word = files::take_word(rest); !word.empty();
+         word = files::take_word(rest)) {
+      auto index = files::to_number<std::int64_t>(word.substr(0, word.find('/'))).value_or(0);
       if (index < 0) index += vertices + 1;
       if (index <= 0 || index > kNone) {
         throw Error(
@@ -212,7 +206,7 @@ class ObjReader {
     }
   }
 
-  Lines lines_;
+  files::Lines lines_;
   bool ends_whole_;
   const std::string& path_;
   const MaterialLibrary& library_;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "files/text_lines.h"
 #include "raw_mesh.h"
 #include "road/error.h"
-#include "text_lines.h"
 
 // PLY as of Turk, "The PLY Polygon File Format" (1994): a text header that lists elements and their
 // properties, then the elements as text or binary of either byte order. Read here and not by assimp
@@ -71,7 +71,7 @@ class Body {
       const std::size_t begin = rest_.find_first_not_of(" \t\r\n");
       if (begin == std::string_view::npos) return false;
       const std::size_t end = std::min(rest_.find_first_of(" \t\r\n", begin), rest_.size());
-      const auto number = to_number<double>(rest_.substr(begin, end - begin));
+      const auto number = files::to_number<double>(rest_.substr(begin, end - begin));
       rest_.remove_prefix(end);
       if (!number) return false;
       value = *number;
@@ -134,7 +134,7 @@ struct Header {
 
 Header read_header(std::string_view bytes, const std::string& path) {
   Header header;
-  Lines lines(bytes);
+  files::Lines lines(bytes);
   std::string_view line;
   const auto fail = [&](std::string_view wanted) {
     throw Error(fmt::format("{}:{}: '{}': wanted {}; export the mesh again", path, lines.number(),
@@ -148,10 +148,10 @@ Header read_header(std::string_view bytes, const std::string& path) {
           "{}: the file is truncated inside its header; copy or export it again", path));
     }
     std::string_view rest = line;
-    const std::string_view word = take_word(rest);
+    const std::string_view word = files::take_word(rest);
     if (word == "end_header") break;
     if (word == "format") {
-      const std::string_view format = take_word(rest);
+      const std::string_view format = files::take_word(rest);
       if (format != "ascii" && format != "binary_little_endian" && format != "binary_big_endian") {
         fail("ascii, binary_little_endian or binary_big_endian");
       }
@@ -160,24 +160,24 @@ Header read_header(std::string_view bytes, const std::string& path) {
       has_format = true;
     } else if (word == "element") {
       Element element;
-      element.name = take_word(rest);
-      const auto count = to_number<std::uint64_t>(take_word(rest));
+      element.name = files::take_word(rest);
+      const auto count = files::to_number<std::uint64_t>(files::take_word(rest));
       if (!count) fail("'element NAME COUNT'");
       element.count = *count;
       header.elements.push_back(element);
     } else if (word == "property") {
       if (header.elements.empty()) fail("an element before its properties");
       Property property;
-      std::string_view type = take_word(rest);
+      std::string_view type = files::take_word(rest);
       if (type == "list") {
-        property.count_type = type_named(take_word(rest));
+        property.count_type = type_named(files::take_word(rest));
         if (!property.count_type) fail("'property list COUNT_TYPE TYPE NAME'");
-        type = take_word(rest);
+        type = files::take_word(rest);
       }
       const auto known = type_named(type);
       if (!known) fail("a type of char, uchar, short, ushort, int, uint, float, double");
       property.type = *known;
-      property.name = take_word(rest);
+      property.name = files::take_word(rest);
       header.elements.back().properties.push_back(property);
     } else if (!word.empty() && word != "comment" && word != "obj_info") {
       fail("format, element, property, comment or end_header");

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include <set>
 #include <sstream>
 
+#include "files/text_lines.h"
 #include "name_pattern.h"
 #include "road/error.h"
 
@@ -36,26 +36,15 @@ std::string in_quotes(std::string_view text) {
   throw Error(fmt::format("{} seen, {} wanted", in_quotes(seen), wanted));
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
 std::optional<double> parse_number(std::string_view text) {
-  text = trimmed(text);
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
-    return std::nullopt;
-  return value;
+  const auto value = files::to_number<double>(files::trimmed(text));
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 /// "1, 2" or "[1, 2]".
 std::vector<double> parse_numbers(const std::string& text, std::size_t count, double limit,
                                   const std::string& wanted) {
-  std::string_view rest = trimmed(text);
+  std::string_view rest = files::trimmed(text);
   if (rest.starts_with('[') && rest.ends_with(']')) rest = rest.substr(1, rest.size() - 2);
   std::vector<double> values;
   while (true) {

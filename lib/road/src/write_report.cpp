@@ -13,6 +13,7 @@
 
 #include "crg/check.h"
 #include "crg/surface.h"
+#include "files/parallel.h"
 #include "files/sha256.h"
 #include "files/statistics.h"
 #include "files/write_file.h"
@@ -21,7 +22,6 @@
 #include "road/error.h"
 #include "road/height_map.h"
 #include "road/kerb_strips.h"
-#include "road/parallel.h"
 #include "road/ray_surface.h"
 #include "road/roughness.h"
 #include "road/summary.h"
@@ -87,7 +87,7 @@ std::vector<float> slope_of(const std::vector<double>& z_m, double u_step_m) {
 /// middle of the road where the line has none).
 std::vector<float> banking_of(const HeightMap& map, const std::vector<RowExtent>& extents) {
   std::vector<float> banking(map.rows(), kNanF);
-  parallel_for(map.rows(), 512, 0, [&](std::size_t begin, std::size_t end) {
+  files::parallel_for(map.rows(), 512, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (extents[i].empty()) continue;
       const double low = map.v_m[extents[i].first], high = map.v_m[extents[i].last];

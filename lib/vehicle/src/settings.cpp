@@ -55,13 +55,6 @@ Setting copy(const YAML::Node& node, const std::string& path, std::size_t& count
 
 }  // namespace
 
-std::string_view trim(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 double to_number(std::string_view text, const std::string& where, std::string_view what) {
   double value = 0.0;
   std::string_view digits = text;

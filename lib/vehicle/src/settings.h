@@ -56,7 +56,4 @@ class Section {
 /// A finite number. Throws Error naming `where` and `what`.
 double to_number(std::string_view text, const std::string& where, std::string_view what);
 
-/// Without blanks at both ends.
-std::string_view trim(std::string_view text);
-
 }  // namespace vehicle

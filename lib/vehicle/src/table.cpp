@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "files/read_file.h"
+#include "files/text_lines.h"
 #include "settings.h"
 #include "vehicle/error.h"
 
@@ -23,7 +24,7 @@ std::size_t for_each_cell(std::string_view line, char separator, F&& f) {
   std::size_t index = 0;
   for (;;) {
     const std::size_t comma = line.find(separator);
-    f(trim(line.substr(0, comma)), index++);
+    f(files::trimmed(line.substr(0, comma)), index++);
     if (comma == std::string_view::npos) return index;
     line.remove_prefix(comma + 1);
   }
@@ -46,9 +47,9 @@ Table parse(const std::string& text, const std::string& name, const Reading& rea
     const std::size_t end = rest.find('\n');
     const std::string_view whole = rest.substr(0, end);
     // A tab at an end may be an empty cell.
-    const std::string_view line = reading.separator == '\t' && !trim(whole).empty()
+    const std::string_view line = reading.separator == '\t' && !files::trimmed(whole).empty()
                                       ? whole.substr(0, whole.find_last_not_of('\r') + 1)
-                                      : trim(whole);
+                                      : files::trimmed(whole);
     const bool cut_off = end == std::string_view::npos;
     rest.remove_prefix(cut_off ? rest.size() : end + 1);
     ++line_number;

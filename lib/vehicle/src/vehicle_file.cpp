@@ -8,6 +8,7 @@
 #include <set>
 
 #include "files/read_file.h"
+#include "files/text_lines.h"
 #include "map_file.h"
 #include "settings.h"
 #include "vehicle/error.h"
@@ -112,8 +113,8 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
   const std::size_t equals = setting.find('=');
   if (equals == std::string_view::npos)
     throw Error(fmt::format("{}: '{}' is not name=value", where, setting.substr(0, 60)));
-  const std::string_view name = trim(setting.substr(0, equals));
-  const double value = to_number(trim(setting.substr(equals + 1)), where, name);
+  const std::string_view name = files::trimmed(setting.substr(0, equals));
+  const double value = to_number(files::trimmed(setting.substr(equals + 1)), where, name);
   if (name.find('.') == std::string_view::npos) {
     set_term(vehicle, name, value, where);
   } else {
@@ -130,10 +131,10 @@ void read_setup(Vehicle& vehicle, const std::string& path) {
     std::string_view line = rest.substr(0, end);
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     ++number;
-    line = trim(line.substr(0, line.find('#')));
+    line = files::trimmed(line.substr(0, line.find('#')));
     if (line.empty()) continue;
     const std::string where = fmt::format("{}:{}", path, number);
-    const std::string name(trim(line.substr(0, line.find('='))));
+    const std::string name(files::trimmed(line.substr(0, line.find('='))));
     if (!seen.insert(name).second)
       throw Error(fmt::format("{}: '{}' twice", where, name.substr(0, 60)));
     apply_setting(vehicle, line, where);

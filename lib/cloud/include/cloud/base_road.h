@@ -17,12 +17,12 @@ struct BaseRoadOptions {
 };
 
 /// The first lap of a trajectory as a line to put a road along: closed where it comes back to
-/// within 10 m of where it began. Throws road::Error where it is shorter than 20 m.
+/// within 10 m of where it began. Throws Error where it is shorter than 20 m.
 road::Centreline driven_line(const Trajectory& trajectory);
 
 /// Heights are the lowest points of cells of 0.5 m, less those that stick out of their
 /// surroundings: right to some centimetres, holes where no points are. `trajectory` null: the
-/// points are in the map frame. Throws road::Error where no point lies along the line.
+/// points are in the map frame. Throws Error where no point lies along the line.
 crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line,
                           const Trajectory* trajectory, const BaseRoadOptions& options = {});
 

@@ -54,7 +54,7 @@ struct ChangeResult {
 /// by does not count), from 64 points of each at most. Deviations come from the scatter about the
 /// planes, grow where a fit from the middle of the heights on says something else, and are scaled
 /// by how much cells differ that did not change. A place has two cells or more at three deviations,
-/// six together. Memory grows with the cells, not with the points. Throws road::Error: fewer than
+/// six together. Memory grows with the cells, not with the points. Throws Error: fewer than
 /// 100 cells in common (says where both lie), or more than 20 million.
 ChangeResult find_changes(const CloudSource& before, const CloudSource& after,
                           const ChangeOptions& options = {});

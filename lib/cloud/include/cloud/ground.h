@@ -23,7 +23,7 @@ struct GroundOptions {
 /// airborne LIDAR data". Points that lie below their surroundings by more than 5 m (multipath) are
 /// no ground either; points with no other within four of the largest windows are. Work and memory
 /// grow with the points, not with the area: gaps wider than four windows are left out. Throws
-/// road::Error when the points would need more than 50 million cells (says which cell to give), or
+/// Error when the points would need more than 50 million cells (says which cell to give), or
 /// when most of them are alone.
 std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOptions& options = {});
 

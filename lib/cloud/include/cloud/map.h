@@ -87,7 +87,7 @@ using CloudSource = std::function<void(const ChunkSink&)>;
 
 /// The whole way. `base`: the road to refine; `trajectory` null: points are in the map frame, else
 /// in the sensor's with a time each. Memory depends on the road and the distance driven, not on the
-/// number of points. Throws road::Error: no time per point, clock or frame of the trajectory does
+/// number of points. Throws Error: no time per point, clock or frame of the trajectory does
 /// not fit, no overlap with the base (and what it looks like), crg::Error.
 MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Trajectory* trajectory,
                      const MapOptions& options = {});

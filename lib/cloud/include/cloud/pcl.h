@@ -1,6 +1,6 @@
 // What lidar2mesh has the Point Cloud Library do, where it was built with it (KERBSTONE_PCL). PCL's
 // headers are included by one source file; without PCL every function here but pcl_version() throws
-// road::Error that says what to install.
+// Error that says what to install.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ namespace cloud {
 /// "1.13.0"; empty where this was built without PCL.
 std::string pcl_version();
 
-/// Throws road::Error naming `option` where this was built without PCL.
+/// Throws Error naming `option` where this was built without PCL.
 void require_pcl(const std::string& option);
 
 /// Coordinates relative to `origin_m` as float32 (0.5 mm at 4 km), intensity 0 where there is none.
@@ -63,7 +63,7 @@ struct CoarseReport {
 /// histograms (Rusu, Blodow, Beetz 2009) of what is not flat, paired by drawing threes
 /// (pcl::SampleConsensusPrerejective, Buch et al. 2013); of the tries the one that brings most
 /// points together wins. For clouds with shapes that stand up: flat ground says nothing. Throws
-/// road::Error where fewer than 100 points are not flat, or none of the tries brings 30 % of these
+/// Error where fewer than 100 points are not flat, or none of the tries brings 30 % of these
 /// together.
 Eigen::Isometry3d coarse_start(const Cloud& target, const Cloud& source,
                                const CoarseOptions& options = {}, CoarseReport* report = nullptr);
@@ -85,7 +85,7 @@ struct PclGroundOptions {
 };
 
 /// 1 for ground, one per point: PCL's progressive morphological filter (Zhang et al. 2003), with
-/// the options of PCL's own example. Throws road::Error where the grid of the approximate one,
+/// the options of PCL's own example. Throws Error where the grid of the approximate one,
 /// which grows with the box around the points, would keep it busy for minutes (points far away).
 std::vector<std::uint8_t> ground_by_pcl(const Cloud& cloud, const PclGroundOptions& options = {});
 

@@ -42,7 +42,7 @@ struct CloudReadReport {
 /// Hands out the cloud piece by piece, all pieces with the same origin, in the order of the file.
 using ChunkSink = std::function<void(Cloud&& chunk)>;
 
-/// Throws road::Error: no such file, truncated (says how many points fit),
+/// Throws Error: no such file, truncated (says how many points fit),
 /// corrupt header, unknown format, no points, or no finite point among them. Sizes are checked
 /// against the file before anything is allocated. Memory: one chunk; .pcd with compressed data the
 /// whole of it.
@@ -57,7 +57,7 @@ CloudReadReport read_chunks_from(std::string_view bytes, const std::string& name
 Cloud read_cloud(const std::string& path, const CloudReadOptions& options = {},
                  CloudReadReport* report = nullptr);
 
-/// The clouds of a folder (sorted by name) or the path itself. Throws road::Error where there is
+/// The clouds of a folder (sorted by name) or the path itself. Throws Error where there is
 /// none.
 std::vector<std::string> cloud_files(const std::string& path);
 
@@ -65,11 +65,11 @@ std::vector<std::string> cloud_files(const std::string& path);
 /// are any; whole or not at all. Coordinates are float32 relative to the cloud's origin, which
 /// stands in the header as "comment origin_m X Y Z" or "# origin_m X Y Z" where it is not 0;
 /// readers here add it. `doubles`: in the map frame, exact; PCL 1.13 loads such a .ply as 0 0 0.
-/// `comments` follow there, a line each. Throws road::Error (another ending, disk).
+/// `comments` follow there, a line each. Throws Error (another ending, disk).
 void write_cloud(const Cloud& cloud, const std::string& path, bool doubles = false,
                  const std::vector<std::string>& comments = {});
 
-/// For a look before the work: throws road::Error where write_cloud() would not know the format.
+/// For a look before the work: throws Error where write_cloud() would not know the format.
 /// Standard output, "-", is .ply.
 void require_cloud_ending(const std::string& path);
 

@@ -39,7 +39,7 @@ struct RegisterReport {
       unfixed;  ///< directions with hardly any information; they were left alone
 };
 
-/// T_target_source near options.start (map frame of both). Throws road::Error where fewer than 100
+/// T_target_source near options.start (map frame of both). Throws Error where fewer than 100
 /// pairs lie within max_distance_m: the clouds do not overlap. nanoflann stays private to the
 /// source file.
 Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,

@@ -47,7 +47,7 @@ struct ScanSynthReport {
 };
 
 /// Heights come from the road's grid by bilinear interpolation. Files appear whole or not at all.
-/// Throws road::Error (options out of range, disk), crg::Error.
+/// Throws Error (options out of range, disk), crg::Error.
 ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
                             const ScanSynthOptions& options = {});
 

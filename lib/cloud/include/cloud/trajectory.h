@@ -20,7 +20,7 @@ struct Trajectory {
 };
 
 /// CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw. `extrinsic`: pose of the sensor in the frame that the poses
-/// are of, applied on the right. Throws road::Error: fewer than two poses, times that do not
+/// are of, applied on the right. Throws Error: fewer than two poses, times that do not
 /// ascend, a quaternion that is not of length 1 within 1 %, values that are not finite (with the
 /// row).
 Trajectory read_trajectory(const std::string& path,

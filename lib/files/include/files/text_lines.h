@@ -1,4 +1,4 @@
-// Walks over the lines of a text and the numbers of a line without copying. Private to the readers.
+// Walks over the lines of a text and the numbers of a line without copying.
 #pragma once
 
 #include <charconv>
@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-namespace road {
+namespace files {
 
 /// One line after the other, without line ends; number() counts from 1.
 class Lines {
@@ -30,6 +30,13 @@ class Lines {
   std::string_view rest_;
   std::size_t number_ = 0;
 };
+
+/// The text without the blanks, tabs and carriage returns at its ends.
+inline std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
 
 /// The next word of `line` (blank or tab separated); empty at the end.
 inline std::string_view take_word(std::string_view& line) {
@@ -66,4 +73,4 @@ std::optional<Number> to_number(std::string_view word) {
   return value;
 }
 
-}  // namespace road
+}  // namespace files

@@ -1,27 +1,19 @@
-#include "road/csv.h"
+#include "files/csv.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cstring>
-#include <fstream>
-#include <iterator>
+#include <optional>
 #include <string_view>
 
+#include "files/error.h"
 #include "files/read_file.h"
-#include "road/error.h"
+#include "files/text_lines.h"
 
-namespace road {
+namespace files {
 
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 void split(std::string_view line, std::vector<std::string_view>& cells) {
   cells.clear();
@@ -78,14 +70,12 @@ CsvTable read_csv(const std::string& path, const std::vector<std::string>& requi
     for (std::size_t j = 0; j < wanted.size(); ++j) {
       double value = std::numeric_limits<double>::quiet_NaN();
       if (source[j] != CsvTable::kAbsent && !cells[source[j]].empty()) {
-        std::string_view cell = cells[source[j]];
-        if (cell.front() == '+') cell.remove_prefix(1);
-        const auto [stop, status] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-        if (status != std::errc() || stop != cell.data() + cell.size()) {
+        const std::optional<double> number = to_number<double>(cells[source[j]]);
+        if (!number)
           throw Error(
               fmt::format("{}:{}: column '{}' holds '{:.40}', wanted a number or an empty cell",
                           path, line_number, wanted[j], cells[source[j]]));
-        }
+        value = *number;
       }
       table.values.push_back(value);
     }
@@ -96,4 +86,4 @@ CsvTable read_csv(const std::string& path, const std::vector<std::string>& requi
   return table;
 }
 
-}  // namespace road
+}  // namespace files

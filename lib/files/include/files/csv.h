@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace road {
+namespace files {
 
 /// Values of the wanted columns, row after row; an empty cell is NaN.
 struct CsvTable {
@@ -27,4 +27,4 @@ struct CsvTable {
 CsvTable read_csv(const std::string& path, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional = {});
 
-}  // namespace road
+}  // namespace files

@@ -1,4 +1,4 @@
-#include "road/csv.h"
+#include "files/csv.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "road/error.h"
+#include "files/error.h"
 
 namespace {
 
@@ -19,15 +19,15 @@ std::string file_with(const std::string& text) {
 
 std::string error_of(const std::string& text) {
   try {
-    road::read_csv(file_with(text), {"x_m", "y_m"});
-  } catch (const road::Error& error) {
+    files::read_csv(file_with(text), {"x_m", "y_m"});
+  } catch (const files::Error& error) {
     return error.what();
   }
   return "no error";
 }
 
 TEST(Csv, PicksColumnsByNameInAnyOrderAndIgnoresOthers) {
-  const auto table = road::read_csv(
+  const auto table = files::read_csv(
       file_with(
           "\xEF\xBB\xBF# made by hand\r\n name , y_m,x_m\r\nfoo, 2.5 ,-1e3\r\n\r\nbar,,+4\r\n"),
       {"x_m", "y_m"}, {"z_m"});
@@ -51,7 +51,7 @@ TEST(Csv, SaysFileLineSeenAndWanted) {
       testing::AllOf(HasSubstr("csv_test.csv:3:"), HasSubstr("'four'"), HasSubstr("number")));
   EXPECT_THAT(error_of("x_m,y_m\n1,2km\n"), HasSubstr("'2km'"));
   EXPECT_THAT(error_of(""), HasSubstr("empty"));
-  EXPECT_THROW(road::read_csv("/does/not/exist.csv", {"x_m"}), road::Error);
+  EXPECT_THROW(files::read_csv("/does/not/exist.csv", {"x_m"}), files::Error);
 }
 
 }  // namespace
