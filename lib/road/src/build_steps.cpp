@@ -1,8 +1,22 @@
 #include "build_steps.h"
 
+#include "files/output_set.h"
 #include "report/relief.h"
 
 namespace road {
+
+BuildResult paths_of(const Recipe& recipe, const files::OutputSet& outputs) {
+  BuildResult paths;
+  paths.crg_path = outputs.path(road_name(recipe));
+  paths.stl_path = outputs.path(surface_name(recipe));
+  paths.centreline_path = outputs.path(kCentrelineName);
+  paths.summary_path = outputs.path(kSummaryName);
+  paths.timing_path = outputs.path(kTimingName);
+  paths.picture_path = outputs.path(picture_name(recipe));
+  paths.classes_path = outputs.path(classes_name(recipe));
+  if (recipe.friction.wanted) paths.friction_path = outputs.path(friction_name(recipe));
+  return paths;
+}
 
 std::string plan_picture(const std::string& title, const crg::ReferenceLine& line,
                          const SampledGrid& sampled, unsigned threads) {

@@ -48,6 +48,17 @@ class Stages {
 constexpr const char *kSummaryName = "summary.json", *kTimingName = "timing.json",
                      *kCentrelineName = "centreline.csv";
 
+constexpr double kBuildStages = 13.0;  ///< of build() and write(), friction left out
+
+inline std::string road_name(const Recipe& recipe) { return recipe.name + ".crg"; }
+inline std::string surface_name(const Recipe& recipe) { return recipe.name + ".stl"; }
+inline std::string picture_name(const Recipe& recipe) { return recipe.name + ".png"; }
+inline std::string classes_name(const Recipe& recipe) { return recipe.name + ".classes.png"; }
+inline std::string friction_name(const Recipe& recipe) { return recipe.name + ".friction.crg"; }
+
+/// Where the files of a track lie after the commit; the rest of the result is empty.
+BuildResult paths_of(const Recipe& recipe, const files::OutputSet& outputs);
+
 /// The file that says where the pixels of a picture of frictions lie: the one that
 /// read_friction_picture() takes.
 std::optional<std::string> world_file_of(const std::string& picture_path);

@@ -29,8 +29,9 @@ struct InputFile {
 constexpr const char* kMeshFile = "mesh_file";
 
 struct StageSeconds {
-  std::string stage;  ///< "read", "clean", "centreline", "reference_line", "sample", "kerb",
-                      ///< "smooth", "patch", "friction", "align", "write", "picture", "validate"
+  std::string
+      stage;  ///< "read", "clean", "centreline", "reference_line", "sample", "kerb",
+              ///< "smooth", "patch", "friction", "doubt", "align", "picture", "write", "validate"
   double seconds = 0.0;
 };
 

@@ -1,0 +1,59 @@
+// A road as the stages make it from a recipe, and how it is written.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "crg/grid.h"
+#include "crg/reference_line.h"
+#include "files/output_set.h"
+#include "files/progress.h"
+#include "road/build.h"
+#include "road/centreline.h"
+#include "road/mesh.h"
+#include "road/patch.h"
+#include "road/recipe.h"
+#include "road/sample.h"
+#include "road/summary.h"
+
+namespace road {
+
+/// Nothing of it is written yet.
+struct Built {
+  Mesh mesh;  ///< as read, in metres; tilted and scaled where the recipe says so
+  RoadMesh road;
+  Centreline centreline;    ///< in the frame of the mesh, as are road and mesh
+  crg::ReferenceLine line;  ///< where the recipe puts it on the Earth
+  SampledGrid sampled;
+  std::optional<crg::Grid> before;  ///< before kerb refinement and smoothing, where it was wanted
+  std::vector<KerbPatch> patches;
+  std::optional<crg::Grid> friction;
+  std::vector<std::string> doubts;  ///< whether this is the road that is meant (doubts_about())
+  BuildSummary summary;             ///< what the stages said; its outputs are those of write()
+  std::vector<StageSeconds> seconds;
+  bool clean_reused = false;  ///< the mesh had been cleaned before
+};
+
+struct BuildOptions {
+  files::Progress progress;
+  std::string question_path;      ///< of the picture, where it cannot be told which road is meant
+  std::string clean_cache_path;   ///< of the mesh as it was cleaned before; empty: clean it again
+  std::string clean_staged_path;  ///< where a cleaned mesh is kept that took long; empty: nowhere
+  bool keep_before = false;
+};
+
+/// Runs the stages. `inputs` are the files that the recipe names (inputs_of()). Throws Error, and
+/// Question where more than one road could be meant.
+Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
+            const BuildOptions& options);
+
+/// Role, path and SHA-256 of the files that the recipe names. Throws Error where one is missing.
+std::vector<InputFile> inputs_of(const Recipe& recipe);
+
+/// Writes all files of a track but the reports' into the set (build_track()) and checks the road by
+/// reading it back (summary.validate). Takes the grids out of `built`. The paths are those after
+/// the commit.
+BuildResult write(Built& built, files::OutputSet& outputs, const files::Progress& progress = {});
+
+}  // namespace road
