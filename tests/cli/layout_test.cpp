@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -102,32 +103,72 @@ TEST(Layout, PclStaysInOneSourceFile) {
   EXPECT_EQ(files, std::set<fs::path>{"lib/cloud/src/pcl.cpp"});
 }
 
-TEST(Layout, FilesKnowsNoNeighbourAndAloneHashes) {
-  const fs::path files = fs::path(places::source()) / "lib/files";
-  for (const auto& [file, name] : includes_below(files))
+TEST(Layout, BaseKnowsNoNeighbourAndAloneHashes) {
+  const fs::path base = fs::path(places::source()) / "lib/base";
+  for (const auto& [file, name] : includes_below(base))
     EXPECT_FALSE(name.starts_with("road/") || name.starts_with("crg/") ||
                  name.starts_with("vehicle/") || name.starts_with("report/"))
         << file << " includes " << name;
   for (const char* folder : {"lib", "tools"})
     for (const auto& [file, name] : includes_below(fs::path(places::source()) / folder))
-      EXPECT_FALSE(name.starts_with("openssl/") && file != files / "src/sha256.cpp")
+      EXPECT_FALSE(name.starts_with("openssl/") && file != base / "src/sha256.cpp")
           << file << " includes " << name;
 }
 
-// files::abandon_writes() and the removal of leftovers reach every file only so.
-TEST(Layout, ToolsWriteFilesThroughFilesAlone) {
+// base::abandon_writes() and the removal of leftovers reach every file only so.
+TEST(Layout, ToolsWriteFilesThroughBaseAlone) {
   const std::regex writer("crg::write\\(|ofstream|fopen\\(|O_WRONLY|O_CREAT|mkstemp");
   for (const char* folder : {"lib", "tools"})
     for (auto entry = fs::recursive_directory_iterator(fs::path(places::source()) / folder);
          entry != fs::end(entry); ++entry) {
       const std::string name = entry->path().string();
       if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
-      if (!entry->is_regular_file() || name.find("/lib/files/") != std::string::npos ||
+      if (!entry->is_regular_file() || name.find("/lib/base/") != std::string::npos ||
           name.find("/lib/crg/") != std::string::npos)
         continue;
       if (entry->path().extension() != ".cpp" && entry->path().extension() != ".h") continue;
       EXPECT_FALSE(std::regex_search(read(entry->path()), writer)) << name;
     }
+}
+
+/// The lines of the sources that share a test: what is tested, and where.
+std::map<std::string, std::string> shared_tests() {
+  std::istringstream lines(read(fs::path(places::source()) / "tests/shared_tests.txt"));
+  std::map<std::string, std::string> shared;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    const std::size_t blank = line.find(' ');
+    EXPECT_TRUE(shared.emplace(line.substr(0, blank), line.substr(blank + 1)).second) << line;
+  }
+  return shared;
+}
+
+TEST(Layout, EverySourceHasItsTest) {
+  const fs::path top = places::source();
+  const auto test_of = [&](const std::string& name) {
+    return top / "tests" / (name + "_test.cpp");
+  };
+  std::map<std::string, std::string> shared = shared_tests();
+  std::size_t sources = 0;
+  for (const auto& library : fs::directory_iterator(top / "lib"))
+    for (const auto& source : fs::directory_iterator(library.path() / "src")) {
+      if (source.path().extension() != ".cpp") continue;
+      ++sources;
+      const std::string name =
+          library.path().filename().string() + "/" + source.path().stem().string();
+      const auto other = shared.find(name);
+      if (other == shared.end()) {
+        EXPECT_TRUE(fs::exists(test_of(name)))
+            << "lib/" << name << ": write tests/" << name
+            << "_test.cpp, or name the test that it shares in tests/shared_tests.txt";
+        continue;
+      }
+      EXPECT_FALSE(fs::exists(test_of(name))) << name << " has a test of its own name";
+      EXPECT_TRUE(fs::exists(test_of(other->second))) << name << ": no test " << other->second;
+      shared.erase(other);
+    }
+  EXPECT_GT(sources, 150u);
+  for (const auto& [name, test] : shared) ADD_FAILURE() << name << ": no such source in lib";
 }
 
 TEST(Layout, ReportKnowsNeitherRoadNorCrg) {

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "files/error.h"
+#include "base/error.h"
 #include "fuzz/target.h"
 #include "road/circuit.h"
 
@@ -13,7 +13,7 @@ void fuzz::run(std::string_view bytes) {
       const double u = circuit.length_m() * k / 20.0;
       require(std::isfinite(road::true_height(circuit, u, 0.0)), "a height on the reference line");
     }
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, path);
   }
 }

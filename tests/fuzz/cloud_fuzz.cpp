@@ -1,9 +1,9 @@
 // A point cloud; FUZZED is the ending of its name. Of every 16th, ground is told too.
 #include <cmath>
 
+#include "base/error.h"
 #include "cloud/ground.h"
 #include "cloud/read_cloud.h"
-#include "files/error.h"
 #include "fuzz/target.h"
 
 void fuzz::run(std::string_view bytes) {
@@ -29,7 +29,7 @@ void fuzz::run(std::string_view bytes) {
           if (first.size() == 0) first = std::move(chunk);
         });
     require(report.points == points && points > 0, "points, and their number");
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, name);
     return;
   }
@@ -38,7 +38,7 @@ void fuzz::run(std::string_view bytes) {
     cloud::GroundOptions small;
     small.max_window_m = 3.0;
     require(cloud::classify_ground(first, small).size() == first.size(), "a class per point");
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, "points");
   }
 }

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "files/error.h"
+#include "base/error.h"
 #include "fuzz/target.h"
 #include "road/guide.h"
 
@@ -14,7 +14,7 @@ void fuzz::run(std::string_view bytes) {
             "a lap of what was read");
     for (const Eigen::Vector3d& p : guide.points_m)
       require(std::isfinite(p.x()) && std::isfinite(p.y()), "places");
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     // guide_along() knows no file.
     if (std::string_view(error.what()).find("guide") == std::string_view::npos)
       require_refusal(error, path);

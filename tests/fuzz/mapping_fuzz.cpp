@@ -1,6 +1,6 @@
 // mapping.yaml, read, written and read back; and the mapping that is proposed for a log.
+#include "base/error.h"
 #include "explain/mapping.h"
-#include "files/error.h"
 #include "fuzz/target.h"
 
 namespace {
@@ -21,13 +21,13 @@ void fuzz::run(std::string_view bytes) {
   const std::string path = folder().put("mapping.yaml", bytes);
   try {
     read_back({vehicle::read_mapping(path), {}});
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, path);
   }
   try {
     const vehicle::Table log = vehicle::parse_log(std::string(bytes), path);
     read_back(explain::propose_mapping(log, path));
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, path);
   }
 }

@@ -2,7 +2,7 @@
 // it.
 #include <cmath>
 
-#include "files/error.h"
+#include "base/error.h"
 #include "fuzz/target.h"
 #include "raw_mesh.h"
 
@@ -21,7 +21,7 @@ template <class Reader>
 void attempt(const Reader& read) {
   try {
     read();
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     fuzz::require_refusal(error, "input");
   }
 }

@@ -1,4 +1,4 @@
-#include "files/error.h"
+#include "base/error.h"
 #include "fuzz/target.h"
 #include "road/recipe.h"
 
@@ -8,7 +8,7 @@ void fuzz::run(std::string_view bytes) {
     const road::Recipe recipe = road::read_recipe(path);
     require(!recipe.mesh_path.empty() && !recipe.name.empty(), "a mesh and a name");
     for (const road::RecipeKey& key : road::recipe_keys()) (void)key.show(recipe);
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, path);
   }
 }

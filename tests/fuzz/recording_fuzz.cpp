@@ -1,7 +1,7 @@
 // A log of any maker; the columns mean what their names say.
 #include <cmath>
 
-#include "files/error.h"
+#include "base/error.h"
 #include "fuzz/target.h"
 #include "vehicle/recording.h"
 
@@ -21,7 +21,7 @@ void fuzz::run(std::string_view bytes) {
         require(time[k] > time[k - 1], "a clock that ascends");
       for (const std::vector<double>& column : recording.table.columns)
         require(column.size() == time.size(), "columns of one length");
-    } catch (const files::Error& error) {
+    } catch (const base::Error& error) {
       require_refusal(error, path);
     }
   }

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "files/error.h"
+#include "base/error.h"
 #include "fuzz/target.h"
 #include "vehicle/tyre_file.h"
 
@@ -13,7 +13,7 @@ void fuzz::run(std::string_view bytes) {
         vehicle::with_tyre_values(text, {{"PDX1", 1.25}, {"LMUY", 0.5}}), "input.tir");
     require(again.coefficients.pdx1 == 1.25 && again.coefficients.lmuy == 0.5,
             "values that were written are read");
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, "input.tir");
   }
 }

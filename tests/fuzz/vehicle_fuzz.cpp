@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "files/error.h"
+#include "base/error.h"
 #include "fuzz/target.h"
 #include "vehicle/vehicle_file.h"
 
@@ -46,7 +46,7 @@ void fuzz::run(std::string_view bytes) {
     const vehicle::Vehicle car = vehicle::read_vehicle(folder() / "vehicle.yaml");
     for (const double value : car.parameters.value)
       require(std::isfinite(value), "finite parameters");
-  } catch (const files::Error& error) {
+  } catch (const base::Error& error) {
     require_refusal(error, folder() / "");
   }
   for (const std::string& file : replaced) folder().put(file, shipped().at(file));

@@ -50,7 +50,7 @@ TEST(Built, IsWrittenAsItStandsAndCheckedByReadingItBack) {
   const road::Recipe recipe = strip_recipe(folder);
   road::Built built = road::build(recipe, road::inputs_of(recipe), {});
   const double u_m = built.line.u_begin_m + 100.0 * built.line.u_step_m;
-  files::OutputSet outputs(folder.path("out"), road::kBuildCommand);
+  base::OutputSet outputs(folder.path("out"), road::kBuildCommand);
   const road::BuildResult result = road::write(built, outputs);
   EXPECT_FALSE(std::filesystem::exists(result.crg_path)) << "before the commit";
   outputs.commit(recipe.name);

@@ -10,10 +10,10 @@
 #include <numbers>
 #include <random>
 
+#include "base/csv.h"
 #include "crg/edit.h"
 #include "crg/file.h"
 #include "crg/surface.h"
-#include "files/csv.h"
 #include "road/build.h"
 #include "road/centreline.h"
 #include "road/clean.h"
@@ -53,7 +53,7 @@ Found find(const std::string& file) {
 }
 
 /// Share of the driven points that lie nearer to the line than half its width.
-double on_road(const files::CsvTable& driven, const road::Centreline& line) {
+double on_road(const base::CsvTable& driven, const road::Centreline& line) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < driven.rows(); ++i) {
     const Eigen::Vector2d p(driven.value(i, 0), driven.value(i, 1));
@@ -82,8 +82,8 @@ TEST_P(OpenMesh, IsFoundWhole) {
   EXPECT_NEAR(found.line.length_m, wanted.length_m, wanted.tolerance_m);
   for (const std::string& doubt : found.doubts) ADD_FAILURE() << doubt;
   if (wanted.driveline == nullptr) return;
-  const files::CsvTable driven =
-      files::read_csv(mesh_path(wanted.driveline), {"x_m", "y_m"}, {"z_m"});
+  const base::CsvTable driven =
+      base::read_csv(mesh_path(wanted.driveline), {"x_m", "y_m"}, {"z_m"});
   EXPECT_GE(on_road(driven, found.line), 0.98);
 }
 
@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 /// Every third point of a driveline, each moved by up to 1.5 m.
-road::Guide disturbed(const files::CsvTable& driven, bool with_heights) {
+road::Guide disturbed(const base::CsvTable& driven, bool with_heights) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   std::vector<Eigen::Vector3d> points;
@@ -148,8 +148,8 @@ class GuidedMesh : public testing::TestWithParam<const char*> {};
 TEST_P(GuidedMesh, IsRightOrItsMissingSurfaceIsSaid) {
   const std::string name = GetParam();
   if (!std::filesystem::exists(mesh_path("stk_" + name + ".b3d"))) GTEST_SKIP() << "absent";
-  const files::CsvTable driven =
-      files::read_csv(mesh_path("stk_" + name + "_driveline.csv"), {"x_m", "y_m"}, {"z_m"});
+  const base::CsvTable driven =
+      base::read_csv(mesh_path("stk_" + name + "_driveline.csv"), {"x_m", "y_m"}, {"z_m"});
   const road::Mesh mesh = road::read_mesh(mesh_path("stk_" + name + ".b3d"));
   for (const bool with_heights : {false, true}) {
     road::CleanOptions options;

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "files/read_file.h"
+#include "base/read_file.h"
 #include "road/error.h"
 #include "road/read_mesh.h"
 #include "support/draco_gltf.h"
@@ -206,7 +206,7 @@ TEST(ReadDraco, ReadsAnOpenMeshWhole) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
   // What the exporter wrote beside the compressed bytes: numbers of corners, and the boxes before
   // compression.
-  const std::string bytes = files::read_file(path);
+  const std::string bytes = base::read_file(path);
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data() + 12, sizeof length);
   const auto root = nlohmann::json::parse(bytes.substr(20, length));

@@ -10,7 +10,7 @@
 #include <limits>
 #include <set>
 
-#include "files/sha256.h"
+#include "base/sha256.h"
 #include "road/error.h"
 #include "support/mesh_files.h"
 #include "support/places.h"
@@ -135,7 +135,7 @@ TEST_F(ReadMesh, ListsTheFilesThatAMeshRefersTo) {
             2e-5);
   ASSERT_EQ(report.files.size(), 1u);
   EXPECT_EQ(report.files[0].path, bin);
-  EXPECT_EQ(report.files[0].sha256, files::sha256(parts.bin));
+  EXPECT_EQ(report.files[0].sha256, base::sha256(parts.bin));
   EXPECT_TRUE(report.remarks.empty());
 
   const std::string materials = "newmtl asphalt\nnewmtl concrete\n";
@@ -144,7 +144,7 @@ TEST_F(ReadMesh, ListsTheFilesThatAMeshRefersTo) {
   road::read_mesh(obj, {}, &report);
   ASSERT_EQ(report.files.size(), 1u);
   EXPECT_EQ(report.files[0].path, mtl);
-  EXPECT_EQ(report.files[0].sha256, files::sha256(materials));
+  EXPECT_EQ(report.files[0].sha256, base::sha256(materials));
   EXPECT_TRUE(report.remarks.empty());
 
   std::filesystem::remove(mtl);

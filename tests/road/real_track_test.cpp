@@ -10,8 +10,8 @@
 #include <fstream>
 #include <random>
 
+#include "base/csv.h"
 #include "crg/surface.h"
-#include "files/csv.h"
 #include "road/build.h"
 #include "support/brute_force.h"
 #include "support/places.h"
@@ -31,7 +31,7 @@ struct Edges {
 };
 
 Edges read_edges(const std::string& path) {
-  const auto table = files::read_csv(
+  const auto table = base::read_csv(
       path, {"s_m", "left_x_m", "left_y_m", "left_z_m", "right_x_m", "right_y_m", "right_z_m"});
   Edges edges;
   for (std::size_t i = 0; i < table.rows(); ++i) {

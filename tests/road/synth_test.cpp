@@ -11,8 +11,8 @@
 #include <random>
 #include <set>
 
+#include "base/sha256.h"
 #include "crg/surface.h"
-#include "files/sha256.h"
 #include "road/error.h"
 #include "support/brute_force.h"
 #include "support/places.h"
@@ -337,9 +337,8 @@ TEST(Synth, WritesMeshAndTruthTheSameEveryTime) {
     options.truth_step_m = 0.5;
     const road::SynthOutput a = write_synth(demo(), first, options);
     const road::SynthOutput b = write_synth(demo(), second, options);
-    EXPECT_EQ(files::sha256_of_file(a.mesh_path), files::sha256_of_file(b.mesh_path))
-        << a.mesh_path;
-    EXPECT_EQ(files::sha256_of_file(a.truth_path), files::sha256_of_file(b.truth_path));
+    EXPECT_EQ(base::sha256_of_file(a.mesh_path), base::sha256_of_file(b.mesh_path)) << a.mesh_path;
+    EXPECT_EQ(base::sha256_of_file(a.truth_path), base::sha256_of_file(b.truth_path));
     EXPECT_EQ(a.triangles,
               road::read_mesh(a.mesh_path, {road::UpAxis::y, road::Unit::m}).triangles.size());
   }

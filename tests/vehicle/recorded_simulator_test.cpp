@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "files/read_file.h"
+#include "base/read_file.h"
 #include "support/places.h"
 #include "vehicle/replay.h"
 #include "vehicle/tyre_file.h"
@@ -205,7 +205,7 @@ TEST(RecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
     GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const nlohmann::json truth =
-      nlohmann::json::parse(files::read_file(folder + "/truth.json", 1u << 24));
+      nlohmann::json::parse(base::read_file(folder + "/truth.json", 1u << 24));
   const nlohmann::json& noise = truth.at("noise_sd");
   std::map<std::pair<bool, double>, Sums> all;  // by (whole car, window)
   for (const nlohmann::json& trial : truth.at("trials")) {

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "files/write_file.h"
+#include "base/write_file.h"
 #include "support/places.h"
 #include "vehicle/error.h"
 
@@ -34,7 +34,7 @@ class RecordingFile : public ::testing::Test {
     const std::string path = (std::filesystem::temp_directory_path() /
                               ("kerbstone_recording_" + std::to_string(::getpid()) + "_" + name))
                                  .string();
-    files::write_file(path, text);
+    base::write_file(path, text);
     return path;
   }
 };

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "files/write_file.h"
+#include "base/write_file.h"
 #include "support/places.h"
 #include "vehicle/error.h"
 #include "vehicle/manoeuvre.h"
@@ -144,7 +144,7 @@ TEST(Sensors, ComeFromAFileThatIsCheckedAndMeasureAManoeuvre) {
                             ("kerbstone_devices_" + std::to_string(::getpid()) + ".yaml"))
                                .string();
   const auto refusal = [&](const std::string& text) -> std::string {
-    files::write_file(path, text);
+    base::write_file(path, text);
     try {
       read_devices(path);
     } catch (const Error& error) {

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "files/write_file.h"
+#include "base/write_file.h"
 #include "support/places.h"
 #include "tyre_files.h"
 #include "vehicle/error.h"
@@ -59,8 +59,8 @@ TEST(TyrePoints, RunFromTheCommandLine) {
     const int status = std::system(line.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   };
-  files::write_file(path("t.tir"), test_tyre_text());
-  files::write_file(
+  base::write_file(path("t.tir"), test_tyre_text());
+  base::write_file(
       path("p.csv"),
       "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,pressure_pa\n3000,0.05,0.1,0.02,20,160000\n");
   const std::string files =

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <random>
 
-#include "files/write_file.h"
+#include "base/write_file.h"
 #include "map_file.h"
 #include "support/places.h"
 #include "support/run_crgbuild.h"
@@ -33,8 +33,8 @@ class VehicleFile : public ::testing::Test {
               ("kerbstone_vehicle_file_" + std::to_string(::getpid()) + "_" +
                ::testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::create_directories(folder_);
-    files::write_file(path("t.tir"), test_tyre_text());
-    files::write_file(path("engine.csv"),
+    base::write_file(path("t.tir"), test_tyre_text());
+    base::write_file(path("engine.csv"),
                       "engine_radps:throttle,0,1\n0,0,100\n500,-30,300\n900,-50,200\n");
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -47,7 +47,7 @@ class VehicleFile : public ::testing::Test {
   }
   /// What read_vehicle says about this vehicle.yaml, or "".
   std::string refusal(const std::string& yaml) const {
-    files::write_file(path("vehicle.yaml"), yaml);
+    base::write_file(path("vehicle.yaml"), yaml);
     try {
       read_vehicle(path("vehicle.yaml"));
     } catch (const Error& error) {
@@ -59,9 +59,9 @@ class VehicleFile : public ::testing::Test {
 };
 
 TEST_F(VehicleFile, ReadsATurbochargerAndItsMaps) {
-  files::write_file(path("flow.csv"),
+  base::write_file(path("flow.csv"),
                     "shaft_radps:pressure_ratio,1,2\n10000,0.2,0.1\n16000,0.3,0.2\n");
-  files::write_file(path("efficiency.csv"),
+  base::write_file(path("efficiency.csv"),
                     "shaft_radps:pressure_ratio,1,2\n10000,0.6,0.7\n16000,0.65,0.75\n");
   const std::string maps = "  compressor_kgps: flow.csv\n  compressor_efficiency: efficiency.csv\n";
   EXPECT_EQ(refusal(text() + maps + "turbo: full\n"), "");
@@ -71,16 +71,16 @@ TEST_F(VehicleFile, ReadsATurbochargerAndItsMaps) {
   EXPECT_EQ(v.files.compressor_efficiency.z[1], 0.7);
   EXPECT_THAT(refusal(text() + "turbo: twin\n"),
               HasSubstr("turbo = 'twin', wanted first_order or full"));
-  files::write_file(path("efficiency.csv"), "shaft_radps:pressure_ratio,1,2\n1,0.6,0\n2,0.6,0.7\n");
+  base::write_file(path("efficiency.csv"), "shaft_radps:pressure_ratio,1,2\n1,0.6,0\n2,0.6,0.7\n");
   EXPECT_THAT(refusal(text() + maps + "turbo: full\n"), HasSubstr("compressor efficiency map"));
   EXPECT_EQ(refusal(text()), "");
   EXPECT_EQ(read_vehicle(path("vehicle.yaml")).files.turbo, Turbo::kFirstOrder);
 }
 
 TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
-  files::write_file(path("setup.txt"),
+  base::write_file(path("setup.txt"),
                     "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
-  files::write_file(
+  base::write_file(
       path("vehicle.yaml"),
       text() +
           "contact: four_point\nsetup: setup.txt\n"
@@ -145,7 +145,7 @@ TEST_F(VehicleFile, RefusesWithPlaceAndReason) {
 
 TEST_F(VehicleFile, RefusesBadMapsAndSetups) {
   const auto with_engine = [&](const std::string& csv) {
-    files::write_file(path("engine.csv"), csv);
+    base::write_file(path("engine.csv"), csv);
     return refusal(text());
   };
   EXPECT_THAT(with_engine("engine_rpm:throttle,0,1\n0,0,1\n"), HasSubstr("engine_radps:throttle"));
@@ -157,9 +157,9 @@ TEST_F(VehicleFile, RefusesBadMapsAndSetups) {
   EXPECT_THAT(with_engine("engine_radps:throttle,0,1\n"), HasSubstr("no values"));
   EXPECT_THAT(with_engine(""), HasSubstr("header"));
   SetUp();
-  files::write_file(path("s.txt"), "front.camber_rad = -0.03\nfront.camber_rad = -0.02\n");
+  base::write_file(path("s.txt"), "front.camber_rad = -0.03\nfront.camber_rad = -0.02\n");
   EXPECT_THAT(refusal(text() + "setup: s.txt\n"), AllOf(HasSubstr("s.txt:2"), HasSubstr("twice")));
-  files::write_file(path("s.txt"), "front.camber_rad -0.03\n");
+  base::write_file(path("s.txt"), "front.camber_rad -0.03\n");
   EXPECT_THAT(refusal(text() + "setup: s.txt\n"), HasSubstr("name=value"));
 }
 
@@ -178,27 +178,27 @@ TEST_F(VehicleFile, ReadsMapsFromMatlabFiles) {
   append_mat4(bytes, "engine_radps", 3, 1, {0, 500, 900});
   append_mat4(bytes, "throttle", 1, 2, {0, 1});
   append_mat4(bytes, "torque_nm", 3, 2, {0, -30, -50, 100, 300, 200});
-  files::write_file(path("engine.mat"), bytes);
+  base::write_file(path("engine.mat"), bytes);
   const std::string yaml =
       "name: m\ntyres: {front: t.tir, rear: t.tir}\nmaps: {engine_torque_nm: engine.mat}\n";
-  files::write_file(path("vehicle.yaml"), yaml);
+  base::write_file(path("vehicle.yaml"), yaml);
   const Vehicle v = read_vehicle(path("vehicle.yaml"));
   EXPECT_EQ(evaluate(v.files.engine_torque_nm, 250.0, 1.0), 200.0);
   EXPECT_EQ(evaluate(v.files.engine_torque_nm, 900.0, 0.0), -50.0);
 
   for (const auto& [thousands, machine] : {std::pair{2, "VAX"}, {3, "VAX"}, {4, "Cray"}}) {
     const std::int32_t type = 1000 * thousands;
-    files::write_file(
+    base::write_file(
         path("engine.mat"),
         std::string(reinterpret_cast<const char*>(&type), sizeof type) + bytes.substr(4));
     EXPECT_THAT(refusal(yaml), HasSubstr(std::string("engine.mat: numbers of a ") + machine +
                                          ", wanted those of IEEE"));
   }
 
-  files::write_file(path("engine.mat"), "not a MATLAB file");
+  base::write_file(path("engine.mat"), "not a MATLAB file");
   EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat"));
   for (std::size_t length = 0; length < bytes.size(); length += 5) {
-    files::write_file(path("engine.mat"), bytes.substr(0, length));
+    base::write_file(path("engine.mat"), bytes.substr(0, length));
     EXPECT_THAT(refusal(yaml), HasSubstr("engine.mat")) << length;
   }
   std::mt19937 random(2);
@@ -225,7 +225,7 @@ TEST_F(VehicleFile, ReadsMatlabFilesOfLevel5) {
   const std::size_t name = bytes.find(std::string("\1\0\0\0\1\0\0\0x", 9));
   ASSERT_NE(name, std::string::npos);
   bytes[name + 7] = '\x97';
-  files::write_file(path("large.mat"), bytes);
+  base::write_file(path("large.mat"), bytes);
   EXPECT_THAT([&] { read_map1(path("large.mat"), "x", "value"); },
               testing::ThrowsMessage<Error>(HasSubstr("no variable 'x', or the file is damaged")));
 }

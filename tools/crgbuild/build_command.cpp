@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/ending.h"
+#include "base/output_set.h"
 #include "commands.h"
-#include "files/ending.h"
-#include "files/output_set.h"
 #include "road/build.h"
 #include "road/error.h"
 #include "road/question.h"
@@ -44,7 +44,7 @@ void apply(const RecipeFlags& flags, road::Recipe& recipe) {
 
 /// By its name, or by the sections that it begins with.
 bool is_road_file(const std::string& path) {
-  if (files::ending_of(path) == ".crg") return true;
+  if (base::ending_of(path) == ".crg") return true;
   if (!std::filesystem::is_regular_file(path)) return false;
   std::ifstream file(path, std::ios::binary);
   std::string begin(10, '\0');
@@ -211,7 +211,7 @@ bool is_switch(const road::RecipeKey& key) {
 }
 
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags) {
-  const std::string ending = files::ending_of(input);
+  const std::string ending = base::ending_of(input);
   road::Recipe recipe = ending == ".yaml" || ending == ".yml" ? road::read_recipe(input)
                                                               : road::recipe_for_mesh(input);
   apply(flags, recipe);
@@ -225,7 +225,7 @@ road::Recipe make_recipe(const RecipeFlags& flags) {
 }
 
 int run_build(const BuildCommand& command, Terminal& terminal) {
-  if (files::ending_of(command.input) == ".crg")
+  if (base::ending_of(command.input) == ".crg")
     throw UsageError(
         fmt::format("{0} is a road already: crgbuild info {0} says what it holds, crgbuild report "
                     "{0} -o {1} what is wrong with it",
@@ -238,7 +238,7 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
                     command.input));
   const road::Recipe recipe = make_recipe(command.input, command.flags);
   road::BuildEvidence evidence;
-  files::OutputSet outputs(command.output_dir, road::kBuildCommand);
+  base::OutputSet outputs(command.output_dir, road::kBuildCommand);
   const road::BuildResult result = [&] {
     try {
       return road::build_track(recipe, outputs, terminal.progress(),

@@ -104,7 +104,7 @@ int run_report(const ReportCommand& command, Terminal& terminal);
 /// its commit.
 road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe,
                                const road::BuildResult& result, const road::BuildEvidence& evidence,
-                               const files::OutputSet& outputs);
+                               const base::OutputSet& outputs);
 void print_report(const road::ReportFiles& files, Terminal& terminal);
 
 /// Throws NotValid for a road whose report says that it is not usable.

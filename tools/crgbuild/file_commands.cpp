@@ -7,11 +7,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
+#include "base/write_file.h"
 #include "commands.h"
 #include "crg/check.h"
 #include "crg/edit.h"
-#include "files/json_text.h"
-#include "files/write_file.h"
 #include "settings.h"
 
 namespace crgbuild {
@@ -27,7 +27,7 @@ crg::Format format_of(const std::string& name, crg::Format otherwise) {
 
 int save(const crg::Crg& crg, const std::string& path, const std::string& format,
          Terminal& terminal) {
-  files::write_file(path, crg::to_bytes(crg, format_of(format, crg.format)));
+  base::write_file(path, crg::to_bytes(crg, format_of(format, crg.format)));
   const crg::Grid& grid = crg.grid;
   if (terminal.json) {
     nlohmann::ordered_json out;
@@ -36,7 +36,7 @@ int save(const crg::Crg& crg, const std::string& path, const std::string& format
     out["columns"] = grid.columns();
     out["u_begin_m"] = grid.u_begin_m;
     out["u_end_m"] = grid.u_of(grid.rows() - 1);
-    terminal.print(files::json_text(out));
+    terminal.print(base::json_text(out));
   } else {
     terminal.print(fmt::format("{} x {} nodes, u {:.3f} to {:.3f} m\nroad     {}\n", grid.rows(),
                                grid.columns(), grid.u_begin_m, grid.u_of(grid.rows() - 1), path));
@@ -90,7 +90,7 @@ int run_check(const CheckCommand& command, Terminal& terminal) {
            {"row", finding.row ? nlohmann::ordered_json(*finding.row) : nullptr},
            {"count", finding.count}});
     }
-    terminal.print(files::json_text(out));
+    terminal.print(base::json_text(out));
   } else {
     std::string text = command.crg + "\n";
     for (const crg::Finding& finding : report.findings) {

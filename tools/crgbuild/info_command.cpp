@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "files/json_text.h"
 #include "road/summary.h"
 
 namespace crgbuild {
@@ -104,7 +104,7 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
     out["options"] = entries(file.options);
     out["modifiers"] = file.has_modifier_section ? entries(file.modifiers) : Json(nullptr);
     out["projection"] = entries(file.projection);
-    terminal.print(files::json_text(out));
+    terminal.print(base::json_text(out));
     return kOk;
   }
 

@@ -10,11 +10,11 @@
 #include <optional>
 #include <string_view>
 
+#include "base/parallel.h"
+#include "base/read_file.h"
+#include "base/write_file.h"
 #include "commands.h"
 #include "crg/surface.h"
-#include "files/parallel.h"
-#include "files/read_file.h"
-#include "files/write_file.h"
 #include "road/error.h"
 #include "settings.h"
 
@@ -139,7 +139,7 @@ class Asker {
 
 int run_query(const QueryCommand& command, Terminal& terminal) {
   const bool standard_input = command.points == "-";
-  if (!standard_input) files::want_regular_file(command.points);
+  if (!standard_input) base::want_regular_file(command.points);
   std::ifstream points(standard_input ? "/dev/stdin" : command.points, std::ios::binary);
   if (!points)
     throw road::Error(
@@ -169,7 +169,7 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
                                                             : crg::ModifierUse::AsInFile;
   const crg::Surface surface(with_settings(crg::read(command.crg), use, command.settings));
   const Asker ask(surface, columns, command.points);
-  files::FileWriter output(command.output);
+  base::FileWriter output(command.output);
   output.append(kHeader);
 
   std::string block, rest;
@@ -198,10 +198,10 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
       at = end + 1;
     }
     answers.assign((lines.size() + kChunkLines - 1) / kChunkLines, {});
-    files::parallel_for(lines.size(), kChunkLines, command.threads,
-                        [&](std::size_t begin, std::size_t end) {
-                          answers[begin / kChunkLines] = ask(lines, begin, end, first_number);
-                        });
+    base::parallel_for(lines.size(), kChunkLines, command.threads,
+                       [&](std::size_t begin, std::size_t end) {
+                         answers[begin / kChunkLines] = ask(lines, begin, end, first_number);
+                       });
     for (const std::string& text : answers) {
       output.append(text);
       rows += static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));

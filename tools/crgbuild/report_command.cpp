@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
+#include "base/output_set.h"
+#include "base/sha256.h"
 #include "cloud/read_cloud.h"
 #include "commands.h"
 #include "crg/surface.h"
-#include "files/json_text.h"
-#include "files/output_set.h"
-#include "files/sha256.h"
 #include "road/build.h"
 #include "road/error.h"
 #include "road/write_report.h"
@@ -125,18 +125,18 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   request.cloud_points_m = points;
   if (!command.cloud.empty()) {
     for (const std::string& path : cloud::cloud_files(command.cloud))
-      request.sources.push_back({"cloud", path, files::sha256_of_file(path)});
+      request.sources.push_back({"cloud", path, base::sha256_of_file(path)});
   }
-  const files::FolderLock lock(command.output_dir, "crgbuild report");
+  const base::FolderLock lock(command.output_dir, "crgbuild report");
   const road::ReportFiles files = road::write_report(request, command.output_dir);
   terminal.progress_done();
   if (terminal.json) {
     terminal.print(
-        files::json_text(nlohmann::ordered_json{{"verdict", road::to_string(files.verdict)},
-                                                {"errors", files.errors},
-                                                {"remarks", files.remarks},
-                                                {"report_json", files.json_path},
-                                                {"report_html", files.page_path}}));
+        base::json_text(nlohmann::ordered_json{{"verdict", road::to_string(files.verdict)},
+                                               {"errors", files.errors},
+                                               {"remarks", files.remarks},
+                                               {"report_json", files.json_path},
+                                               {"report_html", files.page_path}}));
   } else {
     terminal.print(fmt::format("{}: {}\n", command.crg, sentence(files)));
     if (!files.page_path.empty()) terminal.print(fmt::format("report   {}\n", files.page_path));
@@ -165,7 +165,7 @@ void print_report(const road::ReportFiles& files, Terminal& terminal) {
 
 road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe,
                                const road::BuildResult& result, const road::BuildEvidence& evidence,
-                               const files::OutputSet& outputs) {
+                               const base::OutputSet& outputs) {
   road::ReportRequest request;
   place_mesh(recipe, request);
   const auto staged = [&](const std::string& path) {

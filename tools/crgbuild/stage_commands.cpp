@@ -3,11 +3,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
+#include "base/parallel.h"
+#include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "files/json_text.h"
-#include "files/parallel.h"
-#include "files/write_file.h"
 #include "road/build.h"
 #include "road/place.h"
 #include "road/road_mesh_file.h"
@@ -41,8 +41,7 @@ Track read_track(const std::string& path) {
 }
 
 void write_track(Track track, const std::string& path, crg::Format format) {
-  files::write_file(path,
-                    crg::to_bytes(road::track_crg(track.line, std::move(track.grid)), format));
+  base::write_file(path, crg::to_bytes(road::track_crg(track.line, std::move(track.grid)), format));
 }
 
 /// The class of each node is that of the mesh surface at its height.
@@ -54,7 +53,7 @@ road::SampledGrid classified(Track& track, const road::RoadMesh& mesh,
   const std::size_t columns = sampled.grid.columns();
   sampled.provenance.assign(sampled.grid.z_m.size(), road::Provenance::none);
   sampled.surface_class.assign(sampled.grid.z_m.size(), road::SurfaceClass::road);
-  files::parallel_for(sampled.grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(sampled.grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       for (std::size_t j = 0; j < columns; ++j) {
         const float z = sampled.grid.at(i, j);
@@ -81,7 +80,7 @@ void report(Terminal& terminal, const std::string& json, const std::string& text
 }
 
 void report(Terminal& terminal, const nlohmann::ordered_json& numbers, const std::string& text) {
-  report(terminal, files::json_text(numbers), text);
+  report(terminal, base::json_text(numbers), text);
 }
 
 }  // namespace
@@ -270,7 +269,7 @@ int run_align(const AlignCommand& command, Terminal& terminal) {
   road::apply_alignment(numbers.T_global_mesh, track.line);
   crg::Crg file = road::track_crg(track.line, std::move(track.grid));
   road::write_projection(placement->projection, track.line, file);
-  files::write_file(command.output, crg::to_bytes(file, recipe.format));
+  base::write_file(command.output, crg::to_bytes(file, recipe.format));
   for (const std::string& name : numbers.outliers)
     terminal.remark("control point left out, it contradicts the others: " + name);
   const Eigen::Vector3d& t = numbers.T_global_mesh.translation_m;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "commands.h"
-#include "files/json_text.h"
 #include "road/synth.h"
 
 namespace crgbuild {
@@ -49,7 +49,7 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
           {"runoff_p99_m", made.mesh_error.runoff_p99_m},
           {"runoff_max_m", made.mesh_error.runoff_max_m},
           {"points_without_mesh", made.mesh_error.points_without_mesh}}}};
-    terminal.print(files::json_text(numbers));
+    terminal.print(base::json_text(numbers));
   } else {
     terminal.print(
         fmt::format("circuit of {:.1f} m: {} triangles in {} objects, road within {:.2f} mm of the "

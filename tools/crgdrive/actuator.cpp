@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "files/json_text.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "vehicle/error.h"
 #include "vehicle/recording.h"
 
@@ -60,13 +60,13 @@ int actuator(const ActuatorCommand& command, Terminal& terminal) {
       "{}.{} = {:.6g}\n{}.dead_time_s = {:.6g}\n{}.lag_s = {:.6g}\n{}.damping = {:.6g}\n"
       "{}.lead_s = {:.6g}\n",
       in, out, longest.end - longest.begin, command.recording_path,
-      files::sha256_of_file(command.recording_path), group, steering ? "ratio" : "gain",
+      base::sha256_of_file(command.recording_path), group, steering ? "ratio" : "gain",
       steering ? 1.0 / m.gain : m.gain, group, m.dead_time_s, group, m.lag_s, group, m.damping,
       group, m.lead_s);
   const vehicle::ArxCoefficients arx = vehicle::arx_of(m, 0.001);
-  if (!command.out_path.empty()) files::write_file(command.out_path, sheet);
+  if (!command.out_path.empty()) base::write_file(command.out_path, sheet);
   if (terminal.json) {
-    terminal.print(files::json_text(nlohmann::ordered_json{{"command", in},
+    terminal.print(base::json_text(nlohmann::ordered_json{{"command", in},
                                                            {"movement", out},
                                                            {"rows", longest.end - longest.begin},
                                                            {"gain", m.gain},

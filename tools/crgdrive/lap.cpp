@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "files/json_text.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/write_file.h"
 #include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
@@ -95,7 +95,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
 
   const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
   if (terminal.json)
-    terminal.print(files::json_text(numbers(command, result)));
+    terminal.print(base::json_text(numbers(command, result)));
   else
     terminal.print(sentences(result));
   if (!command.out_path.empty()) {
@@ -103,7 +103,7 @@ int lap(const LapCommand& command, Terminal& terminal) {
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.devices_path.empty()) files.push_back(command.devices_path);
     files.insert(files.end(), command.opponent_paths.begin(), command.opponent_paths.end());
-    files::write_file(command.out_path,
+    base::write_file(command.out_path,
                       provenance("lap", v, command.car, files) +
                           fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n",
                                       command.fuel_kg, command.tyre_k, command.disc_k) +

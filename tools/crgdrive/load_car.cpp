@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "files/sha256.h"
+#include "base/sha256.h"
 #include "vehicle/error.h"
 
 namespace crgdrive {
@@ -97,7 +97,7 @@ std::string provenance(const std::string& run, const vehicle::Vehicle& car,
   std::string out = fmt::format("# crgdrive {}: vehicle {}, step {} s, {}\n", run, car.name,
                                 options.step_s, options.integrator);
   const auto file = [&](const std::string& path) {
-    out += fmt::format("# file {} sha256 {}\n", path, files::sha256_of_file(path));
+    out += fmt::format("# file {} sha256 {}\n", path, base::sha256_of_file(path));
   };
   for (const std::string& path : car.read_files) file(path);
   if (!options.setup_path.empty()) file(options.setup_path);

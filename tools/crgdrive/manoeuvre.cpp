@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "files/json_text.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/write_file.h"
 #include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
@@ -43,7 +43,7 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
 
   const vehicle::ManoeuvreResult r = vehicle::run_manoeuvre(car, m);
   if (terminal.json)
-    terminal.print(files::json_text(nlohmann::ordered_json{
+    terminal.print(base::json_text(nlohmann::ordered_json{
         {"manoeuvre", command.kind},
         {"complete", r.complete},
         {"peak_fz_n", r.peak_fz_n},
@@ -62,7 +62,7 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
       r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string()));
   if (!terminal.json && !r.swing_warning.empty()) terminal.print(r.swing_warning + "\n");
   if (!command.out_path.empty())
-    files::write_file(command.out_path,
+    base::write_file(command.out_path,
                       provenance("manoeuvre " + command.kind, v, command.car, files) +
                           fmt::format("# start fuel_kg={:g}\n", command.fuel_kg) +
                           vehicle::format_table(r.telemetry));

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "files/json_text.h"
+#include "base/json_text.h"
 
 namespace crgdrive {
 
@@ -17,7 +17,7 @@ int parameters(Terminal& terminal) {
     parameters.push_back({{"name", p.name}, {"unit", p.unit}, {"default", p.value}, {"lowest", p.low}, {"highest", p.high}, {"prior", p.prior}, {"meaning", p.text}});
   for (const vehicle::TermInfo& t : vehicle::term_list()) terms.push_back({{"name", t.name}, {"without", t.absence}});
   terminal.print(
-      files::json_text(nlohmann::ordered_json{{"parameters", parameters}, {"terms", terms}}));
+      base::json_text(nlohmann::ordered_json{{"parameters", parameters}, {"terms", terms}}));
   return kOk;
 }
 

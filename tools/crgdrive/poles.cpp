@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "files/json_text.h"
+#include "base/json_text.h"
 #include "load_car.h"
 #include "vehicle/step_swing.h"
 
@@ -51,7 +51,7 @@ int poles(const PolesCommand& command, Terminal& terminal) {
     }
     all.push_back({{"speed_mps", at.speed_mps}, {"euler_step_s", at.euler_step_s}, {"radii", radii}, {"poles", poles}});
   }
-  terminal.print(terminal.json ? files::json_text(all) : text);
+  terminal.print(terminal.json ? base::json_text(all) : text);
   return kOk;
 }
 

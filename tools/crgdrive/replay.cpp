@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "files/json_text.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/write_file.h"
 #include "load_car.h"
 #include "vehicle/error.h"
 
@@ -97,7 +97,7 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
   const vehicle::ReplayResult result =
       vehicle::replay(car, vehicle::Road(surface), recording, options);
   if (terminal.json)
-    terminal.print(files::json_text(numbers(recording, result)));
+    terminal.print(base::json_text(numbers(recording, result)));
   else
     print_result(result, command.hold_speed, terminal);
   if (!command.out_path.empty()) {
@@ -110,8 +110,8 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
         provenance("replay", v, command.car, files) +
         fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g} where not recorded\n",
                     command.fuel_kg, command.tyre_k, command.disc_k);
-    files::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
-    files::write_file((folder / "replay.csv").string(),
+    base::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
+    base::write_file((folder / "replay.csv").string(),
                       from + vehicle::format_table(result.telemetry, 17));
   }
   if (result.problems.size() == result.windows)

@@ -8,9 +8,9 @@
 
 #include "commands.h"
 #include "crg/surface.h"
-#include "files/json_text.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "load_car.h"
 #include "report/plot_page.h"
 #include "vehicle/error.h"
@@ -100,17 +100,17 @@ int report(const ReportCommand& command, Terminal& terminal) {
   add("Load rear left", "N", channel("fz_rl_n"));
   add("Load rear right", "N", channel("fz_rr_n"));
   page.facts.push_back({"road", command.track_path + "  " +
-                                    files::sha256_of_file(command.track_path).substr(0, 16)});
+                                    base::sha256_of_file(command.track_path).substr(0, 16)});
   for (const AlongRoad& drive : drives) {
     const auto& time = *drive.recording.table.find("time_s");
     page.facts.push_back(
         {drive.name,
          fmt::format("{} rows, {:.2f} s, {}", drive.recording.table.rows(),
-                     time.back() - time.front(), files::sha256_of_file(drive.name).substr(0, 16))});
+                     time.back() - time.front(), base::sha256_of_file(drive.name).substr(0, 16))});
   }
-  files::write_file(command.out_path, report::plot_page(page));
+  base::write_file(command.out_path, report::plot_page(page));
   if (terminal.json)
-    terminal.print(files::json_text(nlohmann::ordered_json{
+    terminal.print(base::json_text(nlohmann::ordered_json{
         {"curves", page.plots.size()}, {"drives", command.telemetry}, {"page", command.out_path}}));
   else
     terminal.print(fmt::format("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path));

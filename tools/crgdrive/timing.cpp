@@ -49,7 +49,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
   const auto count = static_cast<std::size_t>(command.seconds / options.step_s);
   if (count == 0) throw vehicle::Error("--seconds is shorter than a step");
   std::vector<double> us(count);
-  const files::Progress progress = terminal.progress();
+  const base::Progress progress = terminal.progress();
   vehicle::StepSwing swing;
   for (std::size_t i = 0; i < count; ++i) {
     if (i % 4096 == 0) progress("timing", static_cast<double>(i) / static_cast<double>(count));

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "commands.h"
-#include "files/json_text.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "report/plot_page.h"
 #include "vehicle/table.h"
 #include "vehicle/tyre_points.h"
@@ -60,7 +60,7 @@ std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
   report::PlotPage page;
   page.title = "Tyre " + command.tyre_path;
   page.facts = {
-      {"file", command.tyre_path + "  " + files::sha256_of_file(command.tyre_path).substr(0, 16)},
+      {"file", command.tyre_path + "  " + base::sha256_of_file(command.tyre_path).substr(0, 16)},
       {"formula", fmt::format("Magic Formula {:.1f}", tyre.version / 10.0)},
       {"nominal load", fmt::format("{:.0f} N", nominal_n)},
       {"conditions",
@@ -105,17 +105,17 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
     const vehicle::Table points = vehicle::read_table(command.points_path);
     const vehicle::Table forces =
         vehicle::evaluate_tyre(file.coefficients, points, command.points_path, options);
-    files::write_file(command.out_path, vehicle::format_table(forces, 10));
+    base::write_file(command.out_path, vehicle::format_table(forces, 10));
     text += fmt::format("{} points -> {}\n", forces.rows(), command.out_path);
     numbers["points"] = forces.rows();
     numbers["forces"] = command.out_path;
   }
   if (!command.plots_path.empty()) {
-    files::write_file(command.plots_path, curves(command, file, options));
+    base::write_file(command.plots_path, curves(command, file, options));
     text += fmt::format("curves -> {}\n", command.plots_path);
     numbers["plots"] = command.plots_path;
   }
-  terminal.print(terminal.json ? files::json_text(numbers) : text);
+  terminal.print(terminal.json ? base::json_text(numbers) : text);
   return kOk;
 }
 

@@ -24,7 +24,7 @@ explain::Mapping driven_columns(const RunCommand& command, const vehicle::Vehicl
 }  // namespace
 
 void drive_before_and_after(const RunCommand& command, const Road& road, const vehicle::Vehicle& car, const Corrected& corrected, Recordings& recordings, const Stages& stages,
-                            const files::Progress& progress, explain::Findings& findings) {
+                            const base::Progress& progress, explain::Findings& findings) {
   progress("the whole simulated car, before and after", 0.0);
   const vehicle::Vehicle improved = vehicle::read_vehicle(corrected.vehicle_path);
   const Road changed = read_road(corrected.track_path, corrected.friction_path);

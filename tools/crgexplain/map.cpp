@@ -5,8 +5,8 @@
 
 #include "commands.h"
 #include "explain/mapping.h"
-#include "files/json_text.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/write_file.h"
 #include "vehicle/error.h"
 
 namespace crgexplain {
@@ -21,11 +21,11 @@ int map(const MapCommand& command, Terminal& terminal) {
   std::vector<std::string> notes = mapping.notes;
   for (std::size_t c = 0; c < words.size(); ++c)
     if (words[c] > 0) notes.push_back(fmt::format("{} of {} cells of '{}' are no numbers: taken as empty", words[c], table.rows(), table.names[c]));
-  files::write_file(command.out_path, explain::format_mapping(mapping));
+  base::write_file(command.out_path, explain::format_mapping(mapping));
   if (terminal.json) {
     nlohmann::ordered_json columns = nlohmann::ordered_json::object();
     for (const explain::ColumnMapping& m : mapping.columns) columns[m.column] = m.channel;
-    terminal.print(files::json_text(nlohmann::ordered_json{{"rows", table.rows()},
+    terminal.print(base::json_text(nlohmann::ordered_json{{"rows", table.rows()},
                                                            {"columns", table.names.size()},
                                                            {"channel_of_column", columns},
                                                            {"notes", notes},

@@ -5,7 +5,7 @@
 
 #include "crg/file.h"
 #include "explain/fuel.h"
-#include "files/sha256.h"
+#include "base/sha256.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
 
@@ -26,7 +26,7 @@ void want_grip_factors(const crg::Crg& map, const std::string& path) {
 void refuse_the_same_twice(const std::vector<std::string>& paths) {
   std::vector<std::string> hashes;
   for (const std::string& path : paths) {
-    const std::string hash = files::sha256_of_file(path);
+    const std::string hash = base::sha256_of_file(path);
     if (const auto same = std::find(hashes.begin(), hashes.end(), hash); same != hashes.end())
       throw Error(fmt::format("{}: the same recording as {}; give it once", path, paths[static_cast<std::size_t>(same - hashes.begin())]));
     hashes.push_back(hash);

@@ -11,9 +11,9 @@
 #include "explain/page.h"
 #include "explain/plausible_car.h"
 #include "explain/short_waves.h"
-#include "files/output_set.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
+#include "base/output_set.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
 
@@ -30,11 +30,11 @@ std::vector<std::string> inputs_of(const RunCommand& command, const vehicle::Veh
 
 /// Everything that the result depends on: this program, names and bytes of all inputs, options.
 std::string hash_of(const RunCommand& command, const std::vector<std::string>& inputs) {
-  std::string all = files::sha256_of_program();
+  std::string all = base::sha256_of_program();
   for (const std::string& input : inputs)
-    if (!input.empty()) all += fmt::format("\n{} {}", input, files::sha256_of_file(input));
+    if (!input.empty()) all += fmt::format("\n{} {}", input, base::sha256_of_file(input));
   all += fmt::format("\n{} {} {}", command.nulls, fmt::join(command.hold_out, ","), command.fuel_kg);
-  return files::sha256(all);
+  return base::sha256(all);
 }
 
 explain::ExplainOptions options_of(const RunCommand& command, Terminal& terminal) {
@@ -79,7 +79,7 @@ int run(const RunCommand& command, Terminal& terminal) {
   const Road road = read_road(command.track_path, command.friction_path);
   Recordings recordings = read_recordings(command, road.surface, car);
   want_laps(command.hold_out, recordings.logs);
-  const files::FolderLock lock(command.out_path, "crgexplain run");
+  const base::FolderLock lock(command.out_path, "crgexplain run");
 
   const Stages stages(command.out_path, hash_of(command, inputs));
   if (const auto taken = stages.taken_up(); !taken.empty())
@@ -96,8 +96,8 @@ int run(const RunCommand& command, Terminal& terminal) {
 
   const std::string title = fmt::format("Simulation and recording: {} on {}", car.name, std::filesystem::path(command.track_path).stem().string());
   const std::string json = explain::findings_json(findings);
-  files::write_file(command.out_path + "/findings.json", json);
-  files::write_file(command.out_path + "/report.html", explain::findings_page(findings, recordings.logs, title));
+  base::write_file(command.out_path + "/findings.json", json);
+  base::write_file(command.out_path + "/report.html", explain::findings_page(findings, recordings.logs, title));
   stages.done();
   if (terminal.json)
     terminal.print(json);

@@ -55,7 +55,7 @@ void write_car(const explain::CorrectedCar& car, const std::string& folder);
 /// Drives the whole simulated car with the stated and with the corrected inputs and adds to the findings
 /// what came out. The refitted car replaces the corrected one: what was driven is what is handed out.
 void drive_before_and_after(const RunCommand& command, const Road& road, const vehicle::Vehicle& car, const Corrected& corrected, Recordings& recordings, const Stages& stages,
-                            const files::Progress& progress, explain::Findings& findings);
+                            const base::Progress& progress, explain::Findings& findings);
 
 /// Verdict, findings and the commands that go on from here.
 void print_result(const RunCommand& command, const Recordings& recordings, const explain::Findings& findings, const Corrected& corrected, Terminal& terminal);

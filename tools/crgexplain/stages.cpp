@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "files/read_file.h"
-#include "files/write_file.h"
+#include "base/read_file.h"
+#include "base/write_file.h"
 
 namespace crgexplain {
 
@@ -28,11 +28,11 @@ std::vector<std::string> Stages::taken_up() const {
 
 bool Stages::load(const std::string& stage, std::string& bytes) const {
   if (!fs::exists(path(stage))) return false;
-  bytes = files::read_file(path(stage), std::size_t{1} << 30);
+  bytes = base::read_file(path(stage), std::size_t{1} << 30);
   return true;
 }
 
-void Stages::keep(const std::string& stage, const std::string& bytes) const { files::write_file(path(stage), bytes); }
+void Stages::keep(const std::string& stage, const std::string& bytes) const { base::write_file(path(stage), bytes); }
 
 void Stages::done() const { fs::remove_all(folder_); }
 

@@ -18,10 +18,10 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "explain/explain.h"
-#include "files/json_text.h"
-#include "files/parallel.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
+#include "base/json_text.h"
+#include "base/parallel.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "vehicle/error.h"
 
 namespace crgexplain {
@@ -100,11 +100,11 @@ int make(const TrialsCommand& c, Terminal& terminal) {
   std::vector<fs::path> sealed;
   for (const auto& entry : fs::directory_iterator(fs::path(c.folder) / "sealed")) sealed.push_back(entry.path());
   std::sort(sealed.begin(), sealed.end());
-  for (const fs::path& path : sealed) sums += files::sha256_of_file(path.string()) + "  sealed/" + path.filename().string() + "\n";
-  files::write_file(c.folder + "/SHA256SUMS", sums);
-  const std::string seal = files::sha256_of_file(c.folder + "/SHA256SUMS");
+  for (const fs::path& path : sealed) sums += base::sha256_of_file(path.string()) + "  sealed/" + path.filename().string() + "\n";
+  base::write_file(c.folder + "/SHA256SUMS", sums);
+  const std::string seal = base::sha256_of_file(c.folder + "/SHA256SUMS");
   const std::size_t count = folders(c.folder).size();
-  terminal.print(terminal.json ? files::json_text(json{{"trials", count}, {"seal", seal}})
+  terminal.print(terminal.json ? base::json_text(json{{"trials", count}, {"seal", seal}})
                                : fmt::format("{} trials; seal of all truths: {}\n", count, seal));
   return 0;
 }
@@ -135,8 +135,8 @@ int run_all(const TrialsCommand& c, Terminal& terminal) {
   const std::vector<fs::path> all = folders(c.folder);
   std::atomic<std::size_t> done{0};
   std::vector<std::string> failures(all.size());  ///< why; empty: none
-  const files::Progress progress = terminal.progress();
-  files::parallel_for(all.size(), 1, c.threads, [&](std::size_t k, std::size_t) {
+  const base::Progress progress = terminal.progress();
+  base::parallel_for(all.size(), 1, c.threads, [&](std::size_t k, std::size_t) {
     const std::string here = all[k].string();
     if (is_explained(all[k])) return;  // a run that was stopped goes on
     std::string result;
@@ -144,18 +144,18 @@ int run_all(const TrialsCommand& c, Terminal& terminal) {
       result = explain::findings_json(explained(all[k], here + "/run.csv", true));
     } catch (const std::exception& error) {
       failures[k] = error.what();
-      result = files::json_text(
+      result = base::json_text(
           json{{"verdict", kFailedVerdict}, {"error", failures[k]}, {"findings", json::array()}},
           1);
     }
-    files::write_file(here + "/findings.json", result);
+    base::write_file(here + "/findings.json", result);
     progress("trials", static_cast<double>(++done) / static_cast<double>(all.size()));
   });
   const auto is_failure = [](const std::string& why) { return !why.empty(); };
   const auto failed =
       static_cast<std::size_t>(std::count_if(failures.begin(), failures.end(), is_failure));
   terminal.print(terminal.json
-                     ? files::json_text(json{{"recordings", all.size()}, {"failed", failed}})
+                     ? base::json_text(json{{"recordings", all.size()}, {"failed", failed}})
                      : fmt::format("{} recordings explained\n", all.size() - failed));
   if (failed > 0)
     throw command::NotValid(fmt::format(
@@ -223,7 +223,7 @@ int score(const TrialsCommand& c, Terminal& terminal) {
   if (!sums) throw Error(c.folder + "/SHA256SUMS: cannot be opened; crgexplain trials make writes it");
   std::string hash, name;
   while (sums >> hash >> name)
-    if (files::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");
+    if (base::sha256_of_file((folder / name).string()) != hash) throw Error((folder / name).string() + ": is not what was sealed");
   Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, one, cover;
   std::vector<double> overlap, error, improvement;
   std::map<std::string, Count> by_mechanism;  ///< single effects of 0.5 sd or more
@@ -359,7 +359,7 @@ int score(const TrialsCommand& c, Terminal& terminal) {
   text += fmt::format("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}", failures);
   terminal.print(
       terminal.json
-          ? files::json_text(nlohmann::ordered_json{
+          ? base::json_text(nlohmann::ordered_json{
                 {"metrics", metrics}, {"single_effects", named}, {"failures", failed_trials}})
           : text);
   return kOk;

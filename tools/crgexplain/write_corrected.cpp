@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "crg/file.h"
-#include "files/write_file.h"
+#include "base/write_file.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
 
@@ -30,8 +30,8 @@ void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::stri
 }
 
 void write_car(const explain::CorrectedCar& car, const std::string& folder) {
-  for (const auto& [name, text] : car.files) files::write_file(folder + "/" + name, text);
-  files::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
+  for (const auto& [name, text] : car.files) base::write_file(folder + "/" + name, text);
+  base::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
 }
 
 Corrected write_corrected(const RunCommand& command, const Road& stated, const vehicle::Vehicle& car, const Recordings& recordings, const explain::Findings& findings) {
@@ -41,11 +41,11 @@ Corrected write_corrected(const RunCommand& command, const Road& stated, const v
   const crg::Crg& road = stated.surface.file();
   if (const auto made = explain::corrected_road(road, findings)) {
     out.track_path = folder + "/track.crg";
-    files::write_file(out.track_path, crg::to_bytes(*made, road.format));
+    base::write_file(out.track_path, crg::to_bytes(*made, road.format));
   }
   if (const auto made = explain::friction_map(road, stated.friction ? &*stated.friction : nullptr, findings)) {
     out.friction_path = folder + "/friction.crg";
-    files::write_file(out.friction_path, crg::to_bytes(*made, road.format));
+    base::write_file(out.friction_path, crg::to_bytes(*made, road.format));
   }
   if (const auto made = explain::corrected_vehicle(command.vehicle_path, car, findings, recordings.logs)) {
     out.vehicle_path = folder + "/vehicle.yaml";
@@ -54,7 +54,7 @@ Corrected write_corrected(const RunCommand& command, const Road& stated, const v
   }
   if ((out.mapping = explain::corrected_mapping(recordings.recorded, car, findings, recordings.logs))) {
     out.mapping_path = folder + "/mapping.yaml";
-    files::write_file(out.mapping_path, explain::format_mapping(*out.mapping));
+    base::write_file(out.mapping_path, explain::format_mapping(*out.mapping));
   }
   return out;
 }

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
+#include "base/output_set.h"
+#include "base/write_file.h"
 #include "cloud/changes.h"
 #include "cloud/pcl.h"
 #include "commands.h"
-#include "files/json_text.h"
-#include "files/output_set.h"
-#include "files/write_file.h"
 #include "report/change_map.h"
 
 namespace lidar2mesh {
@@ -110,15 +110,15 @@ int run_changes(const ChangesCommand& command, Terminal& terminal) {
   options.level_m = command.level_m, options.progress = terminal.progress();
   const cloud::CloudSource before = source_of(command.before, command.unit),
                            after = source_of(command.after, command.unit);
-  files::OutputSet outputs(command.output_dir, "lidar2mesh changes");
+  base::OutputSet outputs(command.output_dir, "lidar2mesh changes");
   const cloud::ChangeResult result = cloud::find_changes(before, after, options);
   std::vector<cloud::OctreeChange> cubes;
   if (command.octree_m > 0.0)
     cubes = cloud::octree_changes(whole(before), whole(after), command.octree_m, 5);
-  const std::string json = files::json_text(json_of(result, cubes));
-  files::write_file(outputs.staged("changes.csv"), csv_of(result));
-  files::write_file(outputs.staged("changes.json"), json);
-  files::write_file(outputs.staged("changes.png"), picture_of(result, command.min_change_m));
+  const std::string json = base::json_text(json_of(result, cubes));
+  base::write_file(outputs.staged("changes.csv"), csv_of(result));
+  base::write_file(outputs.staged("changes.json"), json);
+  base::write_file(outputs.staged("changes.png"), picture_of(result, command.min_change_m));
   outputs.commit("changes");
   if (terminal.json) {
     terminal.print(json);

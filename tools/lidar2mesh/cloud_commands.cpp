@@ -4,18 +4,18 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "cloud/ground.h"
 #include "cloud/pcl.h"
 #include "cloud/read_cloud.h"
 #include "cloud/register.h"
 #include "commands.h"
-#include "files/json_text.h"
 
 namespace lidar2mesh {
 namespace {
 
 std::vector<std::uint8_t> ground_of(const cloud::Cloud& cloud, const GroundCommand& command,
-                                    const files::Progress& progress) {
+                                    const base::Progress& progress) {
   if (command.method == "own") {
     cloud::GroundOptions options;
     options.cell_m = command.cell_m, options.height_m = command.height_m;
@@ -81,11 +81,11 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   cloud::CloudReadReport report;
-  const files::Progress progress = terminal.progress();
+  const base::Progress progress = terminal.progress();
   read.progress = [&](double share) { progress("read", 0.2 * share); };
   cloud::Cloud cloud = cloud::read_cloud(command.cloud, read, &report);
   progress("ground", 0.2);
-  const files::Progress step = [&](const std::string& stage, double share) {
+  const base::Progress step = [&](const std::string& stage, double share) {
     progress(stage, 0.2 + 0.7 * share);
   };
   const std::vector<std::uint8_t> ground = ground_of(cloud, command, step);
@@ -106,7 +106,7 @@ int run_ground(const GroundCommand& command, Terminal& terminal) {
         {"cloud", command.output},
         {"origin_m", {cloud.origin_m.x(), cloud.origin_m.y(), cloud.origin_m.z()}},
         {"remarks", report.remarks}});
-    terminal.print(files::json_text(out));
+    terminal.print(base::json_text(out));
     return kOk;
   }
   terminal.print(fmt::format("{} of {} points are ground (class 2)\n", count, cloud.size()));
@@ -129,7 +129,7 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
   const cloud::FilterOptions filter = filter_options(command.outliers, 0.0);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
-  const files::Progress progress = terminal.progress();
+  const base::Progress progress = terminal.progress();
   progress("read", 0.0);
   const cloud::Cloud target = cloud::read_cloud(command.target, read),
                      source = cloud::read_cloud(command.source, read);
@@ -172,7 +172,7 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
                                       {"rms_after_m", facts.rms_after_m},
                                       {"information", facts.information},
                                       {"unfixed", facts.unfixed}});
-    terminal.print(files::json_text(out));
+    terminal.print(base::json_text(out));
     return facts.converged ? kOk : kNotValid;
   }
   if (command.coarse)

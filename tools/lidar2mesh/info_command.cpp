@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "cloud/read_cloud.h"
 #include "commands.h"
-#include "files/json_text.h"
 
 namespace lidar2mesh {
 
@@ -71,7 +71,7 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   const std::vector<std::string> paths = cloud::cloud_files(command.cloud);
   double done = 0.0;
-  const files::Progress progress = terminal.progress();
+  const base::Progress progress = terminal.progress();
   options.progress = [&](double share) {
     progress("read", (done + share) / static_cast<double>(paths.size()));
   };
@@ -84,7 +84,7 @@ int run_info(const InfoCommand& command, Terminal& terminal) {
     done += 1.0;
   }
   const bool is_folder = std::filesystem::is_directory(command.cloud);
-  if (terminal.json) terminal.print(files::json_text(is_folder ? all : all.front()));
+  if (terminal.json) terminal.print(base::json_text(is_folder ? all : all.front()));
   return kOk;
 }
 

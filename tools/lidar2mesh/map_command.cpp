@@ -2,15 +2,15 @@
 
 #include <filesystem>
 
+#include "base/ending.h"
+#include "base/json_text.h"
+#include "base/output_set.h"
+#include "base/write_file.h"
 #include "cloud/base_road.h"
 #include "cloud/error.h"
 #include "cloud/map.h"
 #include "commands.h"
 #include "crg/options.h"
-#include "files/ending.h"
-#include "files/json_text.h"
-#include "files/output_set.h"
-#include "files/write_file.h"
 #include "map_report.h"
 #include "road/build.h"
 
@@ -22,8 +22,7 @@ constexpr double kDegree = 0.017453292519943295;
 
 /// The base as a road file: read, or built from a mesh without kerb columns or smoothing.
 crg::Crg read_base(const MapCommand& command, std::vector<road::InputFile>& inputs) {
-  if (files::ending_of(command.base) == ".crg")
-    return crg::apply_modifiers(crg::read(command.base));
+  if (base::ending_of(command.base) == ".crg") return crg::apply_modifiers(crg::read(command.base));
   road::MeshReadOptions read;
   if (command.base_up == "y") read.up = road::UpAxis::y;
   if (command.base_up == "z") read.up = road::UpAxis::z;
@@ -112,7 +111,7 @@ road::Mesh mesh_of(const crg::Crg& file) {
 }
 
 void print_result(const MapCommand& command, const cloud::MapReport& facts,
-                  const files::OutputSet& outputs, Terminal& terminal) {
+                  const base::OutputSet& outputs, Terminal& terminal) {
   terminal.print(fmt::format("{} points read, {} used; {:.1f} % of the nodes come from points\n",
                              facts.points, facts.used, 100.0 * facts.coverage));
   if (command.correct_drift) {
@@ -184,11 +183,11 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     trajectory = cloud::read_trajectory(command.trajectory, extrinsic);
   }
   const cloud::FilterOptions filter = filter_options(command.outliers, command.voxel_m);
-  files::OutputSet outputs(command.output_dir, "lidar2mesh map");
+  base::OutputSet outputs(command.output_dir, "lidar2mesh map");
   // Within a stage that reads the scans, the share of the whole follows their bytes.
   std::string stage = "look for the road";
   double stage_begin = 0.0, stage_end = command.base.empty() ? 0.15 : 0.0;
-  const files::Progress progress = terminal.progress();
+  const base::Progress progress = terminal.progress();
   double bytes_in_all = 0.0, bytes_before = 0.0, bytes_here = 0.0;
   for (const std::string& file : files) bytes_in_all += static_cast<double>(fs::file_size(file));
   read.progress = [&](double share) {
@@ -248,11 +247,11 @@ int run_map(const MapCommand& command, Terminal& terminal) {
     return file;
   };
   const crg::Crg refined = with_grid(result.grid, true);
-  files::write_file(path("refined.crg"), crg::to_bytes(refined, crg::Format::KRBI));
-  files::write_file(path("refined.stddev.crg"),
-                    crg::to_bytes(with_grid(result.stddev, false), crg::Format::KRBI));
-  files::write_file(path("refined.provenance.crg"),
-                    crg::to_bytes(with_grid(result.source, false), crg::Format::KRBI));
+  base::write_file(path("refined.crg"), crg::to_bytes(refined, crg::Format::KRBI));
+  base::write_file(path("refined.stddev.crg"),
+                   crg::to_bytes(with_grid(result.stddev, false), crg::Format::KRBI));
+  base::write_file(path("refined.provenance.crg"),
+                   crg::to_bytes(with_grid(result.source, false), crg::Format::KRBI));
   const std::string mesh_path = path(command.stl ? "refined.stl" : "refined.ply");
   road::write_mesh(mesh_of(refined), mesh_path);
   cloud::MapReport facts = result.report;
@@ -263,14 +262,14 @@ int run_map(const MapCommand& command, Terminal& terminal) {
                     left_out.points, left_out.outliers, left_out.thinned));
   nlohmann::ordered_json out = head_of(inputs, command.options);
   out.update(nlohmann::ordered_json::parse(cloud::map_summary_json(facts)));
-  const std::string summary = files::json_text(out);
-  files::write_file(path("summary.json"), summary);
-  files::write_file(path("timing.json"), cloud::map_timing_json(facts));
+  const std::string summary = base::json_text(out);
+  base::write_file(path("summary.json"), summary);
+  base::write_file(path("timing.json"), cloud::map_timing_json(facts));
   if (!result.corrected.empty())
     cloud::write_trajectory(result.corrected.front(), path("trajectory.csv"));
   if (command.report) {
     terminal.progress()("report", 0.95);
-    files::write_file(path("base.crg"), crg::to_bytes(base, crg::Format::KRBI));
+    base::write_file(path("base.crg"), crg::to_bytes(base, crg::Format::KRBI));
     write_map_report(outputs, base, refined, result.source, facts, inputs, command.threads);
   }
   outputs.commit("refined", {}, {"timing.json"});

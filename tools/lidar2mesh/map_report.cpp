@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <limits>
 
+#include "base/write_file.h"
 #include "cloud/road_frame.h"
-#include "files/write_file.h"
 #include "report/track_report.h"
 #include "road/write_report.h"
 
@@ -144,10 +144,9 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
 
 }  // namespace
 
-void write_map_report(const files::OutputSet& outputs, const crg::Crg& base,
-                      const crg::Crg& refined, const crg::Grid& source,
-                      const cloud::MapReport& facts, const std::vector<road::InputFile>& inputs,
-                      unsigned threads) {
+void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
+                      const crg::Grid& source, const cloud::MapReport& facts,
+                      const std::vector<road::InputFile>& inputs, unsigned threads) {
   road::ReportRequest request;
   request.crg_path = outputs.staged("refined.crg");
   request.shown_folder = std::filesystem::path(outputs.path("refined.crg")).parent_path().string();
@@ -180,9 +179,9 @@ void write_map_report(const files::OutputSet& outputs, const crg::Crg& base,
   page.extra.push_back(coverage(facts));
   if (facts.sections > 0) page.extra.push_back(registration(facts));
   page.extra.push_back(kerbs_before_after(page, base, refined, source));
-  files::write_file(outputs.staged("report.json"), report::report_json(page));
+  base::write_file(outputs.staged("report.json"), report::report_json(page));
   if (report::page_available())
-    files::write_file(outputs.staged("report.html"), report::report_page(page));
+    base::write_file(outputs.staged("report.html"), report::report_page(page));
 }
 
 }  // namespace lidar2mesh

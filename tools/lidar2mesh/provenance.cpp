@@ -1,8 +1,8 @@
 #include "provenance.h"
 
+#include "base/sha256.h"
 #include "cloud/read_cloud.h"
 #include "command/version.h"
-#include "files/sha256.h"
 
 namespace lidar2mesh {
 
@@ -12,7 +12,7 @@ std::vector<road::InputFile> hashed(const std::string& role, const std::string& 
   std::vector<road::InputFile> inputs;
   if (path.empty()) return inputs;
   for (const std::string& file : cloud::cloud_files(path))
-    inputs.push_back({role, file, files::sha256_of_file(file)});
+    inputs.push_back({role, file, base::sha256_of_file(file)});
   return inputs;
 }
 

@@ -2,11 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/ending.h"
+#include "base/json_text.h"
+#include "base/write_file.h"
 #include "cloud/synth.h"
 #include "commands.h"
-#include "files/ending.h"
-#include "files/json_text.h"
-#include "files/write_file.h"
 #include "road/circuit.h"
 
 namespace lidar2mesh {
@@ -24,7 +24,7 @@ crg::Crg approximation_of(const road::Circuit& circuit) {
 }  // namespace
 
 int run_synth(const SynthCommand& command, Terminal& terminal) {
-  const bool is_circuit = files::ending_of(command.road) == ".yaml";
+  const bool is_circuit = base::ending_of(command.road) == ".yaml";
   std::optional<road::Circuit> circuit;
   if (is_circuit) circuit = road::read_circuit(command.road);
   const crg::Crg road = circuit ? road::truth_crg(*circuit) : crg::read(command.road);
@@ -40,10 +40,9 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
   if (!command.v_m.empty()) options.v_m = command.v_m;
   const cloud::ScanSynthReport made = cloud::synth_scans(road, command.output_dir, options);
   const std::string truth = command.output_dir + "/truth.crg";
-  files::write_file(truth, crg::to_bytes(road, crg::Format::KRBI));
+  base::write_file(truth, crg::to_bytes(road, crg::Format::KRBI));
   const std::string base = circuit ? command.output_dir + "/base.crg" : "";
-  if (circuit)
-    files::write_file(base, crg::to_bytes(approximation_of(*circuit), crg::Format::KRBI));
+  if (circuit) base::write_file(base, crg::to_bytes(approximation_of(*circuit), crg::Format::KRBI));
   if (terminal.json) {
     nlohmann::ordered_json out = head_of(hashed("road", command.road), command.options);
     out.update(nlohmann::ordered_json{{"points", made.points},
@@ -53,7 +52,7 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
                                       {"truth_trajectory", made.truth_path},
                                       {"truth_road", truth}});
     if (circuit) out["base_road"] = base;
-    terminal.print(files::json_text(out));
+    terminal.print(base::json_text(out));
     return kOk;
   }
   terminal.print(fmt::format(

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "base/parallel.h"
+#include "base/statistics.h"
 #include "cloud/error.h"
 #include "cloud/road_frame.h"
-#include "files/parallel.h"
-#include "files/statistics.h"
 #include "road/build.h"
 #include "road/reference_line.h"
 
@@ -36,7 +36,7 @@ struct Cells {
 /// The median of the 5 x 5 around takes the place of what sticks out of it.
 void calm(Cells& cells, unsigned threads) {
   const Cells before = cells;
-  files::parallel_for(cells.along, 64, threads, [&](std::size_t from, std::size_t to) {
+  base::parallel_for(cells.along, 64, threads, [&](std::size_t from, std::size_t to) {
     std::vector<float> around;
     for (std::size_t i = from; i < to; ++i)
       for (std::size_t j = 0; j < cells.across; ++j) {
@@ -49,7 +49,7 @@ void calm(Cells& cells, unsigned threads) {
                 before.at(static_cast<std::ptrdiff_t>(i) + a, static_cast<std::ptrdiff_t>(j) + b);
             if (std::isfinite(h)) around.push_back(h);
           }
-        const float middle = files::median(around);
+        const float middle = base::median(around);
         if (std::abs(static_cast<double>(z - middle)) > kSticksOut_m) z = middle;
       }
   });
@@ -138,33 +138,32 @@ crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line
           "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
           "is wanted, or --frame map for a registered cloud");
     seen.assign(chunk.size(), {kNone, 0.0f});
-    files::parallel_for(
-        chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
-          std::size_t hint = 0;
-          double row = -1.0;
-          for (std::size_t k = from; k < to; ++k) {
-            Eigen::Vector3d p = chunk.origin_m + chunk.point(k);
-            if (trajectory != nullptr) {
-              PosedInstant pose;
-              if (!pose_at(*trajectory, chunk.time_s[k], hint, pose)) continue;
-              p = pose.position_m + pose.orientation * p;
-              row = pose_row[hint];
-            }
-            std::optional<GridPlace> place;
-            if (row >= 0.0) place = frame.project(p.x(), p.y(), row);
-            if (trajectory == nullptr && (!place || std::abs(place->v_m) > options.v_max_m))
-              place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
-            if (!place || std::abs(place->v_m) > options.v_max_m) continue;
-            row = place->row;
-            const double above = p.z() - line_z[static_cast<std::size_t>(place->row)];
-            if (!(above > -options.below_m && above < options.above_m)) continue;
-            const auto i =
-                std::min(static_cast<std::size_t>(place->row / rows_per_cell), cells.along - 1);
-            const auto j = static_cast<std::size_t>((place->v_m + options.v_max_m) / kCell_m);
-            seen[k] = {static_cast<std::uint32_t>(i * cells.across + std::min(j, cells.across - 1)),
-                       static_cast<float>(p.z() - origin)};
-          }
-        });
+    base::parallel_for(chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
+      std::size_t hint = 0;
+      double row = -1.0;
+      for (std::size_t k = from; k < to; ++k) {
+        Eigen::Vector3d p = chunk.origin_m + chunk.point(k);
+        if (trajectory != nullptr) {
+          PosedInstant pose;
+          if (!pose_at(*trajectory, chunk.time_s[k], hint, pose)) continue;
+          p = pose.position_m + pose.orientation * p;
+          row = pose_row[hint];
+        }
+        std::optional<GridPlace> place;
+        if (row >= 0.0) place = frame.project(p.x(), p.y(), row);
+        if (trajectory == nullptr && (!place || std::abs(place->v_m) > options.v_max_m))
+          place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
+        if (!place || std::abs(place->v_m) > options.v_max_m) continue;
+        row = place->row;
+        const double above = p.z() - line_z[static_cast<std::size_t>(place->row)];
+        if (!(above > -options.below_m && above < options.above_m)) continue;
+        const auto i =
+            std::min(static_cast<std::size_t>(place->row / rows_per_cell), cells.along - 1);
+        const auto j = static_cast<std::size_t>((place->v_m + options.v_max_m) / kCell_m);
+        seen[k] = {static_cast<std::uint32_t>(i * cells.across + std::min(j, cells.across - 1)),
+                   static_cast<float>(p.z() - origin)};
+      }
+    });
     points += chunk.size();
     for (const Seen& s : seen)
       if (s.cell != kNone) cells.z[s.cell] = std::min(cells.z[s.cell], s.z), ++found;
@@ -178,7 +177,7 @@ crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line
   for (float& z : cells.z)
     if (!std::isfinite(z)) z = kNaN;
   calm(cells, options.threads);
-  files::parallel_for(rows, 64, options.threads, [&](std::size_t from, std::size_t to) {
+  base::parallel_for(rows, 64, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i)
       for (std::size_t j = 0; j < columns; ++j) {
         const double a = static_cast<double>(i) / rows_per_cell - 0.5,

@@ -8,8 +8,8 @@
 #include <map>
 #include <numbers>
 
-#include "files/parallel.h"
-#include "files/statistics.h"
+#include "base/parallel.h"
+#include "base/statistics.h"
 
 namespace cloud {
 namespace {
@@ -103,7 +103,7 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
       std::vector<double> off;
       for (const Seen& s : seen)
         off.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
-      const double scale = round == 0 ? kInfinity : 3.0 * std::max(0.002, files::median(off));
+      const double scale = round == 0 ? kInfinity : 3.0 * std::max(0.002, base::median(off));
       Eigen::Matrix3d matrix = 1e-6 * Eigen::Matrix3d::Identity();
       Eigen::Vector3d right = Eigen::Vector3d::Zero();
       for (const Seen& s : seen) {
@@ -119,7 +119,7 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
   }
   if (near < 500 || 10 * distances.size() < 3 * near || 40 * near < samples.size())
     return kInfinity;
-  return files::median(distances);
+  return base::median(distances);
 }
 
 }  // namespace
@@ -131,7 +131,7 @@ std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
   const std::vector<double> rows = rows_of(trajectory, frame);
   const auto measure_all = [&](const std::vector<Trial>& trials) {
     std::vector<double> found(trials.size());
-    files::parallel_for(trials.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
+    base::parallel_for(trials.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) {
         if (trials[k].poses_times == 1.0) {
           found[k] = distance_m(samples, frame, trajectory, rows, trials[k]);

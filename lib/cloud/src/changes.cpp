@@ -10,9 +10,9 @@
 #include <limits>
 #include <unordered_map>
 
+#include "base/random.h"
+#include "base/statistics.h"
 #include "cloud/error.h"
-#include "files/random.h"
-#include "files/statistics.h"
 
 namespace cloud {
 namespace {
@@ -89,7 +89,7 @@ double cell_for(const CloudSource& before, const CloudSource& after) {
     std::vector<double> fewer;
     for (const auto& [key, count] : counts)
       if (count[0] > 0 && count[1] > 0) fewer.push_back(std::min(count[0], count[1]));
-    if (cell_m >= 16.0 || (!fewer.empty() && files::median(fewer) >= static_cast<double>(kWanted)))
+    if (cell_m >= 16.0 || (!fewer.empty() && base::median(fewer) >= static_cast<double>(kWanted)))
       return cell_m;
     Counts coarser;
     for (const auto& [key, count] : counts)
@@ -127,7 +127,7 @@ void hold(HeldCells& cells, const Eigen::Vector3d& p, double cell_m, std::size_t
     points.push_back(local);
     return;
   }
-  files::Random random(KeyHash()(key) + number);
+  base::Random random(KeyHash()(key) + number);
   const auto at = static_cast<std::size_t>(random.uniform() * static_cast<double>(number + 1));
   if (at < kKept) points[at] = local;
 }
@@ -157,7 +157,7 @@ Fit fit_from(const Held& cell, double share) {
           {static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z()), k});
       heights.push_back(static_cast<double>(p.z()));
     }
-    plane[static_cast<Eigen::Index>(k)] = files::quantile(heights, share);
+    plane[static_cast<Eigen::Index>(k)] = base::quantile(heights, share);
   }
   const auto residual = [&](const Point& p) {
     return p.z - plane[static_cast<Eigen::Index>(p.which)] - plane[2] * p.x - plane[3] * p.y;
@@ -170,7 +170,7 @@ Fit fit_from(const Held& cell, double share) {
       for (const Point& p : all)
         if (p.which == k) off.push_back(std::abs(residual(p)));
       // Of the nearer two thirds: a third may be of something else.
-      scatter[k] = std::max(kLeastScatter_m, files::quantile(off, 0.45) / 0.6);
+      scatter[k] = std::max(kLeastScatter_m, base::quantile(off, 0.45) / 0.6);
     }
     Eigen::Matrix4d h = Eigen::Matrix4d::Zero();
     Eigen::Vector4d b = Eigen::Vector4d::Zero();
@@ -213,7 +213,7 @@ Fit fit_from(const Held& cell, double share) {
         std::vector<double> off;
         for (const Point& p : all)
           if (p.which == k) off.push_back(std::abs(residual(p)));
-        spread = std::max(spread, files::quantile(off, 0.6) / 0.842 / std::sqrt(variance[k]));
+        spread = std::max(spread, base::quantile(off, 0.6) / 0.842 / std::sqrt(variance[k]));
       }
       fit.stddev_m *= spread;
       break;
@@ -248,13 +248,13 @@ Level level_of(const std::vector<Eigen::Vector4d>& cells, bool tilted) {
   Level level;
   std::vector<double> values;
   for (const Eigen::Vector4d& c : cells) values.push_back(c[2]);
-  level.base = files::median_or(0.0, values);
+  level.base = base::median_or(0.0, values);
   for (int round = 0; round < 10; ++round) {
     std::vector<double> off;
     for (const Eigen::Vector4d& c : cells)
       off.push_back(std::abs(c[2] - level.base - level.along_x * c[0] - level.along_y * c[1]) /
                     c[3]);
-    level.factor = std::max(1.0, files::median_or(0.0, off) / 0.6745);
+    level.factor = std::max(1.0, base::median_or(0.0, off) / 0.6745);
     if (!tilted) break;
     Eigen::Matrix3d h = Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal();
     h *= 1.0 / (kTilt * kTilt);
@@ -289,7 +289,7 @@ void share_scatter(std::vector<ChangeCell>& cells, const std::vector<double>& po
   for (std::size_t k = 0; k < cells.size(); ++k)
     scatter[block_of(k)].push_back(cells[k].stddev_m * std::sqrt(points[k]));
   std::unordered_map<Key, double, KeyHash> typical;
-  for (const auto& [key, values] : scatter) typical[key] = files::median_or(0.0, values);
+  for (const auto& [key, values] : scatter) typical[key] = base::median_or(0.0, values);
   std::vector<ChangeCell> clear;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const double least = typical.at(block_of(k)) / std::sqrt(points[k]);
@@ -363,11 +363,11 @@ void take_level_out(std::vector<ChangeCell>& cells, double level_m, ChangeResult
     cell.change_m -= cell.level_m;
     taken.push_back(cell.level_m);
   }
-  result.stddev_factor = files::median_or(0.0, factors);
+  result.stddev_factor = base::median_or(0.0, factors);
   if (taken.empty()) return;
-  result.level_median_m = files::median_or(0.0, taken);
-  result.level_low_m = files::quantile(taken, 0.01),
-  result.level_high_m = files::quantile(taken, 0.99);
+  result.level_median_m = base::median_or(0.0, taken);
+  result.level_low_m = base::quantile(taken, 0.01),
+  result.level_high_m = base::quantile(taken, 0.99);
 }
 
 /// Neighbouring cells that changed the same way.
@@ -477,7 +477,7 @@ ChangeResult find_changes(const CloudSource& before, const CloudSource& after,
   std::vector<double> told;
   for (const ChangeCell& cell : result.cells)
     told.push_back(std::max(options.min_change_m, kPlaceSigma / std::sqrt(2.0) * cell.stddev_m));
-  result.smallest_told_m = files::median_or(0.0, told);
+  result.smallest_told_m = base::median_or(0.0, told);
   if (result.smallest_told_m > 1.5 * options.min_change_m)
     result.remarks.push_back(fmt::format(
         "in half of the cells a place of two must change by {:.0f} mm or more to be told: the "

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 #include "joint.h"
 
 namespace cloud {
@@ -197,7 +197,7 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   }
   const char* const names[] = {"x", "y", "z", "roll", "pitch", "yaw"};
   for (std::size_t k = 0; k < 6; ++k) {
-    report.typical_stddev[k] = files::median_or(0.0, deviations[k]);
+    report.typical_stddev[k] = base::median_or(0.0, deviations[k]);
     if (k < 3 && !options.trust_base) continue;  // the trajectory's word, and stated as such
     if (report.typical_stddev[k] > (k < 2 ? 0.05 : k == 2 ? 0.02 : 0.005))
       report.unfixed.push_back(names[k]);

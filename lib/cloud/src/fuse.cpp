@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "files/parallel.h"
-#include "files/statistics.h"
+#include "base/parallel.h"
+#include "base/statistics.h"
 
 namespace cloud {
 namespace {
@@ -22,7 +22,7 @@ struct Band {
 
 std::vector<Band> bands_of(const HeightCells& surface, unsigned threads) {
   std::vector<Band> bands(surface.height_m.size());
-  files::parallel_for(surface.along, 64, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(surface.along, 64, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       for (std::size_t j = 0; j < surface.across; ++j) {
         Band& band = bands[i * surface.across + j];
@@ -146,41 +146,40 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
   std::vector<float> height;
   source([&](Cloud&& chunk) {
     node.assign(chunk.size(), kNone), height.resize(chunk.size());
-    files::parallel_for(
-        chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
-          Placer place(frame, trajectory);
-          RoadPoint point;
-          for (std::size_t k = from; k < to; ++k) {
-            if (place(chunk, k, point) != Placed::on_road) continue;
-            if (trajectory == nullptr && options.correct_drift) {
-              const auto s = std::min(static_cast<std::size_t>(point.driven_m / kSectionLength_m),
-                                      sections.list.size() - 1);
-              const Section& section = sections.list[s];
-              const Correction c = correction_at(sections, drift.correction, point.driven_m, 0);
-              const Eigen::Vector3d p =
-                  section.position_m + c.head<3>() +
-                  rotation_of(c, section.axes) * (point.map_m - section.position_m);
-              const std::optional<GridPlace> moved = frame.project(p.x(), p.y(), point.place.row);
-              if (!moved) continue;
-              point.place = *moved;
-              point.above_base_m = p.z() - frame.z_origin_m() - frame.height(*moved);
-            }
-            std::size_t i = 0, j = 0;
-            if (!surface.cell_of(point.place, i, j)) continue;
-            const Band& band = bands[i * surface.across + j];
-            if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
-                  point.above_base_m < static_cast<double>(band.high) + kGate_m))
-              continue;
-            std::size_t column = 0;
-            double share = 0.0;
-            if (!frame.column_of(point.place.v_m, column, share)) continue;
-            if (share > 0.5) ++column;
-            std::size_t row = static_cast<std::size_t>(point.place.row + 0.5);
-            if (row >= rows) row = frame.closed() ? 0 : rows - 1;
-            node[k] = static_cast<std::uint32_t>(row * columns + column);
-            height[k] = static_cast<float>(point.above_base_m);
-          }
-        });
+    base::parallel_for(chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
+      Placer place(frame, trajectory);
+      RoadPoint point;
+      for (std::size_t k = from; k < to; ++k) {
+        if (place(chunk, k, point) != Placed::on_road) continue;
+        if (trajectory == nullptr && options.correct_drift) {
+          const auto s = std::min(static_cast<std::size_t>(point.driven_m / kSectionLength_m),
+                                  sections.list.size() - 1);
+          const Section& section = sections.list[s];
+          const Correction c = correction_at(sections, drift.correction, point.driven_m, 0);
+          const Eigen::Vector3d p =
+              section.position_m + c.head<3>() +
+              rotation_of(c, section.axes) * (point.map_m - section.position_m);
+          const std::optional<GridPlace> moved = frame.project(p.x(), p.y(), point.place.row);
+          if (!moved) continue;
+          point.place = *moved;
+          point.above_base_m = p.z() - frame.z_origin_m() - frame.height(*moved);
+        }
+        std::size_t i = 0, j = 0;
+        if (!surface.cell_of(point.place, i, j)) continue;
+        const Band& band = bands[i * surface.across + j];
+        if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
+              point.above_base_m < static_cast<double>(band.high) + kGate_m))
+          continue;
+        std::size_t column = 0;
+        double share = 0.0;
+        if (!frame.column_of(point.place.v_m, column, share)) continue;
+        if (share > 0.5) ++column;
+        std::size_t row = static_cast<std::size_t>(point.place.row + 0.5);
+        if (row >= rows) row = frame.closed() ? 0 : rows - 1;
+        node[k] = static_cast<std::uint32_t>(row * columns + column);
+        height[k] = static_cast<float>(point.above_base_m);
+      }
+    });
     // By stripes of rows, so that each sum is made by one thread in the order of the points.
     std::fill(begin.begin(), begin.end(), 0u);
     for (const std::uint32_t n : node)
@@ -193,7 +192,7 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
     for (std::size_t k = 0; k < node.size(); ++k)
       if (node[k] != kNone)
         order[at[node[k] / columns / kStripeRows]++] = static_cast<std::uint32_t>(k);
-    files::parallel_for(stripes, 1, options.threads, [&](std::size_t from, std::size_t to) {
+    base::parallel_for(stripes, 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = begin[from]; k < begin[to]; ++k) {
         const std::uint32_t point = order[k];
         sums.points[node[point]] += 1.0f, sums.height[node[point]] += height[point],
@@ -217,7 +216,7 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
                                 sums.points[k] / (sums.points[k] - 1.0f)));
     }
   double typical_noise = 0.005;
-  if (!noise.empty()) typical_noise = static_cast<double>(files::median(std::move(noise)));
+  if (!noise.empty()) typical_noise = static_cast<double>(base::median(std::move(noise)));
   // Nodes with few points lie farther away, where points scatter more than where many fall.
   double few_square = 0.0, few_freedom = 0.0;
   for (std::size_t k = 0; k < sums.points.size(); ++k) {
@@ -241,7 +240,7 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
     const std::size_t k = along * across + std::min(column, across - 1);
     return k < sections.excess_m2.size() ? sections.excess_m2[k] : 0.0f;
   };
-  files::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
+  base::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       const StretchDeviation left = drift_left(drift, i, frame);
       for (std::size_t j = 0; j < columns; ++j) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/parallel.h"
 #include "drift.h"
-#include "files/parallel.h"
 
 namespace cloud {
 
@@ -52,7 +52,7 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
   };
   const std::size_t n = sections.list.size();
   std::vector<std::vector<Entry>> found(n);
-  files::parallel_for(n, 1, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(n, 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const Section& section = sections.list[k];
       if (pass >= 0 && section.pass != pass) continue;
@@ -80,7 +80,7 @@ HeightCells cells_of(const Sections& sections, const std::vector<Correction>& co
   for (const auto& list : found)
     for (const Entry& entry : list) sorted[at[entry.cell]++] = entry;
   cells.height_m.assign(count, std::numeric_limits<float>::quiet_NaN());
-  files::parallel_for(count, 4096, threads, [&](std::size_t first, std::size_t last) {
+  base::parallel_for(count, 4096, threads, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       Entry* const from = sorted.data() + begin[i];
       Entry* const to = sorted.data() + begin[i + 1];

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 
 namespace cloud {
 namespace {
@@ -61,7 +61,7 @@ double JointProblem::even_error(std::size_t cell) const {
 
 void JointProblem::linearise(const std::vector<Correction>& at) {
   at_ = at;
-  files::parallel_for(
+  base::parallel_for(
       sections_.list.size(), 1, options_.threads, [&](std::size_t from, std::size_t to) {
         for (std::size_t s = from; s < to; ++s) {
           const Section& section = sections_.list[s];
@@ -299,7 +299,7 @@ std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
   std::vector<Stretch> batch(kAtOnce);
   for (std::size_t first = 0; first < stretches_; first += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, stretches_ - first);
-    files::parallel_for(count, 1, options_.threads, [&](std::size_t from, std::size_t to) {
+    base::parallel_for(count, 1, options_.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) assemble(first + k, now, scales, batch[k]);
     });
     for (std::size_t k = 0; k < count; ++k) {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "files/parallel.h"
-#include "files/statistics.h"
+#include "base/parallel.h"
+#include "base/statistics.h"
 #include "joint.h"
 
 namespace cloud {
@@ -75,7 +75,7 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
           slopes.push_back(static_cast<float>(std::abs(node.slope)));
   JointFacts facts;
   const auto typical = [](std::vector<float>& values) {
-    return 1.4826 * static_cast<double>(files::median_or(0.0f, std::move(values)));
+    return 1.4826 * static_cast<double>(base::median_or(0.0f, std::move(values)));
   };
   facts.node_mad_m = typical(heights), facts.node_slope_mad = typical(slopes);
   // What lies beside the road, and is not what the base says, must not widen what is believed.
@@ -147,7 +147,7 @@ void JointProblem::deviations(Drift& drift) const {
   const std::size_t n = sections_.list.size();
   const auto dimension = static_cast<Eigen::Index>(6 * n + 2 * nodes_.size());
   drift.stddev.assign(n, Correction::Zero());
-  files::parallel_for(n, 4, options_.threads, [&](std::size_t from, std::size_t to) {
+  base::parallel_for(n, 4, options_.threads, [&](std::size_t from, std::size_t to) {
     Eigen::MatrixXd unit(dimension, 6);
     for (std::size_t s = from; s < to; ++s) {
       unit.setZero();
@@ -158,7 +158,7 @@ void JointProblem::deviations(Drift& drift) const {
     }
   });
   drift.stretch.assign(stretches_, {});
-  files::parallel_for(stretches_, 1, options_.threads, [&](std::size_t from, std::size_t to) {
+  base::parallel_for(stretches_, 1, options_.threads, [&](std::size_t from, std::size_t to) {
     Eigen::MatrixXd functional(dimension, 4);  // height, slope across, along, across
     for (std::size_t k = from; k < to; ++k) {
       functional.setZero();

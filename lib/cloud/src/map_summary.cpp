@@ -1,8 +1,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "cloud/map.h"
-#include "files/json_text.h"
 
 namespace cloud {
 
@@ -65,7 +65,7 @@ std::string map_summary_json(const MapReport& r) {
                                       {"remarks", r.remarks},
                                       {"faults", r.faults},
                                       {"drift", drift}};
-  return files::json_text(out);
+  return base::json_text(out);
 }
 
 std::string map_timing_json(const MapReport& r) {
@@ -76,7 +76,7 @@ std::string map_timing_json(const MapReport& r) {
                                         {"drift", r.seconds_drift},
                                         {"grid", r.seconds_grid},
                                         {"fusion", r.seconds_fuse}}}};
-  return files::json_text(out);
+  return base::json_text(out);
 }
 
 }  // namespace cloud

@@ -10,15 +10,15 @@
 #include <filesystem>
 #include <limits>
 
+#include "base/ending.h"
 #include "cloud/error.h"
-#include "files/ending.h"
 #include "mapped_file.h"
 #include "records.h"
 
 namespace cloud {
 namespace {
 
-using files::ending_of;
+using base::ending_of;
 
 template <typename T>
 double value_of(const char* from, bool swap) {
@@ -378,7 +378,7 @@ Records records_of(std::string_view bytes, const std::string& name, CloudReadRep
   if (ending == ".las" || ending == ".laz")
     throw Error(name + ": does not begin with LASF, so it is no LAS file");
   if (ending == ".ply") throw Error(name + ": does not begin with 'ply', so it is no PLY file");
-  if (name.size() > 8 && files::ending_of(name.substr(0, name.size() - 4)) == ".pcd" &&
+  if (name.size() > 8 && base::ending_of(name.substr(0, name.size() - 4)) == ".pcd" &&
       ending == ".bin") {
     if (bytes.size() % 20 != 0)
       throw Error(fmt::format(

@@ -10,8 +10,8 @@
 #include <nanoflann.hpp>
 #include <unordered_map>
 
+#include "base/parallel.h"
 #include "cloud/error.h"
-#include "files/parallel.h"
 
 namespace cloud {
 namespace {
@@ -74,7 +74,7 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<do
 Points normals_of(const Points& points, const Tree& tree, std::size_t neighbours, double reach_m,
                   unsigned threads) {
   Points normals(points.size(), Eigen::Vector3d::Zero());
-  files::parallel_for(points.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(points.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
     std::vector<std::size_t> near(neighbours);
     std::vector<double> distance2(neighbours);
     for (std::size_t i = begin; i < end; ++i) {
@@ -130,7 +130,7 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
   // Turned about the middle of what lies near the target: the rest says nothing about the motion,
   // and a few stray points far away would make every turn look like none.
   std::vector<std::uint8_t> meets(from.size(), 0);
-  files::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::size_t near = 0;
       double distance2 = 0.0;
@@ -162,7 +162,7 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
       options.progress("register", static_cast<double>(facts.iterations) / options.max_iterations);
     const bool last = !loss || (options.robust && reach <= narrowest);
     const std::size_t every = !last && from.size() >= 3 * kManyPoints ? 3 : 1;
-    files::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
+    base::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         pairs[i].used = false;
         if (i % every != 0) continue;

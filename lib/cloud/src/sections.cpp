@@ -7,9 +7,9 @@
 #include <limits>
 #include <numbers>
 
+#include "base/parallel.h"
 #include "causes.h"
 #include "cloud/error.h"
-#include "files/parallel.h"
 #include "verge.h"
 
 namespace cloud {
@@ -322,7 +322,7 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
           "is wanted, or --frame map for a registered cloud");
     const std::size_t count = (chunk.size() + every - 1) / every;
     seen.resize(count);
-    files::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
+    base::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
       Placer place(frame, trajectory);
       for (std::size_t k = begin; k < end; ++k) {
         RoadPoint& point = seen[k].point;

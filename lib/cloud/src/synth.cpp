@@ -9,11 +9,11 @@
 #include <limits>
 #include <numbers>
 
+#include "base/parallel.h"
+#include "base/random.h"
+#include "base/write_file.h"
 #include "cloud/error.h"
 #include "cloud/road_frame.h"
-#include "files/parallel.h"
-#include "files/random.h"
-#include "files/write_file.h"
 
 namespace cloud {
 namespace {
@@ -31,7 +31,7 @@ constexpr double kCarLength_m = 4.5, kCarWidth_m = 1.9, kCarHeight_m = 1.25, kCa
 /// Random functions of distance: slopes averaged over `smooth_m`, scaled to the wanted change over
 /// 100 m.
 std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m,
-                          files::Random& random) {
+                          base::Random& random) {
   const auto half = static_cast<std::size_t>(std::max(1.0, smooth_m / 2.0));
   std::vector<double> noise(steps + 2 * half + 1), value(steps + 1, 0.0);
   for (double& v : noise) v = random.normal();
@@ -89,7 +89,7 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
   double time = 0.0;
   for (int lap = 0; lap < options.laps; ++lap) {
     const double v = options.v_m[static_cast<std::size_t>(lap) % options.v_m.size()];
-    files::Random random(options.seed * 1000 + static_cast<std::uint64_t>(lap));
+    base::Random random(options.seed * 1000 + static_cast<std::uint64_t>(lap));
     const auto poses = static_cast<std::size_t>((end - begin) / step_rows) + 1;
     const double length = (end - begin) * frame.u_step_m();
     std::array<std::vector<double>, 6> drifts;
@@ -231,7 +231,7 @@ Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i,
   const double shots_per_s = options.turns_per_s * options.azimuths;
   const double t0 = drive.truth.time_s[i], t1 = drive.truth.time_s[i + 1];
   if (t1 - t0 > 0.5) return shots;
-  files::Random random(options.seed * 0x9E3779B97F4A7C15ULL + i);
+  base::Random random(options.seed * 0x9E3779B97F4A7C15ULL + i);
   const auto first = static_cast<std::int64_t>(std::ceil(t0 * shots_per_s)),
              last = static_cast<std::int64_t>(std::ceil(t1 * shots_per_s));
   for (std::int64_t shot = first; shot < last; ++shot) {
@@ -315,7 +315,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
     if (points == 0) return;
     const std::string path =
         (dir / fmt::format("scan_{:03}.ply", report.scan_paths.size())).string();
-    files::FileWriter file(path);
+    base::FileWriter file(path);
     file.append(
         fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float "
                     "x\nproperty float y\nproperty float z\nproperty double time\nend_header\n",
@@ -332,7 +332,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
     if (options.progress)
       options.progress("scans", static_cast<double>(begin) / static_cast<double>(poses));
     std::vector<Shots> batch(std::min(kBatch, poses - begin));
-    files::parallel_for(batch.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
+    base::parallel_for(batch.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) batch[k] = shoot(frame, driven, begin + k, options);
     });
     for (const Shots& shots : batch) {

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/csv.h"
+#include "base/write_file.h"
 #include "cloud/error.h"
-#include "files/csv.h"
-#include "files/write_file.h"
 
 namespace cloud {
 
 Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& extrinsic) {
-  const files::CsvTable table =
-      files::read_csv(path, {"time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"});
+  const base::CsvTable table =
+      base::read_csv(path, {"time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"});
   if (table.rows() < 2)
     throw Error(fmt::format("{}: {} poses seen, two or more wanted", path, table.rows()));
   Trajectory trajectory;
@@ -49,7 +49,7 @@ void write_trajectory(const Trajectory& trajectory, const std::string& path) {
     text += fmt::format("{:.6f},{:.6f},{:.6f},{:.6f},{:.12f},{:.12f},{:.12f},{:.12f}\n",
                         trajectory.time_s[i], p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
   }
-  files::write_file(path, text);
+  base::write_file(path, text);
 }
 
 void measure(Trajectory& trajectory) {

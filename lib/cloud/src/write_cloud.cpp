@@ -2,11 +2,11 @@
 
 #include <cstring>
 
+#include "base/ending.h"
+#include "base/one_line.h"
+#include "base/write_file.h"
 #include "cloud/error.h"
 #include "cloud/read_cloud.h"
-#include "files/ending.h"
-#include "files/one_line.h"
-#include "files/write_file.h"
 
 namespace cloud {
 namespace {
@@ -21,7 +21,7 @@ void put(std::string& bytes, T value) {
 }  // namespace
 
 void require_cloud_ending(const std::string& path) {
-  const std::string ending = files::ending_of(path);
+  const std::string ending = base::ending_of(path);
   if (path == "-" || ending == ".ply" || ending == ".pcd") return;
   throw Error(fmt::format("{}: ending '{}' seen; .ply or .pcd wanted", path, ending));
 }
@@ -29,7 +29,7 @@ void require_cloud_ending(const std::string& path) {
 void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
                  const std::vector<std::string>& comments) {
   require_cloud_ending(path);
-  const std::string ending = files::ending_of(path);
+  const std::string ending = base::ending_of(path);
   const bool time = !cloud.time_s.empty(), intensity = !cloud.intensity.empty(),
              classes = !cloud.classification.empty();
   // float32 keeps 0.06 mm up to 1 km: coordinates stay relative to the origin.
@@ -42,7 +42,7 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
   std::string head;
   if (!origin.empty()) head = (pcd ? "# origin_m " : "comment origin_m ") + origin + "\n";
   for (const std::string& comment : comments)
-    head += (pcd ? "# " : "comment ") + files::one_line(comment) + "\n";
+    head += (pcd ? "# " : "comment ") + base::one_line(comment) + "\n";
   std::string bytes;
   if (!pcd) {
     const char* const type = doubles ? "double" : "float";
@@ -63,7 +63,7 @@ void write_cloud(const Cloud& cloud, const std::string& path, bool doubles,
         time ? " F" : "", intensity ? " F" : "", classes ? " U" : "", time ? " 1" : "",
         intensity ? " 1" : "", classes ? " 1" : "", cloud.size(), cloud.size());
   }
-  files::FileWriter file(path);
+  base::FileWriter file(path);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       const double value = cloud.point(i)[k] + shown[k];

@@ -9,11 +9,11 @@
 #include <cstdio>
 #include <new>
 
+#include "base/error.h"
+#include "base/write_file.h"
 #include "command/signals.h"
 #include "command/version.h"
 #include "describe.h"
-#include "files/error.h"
-#include "files/write_file.h"
 
 namespace command {
 namespace {
@@ -156,13 +156,13 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
                                      kind == kFolder ? "folder" : "file"));
       if (is_output(*option)) {
         if (path == "-") terminal.results_to_stderr();
-        kind == kFolder ? files::check_writable_folder(path) : files::check_writable(path);
+        kind == kFolder ? base::check_writable_folder(path) : base::check_writable(path);
         continue;
       }
       struct stat found {};
       if (path.empty() || path == "-" || ::stat(path.c_str(), &found) != 0) continue;
       if (!S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode))
-        throw files::Error(fmt::format(
+        throw base::Error(fmt::format(
             "{}: is a pipe or device; a regular file is wanted: write it to one first", path));
     }
   }

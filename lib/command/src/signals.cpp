@@ -8,8 +8,8 @@
 #include <mutex>
 #include <thread>
 
+#include "base/write_file.h"
 #include "command/terminal.h"
-#include "files/write_file.h"
 
 namespace command {
 namespace {
@@ -46,7 +46,7 @@ void end_on_signals(Terminal& terminal) {
     // Whatever hangs on the way (a disk, a stopped terminal), the process is gone in a second.
     std::signal(SIGALRM, at_once);
     ::alarm(1);
-    files::abandon_writes();
+    base::abandon_writes();
     speaker_guard().lock();  // for good: whoever destroys the terminal waits for the end
     if (speaker != nullptr) speaker->last_words("interrupted; no file is half-written");
     ::_exit(exit_code);

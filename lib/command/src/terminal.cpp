@@ -12,9 +12,9 @@
 #include <cstring>
 #include <string_view>
 
+#include "base/error.h"
+#include "base/write_file.h"
 #include "command/signals.h"
-#include "files/error.h"
-#include "files/write_file.h"
 
 namespace command {
 namespace {
@@ -44,7 +44,7 @@ std::size_t columns() {
 }
 
 [[noreturn]] void fail(int reason) {
-  throw files::Error(
+  throw base::Error(
       fmt::format("standard output cannot be written: {}; what was printed is not whole",
                   std::strerror(reason != 0 ? reason : EIO)));
 }
@@ -114,7 +114,7 @@ void Terminal::start(const std::string& stage) {
   thread_ = std::thread([this] { show_while_running(); });
 }
 
-files::Progress Terminal::progress() {
+base::Progress Terminal::progress() {
   return [this](const std::string& stage, double share) {
     const std::lock_guard lock(mutex_);
     stage_ = stage;
@@ -138,7 +138,7 @@ void Terminal::progress_done() {
 
 void Terminal::finish() {
   progress_done();
-  if (redirected()) files::write_file(result_path_, result_);
+  if (redirected()) base::write_file(result_path_, result_);
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) fail(errno);
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "files/json_text.h"
+#include "base/json_text.h"
 
 namespace explain {
 namespace {
@@ -94,7 +94,7 @@ std::string findings_json(const Findings& f) {
   if (f.simulated_lap_before_s > 0) root["lap_s"]["simulated_before"] = number(f.simulated_lap_before_s);
   if (f.simulated_lap_after_s > 0) root["lap_s"]["simulated_after"] = number(f.simulated_lap_after_s);
   root["remarks"] = f.remarks;
-  return files::json_text(root, 1);
+  return base::json_text(root, 1);
 }
 
 }  // namespace explain

@@ -10,7 +10,7 @@
 #include <optional>
 #include <set>
 
-#include "files/one_line.h"
+#include "base/one_line.h"
 #include "vehicle/error.h"
 
 namespace explain {
@@ -406,7 +406,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
 
 std::string format_mapping(const Mapping& mapping) {
   std::string out = "# Which column of a log is which channel: value = column * scale + offset, taken delay_s earlier.\n";
-  for (const std::string& note : mapping.notes) out += "# " + files::one_line(note) + "\n";
+  for (const std::string& note : mapping.notes) out += "# " + base::one_line(note) + "\n";
   out += "version: 1\n";
   const auto add_number = [&](const char* key, double value) { out += fmt::format("{}: {:.12g}", key, value); };
   if (mapping.imu_yaw_rad != 0) add_number("imu_yaw_rad", mapping.imu_yaw_rad), out += '\n';

@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 
 namespace explain {
 
@@ -80,7 +80,7 @@ Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Veh
   const Eigen::VectorXd r0 = gather(rows, base);
   Eigen::MatrixXd out(r0.size(), static_cast<Eigen::Index>(unknowns.size()));
   std::atomic<std::size_t> done{0};
-  files::parallel_for(unknowns.size(), 1, threads, [&](std::size_t j, std::size_t) {
+  base::parallel_for(unknowns.size(), 1, threads, [&](std::size_t j, std::size_t) {
     Setting moved = at;
     unknowns[j]->set(moved, unknowns[j]->step);
     std::vector<Residuals> r;

@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 #include "refit_car.h"
 #include "search.h"
 #include "vehicle/error.h"
@@ -310,7 +310,7 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const Sim
   const auto side = [&](bool is_after) {
     return one_side(is_after ? after : before, logs, judge, in_parts, [&](const std::function<RefittedCar()>& make) { return refit ? refit(is_after, make) : make(); });
   };
-  files::parallel_for(2, 1, 2, [&](std::size_t k, std::size_t) { sides[k] = side(k == 1); });
+  base::parallel_for(2, 1, 2, [&](std::size_t k, std::size_t) { sides[k] = side(k == 1); });
   out.before = sides[0].car;
   out.after = sides[1].car;
   out.lap_before_s = sides[0].lap_s;

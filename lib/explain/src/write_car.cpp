@@ -9,7 +9,7 @@
 
 #include "explain/fuel.h"
 #include "explain/write_back.h"
-#include "files/read_file.h"
+#include "base/read_file.h"
 #include "late_actuator.h"
 #include "refit_car.h"
 #include "vehicle/driver.h"
@@ -373,7 +373,7 @@ std::optional<CorrectedCar> corrected_vehicle(const std::string& vehicle_path, c
   for (std::size_t k = 0; k < 2; ++k) {
     if (changes.tyre[k].empty()) continue;
     const char *axle = k == 0 ? "front" : "rear", *file = k == 0 ? "front.tir" : "rear.tir";
-    out.files.emplace_back(file, vehicle::with_tyre_values(files::read_file(root["tyres"][axle].as<std::string>(), vehicle::kLargestTyreBytes), changes.tyre[k]));
+    out.files.emplace_back(file, vehicle::with_tyre_values(base::read_file(root["tyres"][axle].as<std::string>(), vehicle::kLargestTyreBytes), changes.tyre[k]));
     root["tyres"][axle] = file;
   }
   for (const auto& [name, map] : changes.maps) {

@@ -14,10 +14,10 @@
 #include <numeric>
 #include <random>
 
-#include "files/csv.h"
-#include "files/read_file.h"
-#include "files/statistics.h"
-#include "files/text_lines.h"
+#include "base/csv.h"
+#include "base/read_file.h"
+#include "base/statistics.h"
+#include "base/text_lines.h"
 #include "road/error.h"
 
 namespace road {
@@ -182,7 +182,7 @@ Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& opt
     const Similarity T = fit_as(options, points, set);
     std::vector<double> distances;
     for (const ControlPoint& point : points) distances.push_back(residual(T, point));
-    const double middle = files::median(std::move(distances));
+    const double middle = base::median(std::move(distances));
     if (middle < best) {
       best = middle;
       best_T = T;
@@ -201,7 +201,7 @@ Indices inliers(const std::vector<ControlPoint>& points, const AlignOptions& opt
     if (used.size() < least) break;
     best_T = fit_as(options, points, used);
     for (const std::size_t i : used) distances.push_back(residual(best_T, points[i]));
-    best = files::median(std::move(distances));
+    best = base::median(std::move(distances));
   }
   return used.size() * 2 > points.size() ? used : all;
 }
@@ -608,8 +608,8 @@ void write_projection(const Projection& projection, const crg::ReferenceLine& li
 }
 
 Trajectory read_trajectory(const std::string& path, Projection::Kind kind) {
-  const files::CsvTable table =
-      files::read_csv(path, {}, {"x_m", "y_m", "z_m", "lat_deg", "lon_deg", "h_m"});
+  const base::CsvTable table =
+      base::read_csv(path, {}, {"x_m", "y_m", "z_m", "lat_deg", "lon_deg", "h_m"});
   const bool projected = table.present[0] && table.present[1] && table.present[2];
   const bool geographic = !projected && table.present[3] && table.present[4] && table.present[5];
   if (!projected && !geographic)
@@ -642,7 +642,7 @@ Trajectory read_trajectory(const std::string& path, Projection::Kind kind) {
 }
 
 ControlPoints read_control_point_file(const std::string& path, Projection::Kind kind) {
-  const std::string text = files::read_file(path);
+  const std::string text = base::read_file(path);
   const auto cells_of = [](std::string_view line) {
     std::vector<std::string_view> cells;
     while (true) {
@@ -658,7 +658,7 @@ ControlPoints read_control_point_file(const std::string& path, Projection::Kind 
   constexpr std::array<const char*, 3> kMesh{"mesh_x_m", "mesh_y_m", "mesh_z_m"};
   constexpr std::array<const char*, 3> kProjected{"x_m", "y_m", "z_m"};
   constexpr std::array<const char*, 3> kGeographic{"lat_deg", "lon_deg", "h_m"};
-  files::Lines lines(text);
+  base::Lines lines(text);
   std::string_view line;
   bool has_header = false, geographic = false;
   std::size_t columns = 0, name_column = std::string_view::npos;
@@ -701,7 +701,7 @@ ControlPoints read_control_point_file(const std::string& path, Projection::Kind 
     }
     std::array<double, 6> value{};
     for (std::size_t k = 0; k < 6; ++k) {
-      const auto number = files::to_number<double>(cells[column[k]]);
+      const auto number = base::to_number<double>(cells[column[k]]);
       if (!number || !std::isfinite(*number)) {
         throw Error(
             fmt::format("{}:{}: '{}'; wanted a number: a control point needs all six coordinates",

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/output_set.h"
+#include "base/read_file.h"
+#include "base/write_file.h"
 #include "build_steps.h"
 #include "crg/file.h"
-#include "files/output_set.h"
-#include "files/read_file.h"
-#include "files/write_file.h"
 #include "report/track_report.h"
 #include "road/built.h"
 
@@ -19,7 +19,7 @@ std::string cache_name(const Recipe& recipe) { return recipe.name + ".clean.cach
 
 /// The set of the last run, where it is what this run would write.
 std::optional<BuildResult> unchanged(const Recipe& recipe, const std::vector<InputFile>& inputs,
-                                     bool with_report, const files::OutputSet& outputs) {
+                                     bool with_report, const base::OutputSet& outputs) {
   const std::vector<std::string> there = outputs.confirmed({cache_name(recipe), kTimingName});
   const auto has = [&](const std::string& name) {
     return std::find(there.begin(), there.end(), name) != there.end();
@@ -37,7 +37,7 @@ std::optional<BuildResult> unchanged(const Recipe& recipe, const std::vector<Inp
   result.validation_failures = failures_in_summary(*text);
   if (const std::string name = recipe.name + ".patches"; has(name))
     result.patches_path = outputs.path(name);
-  if (has(kTimingName)) result.timing_json = files::read_file(result.timing_path);
+  if (has(kTimingName)) result.timing_json = base::read_file(result.timing_path);
   result.reused = true;
   return result;
 }
@@ -65,17 +65,17 @@ crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
 
 BuildResult build_track(const Recipe& recipe, const std::string& output_dir,
                         const Progress& progress, BuildEvidence* evidence, Reuse reuse) {
-  files::OutputSet outputs(output_dir, kBuildCommand);
+  base::OutputSet outputs(output_dir, kBuildCommand);
   BuildResult result = build_track(recipe, outputs, progress, evidence, reuse);
   commit_build(recipe, result, outputs);
   return result;
 }
 
-void commit_build(const Recipe& recipe, const BuildResult& result, files::OutputSet& outputs) {
+void commit_build(const Recipe& recipe, const BuildResult& result, base::OutputSet& outputs) {
   if (!result.reused) outputs.commit(recipe.name, result.kept, {kTimingName});
 }
 
-BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const Progress& progress,
+BuildResult build_track(const Recipe& recipe, base::OutputSet& outputs, const Progress& progress,
                         BuildEvidence* evidence, Reuse reuse) {
   const Clock::time_point start = Clock::now();
   const std::vector<InputFile> inputs = inputs_of(recipe);
@@ -94,7 +94,7 @@ BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs, const P
   if (result.clean_reused) result.kept.push_back(cache_name(recipe));
   std::filesystem::remove(question);  // answered
   result.timing_json = timing_json(built.seconds, seconds_since(start));
-  files::write_file(outputs.staged(kTimingName), result.timing_json);
+  base::write_file(outputs.staged(kTimingName), result.timing_json);
   if (evidence) *evidence = evidence_of(std::move(built));
   return result;
 }

@@ -2,10 +2,10 @@
 #include <cctype>
 #include <filesystem>
 
+#include "base/output_set.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "build_steps.h"
-#include "files/output_set.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
 
 namespace road {
 
@@ -26,7 +26,7 @@ std::string name_of_edges(const std::string& left_path, const std::string& right
 BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output_dir,
                              const Progress& progress) {
   const Clock::time_point start = Clock::now();
-  files::OutputSet outputs(output_dir, "crgbuild from-edges");
+  base::OutputSet outputs(output_dir, "crgbuild from-edges");
   const std::string road_crg = recipe.name + ".crg", picture = recipe.name + ".png";
   BuildResult paths;
   paths.crg_path = outputs.path(road_crg);
@@ -40,28 +40,28 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
   std::vector<StageSeconds> seconds;
   Stages stage(progress, seconds, 4);
   const auto [left, right] = stage("read", [&] {
-    summary.inputs = {{"left", recipe.left_path, files::sha256_of_file(recipe.left_path)},
-                      {"right", recipe.right_path, files::sha256_of_file(recipe.right_path)}};
+    summary.inputs = {{"left", recipe.left_path, base::sha256_of_file(recipe.left_path)},
+                      {"right", recipe.right_path, base::sha256_of_file(recipe.right_path)}};
     return std::pair(read_edge(recipe.left_path), read_edge(recipe.right_path));
   });
   EdgeRoad road = stage(
       "edges", [&] { return road_between_edges(left, right, recipe.options, &summary.edges); });
   summary.grid = describe(road.sampled.grid, road.line);
   stage("picture", [&] {
-    files::write_file(outputs.staged(picture),
-                      plan_picture(recipe.name, road.line, road.sampled, recipe.threads));
+    base::write_file(outputs.staged(picture),
+                     plan_picture(recipe.name, road.line, road.sampled, recipe.threads));
   });
   stage("write", [&] {
     write_centreline_csv(road.centreline, outputs.staged(kCentrelineName));
-    files::write_file(
+    base::write_file(
         outputs.staged(road_crg),
         crg::to_bytes(track_crg(road.line, std::move(road.sampled.grid)), recipe.format));
   });
   summary.line_length_m = road.line.u_step_m * static_cast<double>(road.line.size() - 1);
   paths.summary_json = edges_summary_json(summary);
   paths.timing_json = timing_json(seconds, seconds_since(start));
-  files::write_file(outputs.staged(kSummaryName), paths.summary_json);
-  files::write_file(outputs.staged(kTimingName), paths.timing_json);
+  base::write_file(outputs.staged(kSummaryName), paths.summary_json);
+  base::write_file(outputs.staged(kTimingName), paths.timing_json);
   outputs.commit(recipe.name, {}, {kTimingName});
   return paths;
 }

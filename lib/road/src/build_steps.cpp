@@ -1,11 +1,11 @@
 #include "build_steps.h"
 
-#include "files/output_set.h"
+#include "base/output_set.h"
 #include "report/relief.h"
 
 namespace road {
 
-BuildResult paths_of(const Recipe& recipe, const files::OutputSet& outputs) {
+BuildResult paths_of(const Recipe& recipe, const base::OutputSet& outputs) {
   BuildResult paths;
   paths.crg_path = outputs.path(road_name(recipe));
   paths.stl_path = outputs.path(surface_name(recipe));

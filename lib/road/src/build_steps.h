@@ -57,7 +57,7 @@ inline std::string classes_name(const Recipe& recipe) { return recipe.name + ".c
 inline std::string friction_name(const Recipe& recipe) { return recipe.name + ".friction.crg"; }
 
 /// Where the files of a track lie after the commit; the rest of the result is empty.
-BuildResult paths_of(const Recipe& recipe, const files::OutputSet& outputs);
+BuildResult paths_of(const Recipe& recipe, const base::OutputSet& outputs);
 
 /// The file that says where the pixels of a picture of frictions lie: the one that
 /// read_friction_picture() takes.

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "build_steps.h"
 #include "clean_cache.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
 #include "road/error.h"
 #include "road/gaps.h"
 #include "road/place.h"
@@ -96,8 +96,8 @@ auto asking(const Mesh& mesh, double metres_per_unit, const Recipe& recipe,
           fmt::format("{}; or give a rough line along the road that is meant: --guide FILE (CSV, "
                       "GPX, KML, GeoJSON)",
                       refused.what()));
-    files::write_file(picture_path,
-                      question_picture(recipe.name + ": which road is meant?", mesh, could_be));
+    base::write_file(picture_path,
+                     question_picture(recipe.name + ": which road is meant?", mesh, could_be));
     const std::string question = fmt::format("{}; which road is meant? {} shows {} that could be",
                                              refused.what(), picture_path, could_be.size());
     throw Question(question, std::move(could_be));
@@ -111,7 +111,7 @@ RoadMesh cleaned_mesh(const Recipe& recipe, const Prepared& prepared, const Buil
   for (const InputFile& input : built.summary.inputs)
     if (input.role == "mesh" || input.role == kMeshFile) mesh_files.push_back(input);
   const std::string key = clean_key(recipe, prepared.recipe.clean.guide, prepared.tilt_and_scale,
-                                    program_name() + " " + files::sha256_of_program(), mesh_files);
+                                    program_name() + " " + base::sha256_of_program(), mesh_files);
   std::optional<Cleaned> cleaned = options.clean_cache_path.empty()
                                        ? std::nullopt
                                        : read_clean_cache(key, options.clean_cache_path);
@@ -174,7 +174,7 @@ void put_on_the_earth(const Recipe& recipe, Built& built) {
 std::vector<InputFile> inputs_of(const Recipe& recipe) {
   std::vector<InputFile> inputs;
   const auto add = [&](const char* role, const std::optional<std::string>& path) {
-    if (path) inputs.push_back({role, *path, files::sha256_of_file(*path)});
+    if (path) inputs.push_back({role, *path, base::sha256_of_file(*path)});
   };
   if (!recipe.recipe_path.empty()) add("recipe", recipe.recipe_path);
   add("mesh", recipe.mesh_path);

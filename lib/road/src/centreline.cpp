@@ -8,9 +8,9 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "files/csv.h"
-#include "files/statistics.h"
-#include "files/write_file.h"
+#include "base/csv.h"
+#include "base/statistics.h"
+#include "base/write_file.h"
 #include "guide_rows.h"
 #include "road/error.h"
 #include "road_graph.h"
@@ -60,7 +60,7 @@ Mesh road_only(const RoadMesh& road) {
 std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOptions& options) {
   std::vector<RoadWay> ways = road_ways(graph, kGapAlong_m);
   std::erase_if(ways, [](const RoadWay& way) {
-    const double width_m = 2.0 * files::median(way.half_width_m);
+    const double width_m = 2.0 * base::median(way.half_width_m);
     return !way.closed || width_m < kMinWidth_m || width_m > kMaxWidth_m ||
            way.length_m < kShortestLoopWidths * width_m;
   });
@@ -92,7 +92,7 @@ std::optional<RoadWay> only_way(const RoadGraph& graph) {
   const std::vector<RoadWay> ways = road_ways(graph, 0.0, 2);
   if (ways.empty() || (ways.size() > 1 && ways[1].length_m > kSecondWay * ways[0].length_m))
     return std::nullopt;
-  const double width_m = 2.0 * files::median(ways[0].half_width_m);
+  const double width_m = 2.0 * base::median(ways[0].half_width_m);
   if (width_m < kMinWidth_m || width_m > kMaxWidth_m ||
       ways[0].length_m < kShortestLoopWidths * width_m)
     return std::nullopt;
@@ -121,7 +121,7 @@ Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& gra
                const std::optional<Guide>& guide, const CentrelineOptions& options) {
   if (guide) {
     const RoadWay way = way_along(*guide, surface, options.guide_width_m);
-    if (files::median(way.half_width_m) == 0.0)
+    if (base::median(way.half_width_m) == 0.0)
       throw Error(
           "nothing on the surface along the guide tells where the road ends; say how wide it is "
           "(--guide-width-m W, guide_width_m in a recipe)");
@@ -680,7 +680,7 @@ double typical_width_m(const RoadGraph& graph) {
   std::vector<double> half_width_m;
   for (const RoadBranch& branch : graph.branches)
     half_width_m.insert(half_width_m.end(), branch.half_width_m.begin(), branch.half_width_m.end());
-  return half_width_m.empty() ? 0.0 : 2.0 * files::median(std::move(half_width_m));
+  return half_width_m.empty() ? 0.0 : 2.0 * base::median(std::move(half_width_m));
 }
 
 }  // namespace
@@ -703,7 +703,7 @@ Centreline trace_centreline(const RoadMesh& road, const CentrelineOptions& optio
   if (road.guide) {
     const RaySurface surface(mesh);
     const RoadWay way = way_along(*road.guide, surface);
-    width_m = 2.0 * files::median(way.half_width_m);
+    width_m = 2.0 * base::median(way.half_width_m);
     if (width_m == 0.0 && options.guide_width_m)
       return along_guide(way, *options.guide_width_m, options.reverse);
   }
@@ -751,11 +751,11 @@ void write_centreline_csv(const Centreline& centreline, const std::string& path)
   };
   for (std::size_t i = 0; i < centreline.points_m.size(); ++i) row(i);
   if (centreline.closed) row(0);  // a repeated first row says that the line is closed
-  files::write_file(path, text);
+  base::write_file(path, text);
 }
 
 Centreline read_centreline_csv(const std::string& path) {
-  const files::CsvTable table = files::read_csv(path, {"x_m", "y_m"}, {"z_m", "half_width_m"});
+  const base::CsvTable table = base::read_csv(path, {"x_m", "y_m"}, {"z_m", "half_width_m"});
   Centreline line;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto value = [&](std::size_t column) {

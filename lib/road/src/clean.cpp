@@ -12,9 +12,9 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "base/statistics.h"
 #include "classify_by_guide.h"
 #include "classify_by_shape.h"
-#include "files/statistics.h"
 #include "mesh_topology.h"
 #include "name_pattern.h"
 #include "road/centreline.h"
@@ -896,7 +896,7 @@ RoadShown road_shown(const Soup& soup) {
   for (std::size_t i = 1; i < points.size(); ++i)
     way_m2 += 2.0 * ways[0].half_width_m[i] * (points[i] - points[i - 1]).head<2>().norm();
   return {ways[0].length_m, std::min(1.0, way_m2 / graph.area_m2),
-          2.0 * files::median(ways[0].half_width_m), ways[0].closed};
+          2.0 * base::median(ways[0].half_width_m), ways[0].closed};
 }
 
 /// The road by its shape. Where the flat ground as a whole is a closed road, shape must not find

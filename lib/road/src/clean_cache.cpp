@@ -8,10 +8,10 @@
 #include <limits>
 #include <type_traits>
 
-#include "files/error.h"
-#include "files/read_file.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
+#include "base/error.h"
+#include "base/read_file.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
 
 namespace road {
 
@@ -172,22 +172,22 @@ void write_clean_cache(const Cleaned& cleaned, const std::string& key, const std
   Writer writer;
   writer(key);
   each(writer, cleaned);
-  const std::string hash = files::sha256(writer.bytes);
+  const std::string hash = base::sha256(writer.bytes);
   writer.bytes += hash;
-  files::write_file(path, writer.bytes);
+  base::write_file(path, writer.bytes);
 }
 
 std::optional<Cleaned> read_clean_cache(const std::string& key, const std::string& path) {
   if (!std::filesystem::exists(path)) return std::nullopt;
   std::string bytes;
   try {
-    bytes = files::read_file(path, kLargestCache);
-  } catch (const files::Error&) {
+    bytes = base::read_file(path, kLargestCache);
+  } catch (const base::Error&) {
     return std::nullopt;  // it can be made again
   }
   if (bytes.size() < kHashDigits) return std::nullopt;
   const std::string_view body = std::string_view(bytes).substr(0, bytes.size() - kHashDigits);
-  if (bytes.substr(body.size()) != files::sha256(body)) return std::nullopt;
+  if (bytes.substr(body.size()) != base::sha256(body)) return std::nullopt;
   Reader reader{body};
   std::string key_there;
   reader(key_there);

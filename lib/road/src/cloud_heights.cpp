@@ -6,7 +6,7 @@
 #include <memory>
 #include <numeric>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 #include "road/compare.h"
 
 namespace road {
@@ -70,7 +70,7 @@ double height_of_plane(std::vector<Eigen::Vector3d>& near) {
     for (const Eigen::Vector3d& p : near)
       off.push_back(
           std::abs(p.z() - plane(0) - plane(1) * p.x() / kCell_m - plane(2) * p.y() / kCell_m));
-    const double limit = std::max(3.0 * 1.4826 * files::median(off), 1e-6);
+    const double limit = std::max(3.0 * 1.4826 * base::median(off), 1e-6);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < near.size(); ++k) {
       if (off[k] <= limit) near[kept++] = near[k];

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 
 namespace road {
 
@@ -105,7 +105,7 @@ void make_error_map(const HeightMap& map, const ReferenceHeights& reference,
   }
   result.error_m.assign(result.rows * columns, std::numeric_limits<float>::quiet_NaN());
   result.without_reference.assign(result.rows * columns, 0);
-  files::parallel_for(result.rows, 32, options.threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(result.rows, 32, options.threads, [&](std::size_t begin, std::size_t end) {
     std::vector<crg::Point2> points;
     std::vector<double> z, z_reference;
     std::vector<std::size_t> column;
@@ -258,7 +258,7 @@ void find_kerb_losses(const HeightMap& map, const ReferenceHeights& reference,
   if (reference_map.rows() < 2) return;
   const std::size_t columns = map.columns();
   reference_map.z_m.assign(reference_map.rows() * columns, std::numeric_limits<float>::quiet_NaN());
-  files::parallel_for(
+  base::parallel_for(
       reference_map.rows(), 32, options.threads, [&](std::size_t begin, std::size_t end) {
         std::vector<crg::Point2> points(columns);
         std::vector<double> z(columns), z_reference(columns);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "files/csv.h"
+#include "base/csv.h"
 #include "road/error.h"
 
 namespace road {
@@ -137,7 +137,7 @@ void densify(const Points& points, EdgeCurve& curve) {
 }  // namespace
 
 Edge read_edge(const std::string& path) {
-  const files::CsvTable table = files::read_csv(path, {"x_m", "y_m"}, {"z_m"});
+  const base::CsvTable table = base::read_csv(path, {"x_m", "y_m"}, {"z_m"});
   Edge edge;
   edge.path = path;
   edge.has_z = table.present[2];

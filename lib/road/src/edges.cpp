@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "base/statistics.h"
 #include "edge_curve.h"
-#include "files/statistics.h"
 #include "road/error.h"
 #include "road/reference_line.h"
 #include "u_ranges.h"
@@ -458,7 +458,7 @@ EdgeRoad road_between_edges(const Edge& left_edge, const Edge& right_edge,
   result.closed = line.closed;
   result.has_z = left_edge.has_z;
   const auto quantile = [](const std::vector<double>& values, double share) {
-    return values.empty() ? 0.0 : files::quantile(values, share);
+    return values.empty() ? 0.0 : base::quantile(values, share);
   };
   result.width_min_m = quantile(widths, 0.0);
   result.width_median_m = quantile(widths, 0.5);

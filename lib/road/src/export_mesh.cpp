@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "files/ending.h"
-#include "files/write_file.h"
+#include "base/ending.h"
+#include "base/write_file.h"
 #include "road/error.h"
 
 namespace road {
@@ -127,8 +127,8 @@ void export_obj(const Mesh& mesh, const std::filesystem::path& path, Unit unit) 
     written += count;
   }
   // The mesh last: whoever sees it finds its materials.
-  if (!known.empty()) files::write_file(material_path.string(), materials);
-  files::write_file(path.string(), text);
+  if (!known.empty()) base::write_file(material_path.string(), materials);
+  base::write_file(path.string(), text);
 }
 
 std::unique_ptr<aiMesh> to_assimp(const Mesh& mesh, const std::vector<std::uint32_t>& triangles,
@@ -194,7 +194,7 @@ void export_glb(const Mesh& mesh, const std::string& path) {
     throw Error(
         fmt::format("{}: the mesh cannot be written as glb: {}", path, exporter.GetErrorString()));
   }
-  files::write_file(path, {static_cast<const char*>(blob->data), blob->size});
+  base::write_file(path, {static_cast<const char*>(blob->data), blob->size});
 }
 
 }  // namespace
@@ -202,7 +202,7 @@ void export_glb(const Mesh& mesh, const std::string& path) {
 void export_mesh(const Mesh& mesh, const std::string& path, const MeshExportOptions& options) {
   if (mesh.triangles.empty()) throw Error(path + ": there are no triangles to write");
   const Mesh framed = in_file_frame(mesh, options);
-  const std::string extension = files::ending_of(path);
+  const std::string extension = base::ending_of(path);
   if (extension == ".obj") {
     export_obj(framed, path, options.unit);
   } else if (extension == ".glb") {

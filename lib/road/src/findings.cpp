@@ -9,8 +9,8 @@
 #include <limits>
 #include <numbers>
 
-#include "files/parallel.h"
-#include "files/statistics.h"
+#include "base/parallel.h"
+#include "base/statistics.h"
 
 namespace road {
 
@@ -63,7 +63,7 @@ std::vector<Finding> find_tile_steps(const HeightMap& map, const FindingOptions&
   if (rows < 4) return found;
   const std::size_t stride = std::max<std::size_t>(1, columns / 96);
   std::vector<float> step(rows, 0.0f), share(rows, 0.0f);
-  files::parallel_for(rows - 3, 1024, options.threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(rows - 3, 1024, options.threads, [&](std::size_t begin, std::size_t end) {
     std::vector<float> jumps;
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = k + 1;  // between rows i and i + 1
@@ -78,7 +78,7 @@ std::vector<Finding> find_tile_steps(const HeightMap& map, const FindingOptions&
         if (!std::isnan(jump)) jumps.push_back(jump);
       }
       if (jumps.size() < 3 || 2 * jumps.size() < present) continue;
-      const float median = files::quantile(jumps, 0.5);
+      const float median = base::quantile(jumps, 0.5);
       std::size_t alike = 0;
       for (const float jump : jumps) alike += jump * median > 0.25f * median * median;
       step[i] = median;
@@ -88,7 +88,7 @@ std::vector<Finding> find_tile_steps(const HeightMap& map, const FindingOptions&
   std::vector<float> sizes;
   for (std::size_t i = 1; i + 2 < rows; ++i) sizes.push_back(std::abs(step[i]));
   const double threshold =
-      std::max(options.min_tile_step_m, 10.0 * static_cast<double>(files::quantile(sizes, 0.5)));
+      std::max(options.min_tile_step_m, 10.0 * static_cast<double>(base::quantile(sizes, 0.5)));
   for (std::size_t i = 1; i + 2 < rows; ++i) {
     const double size = std::abs(step[i]);
     if (size < threshold || static_cast<double>(share[i]) < options.min_tile_share) continue;
@@ -376,7 +376,7 @@ Residuals residuals(const HeightMap& map, const FindingOptions& options) {
   for (double& w : weights) w /= fit_sum;
 
   r.z_m.assign(r.row.size() * r.column.size(), kNan);
-  files::parallel_for(r.row.size(), 256, options.threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(r.row.size(), 256, options.threads, [&](std::size_t begin, std::size_t end) {
     std::vector<double> base(map.columns());
     for (std::size_t a = begin; a < end; ++a) {
       const auto i = static_cast<std::ptrdiff_t>(r.row[a]);
@@ -475,7 +475,7 @@ std::vector<Swelling> find_swellings(const HeightMap& map, const Residuals& r,
     }
     if (!sizes.empty())
       threshold[b] =
-          std::max(threshold[b], 5.5 * 1.4826 * static_cast<double>(files::quantile(sizes, 0.5)));
+          std::max(threshold[b], 5.5 * 1.4826 * static_cast<double>(base::quantile(sizes, 0.5)));
   }
   std::vector<Swelling> found;
   std::vector<std::uint8_t> seen(rows * columns, 0);

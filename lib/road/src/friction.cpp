@@ -11,10 +11,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/csv.h"
+#include "base/parallel.h"
+#include "base/read_file.h"
 #include "build_steps.h"
-#include "files/csv.h"
-#include "files/parallel.h"
-#include "files/read_file.h"
 #include "report/picture.h"
 #include "road/error.h"
 
@@ -58,8 +58,8 @@ ObjectKind kind_of(const MeshObject& object) {
 }  // namespace
 
 std::vector<FrictionZone> read_friction_zones(const std::string& path) {
-  const files::CsvTable table =
-      files::read_csv(path, {"u_begin_m", "u_end_m", "v_begin_m", "v_end_m", "friction"});
+  const base::CsvTable table =
+      base::read_csv(path, {"u_begin_m", "u_end_m", "v_begin_m", "v_end_m", "friction"});
   std::vector<FrictionZone> zones;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const FrictionZone zone{table.value(i, 0), table.value(i, 1), table.value(i, 2),
@@ -112,7 +112,7 @@ FrictionPicture read_friction_picture(const std::string& path) {
         path, std::filesystem::path(path).replace_extension(".pgw").filename().string()));
   }
   std::array<double, 6> world{};
-  std::istringstream lines(files::read_file(*world_path, 4096));
+  std::istringstream lines(base::read_file(*world_path, 4096));
   for (std::size_t k = 0; k < world.size(); ++k) {
     if (!(lines >> world[k]) || !std::isfinite(world[k]))
       throw Error(fmt::format("{}:{}: no number; wanted six, one a line", *world_path, k + 1));
@@ -125,7 +125,7 @@ FrictionPicture read_friction_picture(const std::string& path) {
         "{}: pixels of no area ({}, {}, {}, {}); wanted their size in metres in lines 1 and 4",
         *world_path, world[0], world[1], world[2], world[3]));
   try {
-    report::Picture image = report::decode_png(files::read_file(path, kMaxPictureBytes));
+    report::Picture image = report::decode_png(base::read_file(path, kMaxPictureBytes));
     picture.width_px = image.width_px;
     picture.height_px = image.height_px;
     picture.rgba = std::move(image.rgba);
@@ -157,7 +157,7 @@ crg::Grid friction_grid(const SampledGrid& sampled, const RaySurface& surface, c
   crg::Grid grid = sampled.grid;
   const std::size_t rows = grid.rows(), columns = grid.columns();
   std::array<std::atomic<std::size_t>, kNames.size()> nodes{};
-  files::parallel_for(rows, 64, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(rows, 64, threads, [&](std::size_t begin, std::size_t end) {
     std::array<std::size_t, kNames.size()> counted{};
     for (std::size_t i = begin; i < end; ++i) {
       const double u = grid.u_of(i);

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 #include "road/ray_surface.h"
 #include "u_ranges.h"
 
@@ -156,7 +156,7 @@ void end_at_walls(SampledGrid& sampled, const crg::ReferenceLine& line, const Me
   const auto middle = std::min(std::lower_bound(v_m.begin(), v_m.end(), 0.0) - v_m.begin(),
                                static_cast<std::ptrdiff_t>(columns) - 1);
   std::vector<char> ended(rows, 0);
-  files::parallel_for(rows, 256, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(rows, 256, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Row row{sampled, line, surface, i};
       const bool left = row.end_side(middle, 1), right = row.end_side(middle, -1);

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "files/csv.h"
-#include "files/read_file.h"
+#include "base/csv.h"
+#include "base/read_file.h"
 #include "road/error.h"
 #include "road/guide.h"
 
@@ -58,10 +58,10 @@ GuideFile from_csv(const std::string& path, std::string_view text) {
   GuideFile guide;
   guide.geographic = !has("x_m") && (has("lat") || has("lon"));
   const bool written_out = has("latitude");
-  const files::CsvTable table = !guide.geographic ? files::read_csv(path, {"x_m", "y_m"}, {"z_m"})
-                                : written_out
-                                    ? files::read_csv(path, {"latitude", "longitude"}, {"height"})
-                                    : files::read_csv(path, {"lat_deg", "lon_deg"}, {"h_m"});
+  const base::CsvTable table = !guide.geographic ? base::read_csv(path, {"x_m", "y_m"}, {"z_m"})
+                               : written_out
+                                   ? base::read_csv(path, {"latitude", "longitude"}, {"height"})
+                                   : base::read_csv(path, {"lat_deg", "lon_deg"}, {"h_m"});
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double z_m = table.present[2] ? table.value(i, 2) : kNoHeight;
     const Vector3d point(table.value(i, 0), table.value(i, 1), z_m);
@@ -191,7 +191,7 @@ GuideFile from_json(const std::string& path, std::string_view text) {
 }  // namespace
 
 GuideFile read_guide(const std::string& path) {
-  const std::string text = files::read_file(path, kLargestFileBytes);
+  const std::string text = base::read_file(path, kLargestFileBytes);
   std::string_view begin = text;
   if (begin.starts_with("\xEF\xBB\xBF")) begin.remove_prefix(3);
   while (!begin.empty() && std::isspace(static_cast<unsigned char>(begin.front())) != 0)

@@ -7,8 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include "files/parallel.h"
-#include "files/statistics.h"
+#include "base/parallel.h"
+#include "base/statistics.h"
 #include "road_graph.h"
 #include "stations.h"
 
@@ -279,7 +279,7 @@ double usual_half(const GuideRows& all, std::size_t i, std::size_t around) {
     if (measured(other)) near_m.push_back(half_of(other));
   }
   return near_m.empty() ? std::numeric_limits<double>::quiet_NaN()
-                        : files::median(std::move(near_m));
+                        : base::median(std::move(near_m));
 }
 
 /// Where the road is wide on one side only (a lay-by, an apron, a pit lane of its own asphalt), it
@@ -310,7 +310,7 @@ void narrow_wide_places(GuideRows& all) {
     std::vector<double> halves_m;
     for (std::size_t k = 0; k < length; ++k)
       if (measured(all.rows[(i + k) % n])) halves_m.push_back(half_of(all.rows[(i + k) % n]));
-    const double full_m = kFullyWide * files::median(halves_m);
+    const double full_m = kFullyWide * base::median(halves_m);
     std::size_t begin = 0, end = length - 1;
     while (begin < end && !(half_of(all.rows[(i + begin) % n]) >= full_m)) ++begin;
     while (end > begin && !(half_of(all.rows[(i + end) % n]) >= full_m)) --end;
@@ -357,7 +357,7 @@ bool is_restless(const std::vector<double>& middle_m, std::size_t i, double half
     if (std::isfinite(value_m)) near_m.push_back(value_m);
   }
   if (3 * near_m.size() < rows) return true;
-  return std::abs(middle_m[i] - files::median(std::move(near_m))) >
+  return std::abs(middle_m[i] - base::median(std::move(near_m))) >
          kJump * half_width_m + 0.1 * scale;
 }
 
@@ -368,7 +368,7 @@ void settle(GuideRows& all, double scale) {
   for (const GuideRow& row : all.rows)
     if (measured(row)) halves_m.push_back(half_of(row));
   if (halves_m.empty()) return;
-  all.usual_half_m = files::median(halves_m);
+  all.usual_half_m = base::median(halves_m);
   narrow_wide_places(all);
   for (std::size_t i = 0; i < n; ++i) {
     GuideRow& row = all.rows[i];
@@ -429,7 +429,7 @@ GuideRows rows_along(const Guide& guide, const RaySurface& surface,
   const double scale = all.reach_m / kUsualReach_m;
   const std::size_t n = all.rows.size();
   std::vector<std::vector<Layer>> layers(n);
-  files::parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       layers[i] = layers_at(all.rows[i], all, scale, surface, looks_like_road);
   });
@@ -439,7 +439,7 @@ GuideRows rows_along(const Guide& guide, const RaySurface& surface,
     if (layers[i].size() == 1 && std::isfinite(all.rows[i].z_m))
       above_m.push_back(layers[i][0].z_m - all.rows[i].z_m);
   if (!above_m.empty()) {
-    const double shift_m = files::median(std::move(above_m));
+    const double shift_m = base::median(std::move(above_m));
     for (std::size_t i = 0; i < n; ++i)
       for (Layer& layer : layers[i])
         if (std::isfinite(all.rows[i].z_m))
@@ -450,7 +450,7 @@ GuideRows rows_along(const Guide& guide, const RaySurface& surface,
   std::vector<double> z_m = best_layers(layers, all.step_m, scale);
   for (std::size_t i = 0; i < n; ++i) all.rows[i].has_surface = std::isfinite(z_m[i]);
   fill_between(z_m, guide.closed);
-  files::parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(n, 16, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       all.rows[i].z_m = z_m[i];
       measure(all.rows[i], all, scale, surface, looks_like_road);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 #include "road/error.h"
 
 namespace road {
@@ -35,7 +35,7 @@ HeightMap height_map(const crg::Surface& surface) {
   }
   map.z_base_m = low <= high ? std::round(0.5 * (low + high)) : 0.0;
   map.z_m.resize(grid.z_m.size());
-  files::parallel_for(grid.rows(), 512, 0, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(grid.rows(), 512, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const double z = (map.line.z_m.empty() ? 0.0 : map.line.z_m[i]) - map.z_base_m;
       const double banking = map.line.banking.empty() ? 0.0 : map.line.banking[i];

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "files/random.h"
+#include "base/random.h"
 #include "road/error.h"
 
 namespace road {
@@ -44,7 +44,7 @@ Roughness::Roughness(const RoughnessOptions& options, double period_m) {
   // Narrow bands of equal ratio; each gets one harmonic of the period, drawn among those inside it,
   // with the variance that the spectrum has in the band. A band without any harmonic (long waves on
   // a short road) is widened until there is one, so no variance is lost.
-  files::Random random(options.seed);
+  base::Random random(options.seed);
   const double ratio = std::exp2(1.0 / options.waves_per_octave);
   for (double low = options.n_min_cpm; low < options.n_max_cpm;) {
     double high = low;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 
 namespace road {
 
@@ -267,7 +267,7 @@ SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const R
     refined.grid.z_m.assign(rows * columns, std::numeric_limits<float>::quiet_NaN());
     refined.provenance.assign(rows * columns, Provenance::none);
     refined.surface_class.assign(rows * columns, SurfaceClass::road);
-    files::parallel_for(
+    base::parallel_for(
         rows, kRowsPerChunk, options.threads, [&](std::size_t begin, std::size_t end) {
           for (std::size_t i = begin; i < end; ++i) {
             for (std::size_t j = 0; j < columns; ++j) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 
 namespace road {
 
@@ -103,12 +103,12 @@ bool overlap(const KerbRow& a, const KerbRow& b) {
 bool is_steady(const HeightMap& map, const std::vector<KerbRow>& rows) {
   std::vector<double> moves, heights;
   for (const KerbRow& row : rows) heights.push_back(row.height_m);
-  const double limit_m = files::quantile(heights, 0.5) > 0.04 ? 0.4 : 0.11;
+  const double limit_m = base::quantile(heights, 0.5) > 0.04 ? 0.4 : 0.11;
   for (std::size_t k = 1; k < rows.size(); ++k)
     moves.push_back(std::abs(rows[k].v_begin_m - rows[k - 1].v_begin_m));
   const double column_m =
       (map.v_m.back() - map.v_m.front()) / static_cast<double>(map.columns() - 1);
-  return !moves.empty() && files::quantile(moves, 0.5) <= std::max(limit_m, 1.01 * column_m);
+  return !moves.empty() && base::quantile(moves, 0.5) <= std::max(limit_m, 1.01 * column_m);
 }
 
 }  // namespace
@@ -136,7 +136,7 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
       // Waves of the road before and behind a kerb may have been linked to it: they are lower.
       std::vector<double> heights;
       for (const KerbRow& row : open[k]) heights.push_back(row.height_m);
-      const double low_m = 0.35 * files::quantile(heights, 0.9);
+      const double low_m = 0.35 * base::quantile(heights, 0.9);
       std::vector<KerbRow> piece;
       for (const KerbRow& row : open[k]) {
         if (row.height_m < low_m) continue;
@@ -201,10 +201,10 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
     strip.u_begin_m = map.u_of(done[k].front().row);
     strip.u_end_m = map.u_of(done[k].back().row);
     strip.left = is_left[k];
-    strip.v_begin_m = files::quantile(begin, 0.5);
-    strip.v_end_m = files::quantile(end, 0.5);
-    strip.height_m = files::quantile(height, 0.9);
-    strip.width_m = files::quantile(width, 0.5);
+    strip.v_begin_m = base::quantile(begin, 0.5);
+    strip.v_end_m = base::quantile(end, 0.5);
+    strip.height_m = base::quantile(height, 0.9);
+    strip.width_m = base::quantile(width, 0.5);
     const auto nearest =
         std::min_element(done[k].begin(), done[k].end(), [&](const KerbRow& a, const KerbRow& b) {
           return std::abs(a.height_m - strip.height_m) < std::abs(b.height_m - strip.height_m);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "files/parallel.h"
-#include "files/statistics.h"
+#include "base/parallel.h"
+#include "base/statistics.h"
 
 namespace road {
 
@@ -83,7 +83,7 @@ double error_between_rows(const crg::Grid& grid, const crg::ReferenceLine& line,
     }
   }
   if (errors.empty()) return std::numeric_limits<double>::quiet_NaN();
-  return files::quantile(std::move(errors), 0.95);
+  return base::quantile(std::move(errors), 0.95);
 }
 
 crg::Grid sampled_patch(const crg::Grid& base, const Part& part, std::size_t times,
@@ -115,7 +115,7 @@ std::vector<KerbPatch> patch_kerbs(const SampledGrid& sampled, const RaySurface&
   std::vector<KerbPatch> patches;
   if (!(options.max_error_m > 0.0)) return patches;
   std::vector<KerbPatch> of_kerb(kerbs.size());
-  files::parallel_for(kerbs.size(), 1, options.threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(kerbs.size(), 1, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const crg::Grid& grid = sampled.grid;
       const Part part = part_of(grid, kerbs[k]);

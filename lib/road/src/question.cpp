@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 #include "report/question_map.h"
 #include "road/clean.h"
 #include "road/plausible.h"
@@ -71,7 +71,7 @@ std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::s
           continue;  // names and shape may find one road
         lines.push_back(line);
         found.push_back({flags_of(points, g > 0 && recipe.clean.use_names != UseNames::no),
-                         line.points_m, line.length_m, 2.0 * files::median(line.half_width_m),
+                         line.points_m, line.length_m, 2.0 * base::median(line.half_width_m),
                          line.closed});
       } catch (const Error&) {  // no answer that leads on
       }

@@ -10,7 +10,7 @@
 #include <assimp/Importer.hpp>
 #include <filesystem>
 
-#include "files/ending.h"
+#include "base/ending.h"
 #include "raw_mesh.h"
 #include "raw_mesh_companions.h"
 #include "road/error.h"
@@ -205,7 +205,7 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
   const bool goes_up = path.find("..") != std::string::npos;
   const std::string own =
       goes_up ? (companions.folder() / fs::path(path).filename()).string() : path;
-  const std::string extension = files::ending_of(path);
+  const std::string extension = base::ending_of(path);
   std::optional<std::string> plain;
   if (extension == ".glb" || extension == ".gltf") {
     plain = without_draco(bytes, path, [&](const std::string& uri) {

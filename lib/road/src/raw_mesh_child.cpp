@@ -15,7 +15,7 @@
 #include <fstream>
 #include <type_traits>
 
-#include "files/descriptor.h"
+#include "base/descriptor.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -238,7 +238,7 @@ int run_child(pid_t parent, int result, const std::string& path, std::size_t byt
 RawMesh read_in_child(
     const std::string& path, std::size_t bytes,
     const std::function<RawMesh(const std::function<void(std::size_t)>& opened)>& read) {
-  const files::Descriptor result(::memfd_create("kerbstone-mesh", MFD_CLOEXEC));
+  const base::Descriptor result(::memfd_create("kerbstone-mesh", MFD_CLOEXEC));
   const pid_t parent = ::getpid();
   const pid_t child = result.value < 0 ? -1 : ::fork();
   if (child < 0)

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <iterator>
 
-#include "files/ending.h"
-#include "files/read_file.h"
-#include "files/sha256.h"
+#include "base/ending.h"
+#include "base/read_file.h"
+#include "base/sha256.h"
 #include "road/error.h"
 
 namespace road {
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 bool is_for_looks(const std::string& path) {
   constexpr std::string_view kEndings[] = {".mtl", ".material", ".png", ".jpg",  ".jpeg", ".bmp",
                                            ".tga", ".dds",      ".gif", ".tiff", ".tif",  ".webp"};
-  const std::string ending = files::ending_of(path);
+  const std::string ending = base::ending_of(path);
   return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
 }
 
@@ -60,9 +60,9 @@ bool Companions::exists(const std::string& path) {
 std::optional<std::string> Companions::read(const std::string& path) {
   if (!exists(path)) return std::nullopt;
   try {
-    std::string content = files::read_file(path, kLargestMeshFile);
+    std::string content = base::read_file(path, kLargestMeshFile);
     if (opened_) opened_(content.size());
-    add(path, files::sha256(content));
+    add(path, base::sha256(content));
     return content;
   } catch (const Error& error) {
     add(path, {});

@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "files/one_line.h"
+#include "base/one_line.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -142,7 +142,7 @@ class DracoReader {
     throw Error(fmt::format(
         "{}: mesh {} is compressed by Draco and cannot be read: {}; export it again, or "
         "without compression",
-        path_, mesh, files::one_line(why)));
+        path_, mesh, base::one_line(why)));
   }
   /// Caught where the mesh is known.
   struct Unusable : std::runtime_error {

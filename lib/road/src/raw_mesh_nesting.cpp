@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
-#include "files/ending.h"
+#include "base/ending.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -166,7 +166,7 @@ void check_gltf(std::string_view text, const std::string& path) {
 }  // namespace
 
 void check_nesting(std::string_view bytes, const std::string& path) {
-  const std::string extension = files::ending_of(path);
+  const std::string extension = base::ending_of(path);
   if (bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
   if (bytes.starts_with("glTF") && bytes.size() >= 20) {
     std::uint32_t length = 0;

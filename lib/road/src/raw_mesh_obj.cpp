@@ -9,8 +9,8 @@
 #include <set>
 #include <utility>
 
-#include "files/one_line.h"
-#include "files/text_lines.h"
+#include "base/one_line.h"
+#include "base/text_lines.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 #include "text_vertices.h"
@@ -28,38 +28,38 @@ bool is_word(std::string_view word, std::string_view lower_case) {
 }
 
 std::string name_of(std::string_view rest) {
-  return files::one_line(std::string(files::trimmed(rest).substr(0, kLongestName)));
+  return base::one_line(std::string(base::trimmed(rest).substr(0, kLongestName)));
 }
 
 /// The file that a map_Kd line names, without its folders and the options before it.
 std::string texture_of(std::string_view rest) {
   while (true) {
     std::string_view after = rest;
-    const std::string_view option = files::take_word(after);
+    const std::string_view option = base::take_word(after);
     if (option.size() < 2 || option.front() != '-') break;
     // -o, -s and -t have one to three numbers, -mm has two, all others one word.
     const bool is_vector = option.size() == 2 && option.find_first_of("ost") == 1;
     const int words = is_vector ? 3 : is_word(option, "-mm") ? 2 : 1;
     for (int i = 0; i < words; ++i) {
       std::string_view next = after;
-      const std::string_view word = files::take_word(next);
-      if (is_vector && i > 0 && !files::to_number<double>(word)) break;
+      const std::string_view word = base::take_word(next);
+      if (is_vector && i > 0 && !base::to_number<double>(word)) break;
       after = next;
     }
     rest = after;
   }
-  rest = files::trimmed(rest);
+  rest = base::trimmed(rest);
   return name_of(rest.substr(rest.find_last_of("/\\") + 1));
 }
 
 /// Material -> its base texture. What else a list of materials says is not used.
 void add_textures(std::string_view text, std::map<std::string, std::string>& textures) {
-  files::Lines lines(text);
+  base::Lines lines(text);
   std::string_view line;
   std::string material;
   while (lines.next(line)) {
     std::string_view rest = line;
-    const std::string_view word = files::take_word(rest);
+    const std::string_view word = base::take_word(rest);
     if (is_word(word, "newmtl")) {
       material = name_of(rest);
     } else if (is_word(word, "map_kd") && !material.empty()) {
@@ -76,7 +76,7 @@ class ObjReader {
   RawMesh read() {
     while (next_line()) {
       std::string_view rest = line_;
-      const std::string_view word = files::take_word(rest);
+      const std::string_view word = base::take_word(rest);
       last_corners_ = 3;
       if (word == "v") {
         check_count(mesh_.vertices.size());
@@ -117,7 +117,7 @@ class ObjReader {
     line_number_ = lines_.number();
     if (!line_.ends_with('\\')) return true;
     std::string_view rest = line_;
-    const std::string_view word = files::take_word(rest);
+    const std::string_view word = base::take_word(rest);
     if (word != "v" && word != "f") return true;
     joined_.assign(line_);
     while (joined_.ends_with('\\')) {
@@ -137,9 +137,9 @@ class ObjReader {
   void add_face(std::string_view rest) {
     const auto vertices = static_cast<std::int64_t>(mesh_.vertices.size());
     const std::size_t begin = corners_.size();
-    for (std::string_view word = files::take_word(rest); !word.empty();
-         word = files::take_word(rest)) {
-      auto index = files::to_number<std::int64_t>(word.substr(0, word.find('/'))).value_or(0);
+    for (std::string_view word = base::take_word(rest); !word.empty();
+         word = base::take_word(rest)) {
+      auto index = base::to_number<std::int64_t>(word.substr(0, word.find('/'))).value_or(0);
       if (index < 0) index += vertices + 1;
       if (index <= 0 || index > kNone) {
         throw Error(
@@ -206,7 +206,7 @@ class ObjReader {
     }
   }
 
-  files::Lines lines_;
+  base::Lines lines_;
   bool ends_whole_;
   const std::string& path_;
   const MaterialLibrary& library_;

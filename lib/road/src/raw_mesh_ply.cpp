@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "files/text_lines.h"
+#include "base/text_lines.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -71,7 +71,7 @@ class Body {
       const std::size_t begin = rest_.find_first_not_of(" \t\r\n");
       if (begin == std::string_view::npos) return false;
       const std::size_t end = std::min(rest_.find_first_of(" \t\r\n", begin), rest_.size());
-      const auto number = files::to_number<double>(rest_.substr(begin, end - begin));
+      const auto number = base::to_number<double>(rest_.substr(begin, end - begin));
       rest_.remove_prefix(end);
       if (!number) return false;
       value = *number;
@@ -134,7 +134,7 @@ struct Header {
 
 Header read_header(std::string_view bytes, const std::string& path) {
   Header header;
-  files::Lines lines(bytes);
+  base::Lines lines(bytes);
   std::string_view line;
   const auto fail = [&](std::string_view wanted) {
     throw Error(fmt::format("{}:{}: '{}': wanted {}; export the mesh again", path, lines.number(),
@@ -148,10 +148,10 @@ Header read_header(std::string_view bytes, const std::string& path) {
           "{}: the file is truncated inside its header; copy or export it again", path));
     }
     std::string_view rest = line;
-    const std::string_view word = files::take_word(rest);
+    const std::string_view word = base::take_word(rest);
     if (word == "end_header") break;
     if (word == "format") {
-      const std::string_view format = files::take_word(rest);
+      const std::string_view format = base::take_word(rest);
       if (format != "ascii" && format != "binary_little_endian" && format != "binary_big_endian") {
         fail("ascii, binary_little_endian or binary_big_endian");
       }
@@ -160,24 +160,24 @@ Header read_header(std::string_view bytes, const std::string& path) {
       has_format = true;
     } else if (word == "element") {
       Element element;
-      element.name = files::take_word(rest);
-      const auto count = files::to_number<std::uint64_t>(files::take_word(rest));
+      element.name = base::take_word(rest);
+      const auto count = base::to_number<std::uint64_t>(base::take_word(rest));
       if (!count) fail("'element NAME COUNT'");
       element.count = *count;
       header.elements.push_back(element);
     } else if (word == "property") {
       if (header.elements.empty()) fail("an element before its properties");
       Property property;
-      std::string_view type = files::take_word(rest);
+      std::string_view type = base::take_word(rest);
       if (type == "list") {
-        property.count_type = type_named(files::take_word(rest));
+        property.count_type = type_named(base::take_word(rest));
         if (!property.count_type) fail("'property list COUNT_TYPE TYPE NAME'");
-        type = files::take_word(rest);
+        type = base::take_word(rest);
       }
       const auto known = type_named(type);
       if (!known) fail("a type of char, uchar, short, ushort, int, uint, float, double");
       property.type = *known;
-      property.name = files::take_word(rest);
+      property.name = base::take_word(rest);
       header.elements.back().properties.push_back(property);
     } else if (!word.empty() && word != "comment" && word != "obj_info") {
       fail("format, element, property, comment or end_header");

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "files/text_lines.h"
+#include "base/text_lines.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -37,13 +37,13 @@ RawMesh read_binary(std::string_view bytes, std::size_t count) {
 
 RawMesh read_text(std::string_view bytes, const std::string& path) {
   RawMesh mesh;
-  files::Lines lines(bytes);
+  base::Lines lines(bytes);
   std::string_view line;
   bool in_solid = false;
   std::size_t corners = 0;
   while (lines.next(line)) {
     std::string_view rest = line;
-    const std::string_view word = files::take_word(rest);
+    const std::string_view word = base::take_word(rest);
     if (word.empty() || word == "facet" || word == "outer" || word == "endloop") continue;
     if (word == "solid") {
       in_solid = true;
@@ -55,7 +55,7 @@ RawMesh read_text(std::string_view bytes, const std::string& path) {
     } else if (word == "vertex" && in_solid) {
       Eigen::Vector3d vertex;
       for (int axis = 0; axis < 3; ++axis) {
-        const auto value = files::to_number<double>(files::take_word(rest));
+        const auto value = base::to_number<double>(base::take_word(rest));
         if (!value) {
           throw Error(fmt::format("{}:{}: '{}': wanted 'vertex x y z'; export the mesh again", path,
                                   lines.number(), line.substr(0, 60)));

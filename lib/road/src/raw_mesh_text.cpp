@@ -3,7 +3,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "files/text_lines.h"
+#include "base/text_lines.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 #include "text_vertices.h"
@@ -28,7 +28,7 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
   // Grammar: "AC3Dx", MATERIAL lines, then OBJECTs. An OBJECT ends with "kids N" and N OBJECTs
   // follow.
   constexpr std::size_t kMaxDepth = 256;
-  files::Lines lines(bytes);
+  base::Lines lines(bytes);
   std::string_view line;
   if (!lines.next(line) || !line.starts_with("AC3D")) {
     throw Error(fmt::format(
@@ -45,7 +45,7 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
                              lines.number(), line.substr(0, 60), wanted));
   };
   const auto count_after = [&](std::string_view rest, std::string_view wanted) {
-    const auto count = files::to_number<std::uint64_t>(files::take_word(rest));
+    const auto count = base::to_number<std::uint64_t>(base::take_word(rest));
     if (!count) throw malformed(wanted);
     return *count;
   };
@@ -63,7 +63,7 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
   std::uint64_t vertices = 0;
   while (lines.next(line)) {
     std::string_view rest = line;
-    const std::string_view word = files::take_word(rest);
+    const std::string_view word = base::take_word(rest);
     if (in_surface && (word == "SURF" || word == "kids" || word == "OBJECT"))
       throw malformed("'refs COUNT' of the surface before it");
     if (word == "OBJECT") {
@@ -77,8 +77,8 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
       // object is.
       const std::size_t quote = rest.rfind('"');
       std::string_view suffix = quote == std::string_view::npos ? rest : rest.substr(quote + 1);
-      if (quote == std::string_view::npos) files::take_word(suffix);
-      const std::string_view layer = files::take_word(suffix);
+      if (quote == std::string_view::npos) base::take_word(suffix);
+      const std::string_view layer = base::take_word(suffix);
       if (has_texture || (!layer.empty() && layer != "base")) continue;
       has_texture = true;
       if (quote == std::string_view::npos) {
@@ -99,7 +99,7 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
     } else if (word == "loc" || word == "rot") {
       const bool location = word == "loc";
       for (int i = 0; i < (location ? 3 : 9); ++i) {
-        const auto value = files::to_number<double>(files::take_word(rest));
+        const auto value = base::to_number<double>(base::take_word(rest));
         if (!value || !std::isfinite(*value))
           throw malformed(location ? "'loc x y z'" : "'rot' and nine numbers");
         const double identity = !location && i % 4 == 0 ? 1.0 : 0.0;
@@ -127,7 +127,7 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
         if (!lines.next(line))
           throw truncated(fmt::format("a surface of {} corners of which it holds {}", refs, i));
         rest = line;
-        const auto index = files::to_number<std::uint64_t>(files::take_word(rest));
+        const auto index = base::to_number<std::uint64_t>(base::take_word(rest));
         if (!index || *index >= vertices) {
           throw malformed(fmt::format("the number of one of the object's {} vertices", vertices));
         }
@@ -159,13 +159,13 @@ LocalText localise_ac3d(std::string_view bytes, const std::string& path) {
     local.text = std::move(text);
     return local;
   }
-  files::Lines kept(text);
+  base::Lines kept(text);
   local.text.reserve(text.size());
   while (kept.next(line)) {
     append_line(local.text, line);
     std::string_view rest = line;
-    if (files::take_word(rest) != "numvert") continue;
-    const std::uint64_t count = files::to_number<std::uint64_t>(files::take_word(rest)).value_or(0);
+    if (base::take_word(rest) != "numvert") continue;
+    const std::uint64_t count = base::to_number<std::uint64_t>(base::take_word(rest)).value_or(0);
     for (std::uint64_t i = 0; i < count && kept.next(line); ++i) {
       rest = line;
       const Eigen::Vector3d vertex = take_vertex(rest, path, 0, line) - local.origin;

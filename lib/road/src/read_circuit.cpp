@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "files/read_file.h"
+#include "base/read_file.h"
 #include "road/circuit.h"
 #include "road/error.h"
 
@@ -380,7 +380,7 @@ CircuitDesign read_design(const std::string& path, const YAML::Node& root) {
 
 Circuit read_circuit(const std::string& path) {
   constexpr std::size_t kLargestFileBytes = 1u << 20;
-  const std::string text = files::read_file(path, kLargestFileBytes);
+  const std::string text = base::read_file(path, kLargestFileBytes);
   YAML::Node root;
   try {
     root = YAML::Load(text);

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <functional>
 
-#include "files/ending.h"
-#include "files/read_file.h"
+#include "base/ending.h"
+#include "base/read_file.h"
 #include "raw_mesh.h"
 #include "road/error.h"
 
@@ -32,7 +32,7 @@ std::string load(const std::string& path) {
     throw Error(
         fmt::format("{}: is a folder; give a mesh file (.obj .glb .ply .stl .acc ...)", path));
   }
-  std::string bytes = files::read_file(path, kLargestMeshFile);
+  std::string bytes = base::read_file(path, kLargestMeshFile);
   if (bytes.empty())
     throw Error(fmt::format("{}: the file is empty; copy or export the mesh again", path));
   return bytes;
@@ -82,7 +82,7 @@ RawMesh read_foreign(std::string_view bytes, const std::string& path, const Eige
 
 RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
   const std::string bytes = load(path);
-  const std::string extension = files::ending_of(path);
+  const std::string extension = base::ending_of(path);
   if (extension == ".stl") return read_stl(bytes, path);
   if (extension == ".ply") return read_ply(bytes, path);
   if (extension == ".obj") {

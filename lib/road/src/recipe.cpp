@@ -13,7 +13,7 @@
 #include <set>
 #include <sstream>
 
-#include "files/text_lines.h"
+#include "base/text_lines.h"
 #include "name_pattern.h"
 #include "road/error.h"
 
@@ -37,14 +37,14 @@ std::string in_quotes(std::string_view text) {
 }
 
 std::optional<double> parse_number(std::string_view text) {
-  const auto value = files::to_number<double>(files::trimmed(text));
+  const auto value = base::to_number<double>(base::trimmed(text));
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 /// "1, 2" or "[1, 2]".
 std::vector<double> parse_numbers(const std::string& text, std::size_t count, double limit,
                                   const std::string& wanted) {
-  std::string_view rest = files::trimmed(text);
+  std::string_view rest = base::trimmed(text);
   if (rest.starts_with('[') && rest.ends_with(']')) rest = rest.substr(1, rest.size() - 2);
   std::vector<double> values;
   while (true) {

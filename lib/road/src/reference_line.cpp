@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 #include "road/error.h"
 #include "road_graph.h"
 
@@ -88,7 +88,7 @@ class PlaneSpline {
 /// How much smaller than life the road of a model is: 1 for what is as wide as a road.
 double model_scale_of(const Centreline& centreline) {
   if (centreline.half_width_m.empty()) return 1.0;
-  const double width_m = 2.0 * files::median(centreline.half_width_m);
+  const double width_m = 2.0 * base::median(centreline.half_width_m);
   return width_m > 0.0 && width_m < kModelWidth_m ? width_m / kUsualWidth_m : 1.0;
 }
 
@@ -180,7 +180,7 @@ double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::n
 double automatic_step_m(const Centreline& centreline) {
   constexpr double kUsual_m = 0.1, kStepsAcross = 40.0;
   if (centreline.half_width_m.empty()) return kUsual_m;
-  const double wanted_m = 2.0 * files::median(centreline.half_width_m) / kStepsAcross;
+  const double wanted_m = 2.0 * base::median(centreline.half_width_m) / kStepsAcross;
   if (!(wanted_m > 0.0) || wanted_m >= kUsual_m) return kUsual_m;
   const double decade_m = std::pow(10.0, std::floor(std::log10(wanted_m)));
   for (const double nice : {5.0, 2.0})

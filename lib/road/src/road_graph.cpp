@@ -15,7 +15,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 
 namespace road {
 namespace {
@@ -511,7 +511,7 @@ void merge_near_forks(RoadGraph& graph) {
 /// left out.
 void trim_ends(RoadGraph& graph) {
   for (std::uint32_t b = 0; b < graph.branches.size(); ++b) {
-    const double usual_m = 0.8 * files::median(graph.branches[b].half_width_m);
+    const double usual_m = 0.8 * base::median(graph.branches[b].half_width_m);
     const double most_m = 0.4 * graph.branches[b].length_m;
     for (const bool at_end : {false, true}) {
       RoadBranch& branch = graph.branches[b];
@@ -605,7 +605,7 @@ void add_gaps(const Cells& grid, RoadGraph& graph) {
 
 /// Half of a strip's cells lie farther from its border than a quarter of its width.
 double typical_width_m(const std::vector<double>& distance_m) {
-  return 4.0 * files::median(distance_m);
+  return 4.0 * base::median(distance_m);
 }
 
 }  // namespace

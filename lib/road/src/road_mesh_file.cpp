@@ -7,8 +7,8 @@
 #include <map>
 #include <string_view>
 
-#include "files/ending.h"
-#include "files/read_file.h"
+#include "base/ending.h"
+#include "base/read_file.h"
 
 namespace road {
 namespace {
@@ -17,7 +17,7 @@ constexpr const char* kNote = "drivable surface, metres, z up";
 
 /// The note stands within the first bytes of all three formats.
 bool is_cleaned(const std::string& path) {
-  files::want_regular_file(path);
+  base::want_regular_file(path);
   std::ifstream file(path, std::ios::binary);
   std::array<char, 200> head{};
   file.read(head.data(), head.size());
@@ -98,7 +98,7 @@ std::vector<SurfaceClass> stl_classes(const std::string& path, std::size_t count
   return classes;
 }
 
-using files::ending_of;
+using base::ending_of;
 
 }  // namespace
 

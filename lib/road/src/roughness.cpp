@@ -11,7 +11,7 @@
 #include <unsupported/Eigen/FFT>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 
 namespace road {
 
@@ -242,7 +242,7 @@ std::optional<FacetSpacing> facet_spacing(std::span<const double> section_m, dou
   }
   if (magnitudes.size() < 100) return std::nullopt;
   // A floor of 1 um keeps the rounding of float32 files out where a road is exactly flat.
-  const double threshold = 8.0 * std::max(files::quantile(magnitudes, 0.5), 1e-6 / 8.0);
+  const double threshold = 8.0 * std::max(base::quantile(magnitudes, 0.5), 1e-6 / 8.0);
   double total = 0.0, in_kinks = 0.0;
   std::vector<std::size_t> kinks;
   for (std::size_t i = 0; i < second.size(); ++i) {
@@ -258,9 +258,9 @@ std::optional<FacetSpacing> facet_spacing(std::span<const double> section_m, dou
   for (std::size_t k = 1; k < kinks.size(); ++k)
     distances.push_back(static_cast<double>(kinks[k] - kinks[k - 1]) * step_m);
   FacetSpacing spacing;
-  spacing.median_m = files::quantile(distances, 0.5);
-  spacing.p10_m = files::quantile(distances, 0.1);
-  spacing.p90_m = files::quantile(distances, 0.9);
+  spacing.median_m = base::quantile(distances, 0.5);
+  spacing.p10_m = base::quantile(distances, 0.1);
+  spacing.p90_m = base::quantile(distances, 0.9);
   spacing.kinks = kinks.size();
   spacing.kink_share = in_kinks / total;
   return spacing;

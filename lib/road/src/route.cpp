@@ -8,7 +8,7 @@
 #include <limits>
 #include <queue>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 #include "road/error.h"
 
 namespace road {
@@ -138,7 +138,7 @@ RoadWay way_through(const RoadGraph& graph, const std::vector<Vector2d>& points_
 
 Guide guide_of(const RoadWay& way) {
   Guide guide{{}, way.closed};
-  const double half_m = files::median(way.half_width_m);
+  const double half_m = base::median(way.half_width_m);
   const auto n = static_cast<std::ptrdiff_t>(way.points_m.size());
   double since_m = std::numeric_limits<double>::infinity();
   for (std::ptrdiff_t i = 0; i < n; ++i) {

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <unordered_map>
 
+#include "base/parallel.h"
 #include "crg/huge_pages.h"
-#include "files/parallel.h"
 #include "road/error.h"
 #include "road/reference_line.h"
 #include "row_walk.h"
@@ -303,21 +303,20 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
   const std::size_t rows = line.closed ? line.size() - 1 : line.size();
   std::vector<char> folded(rows, 0), neighboured(rows, 0);
   std::vector<RowsReached> reached((rows + kWalkRows - 1) / kWalkRows);
-  files::parallel_for(
-      rows, 4 * kWalkRows, options.threads, [&](std::size_t begin, std::size_t end) {
-        RowWalk walk(road, surface, line, guide, limits, options, out);
-        for (std::size_t first = begin; first < end; first += kWalkRows) {
-          const std::size_t count = std::min(kWalkRows, end - first);
-          const RowsReached& ends = reached[first / kWalkRows] = walk.sample(first, count);
-          for (std::size_t k = 0; k < count; ++k) {
-            const std::size_t i = first + k;
-            folded[i] = (ends.left_cut[k] && limits.left_is_fold[i]) ||
-                        (ends.right_cut[k] && limits.right_is_fold[i]);
-            neighboured[i] = (ends.left_cut[k] && !limits.left_is_fold[i]) ||
-                             (ends.right_cut[k] && !limits.right_is_fold[i]);
-          }
-        }
-      });
+  base::parallel_for(rows, 4 * kWalkRows, options.threads, [&](std::size_t begin, std::size_t end) {
+    RowWalk walk(road, surface, line, guide, limits, options, out);
+    for (std::size_t first = begin; first < end; first += kWalkRows) {
+      const std::size_t count = std::min(kWalkRows, end - first);
+      const RowsReached& ends = reached[first / kWalkRows] = walk.sample(first, count);
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t i = first + k;
+        folded[i] = (ends.left_cut[k] && limits.left_is_fold[i]) ||
+                    (ends.right_cut[k] && limits.right_is_fold[i]);
+        neighboured[i] = (ends.left_cut[k] && !limits.left_is_fold[i]) ||
+                         (ends.right_cut[k] && !limits.right_is_fold[i]);
+      }
+    }
+  });
   std::size_t first_column = columns, end_column = 0;
   for (const RowsReached& ends : reached) {
     if (ends.empty()) continue;

@@ -3,8 +3,8 @@
 #include <numbers>
 #include <optional>
 
+#include "base/random.h"
 #include "circuit_mesh.h"
-#include "files/random.h"
 
 namespace road {
 namespace {
@@ -191,7 +191,7 @@ void add_bridge(const std::vector<Ring>& rings, const BridgeDesign& bridge, doub
 
 /// Two upright quads crossing at the trunk and a level one through the crown, the usual billboard
 /// tree.
-void add_trees(const Circuit& circuit, const TreeRow& row, int number, files::Random& random,
+void add_trees(const Circuit& circuit, const TreeRow& row, int number, base::Random& random,
                MeshBuilder& builder) {
   const std::uint32_t object = builder.object(Part::trees, row.side, number);
   double u = row.u_begin_m;
@@ -317,7 +317,7 @@ void add_scenery(const Circuit& circuit, const std::vector<Ring>& rings, double 
   number = 0;
   for (const Grandstand& stand : design.grandstands)
     add_grandstand(circuit, stand, number++, builder);
-  files::Random random(design.seed);
+  base::Random random(design.seed);
   number = 0;
   for (const TreeRow& row : design.trees) add_trees(circuit, row, number++, random, builder);
   if (design.terrain.present) {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <span>
 
-#include "files/parallel.h"
+#include "base/parallel.h"
 #include "road/error.h"
 #include "road/roughness.h"
 
@@ -48,7 +48,7 @@ void average_along_u(SampledGrid& sampled, std::size_t half, bool closed, unsign
   // On a closed road the last row repeats the first and the window goes round.
   const std::size_t ring = closed ? rows - 1 : rows, wrap = closed ? half : 0,
                     size = ring + 2 * wrap;
-  files::parallel_for(columns, 4, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(columns, 4, threads, [&](std::size_t begin, std::size_t end) {
     std::vector<double> value(size), sum(size + 1);
     std::vector<Kind> kind(size);
     std::vector<std::size_t> run_begin(size), run_end(size);
@@ -91,7 +91,7 @@ void average_along_v(SampledGrid& sampled, double half_m, unsigned threads) {
   crg::Grid& grid = sampled.grid;
   const std::size_t columns = grid.columns();
   if (columns < 3) return;
-  files::parallel_for(grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
     Profile profile{grid.v_m, std::vector<double>(columns), std::vector<double>(columns)};
     std::vector<Kind> kind(columns);
     std::vector<std::size_t> run_begin(columns), run_end(columns);

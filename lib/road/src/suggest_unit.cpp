@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 #include "road/centreline.h"
 #include "road/error.h"
 #include "road/read_mesh.h"
@@ -37,7 +37,7 @@ std::optional<Centreline> road_in(Mesh mesh, double factor, const CleanOptions& 
   }
 }
 
-double typical_width_m(const Centreline& line) { return 2.0 * files::median(line.half_width_m); }
+double typical_width_m(const Centreline& line) { return 2.0 * base::median(line.half_width_m); }
 
 }  // namespace
 

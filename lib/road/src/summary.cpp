@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "files/json_text.h"
-#include "files/sha256.h"
-#include "files/statistics.h"
+#include "base/json_text.h"
+#include "base/sha256.h"
+#include "base/statistics.h"
 #include "road/error.h"
 
 namespace road {
@@ -267,7 +267,7 @@ std::string finished(Json& out, const Summary& summary) {
     out["outputs"] = outputs;
   }
   // Object names of a mesh need not be UTF-8.
-  return files::json_text(out);
+  return base::json_text(out);
 }
 
 }  // namespace
@@ -279,7 +279,7 @@ CentrelineReport describe(const Centreline& centreline) {
   report.closed = centreline.closed;
   const std::vector<double>& half = centreline.half_width_m;
   if (half.empty()) return report;
-  report.width_median_m = 2.0 * files::median(half);
+  report.width_median_m = 2.0 * base::median(half);
   const auto [low, high] = std::minmax_element(half.begin(), half.end());
   report.width_min_m = 2.0 * *low;
   report.width_max_m = 2.0 * *high;
@@ -352,7 +352,7 @@ GridReport describe(const crg::Grid& grid, const crg::ReferenceLine& line) {
 
 namespace {
 
-std::string text_of(const Json& json) { return files::json_text(json); }
+std::string text_of(const Json& json) { return base::json_text(json); }
 
 }  // namespace
 
@@ -407,7 +407,7 @@ namespace {
 /// Empty for a file that cannot be read, as MeshFile has it.
 std::string sha256_if_there(const std::string& path) {
   try {
-    return files::sha256_of_file(path);
+    return base::sha256_of_file(path);
   } catch (const Error&) {
     return "";
   }

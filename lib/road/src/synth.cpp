@@ -9,8 +9,8 @@
 #include <optional>
 #include <system_error>
 
-#include "files/random.h"
-#include "files/write_file.h"
+#include "base/random.h"
+#include "base/write_file.h"
 #include "road/error.h"
 #include "road/export_mesh.h"
 
@@ -140,7 +140,7 @@ SynthError measure_mesh_error(const Circuit& circuit, const Mesh& mesh) {
   if (mesh.triangles.empty()) return result;
   const PlanIndex index(mesh);
   const std::vector<KerbDesign>& kerbs = circuit.design().kerbs;
-  files::Random random(kSeed);
+  base::Random random(kSeed);
   Errors road;
   Errors kerb;
   Errors runoff;
@@ -203,8 +203,8 @@ SynthOutput write_synth(const Circuit& circuit, const std::string& output_dir,
   output.mesh_error = measure_mesh_error(circuit, mesh);
   export_mesh(mesh, output.mesh_path,
               {options.up == UpAxis::z ? UpAxis::z : UpAxis::y, options.unit});
-  files::write_file(output.truth_path,
-                    crg::to_bytes(truth_crg(circuit, options.truth_step_m), crg::Format::KDBI));
+  base::write_file(output.truth_path,
+                   crg::to_bytes(truth_crg(circuit, options.truth_step_m), crg::Format::KDBI));
   return output;
 }
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "files/text_lines.h"
+#include "base/text_lines.h"
 #include "road/error.h"
 
 namespace road {
@@ -61,7 +61,7 @@ inline Eigen::Vector3d take_vertex(std::string_view& rest, const std::string& pa
                                    std::size_t line_number, std::string_view line) {
   Eigen::Vector3d vertex;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto value = files::to_number<double>(files::take_word(rest));
+    const auto value = base::to_number<double>(base::take_word(rest));
     if (!value) {
       throw Error(
           fmt::format("{}:{}: '{}': wanted three coordinates; copy or export the mesh again", path,

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "files/statistics.h"
+#include "base/statistics.h"
 
 namespace road {
 namespace {
@@ -103,13 +103,13 @@ double running_median(const std::vector<double>& values, std::size_t i, std::siz
     if (std::isfinite(value)) window.push_back(value);
   }
   if (window.empty()) return std::numeric_limits<double>::quiet_NaN();
-  return files::median(std::move(window));
+  return base::median(std::move(window));
 }
 
 }  // namespace
 
 Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end, bool knows_widths) {
-  const double typical_m = files::median(way.half_width_m);  // half the width
+  const double typical_m = base::median(way.half_width_m);  // half the width
   const double step_m = std::clamp(typical_m / 2.5, 0.5, 2.0);
   Walk walk;
   walk.closed = way.closed;

@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/sha256.h"
+#include "base/write_file.h"
 #include "build_steps.h"
 #include "crg/file.h"
-#include "files/sha256.h"
-#include "files/write_file.h"
 #include "road/built.h"
 #include "road/error.h"
 #include "road/place.h"
@@ -18,7 +18,7 @@ namespace {
 
 /// Writes each patch and, last, the index that names them. The name of the index; empty without
 /// patches.
-std::string write_patches(std::vector<KerbPatch>& patches, const files::OutputSet& outputs,
+std::string write_patches(std::vector<KerbPatch>& patches, const base::OutputSet& outputs,
                           BuildSummary& summary) {
   if (patches.empty()) return {};
   const Recipe& recipe = summary.recipe;
@@ -37,42 +37,42 @@ std::string write_patches(std::vector<KerbPatch>& patches, const files::OutputSe
     summary.patches.push_back({file, patch.u_begin_m, patch.u_end_m, patch.grid.v_m.front(),
                                patch.grid.v_m.back(), patch.line.u_step_m, patch.error_before_m,
                                patch.error_m});
-    files::write_file(outputs.staged(file),
-                      crg::to_bytes(track_crg(patch.line, std::move(patch.grid)), recipe.format));
+    base::write_file(outputs.staged(file),
+                     crg::to_bytes(track_crg(patch.line, std::move(patch.grid)), recipe.format));
     index += fmt::format("patch {} blend_m={}\n", file, kPatchBlend_m);
   }
   const std::string name = recipe.name + ".patches";
-  files::write_file(outputs.staged(name), index);
+  base::write_file(outputs.staged(name), index);
   return name;
 }
 
-void write_pictures(const Built& built, const files::OutputSet& outputs) {
+void write_pictures(const Built& built, const base::OutputSet& outputs) {
   const Recipe& recipe = built.summary.recipe;
-  files::write_file(outputs.staged(picture_name(recipe)),
-                    plan_picture(recipe.name, built.line, built.sampled, recipe.sample.threads));
+  base::write_file(outputs.staged(picture_name(recipe)),
+                   plan_picture(recipe.name, built.line, built.sampled, recipe.sample.threads));
   const report::ClassMap classes = class_picture(built.mesh, built.summary.clean.class_of_triangle);
-  files::write_file(outputs.staged(classes_name(recipe)), classes.png);
-  files::write_file(outputs.staged(recipe.name + ".classes.pgw"), classes.world_file);
+  base::write_file(outputs.staged(classes_name(recipe)), classes.png);
+  base::write_file(outputs.staged(recipe.name + ".classes.pgw"), classes.world_file);
 }
 
-void write_road(Built& built, const files::OutputSet& outputs) {
+void write_road(Built& built, const base::OutputSet& outputs) {
   BuildSummary& summary = built.summary;
   crg::Crg file = track_crg(built.line, std::move(built.sampled.grid));
   if (summary.placement) write_projection(summary.placement->projection, built.line, file);
   summary.wgs84 = geo_ends(file);
-  files::write_file(outputs.staged(road_name(summary.recipe)),
-                    crg::to_bytes(file, summary.recipe.format));
+  base::write_file(outputs.staged(road_name(summary.recipe)),
+                   crg::to_bytes(file, summary.recipe.format));
 }
 
-void write_friction(Built& built, const files::OutputSet& outputs) {
+void write_friction(Built& built, const base::OutputSet& outputs) {
   crg::ReferenceLine level = built.line;
   level.z_m.clear();  // the values are frictions as they stand
-  files::write_file(
+  base::write_file(
       outputs.staged(friction_name(built.summary.recipe)),
       crg::to_bytes(track_crg(level, std::move(*built.friction)), built.summary.recipe.format));
 }
 
-ValidateReport validate_written(const Built& built, const files::OutputSet& outputs) {
+ValidateReport validate_written(const Built& built, const base::OutputSet& outputs) {
   const Recipe& recipe = built.summary.recipe;
   ValidateOptions options = recipe.validate;
   if (built.summary.placement) options.T_global_mesh = built.summary.placement->align.T_global_mesh;
@@ -83,7 +83,7 @@ ValidateReport validate_written(const Built& built, const files::OutputSet& outp
 
 }  // namespace
 
-BuildResult write(Built& built, files::OutputSet& outputs, const files::Progress& progress) {
+BuildResult write(Built& built, base::OutputSet& outputs, const base::Progress& progress) {
   BuildSummary& summary = built.summary;
   const Recipe& recipe = summary.recipe;
   BuildResult result = paths_of(recipe, outputs);
@@ -114,9 +114,9 @@ BuildResult write(Built& built, files::OutputSet& outputs, const files::Progress
                                    {"friction", summary.friction_file},
                                    {"patches", patches_index}})
     if (!name.empty())
-      summary.outputs.push_back({role, name, files::sha256_of_file(outputs.staged(name))});
+      summary.outputs.push_back({role, name, base::sha256_of_file(outputs.staged(name))});
   result.summary_json = summary_json(summary);
-  files::write_file(outputs.staged(kSummaryName), result.summary_json);
+  base::write_file(outputs.staged(kSummaryName), result.summary_json);
   return result;
 }
 

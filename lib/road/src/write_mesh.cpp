@@ -4,8 +4,8 @@
 #include <bit>
 #include <iterator>
 
-#include "files/ending.h"
-#include "files/write_file.h"
+#include "base/ending.h"
+#include "base/write_file.h"
 #include "road/error.h"
 #include "road/read_mesh.h"
 
@@ -96,13 +96,13 @@ std::string to_obj(const Mesh& mesh, const std::string& note) {
 }  // namespace
 
 void write_mesh(const Mesh& mesh, const std::string& path, const std::string& note) {
-  const std::string extension = files::ending_of(path);
+  const std::string extension = base::ending_of(path);
   if (extension == ".stl") {
-    files::write_file(path, to_stl(mesh, note));
+    base::write_file(path, to_stl(mesh, note));
   } else if (extension == ".ply") {
-    files::write_file(path, to_ply(mesh, note));
+    base::write_file(path, to_ply(mesh, note));
   } else if (extension == ".obj" || path == "-") {
-    files::write_file(path, to_obj(mesh, note));
+    base::write_file(path, to_obj(mesh, note));
   } else {
     throw Error(fmt::format(
         "{}: '{}' is no format to write a mesh in; give a name that ends in .stl, .ply or .obj",

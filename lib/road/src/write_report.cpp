@@ -11,12 +11,12 @@
 #include <numbers>
 #include <optional>
 
+#include "base/parallel.h"
+#include "base/sha256.h"
+#include "base/statistics.h"
+#include "base/write_file.h"
 #include "crg/check.h"
 #include "crg/surface.h"
-#include "files/parallel.h"
-#include "files/sha256.h"
-#include "files/statistics.h"
-#include "files/write_file.h"
 #include "report/track_report.h"
 #include "road/compare.h"
 #include "road/error.h"
@@ -87,7 +87,7 @@ std::vector<float> slope_of(const std::vector<double>& z_m, double u_step_m) {
 /// middle of the road where the line has none).
 std::vector<float> banking_of(const HeightMap& map, const std::vector<RowExtent>& extents) {
   std::vector<float> banking(map.rows(), kNanF);
-  files::parallel_for(map.rows(), 512, 0, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(map.rows(), 512, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (extents[i].empty()) continue;
       const double low = map.v_m[extents[i].first], high = map.v_m[extents[i].last];
@@ -448,7 +448,7 @@ double middle_of_road(const HeightMap& map, const std::vector<RowExtent>& extent
     middles.push_back(0.5 * (map.v_m[extent.first] + map.v_m[extent.last]));
   }
   if (middles.empty() || 20 * good >= 19 * middles.size()) return 0.0;
-  return files::median(std::move(middles));
+  return base::median(std::move(middles));
 }
 
 /// Whether a wheel path rides the same before and after: IRI to its last digit in the report.
@@ -673,7 +673,7 @@ report::TrackReport make_report(const ReportRequest& request) {
   report.title = request.title.empty() ? file_name(request.crg_path) : request.title;
   report.command_line = request.command_line;
   const auto also = [&](const char* role, const std::string& path) {
-    report.inputs.push_back({role, shown_path(path, request), files::sha256_of_file(path)});
+    report.inputs.push_back({role, shown_path(path, request), base::sha256_of_file(path)});
   };
   also("road", request.crg_path);
 
@@ -851,10 +851,10 @@ ReportFiles write_report(const ReportRequest& request, const std::string& output
   for (const auto& f : made.findings) ++(f.severity == "error" ? files.errors : files.remarks);
   const std::filesystem::path dir(output_dir);
   files.json_path = (dir / "report.json").string();
-  files::write_file(files.json_path, report::report_json(made));
+  base::write_file(files.json_path, report::report_json(made));
   if (report::page_available()) {
     files.page_path = (dir / "report.html").string();
-    files::write_file(files.page_path, report::report_page(made));
+    base::write_file(files.page_path, report::report_page(made));
   }
   return files;
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "files/ending.h"
+#include "base/ending.h"
 #include "vehicle/error.h"
 #include "vehicle/table.h"
 
@@ -14,7 +14,7 @@ namespace vehicle {
 namespace {
 
 bool is_matlab(const std::string& path) {
-  return files::ending_of(path) == ".mat";
+  return base::ending_of(path) == ".mat";
 }
 
 void require_exists(const std::string& path) {

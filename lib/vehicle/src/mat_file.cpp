@@ -10,7 +10,7 @@
 #include <optional>
 #include <string_view>
 
-#include "files/read_file.h"
+#include "base/read_file.h"
 #include "map_file.h"
 #include "vehicle/error.h"
 
@@ -218,7 +218,7 @@ std::optional<Matrix> find_level5(std::string_view bytes, const Reader& reader) 
 }  // namespace
 
 Matrix read_mat_variable(const std::string& path, const std::string& name) {
-  const std::string bytes = files::read_file(path, kLargestFileBytes);
+  const std::string bytes = base::read_file(path, kLargestFileBytes);
   const Reader reader(path, name);
   if (bytes.size() < 20) reader.fail("too short for a MATLAB file");
   // Level 5 begins with text, level 4 with a number that has a zero byte.

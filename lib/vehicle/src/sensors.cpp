@@ -23,15 +23,15 @@ std::size_t column_of(const char* name) {
 }
 
 /// A normal deviate by Box and Muller; the standard library's differs between its makers.
-double gaussian(files::Random& random) {
+double gaussian(base::Random& random) {
   const double u = (static_cast<double>(random.next() >> 11) + 1.0) / 9007199254740993.0;
   const double v = static_cast<double>(random.next() >> 11) / 9007199254740992.0;
   return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
 }
 
 /// Every channel has its own stream: adding a channel leaves the noise of the others.
-files::Random stream(std::uint64_t seed, const std::string& channel) {
-  files::Random random(seed);
+base::Random stream(std::uint64_t seed, const std::string& channel) {
+  base::Random random(seed);
   for (const char c : channel) {
     random.state ^= static_cast<unsigned char>(c);
     random.next();

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "files/read_file.h"
+#include "base/read_file.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -67,7 +67,7 @@ double to_number(std::string_view text, const std::string& where, std::string_vi
 }
 
 Setting read_settings(const std::string& path) {
-  const std::string text = files::read_file(path, kLargestFileBytes);
+  const std::string text = base::read_file(path, kLargestFileBytes);
   std::size_t count = 0;
   try {
     return copy(YAML::Load(text), path, count);
@@ -76,7 +76,7 @@ Setting read_settings(const std::string& path) {
   }
 }
 
-Section::Section(const Setting& node, std::string path, std::string name)
+Section::Section(const Setting& node, std::string path, const std::string& name)
     : node_(&node), path_(std::move(path)), name_(name.substr(0, 60)) {
   if (node.line == 0) throw Error(fmt::format("{}: is empty, wanted {}", path_, name_));
   if (node.kind != Setting::Kind::kKeys)

@@ -26,7 +26,7 @@ Setting read_settings(const std::string& path);
 class Section {
  public:
   /// `name` is what messages call it. Throws Error when the node has no keys.
-  Section(const Setting& node, std::string path, std::string name);
+  Section(const Setting& node, std::string path, const std::string& name);
 
   std::string where(const Setting& node) const;
   void allow(std::initializer_list<std::string_view> keys) const;

@@ -8,8 +8,8 @@
 #include <iterator>
 #include <limits>
 
-#include "files/read_file.h"
-#include "files/text_lines.h"
+#include "base/read_file.h"
+#include "base/text_lines.h"
 #include "settings.h"
 #include "vehicle/error.h"
 
@@ -24,7 +24,7 @@ std::size_t for_each_cell(std::string_view line, char separator, F&& f) {
   std::size_t index = 0;
   for (;;) {
     const std::size_t comma = line.find(separator);
-    f(files::trimmed(line.substr(0, comma)), index++);
+    f(base::trimmed(line.substr(0, comma)), index++);
     if (comma == std::string_view::npos) return index;
     line.remove_prefix(comma + 1);
   }
@@ -47,9 +47,9 @@ Table parse(const std::string& text, const std::string& name, const Reading& rea
     const std::size_t end = rest.find('\n');
     const std::string_view whole = rest.substr(0, end);
     // A tab at an end may be an empty cell.
-    const std::string_view line = reading.separator == '\t' && !files::trimmed(whole).empty()
+    const std::string_view line = reading.separator == '\t' && !base::trimmed(whole).empty()
                                       ? whole.substr(0, whole.find_last_not_of('\r') + 1)
-                                      : files::trimmed(whole);
+                                      : base::trimmed(whole);
     const bool cut_off = end == std::string_view::npos;
     rest.remove_prefix(cut_off ? rest.size() : end + 1);
     ++line_number;
@@ -141,11 +141,11 @@ Table parse_log(const std::string& text, const std::string& name, std::vector<st
 }
 
 Table read_log(const std::string& path, std::vector<std::size_t>* words) {
-  return parse_log(files::read_file(path, kLargestFileBytes), path, words);
+  return parse_log(base::read_file(path, kLargestFileBytes), path, words);
 }
 
 Table read_table(const std::string& path) {
-  return parse_table(files::read_file(path, kLargestFileBytes), path);
+  return parse_table(base::read_file(path, kLargestFileBytes), path);
 }
 
 std::string format_table(const Table& table, int digits) {

@@ -10,8 +10,8 @@
 #include <set>
 #include <string_view>
 
-#include "files/read_file.h"
-#include "files/text_lines.h"
+#include "base/read_file.h"
+#include "base/text_lines.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -48,7 +48,7 @@ std::string_view without_comment(std::string_view value) {
     const std::size_t end = value.find(value.front(), 1);
     if (end != std::string_view::npos) return value.substr(0, end + 1);
   }
-  return files::trimmed(value.substr(0, value.find_first_of("$!")));
+  return base::trimmed(value.substr(0, value.find_first_of("$!")));
 }
 
 bool is_quoted(std::string_view value) {
@@ -147,7 +147,7 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
   std::size_t line_number = 0;
   for (std::string_view rest = text; !rest.empty();) {
     const std::size_t end = rest.find('\n');
-    const std::string_view line = files::trimmed(rest.substr(0, end));
+    const std::string_view line = base::trimmed(rest.substr(0, end));
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     ++line_number;
     const std::string where = fmt::format("{}:{}", name, line_number);
@@ -158,7 +158,7 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
       const std::size_t close = line.find(']');
       if (close == std::string_view::npos)
         throw Error(fmt::format("{}: section '{}' has no closing ']'", where, line.substr(0, 40)));
-      section = upper(files::trimmed(line.substr(1, close - 1)));
+      section = upper(base::trimmed(line.substr(1, close - 1)));
       continue;
     }
     const std::size_t equals = line.find('=');
@@ -168,13 +168,13 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
       throw Error(fmt::format("{}: '{}' is neither a section, a comment nor KEY = value", where,
                               line.substr(0, 40)));
     }
-    const std::string keyword = upper(files::trimmed(line.substr(0, equals)));
-    const std::string_view value = without_comment(files::trimmed(line.substr(equals + 1)));
+    const std::string keyword = upper(base::trimmed(line.substr(0, equals)));
+    const std::string_view value = without_comment(base::trimmed(line.substr(equals + 1)));
     if (keyword.empty() || value.empty())
       throw Error(fmt::format("{}: '{}' lacks a keyword or a value", where, line.substr(0, 40)));
     if (is_quoted(value) || section == "UNITS") {
       const std::string word =
-          upper(is_quoted(value) ? files::trimmed(value.substr(1, value.size() - 2)) : value);
+          upper(is_quoted(value) ? base::trimmed(value.substr(1, value.size() - 2)) : value);
       if (section == "UNITS") check_unit(keyword, word, where);
       if (keyword == "TYRESIDE") {
         if (word != "LEFT" && word != "RIGHT" && word != "SYMMETRIC")
@@ -242,12 +242,12 @@ std::string with_tyre_values(const std::string& text, const std::map<std::string
   std::set<std::string> written;
   for (std::string_view rest = text; !rest.empty();) {
     const std::size_t end = rest.find('\n');
-    const std::string_view whole = rest.substr(0, end), line = files::trimmed(whole);
+    const std::string_view whole = rest.substr(0, end), line = base::trimmed(whole);
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    if (line.starts_with('[')) section = upper(files::trimmed(line.substr(1, line.find(']') - 1)));
+    if (line.starts_with('[')) section = upper(base::trimmed(line.substr(1, line.find(']') - 1)));
     const std::size_t equals = line.find('=');
     const bool entry = !line.empty() && line.front() != '$' && line.front() != '!' && line.front() != '[' && equals != std::string_view::npos && section != "UNITS";
-    const auto value = entry ? values.find(upper(files::trimmed(line.substr(0, equals)))) : values.end();
+    const auto value = entry ? values.find(upper(base::trimmed(line.substr(0, equals)))) : values.end();
     if (value != values.end()) {
       out += fmt::format("{} = {:.9g}", value->first, value->second);
       if (whole.ends_with('\r')) out += '\r';
@@ -266,7 +266,7 @@ std::string with_tyre_values(const std::string& text, const std::map<std::string
 }
 
 TyreFile read_tyre(const std::string& path) {
-  return parse_tyre(files::read_file(path, kLargestTyreBytes), path);
+  return parse_tyre(base::read_file(path, kLargestTyreBytes), path);
 }
 
 }  // namespace vehicle

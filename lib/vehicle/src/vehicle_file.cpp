@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <set>
 
-#include "files/read_file.h"
-#include "files/text_lines.h"
+#include "base/read_file.h"
+#include "base/text_lines.h"
 #include "map_file.h"
 #include "settings.h"
 #include "vehicle/error.h"
@@ -113,8 +113,8 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
   const std::size_t equals = setting.find('=');
   if (equals == std::string_view::npos)
     throw Error(fmt::format("{}: '{}' is not name=value", where, setting.substr(0, 60)));
-  const std::string_view name = files::trimmed(setting.substr(0, equals));
-  const double value = to_number(files::trimmed(setting.substr(equals + 1)), where, name);
+  const std::string_view name = base::trimmed(setting.substr(0, equals));
+  const double value = to_number(base::trimmed(setting.substr(equals + 1)), where, name);
   if (name.find('.') == std::string_view::npos) {
     set_term(vehicle, name, value, where);
   } else {
@@ -123,7 +123,7 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
 }
 
 void read_setup(Vehicle& vehicle, const std::string& path) {
-  const std::string text = files::read_file(path, kLargestFileBytes);
+  const std::string text = base::read_file(path, kLargestFileBytes);
   std::set<std::string, std::less<>> seen;
   std::size_t number = 0;
   for (std::string_view rest = text; !rest.empty();) {
@@ -131,10 +131,10 @@ void read_setup(Vehicle& vehicle, const std::string& path) {
     std::string_view line = rest.substr(0, end);
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     ++number;
-    line = files::trimmed(line.substr(0, line.find('#')));
+    line = base::trimmed(line.substr(0, line.find('#')));
     if (line.empty()) continue;
     const std::string where = fmt::format("{}:{}", path, number);
-    const std::string name(files::trimmed(line.substr(0, line.find('='))));
+    const std::string name(base::trimmed(line.substr(0, line.find('='))));
     if (!seen.insert(name).second)
       throw Error(fmt::format("{}: '{}' twice", where, name.substr(0, 60)));
     apply_setting(vehicle, line, where);

@@ -15,7 +15,7 @@ struct ChangeOptions {
   double min_change_m = 0.01;  ///< smallest change at the middle of a place that is told
   /// Differences that are even over this width are taken out: drift between the campaigns. 0: none.
   double level_m = 30.0;
-  files::Progress progress;
+  base::Progress progress;
 };
 
 /// A cell that both campaigns saw.

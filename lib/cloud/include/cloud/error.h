@@ -1,10 +1,10 @@
 #pragma once
 
-#include "files/error.h"
+#include "base/error.h"
 
 namespace cloud {
 
 /// The one exception of lib/cloud.
-using Error = files::Error;
+using Error = base::Error;
 
 }  // namespace cloud

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/progress.h"
 #include "cloud/cloud.h"
-#include "files/progress.h"
 
 namespace cloud {
 
@@ -15,7 +15,7 @@ struct GroundOptions {
   double slope = 0.15;         ///< steepest ground that is kept, m/m
   double height_m = 0.5;       ///< how far above the surface a point may lie ...
   double height_per_slope_m = 1.25;  ///< ... and how much more per m/m of its slope
-  files::Progress progress;
+  base::Progress progress;
 };
 
 /// 1 for ground, 0 for everything else, one per point. Progressive morphological filter: Pingel,

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.h"
 #include "cloud/read_cloud.h"
 #include "cloud/road_frame.h"
 #include "cloud/trajectory.h"
 #include "crg/file.h"
-#include "files/progress.h"
 
 namespace cloud {
 
@@ -28,7 +28,7 @@ struct MapOptions {
   int min_points = 1;    ///< of a node that takes part in the fusion
   double blend_m = 1.0;  ///< beside nodes with points the base runs into them over this width
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
-  files::Progress progress;
+  base::Progress progress;
 };
 
 /// What a node of the refined grid rests on.

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.h"
 #include "cloud/cloud.h"
-#include "files/progress.h"
 
 namespace cloud {
 
@@ -23,7 +23,7 @@ struct RegisterOptions {
   int neighbours = 10;  ///< that a plane is fitted to
   int max_iterations = 100;
   unsigned threads = 0;
-  files::Progress progress;
+  base::Progress progress;
 };
 
 /// Directions in the target's axes through the middle of the pairs: x, y, z, about x, about y,

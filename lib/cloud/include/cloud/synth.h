@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.h"
 #include "cloud/trajectory.h"
 #include "crg/file.h"
-#include "files/progress.h"
 
 namespace cloud {
 
@@ -34,7 +34,7 @@ struct ScanSynthOptions {
   std::uint64_t seed = 1;
   std::size_t points_per_file = 2'000'000;
   unsigned threads = 0;  ///< any number gives the same bytes
-  files::Progress progress;
+  base::Progress progress;
 };
 
 struct ScanSynthReport {

@@ -8,8 +8,8 @@
 #include <string>
 #include <thread>
 
-#include "files/one_line.h"
-#include "files/progress.h"
+#include "base/one_line.h"
+#include "base/progress.h"
 
 namespace command {
 
@@ -26,7 +26,7 @@ class Terminal {
   const std::string& tool() const { return tool_; }
 
   /// A result, on standard output or where redirect() says; nothing with --quiet. Throws
-  /// files::Error when it cannot be written.
+  /// base::Error when it cannot be written.
   void print(const std::string& text);
 
   /// From now on results are kept and written to this file by finish().
@@ -48,13 +48,13 @@ class Terminal {
 
   /// For a library's long work: sets stage and share of that line; from these, once two seconds and
   /// two per cent are over, the time that is left.
-  files::Progress progress();
+  base::Progress progress();
 
   /// Wipes the line; there is no other.
   void progress_done();
 
   /// The end of the work: wipes the line, writes what redirect() kept and whatever is still on its
-  /// way to standard output. Throws files::Error when that fails.
+  /// way to standard output. Throws base::Error when that fails.
   void finish();
 
   /// For the thread that waits for signals: like error(), and nothing is shown after it.
@@ -76,7 +76,7 @@ class Terminal {
   bool done_ = false, visible_ = false;
 };
 
-using files::one_line;
+using base::one_line;
 
 /// A path or another word as a shell takes it: in quotes where it needs them.
 std::string shell_word(const std::string& word);

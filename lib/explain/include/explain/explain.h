@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "explain/findings.h"
-#include "files/progress.h"
+#include "base/progress.h"
 
 namespace explain {
 
@@ -15,7 +15,7 @@ struct ExplainOptions {
   unsigned threads = 0;       ///< 0: as many as the machine has; never changes the result
   bool mechanisms = true;     ///< false: only the refit of the parameters, and its proof
   std::size_t nulls = 1000;   ///< null replicates
-  files::Progress progress;
+  base::Progress progress;
 };
 
 /// The whole analysis (docs/crgexplain.md). Throws vehicle::Error when it cannot be made: nothing

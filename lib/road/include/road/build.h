@@ -6,20 +6,20 @@
 #include <string>
 #include <vector>
 
+#include "base/progress.h"
 #include "crg/file.h"
-#include "files/progress.h"
 #include "road/edges.h"
 #include "road/mesh.h"
 #include "road/recipe.h"
 #include "road/sample.h"
 
-namespace files {
+namespace base {
 class OutputSet;
 }
 
 namespace road {
 
-using files::Progress;
+using base::Progress;
 
 struct BuildResult {
   std::string crg_path, stl_path, centreline_path, summary_path, picture_path;
@@ -82,10 +82,10 @@ BuildResult build_track(const Recipe& recipe, const std::string& output_dir,
 
 /// The same for a caller that adds files to the set (a report) and then calls commit_build(), which
 /// has nothing to do for a build that is reused. The paths in the result are those after that.
-BuildResult build_track(const Recipe& recipe, files::OutputSet& outputs,
+BuildResult build_track(const Recipe& recipe, base::OutputSet& outputs,
                         const Progress& progress = {}, BuildEvidence* evidence = nullptr,
                         Reuse reuse = Reuse::nothing);
-void commit_build(const Recipe& recipe, const BuildResult& result, files::OutputSet& outputs);
+void commit_build(const Recipe& recipe, const BuildResult& result, base::OutputSet& outputs);
 /// What the lock of the folder and its manifest say.
 constexpr const char* kBuildCommand = "crgbuild build";
 

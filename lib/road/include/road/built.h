@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "base/output_set.h"
+#include "base/progress.h"
 #include "crg/grid.h"
 #include "crg/reference_line.h"
-#include "files/output_set.h"
-#include "files/progress.h"
 #include "road/build.h"
 #include "road/centreline.h"
 #include "road/mesh.h"
@@ -36,7 +36,7 @@ struct Built {
 };
 
 struct BuildOptions {
-  files::Progress progress;
+  base::Progress progress;
   std::string question_path;      ///< of the picture, where it cannot be told which road is meant
   std::string clean_cache_path;   ///< of the mesh as it was cleaned before; empty: clean it again
   std::string clean_staged_path;  ///< where a cleaned mesh is kept that took long; empty: nowhere
@@ -54,6 +54,6 @@ std::vector<InputFile> inputs_of(const Recipe& recipe);
 /// Writes all files of a track but the reports' into the set (build_track()) and checks the road by
 /// reading it back (summary.validate). Takes the grids out of `built`. The paths are those after
 /// the commit.
-BuildResult write(Built& built, files::OutputSet& outputs, const files::Progress& progress = {});
+BuildResult write(Built& built, base::OutputSet& outputs, const base::Progress& progress = {});
 
 }  // namespace road

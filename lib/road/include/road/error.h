@@ -1,11 +1,11 @@
 #pragma once
 
-#include "files/error.h"
+#include "base/error.h"
 
 namespace road {
 
 /// The one exception of lib/road.
-using Error = files::Error;
+using Error = base::Error;
 
 /// What was given can be read, but no road can be made of it that a car may drive on.
 class NotUsable : public Error {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "files/error.h"
+#include "base/error.h"
 
 namespace vehicle {
 
 /// The one exception of lib/vehicle.
-using Error = files::Error;
+using Error = base::Error;
 
 }  // namespace vehicle

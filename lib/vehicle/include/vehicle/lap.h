@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "files/progress.h"
+#include "base/progress.h"
 #include "vehicle/driver.h"
 #include "vehicle/opponent.h"
 #include "vehicle/sensors.h"
@@ -23,7 +23,7 @@ struct LapOptions {
   StepOptions step;
   const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
   std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
-  files::Progress progress;
+  base::Progress progress;
   std::vector<Opponent> opponents;  ///< cars whose wakes act; telemetry gets wake_x_m, wake_y_m
   DriverOptions driver;
   RacingLineOptions line;

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "files/progress.h"
+#include "base/progress.h"
 #include "vehicle/sensors.h"
 
 namespace vehicle {
@@ -42,7 +42,7 @@ struct Manoeuvre {
   StepOptions step;
   const DeviceFile* devices = nullptr;       ///< telemetry as these measure it; nullptr: ideal
   std::function<void(const Table&)> on_row;  ///< called after each row of telemetry
-  files::Progress progress;
+  base::Progress progress;
 };
 
 struct ManoeuvreResult {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "files/progress.h"
+#include "base/progress.h"
 #include "vehicle/driver.h"
 #include "vehicle/recording.h"
 
@@ -23,7 +23,7 @@ struct ReplayOptions {
   double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0;  ///< at the begin, where not recorded
   StepOptions step;
   DriverOptions driver_options;
-  files::Progress progress;
+  base::Progress progress;
 };
 
 /// How far a channel was from the recording, over all windows. Trivial predictors: `hold`, the

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "files/random.h"
+#include "base/random.h"
 #include "vehicle/table.h"
 #include "vehicle/telemetry.h"
 
@@ -65,7 +65,7 @@ class SensorRecorder {
   struct Channel {
     std::size_t column;  ///< in the telemetry
     ChannelSensor sensor;
-    files::Random random{0};
+    base::Random random{0};
     double filtered = 0.0, sampled = 0.0;
     std::vector<double> ring;
   };

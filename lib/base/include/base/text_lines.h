@@ -1,0 +1,76 @@
+// Walks over the lines of a text and the numbers of a line without copying.
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+namespace base {
+
+/// One line after the other, without line ends; number() counts from 1.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : rest_(text) {}
+
+  bool next(std::string_view& line) {
+    if (rest_.empty()) return false;
+    const std::size_t end = rest_.find('\n');
+    line = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    ++number_;
+    return true;
+  }
+  std::size_t number() const { return number_; }
+  std::string_view rest() const { return rest_; }
+
+ private:
+  std::string_view rest_;
+  std::size_t number_ = 0;
+};
+
+/// The text without the blanks, tabs and carriage returns at its ends.
+inline std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+/// The next word of `line` (blank or tab separated); empty at the end.
+inline std::string_view take_word(std::string_view& line) {
+  const std::size_t begin = line.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) {
+    line = {};
+    return {};
+  }
+  const std::size_t end = line.find_first_of(" \t", begin);
+  const std::string_view word =
+      line.substr(begin, end == std::string_view::npos ? end : end - begin);
+  line.remove_prefix(end == std::string_view::npos ? line.size() : end);
+  return word;
+}
+
+/// The whole word as a number (nan and inf included), or nothing.
+template <class Number>
+std::optional<Number> to_number(std::string_view word) {
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  Number value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (end != word.data() + word.size() || word.empty()) return std::nullopt;
+  if (error == std::errc::result_out_of_range) {
+    // 1e999 is as unusable as infinity, 1e-999 as good as zero; from_chars tells them apart no
+    // further.
+    if constexpr (std::numeric_limits<Number>::has_infinity) {
+      return word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos
+                 ? Number{0}
+                 : std::numeric_limits<Number>::infinity();
+    }
+    return std::nullopt;
+  }
+  if (error != std::errc{}) return std::nullopt;
+  return value;
+}
+
+}  // namespace base

@@ -1,0 +1,61 @@
+#include "base/read_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "base/descriptor.h"
+#include "base/error.h"
+
+namespace base {
+namespace {
+
+[[noreturn]] void fail(const std::string& path, const char* what) {
+  throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
+}
+
+void want_file(const std::string& path, const struct stat& status) {
+  if (S_ISDIR(status.st_mode)) throw Error(path + ": is a folder, wanted a file");
+  if (!S_ISREG(status.st_mode))
+    throw Error(path + ": is a device, a FIFO or a socket, wanted a regular file");
+}
+
+}  // namespace
+
+void want_regular_file(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0) want_file(path, status);
+}
+
+std::string read_file(const std::string& path, std::size_t largest_bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  if (file.value < 0) fail(path, "cannot open");
+  struct stat status {};
+  if (::fstat(file.value, &status) != 0) fail(path, "cannot read");
+  want_file(path, status);
+  const auto refuse = [&](std::size_t seen, const char* more) {
+    throw Error(
+        fmt::format("{}: {}{} bytes, wanted at most {}, the most such a file can need; look "
+                    "whether it is the file that was meant",
+                    path, more, seen, largest_bytes));
+  };
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > largest_bytes) refuse(size, "");
+  std::string bytes;
+  bytes.reserve(size);
+  char block[1 << 16];
+  for (;;) {
+    const ssize_t count = ::read(file.value, block, sizeof block);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(path, "cannot read");
+    if (count == 0) return bytes;
+    bytes.append(block, static_cast<std::size_t>(count));
+    if (bytes.size() > largest_bytes) refuse(largest_bytes, "more than ");  // it has grown
+  }
+}
+
+}  // namespace base

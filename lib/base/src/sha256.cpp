@@ -1,0 +1,80 @@
+#include "base/sha256.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <utility>
+
+#include "base/error.h"
+#include "base/read_file.h"
+
+namespace base {
+
+namespace {
+
+/// One hash in the making. `what` stands in front of its errors.
+class Hash {
+ public:
+  explicit Hash(std::string what) : what_(std::move(what)) {
+    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1)
+      throw Error(fmt::format("{}: SHA-256 is not available in this OpenSSL", what_));
+  }
+
+  void add(const char* bytes, std::size_t count) {
+    if (count > 0 && EVP_DigestUpdate(context_.get(), bytes, count) != 1)
+      throw Error(fmt::format("{}: SHA-256 failed", what_));
+  }
+
+  std::string hex() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
+    unsigned int size = 0;
+    if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1)
+      throw Error(fmt::format("{}: SHA-256 failed", what_));
+    std::string text;
+    for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
+    return text;
+  }
+
+ private:
+  std::string what_;
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(),
+                                                                   &EVP_MD_CTX_free};
+};
+
+}  // namespace
+
+std::string sha256(std::string_view bytes) {
+  Hash hash("bytes in memory");
+  hash.add(bytes.data(), bytes.size());
+  return hash.hex();
+}
+
+std::string sha256_of_file(const std::string& path) {
+  want_regular_file(path);
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    throw Error(
+        fmt::format("{}: cannot read: {}; give a file that exists", path, std::strerror(errno)));
+  }
+  Hash hash(path);
+  std::array<char, 1 << 16> buffer;
+  while (in) {
+    in.read(buffer.data(), buffer.size());
+    hash.add(buffer.data(), static_cast<std::size_t>(in.gcount()));
+  }
+  if (in.bad() || !in.eof())
+    throw Error(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+  return hash.hex();
+}
+
+const std::string& sha256_of_program() {
+  static const std::string hash = sha256_of_file("/proc/self/exe");
+  return hash;
+}
+
+}  // namespace base

@@ -1,0 +1,57 @@
+#include "base/csv.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "base/error.h"
+
+namespace {
+
+std::string file_with(const std::string& text) {
+  const std::string path = testing::TempDir() + "csv_test.csv";
+  std::ofstream(path, std::ios::binary) << text;
+  return path;
+}
+
+std::string error_of(const std::string& text) {
+  try {
+    base::read_csv(file_with(text), {"x_m", "y_m"});
+  } catch (const base::Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Csv, PicksColumnsByNameInAnyOrderAndIgnoresOthers) {
+  const auto table = base::read_csv(
+      file_with(
+          "\xEF\xBB\xBF# made by hand\r\n name , y_m,x_m\r\nfoo, 2.5 ,-1e3\r\n\r\nbar,,+4\r\n"),
+      {"x_m", "y_m"}, {"z_m"});
+  ASSERT_EQ(table.rows(), 2u);
+  EXPECT_EQ(table.value(0, 0), -1000.0);
+  EXPECT_EQ(table.value(0, 1), 2.5);
+  EXPECT_EQ(table.value(1, 0), 4.0);
+  EXPECT_TRUE(std::isnan(table.value(1, 1))) << "an empty cell";
+  EXPECT_FALSE(table.present[2]);
+  EXPECT_TRUE(std::isnan(table.value(0, 2)));
+}
+
+TEST(Csv, SaysFileLineSeenAndWanted) {
+  using testing::HasSubstr;
+  EXPECT_THAT(error_of("x_m,z_m\n1,2\n"), testing::AllOf(HasSubstr("csv_test.csv:1:"),
+                                                         HasSubstr("'y_m'"), HasSubstr("x_m,z_m")));
+  EXPECT_THAT(error_of("x_m,y_m\n1,2\n3\n"),
+              HasSubstr("csv_test.csv:3: 1 cells, wanted at least 2"));
+  EXPECT_THAT(
+      error_of("x_m,y_m\n1,2,\n3,four\n"),
+      testing::AllOf(HasSubstr("csv_test.csv:3:"), HasSubstr("'four'"), HasSubstr("number")));
+  EXPECT_THAT(error_of("x_m,y_m\n1,2km\n"), HasSubstr("'2km'"));
+  EXPECT_THAT(error_of(""), HasSubstr("empty"));
+  EXPECT_THROW(base::read_csv("/does/not/exist.csv", {"x_m"}), base::Error);
+}
+
+}  // namespace
