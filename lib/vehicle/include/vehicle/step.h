@@ -8,6 +8,7 @@
 #include <string>
 
 #include "vehicle/dynamics.h"
+#include "vehicle/energy.h"
 #include "vehicle/laws/actuator_friction.h"
 
 namespace vehicle {
@@ -294,7 +295,9 @@ void settle_frictions(const Car<T>& car, double step_s, State<T>& rate, Detail<T
                    (1.0 + 2.0 * (through - eliminated));
     const T clutch_nm = detail.clutch_nm + c * ((b0 - a01 * both) / a00 - half * both);
     const T more_nm =
-        limited_slip_torque(car, T(clutch_nm * detail.gear_ratio * e)) - detail.limited_slip_nm;
+        laws::limited_slip_torque(p, car.terms[Term::limited_slip],
+                                  T(clutch_nm * detail.gear_ratio * e)) -
+        detail.limited_slip_nm;
     const T& grip = detail.limited_slip_grip;
     differential_nm += more_nm * grip;
     slope += more_nm * (1.0 - grip * grip) / p[P::differential_stick_radps];
@@ -369,7 +372,7 @@ void settle_frictions(const Car<T>& car, double step_s, State<T>& rate, Detail<T
     rate[kSpin + i] = spin_rate[i];
   }
   std::array<T, 6> x{T(0), T(0), T(0), moment.x, moment.y, moment.z};
-  dynamics_detail::solve6(detail.inertia, x);
+  dynamics::solve6(detail.inertia, x);
   const Vec3<T> acceleration{x[0], x[1], x[2]}, angular{x[3], x[4], x[5]};
   for (std::size_t i = 0; i < 6; ++i) rate[kVx + i] += x[i];
   detail.specific_force_mps2 = detail.specific_force_mps2 + acceleration;
@@ -421,16 +424,14 @@ void integrate(const Car<T>& car, State<T>& s, const State<T>& rate, const Detai
   }
 
   // Place and attitude from the new velocities at the old attitude.
-  const Rotation<T> R = rotation(s[kRoll], s[kPitch], s[kYaw]);
-  const Vec3<T> dposition = R.apply(dv);
-  using std::cos;
-  using std::sin;
-  const T cr = cos(s[kRoll]), sr = sin(s[kRoll]);
-  const T dyaw = (domega.y * sr + domega.z * cr) / cos(s[kPitch]);
+  const Attitude<T> a = attitude(s[kRoll], s[kPitch], s[kYaw]);
+  const Vec3<T> dposition = rotation(a).apply(dv);
+  const T &cr = a.cos_roll, &sr = a.sin_roll;
+  const T dyaw = (domega.y * sr + domega.z * cr) / a.cos_pitch;
   s[kX] += h * (rate[kX] + dposition.x);
   s[kY] += h * (rate[kY] + dposition.y);
   s[kZ] += h * (rate[kZ] + dposition.z);
-  const T droll = domega.x + dyaw * sin(s[kPitch]);
+  const T droll = domega.x + dyaw * a.sin_pitch;
   s[kRoll] += h * (rate[kRoll] + droll);
   s[kPitch] += h * (rate[kPitch] + domega.y * cr - domega.z * sr);
   s[kYaw] += h * (rate[kYaw] + dyaw);

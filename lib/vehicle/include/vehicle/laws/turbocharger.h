@@ -94,6 +94,47 @@ struct TurboParameters {
   T fuel_jpkg, air_pa, air_k;
 };
 
+/// The air path's parameters as its law wants them.
+template <class T>
+TurboParameters<T> turbo_parameters(const Parameters<T>& p) {
+  using P = Parameter;
+  return {p[P::engine_displacement_m3],
+          p[P::engine_compression],
+          p[P::engine_filling],
+          p[P::engine_indicated],
+          p[P::engine_coolant_share],
+          p[P::engine_air_fuel],
+          p[P::engine_friction_pa],
+          p[P::engine_friction_pas],
+          p[P::intake_manifold_m3],
+          p[P::intake_charge_m3],
+          p[P::intake_throttle_m2],
+          p[P::intake_leak_m2],
+          p[P::intake_cooler],
+          p[P::intake_overrun_m2],
+          p[P::intake_overrun_pa],
+          p[P::intake_overrun_range_pa],
+          p[P::compressor_diameter_m],
+          p[P::compressor_head],
+          p[P::compressor_flow],
+          p[P::compressor_efficiency],
+          p[P::compressor_best_flow],
+          p[P::compressor_narrowness],
+          p[P::turbine_diameter_m],
+          p[P::turbine_area_m2],
+          p[P::turbine_efficiency],
+          p[P::turbine_blade_ratio],
+          p[P::turbine_exhaust_m3],
+          p[P::turbine_wastegate_m2],
+          p[P::turbine_wastegate_pa],
+          p[P::turbine_wastegate_range_pa],
+          p[P::turbo_inertia_kgm2],
+          p[P::turbo_bearing_nms],
+          p[P::fuel_energy_jpkg],
+          T(p[P::aero_density_kgpm3] * kGas * p[P::environment_temperature_k]),
+          p[P::environment_temperature_k]};
+}
+
 /// How much acts of what can be switched, 0 to 1.
 template <class T>
 struct TurboAmounts {
