@@ -16,6 +16,12 @@ T map_factor(const T& amount, const Map2& map, const T& x, const T& y) {
   return map.empty() ? T(1) : T(1.0 + amount * (evaluate(map, x, y) - 1.0));
 }
 
+/// Of air at a speed, Pa.
+template <class T>
+T dynamic_pressure(const T& density_kgpm3, const T& air_mps) {
+  return 0.5 * density_kgpm3 * air_mps * air_mps;
+}
+
 /// Drag over the air speed, N s/m, and downforce of both axles, N: half the density times area
 /// times the square of the air speed (the definition of the areas).
 template <class T>

@@ -1,6 +1,6 @@
 // Clutch, gears and differential.
 //
-// Frictions are Coulomb's, regularised by tanh over a stick speed; step.h settles what sticks.
+// Frictions are Coulomb's, regularised by tanh over a stick speed; settle.h settles what sticks.
 #pragma once
 
 #include <cmath>

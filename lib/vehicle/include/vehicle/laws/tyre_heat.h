@@ -11,6 +11,21 @@
 
 namespace vehicle::laws {
 
+/// Shares of grip that are missing at a tread temperature: below the window, above it.
+template <class T>
+struct WindowLoss {
+  T cold, hot;
+};
+
+template <class T>
+WindowLoss<T> window_loss(const Parameters<T>& p, const T& tread_k) {
+  using P = Parameter;
+  const T cold = (p[P::tyre_window_begin_k] - tread_k) / p[P::tyre_cold_width_k];
+  const T hot = (tread_k - p[P::tyre_window_end_k]) / p[P::tyre_hot_width_k];
+  return {cold > T(0) ? T(p[P::tyre_cold_loss] * cold * cold / (1.0 + cold * cold)) : T(0),
+          hot > T(0) ? T(p[P::tyre_hot_loss] * hot * hot / (1.0 + hot * hot)) : T(0)};
+}
+
 /// Factors on grip and on stiffness at a tread temperature, both 1 where `amount` is 0.
 template <class T>
 struct TreadFactors {
@@ -21,11 +36,10 @@ template <class T>
 TreadFactors<T> tread_factors(const Parameters<T>& p, const T& amount, const T& tread_k) {
   using P = Parameter;
   using std::exp;
-  const T cold = (p[P::tyre_window_begin_k] - tread_k) / p[P::tyre_cold_width_k];
-  const T hot = (tread_k - p[P::tyre_window_end_k]) / p[P::tyre_hot_width_k];
+  const WindowLoss<T> loss = window_loss(p, tread_k);
   T grip = T(1);
-  if (cold > T(0)) grip -= p[P::tyre_cold_loss] * cold * cold / (1.0 + cold * cold);
-  if (hot > T(0)) grip -= p[P::tyre_hot_loss] * hot * hot / (1.0 + hot * hot);
+  grip -= loss.cold;
+  grip -= loss.hot;
   const T soft = exp(-p[P::tyre_stiffness_slope_1pk] * (tread_k - p[P::tyre_window_begin_k]));
   return {1.0 + amount * (grip - 1.0), 1.0 + amount * (soft - 1.0)};
 }
