@@ -178,6 +178,54 @@ TEST(Layout, ReportKnowsNeitherRoadNorCrg) {
         << file << " includes " << name;
 }
 
+// A copy of a law drifts from it: what tells a constant or a law of the car, literal or parameter,
+// stands in one file of the libraries, and everybody else calls the law.
+TEST(Layout, EachLawOfTheCarStandsInOneFile) {
+  struct Telling {
+    const char* what;
+    const char* pattern;
+    const char* file;
+  };
+  static constexpr Telling kTelling[] = {
+      {"gas constant", R"(\b287(\.0)?\b)", "laws/turbocharger.h"},
+      {"heat capacity of air", R"(\b1004\.5)", "laws/turbocharger.h"},
+      {"conductivity of air", R"(\b0\.026\b)", "laws/brake_disc.h"},
+      {"viscosity of air", R"(\b1\.6e-0?5\b)", "laws/brake_disc.h"},
+      {"Stefan and Boltzmann", R"(\b5\.67\d*e-0?8)", "laws/disc_heat.h"},
+      {"radiation", R"(brake_emissivity)", "laws/disc_heat.h"},
+      {"convection", R"(brake_nusselt_(disc|car|still))", "laws/disc_heat.h"},
+      {"heat capacity of discs", R"(brake_capacity_slope_1pk)", "laws/disc_heat.h"},
+      {"fade of pads", R"(\b0\.95\b.*\bfade|fade.*\b0\.95\b)", "laws/brake_pads.h"},
+      {"heat per which fade is told", R"(0\.75e0?6|\b750e3|\b750000)", "explain/model.h"},
+      {"boost", R"(turbo_(idle_flow|reference_radps|fall_s))", "laws/boost.h"},
+      {"warm-up", R"(/ 8(\.0)?\b.*0\.2|0\.2 .*/ 8(\.0)?\b)", "laws/tyre_warm_up.h"},
+      {"tread temperature", R"(tyre_(cold_width|hot_width|slip_share|road_cooling))",
+       "laws/tyre_heat.h"},
+      {"limiter", R"(0\.02 \* (p\[P::engine_)?limit)", "laws/engine.h"},
+      {"idle control", R"(engine_idle_gain)", "laws/engine.h"},
+      {"fuel", R"(fuel_(efficiency|energy_jpkg)\] *[*)/])", "laws/fuel.h"},
+      {"limited slip", R"(differential_(preload|drive_ramp|coast_ramp))", "laws/driveline.h"},
+      {"steering geometry", R"(steering_ackermann)", "laws/suspension.h"},
+      {"dampers", R"(damper_(knee|fast_share))", "laws/suspension.h"},
+      {"side force of the air", R"(aero_side_area)", "laws/aero.h"},
+  };
+  const fs::path lib = fs::path(places::source()) / "lib";
+  std::vector<std::pair<std::string, std::string>> texts;
+  for (const char* library : {"vehicle", "explain"})
+    for (const auto& entry : fs::recursive_directory_iterator(lib / library))
+      if (entry.path().extension() == ".cpp" || entry.path().extension() == ".h")
+        texts.emplace_back(entry.path().string(), read(entry.path()));
+  ASSERT_GT(texts.size(), 100u);
+  for (const Telling& telling : kTelling) {
+    std::set<std::string> files;
+    for (const auto& [file, text] : texts)
+      if (std::regex_search(text, std::regex(telling.pattern))) files.insert(file);
+    EXPECT_EQ(files.size(), 1u) << telling.what << ": " << ::testing::PrintToString(files);
+    for (const std::string& file : files)
+      EXPECT_THAT(file, ::testing::EndsWith(telling.file)) << telling.what;
+  }
+}
+
 TEST(Layout, CommandLineParserStaysInOneFilePerTool) {
   for (const auto& tool : fs::directory_iterator(fs::path(places::source()) / "tools")) {
     if (!tool.is_directory()) continue;

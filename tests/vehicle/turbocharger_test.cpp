@@ -31,7 +31,7 @@ laws::TurboRates<double> rates(const Car<double>& car, const laws::TurboState<do
                                double engine_radps, double throttle) {
   const auto& t = car.terms;
   return laws::turbocharged<double>(
-      turbo_parameters(car.parameters),
+      laws::turbo_parameters(car.parameters),
       {t[Term::compressor_map], t[Term::wastegate], t[Term::overrun_valve], t[Term::intercooler]},
       s, engine_radps, throttle, 1.0, car.files->compressor_kgps, car.files->compressor_efficiency);
 }
@@ -72,7 +72,7 @@ TEST(Turbocharger, KnowsTheSlopesOfItsNozzle) {
 TEST(Turbocharger, CompressesByHeadAndFlowOfItsWheel) {
   const CarFiles files = turbo_files();
   const Car<double> car = make_car(files, default_parameters(), default_amplitudes());
-  const auto p = turbo_parameters(car.parameters);
+  const auto p = laws::turbo_parameters(car.parameters);
   const double shaft = 14000, tip = 0.5 * 0.056 * shaft, rho = 1.2;
   EXPECT_NEAR(p.air_pa, rho * 287 * 295, 1e-6);
   const double area = std::numbers::pi / 4 * 0.056 * 0.056;
@@ -102,7 +102,7 @@ TEST(Turbocharger, TakesFlowAndEfficiencyFromItsMap) {
   Amplitudes<double> terms = default_amplitudes();
   terms[Term::intercooler] = 0.0;
   const Car<double> car = make_car(files, default_parameters(), terms);
-  const double air = turbo_parameters(car.parameters).air_pa;
+  const double air = laws::turbo_parameters(car.parameters).air_pa;
   const auto on = rates(car, {1.5e5, 2.0 * air, 2e5, 13000}, 400, 0.5);
   EXPECT_NEAR(on.compressor_kgps, 0.175, 1e-12);  // between 0.1 and 0.25
   const double heating = 295 * (std::pow(2.0, 287 / 1004.5) - 1) / 0.675;
@@ -132,7 +132,7 @@ TEST(Turbocharger, ExpandsThroughTheTurbine) {
   Parameters<double> p = default_parameters();
   p[P::intake_cooler] = 1.0;  // so that the gas is as hot whatever the shaft's speed
   const Car<double> car = make_car(files, p, terms);
-  const double air = turbo_parameters(car.parameters).air_pa;
+  const double air = laws::turbo_parameters(car.parameters).air_pa;
   const auto r = rates(car, {1.8e5, 1.9e5, 2.2e5, 10000}, 500, 1.0);
   const double drop = 1150 * r.exhaust_k * (1 - std::pow(air / 2.2e5, 287.0 / 1150));
   const double best = 0.65 * std::sqrt(2 * drop) / 0.025;

@@ -8,8 +8,9 @@
 #include <cmath>
 #include <limits>
 
+#include "disc_temperature.h"
 #include "search.h"
-#include "vehicle/error.h"
+#include "vehicle/laws/disc_heat.h"
 #include "vehicle/recording.h"
 
 namespace explain {
@@ -20,58 +21,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kStep_s = 0.05, kSample_s = 0.5, kReference_k = 500.0;
+constexpr double kStep_s = kDiscStep_s, kSample_s = 0.5;
 const std::string kId = "vehicle.brake_disc_conductance";
-
-/// One axle of one recording on a clock of kStep_s.
-struct Stop {
-  std::size_t axle = 0, log = 0;
-  std::vector<double> pressure_pa, speed_mps, disc_k;
-  std::vector<int> lap;
-};
-
-/// Logarithms of factors, the core's difference from the surface at the begin (100 K), and the three
-/// amounts that compete.
-enum Amount : std::size_t { kHeat, kSurface, kCore, kConductance, kCooling, kBegin, kRise, kEmissivity, kCapacity, kAmounts };
-using Amounts = std::array<double, kAmounts>;
+using Amounts = DiscAmounts;
+constexpr std::size_t kAmounts = kDiscAmounts;
 constexpr std::array<double, kAmounts> kWidth{0.1, 0.2, 0.2, 0.3, 0.5, 0.5, 2.0, 2.0, 2.0};
-
-/// Surface temperature every kStep_s: the discs of lib/vehicle/dynamics.h with the amounts.
-std::vector<double> temperature(const Stop& s, const vehicle::Vehicle& car, const Amounts& a) {
-  const auto& p = car.parameters;
-  const auto of = [&](P front) { return p.axle(s.axle, front); };
-  const double air = p[P::environment_temperature_k], d = of(P::front_disc_diameter_m), area = of(P::front_disc_area_m2);
-  const double radius = car.files.tyre[s.axle].unloaded_radius_m * 0.98;
-  double surface = kNaN, core = kNaN;
-  std::vector<double> out(s.disc_k.size(), kNaN);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (!std::isfinite(surface)) {
-      if (!std::isfinite(s.disc_k[i])) continue;
-      surface = s.disc_k[i];
-      core = surface + 100 * a[kBegin];
-    }
-    out[i] = surface;
-    const double v = std::isfinite(s.speed_mps[i]) ? std::max(0.0, s.speed_mps[i]) : 0.0, pressure = std::isfinite(s.pressure_pa[i]) ? std::max(0.0, s.pressure_pa[i]) : 0.0;
-    double friction = of(P::front_brake_friction);
-    if (car.terms[vehicle::Term::brake_friction_temperature] > 0 && !car.files.pad_friction.empty()) friction = vehicle::evaluate(car.files.pad_friction, pressure, surface);
-    const double power = 2 * friction * pressure * of(P::front_brake_area_m2) * of(P::front_brake_radius_m) * v / radius;
-    const double mean = 0.5 * (surface + core);
-    const double conductance = of(P::front_disc_conductance_wpk) * std::exp(a[kConductance]) * std::max(0.05, 1 + (p[P::brake_conductance_slope_1pk] + a[kRise] / kReference_k) * (mean - kReference_k));
-    constexpr double kAirConductivity = 0.026, kAirViscosity = 1.6e-5;
-    const double nusselt = p[P::brake_nusselt_still] + p[P::brake_nusselt_car] * std::pow(v * d / kAirViscosity + 1e-9, 0.8) +
-                           p[P::brake_nusselt_disc] * std::pow(v / radius * d / 2 * d / kAirViscosity + 1e-9, 0.8);
-    const double cooling = std::exp(a[kCooling]) * nusselt * kAirConductivity / d * area * (surface - air);
-    const double radiation = 5.670374419e-8 * p[P::brake_emissivity] * std::max(0.0, 1 + a[kEmissivity]) * area * (std::pow(surface, 4) - std::pow(air, 4));
-    const double slope = p[P::brake_capacity_slope_1pk] * (1 + a[kCapacity]) * car.terms[vehicle::Term::brake_heat_capacity];
-    const double flow = conductance * (surface - core);
-    const double into = p[P::brake_disc_share] * std::exp(a[kHeat]) * power - flow - cooling - radiation;
-    surface += kStep_s * into / (of(P::front_disc_surface_capacity_jpk) * std::exp(a[kSurface]) * std::max(0.2, 1 + slope * (surface - 300)));
-    core += kStep_s * flow / (of(P::front_disc_core_capacity_jpk) * std::exp(a[kCore]) * std::max(0.2, 1 + slope * (core - 300)));
-    surface = std::clamp(surface, 200.0, 3000.0);
-    core = std::clamp(core, 200.0, 3000.0);
-  }
-  return out;
-}
 
 /// Each axle has amounts of its own; rows are means over kSample_s.
 struct Problem {
@@ -81,7 +35,7 @@ struct Problem {
     std::vector<double> r;
     const auto every = static_cast<std::size_t>(std::lround(kSample_s / kStep_s));
     for (const Stop& s : *stops) {
-      const std::vector<double> t = temperature(s, *car, a[s.axle]);
+      const std::vector<double> t = disc_temperature(s, *car, a[s.axle]);
       for (std::size_t i = every / 2; i < t.size(); i += every) r.push_back(std::isfinite(s.disc_k[i]) && std::isfinite(t[i]) ? s.disc_k[i] - t[i] : 0.0);
     }
     return Eigen::Map<VectorXd>(r.data(), static_cast<Index>(r.size()));
@@ -161,21 +115,26 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
     const vehicle::Recording recording = vehicle::make_recording(*logs[k].table, logs[k].signals->name, mapping);
     const std::vector<double>& time = *recording.table.find("time_s");
     const Signals& signals = *logs[k].signals;
+    std::array<Stop, 2> axles;
     for (std::size_t axle = 0; axle < 2; ++axle) {
       const auto *left = recording.table.find(axle == 0 ? "brake_disc_fl_k" : "brake_disc_rl_k"), *right = recording.table.find(axle == 0 ? "brake_disc_fr_k" : "brake_disc_rr_k");
-      if (left == nullptr || right == nullptr) continue;
-      Stop s;
+      Stop& s = axles[axle];
       s.axle = axle;
       s.log = k;
       std::size_t row = 0;
       for (std::size_t i = 0; i < signals.n; ++i) {
         const double t = time.front() + kStep_s * static_cast<double>(i);
         while (row + 1 < time.size() && time[row + 1] <= t + 1e-9) ++row;
-        s.disc_k.push_back(std::abs(time[row] - t) < 1.0 ? 0.5 * ((*left)[row] + (*right)[row]) : kNaN);
+        if (left != nullptr && right != nullptr) s.disc_k.push_back(std::abs(time[row] - t) < 1.0 ? 0.5 * ((*left)[row] + (*right)[row]) : kNaN);
         s.speed_mps.push_back(signals.x[kVx][i]);
         s.pressure_pa.push_back(signals.x[axle == 0 ? kBrakeFront : kBrakeRear].empty() ? kNaN : signals.x[axle == 0 ? kBrakeFront : kBrakeRear][i]);
         s.lap.push_back(first_lap + signals.lap[i]);
       }
+    }
+    const std::vector<double> pad_heat_j = disc_pad_heat(axles, car);
+    for (Stop& s : axles) {
+      if (s.disc_k.empty()) continue;
+      s.pad_heat_j = pad_heat_j;
       stops.push_back(std::move(s));
     }
     first_lap += signals.lap.empty() ? 1 : signals.lap.back() + 1;
@@ -259,8 +218,8 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
   found.mechanism = kId;
   found.kind = "vehicle";
   found.physics = "heat flows from the discs' surface to their core the better the hotter they are";
-  found.equation = "flow = G (1 + k (T_mean - 500 K) / 500 K) (T_surface - T_core)";
-  const double whole = amount + kReference_k * car.parameters[P::brake_conductance_slope_1pk];
+  found.equation = fmt::format("flow = G (1 + k (T_mean - {0:.0f} K) / {0:.0f} K) (T_surface - T_core)", vehicle::laws::kConductanceReference_k);
+  const double whole = amount + vehicle::laws::kConductanceReference_k * car.parameters[P::brake_conductance_slope_1pk];
   found.parameters.push_back({"slope of the conductance k", "1", whole, whole - 1.645 * spread, whole + 1.645 * spread});
   for (std::size_t axle = 0; axle < 2; ++axle) {
     const double g = car.parameters.axle(axle, P::front_disc_conductance_wpk) * std::exp(f.a[axle][kConductance]);

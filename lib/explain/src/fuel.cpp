@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "vehicle/error.h"
+#include "vehicle/laws/aero.h"
+#include "vehicle/laws/fuel.h"
 
 namespace explain {
 
@@ -11,7 +13,7 @@ using P = vehicle::Parameter;
 
 std::vector<double> useful_power_w(const Signals& s, const vehicle::Vehicle& car) {
   const auto& p = car.parameters;
-  const double drag = 0.5 * p[P::aero_density_kgpm3] * p[P::aero_drag_area_m2] * car.terms[vehicle::Term::aero_drag];
+  const double drag = vehicle::laws::air_forces(p, 1.0, 1.0).drag_nspm * car.terms[vehicle::Term::aero_drag];  // at 1 m/s
   std::vector<double> out(s.n, 0.0);
   for (std::size_t i = 0; i < s.n; ++i) {
     const double speed = s.x[kVx][i], power = (p[P::chassis_mass_kg] * s.dx[kVx][i] + drag * speed * speed) * speed / p[P::gearbox_efficiency];
@@ -30,7 +32,7 @@ void add_fuel(vehicle::Table& log, Mapping& mapping, const Signals& s, const veh
   const std::vector<double> power = useful_power_w(s, car);
   std::vector<double> left(s.n, fuel_kg), column;
   for (std::size_t i = 1; i < s.n; ++i)
-    left[i] = std::max(0.0, left[i - 1] - Signals::kStep_s * amount * (p[P::fuel_idle_kgps] + power[i - 1] / (p[P::fuel_efficiency] * p[P::fuel_energy_jpkg])));
+    left[i] = std::max(0.0, left[i - 1] - Signals::kStep_s * amount * (p[P::fuel_idle_kgps] + vehicle::laws::fuel_for_work(p, power[i - 1])));
   for (const double t : *stamps) {
     const double place = std::clamp(time->scale * (t - stamps->front()) / Signals::kStep_s, 0.0, static_cast<double>(s.n - 1));
     column.push_back(std::isfinite(place) ? left[static_cast<std::size_t>(place)] : NAN);

@@ -6,12 +6,19 @@
 #include <numbers>
 
 #include "vehicle/driver.h"
+#include "vehicle/laws/aero.h"
+#include "vehicle/laws/boost.h"
+#include "vehicle/laws/brake_pads.h"
+#include "vehicle/laws/driveline.h"
+#include "vehicle/laws/engine.h"
+#include "vehicle/laws/tyre_warm_up.h"
 #include "vehicle/magic_formula.h"
 
 namespace explain {
 namespace {
 
 using P = vehicle::Parameter;
+namespace laws = vehicle::laws;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kStep = Signals::kStep_s;
 
@@ -139,15 +146,13 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     roll_spring[i] = p.axle(i, P::front_spring_npm) + 2 * p.axle(i, P::front_anti_roll_npm);
     roll[i] = 0.5 * roll_spring[i] * track[i] * track[i];
     load0[i] = mass0 * g * (i == 0 ? b : a) / (2 * wheelbase);
-    const vehicle::TyreCoefficients& tyre = car.files.tyre[i];
-    const double deflection = vehicle::static_deflection(tyre, load0[i], p.axle(i, P::front_tyre_pressure_pa));
-    radius[i] = set.wheel_radius[i] * vehicle::rolling_radius(tyre, load0[i], tyre.unloaded_radius_m * tyre.qre0, deflection);
+    radius[i] = set.wheel_radius[i] * vehicle::standing_rolling_radius(car.files.tyre[i], load0[i], p.axle(i, P::front_tyre_pressure_pa));
   }
   const double roll_share_front = roll[0] / (roll[0] + roll[1]);
   // What the car remembers from one step to the next.
-  double boost = 0.0, heat = 0.0;
+  double boost = 0.0, pad_heat_j = 0.0;
   std::array<double, 2> last_alpha{kNaN, kNaN};
-  double wear = 0.0;  // what the tyres have warmed up by, 0 cold to 1
+  double warmth = 0.0;
   const double cold_loss = car.terms[vehicle::Term::tyre_warm_up] * p[P::tyre_warm_up_loss], cold = cold_loss + set.thermal;
   const double warming_s = cold_loss != 0 ? p[P::tyre_warm_up_s] : set.thermal_s;
   const double wind = car.terms[vehicle::Term::wind] * p[P::environment_wind_mps];
@@ -224,23 +229,19 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     const double air_x = vx - (wind_x * std::cos(heading) + wind_y * std::sin(heading));
     const double air_y = vy - (-wind_x * std::sin(heading) + wind_y * std::cos(heading));
     const double air = std::hypot(air_x, air_y);
-    const double pressure = 0.5 * p[P::aero_density_kgpm3] * air * air;
-    std::array<double, 2> down{pressure * p[P::front_lift_area_m2], pressure * p[P::rear_lift_area_m2]};
-    double drag = pressure * p[P::aero_drag_area_m2];
-    if (car.terms[vehicle::Term::aero_ride_height] > 0 && !car.files.drag_factor.empty()) {
+    const laws::AirForces<double> straight = laws::air_forces(p, air, air * air);
+    std::array<double, 2> down{straight.front_n, straight.rear_n};
+    double drag = straight.drag_nspm * air;
+    if (const double amount = car.terms[vehicle::Term::aero_ride_height]; amount > 0 && !car.files.drag_factor.empty()) {
       std::array<double, 2> ride{};
       for (std::size_t k = 0; k < 2; ++k)
         ride[k] = p.axle(k, P::front_ride_height_m) -
                   0.5 * down[k] * (1 / std::max(1e4, p.axle(k, P::front_spring_npm)) + 1 / car.files.tyre[k].vertical_stiffness_npm);
-      const double amount = car.terms[vehicle::Term::aero_ride_height];
-      const auto factor = [&](const vehicle::Map2& map) {
-        return map.empty() ? 1.0 : 1.0 + amount * (vehicle::evaluate(map, ride[0], ride[1]) - 1.0);
-      };
-      drag *= factor(car.files.drag_factor);
-      down[0] *= factor(car.files.front_lift_factor);
-      down[1] *= factor(car.files.rear_lift_factor);
+      drag *= laws::map_factor(amount, car.files.drag_factor, ride[0], ride[1]);
+      down[0] *= laws::map_factor(amount, car.files.front_lift_factor, ride[0], ride[1]);
+      down[1] *= laws::map_factor(amount, car.files.rear_lift_factor, ride[0], ride[1]);
     }
-    const double ride_loss = 1.0 - set.ride * pressure / 1000.0;
+    const double ride_loss = 1.0 - set.ride * laws::dynamic_pressure(p[P::aero_density_kgpm3], air) / 1000.0;
     down[0] *= ride_loss;
     down[1] *= ride_loss;
     down[0] *= car.terms[vehicle::Term::aero_downforce] + set.down;
@@ -295,41 +296,40 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       const double ratio = p[static_cast<P>(static_cast<std::size_t>(P::gearbox_ratio_1) + static_cast<std::size_t>(gear) - 1)] * p[P::gearbox_final];
       const double engine = has(kEngine) ? x[kEngine][i] : ratio * vx / radius[1];
       const double opening = std::clamp(thr * (s.commanded[kThrottle] ? p[P::throttle_gain] : 1.0), 0.0, 1.0);
-      torque = p[P::engine_torque] * vehicle::evaluate(car.files.engine_torque_nm, engine, opening);
+      const auto map_nm = [&](double throttle_share) { return laws::map_torque(p[P::engine_torque], car.files.engine_torque_nm, engine, throttle_share); };
+      torque = map_nm(opening);
       const double w = engine / p[P::engine_limit_radps];
-      const double full = p[P::engine_torque] * vehicle::evaluate(car.files.engine_torque_nm, engine, 1.0);
+      const double full = map_nm(1.0);
       torque += full * (set.engine_shape[0] * 4 * opening * (1 - opening) + opening * (set.engine_shape[1] * (w - 0.7) * 4 + set.engine_shape[2] * ((w - 0.7) * (w - 0.7) * 16 - 0.5)) +
                         set.engine_shape[3] * (1 - opening) * 0.3);
       if (!s.commanded[kThrottle]) torque += full * (p[P::throttle_gain] / car.parameters[P::throttle_gain] - 1.0) * opening * (1 - opening) * 2;
-      const double limit = (engine - p[P::engine_limit_radps]) / (0.02 * p[P::engine_limit_radps]);
-      if (torque > 0) torque *= 1.0 - std::clamp(limit, 0.0, 1.0);
+      torque = laws::limited_torque(torque, laws::fuelled_share(p[P::engine_limit_radps], engine));
       const double stated = car.terms[vehicle::Term::turbo_lag];
       if (set.turbo != 0 || stated != 0) {
-        const double rise = stated != 0 ? p[P::turbo_rise_s] : set.turbo_rise_s;
-        const double share = stated != 0 ? stated * p[P::turbo_share] + set.turbo : set.turbo;
-        const double lack = opening - boost;
-        if (lack > 0 && torque > 0) torque *= 1.0 - share * lack;
-        const double flow = std::clamp(engine / p[P::turbo_reference_radps], 0.02, 10.0) * (p[P::turbo_idle_flow] + (1 - p[P::turbo_idle_flow]) * opening);
-        const double rate = lack > 0 ? flow / rise : 1 / p[P::turbo_fall_s];
-        boost = opening - lack * std::exp(-kStep * rate);
+        laws::BoostParameters<double> turbo = laws::boost_parameters(p);
+        if (stated == 0) turbo.rise_s = set.turbo_rise_s;
+        torque = laws::boosted_torque(torque, stated * p[P::turbo_share] + set.turbo, opening - boost);
+        boost = laws::boost_after(turbo, boost, engine, opening, kStep);
       }
-      drive = torque * ratio / radius[1] * (torque > 0 ? p[P::gearbox_efficiency] : 1 / p[P::gearbox_efficiency]);
+      drive = torque * ratio / radius[1] * laws::gear_efficiency(p[P::gearbox_efficiency], torque);
       inertia += p[P::engine_inertia_kgm2] * ratio * ratio * spin_rear / radius[1];
     }
     std::array<double, 2> brake{};
-    // Heat of the pads: 1 is 0.75 MJ.
-    const double fades = 0.75 * car.terms[vehicle::Term::brake_fade] * p[P::brake_fade_1pmj], fade_s = fades != 0 ? p[P::brake_fade_s] : set.fade_s;
-    const double friction = std::max(0.05, 1.0 - (fades + set.fade) * heat);
+    // Fade that is found comes on top of what is stated, by the same law.
+    const double fade_amount = car.terms[vehicle::Term::brake_fade], stated_1pmj = fade_amount != 0 ? p[P::brake_fade_1pmj] : 0.0;
+    const double fade_s = stated_1pmj != 0 ? p[P::brake_fade_s] : set.fade_s;
+    const double acts = stated_1pmj != 0 ? fade_amount : 1.0;
+    const double bite = laws::pad_bite(acts, stated_1pmj + fade_1pmj(set.fade) / acts, pad_heat_j);
     if (has(kBrakeFront)) {
       // A measured pressure needs no gain to reach the pads; a change of it stands for their friction.
       const double brake_gain = p[P::brake_gain] / (s.commanded[kBrakeFront] ? 1.0 : car.parameters[P::brake_gain]);
       const auto force = [&](std::size_t k, double pa) {
-        return 2 * 2 * p.axle(k, P::front_brake_friction) * brake_gain * friction * positive(pa) * p.axle(k, P::front_brake_area_m2) *
-               p.axle(k, P::front_brake_radius_m) / radius[k];
+        return 2 * laws::brake_torque(p.axle(k, P::front_brake_friction) * brake_gain * bite, positive(pa), p.axle(k, P::front_brake_area_m2), p.axle(k, P::front_brake_radius_m)) /
+               radius[k];
       };
       if (std::isfinite(brake_front[i])) brake[0] = force(0, brake_front[i]);
       if (std::isfinite(brake_rear[i])) brake[1] = force(1, brake_rear[i]);
-      heat += kStep * ((brake[0] + brake[1]) * vx / 0.75e6 - heat / fade_s);
+      pad_heat_j += kStep * laws::pad_heat_rate((brake[0] + brake[1]) * vx, pad_heat_j, fade_s);
     }
     std::array<double, 2> fx_axle{-brake[0], drive - brake[1]};
 
@@ -342,16 +342,16 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       // Lateral forces per mass do not depend on the mass but for the curvature of the tyre over load,
       // which no stated tyre has right: it must not pass for a mass.
       const double heavier = p[P::chassis_mass_kg] / car.parameters[P::chassis_mass_kg];
-      const double grip_state = cold != 0 ? 1.0 - cold * (1.0 - wear) : 1.0;
+      const double missing = laws::warm_up_missing(cold, warmth);
       for (std::size_t k = 0; k < 2; ++k) {
         const vehicle::TyreCoefficients& tyre = car.files.tyre[k];
         const double share = k == 0 ? roll_share_front : 1 - roll_share_front;
         const double transfer_y = mass * sfy * h * share / track[k];
         const double raw = alpha[k];
         vehicle::TyreFactors<double> f;
-        f.grip_x = f.grip_y = p.axle(k, P::front_tyre_grip) * s.grip[i] * (1 + set.friction) * grip_state;
+        f.grip_x = f.grip_y = p.axle(k, P::front_tyre_grip) * s.grip[i] * (1 + set.friction) * (1 - missing);
         f.stiffness_x = p.axle(k, P::front_tyre_slip_stiffness);
-        f.stiffness_y = p.axle(k, P::front_tyre_cornering_stiffness) * (0.5 + 0.5 * grip_state);
+        f.stiffness_y = p.axle(k, P::front_tyre_cornering_stiffness) * laws::warm_up_stiffness(missing);
         f.load_sensitivity = car.terms[vehicle::Term::tyre_load_sensitivity] + set.load_sensitivity;
         f.camber = car.terms[vehicle::Term::tyre_camber] + set.camber;
         f.combined_slip = std::max(0.0, car.terms[vehicle::Term::tyre_combined_slip] + set.combined);
@@ -402,7 +402,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
         fy[k] += set.drop[k] * mass0 * (k == 0 ? b : a) / wheelbase;
       }
       side_drag = fy[0] * std::sin(delta);
-      if (cold != 0) wear += kStep * (1.0 - wear) / warming_s * std::min(3.0, std::abs(sfy) / 8.0 + 0.2);
+      if (cold != 0 && std::isfinite(sfy)) warmth += kStep * laws::warm_up_rate(warmth, warming_s, sfy);
     }
     const double rolling = set.rolling * (car.files.tyre[0].qsy1 * axle[0] + car.files.tyre[1].qsy1 * axle[1]) * car.terms[vehicle::Term::rolling_resistance];
     if (has(kThrottle) && !shifting) {
@@ -414,13 +414,13 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     double slip = 0.0, inner_use = 0.0;
     if (has(kWheelRear)) {
       const vehicle::Parameters<double>& q = car.parameters;
-      const double air_stated = 0.5 * q[P::aero_density_kgpm3] * q[P::aero_drag_area_m2] * speed0 * speed0;
+      const double air_stated = laws::air_forces(q, speed0, speed0 * speed0).drag_nspm * speed0;
       const double pull = q[P::chassis_mass_kg] * (s.dx[kVx][i] - (has(kVy) && has(kYawRate) ? s.x[kVy][i] * s.x[kYawRate][i] : 0.0) + g * s.grade[i]);
       const double stiffness = 2 * vehicle::tyre_stiffness(car.files.tyre[1], q[P::chassis_mass_kg] * g * a / wheelbase / 2, q.axle(1, P::front_tyre_pressure_pa)).slip_n;
       const double lateral = speed0 * r / 15.0;
       // Use of grip of the driven wheel inside: near its limit a slip says nothing about a force.
       const double lean = q[P::chassis_mass_kg] * speed0 * (has(kYawRate) ? s.x[kYawRate][i] : s.dx[kYaw][i]);
-      const double pressed = 0.5 * q[P::aero_density_kgpm3] * q[P::rear_lift_area_m2] * car.terms[vehicle::Term::aero_downforce] * speed0 * speed0;
+      const double pressed = laws::air_forces(q, speed0, speed0 * speed0).rear_n * car.terms[vehicle::Term::aero_downforce];
       const double load = q[P::chassis_mass_kg] * (g * a + s.dx[kVx][i] * h) / wheelbase + pressed;
       const double inside = 0.5 * load - std::abs(lean) * h * (1 - roll_share_front) / track[1];
       inner_use = std::hypot(0.5 * (pull + air_stated) / std::max(50.0, inside), lean * a / wheelbase / std::max(50.0, load)) /
@@ -432,7 +432,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       out.r[Relation::kRearWheels][i] = x[kWheelRear][i] * factor - vx * (1 + slip);
     }
     if (slips) {
-      const double side_air = p[P::aero_side_area_m2] * 0.5 * p[P::aero_density_kgpm3] * air * air_y * car.terms[vehicle::Term::aero_drag];
+      const double side_air = -laws::side_force(p, car.terms[vehicle::Term::aero_drag], air, air_y);
       const double total = fy[0] * std::cos(delta) + fx_axle[0] * std::sin(delta) + fy[1] - side_air;
       out.r[Relation::kForceY][i] = sfy - total / mass;
       if (std::isfinite(dr)) {

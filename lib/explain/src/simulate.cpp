@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "refit_car.h"
 #include "search.h"
+#include "unlogged_states.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
 #include "vehicle/replay.h"
@@ -53,69 +54,6 @@ void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row
     driven.recorded[c].push_back(value(log, row));
     driven.simulated[c].push_back(value(sim, sim_row));
   }
-}
-
-/// The laws of lib/vehicle's boost driven by recorded throttle and engine speed from the log's begin:
-/// a window that begins in the middle of a tip-in must not begin with what it had a window ago.
-void add_boost(vehicle::Recording& recording, const vehicle::Vehicle& car) {
-  const std::vector<double>* throttle = recording.table.find("throttle");
-  if (throttle == nullptr) throttle = recording.table.find("throttle_command");
-  if (car.terms[vehicle::Term::turbo_lag] == 0.0 || throttle == nullptr || recording.table.find("boost") != nullptr) return;
-  const auto& p = car.parameters;
-  const std::vector<double>& time = *recording.table.find("time_s");
-  const std::vector<double> opening = vehicle::fill_gaps(time, *throttle);
-  const auto* const engine = recording.table.find("engine_radps");
-  const std::vector<double> speed = engine == nullptr ? std::vector<double>(time.size(), p[P::turbo_reference_radps]) : vehicle::fill_gaps(time, *engine);
-  std::vector<double> boost(time.size(), opening.front());
-  for (std::size_t i = 1; i < time.size(); ++i) {
-    const double lacking = opening[i - 1] - boost[i - 1];
-    const double flow = std::clamp(speed[i - 1] / p[P::turbo_reference_radps], 0.02, 10.0) * (p[P::turbo_idle_flow] + (1 - p[P::turbo_idle_flow]) * opening[i - 1]);
-    boost[i] = opening[i - 1] - lacking * std::exp(-(time[i] - time[i - 1]) * (lacking > 0 ? flow / p[P::turbo_rise_s] : 1 / p[P::turbo_fall_s]));
-  }
-  if (std::isfinite(boost.back())) recording.table.add("boost", boost);
-}
-
-/// The same for the heat of pads that fade: the brakes' power by recorded pressures and speed.
-void add_pad_heat(vehicle::Recording& recording, const vehicle::Vehicle& car) {
-  const auto& p = car.parameters;
-  if (car.terms[vehicle::Term::brake_fade] * p[P::brake_fade_1pmj] == 0.0) return;
-  const std::vector<double>& time = *recording.table.find("time_s");
-  const std::vector<double> speed = vehicle::fill_gaps(time, *recording.table.find("vx_mps"));
-  std::vector<double> torque(time.size(), 0.0);  // over what is left of the friction, and over the radius
-  for (std::size_t wheel = 0; wheel < vehicle::kWheels; ++wheel)
-    for (const char* ending : {"_pa", "_command_pa"}) {
-      const std::string name = fmt::format("{}{}", wheel == 0 ? "brake_fl" : wheel == 1 ? "brake_fr" : wheel == 2 ? "brake_rl" : "brake_rr", ending);
-      const auto* const column = recording.table.find(name);
-      if (column == nullptr) continue;
-      const std::size_t axle = vehicle::axle_of(wheel);
-      const std::vector<double> pressure = vehicle::fill_gaps(time, *column);
-      for (std::size_t i = 0; i < time.size(); ++i)
-        torque[i] += 2 * p.axle(axle, P::front_brake_friction) * (ending[1] == 'c' ? p[P::brake_gain] : 1.0) * std::max(0.0, pressure[i]) * p.axle(axle, P::front_brake_area_m2) *
-                     p.axle(axle, P::front_brake_radius_m) / car.files.tyre[axle].unloaded_radius_m;
-      break;
-    }
-  std::vector<double> heat(time.size(), 0.0);
-  for (std::size_t i = 1; i < time.size(); ++i) {
-    const double bite = 1 - std::clamp(1e-6 * p[P::brake_fade_1pmj] * heat[i - 1], -1.0, 0.95), step_s = time[i] - time[i - 1];
-    heat[i] = heat[i - 1] + step_s * (bite * torque[i - 1] * std::max(0.0, speed[i - 1]) - heat[i - 1] / p[P::brake_fade_s]);
-    if (step_s > 1) heat[i] = heat[i - 1] * std::exp(-step_s / p[P::brake_fade_s]);
-  }
-  if (std::isfinite(heat.back())) recording.table.add("pad_heat_j", heat);
-}
-
-/// The same for the warmth of tyres that were cold at the log's begin: by recorded speed and yaw rate.
-void add_warmth(vehicle::Recording& recording, const vehicle::Vehicle& car) {
-  const auto& p = car.parameters;
-  const auto* const rate = recording.table.find("yaw_rate_radps");
-  if (car.terms[vehicle::Term::tyre_warm_up] * p[P::tyre_warm_up_loss] == 0.0 || rate == nullptr) return;
-  const std::vector<double>& time = *recording.table.find("time_s");
-  const std::vector<double> speed = vehicle::fill_gaps(time, *recording.table.find("vx_mps")), turning = vehicle::fill_gaps(time, *rate);
-  std::vector<double> warmth(time.size(), 0.0);
-  for (std::size_t i = 1; i < time.size(); ++i) {
-    const double work = std::min(3.0, 0.2 + std::abs(speed[i - 1] * turning[i - 1]) / 8);
-    warmth[i] = 1 - (1 - warmth[i - 1]) * std::exp(-(time[i] - time[i - 1]) * work / p[P::tyre_warm_up_s]);
-  }
-  if (std::isfinite(warmth.back())) recording.table.add("tyre_warmth", warmth);
 }
 
 /// Simulated minus recorded up to `horizon_s` after each window's begin.

@@ -110,9 +110,11 @@ void brakes(const Listing& l) {
     untestable(l, {"vehicle.brake_friction_temperature"}, kStatedToo);
     return;
   }
+  static const std::string lost =
+      fmt::format("friction lost per {} MJ of heat", kFadeHeat_j / 1e6);
   for (const double time : {2.5, 10.0, 40.0})
     candidate(l, "vehicle.brake_friction_temperature",
-              {"friction lost per 0.75 MJ of heat", "1", 0.1, 0.02, true},
+              {lost.c_str(), "1", 0.1, 0.02, true},
               {"the pads' friction changes with their heat",
                fmt::format("mu = mu0 (1 - k heat); d(heat)/dt = power - heat/T; T {} s", time),
                "repeat equal stops with short and long pauses, or log the disc temperature"},

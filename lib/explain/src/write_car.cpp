@@ -14,6 +14,9 @@
 #include "refit_car.h"
 #include "vehicle/driver.h"
 #include "vehicle/error.h"
+#include "vehicle/laws/aero.h"
+#include "vehicle/laws/disc_heat.h"
+#include "vehicle/laws/fuel.h"
 #include "vehicle/step.h"
 
 namespace explain {
@@ -118,7 +121,7 @@ void add_differential(Changes& out, const Finding& f) {
   const double behind = p[P::chassis_wheelbase_m] - p[P::chassis_cog_behind_front_m];
   std::vector<std::array<double, 2>> points;  // v / R^2 (1 / K_left + 1 / K_right), weight
   at_speeds(out.logs, [&](double speed, double rate, double across) {
-    const double down = 0.5 * p[P::aero_density_kgpm3] * p[P::rear_lift_area_m2] * out.car.terms[Term::aero_downforce] * speed * speed;
+    const double down = vehicle::laws::air_forces(p, speed, speed * speed).rear_n * out.car.terms[Term::aero_downforce];
     const double load = 0.5 * (weight + down), moved = std::min(0.9 * load, lean * speed * std::abs(rate));
     const auto stiffness = [&](double n) {
       vehicle::TyreInput<double> in;
@@ -180,7 +183,7 @@ std::array<double, 2> floor_at(const vehicle::Vehicle& stated, const vehicle::Am
 void add_ride_height(Changes& out, const Finding& f) {
   double sum = 0, all = 1e-300;
   at_speeds(out.logs, [&](double speed, double, double) { sum += std::pow(speed, 9), all += std::pow(speed, 8); });  // in proportion to the square of the force that is missing
-  const double speed = sum / all, pressure = 0.5 * out.now(P::aero_density_kgpm3) * speed * speed;
+  const double speed = sum / all, pressure = vehicle::laws::dynamic_pressure(out.now(P::aero_density_kgpm3), speed);
   const double left = 1 - f.parameters[0].value * pressure / 1000;
   vehicle::Parameters<double> parameters = out.car.parameters;
   for (const auto& [name, value] : out.parameters) parameters[*vehicle::find_parameter(name)] = value;
@@ -222,7 +225,7 @@ double radius_that_rolls(const vehicle::TyreCoefficients& stated, double load_n,
   const auto rolls = [&](double radius_m) {
     vehicle::TyreCoefficients t = stated;
     t.unloaded_radius_m = radius_m;
-    return vehicle::rolling_radius(t, load_n, radius_m * t.qre0, vehicle::static_deflection(t, load_n, pressure_pa));
+    return vehicle::standing_rolling_radius(t, load_n, pressure_pa);
   };
   double radius = stated.unloaded_radius_m;
   const double wanted = share * rolls(radius);
@@ -269,7 +272,7 @@ void add_fuel_burn(Changes& out, const Finding& f) {
   const double rate = f.parameters[0].value;
   out.fuel_kg = rate * longest;
   out.terms["fuel_burn"] = 1;
-  out.set(P::fuel_idle_kgps, std::max(0.0, rate - work / seconds / (p[P::fuel_efficiency] * p[P::fuel_energy_jpkg])));
+  out.set(P::fuel_idle_kgps, std::max(0.0, rate - vehicle::laws::fuel_for_work(p, work / seconds)));
   out.set(P::chassis_mass_kg, out.now(P::chassis_mass_kg) - out.fuel_kg);
   if (!out.car.stated[static_cast<std::size_t>(P::fuel_tank_behind_front_m)]) out.set(P::fuel_tank_behind_front_m, out.now(P::chassis_cog_behind_front_m));
   if (!out.car.stated[static_cast<std::size_t>(P::fuel_tank_height_m)]) out.set(P::fuel_tank_height_m, out.now(P::chassis_cog_height_m));
@@ -306,10 +309,10 @@ void add_finding(Changes& out, const Finding& f) {
     out.set(P::environment_wind_heading_rad, std::atan2(y, x));
   } else if (f.mechanism == "vehicle.brake_friction_temperature") {
     out.terms["brake_fade"] = 1;
-    out.set(P::brake_fade_1pmj, value(0) / 0.75);
+    out.set(P::brake_fade_1pmj, fade_1pmj(value(0)));
     out.set(P::brake_fade_s, after(f.equation, "; T "));
   } else if (f.mechanism == "vehicle.brake_disc_conductance") {
-    out.set(P::brake_conductance_slope_1pk, value(0) / 500.0);
+    out.set(P::brake_conductance_slope_1pk, value(0) / vehicle::laws::kConductanceReference_k);
     for (std::size_t k = 1; k < f.parameters.size(); ++k) out.parameters[f.parameters[k].name] = value(k);
   } else if (f.mechanism == "vehicle.multi_point_contact") {
     out.strip = true;

@@ -28,15 +28,15 @@ struct Samples {
 
 /// The model's output at the samples, for gain 1.
 std::vector<double> simulate(const Samples& samples, const Unknowns& x) {
-  Actuator<double> actuator;
+  laws::Actuator<double> actuator;
   actuator.history.fill(samples.command.front());
   actuator.place = samples.command.front();
   std::vector<double> out;
   out.reserve(samples.step.size());
   std::size_t next = 0;
   for (std::size_t k = 0; k < samples.command.size() && next < samples.step.size(); ++k) {
-    const double y = step_detail::move(actuator, static_cast<std::int64_t>(k), samples.command[k],
-                                       x[0], x[1], x[2], x[3], kStep_s);
+    const double y = laws::move(actuator, static_cast<std::int64_t>(k), samples.command[k], x[0],
+                                x[1], x[2], x[3], kStep_s);
     while (next < samples.step.size() && samples.step[next] == k) {
       out.push_back(y);
       ++next;
@@ -123,7 +123,7 @@ Fit descend(const Samples& samples, Unknowns& x, std::size_t count) {
 
 ArxCoefficients arx_of(const ActuatorModel& model, double step_s) {
   if (model.lag_s <= 0.0) return {0.0, 0.0, 1.0, 0.0};
-  const auto m = step_detail::actuator_transition(model.lag_s, model.damping, step_s);
+  const auto m = laws::actuator_transition(model.lag_s, model.damping, step_s);
   const double trace = m.m00 + m.m11, determinant = m.m00 * m.m11 - m.m01 * m.m10;
   // (place, rate) after a step from (0, 0) with command 1, and what is left of it in the next.
   const double place = 1.0 - m.m00, rate = -m.m10;

@@ -130,9 +130,9 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   const double radius = car.static_radius_m[1];
   const double gain = ratio_of(car, driver.gear) * p[P::gearbox_efficiency] / radius;
   const double full =
-      p[P::engine_torque] * evaluate(car.files->engine_torque_nm, state[kEngine], 1.0);
+      laws::map_torque(p[P::engine_torque], car.files->engine_torque_nm, state[kEngine], 1.0);
   const double closed =
-      p[P::engine_torque] * evaluate(car.files->engine_torque_nm, state[kEngine], 0.0);
+      laws::map_torque(p[P::engine_torque], car.files->engine_torque_nm, state[kEngine], 0.0);
   double throttle = std::clamp((force / gain - closed) / std::max(1.0, full - closed), 0.0, 1.0);
   if (force < gain * closed) throttle = 0.0;
   const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);

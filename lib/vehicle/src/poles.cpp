@@ -18,24 +18,13 @@ using Matrix = Eigen::MatrixXd;
 constexpr double kShortestStep = 2e-4, kLongestStep = 0.01;
 constexpr double kWatched_s = 0.5;
 
-/// Size of a difference for each state: small against what it usually is.
-double difference(std::size_t i) {
-  if (i >= kTyre && i < kEngine) return 1e-2;  // K
-  if (i >= kSlipX && i < kTyre) return 1e-7;   // m
-  if (i >= kTravel && i < kTravelRate) return 1e-7;
-  if (i >= kManifold && i < kTurbo) return 1.0;  // Pa
-  if (i == kTurbo) return 1e-2;
-  if (i == kEngine || (i >= kSpin && i < kSlipX)) return 1e-5;
-  return 1e-6;
-}
-
 template <class F>
 Matrix jacobian(const State<double>& at, F&& f) {
   Matrix out(kStateSize, kStateSize);
   for (std::size_t j = 0; j < kStateSize; ++j) {
     State<double> up = at, down = at;
-    up[j] += difference(j);
-    down[j] -= difference(j);
+    up[j] += kStates[j].small;
+    down[j] -= kStates[j].small;
     const State<double> a = f(up), b = f(down);
     for (std::size_t i = 0; i < kStateSize; ++i)
       out(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =

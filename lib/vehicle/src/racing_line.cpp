@@ -9,6 +9,8 @@
 #include <numbers>
 
 #include "vehicle/error.h"
+#include "vehicle/laws/engine.h"
+#include "vehicle/laws/tyre_heat.h"
 
 namespace vehicle {
 namespace {
@@ -259,13 +261,9 @@ void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& op
   // Friction the tyres have at the load of this speed; the weaker axle counts, and the temperature.
   double warmth = 1.0;
   if (car.terms[Term::tyre_thermal] > 0.0) {
-    const double cold = (p[P::tyre_window_begin_k] - options.tyre_k) / p[P::tyre_cold_width_k];
-    const double hot = (options.tyre_k - p[P::tyre_window_end_k]) / p[P::tyre_hot_width_k];
-    if (cold > 0)
-      warmth -=
-          car.terms[Term::tyre_thermal] * p[P::tyre_cold_loss] * cold * cold / (1 + cold * cold);
-    if (hot > 0)
-      warmth -= car.terms[Term::tyre_thermal] * p[P::tyre_hot_loss] * hot * hot / (1 + hot * hot);
+    const laws::WindowLoss<double> loss = laws::window_loss(p, options.tyre_k);
+    warmth -= car.terms[Term::tyre_thermal] * loss.cold;
+    warmth -= car.terms[Term::tyre_thermal] * loss.hot;
   }
   const auto friction = [&](double load_n, bool lateral) {
     double mu = 10.0;
@@ -327,9 +325,8 @@ void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& op
           p.value[static_cast<std::size_t>(P::gearbox_ratio_1) + k] * p[P::gearbox_final];
       const double speed_e = ratio * v / radius;
       if (ratio <= 0.0 || speed_e > p[P::engine_limit_radps]) continue;
-      best = std::max(best, p[P::engine_torque] *
-                                evaluate(car.files->engine_torque_nm,
-                                         std::max(speed_e, p[P::clutch_full_radps]), 1.0) *
+      best = std::max(best, laws::map_torque(p[P::engine_torque], car.files->engine_torque_nm,
+                                             std::max(speed_e, p[P::clutch_full_radps]), 1.0) *
                                 ratio * p[P::gearbox_efficiency] / radius);
     }
     return best;

@@ -286,41 +286,19 @@ class Comparison {
 using RecordedStates = std::vector<std::pair<std::size_t, Channel>>;
 
 RecordedStates recorded_states(const Source& source) {
-  RecordedStates out;
-  const auto state = [&](std::size_t index, const std::string& name) {
-    Channel channel = source.channel(name);
-    if (!channel.empty()) out.emplace_back(index, std::move(channel));
-  };
-  state(kX, "x_m");
-  state(kY, "y_m");
-  state(kYaw, "yaw_rad");
-  state(kVx, "vx_mps");
-  state(kVy, "vy_mps");
-  state(kYawRate, "yaw_rate_radps");
-  state(kEngine, "engine_radps");
-  state(kBoost, "boost");
-  state(kFuel, "fuel_kg");
-  // No sensor's channels: callers that have worked them out give them.
-  state(kPadHeat, "pad_heat_j");
-  state(kTyreWarmth, "tyre_warmth");
-  for (std::size_t i = kManifold; i <= kTurbo; ++i) state(i, std::string(state_name(i)));
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    state(kSpin + i, fmt::format("wheel_{}_radps", kWheelNames[i]));
-    state(kTyre + i, fmt::format("tyre_{}_k", kWheelNames[i]));
-    state(kDiscSurface + i, fmt::format("brake_disc_{}_k", kWheelNames[i]));
+  RecordedStates out, body;
+  bool whole_body = true;
+  for (std::size_t i = 0; i < kStateSize; ++i) {
+    const StateInfo& info = kStates[i];
+    if (info.recorded == Recorded::kNever) continue;
+    Channel channel = source.channel(std::string(info.channel));
+    if (channel.empty())
+      whole_body = whole_body && info.recorded != Recorded::kWithBody;
+    else
+      (info.recorded == Recorded::kWithBody ? body : out).emplace_back(i, std::move(channel));
   }
-  // The body's place over the wheels only as a whole, or springs would be pressed for nothing.
-  RecordedStates body;
-  std::swap(body, out);
-  state(kZ, "z_m");
-  state(kRoll, "roll_rad");
-  state(kPitch, "pitch_rad");
-  state(kRollRate, "roll_rate_radps");
-  state(kPitchRate, "pitch_rate_radps");
-  for (std::size_t i = 0; i < kWheels; ++i)
-    state(kTravel + i, fmt::format("suspension_{}_m", kWheelNames[i]));
-  if (out.size() == 5 + kWheels) body.insert(body.end(), out.begin(), out.end());
-  return body;
+  if (whole_body) out.insert(out.end(), body.begin(), body.end());
+  return out;
 }
 
 /// Puts the car on the recording: what was recorded replaces what was simulated.
@@ -485,12 +463,8 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
     begin.disc_k = options.disc_k;
     Simulation<double> sim = start(car, road, begin);
     if (out.windows > 1) {
-      for (std::size_t i = kTyre; i < kEngine; ++i) sim.state[i] = last.state[i];
-      sim.state[kBoost] = last.state[kBoost];
-      sim.state[kFuel] = last.state[kFuel];
-      sim.state[kPadHeat] = last.state[kPadHeat];
-      sim.state[kTyreWarmth] = last.state[kTyreWarmth];
-      for (std::size_t i = kManifold; i <= kTurbo; ++i) sim.state[i] = last.state[i];
+      for (std::size_t i = 0; i < kStateSize; ++i)
+        if (kStates[i].kept) sim.state[i] = last.state[i];
     }
     put_on(road, window.settle, states, sim);
     comparison.begin(window);

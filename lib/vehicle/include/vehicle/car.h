@@ -31,7 +31,7 @@ struct CarFiles {
   Turbo turbo = Turbo::kFirstOrder;
   Map2 compressor_kgps, compressor_efficiency;  ///< over shaft speed rad/s and pressure ratio;
                                                 ///< empty: the closed form
-  Map2 engine_torque_nm;         ///< over engine speed rad/s and throttle; required
+  Map2 engine_torque_nm;                        ///< over engine speed rad/s and throttle; required
   std::array<Map1, 2> damper_n;  ///< over speed m/s, bump positive; empty: the damping parameters
   Map2 drag_factor;              ///< over front and rear ride height, m; empty: 1
   Map2 front_lift_factor, rear_lift_factor;  ///< the same
@@ -116,6 +116,13 @@ T static_deflection(const TyreCoefficients& t, const T& load_n, const T& pressur
   const T linear = (one - 1e-4 * quadratic) / 0.01;
   const T root = sqrt(linear * linear + 4.0 * quadratic * load_n);
   return r0 * 2.0 * load_n / (linear + root);
+}
+
+/// Rolling radius of the tyre that stands under `load_n`.
+template <class T>
+T standing_rolling_radius(const TyreCoefficients& t, const T& load_n, const T& pressure_pa) {
+  return rolling_radius(t, load_n, T(t.unloaded_radius_m * t.qre0),
+                        static_deflection(t, load_n, pressure_pa));
 }
 
 template <class T>

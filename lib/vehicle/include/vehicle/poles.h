@@ -11,7 +11,7 @@ struct Pole {
   double real_1ps = 0.0, imaginary_radps = 0.0;
   /// A purely explicit step is stable for this pole below this; infinite for an integrator (pole at
   /// zero), 0 for an unstable or undamped pole. Poles of sticking frictions do not bind either
-  /// integrator: these act implicitly (settle_frictions in step.h).
+  /// integrator: these act implicitly (settle.h).
   double euler_step_s = 0.0;
 };
 

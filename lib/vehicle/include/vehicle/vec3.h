@@ -66,16 +66,31 @@ struct Rotation {
   Vec3<T> undo(const Vec3<T>& a) const { return {dot(x, a), dot(y, a), dot(z, a)}; }
 };
 
-/// R_map_body for yaw, then pitch (nose down positive), then roll (left side up positive).
+/// Cosines and sines of roll, pitch and yaw.
 template <class T>
-Rotation<T> rotation(const T& roll, const T& pitch, const T& yaw) {
+struct Attitude {
+  T cos_roll, sin_roll, cos_pitch, sin_pitch, cos_yaw, sin_yaw;
+};
+
+template <class T>
+Attitude<T> attitude(const T& roll, const T& pitch, const T& yaw) {
   using std::cos;
   using std::sin;
-  const T cr = cos(roll), sr = sin(roll), cp = cos(pitch), sp = sin(pitch), cy = cos(yaw),
-          sy = sin(yaw);
+  return {cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)};
+}
+
+/// R_map_body for yaw, then pitch (nose down positive), then roll (left side up positive).
+template <class T>
+Rotation<T> rotation(const Attitude<T>& a) {
+  const T &cr = a.cos_roll, &sr = a.sin_roll, &cp = a.cos_pitch, &sp = a.sin_pitch;
+  const T &cy = a.cos_yaw, &sy = a.sin_yaw;
   return {{cy * cp, sy * cp, -sp},
           {cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr},
           {cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr}};
+}
+template <class T>
+Rotation<T> rotation(const T& roll, const T& pitch, const T& yaw) {
+  return rotation(attitude(roll, pitch, yaw));
 }
 
 }  // namespace vehicle

@@ -94,6 +94,53 @@ struct TurboParameters {
   T fuel_jpkg, air_pa, air_k;
 };
 
+/// Pressure of the air around, Pa, by the stated density and temperature.
+template <class T>
+T air_pressure(const Parameters<T>& p) {
+  return p[Parameter::aero_density_kgpm3] * kGas * p[Parameter::environment_temperature_k];
+}
+
+/// The air path's parameters as its law wants them.
+template <class T>
+TurboParameters<T> turbo_parameters(const Parameters<T>& p) {
+  using P = Parameter;
+  return {p[P::engine_displacement_m3],
+          p[P::engine_compression],
+          p[P::engine_filling],
+          p[P::engine_indicated],
+          p[P::engine_coolant_share],
+          p[P::engine_air_fuel],
+          p[P::engine_friction_pa],
+          p[P::engine_friction_pas],
+          p[P::intake_manifold_m3],
+          p[P::intake_charge_m3],
+          p[P::intake_throttle_m2],
+          p[P::intake_leak_m2],
+          p[P::intake_cooler],
+          p[P::intake_overrun_m2],
+          p[P::intake_overrun_pa],
+          p[P::intake_overrun_range_pa],
+          p[P::compressor_diameter_m],
+          p[P::compressor_head],
+          p[P::compressor_flow],
+          p[P::compressor_efficiency],
+          p[P::compressor_best_flow],
+          p[P::compressor_narrowness],
+          p[P::turbine_diameter_m],
+          p[P::turbine_area_m2],
+          p[P::turbine_efficiency],
+          p[P::turbine_blade_ratio],
+          p[P::turbine_exhaust_m3],
+          p[P::turbine_wastegate_m2],
+          p[P::turbine_wastegate_pa],
+          p[P::turbine_wastegate_range_pa],
+          p[P::turbo_inertia_kgm2],
+          p[P::turbo_bearing_nms],
+          p[P::fuel_energy_jpkg],
+          air_pressure(p),
+          p[P::environment_temperature_k]};
+}
+
 /// How much acts of what can be switched, 0 to 1.
 template <class T>
 struct TurboAmounts {
@@ -165,6 +212,42 @@ Compressor<T> compressor(const TurboParameters<T>& p, const T& shaft_radps, cons
   return out;
 }
 
+/// Turbine and wastegate: flows, the turbine's torque, and how fast both flows grow with the
+/// pressure before them.
+template <class T>
+struct Turbine {
+  T kgps, wastegate_kgps, torque_nm, per_pa;
+};
+template <class T>
+Turbine<T> turbine(const TurboParameters<T>& p, const T& wastegate, const T& charge_pa,
+                   const T& exhaust_pa, const T& exhaust_k, const T& shaft_radps) {
+  using std::pow;
+  using std::sqrt;
+  Turbine<T> out{T(0), T(0), T(0), T(0)};
+  const T ratio = p.air_pa / exhaust_pa;
+  const T scale = p.turbine_m2 / sqrt(kGas * exhaust_k);
+  const Sloped<T> ellipse = soft_root(T(1.0 - ratio * ratio), 0.04);
+  out.kgps = scale * exhaust_pa * ellipse.value;
+  out.per_pa = scale * (ellipse.value + 2.0 * ratio * ratio * ellipse.slope);
+  if (!is_exactly_zero(wastegate)) {
+    const Sloped<T> open =
+        soft_step(T((charge_pa - p.air_pa - p.wastegate_pa) / p.wastegate_range_pa));
+    const Flow<T> past = nozzle(T(wastegate * open.value * p.wastegate_m2), exhaust_pa, p.air_pa,
+                                exhaust_k, p.air_k);
+    out.wastegate_kgps = past.kgps;
+    out.per_pa += past.per_before;
+  }
+  if (out.kgps > T(0)) {
+    const T expansion_jpkg = kExhaustHeat * exhaust_k * (1.0 - pow(ratio, kGas / kExhaustHeat));
+    const T jet_mps = soft_root(T(2.0 * expansion_jpkg), 2500.0).value;
+    const T radius_m = 0.5 * p.turbine_m;
+    out.torque_nm =
+        out.kgps * p.turbine_efficiency * radius_m *
+        (jet_mps / p.blade_ratio - radius_m * shaft_radps / (2.0 * p.blade_ratio * p.blade_ratio));
+  }
+  return out;
+}
+
 /// The whole air path. `throttle` from 0 to 1 is the angle of the plate over a right angle;
 /// `fuelled` the share of the cylinders' air that gets fuel (the limiter cuts). Pressures below
 /// 1 kPa count as that.
@@ -174,7 +257,6 @@ TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& a
                            const T& fuelled, const Map2& flow_map, const Map2& efficiency_map) {
   using std::cos;
   using std::pow;
-  using std::sqrt;
   constexpr double kPi = 3.141592653589793;
   const auto at_least = [](const T& x, double least) { return x > T(least) ? x : T(least); };
   const T manifold_pa = at_least(s.manifold_pa, 1e3), charge_pa = at_least(s.charge_pa, 1e3);
@@ -221,35 +303,15 @@ TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& a
                                      (1.0 - p.indicated - p.coolant_share) /
                                      ((1.0 + fuel_per_air) * kExhaustHeat);
 
-  // Turbine and wastegate.
-  const T ratio = p.air_pa / exhaust_pa;
-  const T scale = p.turbine_m2 / sqrt(kGas * out.exhaust_k);
-  const Sloped<T> ellipse = soft_root(T(1.0 - ratio * ratio), 0.04);
-  out.turbine_kgps = scale * exhaust_pa * ellipse.value;
-  T out_slope = scale * (ellipse.value + 2.0 * ratio * ratio * ellipse.slope);
-  if (!is_exactly_zero(amount.wastegate)) {
-    const Sloped<T> open =
-        soft_step(T((charge_pa - p.air_pa - p.wastegate_pa) / p.wastegate_range_pa));
-    const Flow<T> past = nozzle(T(amount.wastegate * open.value * p.wastegate_m2), exhaust_pa,
-                                p.air_pa, out.exhaust_k, p.air_k);
-    out.wastegate_kgps = past.kgps;
-    out_slope += past.per_before;
-  }
-  T turbine_nm = T(0);
-  if (out.turbine_kgps > T(0)) {
-    const T expansion_jpkg = kExhaustHeat * out.exhaust_k * (1.0 - pow(ratio, kGas / kExhaustHeat));
-    const T jet_mps = soft_root(T(2.0 * expansion_jpkg), 2500.0).value;
-    const T radius_m = 0.5 * p.turbine_m;
-    turbine_nm =
-        out.turbine_kgps * p.turbine_efficiency * radius_m *
-        (jet_mps / p.blade_ratio - radius_m * shaft / (2.0 * p.blade_ratio * p.blade_ratio));
-  }
+  const Turbine<T> t = turbine(p, amount.wastegate, charge_pa, exhaust_pa, out.exhaust_k, shaft);
+  out.turbine_kgps = t.kgps;
+  out.wastegate_kgps = t.wastegate_kgps;
 
   // Shaft. Below 500 rad/s the compressor's torque is that of its power at 500.
   const T compressor_nm = out.compressor_w / at_least(shaft, 500.0);
-  out.shaft_nm = turbine_nm - compressor_nm - p.bearing_nms * shaft;
+  out.shaft_nm = t.torque_nm - compressor_nm - p.bearing_nms * shaft;
   out.compressor_w = compressor_nm * shaft;
-  out.turbine_w = turbine_nm * shaft;
+  out.turbine_w = t.torque_nm * shaft;
   out.bearing_w = p.bearing_nms * shaft * shaft;
   out.shaft_radps2 = out.shaft_nm / p.inertia_kgm2;
 
@@ -265,8 +327,21 @@ TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& a
   out.drift.manifold_charge = manifold * through.per_before;
   out.drift.charge = charge * (c.per_pa - through.per_before - overrun_slope);
   out.drift.charge_manifold = -charge * through.per_behind;
-  out.drift.exhaust = -exhaust * out_slope;
+  out.drift.exhaust = -exhaust * t.per_pa;
   return out;
+}
+
+/// The air path of an idling engine: throttle closed, what leaks through chokes and the cylinders
+/// take it; air around as before and behind, and a turbocharger at 1000 rad/s.
+template <class T>
+TurboState<T> idling_air_path(const Parameters<T>& p, const T& engine_radps) {
+  using P = Parameter;
+  using std::sqrt;
+  const T air_k = p[P::environment_temperature_k], air_pa = air_pressure(p);
+  const T sucked = p[P::engine_filling] * p[P::engine_displacement_m3] * engine_radps /
+                   (4.0 * 3.141592653589793 * sqrt(kGas * air_k));
+  const T manifold = std::sqrt(0.5) * p[P::intake_leak_m2] * air_pa / sucked;
+  return {manifold < 0.5 * air_pa ? manifold : T(0.5 * air_pa), air_pa, air_pa, T(1000)};
 }
 
 }  // namespace vehicle::laws
