@@ -47,6 +47,7 @@ struct Parameters {
                                   static_cast<std::size_t>(Parameter::front_track_m);
     return value[static_cast<std::size_t>(front) + axle * kStep];
   }
+  bool operator==(const Parameters&) const = default;
 };
 
 /// Engine speed over that of the mean driven wheel, final drive included: below 0 in reverse (gear

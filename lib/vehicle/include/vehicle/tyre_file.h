@@ -17,6 +17,7 @@ struct TyreCoefficients {
 #undef VEHICLE_TYRE_COEFFICIENT
   int version = 62;        ///< 52, 61 or 62
   bool states_rolling_radius = false;  ///< BREFF, DREFF or FREFF is in the file
+  double deflection_share = 1.0 / 3;   ///< of the deflection that shortens the rolling radius, if not
   bool left_side = false;  ///< TYRESIDE = 'LEFT': the side the coefficients were measured for
 };
 
