@@ -117,13 +117,12 @@ StatedCar stated_car(const Variant& nominal, const Deviations& deviations,
   const TruthCar& t = nominal.car;
   const TruthCar& c = stated.car;
   StatedCar car;
-  // The radii of the truth are rolling radii; the stated tyre rolls a little closer to the road.
   car.front = {t.load_f,
                c.mu_f,
                t.mu_load * off(0.2),
                c.c_f,
                t.ck * off(),
-               c.radius_f * 1.0075,
+               c.radius_f,
                t.relaxation_f * off(0.2),
                shape()};
   car.rear = {t.load_r,
@@ -131,7 +130,7 @@ StatedCar stated_car(const Variant& nominal, const Deviations& deviations,
               t.mu_load * off(0.2),
               c.c_r,
               t.ck * off(),
-              c.radius_r * 1.0075,
+              c.radius_r,
               t.relaxation_r * off(0.2),
               shape()};
   car.engine = c;
@@ -149,6 +148,7 @@ StatedCar stated_car(const Variant& nominal, const Deviations& deviations,
   car.drag_area_m2 = c.drag;
   car.front_lift_area_m2 = c.lift_f;
   car.rear_lift_area_m2 = c.lift_r;
+  car.front_roll_share = t.roll_front;
   car.camber_rad = -t.camber;
   char text[300];
   std::snprintf(text, sizeof text,

@@ -86,6 +86,7 @@ Drive drive(const Variant& truth, const Track& track, const Style& style, const 
   for (long step = 0;
        step < kLongestLap * style.laps && std::floor(real.s_m / track.length_m) < style.laps;
        ++step) {
+    const Commands held = driver.now;
     act(driver, style, car, track, real.x, real.s_m, step);
     history.push_back(driver.now);
     Commands used = arriving(truth, history, real.steer);
@@ -102,9 +103,15 @@ Drive drive(const Variant& truth, const Track& track, const Style& style, const 
     const State before = real.x;
     advance(car, real.track, real.x, used, real.s_m, &real.o);
     if (other != nullptr && twin_end == step + 1) compare(real, twin, difference);
-    if (step % kStepsPerRow == 0)
+    if (step % kStepsPerRow == 0) {
+      // A logger takes the mean about its time of what is held from one act to the next.
+      Commands mean = driver.now;
+      mean.steer = 0.5 * (held.steer + mean.steer);
+      mean.throttle = 0.5 * (held.throttle + mean.throttle);
+      mean.brake_pa = 0.5 * (held.brake_pa + mean.brake_pa);
       out.row.push_back(
-          row_of(car, static_cast<double>(step) * kStep_s, before, real.o, driver.now, used.gear));
+          row_of(car, static_cast<double>(step) * kStep_s, before, real.o, mean, used.gear));
+    }
     if (!std::isfinite(real.x[3]) || std::abs(real.o.v) > 7) {
       std::fprintf(stderr, "the truth car left the road at s = %.0f m\n", real.s_m);
       out.row.clear();

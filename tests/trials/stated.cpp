@@ -22,6 +22,24 @@ std::string engine_map(const StatedCar& car) {
   return out;
 }
 
+/// Springs without bars whose axles carry these shares of the load transfer, in series with tyres
+/// of 240 kN/m.
+std::string springs(const StatedCar& car) {
+  constexpr double kTyre_npm = 240e3, kRear_npm = 130e3;
+  const double tracks = car.rear_track_m / car.front_track_m;
+  const double rear = kRear_npm * kTyre_npm / (kRear_npm + kTyre_npm);
+  const double front = rear * tracks * tracks * car.front_roll_share / (1 - car.front_roll_share);
+  return "  front.anti_roll_npm: 0\n  rear.anti_roll_npm: 0\n  rear.spring_npm: 130000\n"
+         "  front.spring_npm: " +
+         std::to_string(front * kTyre_npm / (kTyre_npm - front)) + "\n";
+}
+
+/// What the truth does without, stated as such.
+const std::string kWithout =
+    "  steering.ackermann: 0\n  aero.drag_height_m: 0\n  front.roll_centre_m: 0\n"
+    "  rear.roll_centre_m: 0\n  front.anti_slope: 0\n  rear.anti_slope: 0\n"
+    "  front.toe_gain_radpm: 0\n  rear.toe_gain_radpm: 0\n";
+
 std::string vehicle(const StatedCar& car) {
   char text[2000];
   std::snprintf(
@@ -42,9 +60,11 @@ std::string vehicle(const StatedCar& car) {
       car.front_track_m, car.rear_track_m, car.drag_area_m2, car.front_lift_area_m2,
       car.rear_lift_area_m2, car.engine_inertia_kgm2, car.front_brake_friction,
       car.rear_brake_friction, car.camber_rad, car.camber_rad);
-  return "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan}\nmaps: "
+  return "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan, fx_arm: "
+         "rolling_radius}\nmaps: "
          "{engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n" +
-         car.first_parameters + text + car.last_parameters + "terms: {" + car.terms + "}\n";
+         kWithout + (car.first_parameters.empty() ? springs(car) : car.first_parameters) + text +
+         car.last_parameters + "terms: {" + car.terms + "}\n";
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ struct StatedCar {
          yaw_inertia_kgm2 = 0;
   double front_track_m = 0, rear_track_m = 0, drag_area_m2 = 0, front_lift_area_m2 = 0,
          rear_lift_area_m2 = 0;
-  double engine_inertia_kgm2 = 0, front_brake_friction = 0, rear_brake_friction = 0, camber_rad = 0;
+  double engine_inertia_kgm2 = 0, front_brake_friction = 0, rear_brake_friction = 0, camber_rad = 0,
+         front_roll_share = 0.55;  ///< of the load transfer to the side, where no springs are given
   std::string first_parameters, last_parameters;  ///< further lines before and behind these
   std::string terms = kTermsOff;
 };

@@ -37,9 +37,9 @@ StatedCar stated_car(const Trial& trial, Random& dice) {
   const TruthCar& t = trial.nominal;
   StatedCar car;
   car.front = {t.load_f,     t.mu_f * off(), t.mu_load * off(5), t.c_f * off(),
-               t.ck * off(), 0.325,          t.relaxation_f};
+               t.ck * off(), t.radius_f,     t.relaxation_f};
   car.rear = {t.load_r,     t.mu_r * off(), t.mu_load * off(5), t.c_r * off(),
-              t.ck * off(), 0.328,          t.relaxation_r};
+              t.ck * off(), t.radius_r,     t.relaxation_r};
   car.engine = t;
   car.torque_tilt = dice.in(-0.75, 0.75) * trial.off;
   car.torque_scale = off();
@@ -58,6 +58,7 @@ StatedCar stated_car(const Trial& trial, Random& dice) {
   car.mass_kg = t.mass * off();
   car.camber_rad = t.camber;
   for (const std::string& term : trial.without) car.terms += ", " + term + ": 0";
+  car.front_roll_share = t.roll_front;
   if (trial.ride) car.first_parameters = suspension(*trial.ride, off);
   return car;
 }

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 
 #include "explain/explain.h"
+#include "led_car.h"
 #include "search.h"
 
 namespace explain {
@@ -48,6 +50,10 @@ class Analysis {
   Eigen::VectorXd weights() const;              ///< of the rows that the present stage looks at
   bool in_stage(std::size_t candidate) const;
   bool kinematic_ = false;                      ///< sensors and road, in relations without tyres and forces
+  /// One that was accepted and that later ones made too small, of the wrong sign, or no more than it may be
+  /// wrong by.
+  std::optional<std::size_t> faded(const Findings& out) const;
+  void drop_faded(Findings& out);
   void untouched(Findings& out) const;          ///< lists what left no trace
   struct Freed {
     std::size_t place = 0;                      ///< in refit_
@@ -82,11 +88,15 @@ class Analysis {
   void accept(Findings& out, Finding found, Accepted a);
   Eigen::VectorXd careful_weights() const;      ///< with forces counting as few
   Eigen::VectorXd careful_;                     ///< those at the first fit
-  void describe(Findings& out);
+  void describe(Findings& out) const;
   void leftovers(Findings& out);
   void prove(Findings& out);
+  Setting stated_;                              ///< the car as stated, in steps that are short enough
+  void choose_substeps();
+  std::vector<std::string> remarks_;
   Setting setting_with(const Eigen::VectorXd& amounts) const;
   Eigen::VectorXd rows_at(const Setting& setting) const;
+  void look();                                  ///< rows and drives at the amounts
   void progress(const std::string& stage, double share) const {
     if (options_.progress) options_.progress(stage, share);
   }
@@ -103,6 +113,7 @@ class Analysis {
   Eigen::VectorXd amounts_;                     ///< of refit_, then of accepted_ that act everywhere
   std::vector<Accepted> accepted_;
   Eigen::VectorXd r_;                           ///< rows at the current setting, not whitened
+  std::vector<KnownDrive> drives_;              ///< of the recordings there
   Eigen::VectorXd stated_rows_;
   Eigen::MatrixXd moves_;                       ///< columns of refit_ and accepted_ there
   Eigen::MatrixXd candidate_moves_;             ///< columns of the candidates, at the first fit

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "analysis.h"
+#include "base/parallel.h"
 
 namespace explain {
 
@@ -160,15 +161,17 @@ double Analysis::alarms_by_cost() const {
 std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) const {
   const std::vector<Family> families = families_by_cost();
   const VectorXd w = careful_weights();
-  std::vector<Weighed> out;
-  for (const Test& t : scan(m.fitted, families, rows_, 0, m.fitted.e).best) {
-    if (t.gain < 0.5 * kNamed) continue;
-    const std::size_t unknown = families[t.family].id;
-    const Unknown& u = inventory_.unknowns[unknown];
-    Weighed x{unknown, exact(unknown, t.amount, m, w)};
-    if (std::abs(x.saved.amount) < u.least || std::abs(x.saved.amount) > u.most) continue;
-    out.push_back(std::move(x));
-  }
+  std::vector<Test> best = scan(m.fitted, families, rows_, 0, m.fitted.e).best;
+  std::erase_if(best, [](const Test& t) { return t.gain < 0.5 * kNamed; });
+  std::vector<Weighed> out(best.size());
+  base::parallel_for(best.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+    const std::size_t unknown = families[best[k].family].id;
+    out[k] = {unknown, exact(unknown, best[k].amount, m, w)};
+  });
+  std::erase_if(out, [&](const Weighed& x) {
+    const Unknown& u = inventory_.unknowns[x.unknown];
+    return std::abs(x.saved.amount) < u.least || std::abs(x.saved.amount) > u.most;
+  });
   std::stable_sort(out.begin(), out.end(), [](const Weighed& a, const Weighed& b) { return a.saved.gain > b.saved.gain; });
   return out;
 }

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "analysis.h"
+#include "base/parallel.h"
 #include "vehicle/error.h"
 
 namespace explain {
@@ -25,11 +27,11 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
   for (std::size_t k = 0; k < inventory_.unknowns.size(); ++k)
     (inventory_.unknowns[k].role == Role::kCandidate ? candidate_ : refit_).push_back(k);
   cells_ = static_cast<int>(logs.front().length_m / kCell_m) + 1;
-  Setting stated;
-  stated.p = car.parameters;
+  stated_.p = car.parameters;
+  choose_substeps();
   std::vector<Residuals> base;
-  base.reserve(logs.size());
-  for (const Signals& s : logs) base.push_back(residuals(s, car, stated));
+  for (std::size_t k = 0; k < logs.size(); ++k)
+    base.push_back(residuals(logs[k], car, stated_, {.known = &drives_[k]}));
   rows_ = make_rows(logs, base);
   if (rows_.row.size() < 200)
     throw vehicle::Error(fmt::format("{}: {:.0f} s of usable driving on this road; at least 30 s are wanted", logs.front().name,
@@ -43,8 +45,7 @@ Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car
 }
 
 Setting Analysis::setting_with(const VectorXd& amounts) const {
-  Setting s;
-  s.p = car_.parameters;
+  Setting s = stated_;
   for (std::size_t k = 0; k < refit_.size(); ++k) inventory_.unknowns[refit_[k]].set(s, amounts[static_cast<Index>(k)]);
   auto at = static_cast<Index>(refit_.size());
   for (const Accepted& a : accepted_)
@@ -52,13 +53,77 @@ Setting Analysis::setting_with(const VectorXd& amounts) const {
   return s;
 }
 
+void Analysis::choose_substeps() {
+  // Mean square of the difference over that which is let pass: what a good logger's mean over 0.3 s
+  // just tells (0.03 m/s2, rad/s2, N per kg), or 3 % of the quantity itself.
+  const auto apart = [](const std::vector<double>& coarse, const std::vector<double>& fine,
+                        double unit) {
+    double sum = 0, square = 0, count = 0;
+    for (std::size_t i = 0; i < fine.size(); ++i) {
+      if (!std::isfinite(fine[i])) continue;
+      if (!std::isfinite(coarse[i])) return HUGE_VAL;  // lost
+      sum += (coarse[i] - fine[i]) * (coarse[i] - fine[i]);
+      square += fine[i] * fine[i];
+      count += 1;
+    }
+    return count > 0 ? sum / std::max(0.03 * 0.03 * count * unit * unit, 0.03 * 0.03 * square) : 0.0;
+  };
+  const double mass = car_.parameters[vehicle::Parameter::chassis_mass_kg];
+  const auto alike = [&](const Led& coarse, const Led& fine) {
+    return std::max({apart(coarse.force_x_mps2, fine.force_x_mps2, 1.0),
+                     apart(coarse.force_y_mps2, fine.force_y_mps2, 1.0),
+                     apart(coarse.yaw_radps2, fine.yaw_radps2, 1.0),
+                     apart(coarse.load_front_n, fine.load_front_n, mass),
+                     apart(coarse.load_rear_n, fine.load_rear_n, mass)}) < 1.0;
+  };
+  std::vector<KnownDrive> coarse;
+  for (const int substeps : {10, 20, 40, 80}) {
+    stated_.substeps = substeps;
+    drives_.assign(logs_.size(), {});
+    base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+      residuals(logs_[k], car_, stated_, {.keep = &drives_[k]});
+    });
+    bool enough = !coarse.empty();
+    for (std::size_t k = 0; k < coarse.size(); ++k)
+      enough = enough && alike(coarse[k].led, drives_[k].led);
+    if (enough) {
+      stated_.substeps = coarse.front().setting.substeps;
+      drives_ = std::move(coarse);
+      return;
+    }
+    coarse = drives_;
+  }
+  for (const KnownDrive& drive : drives_) {
+    const auto seconds = [](const std::vector<double>& x) {
+      return Signals::kStep_s * static_cast<double>(std::count_if(
+                                    x.begin(), x.end(), [](double v) { return std::isfinite(v); }));
+    };
+    const double led = seconds(drive.led.force_x_mps2), wanted = seconds(drive.by.vx_mps);
+    if (led < 0.9 * wanted)
+      remarks_.push_back(fmt::format(
+          "the car of the vehicle file cannot follow this recording: in {:.0f} of {:.0f} s its "
+          "equations of motion are lost even in steps of {:.2g} ms; forces are compared where they "
+          "hold; crgdrive replay shows where",
+          wanted - led, wanted, 1e3 * Signals::kStep_s / stated_.substeps));
+  }
+}
+
 VectorXd Analysis::rows_at(const Setting& setting) const {
   std::vector<Residuals> r;
-  for (const Signals& s : logs_) r.push_back(residuals(s, car_, setting));
+  for (std::size_t k = 0; k < logs_.size(); ++k)
+    r.push_back(residuals(logs_[k], car_, setting, {.known = &drives_[k]}));
   VectorXd out = gather(rows_, r);
   for (Index i = 0; i < out.size(); ++i)
     if (!std::isfinite(out[i])) out[i] = stated_rows_[i];
   return out;
+}
+
+void Analysis::look() {
+  const Setting setting = setting_with(amounts_);
+  base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+    residuals(logs_[k], car_, setting, {.keep = &drives_[k]});
+  });
+  r_ = rows_at(setting);
 }
 
 void Analysis::weigh() {
@@ -162,7 +227,8 @@ bool Analysis::in_stage(std::size_t candidate) const {
     all += c * c;
     if (relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only) kinematic += c * c;
   }
-  const bool redundant = u.kind == "sensor" && kinematic > 0.1 * all;
+  // So is what command and outcome show, where both are logged.
+  const bool redundant = kinematic > (u.kind == "sensor" ? 0.1 : 0.9) * all;
   return redundant == kinematic_;
 }
 
@@ -180,7 +246,7 @@ void Analysis::refit(int rounds) {
     moves_.conservativeResize(columns.rows(), static_cast<Index>(free.size()));
     moves_.rightCols(columns.cols()) = columns;
   };
-  r_ = rows_at(setting_with(amounts_));
+  look();
   if (fresh) reckon(0);
   else if (known < free.size()) reckon(known);
   for (int round = 0; round < rounds; ++round) {
@@ -195,7 +261,7 @@ void Analysis::refit(int rounds) {
       amounts_[k] = std::clamp(amounts_[k] + move[k], -far, far);
     }
     for (Index k = static_cast<Index>(refit_.size()); k < moves_.cols(); ++k) amounts_[k] += move[k];
-    r_ = rows_at(setting_with(amounts_));
+    look();
     weigh();
   }
   if (fresh) reckon(0);
@@ -302,16 +368,26 @@ bool Analysis::step(Findings& out, bool first) {
   for (const Test& t : s.best)
     if (t.gain > 0) tried.push_back({t.family, families[t.family].id, t, t.gain, t.amount, {}});
   std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.gain > b.gain; });
-  for (std::size_t k = 0; k < tried.size(); ++k) {
-    Tried& t = tried[k];
+  // Of what differs only in a constant the best three are enough.
+  std::map<std::string, int> alike;
+  std::vector<bool> exactly;
+  int most = 10;
+  for (const Tried& t : tried) {
     const Unknown& u = inventory_.unknowns[t.unknown];
+    exactly.push_back(!u.along_road && most > 0 && t.gain > 9 &&
+                      ++alike[u.id + u.channel + u.name] <= 3);
+    if (exactly.back()) --most;
+  }
+  std::atomic<std::size_t> done{0};
+  base::parallel_for(tried.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+    Tried& t = tried[k];
     t.column = within(families[t.family].column, families[t.family].cell, t.test.begin, t.test.end);
-    if (!u.along_road && k < 10 && t.gain > 9) {
+    if (exactly[k]) {
       const Saved x = exact(t.unknown, t.amount, m, weights());
       if (x.gain > 0) t.gain = x.gain, t.amount = x.amount, t.column = x.column;
     }
-    progress("tests of mechanisms", static_cast<double>(k) / static_cast<double>(tried.size()));
-  }
+    progress("tests of mechanisms", static_cast<double>(++done) / static_cast<double>(tried.size()));
+  });
   std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.gain > b.gain; });
   const auto gains = [&](const Tried& t) { return cross_validate(m.fitted, t.column, m.precision, VectorXd::Zero(1), rows_); };
   const auto total = [](const std::vector<double>& g) {
@@ -329,13 +405,15 @@ bool Analysis::step(Findings& out, bool first) {
       if (u.along_road) e.detail += fmt::format(", u {:.0f} to {:.0f} m", t.test.begin * kCell_m, t.test.end * kCell_m);
       if (!kinematic_ || !u.along_road) out.evidence.push_back(e);
     }
-  for (std::size_t k = 0; k < std::min<std::size_t>(tried.size(), 6); ++k) {
+  int looked = 0;
+  for (std::size_t k = 0; k < tried.size() && looked < 6; ++k) {
     const Tried& t = tried[k];
     const Unknown& u = inventory_.unknowns[t.unknown];
+    if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
+    ++looked;
     const double threshold = s.threshold * (u.kind == "sensor" && kinematic_ ? 1.0 : kMargin);
     if (std::abs(t.test.z) < threshold && (u.along_road || std::sqrt(t.gain) < threshold)) continue;
     if (u.along_road && !stands_out(families[t.family], t.test, s.threshold)) continue;
-    if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     const std::vector<double> g = gains(t);
     const auto [cv, se] = total(g);
     if (!(cv > 2 * se) && !(cv > 0.8 * t.gain && cv > 3 * se * 0.5)) continue;
@@ -408,6 +486,45 @@ bool Analysis::step(Findings& out, bool first) {
   return false;
 }
 
+std::optional<std::size_t> Analysis::faded(const Findings& out) const {
+  auto place = static_cast<Index>(refit_.size());
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    if (!accepted_[k].cells.empty()) continue;
+    const Unknown& u = inventory_.unknowns[accepted_[k].unknown];
+    const double amount = amounts_[place++];
+    if (std::abs(amount) < u.least || std::abs(amount) > u.most || (u.one_sided && amount < 0))
+      return k;
+  }
+  Findings described = out;
+  describe(described);
+  for (std::size_t k = 0; k < accepted_.size(); ++k) {
+    const auto& amount = described.findings[k].parameters.front();
+    if (amount.low <= 0 && amount.high >= 0) return k;
+  }
+  return std::nullopt;
+}
+
+void Analysis::drop_faded(Findings& out) {
+  while (const std::optional<std::size_t> k = faded(out)) {
+    const auto at = static_cast<std::ptrdiff_t>(*k);
+    if (accepted_[*k].cells.empty()) {
+      // amounts_ and moves_ have those that act everywhere, in the order of accepted_.
+      const Index place =
+          static_cast<Index>(refit_.size()) +
+          std::count_if(accepted_.begin(), accepted_.begin() + at,
+                        [](const Accepted& a) { return a.cells.empty(); });
+      const Index behind = moves_.cols() - place - 1;
+      moves_.middleCols(place, behind) = moves_.rightCols(behind).eval();
+      moves_.conservativeResize(moves_.rows(), moves_.cols() - 1);
+      amounts_.segment(place, behind) = amounts_.tail(behind).eval();
+      amounts_.conservativeResize(amounts_.size() - 1);
+    }
+    out.findings.erase(out.findings.begin() + at);
+    accepted_.erase(accepted_.begin() + at);
+    refit(2);  // the others move
+  }
+}
+
 void Analysis::untouched(Findings& out) const {
   // What was asked and left no trace: tested where these recordings could have shown it, else named.
   for (std::size_t k = 0; k < candidate_.size(); ++k) {
@@ -426,6 +543,7 @@ Findings Analysis::run() {
   out.laps = static_cast<std::size_t>(rows_.laps);
   for (const Signals& s : logs_)
     for (const std::string& remark : s.remarks) out.remarks.push_back(remark);
+  out.remarks.insert(out.remarks.end(), remarks_.begin(), remarks_.end());
   refit(4);
   if (!options_.mechanisms) {
     prove(out);
@@ -448,6 +566,7 @@ Findings Analysis::run() {
   }
   out.null_false_alarm += alarms_by_cost();
   for (int k = 0; k < kMost && step_by_cost(out); ++k) {}
+  drop_faded(out);
   untouched(out);
   describe(out);
   leftovers(out);

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 namespace {
 
 /// Below these a leftover is of no use to anyone who drives or tunes: in the relation's unit.
-constexpr std::array<double, kRelationCount> kLeast{0.004, 0.004, 0.08, 0.2, 0.5, 0.12, 0.15, 0.3, 0.25, 0.4, 0.3, 0.4, 0.4, 0.4};
+constexpr std::array<double, kRelationCount> kLeast{0.004, 0.004, 0.08, 0.2, 0.5, 0.12, 0.15, 0.3, 0.25, 0.4, 0.3, 0.4, 0.4, 0.4, 0.001, 0.01, 3e4};
 
 /// Standard deviations by which a parameter must lie beyond its prior width to be a finding: on 599 trial
 /// recordings 18 false ones and 3 right ones lay between 1.6 and this.
@@ -24,7 +24,7 @@ constexpr double kBeyond = 2.2;
 
 }  // namespace
 
-void Analysis::describe(Findings& out) {
+void Analysis::describe(Findings& out) const {
   const Model m = model();
   const MatrixXd covariance = m.fitted.normal.solve(MatrixXd::Identity(m.fitted.x.cols(), m.fitted.x.cols()));
   constexpr double k90 = 1.645;
@@ -90,6 +90,8 @@ void Analysis::describe(Findings& out) {
       const double half = k90 * std::max(careful_deviation, std::hypot(deviation(everywhere), 0.25 * u.least));
       const double value = amounts_[everywhere];
       f.parameters.push_back({u.name, u.unit, value, value - half, value + half});
+      for (const auto& [name, held] : u.constants)
+        f.parameters.push_back({name, std::string(vehicle::parameter_list()[static_cast<std::size_t>(*vehicle::find_parameter(name))].unit), held, held, held});
       std::vector<double> u_m, energy;
       for (Index i = 0; i < m.fitted.e.size(); ++i) {
         const double part = m.fitted.x(i, everywhere) * value;
@@ -249,8 +251,7 @@ void Analysis::prove(Findings& out) {
   if (moves_.cols() > p) {
     for (Index k = p; k < moves_.cols(); ++k) amounts[k] = 0.0;
     std::vector<Accepted> none;
-    Setting without;
-    without.p = car_.parameters;
+    Setting without = stated_;
     for (std::size_t k = 0; k < refit_.size(); ++k) inventory_.unknowns[refit_[k]].set(without, amounts_[static_cast<Index>(k)]);
     r0 = rows_at(without);
   }

@@ -1,5 +1,7 @@
 #include "rows.h"
 
+#include "led_car.h"
+
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -76,7 +78,9 @@ Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Veh
                             const std::vector<const Unknown*>& unknowns, const Rows& rows, unsigned threads,
                             const std::function<void(double)>& progress) {
   std::vector<Residuals> base;
-  for (const Signals& s : logs) base.push_back(residuals(s, car, at));
+  std::vector<KnownDrive> drives(logs.size());
+  for (std::size_t k = 0; k < logs.size(); ++k)
+    base.push_back(residuals(logs[k], car, at, {.keep = &drives[k]}));
   const Eigen::VectorXd r0 = gather(rows, base);
   Eigen::MatrixXd out(r0.size(), static_cast<Eigen::Index>(unknowns.size()));
   std::atomic<std::size_t> done{0};
@@ -84,7 +88,8 @@ Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Veh
     Setting moved = at;
     unknowns[j]->set(moved, unknowns[j]->step);
     std::vector<Residuals> r;
-    for (const Signals& s : logs) r.push_back(residuals(s, car, moved));
+    for (std::size_t k = 0; k < logs.size(); ++k)
+      r.push_back(residuals(logs[k], car, moved, {.known = &drives[k]}));
     Eigen::VectorXd column = (r0 - gather(rows, r)) / unknowns[j]->step;
     for (Eigen::Index i = 0; i < column.size(); ++i)
       if (!std::isfinite(column[i])) column[i] = 0.0;

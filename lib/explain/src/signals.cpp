@@ -261,7 +261,12 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
     yaw.x[i] = yaw.x[i - 1] + std::remainder(yaw.x[i] - yaw.x[i - 1], 2 * std::numbers::pi);
   put(kYaw, yaw);
   const auto measured_or_command = [&](Channel c, const char* measured, const char* command) {
-    if (put(c, read(measured))) return;
+    if (put(c, read(measured))) {
+      if (c == kSteer) put(kSteerCommand, read(command));
+      if (c == kThrottle) put(kThrottleCommand, read(command));
+      if (c == kBrakeFront) put(kBrakeCommand, read(command));
+      return;
+    }
     if (put(c, read(command))) s.commanded[c] = true;
   };
   measured_or_command(kSteer, "steer_rad", "steer_command_rad");
@@ -276,6 +281,8 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
         measured_or_command(c, "brake_pa", "brake_command_pa");
       }
     }
+  } else if (!put_mean(kBrakeCommand, {"brake_fl_command_pa", "brake_fr_command_pa"})) {
+    put(kBrakeCommand, read("brake_command_pa"));
   }
   if (!(put_mean(kWheelFront, {"wheel_fl_radps", "wheel_fr_radps"}) &&
         put_mean(kWheelRear, {"wheel_rl_radps", "wheel_rr_radps"}) &&

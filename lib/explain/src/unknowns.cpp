@@ -24,7 +24,7 @@ void limit_amounts(std::vector<Unknown>& unknowns) {
       {"road.banking", 0.3},
       {"road.grade", 0.2},
       {"road.friction", 0.6},
-      {"vehicle.turbo_lag", 0.95},
+      {"vehicle.turbo_lag", 1.25},
       {"vehicle.throttle_dead_time", 0.5},
       {"vehicle.brake_dead_time", 0.5},
       {"vehicle.steering_dead_time", 0.3},

@@ -61,6 +61,7 @@ void mass(const Listing& l) {
   // Nothing else gives forces a scale: torque, brakes and drag that are off alike are the same, and
   // less likely.
   u.held = 0.01 * l.car.parameters[P::chassis_mass_kg];
+  u.stays_held = !l.lateral;  // forwards alone, any error that they share would pass for it
   untestable(l, {"parameter.mass"},
              "held near its stated value: without wheel loads only torque, brakes and drag that "
              "are off alike would speak for another mass");
@@ -150,21 +151,20 @@ void list_curves(const Listing& l) {
   if (l.engine) {
     for (std::size_t k = 0; k < 4; ++k)
       curve(l, "engine map", 0.02, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });
+    // Geometry of the suspension, which carries a part of them past the springs.
+    curve(l, "torques of the wheels on the body", 1.0,
+          [](Setting& s, double amount) { s.reaction += amount; });
     curve(l, "rolling resistance", 0.1, [](Setting& s, double amount) { s.rolling += amount; });
     if (has(l, kWheelRear)) {
+      if (!l.car.files.tyre[1].states_rolling_radius)  // a rule of thumb
+        curve(l, "rolling radius over load", 0.5,
+              [](Setting& s, double amount) { s.radius_by_load += amount; });
       curve(l, "slip stiffness", 0.5, [](Setting& s, double amount) { s.slip += amount; });
-      curve(l, "slip stiffness, left to right", 0.5,
-            [](Setting& s, double amount) { s.slip_across += amount; });
-      curve(l, "slip stiffness in turns", 1.0,
-            [](Setting& s, double amount) { s.slip_turning += amount; });
     }
   }
   if (!l.lateral) return;
   if (l.car.terms[Term::tyre_combined_slip] > 0)
     curve(l, "combined slip", 0.1, [](Setting& s, double amount) { s.combined += amount; });
-  if (l.engine)
-    curve(l, "slip angle under drive", 1.0,
-          [](Setting& s, double amount) { s.rolling_slip += amount; });
   if (l.car.terms[Term::tyre_relaxation] > 0)
     curve(l, "relaxation length", 0.2, [](Setting& s, double amount) { s.relaxation += amount; });
   for (std::size_t k = 0; k < 2; ++k) {

@@ -76,21 +76,24 @@ void engine(const Listing& l) {
     untestable(l, {"vehicle.turbo_lag", "vehicle.throttle_dead_time"}, "no throttle in the log");
     return;
   }
+  const double reference = std::clamp(std::round(typical_engine_radps(l.logs, l.car)), 10.0, 3000.0);
   if (l.car.terms[Term::turbo_lag] == 0.0)
-    for (const double rise : {0.12, 0.2, 0.35, 0.55, 0.9})
-      candidate(l, "vehicle.turbo_lag", {"turbo.share", "1", 0.2, 0.085, true},
+    for (const double rise : {0.02, 0.028, 0.036, 0.044, 0.054, 0.066, 0.08, 0.1, 0.13, 0.17, 0.23, 0.3, 0.4, 0.5})
+      candidate(l, "vehicle.turbo_lag", {"turbo.share", "1", 0.2, 0.12, true},
                 {"torque waits for boost after tip-in",
                  fmt::format("d(boost)/dt = (throttle - boost) flow / rise; torque *= 1 - share "
-                             "(throttle - boost); rise {} s",
-                             rise),
+                             "(throttle - boost); rise {} s at {:.0f} rad/s",
+                             rise, reference),
                  "tip in at two engine speeds and compare the delay"},
-                [rise](Setting& s, double v) {
+                [rise, reference](Setting& s, double v) {
                   s.turbo += v;
                   s.turbo_rise_s = rise;
-                });
+                  s.turbo_reference_radps = reference;
+                })
+          .constants = {{"turbo.rise_s", rise}, {"turbo.reference_radps", reference}};
   else
     untestable(l, {"vehicle.turbo_lag"}, kStatedToo);
-  candidate(l, "vehicle.throttle_dead_time", {"throttle.dead_time_s", "s", 0.04, 0.013, true},
+  candidate(l, "vehicle.throttle_dead_time", {"throttle.dead_time_s", "s", 0.04, 0.008, true},
             {"torque follows the throttle late", "torque(t) = map(throttle(t - T))",
              "short throttle pulses at constant speed"},
             [](Setting& s, double v) { s.throttle_s += v; });
@@ -102,7 +105,7 @@ void brakes(const Listing& l) {
                l.engine ? "no brake pressure in the log" : "no throttle in the log");
     return;
   }
-  candidate(l, "vehicle.brake_dead_time", {"brake.dead_time_s", "s", 0.04, 0.013, true},
+  candidate(l, "vehicle.brake_dead_time", {"brake.dead_time_s", "s", 0.04, 0.008, true},
             {"deceleration follows the pressure late", "force(t) = k p(t - T)",
              "short brake pulses on a straight"},
             [](Setting& s, double v) { s.brake_s += v; });
@@ -114,14 +117,15 @@ void brakes(const Listing& l) {
       fmt::format("friction lost per {} MJ of heat", kFadeHeat_j / 1e6);
   for (const double time : {2.5, 10.0, 40.0})
     candidate(l, "vehicle.brake_friction_temperature",
-              {lost.c_str(), "1", 0.1, 0.02, true},
+              {lost.c_str(), "1", 0.1, 0.012, true},
               {"the pads' friction changes with their heat",
                fmt::format("mu = mu0 (1 - k heat); d(heat)/dt = power - heat/T; T {} s", time),
                "repeat equal stops with short and long pauses, or log the disc temperature"},
               [time](Setting& s, double v) {
                 s.fade += v;
                 s.fade_s = time;
-              });
+              })
+        .constants = {{"brake.fade_s", time}};
 }
 
 void wind_and_fuel(const Listing& l) {
@@ -135,7 +139,7 @@ void wind_and_fuel(const Listing& l) {
             [](Setting& s, double v) { s.wind_x += v; });
   candidate(l, "environment.wind", {"wind towards +y", "m/s", 1.5, 0.8}, wind,
             [](Setting& s, double v) { s.wind_y += v; });
-  candidate(l, "vehicle.fuel_burn", {"mass lost", "kg/s", 0.05, 0.03, true},
+  candidate(l, "vehicle.fuel_burn", {"mass lost", "kg/s", 0.05, 0.004, true},
             {"the car becomes lighter", "m(t) = m0 - k t", "weigh the car before and after"},
             [](Setting& s, double v) { s.burn += v; });
 }
@@ -146,11 +150,11 @@ void steering(const Listing& l) {
                "side slip or steering is not logged");
     return;
   }
-  candidate(l, "vehicle.steering_dead_time", {"steering.dead_time_s", "s", 0.03, 0.01, true},
+  candidate(l, "vehicle.steering_dead_time", {"steering.dead_time_s", "s", 0.03, 0.006, true},
             {"the wheels follow the steering late", "delta(t) = command(t - T)",
              "step steer at constant speed"},
             [](Setting& s, double v) { s.steer_s += v; });
-  candidate(l, "vehicle.steering_lag", {"steering.lag_s", "s", 0.05, 0.01, true},
+  candidate(l, "vehicle.steering_lag", {"steering.lag_s", "s", 0.05, 0.006, true},
             {"the wheels follow the steering through a lag", "T d(delta)/dt = command - delta",
              "sine steer at two frequencies"},
             [](Setting& s, double v) { s.steer_lag_s += v; });
@@ -188,7 +192,8 @@ void tyres(const Listing& l) {
                 [time](Setting& s, double v) {
                   s.thermal += v;
                   s.thermal_s = time;
-                });
+                })
+          .constants = {{"tyre.warm_up_s", time}};
   else
     untestable(l, {"vehicle.tyre_thermal"}, kStatedToo);
   tyre_term(l, Term::tyre_load_sensitivity, {"tyre_load_sensitivity", "1", 0.3, 0.3, true},
@@ -243,10 +248,16 @@ void downforce(const Listing& l) {
 void differential(const Listing& l) {
   if (!has(l, kWheelRearDifference))
     untestable(l, {"vehicle.differential"}, "the rear wheels' speeds are not both logged");
-  else if (l.car.terms[Term::locked_differential] != 0.0 || l.car.terms[Term::limited_slip] != 0.0)
-    untestable(
-        l, {"vehicle.differential"},
-        "the stated car has a limited-slip or locked differential; only an open one is tested");
+  else if (l.car.terms[Term::locked_differential] != 0.0)
+    candidate(l, "vehicle.differential", {"locked_differential", "1", -0.2, 0.08},
+              {"the driven wheels are coupled otherwise than stated",
+               "torque = amount lock_nms (omega_l - omega_r)", "slow tight circles, power on and off"},
+              [](Setting& s, double v) { s.locked += v; });
+  else if (l.car.terms[Term::limited_slip] != 0.0)
+    candidate(l, "vehicle.differential", {"limited_slip", "1", -0.2, 0.08},
+              {"the driven wheels are coupled otherwise than stated",
+               "torque = amount (preload + ramp torque)", "slow tight circles, power on and off"},
+              [](Setting& s, double v) { s.limited_slip += v; });
   else
     candidate(l, "vehicle.differential", {"locked share", "1", 0.2, 0.08, true},
               {"the driven wheels are coupled", "omega_l - omega_r = -(1 - k) track r / R",

@@ -27,13 +27,6 @@ using vehicle::Term;
 
 std::string name_of(P p) { return std::string(vehicle::parameter_list()[static_cast<std::size_t>(p)].name); }
 
-/// The number that an equation names last after these words.
-double after(const std::string& equation, const std::string& words) {
-  const std::size_t at = equation.rfind(words);
-  if (at == std::string::npos) throw vehicle::Error(equation + ": says no " + words);
-  return std::atof(equation.c_str() + at + words.size());
-}
-
 /// What changes against the stated car.
 struct Changes {
   const vehicle::Vehicle& car;
@@ -242,20 +235,6 @@ void add_wheel_radius(Changes& out, const Finding& f) {
   out.tyre[k]["UNLOADED_RADIUS"] = radius_that_rolls(out.car.files.tyre[k], load, p.axle(k, P::front_tyre_pressure_pa), f.parameters[0].value);
 }
 
-/// Which of the times it was tried with is named by the place in the inventory alone.
-void add_warm_up(Changes& out, const Finding& f) {
-  const Inventory all = inventory(out.logs, out.car);
-  if (f.unknown >= all.unknowns.size() || all.unknowns[f.unknown].id != f.mechanism) {
-    out.remarks.push_back(fmt::format("{}: {} = {:.4g}, found with other logs than these: not written", f.mechanism, f.parameters[0].name, f.parameters[0].value));
-    return;
-  }
-  Setting setting;
-  all.unknowns[f.unknown].set(setting, f.parameters[0].value);
-  out.terms["tyre_warm_up"] = 1;
-  out.set(P::tyre_warm_up_loss, setting.thermal);
-  out.set(P::tyre_warm_up_s, setting.thermal_s);
-}
-
 /// The car as stated is that of the log's begin: what burns over the log becomes fuel in its centre of
 /// mass. What the power does not explain burns without torque.
 void add_fuel_burn(Changes& out, const Finding& f) {
@@ -282,6 +261,9 @@ void add_fuel_burn(Changes& out, const Finding& f) {
 void add_finding(Changes& out, const Finding& f) {
   const auto value = [&](std::size_t k) { return f.parameters.at(k).value; };
   if (f.parameters.empty()) return;
+  const auto set_constants = [&] {
+    for (std::size_t k = 1; k < f.parameters.size(); ++k) out.parameters[f.parameters[k].name] = value(k);
+  };
   if (f.kind == "parameter" && f.parameters[0].name == "brake.gain") {
     // The gain would not act on measured pressures.
     const double grown = value(0) / out.car.parameters[P::brake_gain];
@@ -297,7 +279,7 @@ void add_finding(Changes& out, const Finding& f) {
   } else if (f.mechanism == "vehicle.turbo_lag") {
     out.terms["turbo_lag"] = 1;
     out.set(P::turbo_share, value(0));
-    out.set(P::turbo_rise_s, after(f.equation, "rise "));
+    set_constants();
   } else if (late_actuator(f.mechanism) != nullptr) {
     add_actuator(out, f);
   } else if (f.mechanism == "environment.wind") {
@@ -310,12 +292,15 @@ void add_finding(Changes& out, const Finding& f) {
   } else if (f.mechanism == "vehicle.brake_friction_temperature") {
     out.terms["brake_fade"] = 1;
     out.set(P::brake_fade_1pmj, fade_1pmj(value(0)));
-    out.set(P::brake_fade_s, after(f.equation, "; T "));
+    set_constants();
   } else if (f.mechanism == "vehicle.brake_disc_conductance") {
     out.set(P::brake_conductance_slope_1pk, value(0) / vehicle::laws::kConductanceReference_k);
-    for (std::size_t k = 1; k < f.parameters.size(); ++k) out.parameters[f.parameters[k].name] = value(k);
+    set_constants();
   } else if (f.mechanism == "vehicle.multi_point_contact") {
     out.strip = true;
+  } else if (f.mechanism == "vehicle.differential" && vehicle::find_term(f.parameters[0].name)) {
+    const std::string& term = f.parameters[0].name;
+    out.terms[term] = std::clamp(out.car.terms[*vehicle::find_term(term)] + value(0), 0.0, 1.0);
   } else if (f.mechanism == "vehicle.differential") {
     add_differential(out, f);
   } else if (f.mechanism == "vehicle.aero_drag") {
@@ -325,7 +310,9 @@ void add_finding(Changes& out, const Finding& f) {
   } else if (f.mechanism == "vehicle.aero_ride_height") {
     add_ride_height(out, f);
   } else if (f.mechanism == "vehicle.tyre_thermal") {
-    add_warm_up(out, f);
+    out.terms["tyre_warm_up"] = 1;
+    out.set(P::tyre_warm_up_loss, value(0));
+    set_constants();
   } else if (f.mechanism.starts_with("vehicle.tyre_")) {
     add_tyre_term(out, f);
   } else if (f.mechanism == "vehicle.fuel_burn") {
@@ -372,7 +359,8 @@ std::optional<CorrectedCar> corrected_vehicle(const std::string& vehicle_path, c
   for (const char* section : {"tyres", "maps"})
     if (root[section])
       for (auto entry : root[section])
-        if (entry.first.as<std::string>() != "alpha") entry.second = (folder / entry.second.as<std::string>()).lexically_normal().string();
+        if (const auto key = entry.first.as<std::string>(); key != "alpha" && key != "fx_arm")
+          entry.second = (folder / entry.second.as<std::string>()).lexically_normal().string();
   for (std::size_t k = 0; k < 2; ++k) {
     if (changes.tyre[k].empty()) continue;
     const char *axle = k == 0 ? "front" : "rear", *file = k == 0 ? "front.tir" : "rear.tir";

@@ -25,7 +25,8 @@ enum Relation : std::size_t {
   kForceY,        ///< lateral acceleration against the tyres' forces, m/s2
   kMomentZ,       ///< yaw acceleration against the tyres' moments, rad/s2
   kLoadsFront, kLoadsRear,  ///< logged wheel loads of an axle against the model, N per kg of car
-  kDifferential,  ///< rear wheel speed difference against an open differential, m/s
+  kDifferential,  ///< rear wheel speed difference against that of the car, m/s
+  kSteering, kThrottleMoves, kBrakeMoves,  ///< what was measured against its command through the actuator: rad, 1, Pa
   kRelationCount
 };
 struct RelationInfo {
@@ -45,37 +46,51 @@ struct Setting {
   vehicle::Parameters<double> p;
   std::array<double, 2> wheel_radius{1, 1};    ///< factors, front and rear
   std::array<double, 4> engine_shape{};        ///< curve of the engine: over throttle, speed, both
+  double reaction = 0.0;                       ///< share of the wheels' torques on the body, added
   double rolling = 1.0, slip = 1.0;            ///< factors on rolling resistance and rear slip
-  double slip_across = 1.0;                    ///< factor on the same slip in the difference of left and right
-  double slip_turning = 0.0;                   ///< rear slip gained in a turn of 15 m/s2
+  double radius_by_load = 1.0;                 ///< factor on what loads take from the rolling radius
   std::array<double, 2> curve{}, curve2{};     ///< side force of an axle: bend over its use of grip, and its skew
   std::array<double, 2> load_curve{};          ///< the same over its load
   std::array<double, 2> drop{};                ///< camber-like constant side force of an axle, m/s2
-  double turbo = 0.0, turbo_rise_s = 0.35;     ///< share of torque that waits for boost
+  double turbo = 0.0, turbo_rise_s = 0.35, turbo_reference_radps = 600;  ///< share of torque that waits for boost
   double throttle_s = 0.0, brake_s = 0.0, steer_s = 0.0, steer_lag_s = 0.0;  ///< more delay
   double thermal = 0.0, thermal_s = 60.0;      ///< grip missing at the start, time constant
   double fade = 0.0, fade_s = 10.0;            ///< brake friction lost per kFadeHeat_j
   double wind_x = 0.0, wind_y = 0.0;           ///< m/s
   double burn = 0.0;                           ///< kg/s
   double lock = 0.0;                           ///< 1: the rear wheels turn together
+  double limited_slip = 0.0, locked = 0.0;     ///< amplitudes of what is stated
   double drag = 0.0, down = 0.0;               ///< shares of stated drag and downforce that are switched off
   double load_sensitivity = 0.0, camber = 0.0, combined = 0.0, relaxation = 0.0;  ///< amplitudes
-  double rolling_slip = 0.0;                   ///< 1: slip angles refer to the wheel's own speed, tan alpha / (1 + kappa)
   double ride = 0.0;                           ///< drag and downforce lost per dynamic pressure
   double bank = 0.0, grade = 0.0, vertical = 0.0, friction = 0.0;  ///< of the road, everywhere
   double shift_u = 0.0;                        ///< of the road, m
   double imu_yaw = 0.0, imu_ahead = 0.0;
-  struct Sensor { double bias = 0, gain = 0, delay_s = 0, low_pass_s = 0; };
+  int substeps = 20;                           ///< of the car in Signals::kStep_s
+  struct Sensor {
+    double bias = 0, gain = 0, delay_s = 0, low_pass_s = 0;
+    bool operator==(const Sensor&) const = default;
+  };
   std::array<Sensor, kChannelCount> sensor;
   Setting() : p(vehicle::default_parameters()) {}
+  bool operator==(const Setting&) const = default;
 };
+
+/// Median of the engine speed of the logs: as logged, or by the gears and the speed; rad/s.
+double typical_engine_radps(const std::vector<Signals>& logs, const vehicle::Vehicle& car);
 
 /// Residuals of the relations at every step of a recording; NaN where a relation does not apply.
 /// Pure. `mask_setting` decides which steps apply, so that a change of `s` never moves the mask.
 struct Residuals {
   std::array<std::vector<double>, kRelationCount> r;
 };
-Residuals residuals(const Signals& signals, const vehicle::Vehicle& car, const Setting& s);
+struct KnownDrive;  ///< led_car.h
+struct Drives {
+  const KnownDrive* known = nullptr;  ///< of this recording and car: taken where it would be the same
+  KnownDrive* keep = nullptr;         ///< gets the drive
+};
+Residuals residuals(const Signals& signals, const vehicle::Vehicle& car, const Setting& s,
+                    const Drives& drives = {});
 
 /// What the car does at every step, for regimes and pages: use of grip front, rear; braking.
 struct Regimes {

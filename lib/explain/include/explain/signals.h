@@ -18,6 +18,7 @@ enum Channel : std::size_t {
   kWheelFront, kWheelRear,   ///< rad/s, or m/s with the logger's own radius (Signals::wheels_in_mps)
   kWheelRearDifference,      ///< left minus right, same unit
   kEngine, kGear, kFuel, kLoadFront, kLoadRear,
+  kSteerCommand, kThrottleCommand, kBrakeCommand,  ///< where what came of them is logged too
   kChannelCount
 };
 

@@ -34,6 +34,7 @@ struct Unknown {
   double form = 0.0;     ///< one standard deviation of what quasi-static relations and stated curves get wrong
   bool along_road = false;      ///< acts where the road is wrong: scanned over u
   bool one_sided = false;       ///< only a positive amount makes sense
+  std::vector<std::pair<std::string, double>> constants;  ///< that the amount goes with, by the parameter's name
   std::function<void(Setting&, double)> set;  ///< adds an amount to the setting
   std::string separating;       ///< the experiment that would separate it from its usual rivals
 };

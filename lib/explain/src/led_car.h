@@ -1,0 +1,49 @@
+// The car of lib/vehicle, led along a recording: which forces it has where it moves as recorded.
+#pragma once
+
+#include <vector>
+
+#include "explain/model.h"
+
+namespace explain {
+
+/// What leads the car, every Signals::kStep_s, sensors corrected. NaN: nothing to lead it there.
+struct Lead {
+  std::vector<double> vx_mps, vy_mps, yaw_radps, yaw_rad;  ///< in the plane of the road
+  bool vy_known = false;      ///< false: the car finds its own side slip
+  std::vector<double> steer;  ///< what the steering is asked, or the road wheels have, rad
+  std::vector<double> throttle, brake_front_pa, brake_rear_pa;  ///< empty: none
+  std::vector<int> gear;                                        ///< 1 to 6
+  std::vector<double> gravity_mps2;  ///< with what crests, dips and banked turns add
+  std::vector<double> fuel_kg;       ///< on board
+  double reserve_kg = 0.0;           ///< of the stated mass that can burn: so much more is on board
+};
+
+/// What the car then does, at the same times; NaN where it was not led for half a step to both
+/// sides. Means over a step of time, hidden states (springs, slips, actuators, heats, boost) as
+/// they came about.
+struct Led {
+  std::vector<double> force_x_mps2,
+      force_y_mps2;  ///< of tyres and air per mass, in the road's plane
+  std::vector<double> yaw_radps2;
+  std::vector<double> load_front_n, load_rear_n;   ///< of both wheels
+  std::vector<double> rear_radps, rear_rolling_m;  ///< means of both rear wheels
+  std::vector<double> rear_difference_radps;       ///< left minus right
+};
+
+/// A drive that is known: what led it and what came of it.
+struct KnownDrive {
+  Setting setting;
+  Lead by;
+  Led led;
+};
+
+/// Whether lead() would give the same again.
+bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by);
+
+/// Drives the car with the setting's amounts on a plane. Throws vehicle::Error where lib/vehicle
+/// refuses the car.
+Led lead(const Signals& signals, const vehicle::Vehicle& car, const Setting& setting,
+         const Lead& by);
+
+}  // namespace explain
