@@ -197,7 +197,7 @@ TEST(Layout, EachLawOfTheCarStandsInOneFile) {
       {"heat capacity of discs", R"(brake_capacity_slope_1pk)", "laws/disc_heat.h"},
       {"fade of pads", R"(\b0\.95\b.*\bfade|fade.*\b0\.95\b)", "laws/brake_pads.h"},
       {"heat per which fade is told", R"(0\.75e0?6|\b750e3|\b750000)", "explain/model.h"},
-      {"boost", R"(turbo_(idle_flow|reference_radps|fall_s))", "laws/boost.h"},
+      {"boost", R"(turbo_(idle_flow|fall_s))", "laws/boost.h"},
       {"warm-up", R"(/ 8(\.0)?\b.*0\.2|0\.2 .*/ 8(\.0)?\b)", "laws/tyre_warm_up.h"},
       {"tread temperature", R"(tyre_(cold_width|hot_width|slip_share|road_cooling))",
        "laws/tyre_heat.h"},
