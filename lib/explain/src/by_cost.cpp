@@ -33,7 +33,7 @@ constexpr double kLeastLeft = 0.015;
 }  // namespace
 
 double Analysis::width(std::size_t place) const {
-  // The file's width is where two standard deviations end; what quasi-static relations get wrong adds to it.
+  // The file's width is where two standard deviations end; what the simulated car gets wrong adds to it.
   const Unknown& u = inventory_.unknowns[refit_[place]];
   const bool freed = std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
   return freed ? kFreed * u.width : u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form);

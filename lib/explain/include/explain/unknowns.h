@@ -31,7 +31,7 @@ struct Unknown {
   double step = 0.01;    ///< of the derivative; about the size that matters
   double least = 0.0;    ///< smaller amounts are not worth a finding
   double most = 1e300;   ///< larger amounts are no physics but the sign of something else
-  double form = 0.0;     ///< one standard deviation of what quasi-static relations and stated curves get wrong
+  double form = 0.0;     ///< one standard deviation of what the simulated car and stated curves get wrong
   bool along_road = false;      ///< acts where the road is wrong: scanned over u
   bool one_sided = false;       ///< only a positive amount makes sense
   std::vector<std::pair<std::string, double>> constants;  ///< that the amount goes with, by the parameter's name
