@@ -246,11 +246,8 @@ void Analysis::prove(Findings& out) {
   const Index q = m.fitted.x.cols() - p;
   VectorXd before_e = m.fitted.e, after_e = m.fitted.e;
   // The rows without the findings: what the accepted amounts explain is put back.
-  VectorXd amounts = amounts_;
   VectorXd r0 = r_;
   if (moves_.cols() > p) {
-    for (Index k = p; k < moves_.cols(); ++k) amounts[k] = 0.0;
-    std::vector<Accepted> none;
     Setting without = stated_;
     for (std::size_t k = 0; k < refit_.size(); ++k) inventory_.unknowns[refit_[k]].set(without, amounts_[static_cast<Index>(k)]);
     r0 = rows_at(without);

@@ -17,7 +17,7 @@ enum Relation : std::size_t {
   kCourse,        ///< course of the path against heading plus sideslip, rad
   kSpeed,         ///< speed along the path against vx, vy, m/s
   kFrontWheels,   ///< front wheel speed against vx, not braking, m/s
-  kRearWheels,    ///< rear wheel speed against vx and the drive's slip, m/s
+  kRearWheels,    ///< rear wheel speed against that of the car, m/s
   kAccelX,        ///< ax against dvx/dt - r vy + g grade, m/s2
   kAccelY,        ///< ay against dvy/dt + r vx + g bank, m/s2
   kAccelZ,        ///< az against g + curvature v^2, m/s2
@@ -79,12 +79,13 @@ struct Setting {
 /// Median of the engine speed of the logs: as logged, or by the gears and the speed; rad/s.
 double typical_engine_radps(const std::vector<Signals>& logs, const vehicle::Vehicle& car);
 
-/// Residuals of the relations at every step of a recording; NaN where a relation does not apply.
-/// Pure. `mask_setting` decides which steps apply, so that a change of `s` never moves the mask.
+/// Residuals of the relations at every step of a recording; NaN where a relation does not apply. Where
+/// that is, is decided by the log, not by the setting. Pure.
 struct Residuals {
   std::array<std::vector<double>, kRelationCount> r;
 };
 struct KnownDrive;  ///< led_car.h
+/// Drives of the car along the recording, which take nearly all of the time.
 struct Drives {
   const KnownDrive* known = nullptr;  ///< of this recording and car: taken where it would be the same
   KnownDrive* keep = nullptr;         ///< gets the drive
