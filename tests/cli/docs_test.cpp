@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <regex>
 #include <set>
+#include <sstream>
+#include <vector>
 
 #include "road/recipe.h"
 #include "support/places.h"
@@ -16,7 +18,9 @@ namespace cli {
 namespace {
 
 using ::testing::ContainsRegex;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 std::string source(const std::string& path) { return read(places::source() + "/" + path); }
@@ -79,6 +83,62 @@ TEST(Docs, LinksLeadFromTheReadmeToEveryPage) {
     if (entry.path().extension() == ".md") {
       EXPECT_TRUE(reached.contains(entry.path().lexically_normal())) << entry.path();
     }
+}
+
+/// The sentences of a page longer than `most` words, each as "line N: W words: its beginning". Code
+/// blocks are left out, each cell of a table stands by itself, inline code counts as one word.
+std::vector<std::string> long_sentences(const std::string& text, int most) {
+  static const std::regex code("`[^`]*`"), item("^([-*]|\\d+\\.) (.*)"), word("\\S+");
+  std::vector<std::string> found;
+  int line = 0, begin = 0, words = 0;
+  std::string sentence;
+  const auto end_sentence = [&] {
+    if (words > most)
+      found.push_back(fmt::format("line {}: {} words: {}", begin, words, sentence.substr(0, 80)));
+    words = 0;
+    sentence.clear();
+  };
+  const auto add = [&](const std::string& part) {
+    const std::string plain = std::regex_replace(part, code, "x");
+    for (std::sregex_iterator i(plain.begin(), plain.end(), word), end; i != end; ++i) {
+      const std::string seen = i->str();
+      if (words++ == 0) begin = line;
+      sentence += seen + " ";
+      if (seen.find_last_of(".!?") == seen.size() - 1) end_sentence();
+    }
+  };
+  std::istringstream lines(text);
+  bool in_code = false;
+  for (std::string raw; std::getline(lines, raw);) {
+    ++line;
+    const std::size_t first = raw.find_first_not_of(" \t");
+    std::string row = first == std::string::npos ? "" : raw.substr(first);
+    if (row.starts_with("```")) in_code = !in_code;
+    const bool apart = in_code || row.empty() || row.starts_with("```") || row.starts_with("#");
+    const bool in_list = std::regex_match(row, item);
+    if (apart || row.starts_with("|") || in_list) end_sentence();
+    if (in_list) row = std::regex_replace(row, item, "$2");
+    if (apart) continue;
+    if (!row.starts_with("|")) {
+      add(row);
+      continue;
+    }
+    std::istringstream cells(row);
+    for (std::string cell; std::getline(cells, cell, '|'); end_sentence()) add(cell);
+  }
+  end_sentence();
+  return found;
+}
+
+TEST(Docs, SentencesAreShort) {
+  EXPECT_THAT(long_sentences("One two three.\nFour `five six` (seven\neight) nine. Ten.", 4),
+              ElementsAre("line 2: 5 words: Four x (seven eight) nine. "));
+  EXPECT_THAT(long_sentences("| a b | c d |\n- e f\n```\ng h i j k\n```\n", 2), IsEmpty());
+  std::vector<std::filesystem::path> pages{places::source() + "/README.md"};
+  for (const auto& entry : std::filesystem::directory_iterator(places::source() + "/docs"))
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  EXPECT_GT(pages.size(), 20u);
+  for (const auto& page : pages) EXPECT_THAT(long_sentences(read(page), 45), IsEmpty()) << page;
 }
 
 TEST(Docs, EveryCommandOfTheHowToRuns) {
