@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "test_car.h"
+
 namespace {
 
 using namespace vehicle;  // NOLINT: a test of this library
@@ -46,6 +48,32 @@ TEST(Driveline, LimitedSlipFollowsItsRamps) {
   EXPECT_NEAR(laws::limited_slip_torque<double>(p, 1, 500), 95, 1e-12);
   EXPECT_NEAR(laws::limited_slip_torque<double>(p, 1, -500), 45, 1e-12);
   EXPECT_NEAR(laws::limited_slip_torque<double>(p, 0.5, 500), 47.5, 1e-12);
+}
+
+// A standing car at full throttle in first gear: with the pedal down nothing gets to the wheels,
+// half down half of the clutch's torque does while it slips.
+TEST(Driveline, ThePedalTakesTheClutchsTorque) {
+  const CarFiles files = test_car_files();
+  Parameters<double> p = test_parameters();
+  p[P::environment_wind_mps] = 0;
+  const auto car = make_car(files, p, default_amplitudes());
+  const auto after = [&](double pedal, Detail<double>& detail) {
+    Simulation<double> sim = start(car, Road(), {.gear = 1});
+    Controls<double> controls;
+    controls.throttle_command = 1.0;
+    controls.clutch_command = pedal;
+    for (int i = 0; i < 300; ++i)
+      EXPECT_TRUE(step(car, sim, controls, Road(), StepOptions{}, detail).ok());
+    return sim.state;
+  };
+  Detail<double> open, slipping;
+  const State<double> stands = after(1.0, open);
+  EXPECT_EQ(open.clutch_nm, 0.0);
+  EXPECT_LT(std::abs(stands[kVx]), 0.01);
+  EXPECT_GT(stands[kEngine], 400.0);  // revs up
+  const State<double> creeps = after(0.9, slipping);
+  EXPECT_GT(creeps[kVx], 0.1);
+  EXPECT_NEAR(slipping.clutch_nm, 0.1 * p[P::clutch_torque_nm], 0.1);
 }
 
 }  // namespace

@@ -44,6 +44,19 @@ TEST(Opponent, IsWhereItsLogSaysSeenFromTheCar) {
   EXPECT_NEAR(nearest_wake(std::vector{behind}, 0.5, s)->y_m, -1.0, 1e-12);
 }
 
+TEST(Opponent, OfPlacesTheNearestAheadCounts) {
+  State<double> s{};
+  s[kX] = 5;
+  s[kY] = 2;
+  s[kYaw] = M_PI / 2;
+  EXPECT_FALSE(nearest_wake(std::span<const OpponentPlace>{}, s).has_value());
+  const std::vector<OpponentPlace> cars{{6, 1}, {5, 30}, {4, 15}};
+  const auto wake = nearest_wake(cars, s);
+  ASSERT_TRUE(wake.has_value());
+  EXPECT_NEAR(wake->x_m, 13.0, 1e-12);
+  EXPECT_NEAR(wake->y_m, 1.0, 1e-12);
+}
+
 TEST(Opponent, RefusesLogsThatAreNone) {
   using ::testing::HasSubstr;
   const auto message = [](const char* part) {

@@ -52,7 +52,10 @@ TEST(Road, TracksADriveUnderAndOverABridge) {
       for (double u = begin_m; u < 1.5 * turn_m - 1.0; u += 0.4) {
         const double v = 2.0 * std::sin(0.05 * u), r = 30.0 - v, a = u / 30.0;
         const double z = heights ? 8.0 * u / turn_m : std::numeric_limits<double>::quiet_NaN();
+        RoadTracker fresh(surface);
+        fresh.go_on_from(tracker.place());
         const crg::UV at = tracker.at(r * std::sin(a), 30.0 - r * std::cos(a), z);
+        ASSERT_EQ(fresh.at(r * std::sin(a), 30.0 - r * std::cos(a), z).u_m, at.u_m);
         // The line is a polygon of 0.47 m: its foot lies up to a centimetre beside the circle's.
         ASSERT_NEAR(at.u_m, u, 0.02) << heights << " from " << begin_m;
         ASSERT_NEAR(at.v_m, v, 0.02);

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/sha256.h"
 #include "vehicle/error.h"
+#include "vehicle/road_file.h"
 
 namespace crgdrive {
 
@@ -22,31 +24,9 @@ vehicle::Vehicle load_vehicle(const CarOptions& options) {
 
 crg::Surface read_road(const std::string& track_path, const std::string& friction_path,
                        Terminal& terminal) {
-  crg::SurfaceOptions options;
-  if (!friction_path.empty()) {
-    constexpr double kMost = 3.0;  // as environment.road_grip
-    options.friction_map = crg::read(friction_path);
-    const crg::Grid& grid = options.friction_map->grid;
-    std::size_t holes = 0;
-    for (std::size_t i = 0; i < grid.z_m.size(); ++i) {
-      const double grip = grid.z_m[i];
-      if (std::isnan(grip)) {
-        ++holes;
-      } else if (!(grip >= 0.0 && grip <= kMost)) {
-        throw vehicle::Error(fmt::format(
-            "{}: grip factor {:g} at row {}, column {}; wanted 0 to {:g}: heights of this file are "
-            "factors on the tyres' grip",
-            friction_path, grip, i / grid.columns(), i % grid.columns(), kMost));
-      }
-    }
-    if (holes > 0 && holes == grid.z_m.size())
-      throw vehicle::Error(friction_path + ": no grip factor at all, every value is empty");
-    if (holes > 0)
-      terminal.remark(
-          fmt::format("{}: {:.1f} % of the grip factors are empty; there it is 1", friction_path,
-                      100.0 * static_cast<double>(holes) / static_cast<double>(grid.z_m.size())));
-  }
-  return crg::Surface(crg::read(track_path), std::move(options));
+  vehicle::RoadFiles files = vehicle::read_road(track_path, friction_path);
+  if (!files.remark.empty()) terminal.remark(files.remark);
+  return std::move(files.surface);
 }
 
 vehicle::StepOptions step_options(const CarOptions& options) {

@@ -39,25 +39,43 @@ Opponent make_opponent(const Table& log, double ahead_s, const std::string& name
   return out;
 }
 
+namespace {
+
+/// The nearer of two, one ahead before one behind.
+void take_nearer(std::optional<Wake>& nearest, const OpponentPlace& other,
+                 const State<double>& state) {
+  const double cy = std::cos(state[kYaw]), sy = std::sin(state[kYaw]);
+  const double dx = other.x_m - state[kX], dy = other.y_m - state[kY];
+  const Wake here{cy * dx + sy * dy, -sy * dx + cy * dy};
+  const bool better = !nearest ? true
+                      : (here.x_m > 0.0) != (nearest->x_m > 0.0)
+                          ? here.x_m > 0.0
+                          : std::hypot(here.x_m, here.y_m) < std::hypot(nearest->x_m, nearest->y_m);
+  if (better) nearest = here;
+}
+
+}  // namespace
+
+std::optional<Wake> nearest_wake(std::span<const OpponentPlace> places,
+                                 const State<double>& state) {
+  std::optional<Wake> nearest;
+  for (const OpponentPlace& place : places) take_nearer(nearest, place, state);
+  return nearest;
+}
+
 std::optional<Wake> nearest_wake(std::span<const Opponent> opponents, double time_s,
                                  const State<double>& state) {
-  const double cy = std::cos(state[kYaw]), sy = std::sin(state[kYaw]);
   std::optional<Wake> nearest;
-  const auto better = [&](const Wake& one) {
-    if (!nearest) return true;
-    if ((one.x_m > 0.0) != (nearest->x_m > 0.0)) return one.x_m > 0.0;
-    return std::hypot(one.x_m, one.y_m) < std::hypot(nearest->x_m, nearest->y_m);
-  };
   for (const Opponent& other : opponents) {
     const std::vector<double>& t = other.time_s;
     if (t.size() < 2 || time_s < t.front() || time_s > t.back()) continue;
     const auto upper = std::upper_bound(t.begin() + 1, t.end() - 1, time_s);
     const auto i = static_cast<std::size_t>(upper - t.begin());
     const double share = (time_s - t[i - 1]) / (t[i] - t[i - 1]);
-    const double dx = other.x_m[i - 1] + share * (other.x_m[i] - other.x_m[i - 1]) - state[kX];
-    const double dy = other.y_m[i - 1] + share * (other.y_m[i] - other.y_m[i - 1]) - state[kY];
-    const Wake here{cy * dx + sy * dy, -sy * dx + cy * dy};
-    if (better(here)) nearest = here;
+    take_nearer(nearest,
+                {other.x_m[i - 1] + share * (other.x_m[i] - other.x_m[i - 1]),
+                 other.y_m[i - 1] + share * (other.y_m[i] - other.y_m[i - 1])},
+                state);
   }
   return nearest;
 }

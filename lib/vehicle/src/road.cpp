@@ -193,7 +193,7 @@ crg::UV RoadTracker::at(double x_m, double y_m, double z_near_m) {
   crg::UV best = surface_->uv_of_xy(x_m, y_m, cursor_);
   if (!std::isfinite(best.u_m)) return best;
   // A car gets no further along the road than it moves, inside a bend somewhat.
-  const double reach_m = 2.0 * std::hypot(x_m - x_m_, y_m - y_m_) + 3.0;
+  const double reach_m = 2.0 * std::hypot(x_m - last_.x_m, y_m - last_.y_m) + 3.0;
   const auto gone = [&](const crg::UV& place) {
     const double du = place.u_m - last_.u_m;
     return std::abs(line.closed ? std::remainder(du, length_m) : du);
@@ -216,9 +216,7 @@ crg::UV RoadTracker::at(double x_m, double y_m, double z_near_m) {
     });
     best = least <= reach_m ? nearest : level;
   }
-  last_ = best;
-  x_m_ = x_m;
-  y_m_ = y_m;
+  last_ = {best.u_m, best.v_m, x_m, y_m};
   return best;
 }
 

@@ -17,6 +17,7 @@ struct Controls {
   T throttle_command = T(0);   ///< 0 to 1
   std::array<T, kWheels> brake_command_pa{};
   int gear_command = 1;  ///< 1 to 6, 0 neutral, -1 reverse
+  T clutch_command = T(0);  ///< see Inputs
   T hold_n = T(0);       ///< see Inputs
   bool opponent = false;
   T wake_x_m = T(0), wake_y_m = T(0);  ///< the opponent in this car's body frame
@@ -90,6 +91,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
                 T(car.terms[Term::brake_friction] * p[P::brake_breakaway_pa]), d.brake_stick[i]);
     in.brake_pa[i] = d.brake_stick[i].output;
   }
+  in.clutch = controls.clutch_command;
   in.hold_n = controls.hold_n;
   in.opponent = controls.opponent;
   in.wake_x_m = controls.wake_x_m;

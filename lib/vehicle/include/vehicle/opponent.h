@@ -27,6 +27,16 @@ struct Wake {
   double x_m, y_m;
 };
 
+/// Where another car is, map frame.
+struct OpponentPlace {
+  double x_m, y_m;
+};
+
+/// Of these cars the nearest one ahead of the car; where none is ahead, the nearest; empty where
+/// there is none. Allocates nothing.
+std::optional<Wake> nearest_wake(std::span<const OpponentPlace> places,
+                                 const State<double>& state);
+
 /// Of all opponents on the road at `time_s` the nearest one ahead of the car; where none is ahead,
 /// the nearest; empty where none is on the road. Allocates nothing.
 std::optional<Wake> nearest_wake(std::span<const Opponent> opponents, double time_s,

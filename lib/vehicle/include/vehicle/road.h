@@ -68,11 +68,19 @@ class RoadTracker {
   /// NaN only for points that are not finite; these are no part of the drive.
   crg::UV at(double x_m, double y_m, double z_near_m = std::numeric_limits<double>::quiet_NaN());
 
+  /// The place before, all that a later answer depends on: a tracker of the same road that gets it
+  /// goes on as this one would.
+  struct Place {
+    double u_m = std::numeric_limits<double>::quiet_NaN(), v_m = 0.0;  ///< u NaN: none yet
+    double x_m = 0.0, y_m = 0.0;
+  };
+  Place place() const { return last_; }
+  void go_on_from(const Place& place) { last_ = place; }
+
  private:
   const crg::Surface* surface_;
   crg::Cursor cursor_;
-  crg::UV last_{std::numeric_limits<double>::quiet_NaN(), 0.0};
-  double x_m_ = 0.0, y_m_ = 0.0;
+  Place last_;
 };
 
 }  // namespace vehicle

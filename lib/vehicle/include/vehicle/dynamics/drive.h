@@ -82,7 +82,8 @@ T engage_clutch(Evaluation<T, Built>& e) {
   if (!(ratio != T(0))) return T(0);
   const T& engine_speed = e.s[kEngine];
   Detail<T>& detail = e.detail;
-  const T capacity = laws::clutch_capacity(e.p, e.amount(Term::centrifugal_clutch), engine_speed);
+  T capacity = laws::clutch_capacity(e.p, e.amount(Term::centrifugal_clutch), engine_speed);
+  if (!is_exactly_zero(e.in.clutch)) capacity *= 1.0 - laws::clip(e.in.clutch, 0.0, 1.0);
   const T slip = engine_speed - ratio * 0.5 * (e.spin[2] + e.spin[3]);
   const laws::SlipFriction<T> clutch =
       laws::slip_friction(capacity, slip, e.p[P::clutch_stick_radps]);
