@@ -10,5 +10,6 @@ std::string crgdrive() { return CRGDRIVE; }
 std::string crgexplain() { return CRGEXPLAIN; }
 std::string lidar2mesh() { return LIDAR2MESH; }
 std::string make_trials() { return MAKE_TRIALS; }
+std::string kerbstone_car() { return KERBSTONE_CAR; }
 
 }  // namespace places

@@ -12,5 +12,6 @@ std::string data();          ///< real files beside it; tests that need them ski
 std::string torcs_tracks();  ///< meshes of the Debian package torcs-data
 std::string crgbuild(), crgdrive(), crgexplain(), lidar2mesh();  ///< the programs
 std::string make_trials();
+std::string kerbstone_car();  ///< the shared object of lib/fmu
 
 }  // namespace places

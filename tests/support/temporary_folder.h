@@ -16,8 +16,10 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string("kerbstone_") + info->test_suite_name() + "_" + info->name() +
-                       "_" + std::to_string(::getpid());
+    const std::string test = info == nullptr  // in a benchmark
+                                 ? "bench"
+                                 : std::string(info->test_suite_name()) + "_" + info->name();
+    std::string name = "kerbstone_" + test + "_" + std::to_string(::getpid());
     for (char& c : name) c = c == '/' ? '_' : c;
     folder_ = std::filesystem::temp_directory_path() / name;
     std::filesystem::create_directories(folder_);

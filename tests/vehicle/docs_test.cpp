@@ -57,6 +57,11 @@ TEST_F(CarDocs, AForeignLogIsReplayed) {
   EXPECT_TRUE(cli::exists(folder / "out/errors.csv"));
 }
 
+TEST_F(CarDocs, TheCarBecomesAnFmu) {
+  run("fmu.md");
+  EXPECT_THAT(cli::read(folder / "log"), HasSubstr("car3.fmu: FMI 3.0 co-simulation"));
+}
+
 TEST_F(CarDocs, SensorsMeasureAManoeuvre) {
   run("sensors.md");
   EXPECT_THAT(cli::read(folder / "sine.csv"), HasSubstr("devices.yaml"));

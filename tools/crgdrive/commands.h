@@ -103,4 +103,11 @@ struct PolesCommand {
 };
 int poles(const PolesCommand& command, Terminal& terminal);
 
+struct FmuCommand {
+  CarOptions car;
+  std::string track_path, friction_path, out_path;
+  std::string version = "2";
+};
+int fmu(const FmuCommand& command, Terminal& terminal);
+
 }  // namespace crgdrive

@@ -8,13 +8,17 @@ namespace {
 
 using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
 
-void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
-  add_input(app, "--vehicle", car.vehicle_path, "vehicle.yaml")->required();
+void add_car_settings(CLI::App& app, crgdrive::CarOptions& car) {
   add_input(app, "--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
   app.add_option("--set", car.settings, "group.key=value or term=amplitude; may be repeated");
   add_choice(app, "--contact", car.contact, "In place of the vehicle's", {"single-point", "four-point", "strip"});
   add_choice(app, "--integrator", car.integrator, "Euler's method", {"semi-implicit", "explicit"});
   app.add_option("--step-s", car.step_s, "Length of a step, s")->check(CLI::Range(1e-5, 0.01));
+}
+
+void add_car_options(CLI::App& app, crgdrive::CarOptions& car) {
+  add_input(app, "--vehicle", car.vehicle_path, "vehicle.yaml")->required();
+  add_car_settings(app, car);
   app.add_flag("--stop-off-road", car.stop_off_road,
                "A wheel over a hole or beside the road ends the run; without: it goes on over the "
                "nearest valid height");
@@ -207,6 +211,18 @@ int main(int argc, char** argv) {
   poles_app->add_option("--steps-s", poles.steps_s, "Steps to judge, s")
       ->check(CLI::Range(1e-5, 0.01));
   poles_app->callback([&] { run = [&] { return crgdrive::poles(poles, terminal); }; });
+
+  crgdrive::FmuCommand fmu;
+  CLI::App* const fmu_app = app.add_subcommand(
+      "fmu", "The car and a road as a Functional Mock-up Unit that other simulators drive");
+  add_input(*fmu_app, "vehicle", fmu.car.vehicle_path, "vehicle.yaml")->required();
+  add_input(*fmu_app, "--track", fmu.track_path, "CRG file of the road; without: a level plane");
+  add_input(*fmu_app, "--friction", fmu.friction_path,
+            "CRG file of the same shape whose heights are grip factors");
+  add_car_settings(*fmu_app, fmu.car);
+  add_choice(*fmu_app, "--fmi", fmu.version, "Version of the standard", {"2", "3"});
+  add_output_file(*fmu_app, fmu.out_path, "The unit to write, .fmu")->required();
+  fmu_app->callback([&] { run = [&] { return crgdrive::fmu(fmu, terminal); }; });
 
   return command::run(app, terminal, argc, argv, [&] { return run(); });
 }

@@ -1,0 +1,85 @@
+// A running car behind the standard's functions, which FMI 2.0 and 3.0 share.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fmu/loaded_files.h"
+#include "fmu/saved_state.h"
+#include "fmu/unit_file.h"
+#include "vehicle/step.h"
+
+namespace fmu {
+
+/// One car. Nothing is shared between instances; one instance is used by one thread at a time.
+/// Where something cannot be done base::Error says so in one line, and nothing has changed, but for
+/// step(): after a failed one only reset() and restore() help.
+class Instance {
+ public:
+  /// Reads unit.txt and the unit's car from the folder. Throws base::Error, also where `token` is
+  /// not the unit's.
+  Instance(std::string resources, const std::string& token);
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+
+  const std::vector<Variable>& list() const { return list_; }
+  /// The variable to which a reference belongs. Throws base::Error for a reference of none.
+  const Variable& variable(std::uint32_t reference) const;
+
+  Phase phase() const { return now_.phase; }
+  void enter_initialisation(double begin_s);
+  void leave_initialisation();
+  void terminate();
+  void reset();
+
+  /// Outputs are those of the time reached; before the first step those of the begin.
+  double number(std::uint32_t reference, Type type);
+  const std::string& text(std::uint32_t reference);
+  /// Throws base::Error for what is no number, beyond a parameter's bounds, or must not be set now.
+  /// An input beyond its bounds is taken at the bound: the remark that comes back says so.
+  std::string set_number(std::uint32_t reference, Type type, double value);
+  void set_text(std::uint32_t reference, std::string value);
+
+  /// From `time_s`, which must be the time reached, on by `step_s`, a whole number of solver steps.
+  void step(double time_s, double step_s);
+  double time_s() const;
+
+  SavedState save() const;
+  void restore(const SavedState& state);
+  const std::string& token() const { return unit_.token; }
+
+ private:
+  void start_again();
+  void prepare();
+  void begin_run();
+  void use_files(std::shared_ptr<const LoadedFiles> files);
+  void build_car();
+  void place_car();
+  vehicle::Controls<double> controls() const;
+  void look_at_opponents(vehicle::Controls<double>& controls) const;
+  void show_outputs(const vehicle::Detail<double>& detail,
+                    const vehicle::Controls<double>& controls);
+  double input(Input which, std::size_t i = 0) const;
+  double start(Start which) const;
+  void want_settable(const Variable& variable) const;
+
+  std::string resources_;
+  std::vector<Variable> list_;
+  std::vector<std::size_t> variable_of_;   ///< by value reference
+  std::vector<Type> type_of_;              ///< the same
+  std::array<std::uint32_t, 8> first_{};   ///< reference of the first value of each source
+  std::array<std::uint32_t, 11> input_{};  ///< reference of the first value of each input
+  UnitFile unit_;
+  SavedState now_;
+  std::shared_ptr<const LoadedFiles> files_;
+  vehicle::Car<double> car_{};
+  vehicle::StepOptions options_;
+  std::optional<vehicle::RoadTracker> tracker_;
+  std::vector<double> telemetry_;
+  bool changed_ = true;  ///< something was set since the car was made of the parameters
+};
+
+}  // namespace fmu

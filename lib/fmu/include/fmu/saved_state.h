@@ -1,0 +1,38 @@
+// All that changes in an instance while it runs, and its bytes.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fmu/variables.h"
+#include "vehicle/start.h"
+
+namespace fmu {
+
+enum class Phase { kInstantiated, kInitialising, kStepping, kTerminated, kFailed };
+
+/// A plain value: a copy is a restart point.
+struct SavedState {
+  Phase phase = Phase::kInstantiated;
+  bool started = false;  ///< the simulation holds a car
+  double begin_s = 0.0;  ///< time of step 0
+  std::array<std::string, kTextCount> texts;
+  std::vector<double> numbers;  ///< by value reference; integers and booleans too
+  std::vector<char> given;      ///< by value reference: set to something else than its start
+  vehicle::Simulation<double> simulation{};  ///< cursors are left out: they change no answer
+  vehicle::RoadTracker::Place place;
+};
+
+/// The same state gives the same bytes, on every machine; nothing in them depends on where anything
+/// lies in memory. `token` says which unit they belong to.
+std::string to_bytes(const SavedState& state, std::string_view token);
+
+/// Throws base::Error where the bytes are no such state, of another version or unit, have a length
+/// other than they say, or hold what no car can have (a gear, a count of steps, a number that is
+/// none).
+SavedState from_bytes(std::string_view bytes, std::string_view token,
+                      const std::vector<Variable>& list);
+
+}  // namespace fmu
