@@ -60,11 +60,13 @@ class DrivenCar {
   const vehicle::Detail<double>& detail() const { return detail_; }
 
   void step(const vehicle::Controls<double>& asked) {
-    ASSERT_TRUE(vehicle::step(car_, sim_, asked, road_, vehicle::StepOptions{}, detail_).ok());
+    ASSERT_TRUE(step_alone(asked));
     show(asked);
   }
-
- private:
+  /// Without telemetry.
+  bool step_alone(const vehicle::Controls<double>& asked) {
+    return vehicle::step(car_, sim_, asked, road_, vehicle::StepOptions{}, detail_).ok();
+  }
   void show(const vehicle::Controls<double>& asked) {
     const vehicle::State<double>& s = sim_.state;
     const crg::UV at = tracker_.at(s[vehicle::kX], s[vehicle::kY]);
@@ -72,6 +74,7 @@ class DrivenCar {
                             at.u_m, at.v_m, row_);
   }
 
+ private:
   vehicle::Vehicle vehicle_;
   vehicle::Car<double> car_;
   crg::Surface surface_;

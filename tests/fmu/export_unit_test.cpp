@@ -13,11 +13,12 @@ namespace {
 
 using fmu_tests::Unit;
 using support::run_tool, support::ToolRun;
+using Words = std::vector<std::string>;
 using ::testing::HasSubstr;
 
 TEST(ExportUnit, IsTheSameEachTimeAndKnowsItsContents) {
   const Unit one, other;
-  EXPECT_EQ(one.exported().bytes, other.exported().bytes);
+  EXPECT_TRUE(one.exported().bytes == other.exported().bytes);
   const Unit plane(fmu::Version::kFmi2, false), third(fmu::Version::kFmi3);
   EXPECT_NE(one.token(), plane.token());
   EXPECT_NE(one.token(), third.token());
@@ -123,6 +124,38 @@ TEST(ExportUnit, RunsInFmusim) {
     EXPECT_NEAR(vx_mps, own.row()[9], 1e-12);
   }
   EXPECT_EQ(last[0], last[1]);
+}
+
+// Half the run, its state in a file, the other half by another process from that file.
+TEST(ExportUnit, FmusimGoesOnFromASavedState) {
+  const std::string fmusim = places::data() + "/../tools/fmusim";
+  if (!std::filesystem::exists(fmusim)) GTEST_SKIP() << "no " << fmusim;
+  for (const fmu::Version version : {fmu::Version::kFmi2, fmu::Version::kFmi3}) {
+    const Unit unit(version);
+    const auto path = [&](const char* name) { return unit.folder().path(name); };
+    const auto simulate = [&](const char* begin_s, const char* end_s, Words more) {
+      Words words{"--start-time",      begin_s, "--stop-time",   end_s,
+                  "--output-interval", "0.25",  "--output-file", path("result.csv")};
+      words.insert(words.end(), more.begin(), more.end());
+      words.push_back(path("car.fmu"));
+      const ToolRun run = run_tool(fmusim, words);
+      EXPECT_EQ(run.code, 0) << run.out << run.err;
+    };
+    const Words drive{"--start-value", "start.speed",    "10",
+                      "--start-value", "input.steering", "0.05",
+                      "--start-value", "input.throttle", "0.1"};
+    const auto with = [](Words words, const Words& more) {
+      words.insert(words.end(), more.begin(), more.end());
+      return words;
+    };
+    simulate("0", "4", with(drive, {"--final-fmu-state-file", path("whole")}));
+    simulate("0", "2", with(drive, {"--final-fmu-state-file", path("half")}));
+    simulate("2", "4",
+             {"--initial-fmu-state-file", path("half"), "--final-fmu-state-file", path("other")});
+    EXPECT_TRUE(unit.folder().read("other") == unit.folder().read("whole"));
+    EXPECT_FALSE(unit.folder().read("half") == unit.folder().read("whole"));
+    EXPECT_GT(unit.folder().read("whole").size(), 10000u);
+  }
 }
 
 }  // namespace

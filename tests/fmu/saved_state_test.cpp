@@ -110,7 +110,10 @@ TEST(SavedState, RefusesWhatIsNone) {
   EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a count of steps"));
   wrong = some_state();
   wrong.simulation.state[vehicle::kVx] = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("no number"));
+  EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a state that no car has"));
+  wrong = some_state();
+  wrong.place.x_m = 1e300;
+  EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a place"));
   wrong = some_state();
   for (const fmu::Variable& v : fmu::variables())
     if (v.name == "parameter.chassis.mass_kg")

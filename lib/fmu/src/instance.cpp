@@ -375,7 +375,7 @@ void Instance::restore(const SavedState& state) {
   changed_ = true;
   try {
     if (now_.started) build_car();
-  } catch (const base::Error&) {
+  } catch (...) {
     now_ = before;
     files_ = files_before;
     throw;

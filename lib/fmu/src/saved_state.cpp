@@ -71,7 +71,7 @@ void small(Archive& archive, Int& value) {
   std::int64_t whole = value;
   archive.whole(whole);
   if constexpr (!std::is_const_v<Int>) {
-    if (whole < -1000000 || whole > 1000000) Reader::refuse("a whole number that none can be");
+    if (!std::in_range<Int>(whole)) Reader::refuse("a whole number that none can be");
     value = static_cast<Int>(whole);
   }
 }
@@ -127,12 +127,17 @@ void require_sane(const SavedState& state, const std::vector<Variable>& list) {
   const auto want = [](bool holds, std::string_view what) {
     if (!holds) Reader::refuse(what);
   };
+  constexpr double kLargest = 1e9;  // in any unit
   const auto& d = state.simulation.discrete;
   want(d.gear >= -1 && d.gear <= 6 && d.gear_wanted >= -1 && d.gear_wanted <= 6, "a gear");
   want(d.step >= 0 && d.step < std::int64_t{1} << 52, "a count of steps");
   want(std::isfinite(d.shift_left_s) && std::isfinite(state.begin_s), "a time");
+  for (const signed char given : state.given) want(given == 0 || given == 1, "a mark that is neither");
   for (const double value : state.simulation.state.value)
-    want(!state.started || std::isfinite(value), "a state that is no number");
+    want(!state.started || std::abs(value) <= kLargest, "a state that no car has");
+  for (const double value : {state.place.v_m, state.place.x_m, state.place.y_m})
+    want(std::abs(value) <= kLargest, "a place");
+  want(std::isnan(state.place.u_m) || std::abs(state.place.u_m) <= kLargest, "a place");
   for (const Variable& v : list)
     for (std::size_t i = 0; i < v.size && v.source != Source::kText; ++i) {
       const double value = state.numbers[v.reference + i];
@@ -169,7 +174,9 @@ SavedState from_bytes(std::string_view bytes, std::string_view token,
   const std::uint64_t phase = in.word();
   if (phase > static_cast<std::uint64_t>(Phase::kFailed)) Reader::refuse("a phase");
   state.phase = static_cast<Phase>(phase);
-  state.started = in.word() != 0;
+  const std::uint64_t started = in.word();
+  if (started > 1) Reader::refuse("a mark that is neither");
+  state.started = started == 1;
   if (!state.started && state.phase >= Phase::kStepping) Reader::refuse("it steps without a car");
   const std::uint32_t numbers = count_values(list) - static_cast<std::uint32_t>(kTextCount);
   state.numbers.resize(numbers);

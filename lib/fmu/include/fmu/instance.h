@@ -15,8 +15,8 @@
 namespace fmu {
 
 /// One car. Nothing is shared between instances; one instance is used by one thread at a time.
-/// Where something cannot be done base::Error says so in one line, and nothing has changed, but for
-/// step(): after a failed one only reset() and restore() help.
+/// Where something cannot be done base::Error (of a road's file crg::Error) says so in one line,
+/// and nothing has changed, but for step(): after a failed one only reset() and restore() help.
 class Instance {
  public:
   /// Reads unit.txt and the unit's car from the folder. Throws base::Error, also where `token` is

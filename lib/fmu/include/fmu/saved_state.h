@@ -20,7 +20,7 @@ struct SavedState {
   double begin_s = 0.0;  ///< time of step 0
   std::array<std::string, kTextCount> texts;
   std::vector<double> numbers;  ///< by value reference; integers and booleans too
-  std::vector<char> given;      ///< by value reference: set to something else than its start
+  std::vector<signed char> given;      ///< by value reference: set to something else than its start
   vehicle::Simulation<double> simulation{};  ///< cursors are left out: they change no answer
   vehicle::RoadTracker::Place place;
 };
@@ -30,8 +30,8 @@ struct SavedState {
 std::string to_bytes(const SavedState& state, std::string_view token);
 
 /// Throws base::Error where the bytes are no such state, of another version or unit, have a length
-/// other than they say, or hold what no car can have (a gear, a count of steps, a number that is
-/// none).
+/// other than they say, or hold what no car can have (a gear, a count of steps, a number beyond
+/// 1e9 or that is none).
 SavedState from_bytes(std::string_view bytes, std::string_view token,
                       const std::vector<Variable>& list);
 
