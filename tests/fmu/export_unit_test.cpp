@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <pugixml.hpp>
+
 #include "base/read_file.h"
 #include "driven_car.h"
 #include "fmu/instance.h"
@@ -71,6 +73,28 @@ TEST(ExportUnit, ByTheToolRunsWithSetupAndSettingsInIt) {
   EXPECT_THAT(files.at("resources/unit.txt"), HasSubstr("contact = four-point\n"));
   EXPECT_THAT(files.at("resources/unit.txt"), HasSubstr("solver.step = 0.0005\n"));
   EXPECT_THAT(files.at("modelDescription.xml"), HasSubstr("<Real unit=\"N/m\" min="));
+  // The starts that are described are those that the unit has.
+  for (const auto& [name, bytes] : files) {
+    std::filesystem::create_directories(
+        std::filesystem::path(folder.path("unit/" + name)).parent_path());
+    folder.file("unit/" + name, bytes);
+  }
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(files.at("modelDescription.xml").c_str()));
+  const pugi::xml_node root = document.child("fmiModelDescription");
+  fmu::Instance unit(folder.path("unit/resources"), root.attribute("guid").value());
+  std::size_t compared = 0;
+  for (const pugi::xml_node v : root.child("ModelVariables")) {
+    const pugi::xml_node real = v.child("Real");
+    if (!real.attribute("start")) continue;
+    EXPECT_EQ(unit.number(v.attribute("valueReference").as_uint(), fmu::Type::kReal),
+              real.attribute("start").as_double())
+        << v.attribute("name").value();
+    ++compared;
+  }
+  EXPECT_GT(compared, 200u);
+  EXPECT_EQ(unit.number(fmu_tests::reference_of("parameter.rear.spring_npm"), fmu::Type::kReal),
+            111111);
   const ToolRun missing = run_tool(places::crgdrive(), {"fmu", "none.yaml", "-o", out});
   EXPECT_EQ(missing.code, 1);
   const ToolRun alone =

@@ -38,7 +38,7 @@ foreach(tool crgbuild lidar2mesh crgdrive crgexplain)
   list(APPEND tools "-rwxr-xr-x root/root .* ./usr/bin/${tool}\n" "./usr/share/man/man1/${tool}.1.gz\n"
     "./usr/share/bash-completion/completions/${tool}\n")
 endforeach()
-expect(kerbstone ${every} ${tools} "Section: science" "Depends: .*libassimp" "./usr/share/doc/kerbstone/docs/crgbuild.md\n")
+expect(kerbstone ${every} ${tools} "Section: science" "Depends: .*libassimp" "./usr/lib/.*kerbstone/kerbstone_car.so\n" "./usr/share/doc/kerbstone/docs/crgbuild.md\n")
 expect(libcrg-dev ${every} "Section: libdevel" "libstdc\\+\\+-dev" "./usr/lib/.*libcrg.a\n" "./usr/include/crg.h\n"
   "./usr/include/crg/surface.h\n" "/crgConfig.cmake\n" "/pkgconfig/crg.pc\n" "/examples/c/example.c\n")
 file(REMOVE_RECURSE ${WORK})
