@@ -11,6 +11,9 @@
 namespace fmu {
 namespace {
 
+/// Roads are most of what is packed: 57 MB take 0.7 s so, 47 s at level 9, and get no smaller.
+constexpr int kLevel = Z_BEST_SPEED;
+
 /// What minizip takes for a file.
 struct Memory {
   std::string bytes;
@@ -68,7 +71,7 @@ std::string make_archive(const std::vector<ArchiveFile>& files) {
       if (file.bytes.size() > std::numeric_limits<std::uint32_t>::max())
         throw base::Error(file.name + ": larger than 4 GB; a unit cannot hold it");
       require(zipOpenNewFileInZip(zip, file.name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr,
-                                  Z_DEFLATED, Z_BEST_COMPRESSION),
+                                  Z_DEFLATED, kLevel),
               file.name);
       require(zipWriteInFileInZip(zip, file.bytes.data(), static_cast<unsigned>(file.bytes.size())),
               file.name);
