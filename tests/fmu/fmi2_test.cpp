@@ -266,6 +266,26 @@ TEST(Fmi2, AnotherRoadSetupOrCarIsTakenWithoutExportingAgain) {
   EXPECT_EQ(car.step(0.0), kOk);
 }
 
+TEST(Fmi2, WhatFailedAtTheBeginIsTriedAgain) {
+  const Unit unit;
+  Fmi2 car(unit);
+  ASSERT_EQ(car.set("start.v", 50.0), kOk);
+  EXPECT_EQ(car.initialise(), kError);
+  EXPECT_THAT(car.log.back(), HasSubstr("no road at start.u = 0 m, start.v = 50 m"));
+  EXPECT_EQ(car.call("fmi2ExitInitializationMode"), kError);
+  EXPECT_EQ(car.step(0.0), kError);
+  ASSERT_EQ(car.set("start.v", 1.0), kOk);
+  EXPECT_EQ(car.call("fmi2ExitInitializationMode"), kOk);
+  EXPECT_NEAR(car.get("car.v"), 1.0, 0.02);
+  // A parameter that fits no car is refused by the step, and can be put right.
+  EXPECT_EQ(car.set("parameter.chassis.mass_kg", 10.0), kOk);
+  EXPECT_EQ(car.step(0.0), kError);
+  EXPECT_THAT(car.log.back(), HasSubstr("chassis.mass_kg"));
+  EXPECT_EQ(car.step(0.0), kError);
+  EXPECT_EQ(car.set("parameter.chassis.mass_kg", 700.0), kOk);
+  EXPECT_EQ(car.step(0.0), kOk);
+}
+
 TEST(Fmi2, ACarThatLeavesTheRoadIsAnErrorThatSaysWhere) {
   const Unit unit;
   Fmi2 car(unit);

@@ -106,7 +106,6 @@ void Instance::build_car() {
   vehicle::check_step(parameters, options);
   car_ = vehicle::make_car(files_->vehicle.files, parameters, terms, files_->vehicle.contact);
   options_ = options;
-  changed_ = false;
 }
 
 void Instance::place_car() {
@@ -151,6 +150,7 @@ void Instance::begin_run() {
     throw base::Error(vehicle::describe(result, now_.begin_s, start(Start::kU), start(Start::kV)));
   now_.started = true;
   show_outputs(detail, asked);
+  changed_ = false;  // not before: what failed is tried again
 }
 
 /// Before the first step, whatever was set shows in what is read.
@@ -343,6 +343,7 @@ void Instance::step(double time_s, double step_s) {
         "a step of {} s was asked for, wanted a multiple of solver.step = {} s up to {} s", step_s,
         own_s, kLongest_s));
   if (changed_) build_car();
+  changed_ = false;
   const vehicle::Controls<double> asked = controls();
   vehicle::Controls<double> with_wake;
   vehicle::Detail<double> detail;
@@ -380,6 +381,7 @@ void Instance::restore(const SavedState& state) {
     files_ = files_before;
     throw;
   }
+  changed_ = now_.phase <= Phase::kInitialising;
   tracker_.reset();
   if (!now_.started) return;
   if (files_->surface) {
