@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <unordered_map>
 
 #include "strip_ends.h"
@@ -225,10 +226,13 @@ void bridge_gaps(Soup& soup, const std::function<bool(std::size_t)>& of,
       soup.surface_class.push_back(soup.surface_class[like->second]);
       ++facts.bridging_triangles;
     }
+    facts.bridged_m += gap.length_m;
     const Eigen::Vector3d place = origin_m + (gap.a.middle + gap.b.middle) / 2.0;
+    const std::string length = gap.length_m < 1.0 ? fmt::format("{:.1f} mm", 1000.0 * gap.length_m)
+                                                  : fmt::format("{:.2f} m", gap.length_m);
     facts.remarks.push_back(
-        fmt::format("a gap of {:.1f} mm across the track at ({:.1f}, {:.1f}) was bridged",
-                    1000.0 * gap.length_m, place.x(), place.y()));
+        fmt::format("a gap of {} across the track at ({:.1f}, {:.1f}) was bridged", length,
+                    place.x(), place.y()));
   }
 }
 
