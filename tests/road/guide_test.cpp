@@ -480,6 +480,23 @@ TEST(ShapeAlone, DoubtsALaneOfWhatIsAllOneRoad) {
   EXPECT_NEAR(2.0 * whole.half_width_m[whole.half_width_m.size() / 2], 13.0, 0.1);
 }
 
+TEST(ShapeAlone, DoubtsARoadThatTheMeshCallsWater) {
+  road::Mesh mesh = nameless_ring(ring, {-4.0, 0.0, 4.0});
+  const auto doubts_as = [&](const std::string& material) {
+    for (road::MeshObject& object : mesh.objects) object.material = material;
+    road::CleanReport report;
+    const road::RoadMesh surface = road::clean(mesh, {}, &report);
+    EXPECT_FALSE(report.by_names);
+    return road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh), mesh,
+                              report);
+  };
+  EXPECT_TRUE(doubts_as("Material.001").empty());
+  EXPECT_TRUE(doubts_as("Freshwater").empty()) << "the beginning of a word, or none";
+  const auto doubts = doubts_as("Water_deep");
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_THAT(doubts[0], HasSubstr("is called 'Water_deep'"));
+}
+
 TEST(ShapeAlone, TakesAllOfASmallRing) {
   const road::Mesh mesh = nameless_ring(ring, {-1.0, -0.2, 1.5}, 0.3);
   const road::Centreline line = road::trace_centreline(road::clean(mesh));

@@ -12,6 +12,7 @@
 #include "clean_cache.h"
 #include "road/error.h"
 #include "road/gaps.h"
+#include "road/missing_piece.h"
 #include "road/place.h"
 #include "road/plausible.h"
 #include "road/question.h"
@@ -217,7 +218,10 @@ Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
   finish_grid(recipe, prepared, surface, stage, built);
   if (!recipe.line_is_right)
     built.doubts = stage("doubt", [&] {
-      return doubts_about(built.centreline, surface, built.mesh, summary.clean);
+      auto doubts = doubts_about(built.centreline, surface, built.mesh, summary.clean);
+      if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))
+        doubts.push_back(std::move(*ends));
+      return doubts;
     });
   stage("align", [&] { put_on_the_earth(recipe, built); });
   return built;

@@ -4,10 +4,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
 #include <unordered_set>
+
+#include "name_pattern.h"
 
 namespace road {
 namespace {
@@ -18,6 +21,7 @@ constexpr double kMissingShare = 0.05;
 constexpr double kGroundShare = 0.5;
 constexpr double kAgreement = 0.5;  // of names and shape: less is no confirmation
 constexpr double kElsewhereShare = 0.2;
+constexpr double kNoRoadShare = 0.5;  // of a road called water: a puddle on it is none
 constexpr double kMainMaterialShare = 0.6;
 
 constexpr const char* kWayOut =
@@ -81,6 +85,36 @@ void little_of_the_ground(const Mesh& mesh, const CleanReport& report,
       fmt::format("an open road was found by its shape alone on {:.0f} of {:.0f} m2 of flat "
                   "ground: that may be any strip of it",
                   found_m2, all_m2));
+}
+
+/// That most of a road found without names is called something that nobody drives on.
+void called_something_else(const Mesh& mesh, const CleanReport& report,
+                           std::vector<std::string>& doubts) {
+  const NamePattern no_road("(^|[^a-z])(water|river|lake|ocean|pond|sky|roof|ceiling)");
+  double all_m2 = 0.0, named_m2 = 0.0;
+  std::string example;
+  std::vector<std::string> name_of_object;  // empty where nothing speaks against it
+  for (const MeshObject& object : mesh.objects) {
+    name_of_object.emplace_back();
+    for (const std::string* name : {&object.name, &object.material, &object.texture}) {
+      std::string lower = *name;
+      for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      if (name_of_object.back().empty() && no_road.is_in(lower)) name_of_object.back() = *name;
+    }
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (report.class_of_triangle[t] != SurfaceClass::road) continue;
+    const double area_m2 = flat_area_m2(mesh, t);
+    all_m2 += area_m2;
+    const std::string& name = name_of_object[mesh.object_of_triangle[t]];
+    if (name.empty()) continue;
+    named_m2 += area_m2;
+    if (example.empty()) example = name;
+  }
+  if (named_m2 > kNoRoadShare * all_m2)
+    doubts.push_back(
+        fmt::format("{:.0f} % of what its shape calls road is called '{}' in the mesh or alike",
+                    100.0 * named_m2 / all_m2, example));
 }
 
 }  // namespace
@@ -162,6 +196,7 @@ std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& 
         fmt::format("names and shape agree about only {:.0f} % of what either calls road, and the "
                     "road found by names is open: it may be a part of it",
                     100.0 * *report.road_agreement));
+  if (!report.by_names) called_something_else(mesh, report, doubts);
   if (!line.closed && !report.by_names) little_of_the_ground(mesh, report, doubts);
   if (auto elsewhere = same_material_elsewhere(line, mesh, report))
     doubts.push_back(std::move(*elsewhere));

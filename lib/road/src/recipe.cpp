@@ -245,7 +245,7 @@ std::vector<RecipeKey> make_keys() {
   keys.push_back(number("clean", "snap_tolerance_m", 0.0, 0.5,
                         "border vertices this near each other become one",
                         [](Recipe& r) -> double& { return r.clean.snap_tolerance_m; }));
-  keys.push_back(number("clean", "bridge_gap_m", 0.0, 5.0,
+  keys.push_back(number("clean", "bridge_gap_m", 0.0, 100.0,
                         "gaps across the whole road up to this long are closed by new triangles",
                         [](Recipe& r) -> double& { return r.clean.max_gap_m; }));
   keys.push_back(

@@ -391,7 +391,7 @@ std::string summary_json(const BuildSummary& summary) {
   out["align"] = summary.placement ? json_of(*summary.placement) : Json(nullptr);
   out["grid"] = json_of(summary.grid);
   out["wgs84"] = json_of(summary.wgs84);
-  out["validation"] = json_of(summary.validate, summary.recipe.limits);
+  out["validation"] = json_of(summary.validate, limits_of(summary));
   return finished(out, summary);
 }
 
@@ -471,6 +471,13 @@ std::string edges_summary_json(const EdgesSummary& summary) {
                            {"start_offset_m", edges.start_offset_m}};
   out["grid"] = json_of(summary.grid);
   return finished(out, summary);
+}
+
+ValidateLimits limits_of(const BuildSummary& summary) {
+  ValidateLimits limits = summary.recipe.limits;
+  if (summary.centreline.length_m > 0.0)
+    limits.max_share_without_mesh += summary.clean.bridged_m / summary.centreline.length_m;
+  return limits;
 }
 
 std::vector<std::string> validation_failures(const ValidateReport& report,

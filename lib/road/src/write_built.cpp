@@ -104,7 +104,7 @@ BuildResult write(Built& built, base::OutputSet& outputs, const base::Progress& 
     }
   });
   stage("validate", [&] { summary.validate = validate_written(built, outputs); });
-  result.validation_failures = validation_failures(summary.validate, recipe.limits);
+  result.validation_failures = validation_failures(summary.validate, limits_of(summary));
   if (!patches_index.empty()) result.patches_path = outputs.path(patches_index);
   for (const auto& [role, name] : {std::pair<const char*, std::string>{"road", road_name(recipe)},
                                    {"surface", surface_name(recipe)},

@@ -15,8 +15,8 @@ namespace road {
 /// nothing does.
 ///
 /// Looked at: surface missing along the line, more than 5 % of it; and where no name told what is
-/// road, an open road that is less than half of the flat ground, and more of the material of the
-/// road elsewhere than a fifth of what was found. Along a guide or a route: what cleaning doubted
+/// road: names of what nobody drives on (water, a roof), an open road that is less than half of the
+/// flat ground, and more of the material of the road elsewhere than a fifth of what was found. Along a guide or a route: what cleaning doubted
 /// there. `surface` holds the triangles of `road`, `mesh` everything that was read, `report` what
 /// cleaning said.
 std::vector<std::string> doubts_about(const Centreline& line, const RaySurface& surface,

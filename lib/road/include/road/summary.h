@@ -138,6 +138,10 @@ struct EdgesSummary {
 };
 std::string edges_summary_json(const EdgesSummary& summary);
 
+/// The recipe's, and room for the gaps that were bridged as it asks: there the file has heights and
+/// the mesh has none.
+ValidateLimits limits_of(const BuildSummary& summary);
+
 /// Why the road must not be used, one sentence each; empty when validation passed.
 std::vector<std::string> validation_failures(const ValidateReport& report,
                                              const ValidateLimits& limits = {});

@@ -1,0 +1,108 @@
+#include "clean_classes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "classify_by_shape.h"
+#include "clean_soup.h"
+#include "name_table.h"
+
+namespace road {
+namespace {
+
+// A steep face that rises this much from an edge is a wall, one that falls this much an edge of a
+// bridge; kerbs are lower.
+constexpr double kWallHeight_m = 0.25;
+constexpr double kDropHeight_m = 0.5;
+// Where geometry finds no road it looks again at a model this many times as large.
+constexpr double kModelScale = 10.0;
+
+}  // namespace
+
+std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
+                                           const std::vector<bool>& flat, CleanOptions options) {
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (!empty[i]) all.push_back(i);
+  }
+  // Only to see what belongs together: welded coarsely, and surfaces may meet with a step as high
+  // as a kerb. The mesh itself stays as it is.
+  options.weld_tolerance_m = std::max(options.weld_tolerance_m, 0.01);
+  CleanReport ignored;
+  std::vector<SurfaceClass> classes(mesh.triangles.size(), SurfaceClass::scenery);
+  const Soup soup = make_soup(mesh, all, classes, options, ignored);
+  Soup ground = soup;
+  ground.filter([&](std::size_t i) { return flat[ground.source[i]]; });
+  const std::vector<std::uint32_t> target = snap_borders(ground, kTouch_m, kWallHeight_m, ignored);
+  FlatSurface surface;
+  surface.vertices_m = std::move(ground.vertices_m);
+  surface.triangles = std::move(ground.triangles);
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    if (flat[soup.source[i]]) continue;
+    const Triangle& t = soup.triangles[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t a = t[c], b = t[(c + 1) % 3];
+      const double edge_m = std::max(soup.vertices_m[a].z(), soup.vertices_m[b].z());
+      const double apex_m = soup.vertices_m[t[(c + 2) % 3]].z();
+      if (apex_m - edge_m < kWallHeight_m && edge_m - apex_m < kDropHeight_m) continue;
+      const auto [low, high] = std::minmax(target[a], target[b]);
+      surface.walls.push_back(static_cast<std::uint64_t>(low) << 32 | high);
+    }
+  }
+  std::sort(surface.walls.begin(), surface.walls.end());
+  ShapeClasses found = classify_by_shape(surface);
+  if (found.road_length_m == 0.0) {  // perhaps a model
+    for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
+    found = classify_by_shape(surface);
+  }
+  for (std::size_t i = 0; i < ground.source.size(); ++i)
+    classes[ground.source[i]] = found.class_of_triangle[i];
+  return classes;
+}
+
+double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
+                 const std::vector<SurfaceClass>& b, const std::vector<bool>& flat) {
+  double both_m2 = 0.0, either_m2 = 0.0;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const bool in_a = a[i] == SurfaceClass::road, in_b = b[i] == SurfaceClass::road;
+    if (!flat[i] || (!in_a && !in_b)) continue;
+    const double area_m2 =
+        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2)).norm();
+    either_m2 += area_m2;
+    if (in_a && in_b) both_m2 += area_m2;
+  }
+  return either_m2 > 0.0 ? both_m2 / either_m2 : 0.0;
+}
+
+Triangles look_at(const Mesh& mesh, const CleanOptions& options) {
+  NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
+  std::vector<SurfaceClass> class_of_object;
+  class_of_object.reserve(mesh.objects.size());
+  for (const MeshObject& object : mesh.objects) {
+    class_of_object.push_back(table.class_of(object).value_or(SurfaceClass::scenery));
+  }
+  const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
+  Triangles triangles;
+  triangles.by_names.resize(mesh.triangles.size());
+  triangles.flat.resize(mesh.triangles.size());
+  triangles.empty.resize(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    triangles.by_names[i] = class_of_object[mesh.object_of_triangle[i]];
+    const Eigen::Vector3d area =
+        area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2));
+    triangles.empty[i] = area.norm() < kZeroArea_m2;
+    triangles.flat[i] = !triangles.empty[i] && std::abs(area.z()) >= min_cosine * area.norm();
+  }
+  triangles.has_named_road = std::find(class_of_object.begin(), class_of_object.end(),
+                                       SurfaceClass::road) != class_of_object.end();
+  return triangles;
+}
+
+bool is_all_road(const Mesh& mesh, const Triangles& triangles) {
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    if (triangles.flat[i] && triangles.by_names[i] != SurfaceClass::road) return false;
+  return true;
+}
+
+}  // namespace road

@@ -1,0 +1,31 @@
+// What names and geometry say of every triangle before anything is kept. Private to cleaning.
+#pragma once
+
+#include <vector>
+
+#include "road/clean.h"
+
+namespace road {
+
+/// What is known of every triangle before anything is kept.
+struct Triangles {
+  std::vector<bool> empty, flat;
+  std::vector<SurfaceClass> by_names;
+  bool has_named_road = false;
+};
+
+Triangles look_at(const Mesh& mesh, const CleanOptions& options);
+
+/// Whether nothing that is flat is called anything else than road: then names cannot mislead.
+bool is_all_road(const Mesh& mesh, const Triangles& triangles);
+
+/// Class of each triangle of the mesh from its geometry alone: road, runoff or scenery (all steep
+/// ones).
+std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
+                                           const std::vector<bool>& flat, CleanOptions options);
+
+/// Area that both call road over the area that either does; flat triangles only.
+double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
+                 const std::vector<SurfaceClass>& b, const std::vector<bool>& flat);
+
+}  // namespace road

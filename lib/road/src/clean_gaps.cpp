@@ -1,0 +1,239 @@
+#include "clean_gaps.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <unordered_map>
+
+#include "strip_ends.h"
+
+namespace road {
+namespace {
+
+// A gap of the named road is looked for between two ends that face each other within this.
+constexpr double kLongestGap_m = 40.0;
+// A piece under another name fills a gap when it lies this near the surface between the two ends.
+constexpr double kGapHeight_m = 0.15;
+
+/// The quadrilateral between two ends: is a point in it, and how high is the surface there?
+class Corridor {
+ public:
+  explicit Corridor(const Gap& gap)
+      : corner_{gap.a.first, gap.a.last, gap.b.first, gap.b.last},
+        centre_((gap.a.middle + gap.b.middle) / 2.0) {
+    // Seen from inside the gap, a runs first -> last and b continues first -> last: a closed
+    // quadrilateral, clockwise since the surface is on the left of both.
+    area_m2_ = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Eigen::Vector3d &p = corner_[k], &q = corner_[(k + 1) % 4];
+      area_m2_ -= 0.5 * (p.x() * q.y() - p.y() * q.x());
+    }
+  }
+  bool contains(const Eigen::Vector3d& point, double margin_m) const {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Eigen::Vector2d edge = (corner_[(k + 1) % 4] - corner_[k]).head<2>();
+      const Eigen::Vector2d to = (point - corner_[k]).head<2>();
+      const double length = edge.norm();
+      if (length > 0.0 && (edge.x() * to.y() - edge.y() * to.x()) / length > margin_m) return false;
+    }
+    return true;
+  }
+  double height_at(const Eigen::Vector3d& point) const {
+    // Weighted by the distance to the two ends; the ends are straight.
+    const auto on_end = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& q,
+                            double& distance_m) {
+      const Eigen::Vector2d along = (q - p).head<2>();
+      const Eigen::Vector2d to = (point - p).head<2>();
+      const double s = std::clamp(along.dot(to) / along.squaredNorm(), 0.0, 1.0);
+      distance_m = (to - s * along).norm();
+      return p.z() + s * (q.z() - p.z());
+    };
+    double da = 0.0, db = 0.0;
+    const double za = on_end(corner_[0], corner_[1], da);
+    const double zb = on_end(corner_[2], corner_[3], db);
+    return da + db > 0.0 ? (za * db + zb * da) / (da + db) : za;
+  }
+  double area_m2() const { return area_m2_; }
+  const Eigen::Vector3d& centre() const { return centre_; }
+
+ private:
+  std::array<Eigen::Vector3d, 4> corner_;
+  Eigen::Vector3d centre_;
+  double area_m2_ = 0.0;
+};
+
+/// How much of the straight line from p to q lies on the triangles of one object, within `reach_m`
+/// in height; their flat triangles between the two ends are added to `carrying`.
+double carried(const Mesh& mesh, const std::vector<bool>& flat, std::uint32_t object,
+               const Eigen::Vector3d& p, const Eigen::Vector3d& q, double half_width_m,
+               std::vector<std::uint32_t>& carrying) {
+  const double length_m = (q - p).head<2>().norm(), reach_m = std::max(1.0, 0.1 * length_m);
+  const Eigen::Vector2d along = (q - p).head<2>() / length_m;
+  constexpr int kPlaces = 40;
+  std::array<bool, kPlaces> on{};
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (mesh.object_of_triangle[i] != object || !flat[i]) continue;
+    bool near = true;
+    for (int c = 0; c < 3 && near; ++c) {
+      const Eigen::Vector2d to = (mesh.vertex(i, c) - p).head<2>();
+      const double s_m = to.dot(along), aside_m = std::abs(to.x() * along.y() - to.y() * along.x());
+      const double z_m = p.z() + std::clamp(s_m / length_m, 0.0, 1.0) * (q.z() - p.z());
+      near = s_m > -2.0 * half_width_m && s_m < length_m + 2.0 * half_width_m &&
+             aside_m < 2.0 * half_width_m && std::abs(mesh.vertex(i, c).z() - z_m) < reach_m;
+    }
+    if (!near) continue;
+    carrying.push_back(i);
+    const Eigen::Vector3d &a = mesh.vertex(i, 0), &b = mesh.vertex(i, 1), &c = mesh.vertex(i, 2);
+    for (std::size_t k = 0; k < kPlaces; ++k) {
+      const Eigen::Vector2d at =
+          p.head<2>() + length_m * (static_cast<double>(k) + 0.5) / kPlaces * along;
+      const auto side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+        return (to - from).x() * (at.y() - from.y()) - (to - from).y() * (at.x() - from.x());
+      };
+      const double ab = side(a, b), bc = side(b, c), ca = side(c, a);
+      on[k] = on[k] || (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
+    }
+  }
+  return static_cast<double>(std::count(on.begin(), on.end(), true)) / kPlaces;
+}
+
+}  // namespace
+
+bool fill_gaps_from_other_names(const Mesh& mesh, const Soup& soup,
+                                const std::vector<bool>& may_fill,
+                                std::vector<SurfaceClass>& class_of_triangle, CleanReport& facts) {
+  const std::vector<Gap> gaps =
+      facing_ends(open_ends(road_triangles(soup), soup.vertices_m, 60.0), kLongestGap_m);
+  bool any = false;
+  for (const Gap& gap : gaps) {
+    if (gap.length_m < 0.02) continue;
+    const Corridor corridor(gap);
+    std::vector<std::uint32_t> filling;
+    double filled_m2 = 0.0;
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      if (!may_fill[i] || class_of_triangle[i] == SurfaceClass::road) continue;
+      const Eigen::Vector3d centroid =
+          (mesh.vertex(i, 0) + mesh.vertex(i, 1) + mesh.vertex(i, 2)) / 3.0;
+      if ((centroid - corridor.centre()).head<2>().norm() > kLongestGap_m) continue;
+      bool inside = corridor.contains(centroid, 0.0);
+      for (int c = 0; c < 3 && inside; ++c) {
+        inside =
+            corridor.contains(mesh.vertex(i, c), 0.5) &&
+            std::abs(mesh.vertex(i, c).z() - corridor.height_at(mesh.vertex(i, c))) < kGapHeight_m;
+      }
+      if (!inside) continue;
+      filling.push_back(i);
+      filled_m2 +=
+          std::abs(area_vector(mesh.vertex(i, 0), mesh.vertex(i, 1), mesh.vertex(i, 2)).z());
+    }
+    if (filling.empty() || filled_m2 < 0.5 * corridor.area_m2()) continue;
+    for (const std::uint32_t i : filling) class_of_triangle[i] = SurfaceClass::road;
+    any = true;
+    const Eigen::Vector3d place = mesh.origin_m + corridor.centre();
+    facts.remarks.push_back(fmt::format(
+        "a gap of {:.2f} m in the road at ({:.1f}, {:.1f}) is filled by object '{}', taken as road",
+        gap.length_m, place.x(), place.y(),
+        mesh.objects[mesh.object_of_triangle[filling.front()]].name));
+  }
+  return any;
+}
+
+std::vector<Bridge> fill_gaps_between_ends(const Mesh& mesh, const RoadGraph& graph,
+                                           const std::vector<bool>& flat,
+                                           std::vector<SurfaceClass>& class_of_triangle,
+                                           CleanReport& facts) {
+  std::vector<Bridge> bridges;
+  for (const RoadBranch& gap : graph.branches) {
+    // Shorter ones are crossed where the line is traced; what carries it there may be anything.
+    if (!gap.is_gap || gap.gap_m < 3.0 * gap.half_width_m.front()) continue;
+    const Eigen::Vector3d &p = gap.points_m.front(), &q = gap.points_m.back();
+    const double half_m = std::max(gap.half_width_m.front(), gap.half_width_m.back());
+    std::vector<std::uint32_t> best;
+    double best_share = 0.0;
+    for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
+      std::vector<std::uint32_t> carrying;
+      const double share = carried(mesh, flat, object, p, q, half_m, carrying);
+      if (share > best_share) best_share = share, best = std::move(carrying);
+    }
+    if (best_share < 0.9 * gap.gap_m / gap.length_m) continue;
+    for (const std::uint32_t i : best) class_of_triangle[i] = SurfaceClass::road;
+    const Eigen::Vector3d place = mesh.origin_m + 0.5 * (p + q);
+    const MeshObject& object = mesh.objects[mesh.object_of_triangle[best.front()]];
+    bridges.push_back({p, q, std::move(best)});
+    facts.remarks.push_back(
+        fmt::format("a gap of {:.0f} m in the road at ({:.1f}, {:.1f}) is bridged by object "
+                    "'{}'{}, taken as road",
+                    gap.gap_m, place.x(), place.y(), object.name,
+                    object.texture.empty() ? "" : fmt::format(" (texture '{}')", object.texture)));
+  }
+  return bridges;
+}
+
+void bridge_gaps(Soup& soup, const std::function<bool(std::size_t)>& of,
+                 const Eigen::Vector3d& origin_m, const CleanOptions& options, CleanReport& facts) {
+  std::vector<Triangle> strip;
+  std::vector<std::uint32_t> index;
+  for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
+    if (!of(i)) continue;
+    strip.push_back(soup.triangles[i]);
+    index.push_back(i);
+  }
+  const std::vector<Gap> gaps =
+      facing_ends(open_ends(strip, soup.vertices_m, 250.0), options.max_gap_m);
+  if (gaps.empty()) return;
+  std::unordered_map<std::uint64_t, std::uint32_t> triangle_of_edge;
+  for (const EdgeUse& use : edge_uses(strip)) triangle_of_edge.try_emplace(use.key, index[use.t]);
+  for (const Gap& gap : gaps) {
+    // Ends at one place in plan are the foot and the top of a step, not a gap.
+    if (gap.length_m < options.weld_tolerance_m) continue;
+    // Only a gap of the road itself: run-off may well end in front of other run-off.
+    bool of_road = false;
+    for (std::size_t k = 0; k + 1 < gap.a.vertices.size(); ++k) {
+      const std::uint64_t p = gap.a.vertices[k];
+      const std::uint64_t q = gap.a.vertices[k + 1];
+      const auto like = triangle_of_edge.find(std::min(p, q) << 32 | std::max(p, q));
+      of_road = of_road || (like != triangle_of_edge.end() &&
+                            soup.surface_class[like->second] == SurfaceClass::road);
+    }
+    if (!of_road) continue;
+    // Walk both ends from the same side; step on the one whose next vertex lies less far across.
+    const std::vector<std::uint32_t>& a = gap.a.vertices;
+    const std::vector<std::uint32_t> b(gap.b.vertices.rbegin(), gap.b.vertices.rend());
+    const Eigen::Vector2d across = (gap.a.last - gap.a.first).head<2>().normalized();
+    const auto offset = [&](std::uint32_t vertex) {
+      return across.dot((soup.vertices_m[vertex] - gap.a.first).head<2>());
+    };
+    std::size_t i = 0, j = 0;
+    while (i + 1 < a.size() || j + 1 < b.size()) {
+      const bool step_a =
+          j + 1 >= b.size() || (i + 1 < a.size() && offset(a[i + 1]) <= offset(b[j + 1]));
+      // The new triangle takes class and object from the one across the edge it shares with an end.
+      const std::uint64_t p = step_a ? a[i] : b[j];
+      const std::uint64_t q = step_a ? a[i + 1] : b[j + 1];
+      const auto like = triangle_of_edge.find(std::min(p, q) << 32 | std::max(p, q));
+      Triangle t = step_a ? Triangle{a[i + 1], a[i], b[j]} : Triangle{b[j], b[j + 1], a[i]};
+      (step_a ? i : j) += 1;
+      if (like == triangle_of_edge.end() || t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      const Eigen::Vector3d area =
+          area_vector(soup.vertices_m[t[0]], soup.vertices_m[t[1]], soup.vertices_m[t[2]]);
+      if (area.z() < 0.0) std::swap(t[1], t[2]);
+      soup.triangles.push_back(t);
+      soup.source.push_back(soup.source[like->second]);
+      soup.surface_class.push_back(soup.surface_class[like->second]);
+      ++facts.bridging_triangles;
+    }
+    facts.bridged_m += gap.length_m;
+    const Eigen::Vector3d place = origin_m + (gap.a.middle + gap.b.middle) / 2.0;
+    const std::string length = gap.length_m < 1.0 ? fmt::format("{:.1f} mm", 1000.0 * gap.length_m)
+                                                  : fmt::format("{:.2f} m", gap.length_m);
+    facts.remarks.push_back(
+        fmt::format("a gap of {} across the track at ({:.1f}, {:.1f}) was bridged", length,
+                    place.x(), place.y()));
+  }
+}
+
+}  // namespace road

@@ -1,0 +1,206 @@
+#include "clean_parts.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "road/error.h"
+
+namespace road {
+namespace {
+
+// A second component with this share of the largest one's road is another circuit, not a leftover.
+constexpr double kOtherCircuitShare = 0.3;
+// Two components whose corners lie this near, as a share of their size, are one road drawn twice.
+constexpr double kSameRoadShare = 0.02;
+
+/// Components of the surface where borders that touch without shared vertices count as joined.
+std::vector<std::uint32_t> touching_components(const Soup& soup, std::size_t& by_edges) {
+  std::vector<std::uint32_t> number = components(soup.triangles);
+  by_edges = number.empty() ? 0 : 1 + *std::max_element(number.begin(), number.end());
+  if (by_edges < 2) return number;
+
+  // Border edges in a coarse grid; every border vertex looks for edges of other components nearby.
+  struct Edge {
+    std::uint32_t a, b, component;
+  };
+  std::vector<Edge> edges;
+  const std::vector<EdgeUse> uses = edge_uses(soup.triangles);
+  for (std::size_t i = 0; i < uses.size(); ++i) {
+    if ((i > 0 && uses[i - 1].key == uses[i].key) ||
+        (i + 1 < uses.size() && uses[i + 1].key == uses[i].key))
+      continue;
+    edges.push_back({static_cast<std::uint32_t>(uses[i].key >> 32),
+                     static_cast<std::uint32_t>(uses[i].key), number[uses[i].t]});
+  }
+  constexpr double kCell_m = 4.0;
+  const auto cell_of = [](double value) {
+    return static_cast<std::int64_t>(std::floor(value / kCell_m));
+  };
+  const auto key_of = [](std::int64_t x, std::int64_t y) {
+    return static_cast<std::uint64_t>(x) << 32 ^ static_cast<std::uint32_t>(y);
+  };
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells;
+  for (std::uint32_t e = 0; e < edges.size(); ++e) {
+    const Eigen::Vector3d &p = soup.vertices_m[edges[e].a], &q = soup.vertices_m[edges[e].b];
+    const int steps = 1 + static_cast<int>((q - p).head<2>().norm() / kCell_m * 2.0);
+    std::uint64_t last = 0;
+    for (int k = 0; k <= steps; ++k) {
+      const Eigen::Vector3d at = p + (q - p) * (static_cast<double>(k) / steps);
+      const std::uint64_t key = key_of(cell_of(at.x()), cell_of(at.y()));
+      if (k == 0 || key != last) cells[key].push_back(e);
+      last = key;
+    }
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> touches;
+  for (const Edge& edge : edges) {
+    const Eigen::Vector3d& v = soup.vertices_m[edge.a];
+    std::uint32_t counted = kNoIndex;
+    for (std::int64_t x = cell_of(v.x() - kTouch_m); x <= cell_of(v.x() + kTouch_m); ++x) {
+      for (std::int64_t y = cell_of(v.y() - kTouch_m); y <= cell_of(v.y() + kTouch_m); ++y) {
+        const auto cell = cells.find(key_of(x, y));
+        if (cell == cells.end()) continue;
+        for (const std::uint32_t e : cell->second) {
+          if (edges[e].component == edge.component || edges[e].component == counted) continue;
+          const Eigen::Vector3d &p = soup.vertices_m[edges[e].a], &q = soup.vertices_m[edges[e].b];
+          const double s = std::clamp((v - p).dot(q - p) / (q - p).squaredNorm(), 0.0, 1.0);
+          if ((p + s * (q - p) - v).norm() > kTouch_m) continue;
+          counted = edges[e].component;
+          ++touches[std::minmax(edge.component, edges[e].component)];
+        }
+      }
+    }
+  }
+  DisjointSets sets(by_edges);
+  for (const auto& [pair, count] : touches) {
+    if (count >= 2) sets.join(pair.first, pair.second);
+  }
+  for (std::uint32_t& n : number) n = sets.find(n);
+  return number;
+}
+
+/// What a bridge and the roads at its two ends belong to becomes one component.
+void join_by_bridges(const Soup& soup, const std::vector<Bridge>& bridges,
+                     std::vector<std::uint32_t>& component) {
+  for (const Bridge& bridge : bridges) {
+    std::array<double, 2> nearest_m{std::numeric_limits<double>::infinity(),
+                                    std::numeric_limits<double>::infinity()};
+    std::array<std::uint32_t, 2> at{kNoIndex, kNoIndex};
+    std::vector<std::uint32_t> together;
+    for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
+      if (soup.surface_class[i] != SurfaceClass::road) continue;
+      if (std::binary_search(bridge.triangles.begin(), bridge.triangles.end(), soup.source[i])) {
+        together.push_back(component[i]);
+        continue;
+      }
+      for (std::size_t end = 0; end < 2; ++end) {
+        for (const std::uint32_t vertex : soup.triangles[i]) {
+          const double d = (soup.vertices_m[vertex] - (end == 0 ? bridge.p : bridge.q)).norm();
+          if (d < nearest_m[end]) nearest_m[end] = d, at[end] = component[i];
+        }
+      }
+    }
+    for (const std::uint32_t c : at)
+      if (c != kNoIndex) together.push_back(c);
+    if (together.empty()) continue;
+    const std::uint32_t one = *std::min_element(together.begin(), together.end());
+    for (std::uint32_t& c : component)
+      if (std::find(together.begin(), together.end(), c) != together.end()) c = one;
+  }
+}
+
+}  // namespace
+
+void keep_what_touches_road(Soup& soup, CleanReport& facts) {
+  const std::vector<std::uint32_t> component = touching_components(soup, facts.components);
+  std::unordered_set<std::uint32_t> with_road;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i)
+    if (soup.surface_class[i] == SurfaceClass::road) with_road.insert(component[i]);
+  soup.filter([&](std::size_t i) {
+    if (with_road.contains(component[i])) return true;
+    ++facts.dropped["not connected"];
+    return false;
+  });
+}
+
+void keep_one_circuit(Soup& soup, const std::vector<Bridge>& bridges,
+                      const Eigen::Vector3d& origin_m, const CleanOptions& options,
+                      CleanReport& facts) {
+  std::vector<std::uint32_t> component = touching_components(soup, facts.components);
+  join_by_bridges(soup, bridges, component);
+  struct Part {
+    double road_m2 = 0.0;
+    double distance_m = std::numeric_limits<double>::infinity();
+    Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Vector3d highest = -lowest;
+    Eigen::Vector3d centre() const { return (lowest + highest) / 2.0; }
+  };
+  std::map<std::uint32_t, Part> parts;
+  for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+    if (soup.surface_class[i] != SurfaceClass::road) continue;
+    Part& part = parts[component[i]];
+    part.road_m2 += soup.area_vector_of(i).norm();
+    for (const std::uint32_t vertex : soup.triangles[i]) {
+      const Eigen::Vector3d& v = soup.vertices_m[vertex];
+      part.lowest = part.lowest.cwiseMin(v);
+      part.highest = part.highest.cwiseMax(v);
+      if (options.near_m) {
+        part.distance_m =
+            std::min(part.distance_m, ((origin_m + v).head<2>() - *options.near_m).norm());
+      }
+    }
+  }
+  if (parts.empty()) return;
+  auto chosen = parts.begin();
+  for (auto part = parts.begin(); part != parts.end(); ++part) {
+    if (part->second.road_m2 > chosen->second.road_m2) chosen = part;
+  }
+  std::vector<const Part*> circuits;
+  for (const auto& [number, part] : parts) {
+    // One road drawn twice is one road.
+    const auto is_this = [&, &part = part](const Part* other) {
+      const double apart_m =
+          (part.lowest - other->lowest).norm() + (part.highest - other->highest).norm();
+      return apart_m < kSameRoadShare * (part.highest - part.lowest).norm();
+    };
+    if (part.road_m2 >= kOtherCircuitShare * chosen->second.road_m2 &&
+        std::none_of(circuits.begin(), circuits.end(), is_this))
+      circuits.push_back(&part);
+  }
+  if (circuits.size() > 1 && !options.near_m) {
+    std::string places;
+    for (const Part* part : circuits) {
+      const Eigen::Vector3d centre = origin_m + part->centre();
+      const Eigen::Vector3d size = part->highest - part->lowest;
+      places += fmt::format("{}{:.0f} m2 around ({:.0f}, {:.0f}), {:.0f} x {:.0f} m",
+                            places.empty() ? "" : "; ", part->road_m2, centre.x(), centre.y(),
+                            size.x(), size.y());
+    }
+    throw Error(
+        fmt::format("{} separate roads of similar size: {}; wanted one, near a point (--near-m "
+                    "X,Y, near_m in a recipe)",
+                    circuits.size(), places));
+  }
+  if (options.near_m) {
+    for (auto part = parts.begin(); part != parts.end(); ++part) {
+      const bool circuit =
+          std::find(circuits.begin(), circuits.end(), &part->second) != circuits.end();
+      if (circuit && part->second.distance_m < chosen->second.distance_m) chosen = part;
+    }
+  }
+  soup.filter([&, number = chosen->first](std::size_t i) {
+    if (component[i] == number) return true;
+    ++facts.dropped["not connected"];
+    return false;
+  });
+}
+
+}  // namespace road

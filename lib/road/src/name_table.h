@@ -1,0 +1,36 @@
+// Name rules, compiled, and which naming convention a mesh follows. Private to cleaning.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "name_pattern.h"
+#include "road/clean.h"
+
+namespace road {
+
+/// Name rules, compiled. Materials and textures recur, so their answers are kept.
+class NameTable {
+ public:
+  /// Throws Error naming the rule whose pattern is none.
+  NameTable(const std::vector<NameRule>& rules, const std::string& convention);
+
+  /// Of the first rule that matches.
+  std::optional<SurfaceClass> class_of(const MeshObject& object);
+
+ private:
+  struct Rule {
+    NameRule::Field field;
+    SurfaceClass surface_class;
+    NamePattern pattern;
+    std::unordered_map<std::string, bool> answers;
+  };
+  std::vector<Rule> compiled_;
+};
+
+/// The first naming convention of the table one of whose road rules matches an object of the mesh.
+std::string convention_of(const Mesh& mesh, const std::vector<NameRule>& rules);
+
+}  // namespace road
