@@ -100,9 +100,9 @@ Recordings read_recordings(const RunCommand& command, const crg::Surface& surfac
   for (std::size_t k = 0; k < paths.size(); ++k) out.tables.push_back(vehicle::read_log(paths[k], &words[k]));
   refuse_the_same_twice(paths);
   out.recorded = command.mapping_path.empty() ? common_mapping(paths, out.tables, out.notes) : given_mapping(command.mapping_path, paths, out.tables);
-  const explain::Mapping given = out.recorded;
+  out.given = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {  // the same columns in all
-    out.recorded = given;
+    out.recorded = out.given;
     vehicle::put_on_plane(out.tables[k], out.recorded, paths[k]);
     words[k].resize(out.tables[k].names.size());
   }
