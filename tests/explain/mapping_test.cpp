@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
+#include "support/places.h"
 #include "support/temporary_folder.h"
 #include "vehicle/error.h"
 
@@ -94,6 +96,28 @@ TEST(Mapping, ReadsBackWhatItWrites) {
     EXPECT_EQ(back.columns[k].low_pass_s, m.columns[k].low_pass_s);
   }
   EXPECT_EQ(back.imu_yaw_rad, 0.01);
+}
+
+TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
+  const std::string folder = places::data() + "/recordings/";
+  if (!std::filesystem::exists(folder + "road_america_run1.vbo")) GTEST_SKIP() << "no real logs beside the checkout";
+  const auto proposed = [&](const char* file) { return propose_mapping(vehicle::read_log(folder + file), file); };
+  const Mapping vbo = proposed("road_america_run1.vbo");
+  EXPECT_NEAR(of(vbo, "vx_mps").scale, 1 / 3.6, 1e-12);
+  EXPECT_EQ(of(vbo, "latitude_rad").column, "lat [deg]");
+  EXPECT_EQ(of(vbo, "throttle_command").column, "Throttle_Pedal [%]");
+  EXPECT_THROW(of(vbo, "yaw_rad"), std::runtime_error);    // the receiver's course
+  EXPECT_THROW(of(vbo, "steer_rad"), std::runtime_error);  // the steering wheel
+  const Mapping chrono = proposed("racechrono_tianma_lap9.csv");
+  EXPECT_EQ(of(chrono, "vx_mps").column, "speed [m/s]");
+  EXPECT_NEAR(of(chrono, "ay_mps2").scale, 9.80665, 1e-9);
+  EXPECT_NEAR(chrono.origin_latitude_deg, 31.08, 1e-9);
+  const Mapping ibt = proposed("iracing_valid.ibt");
+  EXPECT_EQ(of(ibt, "wheel_rl_mps").column, "LRspeed [m/s]");
+  EXPECT_EQ(of(ibt, "throttle").scale, 1.0);
+  EXPECT_THROW(of(ibt, "brake_pa"), std::runtime_error);  // a share, no pressure
+  const Mapping ld = proposed("Sample1.ld");
+  EXPECT_NEAR(of(ld, "wheel_fr_mps").scale, 1 / 3.6, 1e-12);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "base/sha256.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
+#include "vehicle/place.h"
 
 namespace crgexplain {
 namespace {
@@ -99,6 +100,12 @@ Recordings read_recordings(const RunCommand& command, const crg::Surface& surfac
   for (std::size_t k = 0; k < paths.size(); ++k) out.tables.push_back(vehicle::read_log(paths[k], &words[k]));
   refuse_the_same_twice(paths);
   out.recorded = command.mapping_path.empty() ? common_mapping(paths, out.tables, out.notes) : given_mapping(command.mapping_path, paths, out.tables);
+  out.given = out.recorded;
+  for (std::size_t k = 0; k < paths.size(); ++k) {  // the same columns in all
+    out.recorded = out.given;
+    vehicle::put_on_plane(out.tables[k], out.recorded, paths[k]);
+    words[k].resize(out.tables[k].names.size());
+  }
   for (std::size_t k = 0; k < paths.size(); ++k) note_words(paths[k], out.tables[k], words[k], out.recorded, out.notes);
   out.read = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {

@@ -26,6 +26,7 @@ Road read_road(const std::string& track_path, const std::string& friction_path);
 struct Recordings {
   std::vector<vehicle::Table> tables;
   std::vector<explain::Signals> logs;  ///< of the same tables
+  explain::Mapping given;  ///< as it names the columns of the log: latitudes not yet on a plane
   explain::Mapping recorded;           ///< of the columns that were recorded
   explain::Mapping read;               ///< the same with the column of the fuel that was given, if any was
   std::vector<std::string> notes;

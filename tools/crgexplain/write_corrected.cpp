@@ -54,7 +54,14 @@ Corrected write_corrected(const RunCommand& command, const Road& stated, const v
   }
   if ((out.mapping = explain::corrected_mapping(recordings.recorded, car, findings, recordings.logs))) {
     out.mapping_path = folder + "/mapping.yaml";
-    base::write_file(out.mapping_path, explain::format_mapping(*out.mapping));
+    explain::Mapping written = *out.mapping;
+    if (written.has_origin) {  // the log has latitudes, no "east of origin"
+      for (explain::ColumnMapping& m : written.columns)
+        for (const explain::ColumnMapping& given : recordings.given.columns)
+          if ((m.column.starts_with("east of origin") && given.channel == "latitude_rad") || (m.column.starts_with("north of origin") && given.channel == "longitude_rad"))
+            m = {given.column, given.channel, given.scale, given.offset, m.delay_s, m.low_pass_s, m.held};
+    }
+    base::write_file(out.mapping_path, explain::format_mapping(written));
   }
   return out;
 }

@@ -12,6 +12,7 @@
 
 #include "base/one_line.h"
 #include "vehicle/error.h"
+#include "vehicle/place.h"
 
 namespace explain {
 namespace {
@@ -28,27 +29,31 @@ struct Alias {
 /// Names other loggers use, lower case without punctuation.
 const std::vector<Alias>& aliases() {
   static const std::vector<Alias> list{
-      {"time_s", "time", {"time", "t", "timestamp", "times"}},
+      {"time_s", "time", {"time", "t", "timestamp", "times", "logtime", "sessiontime", "elapsedtime", "zeit", "temps", "tiempo", "tempo"}},
       {"x_m", "length", {"x", "posx", "xposition", "east", "easting"}},
       {"y_m", "length", {"y", "posy", "yposition", "north", "northing"}},
-      {"z_m", "length", {"z", "posz", "altitude", "height"}},
-      {"yaw_rad", "angle", {"yaw", "phi", "psi", "heading"}},
-      {"vx_mps", "speed", {"vx", "velx", "speed", "vlong", "velocityx"}},
+      {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "breitengrad"}},
+      {"longitude_rad", "angle", {"longitude", "long", "lon", "lng", "gpslongitude", "lngengrad", "laengengrad"}},
+      {"z_m", "length", {"z", "posz", "altitude", "height", "alt", "gpsaltitude"}},
+      {"yaw_rad", "angle", {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel"}},
+      {"vx_mps", "speed", {"vx", "velx", "speed", "vlong", "velocityx", "velocity", "groundspeed", "gpsspeed", "speedoverground",
+        "vehiclespeed", "geschwindigkeit", "vitesse", "velocita", "velocidad"}},
       {"vy_mps", "speed", {"vy", "vely", "vlat", "velocityy"}},
-      {"yaw_rate_radps", "rate", {"yawrate", "omega", "r", "gyroz", "omegaz", "wz"}},
+      {"yaw_rate_radps", "rate", {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "gyroyawvelocity", "yawvelocity", "gierrate", "giergeschwindigkeit"}},
       {"roll_rate_radps", "rate", {"rollrate", "gyrox"}},
-      {"ax_mps2", "acceleration", {"ax", "accx", "along", "accelx", "longacc", "gforcelong"}},
-      {"ay_mps2", "acceleration", {"ay", "accy", "alat", "accely", "latacc", "gforcelat"}},
-      {"az_mps2", "acceleration", {"az", "accz", "accelz"}},
-      {"steer_rad", "angle", {"delta", "steer", "steering", "roadwheelangle", "steerangle"}},
+      {"pitch_rate_radps", "rate", {"pitchrate", "gyroy"}},
+      {"ax_mps2", "acceleration", {"ax", "accx", "along", "accelx", "longacc", "gforcelong", "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc", "lngsbeschleunigung", "laengsbeschleunigung"}},
+      {"ay_mps2", "acceleration", {"ay", "accy", "alat", "accely", "latacc", "gforcelat", "lateralacc", "lateralacceleration", "lataccel", "querbeschleunigung"}},
+      {"az_mps2", "acceleration", {"az", "accz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
+      {"steer_rad", "angle", {"delta", "steer", "steering", "roadwheelangle", "steerangle", "steeredangle", "steeringangle", "steeringwheelangle", "lenkwinkel", "volant"}},
       {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
-      {"throttle", "share", {"throttle", "throttlepos", "tps"}},
+      {"throttle", "share", {"throttle", "throttlepos", "throttleposition", "tps", "drosselklappe"}},
       {"throttle_command", "share",
-       {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal", "accelerator"}},
+       {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal", "accelerator", "throttlepedal", "acceleratorpos", "acceleratorposition", "gaspedal", "fahrpedal"}},
       {"brake_pa", "pressure", {"brake", "brakepressure", "brakepress"}},
       {"brake_command_pa", "pressure", {"brakecommand", "brakecmd", "brakepedcmd", "brakepedalcmd"}},
-      {"gear", "none", {"gear", "currentgear"}},
-      {"engine_radps", "turn", {"engine", "rpm", "enginespeed", "enginerpm"}},
+      {"gear", "none", {"gear", "currentgear", "gearposition", "gang", "marcia", "rapport"}},
+      {"engine_radps", "turn", {"engine", "rpm", "enginespeed", "enginerpm", "motordrehzahl", "drehzahl", "regime", "giri"}},
       {"fuel_kg", "none", {"fuel", "fuelmass"}},
   };
   return list;
@@ -60,7 +65,8 @@ struct Unit {
   double scale;
 };
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr std::array<Unit, 36> kUnits{{{"time", "s", 1},
+constexpr std::array<Unit, 46> kUnits{{{"time", "s", 1},
+                                       {"time", "unixtime", 1},
                                        {"time", "ms", 1e-3},
                                        {"time", "us", 1e-6},
                                        {"time", "ns", 1e-9},
@@ -71,6 +77,15 @@ constexpr std::array<Unit, 36> kUnits{{{"time", "s", 1},
                                        {"angle", "rad", 1},
                                        {"angle", "deg", kDegree},
                                        {"angle", "°", kDegree},
+                                       {"angle", "\xb0", kDegree},
+                                       {"rate", "°/s", kDegree},
+                                       {"rate", "\xb0/s", kDegree},
+                                       {"speed", "kmh", 1 / 3.6},
+                                       {"acceleration", "m/s/s", 1},
+                                       {"pressure", "mbar", 100.0},
+                                       {"turn", "revs/min", std::numbers::pi / 30},
+                                       {"turn", "min-1", std::numbers::pi / 30},
+                                       {"turn", "r/min", std::numbers::pi / 30},
                                        {"speed", "m/s", 1},
                                        {"speed", "mps", 1},
                                        {"speed", "km/h", 1 / 3.6},
@@ -241,6 +256,36 @@ const std::vector<std::string>& analysed_channels() {
   return names;
 }
 
+double largest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double x : values)
+    if (std::isfinite(x)) most = std::max(most, std::abs(x));
+  return most;
+}
+
+bool has_word(const Table& table, std::initializer_list<const char*> words) {
+  return std::any_of(table.names.begin(), table.names.end(), [&](const std::string& name) {
+    const std::string own = plain(split_unit(name).first);
+    return std::any_of(words.begin(), words.end(), [&](const char* word) { return own == word; });
+  });
+}
+bool placed_by_satellites(const Table& table) { return has_word(table, {"sats", "satellites", "nsat", "gpsnsat"}); }
+bool north_yaw(const Table& table) { return has_word(table, {"yawnorth"}); }
+
+/// The origin of a plane for latitudes and longitudes: the same for all logs of one place, nearly always.
+void choose_origin(const std::vector<double>& latitude_rad, const std::vector<double>& longitude_rad, Mapping& mapping) {
+  const auto middle = [](std::vector<double> values) {
+    std::erase_if(values, [](double v) { return !std::isfinite(v); });
+    if (values.empty()) return std::nan("");
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), at, values.end());
+    return std::round(*at / kDegree * 100.0) / 100.0;
+  };
+  mapping.origin_latitude_deg = middle(latitude_rad);
+  mapping.origin_longitude_deg = middle(longitude_rad);
+  mapping.has_origin = std::abs(mapping.origin_latitude_deg) <= 90 && std::abs(mapping.origin_longitude_deg) <= 360;
+}
+
 }  // namespace
 
 Mapping identity_mapping(const Table& table) {
@@ -288,11 +333,22 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
           }
       for (const char* w : {"fl", "fr", "rl", "rr"})
         if (word == std::string("wheel") + w || word == std::string("wheelspeed") + w ||
-            word == std::string("ws") + w) {
+            word == std::string("ws") + w || (w[1] == 'l' && word == std::string("l") + w[0] + "speed") ||
+            (w[1] == 'r' && word == std::string("r") + w[0] + "speed")) {
           const bool turning = unit_scale("turn", unit).has_value();
           m.channel = fmt::format("wheel_{}_{}", w, turning ? "radps" : "mps");
           quantity = turning ? "turn" : "speed";
         }
+    }
+    // A receiver's heading is its course, and the car's would have its slip angle in it.
+    const bool course = word == "heading" && placed_by_satellites(table);
+    if (word == "yaw" && north_yaw(table)) m.channel.clear();
+    if (course) mapping.notes.push_back(fmt::format("column '{}' is not used: the receiver's course, no heading of the car", column));
+    if (course) continue;
+    const bool other_quantity = std::any_of(kUnits.begin(), kUnits.end(), [&, &u = unit](const Unit& k) { return u == k.name; }) && !unit_scale(quantity, unit);
+    if (!m.channel.empty() && !quantity.empty() && quantity != "none" && other_quantity) {
+      mapping.notes.push_back(fmt::format("column '{}' is not used: {} is no unit of {}", column, unit, m.channel));
+      continue;
     }
     if (m.channel.empty()) {
       mapping.notes.push_back(fmt::format("column '{}' is not used: its name says nothing known", column));
@@ -305,12 +361,11 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
     if (!quantity.empty() && quantity != "none") {
       if (const auto scale = unit_scale(quantity, unit)) {
         m.scale = *scale;
+        if (quantity == "share" && m.scale == 0.01 && largest(table.columns[c]) <= 1.2) m.scale = 1.0;  // says per cent, writes shares
         mapping.notes.push_back(fmt::format("{} from '{}': unit {} in the name, factor {:g}", m.channel, column, unit, m.scale));
       } else {
         // Without a unit: from the size of the values where that decides.
-        double most = 0.0;
-        for (const double x : table.columns[c])
-          if (std::isfinite(x)) most = std::max(most, std::abs(x));
+        const double most = largest(table.columns[c]);
         if (quantity == "share" && most > 1.5) m.scale = 0.01;
         if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
         if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
@@ -320,7 +375,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
       }
     }
     const double repeated = share_repeated(table.columns[c]);
-    const bool position = m.channel == "x_m" || m.channel == "y_m" || m.channel == "yaw_rad" ||
+    const bool position = m.channel == "x_m" || m.channel == "y_m" || m.channel == "latitude_rad" || m.channel == "longitude_rad" || m.channel == "yaw_rad" ||
                           m.channel == "vx_mps" || m.channel == "yaw_rate_radps" ||
                           m.channel.starts_with("a") || m.channel.starts_with("wheel");
     if (position && repeated > 0.3 && repeated < 0.99) {
@@ -342,13 +397,33 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
     for (double& x : out) x = x * m->scale + m->offset;
     return out;
   };
+  const bool by_satellites = find("latitude_rad") != nullptr && find("longitude_rad") != nullptr && find("x_m") == nullptr && find("y_m") == nullptr;
+  const bool placed = by_satellites || (find("x_m") != nullptr && find("y_m") != nullptr);
+  // What has a speed only can still be driven by; the tools that want a place say so.
   for (const char* needed : {"time_s", "x_m", "y_m"})
-    if (find(needed) == nullptr)
+    if (find(needed) == nullptr && !(needed[0] != 't' && (placed || find("vx_mps") != nullptr)))
       throw Error(fmt::format("{}: no column for {} among {} columns ('{}', ...); a mapping file can name it",
                               name, needed, table.names.size(), table.names.empty() ? "" : table.names[0].substr(0, 40)));
   std::vector<double> t = values("time_s");
   if (t.size() < 50) throw Error(fmt::format("{}: {} rows; a log of at least 50 is wanted", name, t.size()));
-  const Path path = path_of(t, values("x_m"), values("y_m"));
+  if (!by_satellites) std::erase_if(mapping.columns, [](const ColumnMapping& m) { return m.channel == "latitude_rad" || m.channel == "longitude_rad"; });
+  std::vector<double> x = values("x_m"), y = values("y_m");
+  if (by_satellites) {
+    choose_origin(values("latitude_rad"), values("longitude_rad"), mapping);
+    if (!mapping.has_origin) throw Error(name + ": no latitude and longitude within their bounds");
+    Table with = table;
+    vehicle::Mapping plane = mapping;
+    vehicle::put_on_plane(with, plane, name);
+    x = with.columns[with.columns.size() - 2];
+    y = with.columns.back();
+    mapping.notes.push_back(fmt::format("x_m, y_m: from latitude and longitude, east and north of {:.2f}, {:.2f} degrees; place_turn_rad, place_x_m and place_y_m bring them to a road's frame", mapping.origin_latitude_deg, mapping.origin_longitude_deg));
+  }
+  if (!placed) {
+    mapping.notes.push_back("no place in this log: signs are not confirmed, and steering, whose ratio is not known, is not used; crgexplain run and crgdrive replay want a place");
+    std::erase_if(mapping.columns, [](const ColumnMapping& m) { return m.channel.starts_with("steer"); });
+    return mapping;
+  }
+  const Path path = path_of(t, vehicle::fill_gaps(t, x), vehicle::fill_gaps(t, y));
 
   // Heading: which way it turns and where its zero lies, against the course of the path.
   if (ColumnMapping* m = find("yaw_rad")) {
@@ -365,11 +440,16 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
       const double strength = count > 0 ? std::hypot(sin_sum, cos_sum) / count : 0.0;
       if (strength > best) best = strength, sign = s, offset = std::atan2(sin_sum, cos_sum);
     }
+    if (by_satellites && best < 0.5) {
+      mapping.notes.push_back(fmt::format("column '{}' is not used: the path confirms neither its sign nor its zero (agreement {:.2f})", m->column, std::max(0.0, best)));
+      std::erase_if(mapping.columns, [](const ColumnMapping& other) { return other.channel == "yaw_rad"; });
+      best = -1;
+    }
     // Only quarter turns are a convention; the rest is the sensor's and stays in the data.
     const double quarter = std::round(offset / (std::numbers::pi / 2)) * (std::numbers::pi / 2);
-    m->scale *= sign;
-    m->offset = quarter;
-    mapping.notes.push_back(fmt::format("yaw_rad: against the path's course sign {:+.0f}, zero {:.0f} degrees, mean difference {:.2f} degrees, agreement {:.3f} (1 is perfect)", sign, quarter / kDegree, (offset - quarter) / kDegree, best));
+    m = find("yaw_rad");
+    if (m != nullptr) m->scale *= sign, m->offset = quarter;
+    if (m != nullptr) mapping.notes.push_back(fmt::format("yaw_rad: against the path's course sign {:+.0f}, zero {:.0f} degrees, mean difference {:.2f} degrees, agreement {:.3f} (1 is perfect)", sign, quarter / kDegree, (offset - quarter) / kDegree, best));
   }
   const auto against = [&](const char* channel, const std::vector<double>& reference, const char* what) {
     ColumnMapping* m = find(channel);
@@ -398,6 +478,17 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   for (const char* channel : {"steer_rad", "steer_command_rad"})
     if (ColumnMapping* m = find(channel)) {
       const Fit fit = through_zero(curvature, values(channel));
+      if (by_satellites && std::abs(fit.correlation) <= 0.5) {
+        mapping.notes.push_back(fmt::format("column '{}' is not used: the path does not confirm it (correlation {:.2f}), and it may be the steering wheel's", m->column, fit.correlation));
+        std::erase_if(mapping.columns, [&](const ColumnMapping& other) { return other.channel == channel; });
+        continue;
+      }
+      // Front wheels turn about as far as the curvature asks; understeer is less than this.
+      if (std::abs(fit.correlation) > 0.5 && std::abs(fit.slope) > 5.0) {
+        mapping.notes.push_back(fmt::format("column '{}' is not used: it turns {:.1f} times as far as the curvature asks of the front wheels of a car of 3 m wheelbase, as a steering wheel does; map it to {} with scale {}{:.6g} over the steering's ratio", m->column, std::abs(fit.slope), channel, fit.slope < 0 ? "-" : "", m->scale));
+        std::erase_if(mapping.columns, [&](const ColumnMapping& other) { return other.channel == channel; });
+        continue;
+      }
       if (fit.correlation < -0.5) m->scale = -m->scale;
       mapping.notes.push_back(fmt::format("{}: correlation {:.2f} with the path's curvature{}", channel, std::abs(fit.correlation), fit.correlation < -0.5 ? "; sign turned" : ""));
     }
@@ -411,6 +502,13 @@ std::string format_mapping(const Mapping& mapping) {
   const auto add_number = [&](const char* key, double value) { out += fmt::format("{}: {:.12g}", key, value); };
   if (mapping.imu_yaw_rad != 0) add_number("imu_yaw_rad", mapping.imu_yaw_rad), out += '\n';
   if (mapping.imu_ahead_m != 0) add_number("imu_ahead_m", mapping.imu_ahead_m), out += '\n';
+  if (mapping.has_origin) {
+    add_number("origin_latitude_deg", mapping.origin_latitude_deg), out += '\n';
+    add_number("origin_longitude_deg", mapping.origin_longitude_deg), out += '\n';
+  }
+  if (mapping.place_turn_rad != 0) add_number("place_turn_rad", mapping.place_turn_rad), out += '\n';
+  if (mapping.place_x_m != 0) add_number("place_x_m", mapping.place_x_m), out += '\n';
+  if (mapping.place_y_m != 0) add_number("place_y_m", mapping.place_y_m), out += '\n';
   out += "columns:";
   if (mapping.columns.empty()) out += "\n  {}";
   for (const ColumnMapping& m : mapping.columns) {

@@ -10,6 +10,7 @@
 
 #include "settings.h"
 #include "vehicle/error.h"
+#include "vehicle/place.h"
 #include "vehicle/telemetry.h"
 
 namespace vehicle {
@@ -184,7 +185,8 @@ const std::vector<std::string>& canonical_channels() {
   static const std::vector<std::string> channels = [] {
     std::vector<std::string> names = telemetry_channels();
     for (const char* name : {"brake_pa", "brake_command_pa", "wheel_fl_mps", "wheel_fr_mps",
-                             "wheel_rl_mps", "wheel_rr_mps", "wake_x_m", "wake_y_m"})
+                             "wheel_rl_mps", "wheel_rr_mps", "wake_x_m", "wake_y_m",
+                             "latitude_rad", "longitude_rad"})
       names.emplace_back(name);
     return names;
   }();
@@ -194,12 +196,20 @@ const std::vector<std::string>& canonical_channels() {
 Mapping read_mapping(const std::string& path) {
   const Setting root = read_settings(path);
   const Section top(root, path, "a mapping");
-  top.allow({"version", "columns", "imu_yaw_rad", "imu_ahead_m"});
+  top.allow({"version", "columns", "imu_yaw_rad", "imu_ahead_m", "origin_latitude_deg",
+             "origin_longitude_deg", "place_turn_rad", "place_x_m", "place_y_m"});
   (void)top.number("version", 1.0, 1.0, 1.0);
   Mapping out;
   out.path = path;
   out.imu_yaw_rad = top.number("imu_yaw_rad", 0.0, -2.0 * std::numbers::pi, 2.0 * std::numbers::pi);
   out.imu_ahead_m = top.number("imu_ahead_m", 0.0, -20.0, 20.0);
+  constexpr double kNone = 1e6;
+  out.origin_latitude_deg = top.number("origin_latitude_deg", kNone, -90.0, 90.0);
+  out.origin_longitude_deg = top.number("origin_longitude_deg", kNone, -360.0, 360.0);
+  out.has_origin = out.origin_latitude_deg != kNone && out.origin_longitude_deg != kNone;
+  out.place_turn_rad = top.number("place_turn_rad", 0.0, -2.0 * std::numbers::pi, 2.0 * std::numbers::pi);
+  out.place_x_m = top.number("place_x_m", 0.0, -1e8, 1e8);
+  out.place_y_m = top.number("place_y_m", 0.0, -1e8, 1e8);
   const auto& known = canonical_channels();
   top.section("columns").for_each(
       [&](const std::string& column, const Setting& value, const std::string& where) {
@@ -244,6 +254,16 @@ std::vector<double> fill_gaps(const std::vector<double>& time_s,
 }
 
 Recording make_recording(const Table& log, const std::string& name, const Mapping& mapping) {
+  for (const ColumnMapping& map : mapping.columns)
+    if (map.channel == "latitude_rad") {
+      Table placed = log;
+      Mapping plane = mapping;
+      put_on_plane(placed, plane, name);
+      const bool done = std::none_of(plane.columns.begin(), plane.columns.end(),
+                                     [](const auto& m) { return m.channel == "latitude_rad"; });
+      if (done) return make_recording(placed, name, plane);
+      break;
+    }
   Recording out;
   out.rows_read = log.rows();
   std::vector<ColumnMapping> wanted = mapping.columns;

@@ -10,7 +10,7 @@
 
 #include "base/read_file.h"
 #include "base/text_lines.h"
-#include "settings.h"
+#include "recording/log.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -20,24 +20,17 @@ constexpr std::size_t kLargestFileBytes = std::size_t{1} << 30;
 
 /// Calls f(cell, index) for every cell and returns their number.
 template <class F>
-std::size_t for_each_cell(std::string_view line, char separator, F&& f) {
+std::size_t for_each_cell(std::string_view line, F&& f) {
   std::size_t index = 0;
   for (;;) {
-    const std::size_t comma = line.find(separator);
+    const std::size_t comma = line.find(',');
     f(base::trimmed(line.substr(0, comma)), index++);
     if (comma == std::string_view::npos) return index;
     line.remove_prefix(comma + 1);
   }
 }
 
-/// What sets a log apart from a table: its separator, and what its cells may hold.
-struct Reading {
-  char separator = ',';
-  bool anything = false;  ///< a log
-  std::vector<std::size_t>* words = nullptr;
-};
-
-Table parse(const std::string& text, const std::string& name, const Reading& reading) {
+Table parse(const std::string& text, const std::string& name) {
   Table table;
   std::size_t line_number = 0;
   std::string_view rest = text;
@@ -45,20 +38,13 @@ Table parse(const std::string& text, const std::string& name, const Reading& rea
   std::vector<double> row;
   while (!rest.empty()) {
     const std::size_t end = rest.find('\n');
-    const std::string_view whole = rest.substr(0, end);
-    // A tab at an end may be an empty cell.
-    const std::string_view line = reading.separator == '\t' && !base::trimmed(whole).empty()
-                                      ? whole.substr(0, whole.find_last_not_of('\r') + 1)
-                                      : base::trimmed(whole);
-    const bool cut_off = end == std::string_view::npos;
-    rest.remove_prefix(cut_off ? rest.size() : end + 1);
+    const std::string_view line = base::trimmed(rest.substr(0, end));
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     ++line_number;
     if (line.empty() || line.front() == '#') continue;
     const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
     if (table.names.empty()) {
-      for_each_cell(line, reading.separator, [&](std::string_view cell, std::size_t) {
-        if (reading.anything && cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
-          cell = cell.substr(1, cell.size() - 2);
+      for_each_cell(line, [&](std::string_view cell, std::size_t) {
         if (cell.empty()) throw Error(where() + ": a column without a name");
         if (std::find(table.names.begin(), table.names.end(), cell) != table.names.end())
           throw Error(fmt::format("{}: column '{}' twice", where(), cell.substr(0, 40)));
@@ -66,38 +52,43 @@ Table parse(const std::string& text, const std::string& name, const Reading& rea
       });
       table.columns.resize(table.names.size());
       row.resize(table.names.size());
-      if (reading.words != nullptr) reading.words->assign(table.names.size(), 0);
       continue;
     }
-    const std::size_t cells =
-        for_each_cell(line, reading.separator, [&](std::string_view cell, std::size_t index) {
-          if (index >= table.names.size()) return;
-          double value = std::numeric_limits<double>::quiet_NaN();
-          if (!cell.empty()) {
-            std::string_view digits = cell;
-            if (digits.front() == '+') digits.remove_prefix(1);
-            const auto [stop, error] =
-                std::from_chars(digits.data(), digits.data() + digits.size(), value);
-            if (error != std::errc() || stop != digits.data() + digits.size() ||
-                !std::isfinite(value)) {
-              if (!reading.anything)
-                throw Error(fmt::format("{}: '{}' in column {}, wanted a finite number or nothing",
-                                        where(), cell.substr(0, 40),
-                                        table.names[index].substr(0, 40)));
-              value = std::numeric_limits<double>::quiet_NaN();
-              if (reading.words != nullptr) ++(*reading.words)[index];
-            }
-          }
-          row[index] = value;
-        });
-    if (cells != table.names.size()) {
-      if (reading.anything && cut_off) break;  // the logger lost power
+    const std::size_t cells = for_each_cell(line, [&](std::string_view cell, std::size_t index) {
+      if (index >= table.names.size()) return;
+      double value = std::numeric_limits<double>::quiet_NaN();
+      if (!cell.empty()) {
+        std::string_view digits = cell;
+        if (digits.front() == '+') digits.remove_prefix(1);
+        const auto [stop, error] =
+            std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        if (error != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(value))
+          throw Error(fmt::format("{}: '{}' in column {}, wanted a finite number or nothing",
+                                  where(), cell.substr(0, 40), table.names[index].substr(0, 40)));
+      }
+      row[index] = value;
+    });
+    if (cells != table.names.size())
       throw Error(fmt::format("{}: {} cells, the header names {} columns", where(), cells,
                               table.names.size()));
-    }
     for (std::size_t i = 0; i < row.size(); ++i) table.columns[i].push_back(row[i]);
   }
   if (table.names.empty()) throw Error(name + ": no header line with column names");
+  return table;
+}
+
+/// One column per channel; its name says the unit, as columns of CSV do.
+Table table_of(recording::Log log, const std::string& name, std::vector<std::size_t>* words) {
+  log = recording::in_rows(std::move(log), name);
+  Table table;
+  if (words != nullptr) words->clear();
+  for (recording::Channel& channel : log.channels) {
+    std::string column =
+        channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
+    while (table.find(column) != nullptr) column += '\'';
+    if (words != nullptr) words->push_back(channel.words);
+    table.add(std::move(column), std::move(channel.values));
+  }
   return table;
 }
 
@@ -114,34 +105,15 @@ void Table::add(std::string name, std::vector<double> values) {
 }
 
 Table parse_table(const std::string& text, const std::string& name) {
-  return parse(text, name, {});
+  return parse(text, name);
 }
 
 Table parse_log(const std::string& text, const std::string& name, std::vector<std::size_t>* words) {
-  // The first line that is no remark decides.
-  std::string_view header = text;
-  while (!header.empty() && (header.front() == '#' || header.front() == '\n')) {
-    const std::size_t end = header.find('\n', 1);
-    header.remove_prefix(end == std::string_view::npos ? header.size() : end);
-    if (header.starts_with('\n')) header.remove_prefix(1);
-  }
-  header = header.substr(0, header.find('\n'));
-  Reading reading;
-  reading.anything = true;
-  reading.words = words;
-  std::ptrdiff_t most = 0;
-  for (const char separator : {',', ';', '\t'}) {
-    const auto count = std::count(header.begin(), header.end(), separator);
-    if (count > most) {
-      most = count;
-      reading.separator = separator;
-    }
-  }
-  return parse(text, name, reading);
+  return table_of(recording::parse_log(text, name), name, words);
 }
 
 Table read_log(const std::string& path, std::vector<std::size_t>* words) {
-  return parse_log(base::read_file(path, kLargestFileBytes), path, words);
+  return table_of(recording::read_log(path), path, words);
 }
 
 Table read_table(const std::string& path) {

@@ -25,10 +25,9 @@ struct Table {
 Table read_table(const std::string& path);
 Table parse_table(const std::string& text, const std::string& name);
 
-/// Reads a log written by anybody: separated by commas, semicolons or tabs (whichever the header
-/// has most of), words and numbers that are not finite become NaN, names in quotes lose them, a
-/// last line that was cut off is left out. Throws Error with file:line on a name twice and on lines
-/// with too few or too many cells. `words` counts the cells that were no numbers.
+/// Reads a log of any maker (recording/log.h) as one table. A column is called as its channel, with
+/// the unit where the file names it apart: "speed [m/s]". `words` counts the cells that were no
+/// numbers.
 Table read_log(const std::string& path, std::vector<std::size_t>* words = nullptr);
 Table parse_log(const std::string& text, const std::string& name,
                 std::vector<std::size_t>* words = nullptr);

@@ -1,0 +1,42 @@
+// The readers of single formats, and what they share.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+#include "recording/log.h"
+
+namespace recording {
+
+/// Cells of a log, over all channels: 2 GB.
+constexpr std::size_t kMostCells = std::size_t{1} << 28;
+
+Log parse_csv(std::string_view text, const std::string& name);
+Log parse_motec_ld(std::string_view bytes, const std::string& name);
+Log parse_racelogic_vbo(std::string_view text, const std::string& name);
+Log parse_iracing_ibt(std::string_view bytes, const std::string& name);
+
+bool is_motec_ld(std::string_view bytes);
+bool is_racelogic_vbo(std::string_view bytes);
+bool is_iracing_ibt(std::string_view bytes);
+
+/// Names that come again get a number: "speed", "speed #2".
+void number_names(std::vector<Channel>& channels);
+
+/// Samples a second of every channel of a log in rows, by the clock `time_s` of the rows.
+void set_rates(Log& log, const std::vector<double>& time_s);
+
+/// A little-endian value at `at`, which must lie inside the bytes.
+template <class T>
+T little(std::string_view bytes, std::size_t at) {
+  T value;
+  std::memcpy(&value, bytes.data() + at, sizeof(T));  // the machines we build for are little-endian
+  return value;
+}
+
+/// Text of a field of fixed length, up to its first zero, without blanks at its ends.
+std::string field(std::string_view bytes, std::size_t at, std::size_t length);
+
+}  // namespace recording

@@ -1,0 +1,24 @@
+// Logs of every maker; what is read has channels that fit together.
+#include <cmath>
+
+#include "base/error.h"
+#include "fuzz/target.h"
+#include "recording/log.h"
+
+void fuzz::run(std::string_view bytes) {
+  const std::string name = "log";
+  try {
+    recording::Log log = recording::parse_log(bytes, name);
+    std::size_t cells = 0;
+    for (const recording::Channel& channel : log.channels) {
+      cells += channel.values.size();
+      for (const double value : channel.values) require(!std::isinf(value), "finite or empty");
+      require(channel.rate_hz >= 0 && std::isfinite(channel.rate_hz), "a rate");
+    }
+    log = recording::in_rows(std::move(log), name);
+    for (const recording::Channel& channel : log.channels)
+      require(channel.values.size() == log.channels.front().values.size(), "columns of one length");
+  } catch (const base::Error& error) {
+    require_refusal(error, name);
+  }
+}

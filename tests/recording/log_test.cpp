@@ -1,0 +1,176 @@
+#include "recording/log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "base/error.h"
+#include "fuzz/mutated.h"
+#include "support/places.h"
+
+namespace recording {
+namespace {
+
+std::string corpus(const std::string& file) {
+  return places::source() + "/tests/corpus/logs/" + file;
+}
+
+const Channel& of(const Log& log, const std::string& name) {
+  for (const Channel& channel : log.channels)
+    if (channel.name == name) return channel;
+  throw std::runtime_error("no channel " + name);
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(Log, ReadsMotecWithItsUnitsRatesAndScales) {
+  const Log log = read_log(corpus("log.ld"));
+  EXPECT_EQ(log.format, "MoTeC .ld");
+  EXPECT_EQ(of(log, "Ground Speed").unit, "km/h");
+  EXPECT_EQ(of(log, "Ground Speed").rate_hz, 10);
+  EXPECT_NEAR(of(log, "Ground Speed").values[3], 103, 1e-9);
+  EXPECT_NEAR(of(log, "Engine RPM").values[2], 6012, 1e-9);
+  EXPECT_NEAR(of(log, "G Force Lat").values[23], 0.23, 1e-7);
+}
+
+TEST(Log, SlowChannelsHaveAsManyValuesAsSamples) {
+  const Log rows = in_rows(read_log(corpus("log.ld")), "log");
+  ASSERT_EQ(of(rows, "log time").values.size(), 24u);
+  const std::vector<double>& rpm = of(rows, "Engine RPM").values;  // 4 Hz in rows of 20 Hz
+  EXPECT_EQ(std::count_if(rpm.begin(), rpm.end(), [](double v) { return std::isfinite(v); }), 5);
+  EXPECT_NEAR(rpm[10], 6012, 1e-9);
+  EXPECT_TRUE(std::isnan(rpm[11]));
+}
+
+TEST(Log, SamplesBetweenRowsAreBroughtToTheNearerOne) {
+  Log log{"test", {{"a", "m", 10, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0}, {"b", "m", 6, {}, 0}}, false};
+  for (int k = 0; k < 6; ++k) log.channels[1].values.push_back(k / 6.0);  // its own time
+  const Log rows = in_rows(log, "log");
+  int values = 0;
+  for (std::size_t i = 0; i < 10; ++i)
+    if (const double b = of(rows, "b").values[i]; std::isfinite(b)) {
+      EXPECT_NEAR(b, 0.1 * static_cast<double>(i), 1e-12);
+      ++values;
+    }
+  EXPECT_EQ(values, 6);
+}
+
+TEST(Log, ReadsRacelogicOverMidnight) {
+  const Log log = read_log(corpus("log.vbo"));
+  EXPECT_NEAR(of(log, "time").values[0], 86399.9, 1e-6);
+  EXPECT_NEAR(of(log, "time").values[3], 86400.02, 1e-6);
+  EXPECT_NEAR(of(log, "lat").values[3], 2627.79 / 60, 1e-9);
+  EXPECT_NEAR(of(log, "long").values[3], -5279.39 / 60, 1e-9);
+  EXPECT_EQ(of(log, "velocity").unit, "km/h");
+  EXPECT_EQ(of(log, "Oil").unit,
+            "\xb0"
+            "C");
+  EXPECT_EQ(of(log, "Tsample").unit, "s");
+  EXPECT_NEAR(of(log, "Gear").rate_hz, 25, 1e-6);
+}
+
+TEST(Log, ReadsIracing) {
+  const Log log = read_log(corpus("log.ibt"));
+  EXPECT_EQ(log.channels.size(), 6u);
+  EXPECT_NEAR(of(log, "SessionTime").values[5], 100 + 5 / 60.0, 1e-12);
+  EXPECT_EQ(of(log, "Gear").values[0], 3);
+  EXPECT_EQ(of(log, "Torque_ST.1").values[2], 2.5);
+  EXPECT_EQ(of(log, "Speed").unit, "m/s");
+  EXPECT_EQ(of(log, "Speed").rate_hz, 60);
+}
+
+TEST(Log, ReadsExportsOfLoggers) {
+  const Log chrono = read_log(corpus("racechrono.csv"));
+  EXPECT_EQ(of(chrono, "speed #2").values.size(), 5u);
+  EXPECT_EQ(of(chrono, "speed").unit, "m/s");
+  EXPECT_NEAR(of(chrono, "speed").rate_hz, 50, 0.01);
+  const Log aim = read_log(corpus("aim.csv"));
+  EXPECT_EQ(of(aim, "GPS Speed").unit, "km/h");
+  EXPECT_EQ(of(aim, "GPS Speed").values, (std::vector<double>{100, 101, 102, 103, 104}));
+  const Log motec = read_log(corpus("motec.csv"));
+  EXPECT_EQ(of(motec, "Steered Angle").unit, "deg");
+  EXPECT_EQ(of(motec, "Ground Speed").values.size(), 5u);
+  const Log comma = read_log(corpus("komma.csv"));
+  EXPECT_NEAR(of(comma, "Zeit").values[3], 0.15, 1e-12);
+  EXPECT_EQ(of(comma, "Lenkwinkel").unit, "\xb0");
+  EXPECT_EQ(of(comma, "Lenkwinkel").values[0], -1.5);
+}
+
+TEST(Log, AHeaderMayBeginWithAHash) {
+  const Log log = read_log(corpus("hash.csv"));
+  EXPECT_EQ(of(log, "vx_mps").values.size(), 5u);
+  EXPECT_EQ(of(log, "time_s").values[1], 0.05);
+}
+
+TEST(Log, RefusesInOneLine) {
+  const auto refusal = [](std::string bytes) {
+    try {
+      (void)parse_log(bytes, "x.ld");
+    } catch (const base::Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("read");
+  };
+  const std::string ld = bytes_of(corpus("log.ld"));
+  EXPECT_THAT(refusal(ld.substr(0, ld.size() - 10)), testing::HasSubstr("was cut off"));
+  std::string circle = ld;
+  circle[64 + 2 * 124 + 4] = 64;  // the last channel's next is the first
+  EXPECT_THAT(refusal(circle), testing::HasSubstr("circle"));
+  EXPECT_THAT(refusal(std::string(500, '\0')), testing::HasSubstr("binary"));
+  const std::string ibt = bytes_of(corpus("log.ibt"));
+  EXPECT_THAT(refusal(ibt.substr(0, 144 * 6 + 20)), testing::HasSubstr("no whole record"));
+}
+
+TEST(Log, MutantsAreReadOrRefused) {
+  const char* const wanted = std::getenv("KERBSTONE_MUTANTS");
+  const int mutants = wanted != nullptr ? std::atoi(wanted) : 300;
+  for (const auto& file : std::filesystem::directory_iterator(corpus(""))) {
+    const std::string bytes = bytes_of(file.path().string());
+    std::mt19937_64 generator(1);
+    for (int k = 0; k < mutants; ++k) {
+      try {
+        (void)in_rows(parse_log(fuzz::mutated(bytes, generator, 600), "log"), "log");
+      } catch (const base::Error& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("log"));
+      }
+    }
+  }
+}
+
+TEST(Log, ReadsRealLogsAsTheyAre) {
+  const std::filesystem::path folder = places::data() + "/recordings";
+  if (!std::filesystem::exists(folder / "Sample1.ld"))
+    GTEST_SKIP() << "no real logs beside the checkout";
+  struct Real {
+    const char* file;
+    std::size_t channels;
+    double rate_hz;
+  };
+  for (const Real& real :
+       {Real{"Sample1.ld", 78, 100}, Real{"iracing_valid.ibt", 281, 60},
+        Real{"road_america_run1.vbo", 33, 25}, Real{"road_america_run4.vbo", 33, 25},
+        Real{"racechrono_tianma_lap9.csv", 26, 0}}) {
+    const Log log = read_log((folder / real.file).string());
+    EXPECT_EQ(log.channels.size(), real.channels) << real.file;
+    double fastest = 0;
+    for (const Channel& channel : log.channels) {
+      EXPECT_GT(channel.rate_hz, 0) << real.file << ' ' << channel.name;
+      fastest = std::max(fastest, channel.rate_hz);
+    }
+    if (real.rate_hz > 0) {
+      EXPECT_NEAR(fastest, real.rate_hz, 0.01) << real.file;
+    }
+  }
+  EXPECT_THROW((void)read_log((folder / "iracing_invalid.ibt").string()), base::Error);
+}
+
+}  // namespace
+}  // namespace recording
