@@ -23,7 +23,7 @@ using Json = nlohmann::json;
 const std::vector<std::string> kSubcommands = {
     "build",      "validate", "info",    "query",  "synth",     "from-edges", "clean",
     "centreline", "sample",   "kerb",    "smooth", "align",     "check",      "convert",
-    "crop",       "resample", "reverse", "append", "transform", "report"};
+    "crop",       "resample", "reverse", "append", "transform", "report",     "export"};
 
 std::vector<std::vector<std::string>> csv(const std::string& path) {
   std::vector<std::vector<std::string>> rows;

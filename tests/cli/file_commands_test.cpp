@@ -45,6 +45,17 @@ TEST(FileCommands, CheckSaysWhatIsWrongAndSetsTheExitCode) {
   EXPECT_THAT(refused.out, HasSubstr("\"rule\": \"closure\""));
 }
 
+TEST(FileCommands, ExportWritesLineAndWidthsAndSaysWhatIsLost) {
+  const Folder folder;
+  write_road(folder / "road.crg");
+  const Ran ran = crgbuild({"export", folder / "road.crg", "--tum", "-o", folder / "line.csv"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("41 points"));
+  EXPECT_THAT(ran.out, HasSubstr("lost     heights"));
+  EXPECT_THAT(read(folder / "line.csv"), HasSubstr("\n100.5000,50.0000,2.0000,2.0000\n"));
+  EXPECT_EQ(crgbuild({"export", folder / "road.crg", "-o", folder / "none.csv"}).code, 2);
+}
+
 TEST(FileCommands, ConvertThereAndBackKeepsTheHeights) {
   const Folder folder;
   write_road(folder / "road.crg");

@@ -166,6 +166,13 @@ struct TransformCommand {
 };
 int run_transform(const TransformCommand& command, Terminal& terminal);
 
+/// A road in a format of other programs.
+struct ExportCommand {
+  std::string crg, output;
+  bool tum = false;
+};
+int run_export(const ExportCommand& command, Terminal& terminal);
+
 struct SynthCommand {
   std::string circuit, output_dir, format = "obj", up = "y", unit = "m", names = "plain";
   double facet_m = 0.5;

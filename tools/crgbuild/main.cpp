@@ -75,6 +75,7 @@ struct Commands {
   AppendCommand append;
   TransformCommand transform;
   SynthCommand synth;
+  ExportCommand export_road;
 };
 
 constexpr const char* kMeshHelp =
@@ -302,6 +303,20 @@ void define_edits(CLI::App& app, Commands& c) {
       ->type_name("KEY=VALUE");
 }
 
+void define_export(CLI::App& app, Commands& c) {
+  CLI::App* exported = app.add_subcommand("export", "a road in a format of other programs");
+  add_input(*exported, "crg", c.export_road.crg, "the road")->required();
+  add_output_file(*exported, c.export_road.output, "the exported file")->required();
+  exported
+      ->add_flag("--tum", c.export_road.tum,
+                 "CSV of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights")
+      ->required();
+  exported->footer(
+      "Modifiers of the file are worked in. A width ends at the last column before the first "
+      "NaN.\n\n"
+      "Example:\n  crgbuild export out/track.crg --tum -o track.csv");
+}
+
 void define_file_tools(CLI::App& app, Commands& c) {
   CLI::App* info = app.add_subcommand("info", "what a .crg file holds");
   add_input(*info, "crg", c.info.crg, "the road")->required();
@@ -396,6 +411,8 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   if (name == "reverse") return run_reverse(c.reverse, terminal);
   if (name == "append") return run_append(c.append, terminal);
   if (name == "transform") return run_transform(c.transform, terminal);
+  if (name == "export")
+    return naming(c.export_road.crg, [&] { return run_export(c.export_road, terminal); });
   return run_synth(c.synth, terminal);
 }
 
@@ -415,6 +432,7 @@ int main_with(int argc, char** argv) {
   define_report(app, commands);
   define_file_tools(app, commands);
   define_edits(app, commands);
+  define_export(app, commands);
   define_stages(app, commands);
   return command::run(app, terminal, argc, argv, [&] { return run(app, commands, terminal); },
                       {"take larger steps (--u-step-m, --v-step-m) or a smaller --v-max-m",

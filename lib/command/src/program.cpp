@@ -40,15 +40,17 @@ std::size_t distance(const std::string& a, const std::string& b) {
   return d[a.size()][b.size()];
 }
 
-/// The nearest of the words, if one is near: a third of its letters off, or begun alike.
+/// The nearest of the words, if one is near: a third of its letters off, or begun alike. Of two
+/// equally near the one of the same letters: swapped letters were all typed.
 std::string near(const std::string& word, const std::vector<std::string>& words) {
   std::string best;
   std::size_t least = ~std::size_t{0};
   for (const std::string& other : words) {
     const std::size_t off = distance(word, other);
     const bool begun = word.size() > 3 && other.starts_with(word);
-    if ((off <= std::max<std::size_t>(2, word.size() / 3) || begun) && off < least &&
-        off < word.size()) {
+    const bool swapped = std::is_permutation(word.begin(), word.end(), other.begin(), other.end());
+    if ((off <= std::max<std::size_t>(2, word.size() / 3) || begun) &&
+        (off < least || (off == least && swapped)) && off < word.size()) {
       best = other;
       least = off;
     }
