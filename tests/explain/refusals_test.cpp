@@ -130,10 +130,10 @@ TEST(LogsOfOthers, AreReadAsTheyAre) {
   const auto all = proof.explain("loggers.csv", "out", "--skip-simulation --nulls 100");
   EXPECT_EQ(all.at("verdict"), "none");
   EXPECT_THAT(all.at("remarks").dump(), HasSubstr(fmt::format("loggers.csv: {} of {} cells of 'gear' are no numbers: taken as empty", (row + 92) / 100, row)));
+  // With decimal commas it is the same log.
   std::replace(log.begin(), log.end(), '.', ',');
   proof.folder.file("none/commas.csv", log);
-  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/commas.csv -o {1}/out 2> {2}", places::crgexplain(), proof.path(""), proof.folder.path("said")).c_str()), 0);
-  EXPECT_THAT(proof.folder.read("said"), HasSubstr("no cell of 'x_m' is a number; wanted numbers with a decimal point"));
+  EXPECT_EQ(proof.explain("commas.csv", "commas", "--skip-simulation --nulls 100").at("findings"), all.at("findings"));
 }
 
 /// A column that repeats its samples in one of two recordings counts as repeating in the mapping for both.
