@@ -136,5 +136,40 @@ TEST(Height, FrictionComesFromTheMapOrTheConstant) {
   EXPECT_THROW(Surface(flat_road({}), {.friction_map = map}), Error);
 }
 
+// A smoothing zone, however short, sends every query the long way round.
+TEST(Height, TheShortWayOnTheGridGivesTheSameBits) {
+  for (const bool closed : {false, true}) {
+    ReferenceLine line = test::circuit(601, 20.0, 0.1, 3);
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      line.z_m.push_back(5.0 + 0.01 * static_cast<double>(i % 300));
+      line.banking.push_back(0.0003 * static_cast<double>(i % 150));
+    }
+    Crg crg = make_crg(line, test::grid_of(line, -3.0, 3.3, 22, [](double u, double v) {
+                         return 0.1 * std::sin(3.0 * u) + 0.07 * std::cos(5.0 * v);
+                       }));
+    crg.grid.at(100, 7) = NAN;
+    set_value(crg.options, "REFLINE_CONTINUATION", closed ? 1.0 : 0.0);
+    const Surface direct(crg);
+    set_value(crg.options, "BORDER_SMOOTH_UBEG", 1e-12);
+    const Surface around(crg);
+    const double end = line.u_begin_m + 600.0 * line.u_step_m;
+    std::size_t holes = 0;
+    for (int k = 0; k < 20000; ++k) {
+      const double u = 1e-3 + (end + 1.0) * std::fmod(0.6180339887 * k, 1.0);
+      const double v = -3.2 + 6.8 * std::fmod(0.7548776662 * k, 1.0);
+      const double z = direct.z_at_uv(u, v), want = around.z_at_uv(u, v);
+      if (std::isnan(want)) {
+        ++holes;
+        ASSERT_TRUE(std::isnan(z)) << u << " " << v;
+      } else {
+        ASSERT_EQ(z, want) << u << " " << v;
+      }
+    }
+    EXPECT_GT(holes, 0U);
+    for (const double u : {end, line.u_begin_m + 10.0 * line.u_step_m})
+      for (const double v : {-3.0, 3.3, 0.0}) EXPECT_EQ(direct.z_at_uv(u, v), around.z_at_uv(u, v));
+  }
+}
+
 }  // namespace
 }  // namespace crg

@@ -42,6 +42,7 @@ HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Opti
       rows_(grid.rows()),
       columns_(grid.columns()),
       last_column_(static_cast<std::ptrdiff_t>(grid.columns()) - 2),
+      last_row_(static_cast<std::ptrdiff_t>(grid.rows()) - 2),
       ahead_bytes_(static_cast<std::ptrdiff_t>(12 * grid.columns() * sizeof(float))),
       u_begin_m_(grid.u_begin_m),
       u_end_m_(grid.u_of(grid.rows() - 1)),
@@ -71,6 +72,7 @@ HeightField::HeightField(const Grid& grid, const ReferenceLine& line, const Opti
     wrap_begin_m_ = u_begin_m_ - closing.before_start_m;
     period_m_ = u_end_m_ + closing.after_end_m - wrap_begin_m_;
   }
+  simple_end_m_ = period_m_ > 0.0 ? std::min(u_end_m_, wrap_begin_m_ + period_m_) : u_end_m_;
 }
 
 double HeightField::wrap_u(double u_m) const noexcept {

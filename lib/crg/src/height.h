@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "closing.h"
@@ -60,6 +61,8 @@ class HeightField {
     const auto column = std::min(static_cast<std::ptrdiff_t>(columns), last_column_);
     return {row, static_cast<std::size_t>(column), fu, columns - static_cast<double>(column)};
   }
+  /// z of a place on the grid where simple(), by the arithmetic of at(); NaN elsewhere: ask at().
+  double z_at_simple(double u_m, double v_m) const noexcept;
   bool simple() const { return simple_; }
   /// False where on_grid() must not be used: smoothing zones.
   bool plain() const { return plain_; }
@@ -110,13 +113,15 @@ class HeightField {
   Interpolation interpolation_;
   std::size_t rows_, columns_;
   std::ptrdiff_t last_column_;  ///< of the cells
+  std::ptrdiff_t last_row_;     ///< of the cells
   std::ptrdiff_t ahead_bytes_;
   double u_begin_m_, u_end_m_, u_step_m_, per_u_step_;
   double v_right_m_, v_left_m_;
   double v_step_m_ = 0.0, per_v_step_ = 0.0;
   double period_m_ = 0.0;  ///< 0 where the track is not closed
   double wrap_begin_m_ = 0.0;
-  bool joined_ = false;  ///< the last row repeats the first
+  double simple_end_m_ = 0.0;  ///< z_at_simple() knows what lies before
+  bool joined_ = false;        ///< the last row repeats the first
   bool plain_ = true;
   bool simple_ = true;
   std::vector<LineNode> line_;
@@ -135,6 +140,18 @@ inline double HeightField::z_simple(const GridPlace& p, double v_m) const noexce
   const LineNode low = line_[p.row], high = line_[p.row + 1];
   return z + (low.z_m + p.fu * (high.z_m - low.z_m)) +
          (low.banking + p.fu * (high.banking - low.banking)) * v_m;
+}
+
+inline double HeightField::z_at_simple(double u_m, double v_m) const noexcept {
+  const double rows = (u_m - u_begin_m_) / u_step_m_;
+  // A closed track may begin anew before its last row ends; what is not a number fails too.
+  if (!(simple_ && rows >= 0.0 && u_m < simple_end_m_ && v_m >= v_right_m_ && v_m <= v_left_m_))
+    return std::numeric_limits<double>::quiet_NaN();
+  const auto row = std::min(static_cast<std::ptrdiff_t>(rows), last_row_);
+  const GridPlace p =
+      place_simple(static_cast<std::size_t>(row), rows - static_cast<double>(row), v_m);
+  prefetch_row(node(p.row, p.column), ahead_bytes_);
+  return z_simple(p, v_m);
 }
 
 inline Height HeightField::at_simple(const GridPlace& p, double v_m) const noexcept {

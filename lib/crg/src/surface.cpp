@@ -259,7 +259,10 @@ Surface::Surface(Surface&&) noexcept = default;
 Surface& Surface::operator=(Surface&&) noexcept = default;
 
 double Surface::z_at_uv(double u_m, double v_m) const noexcept {
-  return data_->heights.at(u_m, v_m).z_m;
+  const HeightField& heights = data_->heights;
+  if (const double z = heights.z_at_simple(u_m, v_m); !std::isnan(z)) [[likely]]
+    return z;
+  return heights.at(u_m, v_m).z_m;
 }
 
 Point2 Surface::xy_of_uv(double u_m, double v_m) const noexcept {
