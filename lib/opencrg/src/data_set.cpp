@@ -1,0 +1,168 @@
+#include "data_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "closing.h"
+
+namespace opencrg {
+namespace {
+
+std::map<int, std::unique_ptr<DataSet>>& all() {
+  // Never destroyed: programs release their data while they end, in any order.
+  static auto* sets = new std::map<int, std::unique_ptr<DataSet>>;
+  return *sets;
+}
+
+// A surface that answers the grid alone: what lies beyond its borders is worked out here.
+std::unique_ptr<const crg::Surface> make_surface(crg::Crg crg, bool close) {
+  crg.options.clear();
+  crg::set_value(crg.options, "BORDER_MODE_U", 0.0);
+  crg::set_value(crg.options, "BORDER_MODE_V", 0.0);
+  crg::set_value(crg.options, "REFLINE_CONTINUATION", close ? 1.0 : 0.0);
+  return std::make_unique<const crg::Surface>(
+      std::move(crg), crg::SurfaceOptions{.modifiers = crg::ModifierUse::None});
+}
+
+bool wants_closed(const DataSet& set) {
+  return set.options.value_or(dCrgCpOptionRefLineContinue, 0.0) == dCrgRefLineCloseTrack;
+}
+
+bool evenly_spaced(const std::vector<double>& v_m) {
+  const double step = (v_m.back() - v_m.front()) / static_cast<double>(v_m.size() - 1);
+  for (std::size_t j = 0; j < v_m.size(); ++j)
+    if (std::abs(v_m.front() + static_cast<double>(j) * step - v_m[j]) > 1e-6 * step) return false;
+  return true;
+}
+
+void take_surface(DataSet& set, std::unique_ptr<const crg::Surface> surface, bool close) {
+  const crg::ReferenceLine& line = surface->reference_line();
+  const crg::Grid& grid = surface->file().grid;
+  set.range = {};
+  // Ends that lie on each other count as open, as they do for the reference implementation.
+  if (const auto closing = crg::find_closing(line);
+      closing && closing->before_start_m + closing->after_end_m > 0.0) {
+    set.range.begin_m = grid.u_begin_m - closing->before_start_m;
+    set.range.period_m = grid.u_of(grid.rows() - 1) + closing->after_end_m - set.range.begin_m;
+  }
+  const bool even = evenly_spaced(grid.v_m);
+  const double step =
+      (grid.v_m.back() - grid.v_m.front()) / static_cast<double>(grid.columns() - 1);
+  const auto named = crg::find_value(surface->file().road, "LONG_SECTION_V_INCREMENT");
+  set.banking_folds = even && named.has_value();
+  set.v_step_m = even ? step : named.value_or(0.01);
+  (close ? set.open : set.closed).reset();
+  (close ? set.closed : set.open) = std::move(surface);
+}
+
+// The reference implementation turns headings as they are written, whole turns included.
+void scale_curvature(crg::Crg& crg, double factor) {
+  const double first =
+      crg::find_value(crg.road, "REFERENCE_LINE_START_PHI").value_or(crg.heading_rad[1]);
+  for (double& heading : crg.heading_rad) heading = first + factor * (heading - first);
+  crg.heading_rad[0] = first;
+  crg::set_value(crg.road, "REFERENCE_LINE_START_PHI", first);
+  crg::set_value(crg.road, "REFERENCE_LINE_END_PHI", crg.heading_rad.back());
+  for (const char* key : {"REFERENCE_LINE_END_X", "REFERENCE_LINE_END_Y"})
+    crg::erase_key(crg.road, key);
+}
+
+// A longer road begins where it began.
+void keep_begin(crg::Crg& crg, double begin_m) {
+  crg.grid.u_begin_m = begin_m;
+  for (const auto& [key, value] :
+       {std::pair{"REFERENCE_LINE_START_U", begin_m},
+        std::pair{"REFERENCE_LINE_END_U", crg.grid.u_of(crg.grid.rows() - 1)}}) {
+    if (crg::find_value(crg.road, key)) crg::set_value(crg.road, key, value);
+  }
+}
+
+}  // namespace
+
+std::mutex& registry_lock() {
+  static std::mutex lock;
+  return lock;
+}
+
+DataSet& load(const char* path) {
+  crg::Crg crg = crg::read(path);
+  auto set = std::make_unique<DataSet>();
+  set->options = default_options();
+  set->options.take(crg.options, options());
+  if (crg.has_modifier_section) {
+    set->modifiers.take(crg.modifiers, modifiers());
+  } else {
+    set->modifiers = default_modifiers();
+  }
+  crg.modifiers.clear();
+  crg.has_modifier_section = true;
+  const bool close = wants_closed(*set);
+  take_surface(*set, make_surface(std::move(crg), close), close);
+  set->id = all().empty() ? 1 : all().rbegin()->first + 1;
+  return *(all()[set->id] = std::move(set));
+}
+
+DataSet* find_data_set(int id) {
+  const auto found = all().find(id);
+  return found == all().end() ? nullptr : found->second.get();
+}
+
+std::vector<int> data_set_ids() {
+  std::vector<int> ids;
+  for (const auto& [id, set] : all()) ids.push_back(id);
+  return ids;
+}
+
+void erase_data_set(int id) { all().erase(id); }
+
+const crg::Surface& surface_of(DataSet& set, bool close) {
+  if (set.range.period_m <= 0.0) return set.any();
+  std::unique_ptr<const crg::Surface>& wanted = close ? set.closed : set.open;
+  if (!wanted) wanted = make_surface(set.any().file(), close);
+  return *wanted;
+}
+
+void apply_modifiers(DataSet& set) {
+  crg::Crg crg = set.any().file();
+  Settings now = set.modifiers;
+  const double begin_m = crg.grid.u_begin_m;
+  double factor = 1.0;
+  const bool headings = crg.heading_rad.size() > 1 && (crg.x_m.empty() || crg.y_m.empty());
+  if (headings && now.get_double(dCrgModScaleCurvature, factor)) {
+    scale_curvature(crg, factor);
+    now.remove(dCrgModScaleCurvature);
+  }
+  if (now.get_double(dCrgModScaleLength, factor)) {
+    Settings length;
+    length.set_double(dCrgModScaleLength, factor);
+    now.remove(dCrgModScaleLength);
+    crg.modifiers = length.entries(modifiers());
+    crg = crg::apply_modifiers(std::move(crg));
+    keep_begin(crg, begin_m);
+  }
+  crg.modifiers = now.entries(modifiers());
+  const auto placed = [&] {
+    for (unsigned int id = dCrgModRefPointV; id <= dCrgModRefPointPhi; ++id)
+      if (now.has(id)) return true;
+    return false;
+  };
+  // The reference takes the right edge from the header and not from the channels.
+  if (placed() && !now.has(dCrgModRefPointV) && !now.has(dCrgModRefPointVFrac) &&
+      !crg::find_value(crg.road, "LONG_SECTION_V_RIGHT")) {
+    crg.modifiers.push_back({.key = "REFPOINT_V"});
+  }
+  crg = crg::apply_modifiers(std::move(crg));
+  crg.modifiers.clear();
+  const bool close = wants_closed(set);
+  take_surface(set, make_surface(std::move(crg), close), close);
+  set.modifiers.clear();
+}
+
+crg::Crg as_file(const DataSet& set) {
+  crg::Crg crg = set.any().file();
+  crg.options = set.options.entries(options());
+  return crg;
+}
+
+}  // namespace opencrg
