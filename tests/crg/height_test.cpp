@@ -171,5 +171,14 @@ TEST(Height, TheShortWayOnTheGridGivesTheSameBits) {
   }
 }
 
+TEST(Height, AnyNumberIsAPlace) {
+  const Surface keep(flat_road({}));
+  for (const double far : {1e12, 1e19, 1e299}) {
+    EXPECT_EQ(keep.z_at_uv(5.0, far), plane(5.0, 2.0));
+    EXPECT_EQ(keep.z_at_uv(5.0, -far), plane(5.0, -2.0));
+    EXPECT_EQ(keep.z_at_uv(far, -far), plane(10.0, -2.0));
+  }
+}
+
 }  // namespace
 }  // namespace crg

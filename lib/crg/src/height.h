@@ -73,8 +73,9 @@ class HeightField {
   GridPlace place(std::size_t row, double fu, double v_m) const noexcept {
     if (per_v_step_ > 0.0) [[likely]] {
       const double columns = (v_m - v_right_m_) * per_v_step_;
-      const std::size_t column =
-          std::min(static_cast<std::size_t>(columns > 0.0 ? columns : 0.0), columns_ - 2);
+      // Bounded before it becomes an integer: v may be any number.
+      const auto column =
+          static_cast<std::size_t>(std::clamp(columns, 0.0, static_cast<double>(last_column_)));
       return {row, column, fu, columns - static_cast<double>(column)};
     }
     return place_uneven(row, fu, v_m);

@@ -81,7 +81,7 @@ int crgLoaderReadFile(const char* filename) {
 
 void crgLoaderSuppressFileNotFoundFatalMsg(bool suppress) { quiet_about_missing_files = suppress; }
 
-const char* crgGetReleaseInfo(void) { return "Kerbstone " KERBSTONE_VERSION ", OpenCRG C-API 2.0"; }
+const char* crgGetReleaseInfo(void) { return "Kerbstone, OpenCRG C-API release 2.0.1"; }
 
 int crgDataSetRelease(int dataSetId) {
   return with_set(__func__, dataSetId, 0, [&](DataSet& set) {
