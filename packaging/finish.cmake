@@ -18,6 +18,14 @@ foreach(component ${CPACK_COMPONENTS_ALL})
     # What goes into units must need libc alone on machines that are not Debian.
     file(WRITE ${usr}/share/lintian/overrides/kerbstone
       "kerbstone: embedded-library zlib *kerbstone_car.so*\n")
+  elseif(component STREQUAL opencrg)
+    if(NOT EXISTS ${usr}/include/crgBaseLib.h)
+      message(FATAL_ERROR "libOpenCRG.so is not built; build it before packing (scripts/package)")
+    endif()
+    # Programs know the library by a name without a version, and may bring another C++ runtime.
+    file(WRITE ${usr}/share/lintian/overrides/libopencrg-kerbstone
+      "libopencrg-kerbstone: shared-library-lacks-version *\n"
+      "libopencrg-kerbstone: link-to-shared-library-in-wrong-package *\n")
   elseif(NOT EXISTS ${usr}/include/crg.h)
     message(FATAL_ERROR "libcrg.a is not built; build it before packing (scripts/package)")
   endif()

@@ -41,4 +41,6 @@ endforeach()
 expect(kerbstone ${every} ${tools} "Section: science" "Depends: .*libassimp" "./usr/lib/.*kerbstone/kerbstone_car.so\n" "./usr/share/doc/kerbstone/docs/crgbuild.md\n")
 expect(libcrg-dev ${every} "Section: libdevel" "libstdc\\+\\+-dev" "./usr/lib/.*libcrg.a\n" "./usr/include/crg.h\n"
   "./usr/include/crg/surface.h\n" "/crgConfig.cmake\n" "/pkgconfig/crg.pc\n" "/examples/c/example.c\n")
+expect(libopencrg-kerbstone ${every} "Section: libs" "Depends: .*libc6" "./usr/lib/.*libOpenCRG.so\n" "./usr/include/crgBaseLib.h\n"
+  "/OpenCRGConfig.cmake\n" "/pkgconfig/OpenCRG.pc\n" "/examples/opencrg/drive.c\n")
 file(REMOVE_RECURSE ${WORK})
