@@ -10,7 +10,7 @@ namespace {
 
 // Ids are places in a table that grows by blocks which never move: looking one up needs no lock
 // while others are made.
-constexpr int kBlock = 1024, kBlocks = 1024;
+constexpr int kBlock = 64, kBlocks = 16384;
 using Block = std::array<std::atomic<ContactPoint*>, kBlock>;
 std::array<std::atomic<Block*>, kBlocks> table = {};
 
