@@ -151,6 +151,37 @@ void everything_driving(benchmark::State& state) {
     return sample.z_m + sample.dzdx + sample.dzdy + sample.heading_rad;
   });
 }
+// Everything, one wheel's lap in one call.
+void everything_batch_driving(benchmark::State& state) {
+  const int km = static_cast<int>(state.range(0));
+  const Surface& surface = track(km);
+  std::vector<Point2> points;
+  for (std::size_t k = 0; k < wheels(km).size(); k += 4) points.push_back(wheels(km)[k]);
+  std::vector<Sample> samples(points.size());
+  for (auto _ : state) {
+    Cursor cursor;
+    surface.at_xy(points, samples, cursor);
+    benchmark::DoNotOptimize(samples.data());
+  }
+  count(state, points.size());
+}
+void everything_of_uv_driving(benchmark::State& state) {
+  const int km = static_cast<int>(state.range(0));
+  const Surface& surface = track(km);
+  std::vector<UV> uvs;
+  Cursor cursor[4];
+  std::size_t k = 0;
+  for (const Point2& p : wheels(km)) uvs.push_back(surface.uv_of_xy(p.x_m, p.y_m, cursor[k++ % 4]));
+  double sum = 0.0;
+  for (auto _ : state) {
+    for (const UV& uv : uvs) {
+      const Sample sample = surface.at_uv(uv.u_m, uv.v_m);
+      sum += sample.z_m + sample.dzdx + sample.dzdy + sample.heading_rad;
+    }
+  }
+  benchmark::DoNotOptimize(sum);
+  count(state, uvs.size());
+}
 void z_of_uv_driving(benchmark::State& state) {
   const int km = static_cast<int>(state.range(0));
   const Surface& surface = track(km);
@@ -188,6 +219,18 @@ void z_random(benchmark::State& state) {
     }
   }
   benchmark::DoNotOptimize(sum);
+  count(state, points.size());
+}
+
+void z_random_batch(benchmark::State& state) {
+  const Surface& surface = track(static_cast<int>(state.range(0)));
+  const std::vector<Point2> points = random_points(surface, 200000);
+  std::vector<double> z_m(points.size());
+  for (auto _ : state) {
+    Cursor cursor;
+    surface.z_at_xy(points, z_m, cursor);
+    benchmark::DoNotOptimize(z_m.data());
+  }
   count(state, points.size());
 }
 
@@ -247,11 +290,14 @@ BENCHMARK(z_driving)->Arg(3);
 BENCHMARK(z_of_car_driving)->Arg(3);
 BENCHMARK(uv_driving)->Arg(3);
 BENCHMARK(everything_driving)->Arg(3);
+BENCHMARK(everything_batch_driving)->Arg(3);
+BENCHMARK(everything_of_uv_driving)->Arg(3);
 BENCHMARK(z_of_uv_driving)->Arg(3);
 BENCHMARK(bare_bilinear)->Arg(22);
 BENCHMARK(z_driving)->Arg(22);
 BENCHMARK(z_of_car_driving)->Arg(22);
 BENCHMARK(z_random)->Arg(3)->Arg(22);
+BENCHMARK(z_random_batch)->Arg(3)->Arg(22);
 BENCHMARK(z_random_latency)->Arg(3)->Arg(22);
 BENCHMARK_CAPTURE(strips, scalar, StripKernel::Scalar);
 BENCHMARK_CAPTURE(strips, avx2, StripKernel::Avx2);

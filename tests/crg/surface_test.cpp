@@ -193,5 +193,39 @@ TEST(Surface, ExplicitEmptyModifierSectionAppliesNothingUnderAnyDefault) {
   EXPECT_NEAR(moved.at_uv(0.0, 0.0).heading_rad, 0.0, 1e-7);
 }
 
+TEST(Surface, ABatchAnswersAsSingleCallsDoWhereverThePointsLie) {
+  const ReferenceLine line = test::circuit(1501, 30.0, 0.1, 3);
+  Crg crg = make_crg(line, test::grid_of(line, -4.0, 4.0, 17, [](double u, double v) {
+                       return 0.1 * std::sin(u) + 0.02 * v;
+                     }));
+  for (std::size_t i = 300; i < 330; ++i) crg.grid.at(i, 8) = NAN;
+  for (const double smooth_m : {0.0, 5.0}) {
+    set_value(crg.options, "BORDER_SMOOTH_UBEG", smooth_m);
+    const Surface surface(crg);
+    std::vector<Point2> points = {{NAN, 0.0}, {1e300, -1e300}, {1e5, 0.0}};
+    for (int k = 0; k < 3000; ++k) {  // stretches of driving between jumps
+      const double u = std::fmod((k % 100 < 50 ? 0.05 : 37.7) * k, 150.0);
+      points.push_back(surface.xy_of_uv(u, -6.0 + 12.0 * std::fmod(0.618 * k, 1.0)));
+      if (k % 97 == 0) points.push_back(points[static_cast<std::size_t>(k) % 3]);
+    }
+    std::vector<double> z_m(points.size());
+    std::vector<Sample> samples(points.size());
+    Cursor cursor, other;
+    surface.z_at_xy(points, z_m, cursor);
+    surface.at_xy(points, samples, other);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      Cursor fresh;
+      const Sample want = surface.at_xy(points[k].x_m, points[k].y_m, fresh);
+      const auto same = [](double a, double b) {
+        return a == b || (std::isnan(a) && std::isnan(b));
+      };
+      ASSERT_TRUE(same(z_m[k], want.z_m)) << k;
+      ASSERT_TRUE(same(samples[k].z_m, want.z_m) && same(samples[k].dzdx, want.dzdx) &&
+                  same(samples[k].u_m, want.u_m) && same(samples[k].v_m, want.v_m))
+          << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace crg

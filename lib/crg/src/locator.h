@@ -51,6 +51,10 @@ class Locator {
   template <typename OnGuess>
   Place locate_from(double x_m, double y_m, Cursor& cursor, const OnGuess& on_guess) const noexcept;
 
+  /// Where a search for a point would begin, and its v there; kNone where the tables know nothing.
+  CoarseIndex::Guess guess(double x_m, double y_m) const noexcept {
+    return coarse_.guess(x_m, y_m);
+  }
   const SegmentRecord* records() const { return records_.data(); }
   std::size_t segments() const { return segments_; }
 

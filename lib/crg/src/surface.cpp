@@ -115,6 +115,10 @@ struct Surface::Data {
                ? static_cast<std::ptrdiff_t>(columns)
                : 0;
   }
+  void fetch(std::span<const Point2> points, std::span<Cursor> cursors) const noexcept;
+  template <typename Answer, typename Ahead, typename Jump>
+  void batch(std::span<const Point2> points, std::span<Answer> out, Cursor& cursor, Ahead ahead,
+             Jump jump) const noexcept;
   void prefetch(const Cursor& cursor, const float* node) const noexcept;
   Place place_of(double u_m, double v_m) const noexcept;
   double u_of(const Place& place) const noexcept {
@@ -157,6 +161,61 @@ inline Place Surface::Data::locate_far(double x_m, double y_m, Cursor& cursor) c
     __builtin_prefetch(node + heights.columns());
     __builtin_prefetch(heights.line() + segment);
   });
+}
+
+// What queries at places without a history will need, asked for while others still wait: first the
+// segments that the tables point at, then those beside which the points lie, and their cells.
+void Surface::Data::fetch(std::span<const Point2> points,
+                          std::span<Cursor> cursors) const noexcept {
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const CoarseIndex::Guess guess = locator.guess(points[k].x_m, points[k].y_m);
+    cursors[k] = {};
+    if (guess.segment == CoarseIndex::kNone) continue;
+    cursors[k] = {guess.segment, 0.5, 0.0};
+    __builtin_prefetch(locator.records() + guess.segment);
+  }
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (cursors[k].fraction == 0.0) continue;
+    const SegmentFrame& frame = locator.records()[cursors[k].segment].frame;
+    const Local local(frame, points[k].x_m, points[k].y_m);
+    const double steps = std::floor(local.past_begin_m / frame.width(local.v_m));
+    const double last = static_cast<double>(locator.segments() - 1);
+    const double moved = static_cast<double>(cursors[k].segment) + steps;
+    if (moved >= 0.0 && moved <= last && std::abs(steps) < 64.0)
+      cursors[k].segment = static_cast<std::size_t>(moved);
+    const std::size_t segment = cursors[k].segment;
+    const float* node = heights.node(segment, 0) + column_near(local.v_m);
+    __builtin_prefetch(locator.records() + segment);
+    __builtin_prefetch(node);
+    __builtin_prefetch(node + heights.columns());
+    __builtin_prefetch(heights.line() + segment);
+    __builtin_prefetch(directions.data() + segment);
+  }
+}
+
+// Points in the order of a path go one by one; after a jump, as many as fit are fetched at once.
+// What is answered does not depend on the cursor, and so not on the way.
+template <typename Answer, typename Ahead, typename Jump>
+void Surface::Data::batch(std::span<const Point2> points, std::span<Answer> out, Cursor& cursor,
+                          Ahead ahead, Jump jump) const noexcept {
+  constexpr std::size_t kAtOnce = 32;
+  const std::size_t count = std::min(points.size(), out.size());
+  for (std::size_t k = 0; k < count;) {
+    if (ahead(points[k], cursor, out[k])) {
+      ++k;
+      continue;
+    }
+    Cursor cursors[kAtOnce];
+    const std::size_t block = std::min(kAtOnce, count - k);
+    if (block > 1) {
+      fetch(points.subspan(k, block), cursors);
+    } else {
+      cursors[0] = cursor;
+    }
+    for (std::size_t j = 0; j < block; ++j) out[k + j] = jump(points[k + j], cursors[j]);
+    cursor = cursors[block - 1];
+    k += block;
+  }
 }
 
 [[gnu::noinline]] double Surface::Data::z_far(double x_m, double y_m,
@@ -302,14 +361,36 @@ Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
 
 void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
                     Cursor& cursor) const noexcept {
-  const std::size_t count = std::min(points.size(), out.size());
-  for (std::size_t k = 0; k < count; ++k) out[k] = at_xy(points[k].x_m, points[k].y_m, cursor);
+  const Data& data = *data_;
+  const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
+    Place place;
+    if (!data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
+    data.prefetch(near, data.heights.node(place.segment, 0) + data.column_near(place.v_m));
+    sample = data.sample(place, p.x_m, p.y_m);
+    return true;
+  };
+  data.batch(points, out, cursor, ahead,
+             [&](const Point2& p, Cursor& near) { return at_xy(p.x_m, p.y_m, near); });
 }
 
 void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
                       Cursor& cursor) const noexcept {
-  const std::size_t count = std::min(points.size(), z_m.size());
-  for (std::size_t k = 0; k < count; ++k) z_m[k] = z_at_xy(points[k].x_m, points[k].y_m, cursor);
+  const Data& data = *data_;
+  const auto ahead = [&](const Point2& p, Cursor& near, double& z) {
+    Place place;
+    if (!data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
+    if (!data.heights.simple()) return z = data.z_of(place), true;
+    const GridPlace cell = data.heights.place_simple(place.segment, place.fraction, place.v_m);
+    data.prefetch(near, data.heights.node(cell.row, cell.column));
+    z = data.heights.z_simple(cell, place.v_m);
+    if (std::isnan(z)) [[unlikely]]
+      z = data.z_of(place);
+    return true;
+  };
+  data.batch(points, z_m, cursor, ahead, [&](const Point2& p, Cursor& near) {
+    const Place place = data.locator.locate(p.x_m, p.y_m, near);
+    return data.z_of(place);
+  });
 }
 
 void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
