@@ -81,6 +81,13 @@ class HeightField {
     return place_uneven(row, fu, v_m);
   }
 
+  /// The column left of v, 0 beyond the sides: for fetching.
+  std::ptrdiff_t column_near(double v_m) const noexcept {
+    const double columns = (v_m - v_right_m_) * per_v_step_;
+    return columns > 0.0 && columns < static_cast<double>(columns_)
+               ? static_cast<std::ptrdiff_t>(columns)
+               : 0;
+  }
   const float* node(std::size_t row, std::size_t column) const {
     return z_m_ + row * columns_ + column;
   }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "batch.h"
 #include "crg/error.h"
 #include "height.h"
 #include "locator.h"
@@ -109,16 +110,6 @@ struct Surface::Data {
   double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   Place locate_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   double friction_of(const Place& place) const noexcept;
-  std::ptrdiff_t column_near(double v_m) const noexcept {
-    const double columns = (v_m - heights.v_right_m()) * heights.per_v_step();
-    return columns > 0.0 && columns < static_cast<double>(heights.columns())
-               ? static_cast<std::ptrdiff_t>(columns)
-               : 0;
-  }
-  void fetch(std::span<const Point2> points, std::span<Cursor> cursors) const noexcept;
-  template <typename Answer, typename Ahead, typename Jump>
-  void batch(std::span<const Point2> points, std::span<Answer> out, Cursor& cursor, Ahead ahead,
-             Jump jump) const noexcept;
   void prefetch(const Cursor& cursor, const float* node) const noexcept;
   Place place_of(double u_m, double v_m) const noexcept;
   double u_of(const Place& place) const noexcept {
@@ -156,66 +147,11 @@ inline double Surface::Data::z_of(const Place& place) const noexcept {
 // After a jump the rows of the grid are fetched while the place is still being refined.
 inline Place Surface::Data::locate_far(double x_m, double y_m, Cursor& cursor) const noexcept {
   return locator.locate_from(x_m, y_m, cursor, [&](std::size_t segment, float v_m) {
-    const float* node = heights.node(segment, 0) + column_near(static_cast<double>(v_m));
+    const float* node = heights.node(segment, 0) + heights.column_near(static_cast<double>(v_m));
     __builtin_prefetch(node);
     __builtin_prefetch(node + heights.columns());
     __builtin_prefetch(heights.line() + segment);
   });
-}
-
-// What queries at places without a history will need, asked for while others still wait: first the
-// segments that the tables point at, then those beside which the points lie, and their cells.
-void Surface::Data::fetch(std::span<const Point2> points,
-                          std::span<Cursor> cursors) const noexcept {
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const CoarseIndex::Guess guess = locator.guess(points[k].x_m, points[k].y_m);
-    cursors[k] = {};
-    if (guess.segment == CoarseIndex::kNone) continue;
-    cursors[k] = {guess.segment, 0.5, 0.0};
-    __builtin_prefetch(locator.records() + guess.segment);
-  }
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    if (cursors[k].fraction == 0.0) continue;
-    const SegmentFrame& frame = locator.records()[cursors[k].segment].frame;
-    const Local local(frame, points[k].x_m, points[k].y_m);
-    const double steps = std::floor(local.past_begin_m / frame.width(local.v_m));
-    const double last = static_cast<double>(locator.segments() - 1);
-    const double moved = static_cast<double>(cursors[k].segment) + steps;
-    if (moved >= 0.0 && moved <= last && std::abs(steps) < 64.0)
-      cursors[k].segment = static_cast<std::size_t>(moved);
-    const std::size_t segment = cursors[k].segment;
-    const float* node = heights.node(segment, 0) + column_near(local.v_m);
-    __builtin_prefetch(locator.records() + segment);
-    __builtin_prefetch(node);
-    __builtin_prefetch(node + heights.columns());
-    __builtin_prefetch(heights.line() + segment);
-    __builtin_prefetch(directions.data() + segment);
-  }
-}
-
-// Points in the order of a path go one by one; after a jump, as many as fit are fetched at once.
-// What is answered does not depend on the cursor, and so not on the way.
-template <typename Answer, typename Ahead, typename Jump>
-void Surface::Data::batch(std::span<const Point2> points, std::span<Answer> out, Cursor& cursor,
-                          Ahead ahead, Jump jump) const noexcept {
-  constexpr std::size_t kAtOnce = 32;
-  const std::size_t count = std::min(points.size(), out.size());
-  for (std::size_t k = 0; k < count;) {
-    if (ahead(points[k], cursor, out[k])) {
-      ++k;
-      continue;
-    }
-    Cursor cursors[kAtOnce];
-    const std::size_t block = std::min(kAtOnce, count - k);
-    if (block > 1) {
-      fetch(points.subspan(k, block), cursors);
-    } else {
-      cursors[0] = cursor;
-    }
-    for (std::size_t j = 0; j < block; ++j) out[k + j] = jump(points[k + j], cursors[j]);
-    cursor = cursors[block - 1];
-    k += block;
-  }
 }
 
 [[gnu::noinline]] double Surface::Data::z_far(double x_m, double y_m,
@@ -355,7 +291,7 @@ Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   Place place;
   if (!data.locator.locate_ahead(x_m, y_m, cursor, place)) [[unlikely]]
     place = data.locate_far(x_m, y_m, cursor);
-  data.prefetch(cursor, data.heights.node(place.segment, 0) + data.column_near(place.v_m));
+  data.prefetch(cursor, data.heights.node(place.segment, 0) + data.heights.column_near(place.v_m));
   return data.sample(place, x_m, y_m);
 }
 
@@ -365,12 +301,12 @@ void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
   const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
     Place place;
     if (!data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
-    data.prefetch(near, data.heights.node(place.segment, 0) + data.column_near(place.v_m));
+    data.prefetch(near, data.heights.node(place.segment, 0) + data.heights.column_near(place.v_m));
     sample = data.sample(place, p.x_m, p.y_m);
     return true;
   };
-  data.batch(points, out, cursor, ahead,
-             [&](const Point2& p, Cursor& near) { return at_xy(p.x_m, p.y_m, near); });
+  for_each_place(data.locator, data.heights, points, out, cursor, ahead,
+                 [&](const Point2& p, Cursor& near) { return at_xy(p.x_m, p.y_m, near); });
 }
 
 void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
@@ -387,10 +323,11 @@ void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
       z = data.z_of(place);
     return true;
   };
-  data.batch(points, z_m, cursor, ahead, [&](const Point2& p, Cursor& near) {
-    const Place place = data.locator.locate(p.x_m, p.y_m, near);
-    return data.z_of(place);
-  });
+  for_each_place(data.locator, data.heights, points, z_m, cursor, ahead,
+                 [&](const Point2& p, Cursor& near) {
+                   const Place place = data.locator.locate(p.x_m, p.y_m, near);
+                   return data.z_of(place);
+                 });
 }
 
 void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
@@ -416,7 +353,8 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
     return Sample::kNaN;
   }
   const Place middle = data_->locator.locate(strip.x_m, strip.y_m, cursor);
-  data_->prefetch(cursor, data_->heights.node(middle.segment, 0) + data_->column_near(middle.v_m));
+  data_->prefetch(cursor,
+                  data_->heights.node(middle.segment, 0) + data_->heights.column_near(middle.v_m));
   const LineNode* line = data_->heights.line() + middle.segment;
   const double base = line[0].z_m + middle.fraction * (line[1].z_m - line[0].z_m);
   StripFiller filler(data_->locator, data_->heights, strip, base, dz_m);

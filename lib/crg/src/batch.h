@@ -1,0 +1,70 @@
+// Many points with one cursor: one after the other along a path, fetched ahead where they jump.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+#include "height.h"
+#include "locator.h"
+
+namespace crg {
+
+/// Cursors for points without a history, and everything that queries there will need asked for:
+/// first the segments that the tables point at, then those beside which the points lie, and their
+/// cells. The wait for one point's memory passes while others are looked at.
+inline void fetch_ahead(const Locator& locator, const HeightField& heights,
+                        std::span<const Point2> points, std::span<Cursor> cursors) noexcept {
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const CoarseIndex::Guess guess = locator.guess(points[k].x_m, points[k].y_m);
+    cursors[k] = {};
+    if (guess.segment == CoarseIndex::kNone) continue;
+    cursors[k] = {guess.segment, 0.5, 0.0};
+    __builtin_prefetch(locator.records() + guess.segment);
+  }
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (cursors[k].fraction == 0.0) continue;
+    const Local local(locator.records()[cursors[k].segment].frame, points[k].x_m, points[k].y_m);
+    const SegmentFrame& frame = locator.records()[cursors[k].segment].frame;
+    const double steps = std::floor(local.past_begin_m / frame.width(local.v_m));
+    const double moved = static_cast<double>(cursors[k].segment) + steps;
+    const double last = static_cast<double>(locator.segments() - 1);
+    if (std::abs(steps) < 64.0 && moved >= 0.0 && moved <= last)
+      cursors[k].segment = static_cast<std::size_t>(moved);
+    const std::size_t segment = cursors[k].segment;
+    const float* node = heights.node(segment, 0) + heights.column_near(local.v_m);
+    __builtin_prefetch(locator.records() + segment);
+    __builtin_prefetch(node);
+    __builtin_prefetch(node + heights.columns());
+    __builtin_prefetch(heights.line() + segment);
+  }
+}
+
+/// out[k] for points[k]. `ahead(point, cursor, answer)` answers where the cursor leads, or is
+/// false; `jump(point, cursor)` answers anywhere. Neither answer may depend on the cursor.
+template <typename Answer, typename Ahead, typename Jump>
+void for_each_place(const Locator& locator, const HeightField& heights,
+                    std::span<const Point2> points, std::span<Answer> out, Cursor& cursor,
+                    const Ahead& ahead, const Jump& jump) noexcept {
+  constexpr std::size_t kAtOnce = 32;
+  const std::size_t count = std::min(points.size(), out.size());
+  for (std::size_t k = 0; k < count;) {
+    if (ahead(points[k], cursor, out[k])) {
+      ++k;
+      continue;
+    }
+    Cursor cursors[kAtOnce];
+    const std::size_t block = std::min(kAtOnce, count - k);
+    if (block > 1) {
+      fetch_ahead(locator, heights, points.subspan(k, block), cursors);
+    } else {
+      cursors[0] = cursor;
+    }
+    for (std::size_t j = 0; j < block; ++j) out[k + j] = jump(points[k + j], cursors[j]);
+    cursor = cursors[block - 1];
+    k += block;
+  }
+}
+
+}  // namespace crg
