@@ -143,6 +143,8 @@ TEST(Reference, AnswersAgree) {
         const Sample sample = surface.at_uv(a, b);
         EXPECT_NEAR(sample.heading_rad, want1, 1e-9) << text;
         EXPECT_NEAR(sample.curvature_1pm, want2, 1e-9) << text;
+        EXPECT_EQ(surface.heading_at_uv(a, b).heading_rad, sample.heading_rad) << text;
+        EXPECT_EQ(surface.heading_at_uv(a, b).curvature_1pm, sample.curvature_1pm) << text;
       } else if (kind == "xy2uv") {
         const UV uv = surface.uv_of_xy(a, b, cursor);
         EXPECT_NEAR(uv.u_m, want1, 1e-9) << text;

@@ -105,6 +105,7 @@ struct Surface::Data {
     return place.beyond_m == 0.0 && place.v_m >= heights.v_right_m() &&
            place.v_m <= heights.v_left_m();
   }
+  Heading direction(const Place& place) const noexcept;
   Sample sample(const Place& place, double x_m, double y_m) const noexcept;
   double z_of(const Place& place) const noexcept;
   double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
@@ -184,10 +185,7 @@ Place Surface::Data::place_of(double u_m, double v_m) const noexcept {
   return place;
 }
 
-Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const noexcept {
-  const SegmentFrame& frame = locator.records()[place.segment].frame;
-  const bool inside = on_grid(place);
-  const double u_m = u_of(place);
+inline Heading Surface::Data::direction(const Place& place) const noexcept {
   const Direction& direction = directions[place.segment];
   double heading_rad = direction.heading_rad, curvature_1pm = direction.curvature_1pm;
   if (place.beyond_m < 0.0) [[unlikely]] {
@@ -195,6 +193,14 @@ Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const n
     curvature_1pm = 0.0;
   }
   if (!curvature_of_reference_line) curvature_1pm /= 1.0 - curvature_1pm * place.v_m;
+  return {heading_rad, curvature_1pm};
+}
+
+Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const noexcept {
+  const SegmentFrame& frame = locator.records()[place.segment].frame;
+  const bool inside = on_grid(place);
+  const double u_m = u_of(place);
+  const auto [heading_rad, curvature_1pm] = direction(place);
   Height height{Sample::kNaN, Sample::kNaN, Sample::kNaN};
   if (inside && heights.simple()) [[likely]] {
     height = heights.at_simple(heights.place_simple(place.segment, place.fraction, place.v_m),
@@ -372,6 +378,11 @@ Sample Surface::at_uv(double u_m, double v_m) const noexcept {
   Sample sample = data_->sample(place, point.x_m, point.y_m);
   sample.u_m = u_m;
   return sample;
+}
+
+Heading Surface::heading_at_uv(double u_m, double v_m) const noexcept {
+  if (!std::isfinite(u_m) || !std::isfinite(v_m)) return {};
+  return data_->direction(data_->place_of(u_m, v_m));
 }
 
 const Crg& Surface::file() const noexcept { return data_->file; }

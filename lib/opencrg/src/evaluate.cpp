@@ -23,7 +23,7 @@ bool finite(double a, double b) noexcept { return std::isfinite(a) && std::isfin
 }
 
 int heading(const ContactPoint& point, double u, double v, double* phi, double* curv) noexcept {
-  const crg::Sample sample = point.surface->at_uv(u, point.line_curvature ? 0.0 : v);
+  const crg::Heading sample = point.surface->heading_at_uv(u, point.line_curvature ? 0.0 : v);
   *phi = sample.heading_rad;
   *curv = sample.curvature_1pm;
   return 1;

@@ -43,6 +43,12 @@ struct UV {
   double v_m = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// Of the line through a point: as in Sample, which says more.
+struct Heading {
+  double heading_rad = std::numeric_limits<double>::quiet_NaN();
+  double curvature_1pm = std::numeric_limits<double>::quiet_NaN();
+};
+
 /// What to do with the modifiers of a file.
 enum class ModifierUse {
   AsInFile,           ///< apply those in the file; none where it has no section
@@ -86,6 +92,8 @@ class Surface {
   double z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample at_xy(double x_m, double y_m, Cursor& cursor) const noexcept;
   Sample at_uv(double u_m, double v_m) const noexcept;
+  /// heading_rad and curvature_1pm of at_uv() alone.
+  Heading heading_at_uv(double u_m, double v_m) const noexcept;
 
   /// Many points with one cursor, in the order of a path: out[k] belongs to points[k]. Looks at as
   /// many as the shorter of the two holds.
