@@ -21,7 +21,8 @@ void limit_amounts(std::vector<Unknown>& unknowns) {
       {"sensor.low_pass", 5.0},
       {"sensor.misalignment", 0.3},
       {"sensor.lever_arm", 4.0},
-      {"road.banking", 0.3},
+      {"sensor.derived", 1.4},
+      {"road.banking", 0.7},
       {"road.grade", 0.2},
       {"road.friction", 0.6},
       {"vehicle.turbo_lag", 1.25},
@@ -102,7 +103,7 @@ const std::vector<std::string>& mechanism_ids() {
       "vehicle.aero_slipstream", "environment.wind", "vehicle.brake_friction_temperature",
       "vehicle.brake_disc_conductance", "vehicle.multi_point_contact", "vehicle.differential",
       "vehicle.mass", "vehicle.fuel_burn", "sensor.bias", "sensor.gain", "sensor.delay",
-      "sensor.low_pass", "sensor.misalignment", "sensor.lever_arm", "parameter.mass", "parameter.cog",
+      "sensor.low_pass", "sensor.misalignment", "sensor.lever_arm", "sensor.derived", "parameter.mass", "parameter.cog",
       "parameter.yaw_inertia", "parameter.drag", "parameter.downforce", "parameter.engine_torque",
       "parameter.throttle_gain", "parameter.brake_gain", "parameter.tyre_grip",
       "parameter.tyre_stiffness", "parameter.wheel_radius", "parameter.steering_ratio"};
