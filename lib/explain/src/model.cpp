@@ -331,7 +331,8 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     const double up_along = set.grade + profile_at(set.along.grade, s, s.u_m[i]) + beside;
     const double up_across = set.bank + profile_at(set.along.bank, s, s.u_m[i]);
     grade += up_along + up_across * across_it;
-    bank += up_across - up_along * across_it;
+    const double leaning_more = up_across - up_along * across_it;
+    bank += leaning_more;
     vertical += set.vertical + profile_at(set.along.vertical, s, s.u_m[i]);
     // Of the angles whose tangents they are.
     const double cos_bank = 1 / std::sqrt(1 + bank * bank), sin_bank = bank * cos_bank;
@@ -372,7 +373,7 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     const double sfy = dvy + r * vx + g * sin_bank;
     // What presses on the road is its own curvature along the car, whatever the path's: the file's
     // heights were read along the car's tangent, from which a curved road's banking falls away.
-    const double curved = vertical - (bank - s.bank[i]) * s.line_curvature_1pm[i];
+    const double curved = vertical - leaning_more * s.line_curvature_1pm[i];
     const double pressed = (g * cos_grade + curved * vx * vx) * cos_bank;
     const double ahead = s.imu_ahead_m + set.imu_ahead;
     at_x[i] = sfx - ahead * r * r;

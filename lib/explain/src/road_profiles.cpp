@@ -192,6 +192,9 @@ class RoadFit {
         p.amounts = VectorXd::Zero(p.shapes.cols());
         width_ += p.shapes.cols();
         profiles.push_back(std::move(p));
+      } else if (u.id == "road.misplaced") {  // slopes that are there, elsewhere
+        constexpr double kShift_m = 10.0;
+        sensors_.push_back({k, 0.0, {kShift_m, kShift_m}});
       } else if (u.name == kLevelAccelerometer) {
         sensors_.push_back({k, 0.0, {1.0, 1.0}});
       } else if (u.kind == "sensor" && u.role == Role::kCandidate) {
