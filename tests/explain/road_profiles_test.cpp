@@ -53,8 +53,19 @@ crg::Crg oval(const Truth& truth) {
   return crg::make_crg(made.line, grid);
 }
 
-/// Four laps of the simulated car as a logger of 50 Hz has them; yaw rate behind a filter.
-vehicle::Table recorded(const Truth& truth, double yaw_filter_s) {
+/// How a column is logged.
+struct Logger {
+  double yaw_filter_s = 0.0;
+  double ax_from_speed_s = 0.0;  ///< ax is the derivative of the speed behind this filter; 0: measured
+};
+
+void filter(std::vector<double>& x, double time_s) {
+  double state = x.front();
+  for (double& value : x) state = value = value + (state - value) * std::exp(-0.02 / time_s);
+}
+
+/// Four laps of the simulated car as a logger of 50 Hz has them.
+vehicle::Table recorded(const Truth& truth, const Logger& logger) {
   const vehicle::Vehicle v = explain_test::racer();
   const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
   const crg::Surface surface(oval(truth));
@@ -71,10 +82,13 @@ vehicle::Table recorded(const Truth& truth, double yaw_filter_s) {
   base::Random random(7);
   for (const auto& [name, sd] : noise) {
     std::vector<double> x = *t.find(name);
-    if (name == std::string("yaw_rate_radps") && yaw_filter_s > 0) {
-      double state = x.front();
-      for (double& value : x)
-        state = value = value + (state - value) * std::exp(-0.02 / yaw_filter_s);
+    if (name == std::string("yaw_rate_radps") && logger.yaw_filter_s > 0)
+      filter(x, logger.yaw_filter_s);
+    if (name == std::string("ax_mps2") && logger.ax_from_speed_s > 0) {
+      const std::vector<double>& vx = *t.find("vx_mps");
+      for (std::size_t i = 0; i < x.size(); ++i)
+        x[i] = (vx[std::min(i + 1, x.size() - 1)] - vx[i > 0 ? i - 1 : 0]) / 0.04;
+      filter(x, logger.ax_from_speed_s);
     }
     for (double& value : x) value += sd * random.normal();
     out.add(name, std::move(x));
@@ -108,7 +122,7 @@ double right(const Finding& f, const std::function<double(double share)>& truth)
 
 TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   const Truth truth{.bank = 0.2, .grade = 0.03};
-  const Findings all = explained(recorded(truth, 0.3), {});
+  const Findings all = explained(recorded(truth, {.yaw_filter_s = 0.3}), {});
   const Finding* bank = found(all, "road.banking");
   const Finding* grade = found(all, "road.grade");
   ASSERT_TRUE(bank != nullptr && grade != nullptr) << findings_json(all);
@@ -122,9 +136,33 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   EXPECT_EQ(found(all, "sensor.gain"), nullptr);
 }
 
+TEST(RoadProfiles, AGradeIsFoundByForceWhereAxIsTheDerivativeOfTheSpeed) {
+  const Truth truth{.bank = 0.15, .grade = 0.04};
+  const Findings all = explained(recorded(truth, {.ax_from_speed_s = 0.5}), {});
+  const Finding* grade = found(all, "road.grade");
+  ASSERT_NE(grade, nullptr) << findings_json(all);
+  EXPECT_GT(right(*grade, [&](double share) { return truth.grade * std::sin(kTurn * share); }),
+            0.8);
+  EXPECT_NE(found(all, "sensor.derived"), nullptr) << findings_json(all);
+}
+
+TEST(RoadProfiles, WithoutALateralAccelerationNoBankingIsInvented) {
+  // A cosine alone does not say to which side.
+  const Truth truth{.bank = 0.2, .grade = 0.0};
+  const vehicle::Table all_columns = recorded(truth, {});
+  vehicle::Table log;
+  for (std::size_t k = 0; k < all_columns.names.size(); ++k)
+    if (all_columns.names[k] != "ay_mps2") log.add(all_columns.names[k], all_columns.columns[k]);
+  const Findings all = explained(log, {});
+  const Finding* bank = found(all, "road.banking");
+  if (bank != nullptr && bank->profile.size() > 60) {
+    EXPECT_GT(right(*bank, [&](double share) { return bank_at(truth, share); }), 0.8);
+  }
+}
+
 TEST(RoadProfiles, ALeaningRoadThatIsStatedRightIsNotDoubted) {
   const Truth truth{.bank = 0.2, .grade = 0.03};
-  const Findings all = explained(recorded(truth, 0.0), truth);
+  const Findings all = explained(recorded(truth, {}), truth);
   for (const Finding& f : all.findings) EXPECT_NE(f.kind, "road") << f.mechanism;
 }
 

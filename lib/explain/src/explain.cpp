@@ -391,7 +391,8 @@ bool Analysis::step(Findings& out, bool first) {
     if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     ++looked;
     const double threshold = s.threshold * (u.kind == "sensor" && kinematic_ ? 1.0 : kMargin);
-    if (std::abs(t.test.z) < threshold && (u.along_road || std::sqrt(t.gain) < threshold)) continue;
+    // Where the exact amount was sought it decides, not the straight line to it.
+    if (std::sqrt(t.gain) < threshold) continue;
     if (u.along_road && !stands_out(families[t.family], t.test, s.threshold)) continue;
     const std::vector<double> g = gains(t);
     const auto [cv, se] = total(g);

@@ -57,23 +57,6 @@ void correct(const Signals& s, const Setting& set, Channel c, std::vector<double
   }
 }
 
-/// First-order lag, exact for what is straight between steps; starts settled, holds over gaps.
-std::vector<double> lagged(const std::vector<double>& x, double time_s) {
-  if (time_s <= 0) return x;
-  std::vector<double> out(x.size(), kNaN);
-  const double keep = std::exp(-kStep / time_s);
-  double state = kNaN, last = kNaN;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!std::isfinite(x[i])) continue;
-    const double behind =
-        std::isfinite(last) ? time_s * (x[i] - last) / kStep : 0.0;  // of a ramp, once settled
-    state = std::isfinite(state) ? x[i] - behind + keep * (state - last + behind) : x[i];
-    last = x[i];
-    out[i] = state;
-  }
-  return out;
-}
-
 std::vector<double> delayed(const std::vector<double>& x, double time_s) {
   if (time_s == 0) return x;
   std::vector<double> slope(x.size(), 0.0), out(x.size());
@@ -199,6 +182,22 @@ Gears gears_of(const Signals& s, const vehicle::Vehicle& car, double radius_m) {
 }
 
 }  // namespace
+
+std::vector<double> lagged(const std::vector<double>& x, double time_s) {
+  if (time_s <= 0) return x;
+  std::vector<double> out(x.size(), kNaN);
+  const double keep = std::exp(-kStep / time_s);
+  double state = kNaN, last = kNaN;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i])) continue;
+    const double behind =
+        std::isfinite(last) ? time_s * (x[i] - last) / kStep : 0.0;  // of a ramp, once settled
+    state = std::isfinite(state) ? x[i] - behind + keep * (state - last + behind) : x[i];
+    last = x[i];
+    out[i] = state;
+  }
+  return out;
+}
 
 const std::array<RelationInfo, kRelationCount>& relations() {
   static const std::array<RelationInfo, kRelationCount> list{
@@ -416,8 +415,19 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
         out.r[Relation::kAccelZ][i] = x[kAz][i] - pressed_on[i] + roll * at_y[i] - pitch * at_x[i];
     }
   };
+  // Without a brake in the log only what is driven says what drives.
+  std::vector<bool> driven(s.n, has(kThrottle));
+  for (std::size_t i = 0; i < s.n && !has(kBrakeFront); ++i)
+    for (std::size_t k = i > 4 ? i - 4 : 0; k < std::min(s.n, i + 5); ++k)
+      driven[i] = driven[i] && s.x[kThrottle][k] > 0.15;
+  const auto along = [&](const Led& led) {
+    for (std::size_t i = 0; i < s.n; ++i)
+      if (driven[i] && !gears.shifting[i])
+        out.r[Relation::kForceX][i] = recorded_x[i] - led.force_x_mps2[i];
+  };
   if (drives.none) {
     accelerometer(drives.known != nullptr ? drives.known->led : Led{});
+    if (drives.known != nullptr) along(drives.known->led);
     return out;
   }
 
@@ -426,17 +436,11 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
   const Led led = known ? drives.known->led : lead(s, car, set, by);
   if (drives.keep != nullptr) *drives.keep = {set, by, led};
   accelerometer(led);
-  // Without a brake in the log only what is driven says what drives.
-  std::vector<bool> driven(s.n, has(kThrottle));
-  for (std::size_t i = 0; i < s.n && !has(kBrakeFront); ++i)
-    for (std::size_t k = i > 4 ? i - 4 : 0; k < std::min(s.n, i + 5); ++k)
-      driven[i] = driven[i] && s.x[kThrottle][k] > 0.15;
+  along(led);
   const double mass0 = p[P::chassis_mass_kg];
   const std::vector<bool> spins = spinning(s, car.parameters[P::rear_track_m]);
   for (std::size_t i = 0; i < s.n; ++i) {
     const bool braking = has(kBrakeFront) && s.x[kBrakeFront][i] > 3e4;
-    if (driven[i] && !gears.shifting[i])
-      out.r[Relation::kForceX][i] = recorded_x[i] - led.force_x_mps2[i];
     if (has(kVy) && has(kSteer)) {
       out.r[Relation::kForceY][i] = recorded_y[i] - led.force_y_mps2[i];
       // Times the inertia over that stated and the mass alone: no inertia and no mass can make its

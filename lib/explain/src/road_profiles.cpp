@@ -28,6 +28,7 @@ constexpr double kLeastGain =
     30.0;  ///< of squares, in standard deviations squared, on what was left out
 constexpr double kOneStretch_m = 640.0;  ///< a stretch this long is looked for by itself
 constexpr double kLate_s = 0.01;
+constexpr double kCarMayBeOff = 3.0;  ///< usual errors of its numbers
 constexpr double kStride =
     3.0;  ///< steps of a sensor's error at once: a filter is not linear in its time
 
@@ -142,6 +143,14 @@ UsualError usual_error(const Unknown& u, const Signals& s) {
   return {0.5 * u.least, 5 * u.step};
 }
 
+/// Whether gravity or the press of the road in an acceleration tells which way it leans: a cosine
+/// alone says how much, not to which side.
+bool has_sign(const Unknown& u, const Signals& s) {
+  if (u.id == "road.banking") return s.present[kAy] && s.present[kVy];
+  if (u.id == "road.grade") return s.present[kAx];
+  return s.present[kAz];
+}
+
 /// Per row: what the uniform change does there, times each shape at its place.
 MatrixXd along_the_lap(const Rows& rows, const VectorXd& per_unit, const MatrixXd& shapes,
                        double length_m, bool closed) {
@@ -183,12 +192,12 @@ class RoadFit {
     for (std::size_t k = 0; k < inventory.unknowns.size(); ++k) {
       const Unknown& u = inventory.unknowns[k];
       if (u.id == "road.banking" || u.id == "road.grade" || u.id == "road.vertical_curvature") {
+        if (!has_sign(u, logs.front())) continue;
         Profile p;
         p.unknown = k;
         p.column = width_;
-        // A closed road comes back to its height and its slope.
-        p.shapes =
-            !closed_ || u.id == "road.banking" ? all : MatrixXd(all.rightCols(all.cols() - 1));
+        // A closed road comes back to its height.
+        p.shapes = closed_ && u.id == "road.grade" ? MatrixXd(all.rightCols(all.cols() - 1)) : all;
         p.amounts = VectorXd::Zero(p.shapes.cols());
         width_ += p.shapes.cols();
         profiles.push_back(std::move(p));
@@ -216,6 +225,43 @@ class RoadFit {
       done();
     }
     folds_ = folds_of(l, rows_);
+  }
+
+  /// Whether the derivative of the speed behind some filter gives ax better than an accelerometer
+  /// on the road that was found: then it says nothing about grade. The force along the car takes
+  /// its place, beside all that the stated car may get wrong.
+  bool leave_out_derived_ax() {
+    if (!logs_.front().present[kAx]) return false;
+    const double measured = noise_of(rows_, rows_at(setting()), training_).sigma[Relation::kAccelX];
+    double derived = HUGE_VAL;
+    for (const double time_s : {0.0, 0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0, 1.5, 2.2, 3.2, 4.5}) {
+      std::vector<Residuals> r(logs_.size());
+      for (std::size_t k = 0; k < logs_.size(); ++k) {
+        for (auto& relation : r[k].r) relation.assign(logs_[k].n, std::nan(""));
+        const std::vector<double> ax = lagged(logs_[k].dx[kVx], time_s);
+        for (std::size_t i = 0; i < logs_[k].n; ++i)
+          r[k].r[Relation::kAccelX][i] = logs_[k].x[kAx][i] - ax[i];
+      }
+      const double sigma = noise_of(rows_, gather(rows_, r), training_).sigma[Relation::kAccelX];
+      if (sigma > 0) derived = std::min(derived, sigma);
+    }
+    if (!(derived < measured)) return false;
+    by_force_ = true;
+    for (Profile& p : profiles) p.amounts.setZero();
+    for (SensorError& e : sensors_) e.amount = 0.0;
+    std::vector<const Unknown*> car;
+    for (const Unknown& u : inventory_.unknowns)
+      if (u.role != Role::kCandidate && u.name != kLevelAccelerometer) car.push_back(&u);
+    car_precision_ = VectorXd(static_cast<Index>(car.size()));
+    for (std::size_t k = 0; k < car.size(); ++k) {
+      const double sd = kCarMayBeOff * (car[k]->held > 0 ? car[k]->held : std::hypot(0.5 * car[k]->width, car[k]->form));
+      car_precision_[static_cast<Index>(k)] = 1 / (sd * sd);
+    }
+    car_moves_ = derivatives(logs_, car_, stated_, car, rows_, threads_, {});
+    for (Index i = 0; i < car_moves_.rows(); ++i)
+      if (rows_.row[static_cast<std::size_t>(i)].relation != Relation::kForceX) car_moves_.row(i).setZero();
+    width_ += car_moves_.cols();
+    return true;
   }
 
   /// By the evidence: what large and rough profiles can take the place of counts against them.
@@ -274,6 +320,7 @@ class RoadFit {
     for (std::size_t k = 0; k < sensors_.size(); ++k)
       if (const double sd = sensors_[k].usual.*usual; sd > 0)
         out[first_sensor_ + static_cast<Index>(k)] = 1 / (sd * sd);
+    if (by_force_) out.tail(car_precision_.size()) = car_precision_;
     return out;
   }
   VectorXd own_precision(const Profile& p) const {
@@ -313,7 +360,9 @@ class RoadFit {
       r.push_back(residuals(logs_[k], car_, s, {.known = &drives_[k], .none = true}));
     VectorXd out = gather(rows_, r);
     for (Index i = 0; i < out.size(); ++i)
-      if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only)
+      if (const std::size_t k = rows_.row[static_cast<std::size_t>(i)].relation;
+          by_force_ ? k == Relation::kAccelX || !(relations()[k].sensors_only || k == Relation::kForceX)
+                    : !relations()[k].sensors_only)
         out[i] = std::nan("");
     return out;
   }
@@ -362,6 +411,11 @@ class RoadFit {
       l.x.col(first_sensor_ + static_cast<Index>(k)) = column;
       l.y += column * sensors_[k].amount;
     }
+    if (by_force_) {
+      l.x.rightCols(car_moves_.cols()) = w.asDiagonal() * car_moves_;
+      for (Index i = 0; i < r.size(); ++i)
+        if (!std::isfinite(r[i])) l.x.row(i).tail(car_moves_.cols()).setZero();
+    }
     return l;
   }
 
@@ -404,6 +458,9 @@ class RoadFit {
   double length_m_;
   bool closed_;
   Index spaces_ = 0, width_ = 0, first_sensor_ = 0;
+  bool by_force_ = false;    ///< along the car, not by ax
+  MatrixXd car_moves_;       ///< of the force along it, per unit of what the stated car may get wrong
+  VectorXd car_precision_;
   std::vector<SensorError> sensors_;
   Folds folds_;
 };
@@ -471,11 +528,15 @@ void Analysis::find_road_profiles(Findings& out) {
   if (road.profiles.empty()) return;
   int rounds = 0;
   const auto done = [&] { progress("the road along the lap", std::min(1.0, ++rounds / 32.0)); };
-  for (int k = 0; k < 8; ++k) {
-    road.settle(3, done);
-    road.choose_roughness();
-  }
-  road.settle(2, done);
+  const auto find = [&] {
+    for (int k = 0; k < 8; ++k) {
+      road.settle(3, done);
+      road.choose_roughness();
+    }
+    road.settle(2, done);
+  };
+  find();
+  if (road.leave_out_derived_ax()) find();
   // Without what says nothing the others settle again.
   for (bool again = true; again;) {
     again = false;

@@ -174,7 +174,10 @@ void count_laps(Signals& s) {
     }
     s.lap[i] = lap;
   }
-  for (const double way : gone) s.whole.push_back(way > 0.97 * s.length_m);
+  for (const double way : gone) {
+    s.whole.push_back(way > 0.97 * s.length_m);
+    if (s.closed) s.rounds += way / s.length_m;
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "plausible.h"
 #include "unknowns_listing.h"
 
 namespace explain {
@@ -49,15 +50,15 @@ void limit_amounts(std::vector<Unknown>& unknowns) {
 
 // One lap shows every place once: nothing comes back there.
 void drop_places_seen_once(const Listing& l) {
-  std::ptrdiff_t whole = 0;
+  double rounds = 0.0;
   bool closed = false;
   for (const Signals& s : l.logs) {
-    whole += std::count(s.whole.begin(), s.whole.end(), true);
+    rounds += s.rounds;
     closed = closed || s.closed;
   }
-  if (!closed || whole >= 2) return;
+  if (!closed || rounds >= kTwoRounds) return;
   for (const Unknown& u : l.out.unknowns)
-    if (u.along_road) untestable(l, {u.id.c_str()}, "less than two whole laps");
+    if (u.along_road) untestable(l, {u.id.c_str()}, "less than two laps");
   std::erase_if(l.out.unknowns, [](const Unknown& u) { return u.along_road; });
 }
 

@@ -88,6 +88,10 @@ struct Setting {
   bool operator==(const Setting&) const = default;
 };
 
+/// The series behind a first-order filter, exact for what is straight between steps of
+/// Signals::kStep_s; starts settled, holds over gaps (NaN).
+std::vector<double> lagged(const std::vector<double>& x, double time_s);
+
 /// Median of the engine speed of the logs: as logged, or by the gears and the speed; rad/s.
 double typical_engine_radps(const std::vector<Signals>& logs, const vehicle::Vehicle& car);
 
@@ -101,7 +105,9 @@ struct KnownDrive;  ///< led_car.h
 struct Drives {
   const KnownDrive* known = nullptr;  ///< of this recording and car: taken where it would be the same
   KnownDrive* keep = nullptr;         ///< gets the drive
-  bool none = false;                  ///< only the relations that need no forces; of `known` they take how the body leans
+  /// No car is led: only the relations that need no forces, and the force along the car that `known` has.
+  /// Of `known` they take how the body leans.
+  bool none = false;
 };
 Residuals residuals(const Signals& signals, const vehicle::Vehicle& car, const Setting& s,
                     const Drives& drives = {});

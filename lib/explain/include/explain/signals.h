@@ -39,6 +39,7 @@ struct Signals {
   std::vector<double> grip;                               ///< factor of the road's friction map under the car; 1 without one
   std::vector<int> lap;                                   ///< 0, 1, ...: counted at the line
   std::vector<bool> whole;                                ///< per lap: begins and ends at the line
+  double rounds = 0.0;                                    ///< driven in all, wherever it began; of a closed road
   double sample_hz = 0.0;
   double length_m = 0.0;                                  ///< of the road; laps wrap if closed
   bool closed = false;
