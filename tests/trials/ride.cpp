@@ -89,7 +89,7 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
       pitch += h * dpitch;
     }
     last = road;
-    row[kAz] = kGravity + ddz + true_bank(car, track, row[kS]) * row[kR] * row[kVx];
+    row[kAz] = kGravity + ddz - true_bank(car, track, row[kS]) * track.at(row[kS]).curvature * row[kVx] * row[kVx];
     row[kRollRate] = droll;
     row[kPitchRate] = dpitch;
     for (std::size_t i = 0; i < 4; ++i) {

@@ -81,7 +81,8 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
   const double q = 0.5 * car.density * air_x * std::hypot(air_x, air_y);
   const double drag = q * car.drag * factor(car, "vehicle.aero_drag") * (1 + amount(car, "parameter.drag")), side_air = 0.5 * car.density * 1.2 * std::hypot(air_x, air_y) * air_y;
   const double down = factor(car, "vehicle.aero_downforce") * (1 + amount(car, "parameter.downforce")) * (1 - amount(car, "vehicle.aero_ride_height") * (1 - std::exp(-q / 1500)));
-  const double plus = kGravity + vertical * vx * vx + bank * r * vx;
+  // What presses on a leaning road is its own curvature: z = v bank falls away beside a straight.
+  const double plus = kGravity + (vertical - bank * track.at(s).curvature) * vx * vx;
   const double front = mass * plus * car.b / wheelbase + q * car.lift_f * down - x[12];
   const double rear = mass * plus * car.a / wheelbase + q * car.lift_r * down + x[12];
   const double tf = x[13] * car.roll_front / car.track_f, tr = x[13] * (1 - car.roll_front) / car.track_r;

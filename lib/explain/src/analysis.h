@@ -16,11 +16,16 @@ struct Accepted {
   std::size_t unknown = 0;
   double amount = 0.0;            ///< of an unknown that acts everywhere
   bool kinematic = false;         ///< a sensor that relations without forces judge: they alone say how much
-  Eigen::MatrixXd columns;        ///< of a road unknown: one per cell, not whitened, constant
-  std::vector<int> cells;         ///< their cells
-  double width = 0.0;             ///< prior of each cell's amount
+  Eigen::MatrixXd columns;        ///< of a road unknown: one per cell or shape, not whitened
+  std::vector<int> cells;         ///< of a stretch: those of the columns
+  Eigen::VectorXd precision;      ///< 1 / width^2 of the prior of each column
+  Eigen::MatrixXd shapes;         ///< of a profile over the whole lap: value at each place per column
+  Eigen::VectorXd amounts;        ///< of its columns, as the setting has them
   bool by_cost = false;           ///< found where forces count as few: so are its limits
 };
+
+/// Acts everywhere with one amount.
+inline bool has_one_amount(const Accepted& a) { return a.columns.cols() == 0; }
 
 /// What an amount that is free would save of the loss.
 struct Saved {
@@ -40,7 +45,8 @@ class Analysis {
     Eigen::VectorXd precision;
   };
   void refit(int rounds);                       ///< Gauss-Newton of parameters, curves and what was accepted
-  void weigh();                                 ///< noise of each relation and its correlation in time
+  void weigh();                                 ///< by what the model leaves now
+  void find_road_profiles(Findings& out);       ///< what sensors alone say about the whole lap
   Model model(const Eigen::VectorXd& weights) const;  ///< parameters and curves first
   Model model() const { return model(weights()); }
   Model careful_model() const { return model(careful_weights()); }

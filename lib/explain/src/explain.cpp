@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "analysis.h"
+#include "road_profiles.h"
 #include "base/parallel.h"
 #include "vehicle/error.h"
 
@@ -48,8 +49,10 @@ Setting Analysis::setting_with(const VectorXd& amounts) const {
   Setting s = stated_;
   for (std::size_t k = 0; k < refit_.size(); ++k) inventory_.unknowns[refit_[k]].set(s, amounts[static_cast<Index>(k)]);
   auto at = static_cast<Index>(refit_.size());
-  for (const Accepted& a : accepted_)
-    if (a.cells.empty()) inventory_.unknowns[a.unknown].set(s, amounts[at++]);
+  for (const Accepted& a : accepted_) {
+    if (has_one_amount(a)) inventory_.unknowns[a.unknown].set(s, amounts[at++]);
+    if (a.shapes.size() > 0) profile_of(s.along, inventory_.unknowns[a.unknown].id) = values_along(a);
+  }
   return s;
 }
 
@@ -127,41 +130,11 @@ void Analysis::look() {
 }
 
 void Analysis::weigh() {
-  // Spread by the median, correlation in time up to 3 s: the weight is that of independent means.
   const VectorXd e = weight_.size() == 0 ? r_ : VectorXd(model().fitted.e.cwiseQuotient(weight_.cwiseMax(1e-12)));
-  weight_ = VectorXd::Zero(e.size());
-  for (std::size_t relation = 0; relation < kRelationCount; ++relation) {
-    std::vector<double> values;
-    std::vector<Index> at;
-    for (Index i = 0; i < e.size(); ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      if (rows_.row[k].relation != relation || !training_[k]) continue;
-      values.push_back(e[i]);
-      at.push_back(i);
-    }
-    if (values.size() < 30) continue;
-    std::vector<double> sorted = values;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double median = *middle;
-    for (double& x : sorted) x = std::abs(x - median);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double sigma = std::max(1e-6, 1.4826 * *middle);
-    // Outliers count as 4 sigma. A constant error is no noise: it is what is to be found.
-    for (double& x : values) x = std::clamp(x - median, -4 * sigma, 4 * sigma);
-    double variance = 0;
-    for (const double x : values) variance += x * x / static_cast<double>(values.size());
-    double factor = 1.0;
-    for (std::size_t lag = 1; lag <= 10; ++lag) {
-      double product = 0;
-      for (std::size_t k = lag; k < values.size(); ++k) product += values[k] * values[k - lag];
-      factor += 2 * (1 - static_cast<double>(lag) / 11.0) * product / (variance * static_cast<double>(values.size()));
-    }
-    sigma_[relation] = std::sqrt(variance);
-    spread_[relation] = std::clamp(factor, 0.5, 10.0);
-    const double w = 1.0 / std::sqrt(variance * spread_[relation]);
-    for (const Index i : at) weight_[i] = w * std::min(1.0, 4 * sigma / (std::abs(e[i] - median) + 1e-300));
-  }
+  Noise noise = noise_of(rows_, e, training_);
+  weight_ = std::move(noise.weight);
+  sigma_ = noise.sigma;
+  spread_ = noise.spread;
 }
 
 Analysis::Model Analysis::model(const VectorXd& w) const {
@@ -179,16 +152,17 @@ Analysis::Model Analysis::model(const VectorXd& w) const {
     }
   auto everywhere = static_cast<Index>(refit_.size());
   for (const Accepted& a : accepted_) {
-    if (!a.cells.empty()) continue;
+    if (!has_one_amount(a)) continue;
     for (Index i = 0; i < x.rows() && a.kinematic && everywhere < moves_.cols(); ++i)
       if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only) x(i, everywhere) = 0.0;
     ++everywhere;
   }
   Index at = moves_.cols();
   for (const Accepted& a : accepted_) {
-    if (a.cells.empty()) continue;
+    if (has_one_amount(a)) continue;
     x.middleCols(at, a.columns.cols()) = a.columns;
-    m.precision.segment(at, a.columns.cols()).setConstant(a.width > 0 ? 1.0 / (a.width * a.width) : 0.0);
+    m.precision.segment(at, a.columns.cols()) = a.precision;
+    if (a.shapes.size() > 0) before.segment(at, a.columns.cols()) = a.amounts;
     at += a.columns.cols();
   }
   m.fitted = fit(w.asDiagonal() * x, w.cwiseProduct(r_), m.precision, before);
@@ -236,7 +210,7 @@ void Analysis::refit(int rounds) {
   std::vector<const Unknown*> free;
   for (const std::size_t k : refit_) free.push_back(&inventory_.unknowns[k]);
   for (const Accepted& a : accepted_)
-    if (a.cells.empty()) free.push_back(&inventory_.unknowns[a.unknown]);
+    if (has_one_amount(a)) free.push_back(&inventory_.unknowns[a.unknown]);
   // One Jacobian serves all rounds (chord method); only columns that are new are computed again.
   const bool fresh = moves_.size() == 0;
   const auto known = static_cast<std::size_t>(moves_.cols());
@@ -261,6 +235,11 @@ void Analysis::refit(int rounds) {
       amounts_[k] = std::clamp(amounts_[k] + move[k], -far, far);
     }
     for (Index k = static_cast<Index>(refit_.size()); k < moves_.cols(); ++k) amounts_[k] += move[k];
+    Index place = moves_.cols();
+    for (Accepted& a : accepted_) {
+      if (a.shapes.size() > 0) a.amounts += m.fitted.amount.segment(place, a.columns.cols());
+      place += a.columns.cols();
+    }
     look();
     weigh();
   }
@@ -268,7 +247,7 @@ void Analysis::refit(int rounds) {
   // The amounts of accepted unknowns are where they are wanted.
   auto at = static_cast<Index>(refit_.size());
   for (Accepted& a : accepted_)
-    if (a.cells.empty()) a.amount = amounts_[at++];
+    if (has_one_amount(a)) a.amount = amounts_[at++];
 }
 
 bool Analysis::used(const Unknown& u) const {
@@ -338,7 +317,7 @@ double Analysis::stability(const Fitted& model, const VectorXd& column, double a
 
 void Analysis::accept(Findings& out, Finding found, Accepted a) {
   out.findings.push_back(std::move(found));
-  if (a.cells.empty()) {
+  if (has_one_amount(a)) {
     // amounts_ lists those that act everywhere in the order of accepted_.
     amounts_.conservativeResize(amounts_.size() + 1);
     amounts_[amounts_.size() - 1] = a.amount;
@@ -412,7 +391,8 @@ bool Analysis::step(Findings& out, bool first) {
     if (std::abs(t.amount) < u.least || std::abs(t.amount) > u.most) continue;
     ++looked;
     const double threshold = s.threshold * (u.kind == "sensor" && kinematic_ ? 1.0 : kMargin);
-    if (std::abs(t.test.z) < threshold && (u.along_road || std::sqrt(t.gain) < threshold)) continue;
+    // Where the exact amount was sought it decides, not the straight line to it.
+    if (std::sqrt(t.gain) < threshold) continue;
     if (u.along_road && !stands_out(families[t.family], t.test, s.threshold)) continue;
     const std::vector<double> g = gains(t);
     const auto [cv, se] = total(g);
@@ -470,7 +450,8 @@ bool Analysis::step(Findings& out, bool first) {
       const VectorXd per_unit = (r_ - rows_at(moved)) / t.amount;
       const int reach = std::max(3, (t.test.end - t.test.begin) / 2);
       const int begin = std::max(0, t.test.begin - reach), end = std::min(cells_, t.test.end + reach);
-      a.width = 1.5 * std::abs(t.amount);
+      const double width = 1.5 * std::abs(t.amount);
+      a.precision = VectorXd::Constant(end - begin, 1 / (width * width));
       a.columns = MatrixXd::Zero(r_.size(), end - begin);
       for (Index i = 0; i < r_.size(); ++i) {
         const int cell = families[t.family].cell[static_cast<std::size_t>(i)];
@@ -489,7 +470,7 @@ bool Analysis::step(Findings& out, bool first) {
 std::optional<std::size_t> Analysis::faded(const Findings& out) const {
   auto place = static_cast<Index>(refit_.size());
   for (std::size_t k = 0; k < accepted_.size(); ++k) {
-    if (!accepted_[k].cells.empty()) continue;
+    if (!has_one_amount(accepted_[k])) continue;
     const Unknown& u = inventory_.unknowns[accepted_[k].unknown];
     const double amount = amounts_[place++];
     if (std::abs(amount) < u.least || std::abs(amount) > u.most || (u.one_sided && amount < 0))
@@ -507,12 +488,12 @@ std::optional<std::size_t> Analysis::faded(const Findings& out) const {
 void Analysis::drop_faded(Findings& out) {
   while (const std::optional<std::size_t> k = faded(out)) {
     const auto at = static_cast<std::ptrdiff_t>(*k);
-    if (accepted_[*k].cells.empty()) {
+    if (has_one_amount(accepted_[*k])) {
       // amounts_ and moves_ have those that act everywhere, in the order of accepted_.
       const Index place =
           static_cast<Index>(refit_.size()) +
           std::count_if(accepted_.begin(), accepted_.begin() + at,
-                        [](const Accepted& a) { return a.cells.empty(); });
+                        [](const Accepted& a) { return has_one_amount(a); });
       const Index behind = moves_.cols() - place - 1;
       moves_.middleCols(place, behind) = moves_.rightCols(behind).eval();
       moves_.conservativeResize(moves_.rows(), moves_.cols() - 1);
@@ -544,6 +525,7 @@ Findings Analysis::run() {
   for (const Signals& s : logs_)
     for (const std::string& remark : s.remarks) out.remarks.push_back(remark);
   out.remarks.insert(out.remarks.end(), remarks_.begin(), remarks_.end());
+  if (options_.mechanisms) find_road_profiles(out);
   refit(4);
   if (!options_.mechanisms) {
     prove(out);

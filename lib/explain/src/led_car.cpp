@@ -114,7 +114,7 @@ double between(const std::vector<double>& x, std::size_t i, double share) {
 }
 
 /// What one substep tells, in the order of Led.
-using Told = std::array<double, 8>;
+using Told = std::array<double, 10>;
 
 /// Forces that no stated tyre has right: shape of its curve between the slope at the origin and the
 /// peak, what it does over load, a constant side force. Added to what the car told.
@@ -230,7 +230,9 @@ class Drive {
             w[2].fz_n + w[3].fz_n,
             0.5 * (before[vehicle::kSpin + 2] + before[vehicle::kSpin + 3]),
             0.5 * (w[2].rolling_radius_m + w[3].rolling_radius_m),
-            before[vehicle::kSpin + 2] - before[vehicle::kSpin + 3]};
+            before[vehicle::kSpin + 2] - before[vehicle::kSpin + 3],
+            before[vehicle::kRoll],
+            before[vehicle::kPitch]};
     add_curves(set_, car_, detail_, detail_.inputs.steer_rad, told);
     return true;
   }
@@ -294,6 +296,8 @@ bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by)
     s.sensor = none.sensor;
     s.throttle_s = s.brake_s = s.steer_s = s.steer_lag_s = s.burn = 0.0;
     s.bank = s.grade = s.vertical = s.shift_u = s.imu_yaw = s.imu_ahead = 0.0;
+    s.vy_ahead = s.derived_ax = s.level = 0.0;
+    s.along = {};
     return s;
   };
   const auto same = [](const auto& a, const auto& b) {
@@ -313,9 +317,10 @@ bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by)
 
 Led lead(const Signals& s, const vehicle::Vehicle& stated, const Setting& set, const Lead& by) {
   Led out;
-  const std::array<std::vector<double>*, 8> told_of{
+  const std::array<std::vector<double>*, 10> told_of{
       &out.force_x_mps2, &out.force_y_mps2, &out.yaw_radps2,     &out.load_front_n,
-      &out.load_rear_n,  &out.rear_radps,   &out.rear_rolling_m, &out.rear_difference_radps};
+      &out.load_rear_n,  &out.rear_radps,   &out.rear_rolling_m, &out.rear_difference_radps,
+      &out.roll_rad,     &out.pitch_rad};
   for (auto* v : told_of) v->assign(s.n, kNaN);
   const auto led = [&](std::size_t i) {
     return i < s.n &&

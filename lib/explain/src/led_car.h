@@ -29,6 +29,7 @@ struct Led {
   std::vector<double> load_front_n, load_rear_n;   ///< of both wheels
   std::vector<double> rear_radps, rear_rolling_m;  ///< means of both rear wheels
   std::vector<double> rear_difference_radps;       ///< left minus right
+  std::vector<double> roll_rad, pitch_rad;         ///< of the body against the road
 };
 
 /// A drive that is known: what led it and what came of it.

@@ -57,23 +57,6 @@ void correct(const Signals& s, const Setting& set, Channel c, std::vector<double
   }
 }
 
-/// First-order lag, exact for what is straight between steps; starts settled, holds over gaps.
-std::vector<double> lagged(const std::vector<double>& x, double time_s) {
-  if (time_s <= 0) return x;
-  std::vector<double> out(x.size(), kNaN);
-  const double keep = std::exp(-kStep / time_s);
-  double state = kNaN, last = kNaN;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!std::isfinite(x[i])) continue;
-    const double behind =
-        std::isfinite(last) ? time_s * (x[i] - last) / kStep : 0.0;  // of a ramp, once settled
-    state = std::isfinite(state) ? x[i] - behind + keep * (state - last + behind) : x[i];
-    last = x[i];
-    out[i] = state;
-  }
-  return out;
-}
-
 std::vector<double> delayed(const std::vector<double>& x, double time_s) {
   if (time_s == 0) return x;
   std::vector<double> slope(x.size(), 0.0), out(x.size());
@@ -104,6 +87,16 @@ std::vector<bool> spinning(const Signals& s, double track_m) {
     }
   }
   return out;
+}
+
+/// A profile at u; see RoadProfiles.
+double profile_at(const std::vector<double>& profile, const Signals& s, double u_m) {
+  if (profile.empty()) return 0.0;
+  const std::size_t n = profile.size(), spaces = s.closed ? n : n - 1;
+  const double place = std::clamp(u_m / s.length_m, 0.0, 1.0) * static_cast<double>(spaces);
+  const std::size_t k = std::min(static_cast<std::size_t>(place), spaces - 1);
+  const double f = place - static_cast<double>(k);
+  return (1 - f) * profile[k] + f * profile[(k + 1) % n];
 }
 
 double positive(double x) { return x > 0 ? x : 0.0; }
@@ -189,6 +182,22 @@ Gears gears_of(const Signals& s, const vehicle::Vehicle& car, double radius_m) {
 }
 
 }  // namespace
+
+std::vector<double> lagged(const std::vector<double>& x, double time_s) {
+  if (time_s <= 0) return x;
+  std::vector<double> out(x.size(), kNaN);
+  const double keep = std::exp(-kStep / time_s);
+  double state = kNaN, last = kNaN;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i])) continue;
+    const double behind =
+        std::isfinite(last) ? time_s * (x[i] - last) / kStep : 0.0;  // of a ramp, once settled
+    state = std::isfinite(state) ? x[i] - behind + keep * (state - last + behind) : x[i];
+    last = x[i];
+    out[i] = state;
+  }
+  return out;
+}
 
 const std::array<RelationInfo, kRelationCount>& relations() {
   static const std::array<RelationInfo, kRelationCount> list{
@@ -280,20 +289,23 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
     actuator_rows(out.r[Relation::kBrakeMoves], x[kBrakeFront],
                   delayed(x[kBrakeCommand], set.brake_s), p[P::brake_gain],
                   car.terms[vehicle::Term::brake_actuator], p, P::brake_dead_time_s);
-  for (auto* v : {&by.vx_mps, &by.yaw_radps, &by.yaw_rad, &by.gravity_mps2, &by.fuel_kg})
+  for (auto* v :
+       {&by.vx_mps, &by.vy_mps, &by.yaw_radps, &by.yaw_rad, &by.gravity_mps2, &by.fuel_kg})
     v->assign(s.n, kNaN);
-  by.vy_mps = x[kVy];
 
   std::vector<double> recorded_x(s.n, kNaN), recorded_y(s.n, kNaN), recorded_turn(s.n, kNaN);
+  // Of an accelerometer that stands upright on the road.
+  std::vector<double> at_x(s.n, kNaN), at_y(s.n, kNaN), upright(s.n, kNaN), pressed_on(s.n, kNaN);
   for (std::size_t i = 0; i < s.n; ++i) {
     // Where relations hold: decided by the log alone.
     const double speed0 = s.x[kVx][i];
     const bool placed = std::isfinite(s.u_m[i]) && speed0 > 6.0;
     if (!placed) continue;
-    const double vx = x[kVx][i], vy = has(kVy) ? x[kVy][i] : 0.0;
-    const double dvx = dx[kVx][i], dvy = has(kVy) ? dx[kVy][i] : 0.0;
     const double r = has(kYawRate) ? x[kYawRate][i] : dx[kYaw][i];
     const double dr = has(kYawRate) ? dx[kYawRate][i] : kNaN;
+    const double vx = x[kVx][i], vy = has(kVy) ? x[kVy][i] - set.vy_ahead * r : 0.0;
+    const double turning = set.vy_ahead != 0 && std::isfinite(dr) ? dr : 0.0;
+    const double dvx = dx[kVx][i], dvy = has(kVy) ? dx[kVy][i] - set.vy_ahead * turning : 0.0;
     const double px = dx[kX][i], py = dx[kY][i];
     // Road, with what it may be wrong by; a shift reads the road a little earlier or later.
     double grade = s.grade[i], bank = s.bank[i], vertical = s.curvature_v[i];
@@ -306,15 +318,29 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       bank += move(s.bank);
       vertical += move(s.curvature_v);
     }
-    grade += set.grade;
-    bank += set.bank;
-    vertical += set.vertical;
+    // Beside the middle of the road banking that changes along it is grade.
+    const double beside = set.along.bank.empty() || !std::isfinite(s.v_m[i])
+                              ? 0.0
+                              : s.v_m[i] *
+                                    (profile_at(set.along.bank, s, s.u_m[i] + 1.0) -
+                                     profile_at(set.along.bank, s, s.u_m[i] - 1.0)) /
+                                    2.0;
+    // Of the road; along and across the car, which crosses it at an angle.
+    const double course = std::atan2(py, px), across_it = std::sin(course - s.heading_rad[i]);
+    const double up_along = set.grade + profile_at(set.along.grade, s, s.u_m[i]) + beside;
+    const double up_across = set.bank + profile_at(set.along.bank, s, s.u_m[i]);
+    grade += up_along + up_across * across_it;
+    const double leaning_more = up_across - up_along * across_it;
+    bank += leaning_more;
+    vertical += set.vertical + profile_at(set.along.vertical, s, s.u_m[i]);
+    // Of the angles whose tangents they are.
+    const double cos_bank = 1 / std::sqrt(1 + bank * bank), sin_bank = bank * cos_bank;
+    const double cos_grade = 1 / std::sqrt(1 + grade * grade), sin_grade = grade * cos_grade;
 
     // Sensors and kinematics.
-    const double course = std::atan2(py, px);
     if (has(kYawRate)) {
       if (has(kYaw)) {
-        out.r[Relation::kGyro][i] = r - dx[kYaw][i] * std::cos(std::atan(bank));
+        out.r[Relation::kGyro][i] = r - dx[kYaw][i] * cos_bank * cos_grade;
       } else if (i > 1 && i + 2 < s.n) {
         const double before = std::atan2(dx[kY][i - 2], dx[kX][i - 2]),
                      after = std::atan2(dx[kY][i + 2], dx[kX][i + 2]);
@@ -324,9 +350,9 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
       }
     }
     if (has(kYaw) && has(kVy))
-      out.r[Relation::kCourse][i] =
-          std::remainder(course - x[kYaw][i] - std::atan2(vy, vx), 2 * std::numbers::pi);
-    out.r[Relation::kSpeed][i] = std::hypot(px, py) - std::hypot(vx, vy);
+      out.r[Relation::kCourse][i] = std::remainder(
+          course - x[kYaw][i] - std::atan2(vy * cos_bank, vx * cos_grade), 2 * std::numbers::pi);
+    out.r[Relation::kSpeed][i] = std::hypot(px, py) / cos_grade - std::hypot(vx, vy);
     const double brake_log = has(kBrakeFront) ? s.x[kBrakeFront][i] : 0.0;
     const double delta =
         has(kSteer) ? by.steer[i] / (s.commanded[kSteer] ? p[P::steering_ratio] : 1.0) : 0.0;
@@ -342,46 +368,79 @@ Residuals residuals(const Signals& s, const vehicle::Vehicle& car, const Setting
             ? vy
             : vx * std::tan(std::clamp(std::remainder(course - x[kYaw][i], 2 * std::numbers::pi),
                                        -0.3, 0.3));
-    const double sfx = dvx - r * across + g * grade;
-    const double sfy = dvy + r * vx + g * bank;
-    const double cy = std::cos(s.imu_yaw_rad + set.imu_yaw),
-                 sy = std::sin(s.imu_yaw_rad + set.imu_yaw);
+    const double sfx = dvx - r * across + g * sin_grade;
+    const double sfy = dvy + r * vx + g * sin_bank;
+    // What presses on the road is its own curvature along the car, whatever the path's: the file's
+    // heights were read along the car's tangent, from which a curved road's banking falls away.
+    const double curved = vertical - leaning_more * s.line_curvature_1pm[i];
+    const double pressed = (g * cos_grade + curved * vx * vx) * cos_bank;
     const double ahead = s.imu_ahead_m + set.imu_ahead;
-    const double at_x = sfx - ahead * r * r, at_y = sfy + (std::isfinite(dr) ? ahead * dr : 0.0);
-    if (has(kAx)) out.r[Relation::kAccelX][i] = x[kAx][i] - (cy * at_x + sy * at_y);
-    if (has(kAy) && has(kVy)) out.r[Relation::kAccelY][i] = x[kAy][i] - (cy * at_y - sy * at_x);
-    // The file's heights were read along the tangent, which the path leaves sideways; and what
-    // leans feels a part of the turn.
-    const double plus_g = vertical * vx * vx + s.bank[i] * r * vx + bank * r * vx;
-    if (has(kAz)) out.r[Relation::kAccelZ][i] = x[kAz][i] - (g + plus_g);
+    at_x[i] = sfx - ahead * r * r;
+    at_y[i] = sfy + (std::isfinite(dr) ? ahead * dr : 0.0);
+    upright[i] = g * cos_bank * cos_grade;
+    pressed_on[i] = pressed;
 
     recorded_x[i] = sfx;
     recorded_y[i] = sfy;
     recorded_turn[i] = dr;
     by.vx_mps[i] = vx;
+    if (has(kVy)) by.vy_mps[i] = vy;
     by.yaw_radps[i] = r;
     by.yaw_rad[i] = has(kYaw) ? x[kYaw][i] : course;
-    by.gravity_mps2[i] = g + plus_g;
+    by.gravity_mps2[i] = pressed;
     by.fuel_kg[i] = (has(kFuel) ? x[kFuel][i] : 0.0) - set.burn * kStep * static_cast<double>(i);
     // Without a logged steering the wheels point where the path goes.
     if (!has(kSteer)) by.steer[i] = std::atan(wheelbase * r / vx);
+  }
+
+  const auto accelerometer = [&](const Led& led) {
+    const double cy = std::cos(s.imu_yaw_rad + set.imu_yaw),
+                 sy = std::sin(s.imu_yaw_rad + set.imu_yaw);
+    for (std::size_t i = 0; i < s.n; ++i) {
+      // It rolls and pitches with the body. So does the gyro: what turning adds is in its reading.
+      const auto angle = [&](const std::vector<double>& of) {
+        return of.empty() || !std::isfinite(of[i]) ? 0.0 : of[i];
+      };
+      const double roll = (1 - set.level) * angle(led.roll_rad),
+                   pitch = (1 - set.level) * angle(led.pitch_rad);
+      const double leaning = roll * upright[i], diving = pitch * upright[i];
+      const double felt_x = cy * (at_x[i] - diving) + sy * (at_y[i] + leaning);
+      const double felt_y = cy * (at_y[i] + leaning) - sy * (at_x[i] - diving);
+      // Measured, or the derivative of the speed under the name of an acceleration.
+      if (has(kAx))
+        out.r[Relation::kAccelX][i] =
+            x[kAx][i] - (1 - set.derived_ax) * felt_x - set.derived_ax * dx[kVx][i];
+      if (has(kAy) && has(kVy)) out.r[Relation::kAccelY][i] = x[kAy][i] - felt_y;
+      if (has(kAz))
+        out.r[Relation::kAccelZ][i] = x[kAz][i] - pressed_on[i] + roll * at_y[i] - pitch * at_x[i];
+    }
+  };
+  // Without a brake in the log only what is driven says what drives.
+  std::vector<bool> driven(s.n, has(kThrottle));
+  for (std::size_t i = 0; i < s.n && !has(kBrakeFront); ++i)
+    for (std::size_t k = i > 4 ? i - 4 : 0; k < std::min(s.n, i + 5); ++k)
+      driven[i] = driven[i] && s.x[kThrottle][k] > 0.15;
+  const auto along = [&](const Led& led) {
+    for (std::size_t i = 0; i < s.n; ++i)
+      if (driven[i] && !gears.shifting[i])
+        out.r[Relation::kForceX][i] = recorded_x[i] - led.force_x_mps2[i];
+  };
+  if (drives.none) {
+    accelerometer(drives.known != nullptr ? drives.known->led : Led{});
+    if (drives.known != nullptr) along(drives.known->led);
+    return out;
   }
 
   // What lib/vehicle's car would do there.
   const bool known = drives.known != nullptr && same_drive(*drives.known, set, by);
   const Led led = known ? drives.known->led : lead(s, car, set, by);
   if (drives.keep != nullptr) *drives.keep = {set, by, led};
-  // Without a brake in the log only what is driven says what drives.
-  std::vector<bool> driven(s.n, has(kThrottle));
-  for (std::size_t i = 0; i < s.n && !has(kBrakeFront); ++i)
-    for (std::size_t k = i > 4 ? i - 4 : 0; k < std::min(s.n, i + 5); ++k)
-      driven[i] = driven[i] && s.x[kThrottle][k] > 0.15;
+  accelerometer(led);
+  along(led);
   const double mass0 = p[P::chassis_mass_kg];
   const std::vector<bool> spins = spinning(s, car.parameters[P::rear_track_m]);
   for (std::size_t i = 0; i < s.n; ++i) {
     const bool braking = has(kBrakeFront) && s.x[kBrakeFront][i] > 3e4;
-    if (driven[i] && !gears.shifting[i])
-      out.r[Relation::kForceX][i] = recorded_x[i] - led.force_x_mps2[i];
     if (has(kVy) && has(kSteer)) {
       out.r[Relation::kForceY][i] = recorded_y[i] - led.force_y_mps2[i];
       // Times the inertia over that stated and the mass alone: no inertia and no mass can make its

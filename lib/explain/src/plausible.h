@@ -9,4 +9,7 @@ namespace explain {
 /// channel. Bounds: half as large again either way, 0.5 s, correlation 0.7 (0.5 for steering and pedals).
 void leave_out_implausible(Signals& signals);
 
+/// What is driven this often shows what comes back every lap.
+inline constexpr double kTwoRounds = 1.94;
+
 }  // namespace explain

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis.h"
+#include "road_profiles.h"
 #include "places.h"
 
 namespace explain {
@@ -85,7 +86,7 @@ void Analysis::describe(Findings& out) const {
   for (const Accepted& a : accepted_) {
     Finding& f = out.findings[at++];
     const Unknown& u = inventory_.unknowns[a.unknown];
-    if (a.cells.empty()) {
+    if (has_one_amount(a)) {
       const double careful_deviation = a.by_cost ? std::sqrt(std::max(0.0, careful_covariance(everywhere, everywhere))) : 0.0;
       const double half = k90 * std::max(careful_deviation, std::hypot(deviation(everywhere), 0.25 * u.least));
       const double value = amounts_[everywhere];
@@ -100,6 +101,12 @@ void Analysis::describe(Findings& out) const {
       }
       if (u.kind == "vehicle") f.where = concentrated(u_m, energy, logs_.front().length_m);
       ++everywhere;
+    } else if (a.shapes.size() > 0) {
+      const Index size = a.columns.cols();
+      describe_profile(f, u, a, a.amounts + careful.fitted.amount.segment(cell_column, size),
+                       careful_covariance.block(cell_column, cell_column, size, size),
+                       logs_.front().length_m, logs_.front().closed);
+      cell_column += size;
     } else {
       double mean = 0, count = 0;
       for (std::size_t k = 0; k < a.cells.size(); ++k) {
@@ -247,7 +254,7 @@ void Analysis::prove(Findings& out) {
   VectorXd before_e = m.fitted.e, after_e = m.fitted.e;
   // The rows without the findings: what the accepted amounts explain is put back.
   VectorXd r0 = r_;
-  if (moves_.cols() > p) {
+  if (!accepted_.empty()) {
     Setting without = stated_;
     for (std::size_t k = 0; k < refit_.size(); ++k) inventory_.unknowns[refit_[k]].set(without, amounts_[static_cast<Index>(k)]);
     r0 = rows_at(without);
@@ -269,27 +276,36 @@ void Analysis::prove(Findings& out) {
   x.leftCols(moves_.cols()) = moves_;
   Index at = moves_.cols();
   for (const Accepted& a : accepted_) {
-    if (a.cells.empty()) continue;
+    if (has_one_amount(a)) continue;
     x.middleCols(at, a.columns.cols()) = a.columns;
     at += a.columns.cols();
   }
+  // Along the tangent at what was found: what acts by a cosine is not linear from nothing.
+  VectorXd found = VectorXd::Zero(x.cols());
+  found.segment(p, moves_.cols() - p) = amounts_.tail(moves_.cols() - p);
+  at = moves_.cols();
+  for (const Accepted& a : accepted_) {
+    if (a.shapes.size() > 0) found.segment(at, a.columns.cols()) = a.amounts;
+    at += a.columns.cols();
+  }
+  const VectorXd with_found = w.cwiseProduct(r_ + x * found);
   x = w.asDiagonal() * x;
   const VectorXd target = w.cwiseProduct(r0);
   std::vector<bool> judged(rows_.row.size(), false);
   for (const int lap : laps) {
     MatrixXd normal = MatrixXd::Zero(p + q, p + q);
     MatrixXd kept = x;
-    VectorXd y = target;
+    VectorXd y = target, y_found = with_found;
     for (Index i = 0; i < x.rows(); ++i) {
       const Row& row = rows_.row[static_cast<std::size_t>(i)];
       const bool out_of_it = options_.hold_out.empty() ? row.lap == lap : !training_[static_cast<std::size_t>(i)];
-      if (out_of_it) kept.row(i).setZero(), y[i] = 0;
+      if (out_of_it) kept.row(i).setZero(), y[i] = y_found[i] = 0;
     }
-    const Fitted with = fit(kept, y, m.precision, VectorXd::Zero(p + q));
+    const Fitted with = fit(kept, y_found, m.precision, VectorXd::Zero(p + q));
     const Fitted without = fit(kept.leftCols(p), y, m.precision.head(p), VectorXd::Zero(p));
     for (Index i = 0; i < x.rows(); ++i) {
       if (rows_.row[static_cast<std::size_t>(i)].lap != lap) continue;
-      after_e[i] = inverse[i] * (target[i] - x.row(i).dot(with.amount));
+      after_e[i] = inverse[i] * (with_found[i] - x.row(i).dot(with.amount));
       before_e[i] = inverse[i] * (target[i] - x.row(i).head(p).dot(without.amount));
       judged[static_cast<std::size_t>(i)] = true;
     }

@@ -2,6 +2,7 @@
 
 #include "led_car.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -70,6 +71,46 @@ Eigen::VectorXd gather(const Rows& rows, const std::vector<Residuals>& r) {
     for (std::size_t i = rows.first_step[k]; i < rows.first_step[k] + Rows::kSteps; ++i)
       if (std::isfinite(x[i])) sum += x[i], count += 1;
     out[static_cast<Eigen::Index>(k)] = count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+  }
+  return out;
+}
+
+Noise noise_of(const Rows& rows, const Eigen::VectorXd& e, const std::vector<bool>& counts) {
+  using Eigen::Index;
+  Noise out;
+  // Spread by the median, correlation in time up to 3 s: the weight is that of independent means.
+  out.weight = Eigen::VectorXd::Zero(e.size());
+  for (std::size_t relation = 0; relation < kRelationCount; ++relation) {
+    std::vector<double> values;
+    std::vector<Index> at;
+    for (Index i = 0; i < e.size(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      if (rows.row[k].relation != relation || !counts[k] || !std::isfinite(e[i])) continue;
+      values.push_back(e[i]);
+      at.push_back(i);
+    }
+    if (values.size() < 30) continue;
+    std::vector<double> sorted = values;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double median = *middle;
+    for (double& x : sorted) x = std::abs(x - median);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double sigma = std::max(1e-6, 1.4826 * *middle);
+    // Outliers count as 4 sigma. A constant error is no noise: it is what is to be found.
+    for (double& x : values) x = std::clamp(x - median, -4 * sigma, 4 * sigma);
+    double variance = 0;
+    for (const double x : values) variance += x * x / static_cast<double>(values.size());
+    double factor = 1.0;
+    for (std::size_t lag = 1; lag <= 10; ++lag) {
+      double product = 0;
+      for (std::size_t k = lag; k < values.size(); ++k) product += values[k] * values[k - lag];
+      factor += 2 * (1 - static_cast<double>(lag) / 11.0) * product / (variance * static_cast<double>(values.size()));
+    }
+    out.sigma[relation] = std::sqrt(variance);
+    out.spread[relation] = std::clamp(factor, 0.5, 10.0);
+    const double w = 1.0 / std::sqrt(variance * out.spread[relation]);
+    for (const Index i : at) out.weight[i] = w * std::min(1.0, 4 * sigma / (std::abs(e[i] - median) + 1e-300));
   }
   return out;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -31,6 +32,16 @@ Rows make_rows(const std::vector<Signals>& logs, const std::vector<Residuals>& a
 
 /// The means of these residuals; 0 where a change of setting lost the value.
 Eigen::VectorXd gather(const Rows& rows, const std::vector<Residuals>& r);
+
+/// What is left in each relation once the model is taken away, and 1 / standard deviation of every
+/// row: by what is usual, with its correlation in time up to 3 s. Rows that do not count and relations
+/// with less than 30 rows have the weight 0; outliers count as 4 standard deviations.
+struct Noise {
+  std::array<double, kRelationCount> sigma{};   ///< standard deviation, in the relation's unit
+  std::array<double, kRelationCount> spread{};  ///< variance of a mean over that of as many independent rows
+  Eigen::VectorXd weight;
+};
+Noise noise_of(const Rows& rows, const Eigen::VectorXd& e, const std::vector<bool>& counts);
 
 /// Columns d(row)/d(unknown) with the sign that makes `r0 = columns * amount` the model of a
 /// residual: minus the derivative of the residual. Threads share the unknowns.

@@ -174,7 +174,10 @@ void count_laps(Signals& s) {
     }
     s.lap[i] = lap;
   }
-  for (const double way : gone) s.whole.push_back(way > 0.97 * s.length_m);
+  for (const double way : gone) {
+    s.whole.push_back(way > 0.97 * s.length_m);
+    if (s.closed) s.rounds += way / s.length_m;
+  }
 }
 
 }  // namespace
@@ -334,7 +337,7 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
   const crg::ReferenceLine& line = surface.reference_line();
   s.length_m = line.u_step_m * static_cast<double>(line.size() - 1);
   s.closed = line.closed;
-  for (auto* v : {&s.u_m, &s.v_m, &s.grade, &s.bank, &s.curvature_v, &s.heading_rad}) v->assign(s.n, kNaN);
+  for (auto* v : {&s.u_m, &s.v_m, &s.grade, &s.bank, &s.curvature_v, &s.heading_rad, &s.line_curvature_1pm}) v->assign(s.n, kNaN);
   s.grip.assign(s.n, 1.0);
   crg::Cursor cursor, other;
   std::size_t moving = 0, beside = 0, backwards = 0;
@@ -356,6 +359,7 @@ Signals make_signals(const vehicle::Table& table, const Mapping& mapping,
     s.v_m[i] = at.v_m;
     if (std::isfinite(at.friction)) s.grip[i] = at.friction;
     s.heading_rad[i] = at.heading_rad;
+    s.line_curvature_1pm[i] = std::isfinite(at.curvature_1pm) ? at.curvature_1pm : 0.0;
     // Slopes over a car's length and track, not of single cells.
     const auto z = [&](double ahead, double left) {
       return surface.z_at_xy(x + ahead * cx - left * cy, y + ahead * cy + left * cx, other);

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "plausible.h"
 #include "unknowns_listing.h"
 
 namespace explain {
@@ -21,7 +22,8 @@ void limit_amounts(std::vector<Unknown>& unknowns) {
       {"sensor.low_pass", 5.0},
       {"sensor.misalignment", 0.3},
       {"sensor.lever_arm", 4.0},
-      {"road.banking", 0.3},
+      {"sensor.derived", 1.4},
+      {"road.banking", 0.7},
       {"road.grade", 0.2},
       {"road.friction", 0.6},
       {"vehicle.turbo_lag", 1.25},
@@ -48,15 +50,15 @@ void limit_amounts(std::vector<Unknown>& unknowns) {
 
 // One lap shows every place once: nothing comes back there.
 void drop_places_seen_once(const Listing& l) {
-  std::ptrdiff_t whole = 0;
+  double rounds = 0.0;
   bool closed = false;
   for (const Signals& s : l.logs) {
-    whole += std::count(s.whole.begin(), s.whole.end(), true);
+    rounds += s.rounds;
     closed = closed || s.closed;
   }
-  if (!closed || whole >= 2) return;
+  if (!closed || rounds >= kTwoRounds) return;
   for (const Unknown& u : l.out.unknowns)
-    if (u.along_road) untestable(l, {u.id.c_str()}, "less than two whole laps");
+    if (u.along_road) untestable(l, {u.id.c_str()}, "less than two laps");
   std::erase_if(l.out.unknowns, [](const Unknown& u) { return u.along_road; });
 }
 
@@ -102,7 +104,7 @@ const std::vector<std::string>& mechanism_ids() {
       "vehicle.aero_slipstream", "environment.wind", "vehicle.brake_friction_temperature",
       "vehicle.brake_disc_conductance", "vehicle.multi_point_contact", "vehicle.differential",
       "vehicle.mass", "vehicle.fuel_burn", "sensor.bias", "sensor.gain", "sensor.delay",
-      "sensor.low_pass", "sensor.misalignment", "sensor.lever_arm", "parameter.mass", "parameter.cog",
+      "sensor.low_pass", "sensor.misalignment", "sensor.lever_arm", "sensor.derived", "parameter.mass", "parameter.cog",
       "parameter.yaw_inertia", "parameter.drag", "parameter.downforce", "parameter.engine_torque",
       "parameter.throttle_gain", "parameter.brake_gain", "parameter.tyre_grip",
       "parameter.tyre_stiffness", "parameter.wheel_radius", "parameter.steering_ratio"};

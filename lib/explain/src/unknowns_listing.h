@@ -18,6 +18,9 @@ struct Listing {
   Inventory& out;
 };
 
+/// Name of the curve that says how level the accelerometer stays.
+inline constexpr const char* kLevelAccelerometer = "level accelerometer";
+
 /// Whether a log has the channel.
 bool has(const Listing& l, Channel c);
 

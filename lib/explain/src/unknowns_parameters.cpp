@@ -148,6 +148,11 @@ void list_wheel_radii(const Listing& l) {
 }
 
 void list_curves(const Listing& l) {
+  // On the body it leans with it; some loggers take that out.
+  if (has(l, kAx) || has(l, kAy) || has(l, kAz)) {
+    curve(l, kLevelAccelerometer, 1.0, [](Setting& s, double amount) { s.level += amount; });
+    l.out.unknowns.back().step = 0.2;
+  }
   if (l.engine) {
     for (std::size_t k = 0; k < 4; ++k)
       curve(l, "engine map", 0.02, [k](Setting& s, double amount) { s.engine_shape[k] += amount; });

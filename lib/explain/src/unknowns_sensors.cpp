@@ -68,6 +68,15 @@ void motion(const Listing& l) {
   if (has(l, kAy) && has(l, kVy)) all_errors(l, kAy, "m/s2", 0.1, {.bias = 0.04});
   if (has(l, kYaw)) bias(l, kYaw, "rad", 0.005, 0.002);
   if (has(l, kVy)) bias(l, kVy, "m/s", 0.05, 0.03);
+  if (has(l, kVy) && has(l, kYawRate))
+    of_channel(l, kVy, "sensor.lever_arm", {"ahead of the centre of mass", "m", 0.3, 0.1},
+               "logged = vy + l r", [](Setting& s, double v) { s.vy_ahead += v; })
+        .separating = "measure where it is mounted";
+  if (has(l, kAx))
+    of_channel(l, kAx, "sensor.derived", {"share", "1", 0.2, 0.6, true},
+               "logged = dvx/dt, not what an accelerometer feels",
+               [](Setting& s, double v) { s.derived_ax += v; })
+        .separating = "log the accelerometer itself, or stand on a slope";
   // Slip has to build up before a wheel follows the car, and the road wheel before the tyre.
   all_errors(l, kVx, "m/s", 0.1, {.bias = 0.08, .time_s = 0.015});
   if (has(l, kWheelFront)) timing(l, kWheelFront, 0.02);
@@ -88,7 +97,7 @@ void driver(const Listing& l) {
 }
 
 void accelerometer_mounting(const Listing& l) {
-  if (!has(l, kAx)) untestable(l, {"sensor.bias"}, "of ax: not logged");
+  if (!has(l, kAx)) untestable(l, {"sensor.bias", "sensor.derived"}, "of ax: not logged");
   if (!has(l, kAy) || !has(l, kVy))
     untestable(l, {"sensor.bias"}, "of ay: ay or the lateral speed is not logged");
   if (!has(l, kAx) || !has(l, kAy) || !has(l, kVy)) {

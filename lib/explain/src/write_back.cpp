@@ -12,10 +12,17 @@ namespace {
 
 /// A profile at every row: a quadratic B-spline over its cells, to nothing outside. Kinks of banking would
 /// be bumps under the wheels beside the middle of the road.
-std::vector<double> profile_along(const std::vector<ProfilePoint>& profile, std::size_t rows, double u_step_m) {
+std::vector<double> profile_along(const std::vector<ProfilePoint>& profile, std::size_t rows, double u_step_m, bool closed) {
   std::vector<double> out(rows, 0.0);
   const double cell = profile[1].u_m - profile[0].u_m;
-  const auto value = [&](std::ptrdiff_t j) { return j < 0 || j >= static_cast<std::ptrdiff_t>(profile.size()) ? 0.0 : profile[static_cast<std::size_t>(j)].value; };
+  const auto size = static_cast<std::ptrdiff_t>(profile.size());
+  // One of the whole lap begins with the road and goes on behind its end.
+  const double ends_m = static_cast<double>(size - (closed ? 0 : 1)) * cell, length_m = static_cast<double>(rows - 1) * u_step_m;
+  const bool whole = profile.front().u_m == 0.0 && std::abs(ends_m - length_m) < 0.5 * cell;
+  const auto value = [&](std::ptrdiff_t j) {
+    if (whole) j = closed ? ((j % size) + size) % size : std::clamp<std::ptrdiff_t>(j, 0, size - 1);
+    return j < 0 || j >= size ? 0.0 : profile[static_cast<std::size_t>(j)].value;
+  };
   for (std::size_t i = 0; i < rows; ++i) {
     const double place = (static_cast<double>(i) * u_step_m - profile.front().u_m) / cell;
     const auto j = static_cast<std::ptrdiff_t>(std::floor(place + 0.5));
@@ -105,7 +112,7 @@ std::optional<crg::Crg> friction_map(const crg::Crg& road, const crg::Crg* known
       out->comment.push_back("factors on the grip, found by crgexplain from recordings");
     }
     const std::size_t rows = out->grid.rows();
-    const std::vector<double> along = profile_along(steadied(f.profile), rows, out->grid.u_step_m);
+    const std::vector<double> along = profile_along(steadied(f.profile), rows, out->grid.u_step_m, crg::Surface(road).reference_line().closed);
     for (std::size_t i = 0; i < rows; ++i)
       for (std::size_t j = 0; j < out->grid.columns(); ++j) out->grid.at(i, j) *= static_cast<float>(std::clamp(1 + along[i], 0.1, 2.0));
   }
@@ -119,13 +126,14 @@ std::optional<crg::Crg> corrected_road(const crg::Crg& road, const Findings& fin
   crg::Crg out = crg::crop(road, {});  // works the modifiers in
   out.z_double_m.clear();
   const std::size_t rows = out.grid.rows(), columns = out.grid.columns();
+  const bool closed = crg::Surface(road).reference_line().closed;
   // What else was found has its place on the true road.
   for (const Finding& f : findings.findings)
-    if (misplaced(f)) shift_heights(out, f.parameters[0].value, crg::Surface(road).reference_line().closed);
+    if (misplaced(f)) shift_heights(out, f.parameters[0].value, closed);
   for (const Finding& f : findings.findings) {
     if (!f.patch.dz_m.empty()) add_patch(f.patch, out.grid);
     if (!height(f) || !f.patch.dz_m.empty() || f.profile.size() < 2) continue;
-    const std::vector<double> along = profile_along(f.profile, rows, out.grid.u_step_m);
+    const std::vector<double> along = profile_along(f.profile, rows, out.grid.u_step_m, closed);
     std::vector<double> rise(rows, 0.0);
     const bool curvature = f.mechanism == "road.vertical_curvature";
     if (f.mechanism != "road.banking") {
@@ -161,7 +169,7 @@ std::optional<Mapping> corrected_mapping(const Mapping& mapping, const vehicle::
     if (f.parameters.empty()) continue;
     const double value = f.parameters[0].value;
     if (f.mechanism == "sensor.misalignment") out.imu_yaw_rad += value, changed = true;
-    if (f.mechanism == "sensor.lever_arm") out.imu_ahead_m += value, changed = true;
+    if (f.mechanism == "sensor.lever_arm" && f.channel != logs.front().column[kVy]) out.imu_ahead_m += value, changed = true;
     const bool logger_radius = f.mechanism == "parameter.wheel_radius" && logs.front().wheels_in_mps;
     const LateActuator* const late = late_actuator(f.mechanism);
     const bool measured = late != nullptr && car.terms[late->term] == 0 && !commanded(logs, late->channel);

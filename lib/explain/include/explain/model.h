@@ -41,6 +41,14 @@ const std::array<RelationInfo, kRelationCount>& relations();
 inline constexpr double kFadeHeat_j = 0.75e6;
 constexpr double fade_1pmj(double per_fade_heat) { return per_fade_heat * 1e6 / kFadeHeat_j; }
 
+/// What the road has beyond its file along the whole lap: rise to the left, rise ahead, both m/m,
+/// and curvature, 1/m. At places that are equally far apart, first and last included; of a closed
+/// road the first only, because the last is the same. Between them linear. Empty: nothing.
+struct RoadProfiles {
+  std::vector<double> bank, grade, vertical;
+  bool operator==(const RoadProfiles&) const = default;
+};
+
 /// Everything that may be wrong, flat. Places of `value`: see Unknown.
 struct Setting {
   vehicle::Parameters<double> p;
@@ -65,7 +73,11 @@ struct Setting {
   double ride = 0.0;                           ///< drag and downforce lost per dynamic pressure
   double bank = 0.0, grade = 0.0, vertical = 0.0, friction = 0.0;  ///< of the road, everywhere
   double shift_u = 0.0;                        ///< of the road, m
+  RoadProfiles along;                          ///< of the road, from place to place
   double imu_yaw = 0.0, imu_ahead = 0.0;
+  double vy_ahead = 0.0;                       ///< of the centre of mass, where the lateral speed is measured, m
+  double level = 0.0;                          ///< 1: the accelerometer stays level with the road, 0: with the body
+  double derived_ax = 0.0;                     ///< 1: ax is the derivative of the speed
   int substeps = 20;                           ///< of the car in Signals::kStep_s
   struct Sensor {
     double bias = 0, gain = 0, delay_s = 0, low_pass_s = 0;
@@ -75,6 +87,10 @@ struct Setting {
   Setting() : p(vehicle::default_parameters()) {}
   bool operator==(const Setting&) const = default;
 };
+
+/// The series behind a first-order filter, exact for what is straight between steps of
+/// Signals::kStep_s; starts settled, holds over gaps (NaN).
+std::vector<double> lagged(const std::vector<double>& x, double time_s);
 
 /// Median of the engine speed of the logs: as logged, or by the gears and the speed; rad/s.
 double typical_engine_radps(const std::vector<Signals>& logs, const vehicle::Vehicle& car);
@@ -89,6 +105,9 @@ struct KnownDrive;  ///< led_car.h
 struct Drives {
   const KnownDrive* known = nullptr;  ///< of this recording and car: taken where it would be the same
   KnownDrive* keep = nullptr;         ///< gets the drive
+  /// No car is led: only the relations that need no forces, and the force along the car that `known` has.
+  /// Of `known` they take how the body leans.
+  bool none = false;
 };
 Residuals residuals(const Signals& signals, const vehicle::Vehicle& car, const Setting& s,
                     const Drives& drives = {});

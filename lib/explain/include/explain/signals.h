@@ -35,10 +35,11 @@ struct Signals {
   double imu_yaw_rad = 0.0, imu_ahead_m = 0.0;            ///< as the mapping states
   std::vector<double> u_m, v_m, grade, bank, curvature_v; ///< road under the car: rise along the car,
                                                           ///< rise to its left, second derivative along it
-  std::vector<double> heading_rad;                        ///< of the reference line
+  std::vector<double> heading_rad, line_curvature_1pm;    ///< of the reference line; left turns positive
   std::vector<double> grip;                               ///< factor of the road's friction map under the car; 1 without one
   std::vector<int> lap;                                   ///< 0, 1, ...: counted at the line
   std::vector<bool> whole;                                ///< per lap: begins and ends at the line
+  double rounds = 0.0;                                    ///< driven in all, wherever it began; of a closed road
   double sample_hz = 0.0;
   double length_m = 0.0;                                  ///< of the road; laps wrap if closed
   bool closed = false;
