@@ -1,9 +1,10 @@
-"""Roads for vehicle dynamics: reads, writes, checks and evaluates ASAM OpenCRG files.
+"""Roads for vehicle dynamics, and a car that drives on them.
 
-Metres and radians. u runs along the reference line, v to its left; x and y are map coordinates.
-A place without road gives NaN. Where a file or a value cannot be used: kerbstone.Error.
+Metres, seconds, kilograms, kelvin and radians. u runs along the reference line, v to its left; x and y are map
+coordinates. A place without road gives NaN. Where a file or a value cannot be used: kerbstone.Error.
 """
 
+from collections.abc import Sequence
 from typing import Any, overload
 
 import numpy as np
@@ -134,3 +135,54 @@ class Road:
     def closed(self) -> bool: ...
     @property
     def notes(self) -> list[str]: ...
+
+class Laps:
+    @property
+    def complete(self) -> bool: ...
+    @property
+    def problem(self) -> str: ...
+    @property
+    def lap_s(self) -> list[float]: ...
+    @property
+    def top_mps(self) -> float: ...
+    @property
+    def telemetry(self) -> dict[str, NDArray[np.float64]]: ...
+
+class Drive:
+    def step(
+        self,
+        *,
+        steer_rad: float = ...,
+        throttle: float = ...,
+        brake_pa: Sequence[float] = ...,
+        gear: int = ...,
+        clutch: float = ...,
+        steps: int = ...,
+    ) -> None: ...
+    def __getitem__(self, channel: str) -> float: ...
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def telemetry(self) -> dict[str, float]: ...
+
+class Car:
+    @staticmethod
+    def read(path: str, *, setup: str | None = ..., settings: Sequence[str] = ...) -> Car: ...
+    @property
+    def name(self) -> str: ...
+    def lap(
+        self, road: Road, *, laps: int = ..., standing: bool = ..., fuel_kg: float = ..., record_every: int = ...
+    ) -> Laps: ...
+    def start(
+        self,
+        road: Road,
+        *,
+        u_m: float = ...,
+        v_m: float = ...,
+        speed_mps: float = ...,
+        gear: int = ...,
+        fuel_kg: float = ...,
+        tyre_k: float = ...,
+        disc_k: float = ...,
+        step_s: float = ...,
+    ) -> Drive: ...

@@ -1,5 +1,7 @@
-// import kerbstone: lib/crg for Python, with numpy arrays in and out. Names and answers are those
+// lib/crg for Python, with numpy arrays in and out. Names and answers are those
 // of crg/surface.h; what users of Python read is in the docstrings below and in kerbstone.pyi.
+#include "road.h"
+
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -17,22 +19,15 @@
 
 #include "crg/check.h"
 #include "crg/edit.h"
-#include "crg/error.h"
 #include "crg/options.h"
 #include "crg/surface.h"
 
 namespace py = pybind11;
 
+namespace kerbstone {
 namespace {
 
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-/// A road that is evaluated, and where the last single query was; the interpreter's lock guards
-/// that.
-struct Road {
-  crg::Surface surface;
-  crg::Cursor cursor = {};
-};
 
 std::unique_ptr<Road> road_of(crg::Crg file, const crg::SurfaceOptions& options = {}) {
   return std::make_unique<Road>(Road{crg::Surface(std::move(file), options)});
@@ -249,15 +244,7 @@ py::array_t<float> strip_of(Road& road, double x_m, double y_m, double heading_r
 
 }  // namespace
 
-PYBIND11_MODULE(kerbstone, m) {
-  m.doc() =
-      "Roads for vehicle dynamics: reads, writes, checks and evaluates ASAM OpenCRG files.\n\n"
-      "Metres and radians. u runs along the reference line, v to its left; x and y are map "
-      "coordinates.\n"
-      "A place without road gives NaN. Where a file or a value cannot be used: kerbstone.Error.";
-  m.attr("__version__") = KERBSTONE_VERSION;
-  py::register_exception<crg::Error>(m, "Error", PyExc_RuntimeError);
-
+void add_road(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(crg::Sample, valid, inside, u_m, v_m, x_m, y_m, z_m, dzdx, dzdy, heading_rad,
                        curvature_1pm, normal_x, normal_y, normal_z, friction);
 
@@ -474,3 +461,5 @@ PYBIND11_MODULE(kerbstone, m) {
                std::to_string(grid.rows()) + " x " + std::to_string(grid.columns()) + " nodes)";
       });
 }
+
+}  // namespace kerbstone
