@@ -1,0 +1,194 @@
+// The simulated car for Python: laps by the built-in driver, and single steps by the caller's.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "road.h"
+#include "vehicle/error.h"
+#include "vehicle/lap.h"
+#include "vehicle/telemetry.h"
+#include "vehicle/vehicle_file.h"
+
+namespace py = pybind11;
+
+namespace kerbstone {
+namespace {
+
+/// A car keeps referring to the files it was made of: neither moves.
+struct Car {
+  vehicle::Vehicle files;
+  vehicle::Car<double> car{};
+};
+
+std::unique_ptr<Car> read_car(const std::string& path, const std::optional<std::string>& setup,
+                              const std::vector<std::string>& settings) {
+  auto out = std::make_unique<Car>();
+  out->files = vehicle::read_vehicle(path);
+  if (setup) vehicle::read_setup(out->files, *setup);
+  for (const std::string& setting : settings)
+    vehicle::apply_setting(out->files, setting, "Car.read");
+  const vehicle::Vehicle& v = out->files;
+  out->car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  return out;
+}
+
+py::dict by_name(const vehicle::Table& table) {
+  py::dict out;
+  for (std::size_t k = 0; k < table.names.size(); ++k)
+    out[py::str(table.names[k])] = py::array_t<double>(
+        static_cast<py::ssize_t>(table.columns[k].size()), table.columns[k].data());
+  return out;
+}
+
+vehicle::LapResult lap(const Car& car, const Road& road, int laps, bool standing, double fuel_kg,
+                       std::size_t record_every) {
+  if (laps < 1) throw py::value_error("laps: 1 or more wanted");
+  vehicle::LapOptions options;
+  options.laps = laps;
+  options.standing = standing;
+  options.fuel_kg = fuel_kg;
+  options.record_every = record_every;
+  py::gil_scoped_release free;
+  return vehicle::drive_laps(car.car, vehicle::Road(road.surface), options);
+}
+
+/// A car that is driven step by step. Refers to car and road, which Python keeps alive.
+class Drive {
+ public:
+  Drive(const Car& car, const Road& road, const vehicle::StartOptions& start, double step_s)
+      : car_(car.car),
+        road_(road.surface),
+        tracker_(road.surface),
+        row_(vehicle::telemetry_channels().size(), std::nan("")) {
+    options_.step_s = step_s;
+    vehicle::check_step(car.files.parameters, options_);
+    sim_ = vehicle::start(car_, road_, start);
+  }
+
+  void step(double steer_rad, double throttle, const std::array<double, vehicle::kWheels>& brake_pa,
+            int gear, double clutch, int steps) {
+    for (const double x :
+         {steer_rad, throttle, brake_pa[0], brake_pa[1], brake_pa[2], brake_pa[3], clutch})
+      if (!std::isfinite(x)) throw py::value_error("a control that is no number");
+    if (steps < 1) throw py::value_error("steps: 1 or more wanted");
+    vehicle::Controls<double> controls;
+    controls.steer_command_rad = steer_rad;
+    controls.throttle_command = std::clamp(throttle, 0.0, 1.0);
+    controls.brake_command_pa = brake_pa;
+    controls.gear_command = gear;
+    controls.clutch_command = std::clamp(clutch, 0.0, 1.0);
+    vehicle::StepResult result;
+    vehicle::State<double> before = sim_.state;
+    double time_s = sim_.time_s;
+    for (int k = 0; k < steps && result.ok(); ++k) {
+      before = sim_.state;
+      time_s = sim_.time_s;
+      result = vehicle::step(car_, sim_, controls, road_, options_, detail_);
+    }
+    const crg::UV at = tracker_.at(before[vehicle::kX], before[vehicle::kY], before[vehicle::kZ]);
+    vehicle::fill_telemetry(time_s, before, detail_, controls, at.u_m, at.v_m, row_);
+    if (!result.ok()) throw vehicle::Error(vehicle::describe(result, sim_.time_s, at.u_m, at.v_m));
+  }
+
+  double time_s() const { return sim_.time_s; }
+  double channel(const std::string& name) const {
+    const std::vector<std::string>& names = vehicle::telemetry_channels();
+    for (std::size_t k = 0; k < names.size(); ++k)
+      if (names[k] == name) return row_[k];
+    throw py::key_error(name);
+  }
+  py::dict telemetry() const {
+    py::dict out;
+    const std::vector<std::string>& names = vehicle::telemetry_channels();
+    for (std::size_t k = 0; k < names.size(); ++k) out[py::str(names[k])] = row_[k];
+    return out;
+  }
+
+ private:
+  const vehicle::Car<double>& car_;
+  vehicle::Road road_;
+  vehicle::RoadTracker tracker_;
+  vehicle::StepOptions options_;
+  vehicle::Simulation<double> sim_;
+  vehicle::Detail<double> detail_{};
+  std::vector<double> row_;
+};
+
+std::unique_ptr<Drive> start_drive(const Car& car, const Road& road, double u_m, double v_m,
+                                   double speed_mps, int gear, double fuel_kg, double tyre_k,
+                                   double disc_k, double step_s) {
+  if (!(step_s > 0) || !(step_s <= 0.01))
+    throw py::value_error("step_s: more than 0, at most 0.01 wanted");
+  if (!(speed_mps >= 0) || !(speed_mps < 150)) throw py::value_error("speed_mps: 0 to 150 wanted");
+  const crg::Sample at = road.surface.at_uv(u_m, v_m);
+  if (!at.valid || !at.inside)
+    throw vehicle::Error("no road at u " + std::to_string(u_m) + " m, v " + std::to_string(v_m) +
+                         " m");
+  vehicle::StartOptions start;
+  start.x_m = at.x_m;
+  start.y_m = at.y_m;
+  start.z_near_m = at.z_m;
+  start.yaw_rad = at.heading_rad;
+  start.speed_mps = speed_mps;
+  start.fuel_kg = fuel_kg;
+  start.tyre_k = tyre_k;
+  start.disc_k = disc_k;
+  start.gear = gear;
+  return std::make_unique<Drive>(car, road, start, step_s);
+}
+
+}  // namespace
+
+void add_car(py::module_& m) {
+  using namespace pybind11::literals;
+  py::class_<vehicle::LapResult>(m, "Laps", "What laps by the built-in driver gave.")
+      .def_readonly("complete", &vehicle::LapResult::complete, "every lap was finished")
+      .def_readonly("problem", &vehicle::LapResult::problem, "one sentence if not")
+      .def_readonly("lap_s", &vehicle::LapResult::lap_s, "one per finished lap")
+      .def_readonly("top_mps", &vehicle::LapResult::top_mps)
+      .def_property_readonly(
+          "telemetry", [](const vehicle::LapResult& r) { return by_name(r.telemetry); },
+          "an array per channel, by name; units stand in the names");
+
+  py::class_<Drive>(m, "Drive", "A car that is driven step by step.")
+      .def("step", &Drive::step,
+           "On by `steps` steps with these commands: angle at the steering wheel (left positive), "
+           "throttle 0 to 1, brake\n"
+           "pressures fl, fr, rl, rr in Pa, gear 1 to 6 (0 neutral, -1 reverse), clutch 0 to 1. "
+           "Raises Error when the\n"
+           "car cannot go on, and says why.",
+           py::kw_only(), "steer_rad"_a = 0.0, "throttle"_a = 0.0,
+           "brake_pa"_a = std::array<double, 4>{}, "gear"_a = 1, "clutch"_a = 0.0, "steps"_a = 1)
+      .def("__getitem__", &Drive::channel,
+           "A channel of the last step, by name; NaN before the first.", "channel"_a)
+      .def_property_readonly("time_s", &Drive::time_s)
+      .def_property_readonly("telemetry", &Drive::telemetry,
+                             "all channels of the last step, by name");
+
+  py::class_<Car>(m, "Car", "The simulated car that a vehicle file describes.")
+      .def_static("read", &read_car,
+                  "Reads vehicle.yaml and everything it names, then a setup sheet, then settings "
+                  "'group.key=value'.",
+                  "path"_a, py::kw_only(), "setup"_a = py::none(),
+                  "settings"_a = std::vector<std::string>{})
+      .def_property_readonly("name", [](const Car& car) { return car.files.name; })
+      .def("lap", &lap,
+           "Laps of a road by the built-in driver; record_every: steps of 1 ms per row of "
+           "telemetry, 0 none.",
+           "road"_a, py::kw_only(), "laps"_a = 1, "standing"_a = false, "fuel_kg"_a = 30.0,
+           "record_every"_a = 10)
+      .def("start", &start_drive, "Sets the car on the road, along it, to be driven step by step.",
+           "road"_a, py::kw_only(), "u_m"_a = 0.0, "v_m"_a = 0.0, "speed_mps"_a = 0.0, "gear"_a = 1,
+           "fuel_kg"_a = 30.0, "tyre_k"_a = 360.0, "disc_k"_a = 500.0, "step_s"_a = 0.001,
+           py::keep_alive<0, 1>(), py::keep_alive<0, 2>());
+}
+
+}  // namespace kerbstone

@@ -1,0 +1,20 @@
+// The road that Python holds, and what each source adds to the module.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include "crg/surface.h"
+
+namespace kerbstone {
+
+/// A road that is evaluated, and where the last single query was; the interpreter's lock guards
+/// that.
+struct Road {
+  crg::Surface surface;
+  crg::Cursor cursor = {};
+};
+
+void add_road(pybind11::module_& m);
+void add_car(pybind11::module_& m);
+
+}  // namespace kerbstone

@@ -1,0 +1,90 @@
+"""The module kerbstone: the simulated car, beside the program crgdrive and Newton."""
+
+import csv
+import math
+import os
+import subprocess
+
+import kerbstone
+import numpy as np
+import pytest
+
+VEHICLE = os.path.join(os.environ["KERBSTONE_SOURCE"], "vehicles/open_wheel/vehicle.yaml")
+
+
+@pytest.fixture(scope="module")
+def car():
+    return kerbstone.Car.read(VEHICLE)
+
+
+@pytest.fixture(scope="module")
+def circle():
+    """A flat closed road of 60 m radius, 10 m wide."""
+    rows = 754
+    angle = np.linspace(0, 2 * math.pi, rows)
+    v_m = np.linspace(-5, 5, 11)
+    return kerbstone.Road.from_arrays(60 * np.sin(angle), 60 * (1 - np.cos(angle)), v_m, np.zeros((rows, 11)), closed=True)
+
+
+@pytest.fixture(scope="module")
+def straight():
+    u_m = np.arange(0, 801.0)
+    return kerbstone.Road.from_arrays(u_m, 0 * u_m, [-8.0, 0.0, 8.0], np.zeros((u_m.size, 3)))
+
+
+def test_a_lap_is_that_of_the_program(car, circle, tmp_path):
+    circle.write(str(tmp_path / "circle.crg"))
+    subprocess.run(
+        [os.environ["CRGDRIVE"], "lap", "--vehicle", VEHICLE, "--track", str(tmp_path / "circle.crg"), "-o", str(tmp_path / "lap.csv"), "--quiet"],
+        check=True,
+    )
+    with open(tmp_path / "lap.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    laps = car.lap(kerbstone.Road.read(str(tmp_path / "circle.crg")))
+    assert laps.complete and len(laps.lap_s) == 1
+    for channel in ("time_s", "x_m", "vx_mps", "fz_rl_n"):
+        assert laps.telemetry[channel] == pytest.approx([float(row[channel]) for row in rows], rel=1e-6, abs=1e-6)
+
+
+def test_a_car_that_is_driven_step_by_step_obeys_newton(car, straight):
+    drive = car.start(straight, u_m=20.0, speed_mps=30.0, gear=2)
+    assert math.isnan(drive["vx_mps"])
+    speeds = []
+    for _ in range(50):
+        drive.step(throttle=1.0, gear=2, steps=20)
+        speeds.append(drive["vx_mps"])
+    assert drive.time_s == pytest.approx(0.999, abs=2e-3)
+    assert speeds[-1] > speeds[0] + 2
+    # On a flat straight the accelerometer shows the change of the speed.
+    gained = speeds[-1] - speeds[-2]
+    assert drive["ax_mps2"] * 0.02 == pytest.approx(gained, rel=0.1)
+    assert drive["u_m"] == pytest.approx(20 + np.mean(speeds), rel=0.02)
+    drive.step(brake_pa=[4e6, 4e6, 2e6, 2e6], gear=2, steps=500)
+    assert drive["ax_mps2"] < -3
+    assert set(drive.telemetry) >= {"time_s", "x_m", "fz_fl_n"}
+
+
+def test_the_same_steps_give_the_same_numbers(car, straight):
+    def run():
+        drive = car.start(straight, u_m=20.0, speed_mps=40.0, gear=3)
+        for k in range(100):
+            drive.step(steer_rad=0.05 * math.sin(0.1 * k), throttle=0.5, gear=3, steps=5)
+        return drive.telemetry
+
+    assert run() == run()
+
+
+def test_errors_say_what_was_wanted(car, straight):
+    with pytest.raises(kerbstone.Error, match="missing.yaml"):
+        kerbstone.Car.read("missing.yaml")
+    with pytest.raises(kerbstone.Error, match="Car.read"):
+        kerbstone.Car.read(VEHICLE, settings=["chassis.wings=3"])
+    assert kerbstone.Car.read(VEHICLE, settings=["chassis.mass_kg=800"]).name == car.name
+    with pytest.raises(kerbstone.Error, match="no road at u 300"):
+        car.start(straight, u_m=30000.0)
+    with pytest.raises(ValueError, match="no number"):
+        car.start(straight, u_m=20.0).step(throttle=math.nan)
+    with pytest.raises(KeyError):
+        car.start(straight, u_m=20.0)["no_such_channel"]
+    with pytest.raises(kerbstone.Error):
+        car.lap(straight, laps=2)
