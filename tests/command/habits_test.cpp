@@ -225,6 +225,8 @@ class Called : public ::testing::Test {
       survey += cell[0] + "," + cell[1] + "," + cell[4] + "\n";
     }
     cli::write(f / "survey.csv", survey);
+    std::filesystem::create_directory(f / "campaign");
+    cli::write(f / "campaign/plan.json", R"({"name": "none", "jobs": []})");
     calls_ = {
         {"crgbuild",
          {{"build", f / "s.obj", "-o", f / "b"},
@@ -276,6 +278,7 @@ class Called : public ::testing::Test {
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
           {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
+        {"kerbstone", {{"collect", f / "campaign"}}},
     };
   }
   static void TearDownTestSuite() {
