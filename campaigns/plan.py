@@ -218,13 +218,21 @@ class _Planner:
 
     def recording(self, name, value):
         where = f"{self.path}: recordings: {name}"
-        log = _Section(where, value, ("file", "mapping", "track", "car"))
+        log = _Section(where, value, ("file", "driven_by", "options", "mapping", "track", "car"))
+        if ("file" in log.value) == ("driven_by" in log.value):
+            raise Refusal(f"{where}: one of file and driven_by wanted")
         track, car = log.need("track", str, "a name of tracks"), log.need("car", str, "a name of cars")
-        for key, word, known in (("track", track, self.roads), ("car", car, self.cars)):
-            if word not in known:
+        driver = log.value.get("driven_by", car)
+        for key, word, known in (("track", track, self.roads), ("car", car, self.cars),
+                                 ("driven_by", driver, self.cars)):
+            if not isinstance(word, str) or word not in known:
                 raise Refusal(f"{where}: {key}: {word!r} seen, one of {', '.join(known) or 'none'} wanted")
         mapping = self.file(f"{where}: mapping", log.value["mapping"]) if "mapping" in log.value else None
-        self.recordings[name] = (self.file(f"{where}: file", log.value.get("file")), mapping, track, car)
+        if "file" in log.value:
+            path, after = self.file(f"{where}: file", log.value["file"]), []
+        else:  # no recording at all: laps of a simulated car, for trying things out
+            path, after = f"lap/{name}/lap.csv", [self.drive(name, track, driver, [], log.options())]
+        self.recordings[name] = (path, after, mapping, track, car)
 
     def drive(self, subject, track, car, words, options):
         road, after = self.roads[track]
@@ -251,7 +259,7 @@ class _Planner:
         section = _Section(where, value or {}, ("recordings", "windows_s", "options"))
         windows = section.get("windows_s", list, "a list of seconds, 0: never put back", [0.6, 2, 8, 0])
         for name in self.chosen(section, "recordings", self.recordings):
-            log, mapping, track, car = self.recordings[name]
+            log, driven, mapping, track, car = self.recordings[name]
             for window in windows:
                 if isinstance(window, bool) or not isinstance(window, (int, float)) or not 0 <= window <= 1e5:
                     raise Refusal(f"{where}: windows_s: {_seen(window)} seen, seconds wanted")
@@ -262,29 +270,32 @@ class _Planner:
                 self.add("replay", subject,
                          ["crgdrive", "replay", "--vehicle", vehicle, "--track", road, *settings, "--recording", log,
                           *mapped, f"--window-s={window}", "-o", f"replay/{subject}", *section.options()],
-                         files + [log] + ([mapping] if mapping else []) + ([] if after else [road]), after)
+                         files + ([] if driven else [log]) + ([mapping] if mapping else []) + ([] if after else [road]),
+                         driven + after)
 
     def explanations(self, where, value, threads):
         """crgexplain over the recordings of each car on each track."""
         section = _Section(where, value or {}, ("recordings", "options"))
         groups = {}
         for name in self.chosen(section, "recordings", self.recordings):
-            log, mapping, track, car = self.recordings[name]
-            groups.setdefault((track, car, mapping), []).append(log)
-        for number, ((track, car, mapping), logs) in enumerate(groups.items()):
+            log, driven, mapping, track, car = self.recordings[name]
+            groups.setdefault((track, car, mapping), []).append((log, driven))
+        for number, ((track, car, mapping), entries) in enumerate(groups.items()):
             subject = f"{track}+{car}"
             if f"explain/{subject}" in self.jobs:
                 subject += f"+{number}"  # another mapping
             if self.cars[car][2]:
                 raise Refusal(f"{where}: car {car} has 'set'; crgexplain reads vehicle.yaml alone: "
                               "write these settings there")
+            logs, drives = [log for log, _ in entries], [job for _, driven in entries for job in driven]
             road, after = self.roads[track]
             vehicle, files, _ = self.cars[car]
             self.add("explain", subject,
                      ["crgexplain", "run", "--track", road, "--vehicle", vehicle, "--recordings", *logs,
                       *(["--mapping", mapping] if mapping else []), "-o", f"explain/{subject}", *section.options(),
                       f"--threads={threads}"],
-                     files + logs + ([mapping] if mapping else []) + ([] if after else [road]), after,
+                     files + [log for log, driven in entries if not driven] + ([mapping] if mapping else [])
+                     + ([] if after else [road]), drives + after,
                      page=f"explain/{subject}/report.html")
 
     def trials(self, where, value, threads):

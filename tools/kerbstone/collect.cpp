@@ -44,9 +44,11 @@ int collect(const CollectCommand& command, command::Terminal& terminal) {
   terminal.start("collecting");
   const campaign::Campaign results = campaign::read_campaign(command.folder);
   const std::string page = command.folder + "/index.html";
-  base::write_file(command.folder + "/campaign.csv", campaign::table_of(results));
-  base::write_file(command.folder + "/campaign.sqlite", campaign::database_of(results));
-  base::write_file(page, campaign::page_of(results));
+  const std::string table = campaign::table_of(results), database = campaign::database_of(results),
+                    html = campaign::page_of(results);
+  base::write_file(command.folder + "/campaign.csv", table);
+  base::write_file(command.folder + "/campaign.sqlite", database);
+  base::write_file(page, html);
   terminal.print(terminal.json ? json_of(results, page) : text_of(results, page));
   for (const campaign::Job& job : results.jobs)
     if (job.state != State::done) return command::kNotValid;
