@@ -2,6 +2,7 @@
 
 A command that ends by itself has answered, whatever its exit code: the answer is kept, and the job is over.
 A command that was killed has not: nothing is written, this ends with 1, and the engine tries again."""
+import fcntl
 import hashlib
 import json
 import os
@@ -78,6 +79,15 @@ def _written(job, code):
     return _outputs(job["outputs"]) if code in (0, 3) else []
 
 
+def _alone(job_id):
+    """A lock that no other run of the job has: one whose connection broke may still be at work somewhere."""
+    path = os.path.join(".locks", job_id)
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    file = open(path, "w", encoding="ascii")
+    fcntl.flock(file, fcntl.LOCK_EX)
+    return file
+
+
 def run(job):
     blocker = _blocked_by(job)
     if blocker:
@@ -111,7 +121,8 @@ def main(arguments):
     os.chdir(arguments[0])
     with open("plan.json", encoding="utf-8") as file:
         jobs = {job["id"]: job for job in json.load(file)["jobs"]}
-    return run(jobs[arguments[1]])
+    with _alone(arguments[1]):
+        return run(jobs[arguments[1]])
 
 
 if __name__ == "__main__":

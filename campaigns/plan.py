@@ -10,8 +10,6 @@ import re
 import subprocess
 import sys
 
-import yaml
-
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 OPTION = re.compile(r"--[a-z][a-z0-9-]*")
 # What says where a result goes or how it is printed is the plan's own matter.
@@ -29,6 +27,7 @@ class Refusal(Exception):
 
 
 def _read_yaml(path):
+    import yaml  # here, because job.py, which imports this file, runs where it may be missing
     try:
         with open(path, encoding="utf-8") as file:
             text = file.read(4 << 20)
@@ -380,15 +379,17 @@ def _versions(plan):
     return versions
 
 
-def memory_mb(job, folder):
-    """What the scheduler is told: half more than the job took before, else what its kind takes by the size
-    of its inputs."""
+def needs(job, folder):
+    """What a scheduler is told, MB and minutes: more than the job took before, else what its kind takes by
+    the size of its inputs, and a day."""
     try:
         with open(os.path.join(folder, "state", job["id"] + ".cost.json"), encoding="utf-8") as file:
-            return int(1.5 * float(json.load(file)["peak_mb"])) + 50
+            cost = json.load(file)
+        return {"mem_mb": int(1.5 * float(cost["peak_mb"])) + 50, "minutes": int(cost["seconds"] / 12) + 10}
     except (OSError, ValueError, KeyError, TypeError):
         base, share = MEMORY[job["kind"]]
-        return int(base + share * sum(os.path.getsize(path) for path in job["inputs"]) / 1e6)
+        inputs_mb = sum(os.path.getsize(path) for path in job["inputs"]) / 1e6
+        return {"mem_mb": int(base + share * inputs_mb), "minutes": 1440}
 
 
 def write_whole(path, text):
@@ -438,7 +439,7 @@ def main(arguments):
         folder = os.path.abspath(arguments[1])
         plan["versions"] = _versions(plan)
         for job in plan["jobs"]:
-            job["mem_mb"] = memory_mb(job, folder)
+            job.update(needs(job, folder))
         write_whole(os.path.join(folder, "plan.json"), json.dumps(plan, indent=1) + "\n")
         _forget(folder, plan)
     except Refusal as refusal:

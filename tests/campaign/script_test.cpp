@@ -105,6 +105,37 @@ TEST_F(Script, GoesOnAfterAFailureAndGivesTheBytesOfTheCommands) {
   EXPECT_EQ(state_of(page, "lap/broken+av21"), "done");
 }
 
+// ssh is played by a script: one host that cannot be reached, one that is this machine.
+TEST_F(Script, AHostThatCannotBeReachedCostsNoJob) {
+  const cli::Folder folder;
+  write_campaign(folder);
+  cli::write(folder / "ssh", "#!/bin/sh\n[ \"$1\" = near ] || exit 255\nexec sh -c \"$2\"\n");
+  fs::permissions(folder / "ssh", fs::perms::owner_all);
+  cli::write(folder / "hosts", "far 2  # is down\nnear 2\n");
+  const std::string out = folder / "out";
+  const ToolRun ran =
+      shell(fmt::format("CI=1 KERBSTONE_SSH='{0}/ssh' KERBSTONE_HOSTS='{0}/hosts' "
+                        "'{1}/scripts/campaign' '{0}/campaign.yaml' '{2}' --tools '{3}' "
+                        "--profile ssh 2>&1",
+                        folder.path(), places::source(), out, tools()));
+  EXPECT_EQ(ran.code, 3) << ran.out;
+  EXPECT_THAT(ran.out, HasSubstr("far cannot be reached"));
+  EXPECT_EQ(state_of(out + "/index.html", "lap-page/good+av21"), "done");
+  EXPECT_EQ(state_of(out + "/index.html", "road/broken"), "failed");
+}
+
+// A Slurm of its own on this machine, 200 jobs, 20 of them and two daemons killed: ten minutes.
+TEST_F(Script, SlurmGivesTheSameBytesWhateverIsKilled) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "KERBSTONE_HEAVY=1 runs it";
+  if (shell("PATH=$PATH:/usr/sbin; command -v slurmctld slurmd munged sbatch").code != 0)
+    GTEST_SKIP() << "Slurm is not installed (scripts/setup cluster)";
+  const cli::Folder folder;
+  const ToolRun ran =
+      shell(fmt::format("python3 '{0}/tests/campaign/slurm_trial.py' '{0}' '{1}' '{2}' 200 20 2>&1",
+                        places::source(), tools(), folder / "work"));
+  EXPECT_EQ(ran.code, 0) << ran.out;
+}
+
 TEST_F(Script, RefusesInOneLine) {
   const cli::Folder folder;
   write_campaign(folder);
