@@ -109,8 +109,11 @@ def run(job):
         outputs = _written(job, code)
     except (ValueError, OSError) as error:
         code, said, printed, outputs = 1, f"{job['command'][0]}: {error}", {}, []
-    cost = {"seconds": round(seconds, 3), "input_mb": round(sum(map(os.path.getsize, job["inputs"])) / 1e6, 3),
-            "peak_mb": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024}
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cost = {"seconds": round(seconds, 3), "cpu_s": round(used.ru_utime + used.ru_stime, 3),
+            "peak_mb": used.ru_maxrss // 1024,
+            "input_mb": round(sum(map(os.path.getsize, job["inputs"])) / 1e6, 3),
+            "output_mb": round(sum(output["bytes"] for output in outputs) / 1e6, 3)}
     write_whole(os.path.join("state", job["id"] + ".cost.json"), json.dumps(cost) + "\n")
     write_whole(_state(job["id"]), json.dumps(
         {"exit_code": code, "message": said if code else "", "outputs": outputs, "said": printed}) + "\n")

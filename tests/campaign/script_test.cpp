@@ -114,7 +114,7 @@ TEST_F(Script, AHostThatCannotBeReachedCostsNoJob) {
   cli::write(folder / "hosts", "far 2  # is down\nnear 2\n");
   const std::string out = folder / "out";
   const ToolRun ran =
-      shell(fmt::format("CI=1 KERBSTONE_SSH='{0}/ssh' KERBSTONE_HOSTS='{0}/hosts' "
+      shell(fmt::format("CI=true KERBSTONE_SSH='{0}/ssh' KERBSTONE_HOSTS='{0}/hosts' "
                         "'{1}/scripts/campaign' '{0}/campaign.yaml' '{2}' --tools '{3}' "
                         "--profile ssh 2>&1",
                         folder.path(), places::source(), out, tools()));

@@ -139,7 +139,7 @@ def main():
     write_campaign()
     quiet, disturbed = os.path.join(work, "quiet"), os.path.join(work, "disturbed")
     subprocess.run(node + ["start", slurm], check=True)
-    os.environ["CI"] = "1"  # Snakemake then asks every second, not every ten
+    os.environ["CI"] = "true"  # Snakemake then asks every second, not every ten
     os.environ["SLURM_CONF"] = os.path.join(slurm, "slurm.conf")
     wrong, killed, daemons, witnesses, over = [], [], {}, set(), threading.Event()
     killer = threading.Thread(target=disturb, args=(disturbed, over, killed, daemons, witnesses))

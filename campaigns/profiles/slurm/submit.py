@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Submits one job of a campaign by sbatch and prints its number. What runs on the node is job.py itself:
+"""Submits one job of a campaign by sbatch and prints its name, by which it is asked for and cancelled: a number
+may be given twice, where a controller died before it had written down whom it had given it to. What runs on the node is job.py itself:
 the script that Snakemake made would start Snakemake there again, a second for every job."""
 import json
 import os
@@ -14,10 +15,10 @@ PATIENCE_S = 1800  # how long a controller may be away
 
 
 def submitted(name):
-    """The number of the job of that name, where a controller took it and its answer was lost."""
+    """Whether a controller took the job of that name and its answer was lost."""
     ran = subprocess.run(["squeue", "--noheader", "--states=all", "--format=%i", f"--name={name}"],
                          capture_output=True, text=True)
-    return ran.stdout.split()[0] if ran.returncode == 0 and ran.stdout.split() else None
+    return ran.returncode == 0 and bool(ran.stdout.strip())
 
 
 def properties_of(script):
@@ -33,25 +34,24 @@ def main(script):
     log = os.path.join("slurm", job)
     os.makedirs(os.path.dirname(log), exist_ok=True)
     name = f"kerbstone-{uuid.uuid4().hex}"
-    command = ["sbatch", "--parsable", "--no-requeue", f"--job-name={name}", f"--comment={job}",
+    command = ["sbatch", "--no-requeue", f"--job-name={name}", f"--comment={job}",
                f"--cpus-per-task={properties['threads']}", f"--mem={resources['mem_mb']}M",
                f"--time={resources['minutes']}", f"--output={log}.%j.log",
                "--wrap", f"exec python3 {shlex.quote(CAMPAIGNS)}/job.py . {shlex.quote(job)}"]
     until = time.monotonic() + PATIENCE_S
     while True:
         ran = subprocess.run(command, capture_output=True, text=True)
-        number = ran.stdout.strip().split(";")[0] if ran.returncode == 0 else None
-        if not number and "contact slurm controller" not in ran.stderr and "timed out" not in ran.stderr:
+        done = ran.returncode == 0
+        if not done and "contact slurm controller" not in ran.stderr and "timed out" not in ran.stderr:
             print(ran.stderr.strip(), file=sys.stderr)
             return 1
-        while not number and subprocess.run(["scontrol", "ping"], capture_output=True).returncode != 0:
+        while not done and subprocess.run(["scontrol", "ping"], capture_output=True).returncode != 0:
             if time.monotonic() > until:
                 print("campaign: the controller of Slurm does not answer", file=sys.stderr)
                 return 1
             time.sleep(2)
-        number = number or submitted(name)
-        if number:
-            print(number)
+        if done or submitted(name):
+            print(name)
             return 0
 
 
