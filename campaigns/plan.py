@@ -16,7 +16,7 @@ OPTION = re.compile(r"--[a-z][a-z0-9-]*")
 OWN_OPTIONS = {"--output", "--out", "--json", "--quiet", "--threads", "--name", "--help", "--version"}
 # MB a job needs whatever its inputs, and MB per MB of input: measured (docs/scale.md) and rounded up.
 # What a job of the same folder took before stands in its cost.json and comes first.
-MEMORY = {"mesh": (400, 0), "road": (800, 60), "lap": (200, 3), "lap-page": (200, 3), "replay": (300, 5),
+MEMORY = {"mesh": (400, 0), "road": (1000, 60), "lap": (200, 3), "lap-page": (200, 3), "replay": (300, 5),
           "explain": (800, 20), "scan": (500, 3), "map": (800, 8), "trials-make": (300, 0),
           "trials-run": (1500, 0), "trials-score": (200, 0)}
 MOST_JOBS = 100000
