@@ -94,6 +94,9 @@ def daemon(name):
         killed = kill([int(file.read())])
     time.sleep(4)
     subprocess.run(node + [name, slurm], check=True)
+    time.sleep(3)
+    # Nodes say what they run: jobs whose end was not written down are let go now, not minutes later.
+    subprocess.run(["scontrol", "reconfigure"], check=True)
     for _ in range(20):
         time.sleep(1)
         said = subprocess.run(["sinfo", "--noheader", "--format=%T %E"], capture_output=True, text=True).stdout
@@ -101,8 +104,6 @@ def daemon(name):
             subprocess.run(["scontrol", "update", f"NodeName={os.uname().nodename.split('.')[0]}", "State=RESUME"],
                            check=True)
             break
-    # Nodes say what they run: jobs whose end was not written down are let go now, not minutes later.
-    subprocess.run(["scontrol", "reconfigure"], check=True)
     return (died, time.time()) if killed else None
 
 
