@@ -14,7 +14,7 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 OPTION = re.compile(r"--[a-z][a-z0-9-]*")
 # What says where a result goes or how it is printed is the plan's own matter.
 OWN_OPTIONS = {"--output", "--out", "--json", "--quiet", "--threads", "--name", "--help", "--version"}
-# MB a job needs whatever its inputs, and MB per MB of input: measured (docs/scale.md) and rounded up.
+# MB a job needs whatever its inputs, and MB per MB of input: guesses, but for roads, which were seen to take 910.
 # What a job of the same folder took before stands in its cost.json and comes first.
 MEMORY = {"mesh": (400, 0), "road": (1000, 60), "lap": (200, 3), "lap-page": (200, 3), "replay": (300, 5),
           "explain": (800, 20), "scan": (500, 3), "map": (800, 8), "trials-make": (300, 0),
