@@ -225,6 +225,13 @@ class Called : public ::testing::Test {
       survey += cell[0] + "," + cell[1] + "," + cell[4] + "\n";
     }
     cli::write(f / "survey.csv", survey);
+    std::filesystem::create_directory(f / "campaign");
+    cli::write(f / "campaign/plan.json", R"({"name": "none", "jobs": []})");
+    std::filesystem::create_directory(f / "long_campaign");
+    std::string jobs;
+    for (int i = 0; i < 400000; ++i)
+      jobs += fmt::format(R"({}{{"kind": "road", "subject": "{}"}})", i == 0 ? "" : ",", i);
+    cli::write(f / "long_campaign/plan.json", R"({"name": "long", "jobs": [)" + jobs + "]}");
     calls_ = {
         {"crgbuild",
          {{"build", f / "s.obj", "-o", f / "b"},
@@ -276,6 +283,7 @@ class Called : public ::testing::Test {
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
           {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
+        {"kerbstone", {{"collect", f / "campaign"}}},
     };
   }
   static void TearDownTestSuite() {
@@ -494,7 +502,8 @@ std::map<std::string, Words> long_calls(const Folder& f, const std::string& tria
             "--recordings", trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
           {"lidar2mesh",
            {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o",
-            f / "long_scans", "--beams", "200", "--azimuths", "4000"}}};
+            f / "long_scans", "--beams", "200", "--azimuths", "4000"}},
+          {"kerbstone", {"collect", f / "long_campaign"}}};
 }
 
 TEST_F(Called, ATerminalSeesProgressThatIsWipedOnCtrlC) {
@@ -548,8 +557,10 @@ std::map<std::string, std::string> tree(const std::string& folder) {
 /// What the long calls may leave (docs/command_line.md): finished scans, and finished stages.
 bool may_stay(const std::string& path) {
   static const std::regex scans("/long_scans(/scan_[0-9]+\\.ply|/(truth_)?trajectory\\.csv)?"),
-      stages("/long_found(/\\.unfinished(/[a-z][^/]*)?)?");
-  return std::regex_match(path, scans) || std::regex_match(path, stages);
+      stages("/long_found(/\\.unfinished(/[a-z][^/]*)?)?"),
+      collected("/long_campaign/(index\\.html|campaign\\.(csv|sqlite))");
+  return std::regex_match(path, scans) || std::regex_match(path, stages) ||
+         std::regex_match(path, collected);
 }
 
 // KERBSTONE_HEAVY=1: 100 moments instead of 8, docs/command_line.md.
@@ -571,7 +582,7 @@ TEST_F(Called, SignalsEndEveryToolAtAnyMoment) {
       SCOPED_TRACE(fmt::format("{} after {:.3f} s: {}", tool.name, after_s, ran.err));
       longest_s = std::max(longest_s, ran.seconds_after_signal);
       EXPECT_LT(ran.seconds_after_signal, 2.0);
-      if (ran.code == 0) continue;  // it had ended before
+      if (ran.code == 0 || ran.code == 3) continue;  // it had ended before
       auto after = tree(folder_->path());
       for (const auto& [path, bytes] : before)
         EXPECT_TRUE(after[path] == bytes) << path << " is gone or changed";
@@ -583,7 +594,7 @@ TEST_F(Called, SignalsEndEveryToolAtAnyMoment) {
       EXPECT_THAT(ran.err, HasSubstr(tool.name + ": interrupted; no file is half-written\n"));
     }
   std::printf("%d of %d runs interrupted, the longest ended %.3f s after its signal\n", interrupted,
-              4 * moments, longest_s);
+              5 * moments, longest_s);
   EXPECT_GT(interrupted, 2 * moments);
 }
 

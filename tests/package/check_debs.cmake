@@ -34,7 +34,7 @@ endfunction()
 
 set(every "Maintainer: Kerbstone developers" "Version: [0-9.]+-1\n" "Architecture: " "/copyright\n" "/changelog.Debian.gz\n")
 set(tools "")
-foreach(tool crgbuild lidar2mesh crgdrive crgexplain)
+foreach(tool crgbuild lidar2mesh crgdrive crgexplain kerbstone)
   list(APPEND tools "-rwxr-xr-x root/root .* ./usr/bin/${tool}\n" "./usr/share/man/man1/${tool}.1.gz\n"
     "./usr/share/bash-completion/completions/${tool}\n")
 endforeach()
@@ -43,4 +43,9 @@ expect(libcrg-dev ${every} "Section: libdevel" "libstdc\\+\\+-dev" "./usr/lib/.*
   "./usr/include/crg/surface.h\n" "/crgConfig.cmake\n" "/pkgconfig/crg.pc\n" "/examples/c/example.c\n")
 expect(libopencrg-kerbstone ${every} "Section: libs" "Depends: .*libc6" "./usr/lib/.*libOpenCRG.so\n" "./usr/include/crgBaseLib.h\n"
   "/OpenCRGConfig.cmake\n" "/pkgconfig/OpenCRG.pc\n" "/examples/opencrg/drive.c\n")
+file(GLOB python ${BUILD}/lib/python/kerbstone.*.so)
+if(python)
+  expect(python3-kerbstone ${every} "Section: python" "Depends: .*python3-numpy" "./usr/lib/python3/dist-packages/kerbstone.*.so\n"
+    "./usr/lib/python3/dist-packages/kerbstone.pyi\n")
+endif()
 file(REMOVE_RECURSE ${WORK})

@@ -9,6 +9,7 @@ std::string crgbuild() { return CRGBUILD; }
 std::string crgdrive() { return CRGDRIVE; }
 std::string crgexplain() { return CRGEXPLAIN; }
 std::string lidar2mesh() { return LIDAR2MESH; }
+std::string kerbstone() { return KERBSTONE; }
 std::string make_trials() { return MAKE_TRIALS; }
 std::string kerbstone_car() { return KERBSTONE_CAR; }
 

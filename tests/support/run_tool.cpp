@@ -106,7 +106,8 @@ std::vector<Tool> all_tools() {
   return {{"crgbuild", places::crgbuild()},
           {"crgdrive", places::crgdrive()},
           {"crgexplain", places::crgexplain()},
-          {"lidar2mesh", places::lidar2mesh()}};
+          {"lidar2mesh", places::lidar2mesh()},
+          {"kerbstone", places::kerbstone()}};
 }
 
 std::vector<std::vector<std::string>> commands_of(const Tool& tool) {

@@ -1,0 +1,161 @@
+// scripts/campaign from campaign.yaml to the page.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "support/places.h"
+#include "support/run_crgbuild.h"
+#include "support/run_tool.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using support::ToolRun;
+using ::testing::HasSubstr;
+
+ToolRun shell(const std::string& command) {
+  return support::run_tool("/bin/bash", {"-c", command});
+}
+
+/// The folder with the tools of this build, as scripts/campaign takes it.
+std::string tools() { return fs::path(places::crgbuild()).parent_path().parent_path().string(); }
+
+ToolRun run_campaign(const std::string& yaml, const std::string& folder, int jobs = 2) {
+  return shell(fmt::format("'{}/scripts/campaign' '{}' '{}' --jobs {} --tools '{}' 2>&1",
+                           places::source(), yaml, folder, jobs, tools()));
+}
+
+/// Two stadiums of which one has no triangle, and laps of a car on both.
+void write_campaign(const cli::Folder& folder) {
+  fs::create_directories(folder / "meshes");
+  cli::write(folder / "meshes/good.obj", cli::Stadium{}.obj());
+  cli::write(folder / "meshes/broken.obj", "v 1 2 3\n");
+  cli::write(folder / "campaign.yaml",
+             "name: small\n"
+             "tracks:\n"
+             "  good: {mesh: meshes/good.obj, options: {--u-step-m: 0.25, --v-step-m: 0.25}}\n"
+             "  broken: {mesh: meshes/broken.obj}\n"
+             "cars:\n"
+             "  av21: " +
+                 places::source() +
+                 "/vehicles/av21/vehicle.yaml\n"
+                 "analyses:\n"
+                 "  laps: {options: {--rate-hz: 20}}\n");
+}
+
+class Script : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (shell("command -v snakemake").code != 0)
+      GTEST_SKIP() << "snakemake is not installed (scripts/setup campaign)";
+  }
+};
+
+std::string state_of(const std::string& page, const std::string& job) {
+  const std::string csv = cli::read(fs::path(page).replace_filename("campaign.csv"));
+  const std::size_t row = csv.find("\n" + job + ",");
+  if (row == std::string::npos) return "";
+  const std::string line = csv.substr(row + 1, csv.find('\n', row + 1) - row - 1);
+  std::size_t begin = 0;
+  for (int comma = 0; comma < 3; ++comma) begin = line.find(',', begin) + 1;
+  return line.substr(begin, line.find(',', begin) - begin);
+}
+
+TEST_F(Script, GoesOnAfterAFailureAndGivesTheBytesOfTheCommands) {
+  const cli::Folder folder;
+  write_campaign(folder);
+  const std::string out = folder / "out", page = out + "/index.html";
+  const ToolRun first = run_campaign(folder / "campaign.yaml", out);
+  EXPECT_EQ(first.code, 3) << first.out;
+  EXPECT_EQ(state_of(page, "road/good"), "done");
+  EXPECT_EQ(state_of(page, "lap-page/good+av21"), "done");
+  EXPECT_EQ(state_of(page, "road/broken"), "failed");
+  EXPECT_EQ(state_of(page, "lap/broken+av21"), "blocked");
+  EXPECT_THAT(cli::read(page), HasSubstr("broken.obj: "));
+
+  // By hand, in a folder of its own.
+  const std::string hand = folder / "hand", car = places::source() + "/vehicles/av21/vehicle.yaml";
+  fs::create_directories(hand + "/lap/good+av21");
+  const ToolRun by_hand = shell(fmt::format(
+      "cd '{0}' && '{1}' build '{2}' -o road/good --name good --u-step-m 0.25 --v-step-m 0.25 "
+      "--threads 1 && '{3}' lap --vehicle '{4}' --track road/good/good.crg -o "
+      "lap/good+av21/lap.csv --rate-hz 20",
+      hand, places::crgbuild(), folder / "meshes/good.obj", places::crgdrive(), car));
+  ASSERT_EQ(by_hand.code, 0) << by_hand.err;
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(hand)) {
+    const fs::path name = entry.path().lexically_relative(hand);
+    if (!entry.is_regular_file() || name.filename() == "timing.json") continue;
+    ++files;
+    EXPECT_TRUE(cli::read(entry.path()) == cli::read(out / name)) << name;
+  }
+  EXPECT_GE(files, 8);
+
+  // What is done is not done again; what failed is, and what waited for it.
+  const auto built = fs::last_write_time(out + "/road/good/good.crg");
+  cli::write(folder / "meshes/broken.obj", cli::Stadium{}.obj());
+  const ToolRun second = run_campaign(folder / "campaign.yaml", out);
+  EXPECT_EQ(second.code, 0) << second.out;
+  EXPECT_EQ(fs::last_write_time(out + "/road/good/good.crg"), built);
+  EXPECT_EQ(state_of(page, "lap/broken+av21"), "done");
+}
+
+// ssh is played by a script: one host that cannot be reached, one that is this machine.
+TEST_F(Script, AHostThatCannotBeReachedCostsNoJob) {
+  const cli::Folder folder;
+  write_campaign(folder);
+  cli::write(folder / "ssh", "#!/bin/sh\n[ \"$1\" = near ] || exit 255\nexec sh -c \"$2\"\n");
+  fs::permissions(folder / "ssh", fs::perms::owner_all);
+  cli::write(folder / "hosts", "far 2  # is down\nnear 2\n");
+  const std::string out = folder / "out";
+  const ToolRun ran =
+      shell(fmt::format("CI=true KERBSTONE_SSH='{0}/ssh' KERBSTONE_HOSTS='{0}/hosts' "
+                        "'{1}/scripts/campaign' '{0}/campaign.yaml' '{2}' --tools '{3}' "
+                        "--profile ssh 2>&1",
+                        folder.path(), places::source(), out, tools()));
+  EXPECT_EQ(ran.code, 3) << ran.out;
+  EXPECT_THAT(ran.out, HasSubstr("far cannot be reached"));
+  EXPECT_EQ(state_of(out + "/index.html", "lap-page/good+av21"), "done");
+  EXPECT_EQ(state_of(out + "/index.html", "road/broken"), "failed");
+}
+
+// A Slurm of its own on this machine, 200 jobs, 20 of them and two daemons killed: ten minutes.
+TEST_F(Script, SlurmGivesTheSameBytesWhateverIsKilled) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "KERBSTONE_HEAVY=1 runs it";
+  if (shell("PATH=$PATH:/usr/sbin; command -v slurmctld slurmd munged sbatch").code != 0)
+    GTEST_SKIP() << "Slurm is not installed (scripts/setup cluster)";
+  const cli::Folder folder;
+  const ToolRun ran =
+      shell(fmt::format("python3 '{0}/tests/campaign/slurm_trial.py' '{0}' '{1}' '{2}' 200 20 2>&1",
+                        places::source(), tools(), folder / "work"));
+  EXPECT_EQ(ran.code, 0) << ran.out;
+}
+
+TEST_F(Script, RefusesInOneLine) {
+  const cli::Folder folder;
+  write_campaign(folder);
+  const auto refusal = [&](const std::string& yaml) {
+    cli::write(folder / "bad.yaml", yaml);
+    const ToolRun ran = run_campaign(folder / "bad.yaml", folder / "out");
+    EXPECT_EQ(ran.code, 1) << ran.out;
+    EXPECT_EQ(std::count(ran.out.begin(), ran.out.end(), '\n'), 1) << ran.out;
+    return ran.out;
+  };
+  EXPECT_THAT(refusal("tracks: ["), HasSubstr("bad.yaml"));
+  EXPECT_THAT(refusal("a: &a [1]\nname: *a\n"), HasSubstr("bad.yaml:1: anchors"));
+  EXPECT_THAT(refusal("name: x\n"), HasSubstr("nothing to do"));
+  EXPECT_THAT(refusal("name: x\ntrakcs: {}\n"), HasSubstr("no key 'trakcs' is known"));
+  EXPECT_THAT(refusal("name: x\ntracks: {../up: {mesh: meshes/good.obj}}\n"),
+              HasSubstr("name '../up' seen"));
+  EXPECT_THAT(refusal("name: x\ntracks: {a: {mesh: meshes/none.obj}}\n"),
+              HasSubstr("no such file"));
+  EXPECT_THAT(refusal("name: x\ntracks: {a: {mesh: meshes/good.obj, options: {--output: /x}}}\n"),
+              HasSubstr("'--output' seen"));
+}
+
+}  // namespace
