@@ -84,9 +84,15 @@ TEST(BadInput, WrongUnitSaysWhichFlagToGive) {
     stadium.scale = scale;
     const Folder folder;
     write(folder / "s.obj", stadium.obj());
-    if (std::string(unit) != "ft")  // 1,600 ft long and 32 ft wide could be metres
+    if (std::string(unit) == "ft") {  // 1,600 ft long and 33 ft wide could be metres, but hardly are
+      const Ran wide = build(folder, folder / "s.obj");
+      EXPECT_EQ(wide.code, 3) << wide.out;
+      EXPECT_THAT(wide.out + wide.err, HasSubstr("with --unit ft there is a closed road of"));
+      EXPECT_EQ(build(folder, folder / "s.obj", {"--line-is-right"}).code, 0);
+    } else {
       expect_refused(build(folder, folder / "s.obj"), folder / "out",
                      {fmt::format("--unit {}", unit)});
+    }
     const Ran ran = build(folder, folder / "s.obj", {"--unit", unit});
     EXPECT_EQ(ran.code, 0) << unit << ran.err;
     const auto s = nlohmann::json::parse(read(folder / "out/summary.json"));

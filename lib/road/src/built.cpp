@@ -221,6 +221,11 @@ Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
       auto doubts = doubts_about(built.centreline, surface, built.mesh, summary.clean);
       if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))
         doubts.push_back(std::move(*ends));
+      if (prepared.recipe.read.unit == Unit::automatic && prepared.recipe.read.scale == 1.0 &&
+          prepared.tilt_and_scale.is_identity())
+        if (auto width = doubt_about_width(built.centreline, built.mesh,
+                                           summary.read.metres_per_unit, prepared.recipe.clean))
+          doubts.push_back(std::move(*width));
       return doubts;
     });
   stage("align", [&] { put_on_the_earth(recipe, built); });
