@@ -110,6 +110,7 @@ TEST(Proofs, StrongerEngineHidesTurboLag) {
 }
 
 TEST(Proofs, TenLapsDoNotTurnErrorsOfTyreCurvesIntoRoad) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   // What a stated tyre curve gets wrong in a corner comes back every lap: the more laps, the surer it looks.
   Proof proof("compensated:21"), other("compensated:22");
   proof.folder.file("compensated21/other.csv", other.folder.read("compensated22/run.csv"));
@@ -233,6 +234,7 @@ TEST(Proofs, TyresThatEnvelopAKerb) {
 }
 
 TEST(Proofs, ATieIsResolvedByTheExperimentItAskedFor) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("alike-apart");
   const json tie = proof.explain();
   EXPECT_EQ(tie.at("verdict"), "tie");
@@ -304,6 +306,7 @@ TEST(Proofs, AFrictionMapIsReadAndCorrected) {
 }
 
 TEST(Proofs, AStretchOfLowGripIsFoundAndItsMapTakesItAway) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("slippery");
   const json found = proof.explain("run.csv", "out", "");
   EXPECT_EQ(found.at("verdict"), "explained");
@@ -330,6 +333,7 @@ TEST(Proofs, AStretchOfLowGripIsFoundAndItsMapTakesItAway) {
 }
 
 TEST(Proofs, ColdTyresAreColdInTheSimulatedCarToo) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("warm");
   const json cold = finding(proof.explain("run.csv", "out", ""), "vehicle.tyre_thermal");
   // Measured: 15 % too weak.
