@@ -17,8 +17,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/write_file.h"
 #include "crg/check.h"
 #include "crg/edit.h"
+#include "crg/file.h"
 #include "crg/options.h"
 #include "crg/surface.h"
 
@@ -305,7 +307,7 @@ void add_road(py::module_& m) {
           [](const Road& road, const std::string& path, const std::string& format) {
             const crg::Format wanted = format_of(format);
             py::gil_scoped_release free;
-            crg::write(road.surface.file(), path, wanted);
+            base::write_file(path, crg::to_bytes(road.surface.file(), wanted));
           },
           "Writes the road, whole or not at all. KRBI, KDBI: binary floats or doubles; LRFI, LDFI: "
           "text.",
