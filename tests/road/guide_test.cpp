@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <numbers>
 #include <random>
@@ -19,6 +20,7 @@
 #include "road/ray_surface.h"
 #include "road/read_mesh.h"
 #include "road/reference_line.h"
+#include "support/places.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -410,6 +412,58 @@ TEST(GuideFile, IsReadInEveryFormat) {
   }
 }
 
+TEST(GuideFile, MayBeTheLogOfACar) {
+  const support::TemporaryFolder folder;
+  // As loggers export: lines before the header, a line of units, a receiver that has no fix yet.
+  const std::string log = folder.file(
+      "run.csv",
+      "Session,Sunday\n\n\"Time\",\"GPS Latitude\",\"GPS Longitude\",\"Speed\"\n"
+      "\"s\",\"deg\",\"deg\",\"km/h\"\n"
+      "0.0,0,0,0\n0.1,45.5,9.25,50\n0.2,45.6,9.35,51\n0.3,45.7,9.45,52\n0.4,45.8,9.55,53\n");
+  const road::GuideFile found = road::read_guide(log);
+  EXPECT_TRUE(found.geographic);
+  ASSERT_EQ(found.points.size(), 4u);
+  EXPECT_DOUBLE_EQ(found.points[1].x(), 45.6);
+  EXPECT_DOUBLE_EQ(found.points[1].y(), 9.35);
+  const std::string own = folder.file(
+      "own.csv", "t,pe,pn,lo,la\n0,1,2,0.1,0.8\n1,2,4,0.2,0.9\n2,3,,0.3,1.0\n3,4,8,0.4,1.1\n");
+  EXPECT_THAT(refusal([&] { road::read_guide(own); }), HasSubstr("--guide-mapping"));
+  const auto mapped = [&](const std::string& columns) {
+    return road::read_guide(own, folder.file("mapping.yaml", "version: 1\ncolumns:\n" + columns));
+  };
+  const road::GuideFile flat =
+      mapped("  pe: {channel: x_m, scale: 10, offset: 5}\n  pn: {channel: y_m}\n");
+  EXPECT_FALSE(flat.geographic);
+  ASSERT_EQ(flat.points.size(), 3u) << "a row without a place is none";
+  EXPECT_DOUBLE_EQ(flat.points[2].x(), 45.0);
+  EXPECT_DOUBLE_EQ(flat.points[2].y(), 8.0);
+  const road::GuideFile round =
+      mapped("  la: {channel: latitude_rad}\n  lo: {channel: longitude_rad}\n");
+  EXPECT_TRUE(round.geographic);
+  ASSERT_EQ(round.points.size(), 4u);
+  EXPECT_NEAR(round.points[1].x(), 51.566, 1e-3);
+  EXPECT_NEAR(round.points[1].y(), 11.459, 1e-3);
+  EXPECT_THAT(refusal([&] { mapped("  t: {channel: time_s}\n"); }), HasSubstr("maps no place"));
+  EXPECT_THAT(refusal([&] { mapped("  east: {channel: x_m}\n  pn: {channel: y_m}\n"); }),
+              HasSubstr("no column \"east\""));
+}
+
+TEST(GuideFile, MayBeTheLogOfAnybodysCar) {
+  const std::string folder = places::data() + "/recordings/";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  for (const char* name : {"road_america_run1.vbo", "racechrono_tianma_lap9.csv"}) {
+    const road::GuideFile guide = road::read_guide(folder + name);
+    EXPECT_TRUE(guide.geographic) << name;
+    EXPECT_GT(guide.points.size(), 1000u) << name;
+    // Both circuits lie within a box of 0.05 degrees, Road America in the west.
+    for (const Vector3d& p : guide.points) {
+      EXPECT_NEAR(p.x(), guide.points.front().x(), 0.05) << name;
+      EXPECT_NEAR(p.y(), guide.points.front().y(), 0.05) << name;
+    }
+  }
+  EXPECT_NEAR(road::read_guide(folder + "road_america_run1.vbo").points.front().y(), -87.99, 0.05);
+}
+
 TEST(GuideFile, ThatIsNoneIsRefused) {
   const support::TemporaryFolder folder;
   const auto refused = [&](const std::string& name, const std::string& text) {
@@ -478,6 +532,42 @@ TEST(ShapeAlone, DoubtsALaneOfWhatIsAllOneRoad) {
   const road::Centreline whole = trace(mesh, road::guide_along(points));
   EXPECT_TRUE(whole.closed);
   EXPECT_NEAR(2.0 * whole.half_width_m[whole.half_width_m.size() / 2], 13.0, 0.1);
+}
+
+TEST(Plausible, NamesThatFindAClosedRoadOutweighTheLongerRingOfAVerge) {
+  World world;
+  world.strip(ring, -5.0, 5.0, "asphalt");
+  world.strip(ring, 5.0, 13.0, "asphalt", 0.0, 0.3, 108);  // an apron
+  world.strip(ring, 13.0, 25.0, "grass");
+  world.strip(ring, -40.0, -5.0, "grass");
+  road::CleanReport report;
+  const road::RoadMesh surface = road::clean(world.mesh, {}, &report);
+  EXPECT_TRUE(report.by_names);
+  const road::Centreline line = road::trace_centreline(surface);
+  EXPECT_LT(off_m(line, 0.0).first, 0.3) << "the side without the apron tells; measured 0.12";
+  // Shape alone takes the verge, and says what it is called.
+  road::CleanOptions by_shape;
+  by_shape.use_names = road::UseNames::no;
+  const road::RoadMesh shaped = road::clean(world.mesh, by_shape, &report);
+  const auto doubts = road::doubts_about(road::trace_centreline(shaped),
+                                         road::RaySurface(shaped.mesh), world.mesh, report);
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_THAT(doubts[0], HasSubstr("is called 'grass' in the mesh"));
+}
+
+TEST(Plausible, DoubtsARoadThatIsMuchWiderInPlaces) {
+  // A paddock on both sides, called asphalt as the road is: nothing tells where the road ends.
+  World world;
+  world.strip(ring, -5.0, 5.0, "asphalt");
+  world.strip(ring, 5.0, 13.0, "asphalt", 0.0, 0.3, 108);
+  world.strip(ring, -13.0, -5.0, "asphalt", 0.0, 0.3, 108);
+  road::CleanReport report;
+  const road::RoadMesh surface = road::clean(world.mesh, {}, &report);
+  const auto doubts = road::doubts_about(road::trace_centreline(surface),
+                                         road::RaySurface(surface.mesh), world.mesh, report);
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_THAT(doubts[0], HasSubstr("times as wide as usual (9.8 m), 26.0 m at"));
+  EXPECT_THAT(doubts[0], HasSubstr("--guide FILE"));
 }
 
 TEST(ShapeAlone, DoubtsARoadThatTheMeshCallsWater) {

@@ -119,6 +119,7 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
   from.centreline.start_near_m = Eigen::Vector2d(0.1, 1e7 / 3);
   from.centreline.start_object = "START";
   from.guide_path = "rough.gpx";
+  from.guide_mapping_path = "mapping.yaml";
   from.clean.route_m = {{0, -1.5}, {100, 2}};
   from.clean.guide_width_m = 7.5;
   from.control_points_path = "points.csv";

@@ -180,6 +180,7 @@ std::vector<InputFile> inputs_of(const Recipe& recipe) {
   if (!recipe.recipe_path.empty()) add("recipe", recipe.recipe_path);
   add("mesh", recipe.mesh_path);
   add("guide", recipe.guide_path);
+  add("guide_mapping", recipe.guide_mapping_path);
   add("control_points", recipe.control_points_path);
   add("trajectory", recipe.trajectory_path);
   if (!recipe.friction.wanted) return inputs;

@@ -11,6 +11,7 @@
 
 #include "base/csv.h"
 #include "base/read_file.h"
+#include "guide_recording.h"
 #include "road/error.h"
 #include "road/guide.h"
 
@@ -26,7 +27,8 @@ constexpr std::size_t kLargestTreeBytes =
 constexpr std::size_t kMostPoints = 5'000'000;
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kWanted =
-    "a guide is wanted: CSV with x_m,y_m[,z_m] or lat_deg,lon_deg[,h_m], GPX, KML or GeoJSON";
+    "a guide is wanted: CSV with x_m,y_m[,z_m] or lat_deg,lon_deg[,h_m], GPX, KML, GeoJSON or a "
+    "log with latitude and longitude";
 
 /// NaN where the word is no number.
 double number(std::string_view word) {
@@ -40,24 +42,38 @@ double number(std::string_view word) {
   return error == std::errc() && end == word.data() + word.size() ? value : kNoHeight;
 }
 
-/// The header of a CSV: its first line that is no remark, in lower case.
-std::string header_of(std::string_view text) {
+/// The columns of a CSV as its first line that is no remark names them, in lower case.
+std::vector<std::string> columns_of(std::string_view text) {
   while (text.starts_with('#')) {
     const std::size_t end = text.find('\n');
     if (end == std::string_view::npos) return {};
     text.remove_prefix(end + 1);
   }
-  std::string line(text.substr(0, std::min<std::size_t>(text.find('\n'), 10000)));
-  for (char& c : line) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return line;
+  std::vector<std::string> names(1);
+  for (const char c : text.substr(0, std::min<std::size_t>(text.find('\n'), 10000))) {
+    if (c == ',')
+      names.emplace_back();
+    else if (std::isspace(static_cast<unsigned char>(c)) == 0)
+      names.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return names;
 }
 
 GuideFile from_csv(const std::string& path, std::string_view text) {
-  const std::string header = header_of(text);
-  const auto has = [&](const char* name) { return header.find(name) != std::string::npos; };
+  const std::vector<std::string> columns = columns_of(text);
+  const auto has = [&](const char* name) {
+    return std::count(columns.begin(), columns.end(), name) > 0;
+  };
   GuideFile guide;
-  guide.geographic = !has("x_m") && (has("lat") || has("lon"));
+  guide.geographic = !has("x_m");
   const bool written_out = has("latitude");
+  if (guide.geographic && !written_out && !has("lat_deg")) {
+    try {
+      return guide_of_log(path);
+    } catch (const Error& error) {
+      throw Error(fmt::format("{}; {}", error.what(), kWanted));
+    }
+  }
   const base::CsvTable table = !guide.geographic ? base::read_csv(path, {"x_m", "y_m"}, {"z_m"})
                                : written_out
                                    ? base::read_csv(path, {"latitude", "longitude"}, {"height"})
@@ -190,19 +206,20 @@ GuideFile from_json(const std::string& path, std::string_view text) {
 
 }  // namespace
 
-GuideFile read_guide(const std::string& path) {
+GuideFile read_guide(const std::string& path, const std::string& mapping_path) {
   const std::string text = base::read_file(path, kLargestFileBytes);
   std::string_view begin = text;
   if (begin.starts_with("\xEF\xBB\xBF")) begin.remove_prefix(3);
   while (!begin.empty() && std::isspace(static_cast<unsigned char>(begin.front())) != 0)
     begin.remove_prefix(1);
-  const bool is_tree = begin.starts_with('<') || begin.starts_with('{');
+  const bool is_tree = mapping_path.empty() && (begin.starts_with('<') || begin.starts_with('{'));
   if (is_tree && text.size() > kLargestTreeBytes)
     throw Error(
         fmt::format("{}: {} bytes; GPX, KML and GeoJSON are read up to {}; thin the line, a few "
                     "thousand points are enough",
                     path, text.size(), kLargestTreeBytes));
-  GuideFile guide = begin.starts_with('<')   ? from_xml(path, begin)
+  GuideFile guide = !mapping_path.empty()    ? guide_of_log(path, mapping_path)
+                    : begin.starts_with('<') ? from_xml(path, begin)
                     : begin.starts_with('{') ? from_json(path, begin)
                                              : from_csv(path, begin);
   if (guide.points.size() < 3)

@@ -119,9 +119,14 @@ std::optional<Placement> place_mesh(const Recipe& recipe) {
 }
 
 std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Placement>& placement) {
-  if (!recipe.guide_path) return std::nullopt;
+  if (!recipe.guide_path) {
+    if (recipe.guide_mapping_path)
+      throw Error(*recipe.guide_mapping_path +
+                  ": a mapping of the guide, and there is no guide; give --guide FILE too");
+    return std::nullopt;
+  }
   const std::string& path = *recipe.guide_path;
-  GuideFile file = read_guide(path);
+  GuideFile file = read_guide(path, recipe.guide_mapping_path.value_or(""));
   if (!file.geographic) {
     if (placement)
       for (Eigen::Vector3d& p : file.points) {

@@ -252,14 +252,23 @@ std::vector<RecipeKey> make_keys() {
       point("clean", "near_m", "of several separate roads take the one nearest to this point",
             [](Recipe& r) -> std::optional<Eigen::Vector2d>& { return r.clean.near_m; }));
   keys.push_back({"clean", "guide", "a path",
-                  "rough line along the road (CSV, GPX, KML, GeoJSON): what lies under it is the "
-                  "road; relative to the recipe's folder",
+                  "rough line along the road (CSV, GPX, KML, GeoJSON, a driven log): what lies under "
+                  "it is the road; relative to the recipe's folder",
                   true,
                   [](Recipe& recipe, const std::string& text) {
-                    if (text.empty()) refuse(text, "the path of a CSV, GPX, KML or GeoJSON file");
+                    if (text.empty()) refuse(text, "the path of a CSV, GPX, KML or GeoJSON file, or of a log");
                     recipe.guide_path = text;
                   },
                   [](const Recipe& recipe) { return recipe.guide_path.value_or(""); }});
+  keys.push_back({"clean", "guide_mapping", "a path",
+                  "mapping.yaml that says which columns of a log as guide are the place; relative "
+                  "to the recipe's folder",
+                  true,
+                  [](Recipe& recipe, const std::string& text) {
+                    if (text.empty()) refuse(text, "the path of a mapping.yaml");
+                    recipe.guide_mapping_path = text;
+                  },
+                  [](const Recipe& recipe) { return recipe.guide_mapping_path.value_or(""); }});
   keys.push_back({"clean", "route", "x,y x,y ...",
                   "points in the order of driving: the road is the shortest way through them; "
                   "closed when the last is the first",
@@ -712,6 +721,8 @@ Recipe read_recipe(const std::string& path) {
   }
   recipe.mesh_path = beside(path, recipe.mesh_path);
   if (recipe.guide_path) recipe.guide_path = beside(path, *recipe.guide_path);
+  if (recipe.guide_mapping_path)
+    recipe.guide_mapping_path = beside(path, *recipe.guide_mapping_path);
   if (recipe.control_points_path)
     recipe.control_points_path = beside(path, *recipe.control_points_path);
   if (recipe.friction.picture_path)

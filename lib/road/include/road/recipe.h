@@ -36,7 +36,8 @@ struct Recipe {
   PatchOptions patch;
   SmoothOptions smooth;
   FrictionOptions friction;
-  std::optional<std::string> guide_path;  ///< read by place_guide()
+  std::optional<std::string> guide_path;          ///< read by place_guide()
+  std::optional<std::string> guide_mapping_path;  ///< where the guide is a log
   std::optional<std::string> control_points_path;
   std::optional<std::string> trajectory_path;
   std::optional<RotoTranslation> T_global_mesh;
