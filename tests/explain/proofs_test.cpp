@@ -123,6 +123,7 @@ TEST(Proofs, TenLapsDoNotTurnErrorsOfTyreCurvesIntoRoad) {
 }
 
 TEST(Proofs, BrakeFadeWithoutATemperature) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("fade");
   const std::string log = proof.folder.read("fade/run.csv");
   EXPECT_EQ(log.substr(0, log.find('\n')).find("disc"), std::string::npos);
@@ -138,6 +139,7 @@ TEST(Proofs, BrakeFadeWithoutATemperature) {
 }
 
 TEST(Proofs, DiscsConductBetterWhenHot) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("discs");
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
@@ -157,6 +159,7 @@ TEST(Proofs, DiscsConductBetterWhenHot) {
 }
 
 TEST(Proofs, DiscsThatDoNotAreLeftAlone) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("discs-plain");
   EXPECT_EQ(proof.explain().at("verdict"), "none");
 }
@@ -173,6 +176,7 @@ TEST(Proofs, BankingThatTheFileDoesNotHave) {
 }
 
 TEST(Proofs, HeightsThatLieShiftedAlongTheRoad) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("misplaced");
   const json found = proof.explain();
   EXPECT_EQ(found.at("verdict"), "explained");
@@ -270,6 +274,7 @@ TEST(Proofs, WhatNoMechanismExplainsIsUnknown) {
 }
 
 TEST(Proofs, AFrictionMapIsReadAndCorrected) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   Proof proof("none");
   // The map has 0.7 of the grip over a corner where the truth has all of it.
   crg::Crg map = crg::read(proof.path("track.crg"));

@@ -160,9 +160,10 @@ try {
     await page.click('[data-role="reset"]');
     await settle(page);
 
-    // Every link among the findings moves every view.
-    const links = await page.$$('[data-view="findings"] button.place');
-    check(links.length >= 6, `at least six findings have links (${links.length})`);
+    // Every link among the findings moves every view. KERBSTONE_HEAVY=1: all of them, two minutes more.
+    const all = await page.$$('[data-view="findings"] button.place'), nth = process.env.KERBSTONE_HEAVY ? 1 : Math.ceil(all.length / 8);
+    const links = all.filter((_, k) => k % nth === 0);
+    check(all.length >= 6, `at least six findings have links (${all.length})`);
     const whole = await rangesOf(page);
     check(whole.length >= 12, `at least twelve views follow u (${whole.length})`);
     let planBefore = await picture(page, '[data-view="plan"] canvas'), sceneBefore = await picture(page, '[data-view="scene"] canvas');
