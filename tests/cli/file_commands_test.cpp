@@ -56,6 +56,31 @@ TEST(FileCommands, ExportWritesLineAndWidthsAndSaysWhatIsLost) {
   EXPECT_EQ(crgbuild({"export", folder / "road.crg", "-o", folder / "none.csv"}).code, 2);
 }
 
+TEST(FileCommands, ExportWritesOneFormatAtATimeBesideTheCrg) {
+  const Folder folder;
+  write_road(folder / "road.crg");
+  const Ran ran = crgbuild({"export", folder / "road.crg", "--xodr", "-o", folder / "road.xodr"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("stand in the CRG alone"));
+  EXPECT_THAT(read(folder / "road.xodr"), HasSubstr("<CRG file=\"road.crg\""));
+  const Ran mesh = crgbuild({"export", folder / "road.crg", "--mesh", "-o", folder / "road.ply"});
+  EXPECT_EQ(mesh.code, 0) << mesh.err;
+  EXPECT_THAT(mesh.out, HasSubstr("triangles, z up"));
+  const Ran two = crgbuild({"export", folder / "road.crg", "--xodr", "--svg", "-o", folder / "x"});
+  EXPECT_EQ(two.code, 2);
+  EXPECT_THAT(two.err, HasSubstr("one format is wanted"));
+  const Ran ending = crgbuild({"export", folder / "road.crg", "--mesh", "-o", folder / "road.xyz"});
+  EXPECT_EQ(ending.code, 1);
+  EXPECT_THAT(ending.err, HasSubstr("wanted .glb, .obj, .ply or .stl"));
+  const Ran place = crgbuild({"export", folder / "road.crg", "--kml", "-o", folder / "road.kml"});
+  EXPECT_EQ(place.code, 1);
+  EXPECT_THAT(place.err, HasSubstr("where on the Earth"));
+  EXPECT_EQ(crgbuild({"export", folder / "road.crg", "--svg", "--friction", folder / "road.crg",
+                      "-o", folder / "x"})
+                .code,
+            2);
+}
+
 TEST(FileCommands, ConvertThereAndBackKeepsTheHeights) {
   const Folder folder;
   write_road(folder / "road.crg");

@@ -168,8 +168,10 @@ int run_transform(const TransformCommand& command, Terminal& terminal);
 
 /// A road in a format of other programs.
 struct ExportCommand {
-  std::string crg, output;
-  bool tum = false;
+  std::string crg, output, friction_crg;
+  bool tum = false, xodr = false, rdf = false, geojson = false, kml = false, svg = false,
+       mesh = false;
+  double step_m = 0.5;  ///< of rows, for triangles
 };
 int run_export(const ExportCommand& command, Terminal& terminal);
 

@@ -1,19 +1,27 @@
 // A road in a format of other programs, and what that format cannot hold.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/ending.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
-#include "crg/options.h"
+#include "crg/surface.h"
+#include "road/error.h"
+#include "road/export_mesh.h"
+#include "road/export_road.h"
 #include "road/track_widths.h"
 
 namespace crgbuild {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Largest distance between neighbouring columns: by so much a width can be short.
 double widest_column_m(const crg::Grid& grid) {
@@ -23,27 +31,89 @@ double widest_column_m(const crg::Grid& grid) {
   return widest;
 }
 
+/// `file` as a file in the folder of `output` names it: what lies there is moved together with it.
+std::string seen_from(const std::string& output, const std::string& file) {
+  if (file.empty()) return {};
+  const fs::path folder = output == "-" ? fs::current_path() : fs::absolute(output).parent_path();
+  const fs::path near = fs::absolute(file).lexically_proximate(folder);
+  return near.generic_string();
+}
+
+/// What was written, as it is told.
+struct Written {
+  const char* format;
+  std::string what;
+  nlohmann::ordered_json facts;
+  std::vector<std::string> lost;
+};
+
+Written write_tum(const crg::Surface& road, const std::string& output) {
+  const auto widths = road::track_widths(road.reference_line(), road.file().grid);
+  base::write_file(output, road::track_widths_csv(widths));
+  return {
+      "tum",
+      fmt::format("{} points; widths end at a column, up to {:.3f} m inside the edge",
+                  widths.size(), widest_column_m(road.file().grid)),
+      {{"points", widths.size()}, {"width_short_by_at_most_m", widest_column_m(road.file().grid)}},
+      {"heights", "banking", "kerbs", "road beyond holes"}};
+}
+
+Written write_mesh(const crg::Surface& road, const ExportCommand& command) {
+  const std::string ending = base::ending_of(command.output);
+  if (ending != ".glb" && ending != ".obj" && ending != ".ply" && ending != ".stl")
+    throw road::Error(fmt::format(
+        "{}: the ending of the output says which format triangles are written in; wanted .glb, "
+        ".obj, .ply or .stl",
+        command.output));
+  Eigen::Vector3d origin_m;
+  const road::Mesh mesh = road::surface_mesh(road, command.step_m, origin_m);
+  road::MeshExportOptions options;
+  options.up = ending == ".glb" ? road::UpAxis::y : road::UpAxis::z;  // the rule of glTF
+  road::export_mesh(mesh, command.output, options);
+  std::string what =
+      fmt::format("{} triangles, {} up", mesh.triangles.size(), ending == ".glb" ? "y" : "z");
+  if (!origin_m.isZero())
+    what += fmt::format("; add ({}, {}) m for map coordinates", origin_m.x(), origin_m.y());
+  return {"mesh",
+          std::move(what),
+          {{"triangles", mesh.triangles.size()}, {"origin_m", {origin_m.x(), origin_m.y()}}},
+          {fmt::format("what lies between rows {} m apart", command.step_m)}};
+}
+
+Written write_text(const crg::Surface& road, const ExportCommand& command) {
+  const std::string name = fs::path(command.crg).stem().string();
+  const road::NamedFiles files{seen_from(command.output, command.crg),
+                               seen_from(command.output, command.friction_crg)};
+  const auto [format, made] = command.xodr  ? std::pair("xodr", road::opendrive(road, name, files))
+                              : command.rdf ? std::pair("rdf", road::road_data_file(files, 1.0))
+                              : command.geojson ? std::pair("geojson", road::plan_geojson(road))
+                              : command.kml     ? std::pair("kml", road::plan_kml(road, name))
+                                                : std::pair("svg", road::plan_svg(road));
+  base::write_file(command.output, made.text);
+  return {
+      format, fmt::format("{} bytes", made.text.size()), {{"bytes", made.text.size()}}, made.lost};
+}
+
 }  // namespace
 
 int run_export(const ExportCommand& command, Terminal& terminal) {
-  const crg::Crg crg = crg::apply_modifiers(crg::read(command.crg));
-  const auto widths = road::track_widths(crg::integrate_reference_line(crg), crg.grid);
-  base::write_file(command.output, road::track_widths_csv(widths));
-  const double short_by_m = widest_column_m(crg.grid);
+  const crg::Surface road(crg::read(command.crg));
+  if (!command.friction_crg.empty()) crg::read(command.friction_crg);  // that it is one
+  const Written written = command.tum    ? write_tum(road, command.output)
+                          : command.mesh ? write_mesh(road, command)
+                                         : write_text(road, command);
   if (terminal.json) {
     nlohmann::ordered_json out;
     out["file"] = command.output;
-    out["format"] = "tum";
-    out["points"] = widths.size();
-    out["width_short_by_at_most_m"] = short_by_m;
-    out["lost"] = {"heights", "banking", "kerbs", "road beyond holes"};
+    out["format"] = written.format;
+    out.update(written.facts);
+    out["lost"] = written.lost;
     terminal.print(base::json_text(out));
   } else {
     terminal.print(fmt::format(
-        "{} points; widths end at a column, up to {:.3f} m inside the edge\n"
-        "lost     heights, banking, kerbs, road beyond holes: the format has no place for them\n"
-        "file     {}\n",
-        widths.size(), short_by_m, command.output));
+        "{}\nlost     {}\nfile     {}\n", written.what,
+        written.lost.empty() ? "nothing" : fmt::format("{}", fmt::join(written.lost, "; ")),
+        command.output));
   }
   return kOk;
 }

@@ -307,14 +307,44 @@ void define_export(CLI::App& app, Commands& c) {
   CLI::App* exported = app.add_subcommand("export", "a road in a format of other programs");
   add_input(*exported, "crg", c.export_road.crg, "the road")->required();
   add_output_file(*exported, c.export_road.output, "the exported file")->required();
+  exported->add_flag(
+      "--xodr", c.export_road.xodr,
+      "ASAM OpenDRIVE 1.8: line, lanes, elevation, superelevation, the CRG attached");
+  exported->add_flag("--rdf", c.export_road.rdf,
+                     "road data file of tyre models (.rdf) that names the CRG");
+  exported->add_flag("--mesh", c.export_road.mesh,
+                     "triangles, by the ending of the output: .glb .obj .ply .stl; road and kerb");
+  exported->add_flag("--geojson", c.export_road.geojson,
+                     "reference line, borders, start and kerbs in latitude and longitude");
+  exported->add_flag("--kml", c.export_road.kml, "the same for KML");
+  exported->add_flag("--svg", c.export_road.svg, "the same as a drawing, 1 unit a metre");
+  exported->add_flag("--tum", c.export_road.tum,
+                     "CSV of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights");
+  add_input(*exported, "--friction", c.export_road.friction_crg,
+            "for --xodr and --rdf: a CRG whose heights are friction coefficients");
   exported
-      ->add_flag("--tum", c.export_road.tum,
-                 "CSV of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights")
-      ->required();
+      ->add_option("--step-m", c.export_road.step_m,
+                   "for --mesh: distance of the rows along the road")
+      ->check(CLI::Range(0.001, 100.0))
+      ->capture_default_str();
+  const ExportCommand& wanted = c.export_road;
+  exported->callback([&wanted] {
+    if (wanted.xodr + wanted.rdf + wanted.mesh + wanted.geojson + wanted.kml + wanted.svg +
+            wanted.tum !=
+        1)
+      throw CLI::ValidationError(
+          "export",
+          "one format is wanted: --xodr, --rdf, --mesh, --geojson, --kml, --svg or --tum");
+    if (!wanted.friction_crg.empty() && !wanted.xodr && !wanted.rdf)
+      throw CLI::ValidationError("--friction",
+                                 "goes with --xodr and --rdf: the other formats name no CRG");
+  });
   exported->footer(
-      "Modifiers of the file are worked in. A width ends at the last column before the first "
-      "NaN.\n\n"
-      "Example:\n  crgbuild export out/track.crg --tum -o track.csv");
+      "What a format cannot hold is listed. Modifiers of the file are worked in. A width ends at "
+      "the last column before the first NaN.\n\n"
+      "Examples:\n  crgbuild export out/track.crg --xodr -o out/track.xodr\n"
+      "  crgbuild export out/track.crg --mesh -o track.glb\n"
+      "  crgbuild export out/track.crg --tum -o track.csv");
 }
 
 void define_file_tools(CLI::App& app, Commands& c) {
