@@ -54,4 +54,18 @@ TEST(Csv, SaysFileLineSeenAndWanted) {
   EXPECT_THROW(base::read_csv("/does/not/exist.csv", {"x_m"}), base::Error);
 }
 
+TEST(Csv, AHeaderMayBeginWithAHash) {
+  const auto read = [](const std::string& text) {
+    return base::read_csv(file_with(text), {"x_m", "y_m"}, {"z_m"});
+  };
+  const base::CsvTable plain = read("# by hand\n# x_m, y_m,z_m\n1,2,3\n# x_m,y_m\n4,5,6\n");
+  ASSERT_EQ(plain.rows(), 2u);
+  EXPECT_EQ(plain.value(1, 2), 6.0);
+  EXPECT_EQ(plain.line[1], 5u);
+  const base::CsvTable twice = read("# x_m,y_m in metres\n# y_m,x_m\ny_m,x_m\n1,2\n");
+  ASSERT_EQ(twice.rows(), 1u);
+  EXPECT_EQ(twice.value(0, 0), 2.0) << "the line without a hash is the header";
+  EXPECT_FALSE(twice.present[2]);
+}
+
 }  // namespace

@@ -1,9 +1,13 @@
 // The subcommands on .crg files, as a user meets them.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <numbers>
 
+#include "base/csv.h"
 #include "crg/file.h"
 #include "crg/surface.h"
 #include "support/run_crgbuild.h"
@@ -54,6 +58,33 @@ TEST(FileCommands, ExportWritesLineAndWidthsAndSaysWhatIsLost) {
   EXPECT_THAT(ran.out, HasSubstr("lost     heights"));
   EXPECT_THAT(read(folder / "line.csv"), HasSubstr("\n100.5000,50.0000,2.0000,2.0000\n"));
   EXPECT_EQ(crgbuild({"export", folder / "road.crg", "-o", folder / "none.csv"}).code, 2);
+}
+
+TEST(FileCommands, ALineWithWidthsBecomesTheRoadAgain) {
+  const Folder folder;
+  std::string ring = "# x_m,y_m,w_tr_right_m,w_tr_left_m\n";
+  for (int k = 0; k < 400; ++k) {
+    const double a = k * 2.0 * std::numbers::pi / 400;
+    ring +=
+        fmt::format("{},{},{},{}\n", 80 * std::cos(a), 80 * std::sin(a), 5.0, 4.0 + std::sin(a));
+  }
+  std::ofstream(folder / "ring.csv") << ring;
+  const Ran ran = crgbuild({"from-edges", folder / "ring.csv", "-o", folder / "out", "-q"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran back =
+      crgbuild({"export", folder / "out/ring.crg", "--tum", "-o", folder / "back.csv"});
+  ASSERT_EQ(back.code, 0) << back.err;
+  const base::CsvTable line =
+      base::read_csv(folder / "back.csv", {"x_m", "y_m", "w_tr_right_m", "w_tr_left_m"});
+  ASSERT_GT(line.rows(), 4000u);
+  for (std::size_t i = 0; i < line.rows(); i += 50) {
+    const double a = std::atan2(line.value(i, 1), line.value(i, 0));
+    const double middle_m = 80.0 + 0.5 * (5.0 - 4.0 - std::sin(a));
+    EXPECT_NEAR(std::hypot(line.value(i, 0), line.value(i, 1)), middle_m, 0.02)
+        << "left is inwards";
+    EXPECT_NEAR(line.value(i, 2) + line.value(i, 3), 9.0 + std::sin(a), 0.08)
+        << "a column at either side";
+  }
 }
 
 TEST(FileCommands, ExportWritesOneFormatAtATimeBesideTheCrg) {

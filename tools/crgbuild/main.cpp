@@ -128,12 +128,13 @@ void define_main_way(CLI::App& app, Commands& c) {
 void define_from_edges(CLI::App& app, Commands& c) {
   CLI::App* edges =
       app.add_subcommand("from-edges", "a road between two surveyed edges, without a mesh");
-  add_input(*edges, "left", c.from_edges.left,
-            "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge")
+  add_input(
+      *edges, "left", c.from_edges.left,
+      "CSV with the columns x_m,y_m and, if wanted, z_m: points along the left edge; or, alone, "
+      "a line with widths: x_m,y_m,w_tr_right_m,w_tr_left_m")
       ->required();
   add_input(*edges, "right", c.from_edges.right,
-            "the same for the right edge; points need not correspond")
-      ->required();
+            "points along the right edge; they need not correspond");
   add_output_folder(*edges, c.from_edges.output_dir, "folder for the results, made if missing")
       ->required();
   add_recipe_flags(*edges, c.from_edges.flags, {"output", "u_step_m", "v_step_m"});
@@ -146,7 +147,8 @@ void define_from_edges(CLI::App& app, Commands& c) {
       "u = 0 beside the first row of LEFT, u in the direction of its rows. Closed when both edges\n"
       "come round to their start. Writes <name>.crg, <name>.png, centreline.csv and "
       "summary.json.\n\n"
-      "Example:\n  crgbuild from-edges track_left.csv track_right.csv -o out");
+      "Examples:\n  crgbuild from-edges track_left.csv track_right.csv -o out\n"
+      "  crgbuild from-edges track.csv -o out");
 }
 
 void define_report(CLI::App& app, Commands& c) {

@@ -38,6 +38,7 @@ CsvTable read_csv(const std::string& path, const std::vector<std::string>& requi
   std::vector<std::size_t> source;  // column of the file per wanted column
   std::vector<std::string_view> cells;
   std::size_t line_number = 0, needed = 0;
+  bool behind_remark = false;  // that named the columns: the line after it may be the header, too
   std::string_view rest = text;
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
   while (!rest.empty()) {
@@ -45,8 +46,16 @@ CsvTable read_csv(const std::string& path, const std::vector<std::string>& requi
     const std::string_view line = trimmed(rest.substr(0, end));
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     ++line_number;
-    if (line.empty() || line.front() == '#') continue;
-    split(line, cells);
+    if (line.empty()) continue;
+    const bool remark = line.front() == '#';
+    if (remark && !source.empty()) continue;
+    split(remark ? trimmed(line.substr(1)) : line, cells);
+    const bool names_all = std::all_of(required.begin(), required.end(), [&](const auto& name) {
+      return std::find(cells.begin(), cells.end(), name) != cells.end();
+    });
+    if (remark && !names_all) continue;
+    if (behind_remark && names_all) source.clear(), table.present.clear(), needed = 0;
+    behind_remark = remark;
     if (source.empty()) {
       for (std::size_t j = 0; j < wanted.size(); ++j) {
         const auto found = std::find(cells.begin(), cells.end(), wanted[j]);

@@ -10,6 +10,7 @@
 namespace road {
 
 std::string name_of_edges(const std::string& left_path, const std::string& right_path) {
+  if (right_path.empty()) return std::filesystem::path(left_path).stem().string();
   const std::string left = std::filesystem::path(left_path).stem().string(),
                     right = std::filesystem::path(right_path).stem().string();
   std::string name(left.begin(),
@@ -40,6 +41,10 @@ BuildResult build_from_edges(const EdgeRecipe& recipe, const std::string& output
   std::vector<StageSeconds> seconds;
   Stages stage(progress, seconds, 4);
   const auto [left, right] = stage("read", [&] {
+    if (recipe.right_path.empty()) {
+      summary.inputs = {{"line", recipe.left_path, base::sha256_of_file(recipe.left_path)}};
+      return read_edges_of_line(recipe.left_path);
+    }
     summary.inputs = {{"left", recipe.left_path, base::sha256_of_file(recipe.left_path)},
                       {"right", recipe.right_path, base::sha256_of_file(recipe.right_path)}};
     return std::pair(read_edge(recipe.left_path), read_edge(recipe.right_path));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -162,6 +163,41 @@ Edge read_edge(const std::string& path) {
         fmt::format("{}: {} points; wanted at least 4 along the edge", path, edge.points_m.size()));
   }
   return edge;
+}
+
+std::pair<Edge, Edge> read_edges_of_line(const std::string& path) {
+  const base::CsvTable table = base::read_csv(path, {"x_m", "y_m", "w_tr_right_m", "w_tr_left_m"});
+  const std::size_t n = table.rows();
+  if (n < 4) throw Error(fmt::format("{}: {} points; wanted at least 4 along the line", path, n));
+  const auto at = [&](std::size_t i) {
+    return Eigen::Vector2d(table.value(i, 0), table.value(i, 1));
+  };
+  // A line that comes round to its start has a direction over it, too.
+  const bool closed = (at(0) - at(n - 1)).norm() < 3.0 * (at(1) - at(0)).norm();
+  std::pair<Edge, Edge> edges;
+  edges.first.path = edges.second.path = path;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < 4; ++j)
+      if (!(std::abs(table.value(i, j)) <= kLargest_m) || (j > 1 && table.value(i, j) < 0.0))
+        throw Error(fmt::format(
+            "{}:{}: {} is {}; wanted a number of metres, at most 1e8, and no width below 0", path,
+            table.line[i], std::array{"x_m", "y_m", "w_tr_right_m", "w_tr_left_m"}[j],
+            table.value(i, j)));
+    const std::size_t before = i > 0 ? i - 1 : closed ? n - 1 : 0;
+    const std::size_t after = i + 1 < n ? i + 1 : closed ? 0 : i;
+    const Eigen::Vector2d along = at(after) - at(before);
+    if (!(along.norm() > 0.0))
+      throw Error(fmt::format("{}:{}: the points beside it lie at one place; no direction there",
+                              path, table.line[i]));
+    const Eigen::Vector2d left = Eigen::Vector2d(-along.y(), along.x()).normalized();
+    const Eigen::Vector2d l = at(i) + table.value(i, 3) * left,
+                          r = at(i) - table.value(i, 2) * left;
+    edges.first.points_m.emplace_back(l.x(), l.y(), 0.0);
+    edges.second.points_m.emplace_back(r.x(), r.y(), 0.0);
+    edges.first.line.push_back(table.line[i]);
+    edges.second.line.push_back(table.line[i]);
+  }
+  return edges;
 }
 
 EdgeCurve edge_curve(const Edge& edge, bool reversed) {

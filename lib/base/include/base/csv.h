@@ -20,8 +20,8 @@ struct CsvTable {
   double value(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
 };
 
-/// Reads a comma-separated file with one header line (leading lines starting with '#' are skipped,
-/// LF or CRLF, blanks around cells allowed). Other columns are ignored. Throws Error with file:line
+/// Reads a comma-separated file with one header line, which may begin with '#' (other lines that do
+/// are skipped; LF or CRLF, blanks around cells allowed). Other columns are ignored. Throws Error with file:line
 /// on a missing required column (lists those seen), a row with too few cells, or a cell that is not
 /// a number.
 CsvTable read_csv(const std::string& path, const std::vector<std::string>& required,

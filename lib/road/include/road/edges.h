@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "crg/reference_line.h"
@@ -22,6 +23,11 @@ struct Edge {
 /// CSV with the columns x_m,y_m and, if wanted, z_m. Throws Error with file:line on a missing
 /// column, a cell that is no number, a coordinate that is NaN or beyond 1e8 m, fewer than 4 rows.
 Edge read_edge(const std::string& path);
+
+/// Left and right edge of a file of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m (the
+/// header may begin with '#'), a line and the widths to its sides, square to the way from the point
+/// before to the one after. No heights. Throws Error as read_edge() does.
+std::pair<Edge, Edge> read_edges_of_line(const std::string& path);
 
 struct EdgeOptions {
   double u_step_m = 0.1;  ///< along; a closed line changes it by < 0.1 % to close
