@@ -22,4 +22,13 @@ struct TyreCommand {
 };
 int tyre(const TyreCommand& command, Terminal& terminal);
 
+struct ActuatorCommand {
+  std::string recording_path, mapping_path, out_path, plots_path;
+  std::string part = "steering";  ///< steering, throttle or brake
+  std::string input, movement;    ///< channels; empty: those of the part
+  std::string order = "auto", hold = "auto";
+  unsigned threads = 0;
+};
+int actuator(const ActuatorCommand& command, Terminal& terminal);
+
 }  // namespace crgidentify
