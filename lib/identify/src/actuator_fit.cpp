@@ -15,6 +15,8 @@ namespace identify {
 namespace {
 
 constexpr int kFolds = 4;
+// What a larger order must leave at most: less is no structure, but noise of the command.
+constexpr double kWorth = 0.99;
 // How the command ran between two rows is not in the log: what that may move a dead time or a lag
 // by, of a step, as measured with commands that were recorded at a twentieth of their rate.
 constexpr double kBetweenRows = 0.05;
@@ -231,7 +233,7 @@ Fitted choose_order(const Record& record, Hold hold, unsigned threads,
       left[i] = left_out(record, hold, fits[i]);
     }
   });
-  double judged = 0.0;
+  double judged = 0.0, best_rms = 0.0;
   for (const int block : record.block) judged += block >= 0 ? 1.0 : 0.0;
   Fitted best;
   std::vector<double> best_left;
@@ -241,10 +243,11 @@ Fitted choose_order(const Record& record, Hold hold, unsigned threads,
     const bool first = best_left.empty();
     TriedOrder one{fit.order, std::sqrt(sum2 / judged), first ? 0.0 : clearly_less(best_left, now),
                    first};
-    if (one.clearly > kClearly) one.taken = true;
+    if (one.clearly > kClearly && one.rms < kWorth * best_rms) one.taken = true;
     tried.push_back(one);
     if (!one.taken) return false;
     best = fit;
+    best_rms = one.rms;
     best_left = now;
     return true;
   };

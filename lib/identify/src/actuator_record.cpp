@@ -88,10 +88,10 @@ Record record_of(const std::vector<double>& time_s, const std::vector<double>& c
 bool in_steps(const std::vector<double>& command) {
   double first = 0.0, second = 0.0;
   for (std::size_t i = 2; i < command.size(); ++i) {
-    first += std::abs(command[i] - command[i - 1]);
-    second += std::abs(command[i] - 2.0 * command[i - 1] + command[i - 2]);
+    first += std::pow(command[i] - command[i - 1], 2);
+    second += std::pow(command[i] - 2.0 * command[i - 1] + command[i - 2], 2);
   }
-  return second > 1.3 * first;
+  return second > 1.2 * first;
 }
 
 }  // namespace identify

@@ -18,8 +18,8 @@ struct Record {
 Record record_of(const std::vector<double>& time_s, const std::vector<double>& command,
                  const std::vector<double>& movement);
 
-/// Whether a command moves in steps: second differences over first ones are 2 for single steps, 1.7
-/// for white noise, small for what is smooth at this rate.
+/// Whether a command moves in steps: squares of second differences over those of first ones are 2
+/// for single steps, small for what is smooth at this rate, also with some noise on it.
 bool in_steps(const std::vector<double>& command);
 
 }  // namespace identify

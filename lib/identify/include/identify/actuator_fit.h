@@ -43,7 +43,8 @@ struct TriedOrder {
   ActuatorOrder order;
   double rms = 0.0;      ///< of movement less model on blocks left out of the fit
   double clearly = 0.0;  ///< how many standard errors better than the order chosen before it
-  bool taken = false;    ///< better by more than three, and so chosen until a later one is
+  bool taken =
+      false;  ///< better by more than three and by one per cent, and so chosen until a later one is
 };
 
 struct ActuatorFit {
@@ -65,15 +66,16 @@ struct ActuatorFit {
 /// exact for the stated run of the command between samples, from a grid of beginnings. The order
 /// is chosen by cross-validation: the record is cut into up to 60 blocks of equal movement of the
 /// command, of which every fourth is left out in turn; a larger order is taken when it predicts the
-/// blocks left out better by more than three standard errors, smaller ones first. Standard
-/// deviations are those of least squares, with fewer rows where errors follow each other, and a
-/// twentieth of a step for dead time and lags, because nobody knows how the command ran between the
-/// rows. A command in steps is taken as held, others as straight, unless the movement clearly says
-/// the other: where it is smooth at the log's rate, the two differ by half a step of dead time and
-/// by nothing else. The first second (a tenth of a short record) is simulated and not judged. Time
-/// ascends, s; rows that are not evenly spaced are brought to an even grid of their mean distance
-/// by straight lines. At most 200,000 rows are taken, the first. Throws base::Error with fewer than
-/// 50 rows, a command or a movement that hardly moves, or values that are not finite.
+/// blocks left out better by more than three standard errors and by one per cent, smaller ones
+/// first. Standard deviations are those of least squares, with fewer rows where errors follow each
+/// other, and a twentieth of a step for dead time and lags, because nobody knows how the command
+/// ran between the rows. A command in steps is taken as held, others as straight, unless the
+/// movement clearly says the other: where it is smooth at the log's rate, the two differ by half a
+/// step of dead time and by nothing else. The first second (a tenth of a short record) is simulated
+/// and not judged. Time ascends, s; rows that are not evenly spaced are brought to an even grid of
+/// their mean distance by straight lines. At most 200,000 rows are taken, the first. Throws
+/// base::Error with fewer than 50 rows, a command or a movement that hardly moves, or values that
+/// are not finite.
 ActuatorFit fit_actuator(const std::vector<double>& time_s, const std::vector<double>& command,
                          const std::vector<double>& movement,
                          const ActuatorFitOptions& options = {});
