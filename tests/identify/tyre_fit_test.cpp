@@ -212,6 +212,17 @@ TEST(TyreFit, WhatIsNotExcitedStaysTheReferences) {
   }
 }
 
+TEST(TyreFit, OtherAxesAreRefused) {
+  TyreSamples turned = measured(racer(), sweeps(racer(), 0.0, true), 0.01);
+  for (double& fy_n : turned.fy_n) fy_n = -fy_n;
+  try {
+    identify::fit_tyre(turned, racer());
+    FAIL() << "side forces of the other sign";
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("fy_n runs against the reference's"));
+  }
+}
+
 TEST(TyreFit, TooLittleIsRefused) {
   const TyreCoefficients truth = racer();
   std::vector<vehicle::TyreInput<double>> at(20, {3000.0, 0.0, 0.05, 0.0, 30.0, 0.0});

@@ -47,6 +47,8 @@ TEST(TyreSamples, OtherTablesAreRefused) {
               HasSubstr("'fx_n' or 'fy_n'"));
   EXPECT_THAT(refusal("fz_n,kappa,alpha_rad,gamma_rad,vx_mps,fy_n\n3000,0,4,0,30,1\n"),
               HasSubstr("row 1 has alpha_rad = 4, wanted radians"));
+  EXPECT_THAT(refusal("fz_n,kappa,alpha_rad,gamma_rad,vx_mps,fy_n\n3000,0,0,0,30,1e300\n"),
+              HasSubstr("row 1 has fy_n = 1e+300, wanted 1e+06 at most"));
 }
 
 TEST(TyreSamples, AreThinnedEvenly) {

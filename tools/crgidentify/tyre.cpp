@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "base/error.h"
 #include "base/json_text.h"
 #include "base/read_file.h"
 #include "base/write_file.h"
@@ -13,6 +14,9 @@
 
 namespace crgidentify {
 namespace {
+
+constexpr double kBadly = 0.2;    // of the force's size, noise that is none
+constexpr double kManyFar = 0.1;  // share of rows
 
 /// A tyre that is sane where it was measured and not above gets its last load there: above it the
 /// formula stops changing. True when it did.
@@ -42,6 +46,11 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
     identify::add_tyre_samples(samples, table, path);
   }
   result.rows_left_out = samples.left_out;
+  if (samples.rows() == 0)
+    throw base::Error(
+        fmt::format("{}: none of the {} rows has every condition, a load above zero (fz_n is "
+                    "positive) and a force",
+                    command.bench_paths.front(), result.rows_given));
   identify::TyreFitOptions options;
   options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle
                                            : vehicle::AlphaConvention::kTangent;
@@ -78,6 +87,19 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
           "none of a tyre\n",
           result.fit.tyre.fz_max_n);
     terminal.print(said + fmt::format("-> {}\n", command.out_path));
+  }
+  for (const auto& [name, left] : {std::pair{"fx_n", result.fit.fx}, {"fy_n", result.fit.fy}}) {
+    if (left.rows == 0) continue;
+    if (left.noise_n > kBadly * left.size_n)
+      throw command::NotValid(
+          fmt::format("{}: {} is missed by {:.0f} N where it is {:.0f} N: axes or units that are "
+                      "not the reference's, or no tyre of this formula",
+                      command.out_path, name, left.noise_n, left.size_n));
+    if (left.far > kManyFar)
+      terminal.remark(
+          fmt::format("{:.0f} % of {} are further from the fit than four times its noise: wrong "
+                      "rows, other units, or a tyre that the formula does not describe",
+                      100.0 * left.far, name));
   }
   if (!result.faults.empty())
     throw command::NotValid(

@@ -134,10 +134,17 @@ std::pair<TyreResiduals, TyreResiduals> residuals(const TyreSamples& rows,
                                                   const TyreCoefficients& tyre,
                                                   const vehicle::TyreOptions& law) {
   std::array<std::vector<double>, 2> left;
+  std::array<double, 2> size2{};
   for (std::size_t i = 0; i < rows.rows(); ++i) {
     const auto force = vehicle::tyre_forces(tyre, rows.conditions[i], {}, law);
-    if (!std::isnan(rows.fx_n[i])) left[0].push_back(rows.fx_n[i] - force.fx_n);
-    if (!std::isnan(rows.fy_n[i])) left[1].push_back(rows.fy_n[i] - force.fy_n);
+    if (!std::isnan(rows.fx_n[i])) {
+      left[0].push_back(rows.fx_n[i] - force.fx_n);
+      size2[0] += rows.fx_n[i] * rows.fx_n[i];
+    }
+    if (!std::isnan(rows.fy_n[i])) {
+      left[1].push_back(rows.fy_n[i] - force.fy_n);
+      size2[1] += rows.fy_n[i] * rows.fy_n[i];
+    }
   }
   std::array<TyreResiduals, 2> out;
   const double floor_n = kNoiseFloor * tyre.nominal_load_n;
@@ -153,6 +160,7 @@ std::pair<TyreResiduals, TyreResiduals> residuals(const TyreSamples& rows,
       size.push_back(std::abs(value));
       sum2 += value * value;
     }
+    one.size_n = std::sqrt(size2[k] / static_cast<double>(values.size()));
     one.rms_n = std::sqrt(sum2 / static_cast<double>(values.size()));
     one.noise_n = std::max(floor_n, 1.4826 * base::median(size));
     double near2 = 0.0, product = 0.0, far = 0.0;
@@ -253,6 +261,28 @@ void write_coefficients(TyreFit& fit, const Unknowns& unknowns, const std::vecto
   }
 }
 
+/// Forces that run against the reference's are of other axes, which no fit mends.
+void expect_same_signs(const TyreSamples& rows, const TyreCoefficients& reference) {
+  double fx2 = 0.0, fy2 = 0.0, fx = 0.0, fy = 0.0;
+  for (std::size_t i = 0; i < rows.rows(); ++i) {
+    const auto force = vehicle::tyre_forces(reference, rows.conditions[i], {}, {.moments = false});
+    if (!std::isnan(rows.fx_n[i])) {
+      fx += force.fx_n * rows.fx_n[i];
+      fx2 += std::abs(force.fx_n * rows.fx_n[i]);
+    }
+    if (!std::isnan(rows.fy_n[i])) {
+      fy += force.fy_n * rows.fy_n[i];
+      fy2 += std::abs(force.fy_n * rows.fy_n[i]);
+    }
+  }
+  if (fx < -0.5 * fx2)
+    throw base::Error(
+        "fx_n runs against the reference's: other axes; turn the sign of fx_n or kappa");
+  if (fy < -0.5 * fy2)
+    throw base::Error(
+        "fy_n runs against the reference's: other axes; turn the sign of fy_n or alpha_rad");
+}
+
 /// Conditions at which the tyre must keep friction and stiffness.
 std::vector<vehicle::TyreInput<double>> guards_for(const TyreSamples& rows,
                                                    const TyreCoefficients& tyre) {
@@ -279,6 +309,7 @@ std::vector<vehicle::TyreInput<double>> guards_for(const TyreSamples& rows,
 
 TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
                  const TyreFitOptions& options) {
+  expect_same_signs(samples, reference);
   const TyreSamples rows = thinned(samples, std::max<std::size_t>(kFewest, options.most_rows));
   TyreFit fit;
   fit.tyre = reference;

@@ -22,6 +22,11 @@ void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const s
   const auto *pressure_pa = table.find("pressure_pa"), *fx_n = table.find("fx_n"),
              *fy_n = table.find("fy_n");
   if (fx_n == nullptr && fy_n == nullptr) column("fx_n' or 'fy_n");
+  const auto check = [&](std::size_t row, const char* what, double value, double most) {
+    if (std::abs(value) > most)
+      throw base::Error(fmt::format("{}: row {} has {} = {:.4g}, wanted {:g} at most; other units?",
+                                    name, row + 1, what, value, most));
+  };
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double fx = fx_n ? (*fx_n)[i] : NAN, fy = fy_n ? (*fy_n)[i] : NAN;
     const double pressure = pressure_pa ? (*pressure_pa)[i] : 0.0;
@@ -35,6 +40,13 @@ void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const s
           fmt::format("{}: row {} has alpha_rad = {}, wanted radians, less than a "
                       "right angle",
                       name, i + 1, alpha_rad[i]));
+    check(i, "fz_n", fz_n[i], 1e6);
+    check(i, "kappa", kappa[i], 100.0);
+    check(i, "gamma_rad", gamma_rad[i], 1.6);
+    check(i, "vx_mps", vx_mps[i], 1e3);
+    check(i, "pressure_pa", pressure, 1e8);
+    check(i, "fx_n", fx, 1e6);
+    check(i, "fy_n", fy, 1e6);
     samples.conditions.push_back(
         {fz_n[i], kappa[i], std::tan(alpha_rad[i]), gamma_rad[i], vx_mps[i], pressure});
     samples.fx_n.push_back(fx);

@@ -42,6 +42,7 @@ struct TyreStage {
 struct TyreResiduals {
   std::size_t rows = 0;
   double rms_n = 0.0;    ///< measured less fitted, all rows
+  double size_n = 0.0;   ///< root mean square of the measured force
   double noise_n = 0.0;  ///< robust standard deviation of the same
   double far =
       0.0;  ///< share of rows further than four of these away: outliers, or a formula that cannot
@@ -66,7 +67,8 @@ struct TyreFit {
 /// 0.1 nominal loads and 1.5 times the greatest load of the data. Coefficients of load, camber and
 /// pressure take part only where 5 % and 95 % of the rows are 0.2 nominal loads, 1 degree and 5 %
 /// of the pressure apart. The moment coefficients and the rolling radius stay the reference's.
-/// Throws base::Error when no stage has what it needs: 30 rows that differ in slip.
+/// Throws base::Error when no stage has what it needs (30 rows that differ in slip) and when forces
+/// run against the reference's, which are then of other axes.
 TyreFit fit_tyre(const TyreSamples& samples, const vehicle::TyreCoefficients& reference,
                  const TyreFitOptions& options = {});
 

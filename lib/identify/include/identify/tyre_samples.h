@@ -23,7 +23,7 @@ struct TyreSamples {
 /// and/or fy_n, and pressure_pa where it was measured: the columns that `crgdrive tyre` writes.
 /// Rows with an empty condition, without any force or with a load at or below zero are counted and
 /// left out. Throws base::Error, `name` standing for the table: a column is missing, a slip angle
-/// is a right angle or more.
+/// is a right angle or more, a value is none of SI units (forces above 1e6 N, say).
 void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const std::string& name);
 
 /// Every n-th row, the first among them, so that at most `most` are left; `most` above 0.
