@@ -15,8 +15,9 @@
 namespace crgidentify {
 namespace {
 
-constexpr double kBadly = 0.2;    // of the force's size, noise that is none
-constexpr double kManyFar = 0.1;  // share of rows
+constexpr double kBadly = 0.2;      // of the force's size, noise that is none
+constexpr double kManyFar = 0.1;    // share of rows
+constexpr double kMaterial = 0.01;  // of the force's size, what is left
 
 /// A tyre that is sane where it was measured and not above gets its last load there: above it the
 /// formula stops changing. True when it did.
@@ -95,11 +96,14 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
           fmt::format("{}: {} is missed by {:.0f} N where it is {:.0f} N: axes or units that are "
                       "not the reference's, or no tyre of this formula",
                       command.out_path, name, left.noise_n, left.size_n));
-    if (left.far > kManyFar)
+    if (left.far > kManyFar && left.rms_n > kMaterial * left.size_n)
       terminal.remark(
           fmt::format("{:.0f} % of {} are further from the fit than four times its noise: wrong "
-                      "rows, other units, or a tyre that the formula does not describe",
-                      100.0 * left.far, name));
+                      "rows, other units, or a tyre that the formula does not describe{}",
+                      100.0 * left.far, name,
+                      reference.coefficients.version == 52
+                          ? "; the reference is Magic Formula 5.2, one of 6.1 describes more"
+                          : ""));
   }
   if (!result.faults.empty())
     throw command::NotValid(

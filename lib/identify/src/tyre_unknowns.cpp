@@ -38,6 +38,7 @@ constexpr TyreUnknown kUnknowns[] = {
     {UNKNOWN(ppy2, PPY2), K::kLateral, N::kPressure, 1.0, -5.0, 5.0, false, true},
     {UNKNOWN(ppy3, PPY3), K::kLateral, N::kPressure, 0.5, -5.0, 5.0, false, true},
     {UNKNOWN(ppy4, PPY4), K::kLateral, N::kPressure, 0.5, -5.0, 5.0, false, true},
+    {UNKNOWN(ppy5, PPY5), K::kLateral, N::kPressure, 1.0, -5.0, 5.0, false, true},
     {UNKNOWN(pcx1, PCX1), K::kLongitudinal, N::kSlip, 0.3, 1.0, 2.0, true, true},
     {UNKNOWN(pdx1, PDX1), K::kLongitudinal, N::kSlip, 0.5, 0.05, 5.0, true, true},
     {UNKNOWN(pdx2, PDX2), K::kLongitudinal, N::kLoad, 0.3, -2.0, 2.0, true, true},
