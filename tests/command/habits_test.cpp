@@ -200,6 +200,10 @@ class Called : public ::testing::Test {
                       log = trial + "run.csv";
     const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
     cli::write(f / "fz.csv", "fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n3000,0.05,0.02,0,30\n");
+    std::string bench = "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,fy_n\n";
+    for (int i = -40; i <= 40; ++i)
+      bench += fmt::format("3000,0,{0},0,30,{1}\n", 0.005 * i, -4000.0 * std::sin(0.5 * std::atan(0.2 * i)));
+    cli::write(f / "bench.csv", bench);
     // A steering that follows its command a little later.
     std::string steering = "time_s,steer_command_rad,steer_rad\n";
     const auto wave = [](int i) { return 0.1 * std::sin(0.03 * i) + 0.03 * std::sin(0.11 * i); };
@@ -258,7 +262,6 @@ class Called : public ::testing::Test {
         {"crgdrive",
          {{"tyre", "--tir", trial + "front.tir", "--points", f / "fz.csv", "-o", f / "forces.csv"},
           {"parameters"},
-          {"actuator", "steering", "--recording", f / "steering.csv", "-o", f / "sheet.txt"},
           {"lap", "--vehicle", car, "--track", track, "-o", f / "lap.csv"},
           {"replay", "--vehicle", car, "--track", track, "--recording", log, "-o", f / "replay"},
           {"report", log, "--track", track, "-o", f / "page.html"},
@@ -273,6 +276,10 @@ class Called : public ::testing::Test {
           {"trials", "make", f / "more", "--generator", places::make_trials(), "--count", "1"},
           {"trials", "run", trials},
           {"trials", "score", trials}}},
+        {"crgidentify",
+         {{"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1", "-o",
+           f / "fitted.tir"},
+          {"actuator", f / "steering.csv", "-o", f / "sheet.txt"}}},
         {"lidar2mesh",
          {{"info", cloud},
           {"ground", cloud, "-o", f / "ground.ply"},
@@ -500,6 +507,9 @@ std::map<std::string, Words> long_calls(const Folder& f, const std::string& tria
           {"crgexplain",
            {"run", "--track", trial + "track.crg", "--vehicle", trial + "vehicle.yaml",
             "--recordings", trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
+          {"crgidentify",
+           {"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1000", "-o",
+            f / "long.tir"}},
           {"lidar2mesh",
            {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o",
             f / "long_scans", "--beams", "200", "--azimuths", "4000"}},

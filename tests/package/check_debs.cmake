@@ -34,7 +34,7 @@ endfunction()
 
 set(every "Maintainer: Kerbstone developers" "Version: [0-9.]+-1\n" "Architecture: " "/copyright\n" "/changelog.Debian.gz\n")
 set(tools "")
-foreach(tool crgbuild lidar2mesh crgdrive crgexplain kerbstone)
+foreach(tool crgbuild lidar2mesh crgdrive crgexplain crgidentify kerbstone)
   list(APPEND tools "-rwxr-xr-x root/root .* ./usr/bin/${tool}\n" "./usr/share/man/man1/${tool}.1.gz\n"
     "./usr/share/bash-completion/completions/${tool}\n")
 endforeach()

@@ -8,6 +8,7 @@ std::string torcs_tracks() { return TORCS_TRACKS; }
 std::string crgbuild() { return CRGBUILD; }
 std::string crgdrive() { return CRGDRIVE; }
 std::string crgexplain() { return CRGEXPLAIN; }
+std::string crgidentify() { return CRGIDENTIFY; }
 std::string lidar2mesh() { return LIDAR2MESH; }
 std::string kerbstone() { return KERBSTONE; }
 std::string make_trials() { return MAKE_TRIALS; }

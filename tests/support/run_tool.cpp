@@ -106,6 +106,7 @@ std::vector<Tool> all_tools() {
   return {{"crgbuild", places::crgbuild()},
           {"crgdrive", places::crgdrive()},
           {"crgexplain", places::crgexplain()},
+          {"crgidentify", places::crgidentify()},
           {"lidar2mesh", places::lidar2mesh()},
           {"kerbstone", places::kerbstone()}};
 }

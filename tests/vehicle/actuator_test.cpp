@@ -1,13 +1,9 @@
-#include "vehicle/actuator.h"
-
+// The law of the actuators, in the car; what finds them from a record is tested in tests/identify.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
-#include <random>
 
 #include "test_car.h"
-#include "vehicle/error.h"
 
 namespace {
 
@@ -67,65 +63,6 @@ TEST(Actuator, RespondsToAStepAsTheClosedForm) {
       EXPECT_NEAR(got[k], y + lead * rate, tolerance) << damping << " " << t;
     }
   }
-}
-
-TEST(Actuator, IsTheArxModelOfItsCoefficients) {
-  std::mt19937 random(5);
-  std::vector<double> command;
-  for (int k = 0; k < 400; ++k) command.push_back(static_cast<double>(random() % 1000) / 1e3);
-  for (const double damping : {0.3, 1.0, 3.0}) {
-    const auto got = response(steering(1.0, 0.004, 0.02, damping, -0.005), command);
-    const ArxCoefficients c = arx_of({1.0, 0.004, 0.02, damping, -0.005}, 0.001);
-    for (std::size_t k = 6; k < command.size(); ++k)
-      EXPECT_NEAR(
-          got[k],
-          c.a1 * got[k - 1] + c.a2 * got[k - 2] + c.b0 * command[k - 4] + c.b1 * command[k - 5],
-          1e-12);
-  }
-}
-
-TEST(Actuator, IsFoundFromItsRecordedMovement) {
-  std::vector<double> time, command;
-  for (int k = 0; k < 20000; ++k) {  // a chirp, as crgdrive manoeuvre drives it
-    const double t = 0.001 * k;
-    time.push_back(t);
-    command.push_back(0.03 * std::sin(2 * 3.14159265358979 * (0.2 * t + 0.2 * t * t)));
-  }
-  const auto full = response(steering(1.25, 0.035, 0.04, 0.6, 0.01), command);
-  std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, 2e-4);
-  std::vector<double> t, u, y;
-  for (std::size_t k = 0; k < time.size(); k += 10) {  // recorded at 100 Hz, with noise
-    t.push_back(time[k]);
-    u.push_back(command[k]);
-    y.push_back(full[k] + noise(random));
-  }
-  const ActuatorModel m = identify_actuator(t, u, y);
-  std::printf(
-      "gain %.4f, dead time %.4f s, lag %.4f s, damping %.3f, lead %.4f s, rms %.2e of %.2e\n",
-      m.gain, m.dead_time_s, m.lag_s, m.damping, m.lead_s, m.rms, m.rms_plain);
-  // Measured: 0.7995, 36.2 ms, 40.2 ms, 0.600, 11.6 ms. Dead time and lead are hard to tell apart
-  // in noise, what they do together is not; bounds are twice the errors measured.
-  EXPECT_NEAR(m.gain, 1 / 1.25, 2e-3);
-  EXPECT_NEAR(m.dead_time_s, 0.035, 2.4e-3);
-  EXPECT_NEAR(m.dead_time_s - m.lead_s, 0.025, 1e-3);
-  EXPECT_NEAR(m.lag_s, 0.04, 1e-3);
-  EXPECT_NEAR(m.damping, 0.6, 0.02);
-  EXPECT_NEAR(m.lead_s, 0.01, 3.2e-3);
-  EXPECT_NEAR(m.rms, 2e-4, 2e-5);
-}
-
-TEST(Actuator, RefusesWhatSaysNothing) {
-  const std::vector<double> few(20, 0.0);
-  EXPECT_THROW(identify_actuator(few, few, few), Error);
-  std::vector<double> time, still(200, 0.3), moving;
-  for (int k = 0; k < 200; ++k) {
-    time.push_back(0.01 * k);
-    moving.push_back(std::sin(0.1 * k));
-  }
-  EXPECT_THROW(identify_actuator(time, still, moving), Error);
-  moving[3] = NAN;
-  EXPECT_THROW(identify_actuator(time, moving, still), Error);
 }
 
 }  // namespace

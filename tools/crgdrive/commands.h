@@ -24,13 +24,6 @@ int tyre(const TyreCommand& command, Terminal& terminal);
 
 int parameters(Terminal& terminal);
 
-struct ActuatorCommand {
-  std::string recording_path, mapping_path, out_path;
-  std::string actuator = "steering";  ///< steering, throttle or brake
-  std::string command, movement;      ///< channels; empty: those of the actuator
-};
-int actuator(const ActuatorCommand& command, Terminal& terminal);
-
 /// What every command that simulates a car takes.
 struct CarOptions {
   std::string vehicle_path;

@@ -66,22 +66,6 @@ int main(int argc, char** argv) {
       "parameters", "Prints every parameter and term of a car: unit, default, bounds, meaning");
   parameters_app->callback([&] { run = [&] { return crgdrive::parameters(terminal); }; });
 
-  crgdrive::ActuatorCommand actuator;
-  CLI::App* const actuator_app = app.add_subcommand(
-      "actuator", "Finds an actuator's parameters from its recorded command and movement");
-  add_choice(*actuator_app, "actuator", actuator.actuator, "Which one", {"steering", "throttle", "brake"})
-      ->required();
-  add_input(*actuator_app, "--recording", actuator.recording_path, "The log, CSV")->required();
-  add_input(*actuator_app, "--mapping", actuator.mapping_path,
-                           "mapping.yaml: which column is which channel; without: by their names");
-  actuator_app->add_option("--command", actuator.command,
-                           "Channel of the command; default steer_command_rad, throttle_command, "
-                           "brake_fl_command_pa");
-  actuator_app->add_option("--movement", actuator.movement,
-                           "Channel of the movement; default steer_rad, throttle, brake_fl_pa");
-  add_output_file(*actuator_app, actuator.out_path, "Setup sheet to write");
-  actuator_app->callback([&] { run = [&] { return crgdrive::actuator(actuator, terminal); }; });
-
   crgdrive::LapCommand lap;
   CLI::App* const lap_app = app.add_subcommand("lap", "Laps of a road by the built-in driver");
   add_car_options(*lap_app, lap.car);

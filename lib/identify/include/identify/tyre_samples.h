@@ -1,0 +1,32 @@
+// Measured tyre forces with the conditions that they were measured in.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "vehicle/magic_formula.h"
+#include "vehicle/table.h"
+
+namespace identify {
+
+/// Rows of a tyre bench in the axes and signs of the tyre's file (vehicle/magic_formula.h).
+struct TyreSamples {
+  std::vector<vehicle::TyreInput<double>> conditions;
+  std::vector<double> fx_n, fy_n;  ///< of each condition; NaN: not measured
+  std::size_t left_out = 0;        ///< rows of the tables without a load, a condition or a force
+
+  std::size_t rows() const { return conditions.size(); }
+};
+
+/// Appends the rows of a table with the columns fz_n, kappa, alpha_rad, gamma_rad, vx_mps, fx_n
+/// and/or fy_n, and pressure_pa where it was measured: the columns that `crgdrive tyre` writes.
+/// Rows with an empty condition, without any force or with a load at or below zero are counted and
+/// left out. Throws base::Error, `name` standing for the table: a column is missing, a slip angle
+/// is a right angle or more, a value is none of SI units (forces above 1e6 N, say).
+void add_tyre_samples(TyreSamples& samples, const vehicle::Table& table, const std::string& name);
+
+/// Every n-th row, the first among them, so that at most `most` are left; `most` above 0.
+TyreSamples thinned(const TyreSamples& samples, std::size_t most);
+
+}  // namespace identify

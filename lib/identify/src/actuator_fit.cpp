@@ -1,0 +1,410 @@
+#include "identify/actuator_fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "actuator_record.h"
+#include "actuator_simulation.h"
+#include "base/error.h"
+#include "base/parallel.h"
+
+namespace identify {
+namespace {
+
+constexpr int kFolds = 4;
+// What a larger order must leave at most: less is no structure, but noise of the command.
+constexpr double kWorth = 0.99;
+// How the command ran between two rows is not in the log: what that may move a dead time or a lag
+// by, of a step, as measured with commands that were recorded at a twentieth of their rate.
+constexpr double kBetweenRows = 0.05;
+constexpr double kClearly = 3.0;  // standard errors that a larger order must be better by
+
+const ActuatorValues kLow{0.0, std::log(1e-3), std::log(0.05), std::log(1e-3), -1.0, 0.0},
+    kHigh{0.4, std::log(2.0), std::log(20.0), std::log(2.0), 1.0, 1e9};
+
+struct Fitted {
+  ActuatorOrder order;
+  ActuatorValues values{};
+  double gain = 1.0, offset = 0.0, sum2 = INFINITY;
+};
+
+/// Which rows a fit looks at: those of all blocks but every kFolds-th from `fold`.
+bool looked_at(int block, int fold) { return block >= 0 && (fold < 0 || block % kFolds != fold); }
+
+/// Gain and offset that fit the rows looked at, and what is left of these (0 in all others).
+Eigen::VectorXd project(const Record& record, int fold, const std::vector<double>& model,
+                        Fitted& fit) {
+  double n = 0.0, m = 0.0, y = 0.0;
+  const auto each = [&](const auto& body) {
+    for (std::size_t i = 0; i < model.size(); ++i)
+      if (looked_at(record.block[i], fold)) body(model[i], record.movement[i], i);
+  };
+  each([&](double a, double b, std::size_t) {
+    n += 1.0;
+    m += a;
+    y += b;
+  });
+  m /= n;
+  y /= n;
+  double mm = 0.0, my = 0.0;
+  each([&](double a, double b, std::size_t) {
+    mm += (a - m) * (a - m);
+    my += (a - m) * (b - y);
+  });
+  fit.gain = mm > 0.0 ? my / mm : 0.0;
+  fit.offset = y - fit.gain * m;
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.size()));
+  each([&](double a, double b, std::size_t i) {
+    left(static_cast<Eigen::Index>(i)) = b - fit.gain * a - fit.offset;
+  });
+  fit.sum2 = left.squaredNorm();
+  return left;
+}
+
+Eigen::VectorXd evaluate(const Record& record, Hold hold, int fold, Fitted& fit) {
+  return project(record, fold, simulate(fit.order, fit.values, hold, record.step_s, record.command),
+                 fit);
+}
+
+/// Differences for slopes, and slopes of what is left by the unknowns.
+Eigen::MatrixXd slopes_of(const Record& record, Hold hold, int fold, const Fitted& at) {
+  const std::vector<int> unknowns = unknowns_of(at.order);
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(record.command.size()),
+                      static_cast<Eigen::Index>(unknowns.size()));
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const auto u = static_cast<std::size_t>(unknowns[i]);
+    const double difference = u == kDead   ? 0.01 * record.step_s
+                              : u == kPlay ? 1e-4 * record.command_range
+                                           : 1e-4 * (u == kLead ? 0.1 : 1.0);
+    Fitted up = at, down = at;
+    up.values[u] = std::min(kHigh[u], at.values[u] + difference);
+    down.values[u] = std::max(kLow[u], at.values[u] - difference);
+    out.col(static_cast<Eigen::Index>(i)) =
+        (evaluate(record, hold, fold, up) - evaluate(record, hold, fold, down)) /
+        (up.values[u] - down.values[u]);
+  }
+  return out;
+}
+
+/// Levenberg and Marquardt.
+void descend(const Record& record, Hold hold, int fold, Fitted& fit, int rounds) {
+  const std::vector<int> unknowns = unknowns_of(fit.order);
+  Eigen::VectorXd left = evaluate(record, hold, fold, fit);
+  double caution = 1e-3;
+  for (int round = 0; round < rounds && caution < 1e8; ++round) {
+    const Eigen::MatrixXd slopes = slopes_of(record, hold, fold, fit);
+    const Eigen::MatrixXd normal = slopes.transpose() * slopes;
+    const Eigen::VectorXd gradient = slopes.transpose() * left;
+    bool settled = false;
+    for (int tries = 0; tries < 8; ++tries) {
+      Eigen::MatrixXd damped = normal;
+      damped.diagonal() += caution * normal.diagonal();
+      damped.diagonal().array() += 1e-300;
+      const Eigen::VectorXd step = damped.ldlt().solve(-gradient);
+      Fitted next = fit;
+      for (std::size_t i = 0; i < unknowns.size(); ++i) {
+        const auto u = static_cast<std::size_t>(unknowns[i]);
+        next.values[u] =
+            std::clamp(fit.values[u] + step(static_cast<Eigen::Index>(i)), kLow[u], kHigh[u]);
+      }
+      Eigen::VectorXd then = evaluate(record, hold, fold, next);
+      if (next.sum2 < fit.sum2) {
+        settled = fit.sum2 - next.sum2 < 1e-7 * fit.sum2;
+        fit = next;
+        left = std::move(then);
+        caution = std::max(1e-9, 0.2 * caution);
+        break;
+      }
+      caution *= 8.0;
+      settled = tries == 7;
+    }
+    if (settled) break;
+  }
+}
+
+/// The best of a grid of beginnings, and from there down.
+Fitted from_grid(const Record& record, Hold hold, const ActuatorOrder& order) {
+  Fitted best;
+  for (const double dead : {0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2})
+    for (const double lag : {0.005, 0.015, 0.04, 0.1, 0.3})
+      for (const double damping : {0.4, 1.0}) {
+        Fitted one{order, {dead, std::log(lag), std::log(damping), std::log(lag), 0.0, 0.0}};
+        evaluate(record, hold, -1, one);
+        if (one.sum2 < best.sum2) best = one;
+        if (order.poles < 2) break;
+      }
+  descend(record, hold, -1, best, 40);
+  return best;
+}
+
+/// An order from the beginnings that smaller ones give.
+Fitted fit_order(const Record& record, Hold hold, const ActuatorOrder& order) {
+  if (order.poles < 3 && !order.zero && !order.play) return from_grid(record, hold, order);
+  Fitted best;
+  const auto better = [&](Fitted one) {
+    one.order = order;
+    descend(record, hold, -1, one, 40);
+    if (one.sum2 < best.sum2) best = one;
+  };
+  ActuatorOrder less = order;
+  if (order.play) {
+    less.play = false;
+    const Fitted from = fit_order(record, hold, less);
+    for (const double share : {0.002, 0.02, 0.1}) {
+      Fitted one = from;
+      one.values[kPlay] = share * record.command_range;
+      better(one);
+    }
+  } else if (order.zero) {
+    less.zero = false;
+    const Fitted from = fit_order(record, hold, less);
+    for (const double lead : {0.0, 0.02, -0.02, 0.1}) {
+      Fitted one = from;
+      one.values[kLead] = lead;
+      better(one);
+    }
+  } else {
+    less.poles = 2;
+    const Fitted from = fit_order(record, hold, less);
+    for (const double share : {0.1, 0.5, 1.0}) {
+      Fitted one = from;
+      one.values[kLag2] = std::max(kLow[kLag2], one.values[kLag] + std::log(share));
+      one.values[kDead] = std::max(0.0, one.values[kDead] - std::exp(one.values[kLag2]));
+      better(one);
+    }
+  }
+  return best;
+}
+
+/// Squares of what is left in each block when the fit did not see it.
+std::vector<double> left_out(const Record& record, Hold hold, const Fitted& whole) {
+  std::vector<double> out(static_cast<std::size_t>(record.blocks), 0.0);
+  for (int fold = 0; fold < kFolds; ++fold) {
+    Fitted fit = whole;
+    descend(record, hold, fold, fit, 12);
+    const auto model = simulate(fit.order, fit.values, hold, record.step_s, record.command);
+    for (std::size_t i = 0; i < model.size(); ++i)
+      if (record.block[i] >= 0 && record.block[i] % kFolds == fold)
+        out[static_cast<std::size_t>(record.block[i])] +=
+            std::pow(record.movement[i] - fit.gain * model[i] - fit.offset, 2);
+  }
+  return out;
+}
+
+/// Standard errors by which b leaves less than a: of the mean over blocks of the logarithm of the
+/// ratio, which a few blocks with much cannot rule. What is below a tenth of b's mean is noise.
+double clearly_less(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto n = static_cast<double>(a.size());
+  double floor = 0.0, mean = 0.0, square = 0.0;
+  for (const double one : b) floor += 0.1 * one / n;
+  std::vector<double> ratio;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ratio.push_back(std::log((a[i] + floor) / (b[i] + floor)));
+    mean += ratio.back() / n;
+  }
+  for (const double one : ratio) square += (one - mean) * (one - mean);
+  return square > 0.0 ? mean / std::sqrt(square / (n - 1.0) / n) : 0.0;
+}
+
+/// Smaller ones first.
+const ActuatorOrder kOrders[] = {{0, false}, {1, false}, {1, true}, {2, false},
+                                 {2, true},  {3, false}, {3, true}};
+
+/// What the command looks like, unless the movement clearly says the other.
+Hold choose_hold(const Record& record, const ActuatorOrder& order) {
+  const auto line = left_out(record, Hold::kLine, fit_order(record, Hold::kLine, order));
+  const auto step = left_out(record, Hold::kStep, fit_order(record, Hold::kStep, order));
+  if (in_steps(record.command))
+    return clearly_less(step, line) > kClearly ? Hold::kLine : Hold::kStep;
+  return clearly_less(line, step) > kClearly ? Hold::kStep : Hold::kLine;
+}
+
+Fitted choose_order(const Record& record, Hold hold, unsigned threads,
+                    std::vector<TriedOrder>& tried) {
+  constexpr std::size_t kCount = std::size(kOrders);
+  std::vector<Fitted> fits(kCount);
+  std::vector<std::vector<double>> left(kCount);
+  base::parallel_for(kCount, 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      fits[i] = fit_order(record, hold, kOrders[i]);
+      left[i] = left_out(record, hold, fits[i]);
+    }
+  });
+  double judged = 0.0, best_rms = 0.0;
+  for (const int block : record.block) judged += block >= 0 ? 1.0 : 0.0;
+  Fitted best;
+  std::vector<double> best_left;
+  const auto consider = [&](const Fitted& fit, const std::vector<double>& now) {
+    double sum2 = 0.0;
+    for (const double one : now) sum2 += one;
+    const bool first = best_left.empty();
+    TriedOrder one{fit.order, std::sqrt(sum2 / judged), first ? 0.0 : clearly_less(best_left, now),
+                   first};
+    if (one.clearly > kClearly && one.rms < kWorth * best_rms) one.taken = true;
+    tried.push_back(one);
+    if (!one.taken) return false;
+    best = fit;
+    best_rms = one.rms;
+    best_left = now;
+    return true;
+  };
+  for (std::size_t i = 0; i < kCount; ++i) consider(fits[i], left[i]);
+  // Friction and backlash, beside what was chosen; with them more poles may be seen.
+  ActuatorOrder order = best.order;
+  order.play = true;
+  for (bool taken = true; taken && order.poles <= 3; ++order.poles) {
+    const Fitted loose = fit_order(record, hold, order);
+    taken = consider(loose, left_out(record, hold, loose));
+  }
+  return best;
+}
+
+/// Standard deviations, and the numbers in their own units.
+void write_values(const Record& record, const Fitted& fitted, ActuatorFit& fit) {
+  Fitted at = fitted;
+  const Eigen::VectorXd left = evaluate(record, fit.hold, -1, at);
+  const auto model = simulate(at.order, at.values, fit.hold, record.step_s, record.command);
+  const std::vector<int> unknowns = unknowns_of(at.order);
+  const auto count = static_cast<Eigen::Index>(unknowns.size());
+  // Gain and offset beside the unknowns. Slopes of what is left after their projection are the
+  // same for all but these two.
+  Eigen::MatrixXd slopes(left.size(), count + 2);
+  slopes.leftCols(count) = slopes_of(record, fit.hold, -1, at);
+  double n = 0.0, near2 = 0.0, product = 0.0;
+  for (Eigen::Index i = 0; i < left.size(); ++i) {
+    const bool judged = record.block[static_cast<std::size_t>(i)] >= 0;
+    slopes(i, count) = judged ? -model[static_cast<std::size_t>(i)] : 0.0;
+    slopes(i, count + 1) = judged ? -1.0 : 0.0;
+    if (!judged) continue;
+    n += 1.0;
+    near2 += left(i) * left(i);
+    if (i > 0) product += left(i) * left(i - 1);
+  }
+  const double r = near2 > 0.0 ? std::clamp(product / near2, 0.0, 0.98) : 0.0;
+  fit.repeats = (1.0 + r) / (1.0 - r);
+  fit.rms = std::sqrt(near2 / n);
+  const double variance = fit.repeats * near2 / std::max(1.0, n - static_cast<double>(count) - 2.0);
+  Eigen::MatrixXd normal = slopes.transpose() * slopes;
+  normal.diagonal().array() += 1e-300;
+  const Eigen::MatrixXd covariance =
+      variance * normal.ldlt().solve(Eigen::MatrixXd::Identity(count + 2, count + 2));
+  const auto sd = [&](Eigen::Index i) { return std::sqrt(std::max(0.0, covariance(i, i))); };
+  fit.gain = {at.gain, sd(count)};
+  fit.offset = {at.offset, sd(count + 1)};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const int u = unknowns[static_cast<std::size_t>(i)];
+    const double value = at.values[static_cast<std::size_t>(u)];
+    const double between = kBetweenRows * record.step_s;
+    const double unit = u == kDead ? 1.0 : u == kLag || u == kLag2 ? std::exp(value) : INFINITY;
+    const double spread = std::hypot(sd(i), between / unit);
+    const bool logarithm = u == kLag || u == kDamping || u == kLag2;
+    const double scale = u == kPlay ? std::abs(at.gain) : 1.0;
+    const Uncertain one = logarithm ? Uncertain{std::exp(value), std::exp(value) * spread}
+                                    : Uncertain{scale * value, scale * spread};
+    (u == kDead      ? fit.dead_time_s
+     : u == kLag     ? fit.lag_s
+     : u == kDamping ? fit.damping
+     : u == kLag2    ? fit.lag2_s
+     : u == kLead    ? fit.lead_s
+                     : fit.play) = one;
+  }
+}
+
+std::vector<std::complex<double>> poles_of(const ActuatorFit& fit) {
+  std::vector<std::complex<double>> out;
+  if (fit.order.poles >= 2) {
+    const std::complex<double> root =
+        std::sqrt(std::complex<double>(fit.damping.value * fit.damping.value - 1.0));
+    out.push_back((-fit.damping.value + root) / fit.lag_s.value);
+    out.push_back((-fit.damping.value - root) / fit.lag_s.value);
+  }
+  if (fit.order.poles % 2 == 1) out.emplace_back(-1.0 / fit.lag2_s.value, 0.0);
+  return out;
+}
+
+ActuatorValues values_of(const ActuatorFit& fit) {
+  const auto logarithm = [](double value) { return value > 0.0 ? std::log(value) : 0.0; };
+  const double gain = std::abs(fit.gain.value);
+  return {fit.dead_time_s.value,
+          logarithm(fit.lag_s.value),
+          logarithm(fit.damping.value),
+          logarithm(fit.lag2_s.value),
+          fit.lead_s.value,
+          gain > 0.0 ? fit.play.value / gain : 0.0};
+}
+
+}  // namespace
+
+ActuatorFit fit_actuator(const std::vector<double>& time_s, const std::vector<double>& command,
+                         const std::vector<double>& movement, const ActuatorFitOptions& options) {
+  const Record record = record_of(time_s, command, movement);
+  ActuatorFit fit;
+  fit.rows = record.command.size();
+  fit.step_s = record.step_s;
+  const ActuatorOrder widest{2, true, false};
+  fit.hold = options.hold ? *options.hold : choose_hold(record, options.order.value_or(widest));
+  const Fitted fitted = options.order ? fit_order(record, fit.hold, *options.order)
+                                      : choose_order(record, fit.hold, options.threads, fit.tried);
+  fit.order = fitted.order;
+  write_values(record, fitted, fit);
+  if (!(std::abs(fit.gain.value) > 3.0 * fit.gain.sd))
+    throw base::Error(fmt::format(
+        "the movement does not follow the command: the gain is {:.3g} +- {:.2g}; other channels?",
+        fit.gain.value, 1.645 * fit.gain.sd));
+  fit.poles_radps = poles_of(fit);
+  Fitted plain;
+  project(record, -1, record.command, plain);
+  double judged = 0.0;
+  for (const int block : record.block) judged += block >= 0 ? 1.0 : 0.0;
+  fit.rms_plain = std::sqrt(plain.sum2 / judged);
+  return fit;
+}
+
+std::vector<double> simulate_actuator(const ActuatorFit& fit, const std::vector<double>& command) {
+  std::vector<double> out;
+  if (command.empty()) return out;
+  out = simulate(fit.order, values_of(fit), fit.hold, fit.step_s, command);
+  for (double& value : out) value = fit.gain.value * value + fit.offset.value;
+  return out;
+}
+
+Arx arx_of(const ActuatorFit& fit) {
+  // The poles give a; b is what a leaves of the response to one sample.
+  Arx out;
+  std::vector<std::complex<double>> a{1.0};
+  for (const auto& pole : fit.poles_radps) {
+    std::vector<std::complex<double>> next(a.size() + 1, 0.0);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      next[i] += a[i];
+      next[i + 1] -= std::exp(pole * fit.step_s) * a[i];
+    }
+    a = std::move(next);
+  }
+  for (std::size_t i = 1; i < a.size(); ++i) out.a.push_back(a[i].real());
+  ActuatorOrder linear = fit.order;
+  linear.play = false;
+  const auto whole = static_cast<int>(std::floor(fit.dead_time_s.value / fit.step_s));
+  const std::size_t first = 4, length = static_cast<std::size_t>(whole) + first + a.size() + 4;
+  std::vector<double> pulse(length, 0.0);
+  pulse[first] = 1.0;
+  const auto response = simulate(linear, values_of(fit), fit.hold, fit.step_s, pulse);
+  std::vector<double> b(length, 0.0);
+  double most = 0.0;
+  for (std::size_t k = 0; k < length; ++k) {
+    for (std::size_t i = 0; i < a.size() && i <= k; ++i) b[k] += a[i].real() * response[k - i];
+    b[k] *= fit.gain.value;
+    most = std::max(most, std::abs(b[k]));
+  }
+  std::size_t begin = 0, end = length;
+  while (begin < end && std::abs(b[begin]) < 1e-9 * most) ++begin;
+  while (end > begin && std::abs(b[end - 1]) < 1e-9 * most) --end;
+  out.dead_steps = static_cast<int>(begin) - static_cast<int>(first);
+  out.b.assign(b.begin() + static_cast<std::ptrdiff_t>(begin),
+               b.begin() + static_cast<std::ptrdiff_t>(end));
+  return out;
+}
+
+}  // namespace identify

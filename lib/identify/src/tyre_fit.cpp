@@ -1,0 +1,387 @@
+#include "identify/tyre_fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "base/random.h"
+#include "base/statistics.h"
+#include "tyre_costs.h"
+
+namespace identify {
+namespace {
+
+using vehicle::TyreCoefficients;
+
+constexpr double kPure = 0.02;       // slip below which a row is of pure slip
+constexpr std::size_t kFewest = 30;  // rows of a stage
+constexpr std::size_t kStageRows = 400;
+constexpr double kLossScale = 2.5;  // noise at which Cauchy's loss turns
+constexpr double kNoiseFloor =
+    2e-4;  // of the nominal load; a noiseless table must not be infinite weight
+
+struct Work {
+  const TyreCoefficients& reference;
+  const TyreFitOptions& options;
+  vehicle::TyreOptions law;
+  std::vector<vehicle::TyreInput<double>> guards;
+};
+
+struct Solved {
+  std::vector<double> p;
+  double cost = INFINITY;
+};
+
+Solved solve(const Work& work, const Unknowns& unknowns, const TyreSamples& rows,
+             const Noise& noise, std::vector<double> p, int rounds) {
+  // Rows share one loss.
+  ceres::CauchyLoss loss(kLossScale);
+  ceres::Problem::Options owned;
+  owned.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(owned);
+  for (std::size_t i = 0; i < rows.rows(); ++i)
+    problem.AddResidualBlock(
+        new RowCost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i], noise, work.law),
+        &loss, p.data());
+  for (const auto& guard : work.guards)
+    problem.AddResidualBlock(new GuardCost(unknowns, work.reference, guard), nullptr, p.data());
+  problem.AddResidualBlock(new PriorCost(unknowns.size()), nullptr, p.data());
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    problem.SetParameterLowerBound(p.data(), static_cast<int>(i), unknowns.low(i));
+    problem.SetParameterUpperBound(p.data(), static_cast<int>(i), unknowns.high(i));
+    p[i] = std::clamp(p[i], unknowns.low(i), unknowns.high(i));
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = rounds;
+  options.function_tolerance = 1e-8;
+  options.num_threads = 1;  // sums in one order
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return {std::move(p), summary.IsSolutionUsable() ? summary.final_cost : INFINITY};
+}
+
+double value_between(std::vector<double> values, double low, double high) {
+  return values.empty() ? 0.0 : base::quantile(values, high) - base::quantile(values, low);
+}
+
+/// What varies in the rows beside slip.
+std::array<bool, 4> varied(const TyreSamples& rows, const TyreCoefficients& reference) {
+  std::vector<double> load, camber, pressure;
+  for (const auto& c : rows.conditions) {
+    load.push_back(c.fz_n / (reference.nominal_load_n * reference.lfzo));
+    camber.push_back(c.gamma_rad);
+    pressure.push_back(c.pressure_pa > 0 ? c.pressure_pa : reference.pressure_pa);
+  }
+  const auto spread = [](const std::vector<double>& values) {
+    return value_between(values, 0.05, 0.95);
+  };
+  return {true, spread(load) > 0.2, spread(camber) > std::numbers::pi / 180.0,
+          reference.nominal_pressure_pa > 0.0 &&
+              spread(pressure) > 0.05 * reference.nominal_pressure_pa};
+}
+
+/// The rows of a stage, with the forces that it looks at.
+TyreSamples rows_of(const TyreSamples& all, SlipKind kind) {
+  TyreSamples out;
+  for (std::size_t i = 0; i < all.rows(); ++i) {
+    const auto& c = all.conditions[i];
+    const bool slips = std::abs(c.kappa) > kPure, drifts = std::abs(c.tan_alpha) > kPure;
+    const bool lateral = kind == SlipKind::kLateral && !slips;
+    const bool longitudinal = kind == SlipKind::kLongitudinal && !drifts;
+    const bool combined = kind == SlipKind::kCombined && slips && drifts;
+    const double fx = longitudinal || combined ? all.fx_n[i] : NAN,
+                 fy = lateral || combined ? all.fy_n[i] : NAN;
+    if (std::isnan(fx) && std::isnan(fy)) continue;
+    out.conditions.push_back(c);
+    out.fx_n.push_back(fx);
+    out.fy_n.push_back(fy);
+  }
+  return out;
+}
+
+std::vector<const TyreUnknown*> list_of(SlipKind kind, const std::array<bool, 4>& varies,
+                                        int version) {
+  std::vector<const TyreUnknown*> out;
+  for (const TyreUnknown& one : tyre_unknowns())
+    if (one.kind == kind && varies[static_cast<std::size_t>(one.needs)] &&
+        (version == 52 ? one.in_52 : one.in_6x))
+      out.push_back(&one);
+  return out;
+}
+
+std::string why_not(SlipKind kind, const TyreSamples& rows) {
+  if (rows.rows() < kFewest)
+    return fmt::format("{} rows of this kind, wanted at least {}", rows.rows(), kFewest);
+  std::vector<double> slip;
+  for (const auto& c : rows.conditions)
+    slip.push_back(kind == SlipKind::kLongitudinal ? c.kappa : c.tan_alpha);
+  const double range = value_between(slip, 0.05, 0.95);
+  if (range < 0.01)
+    return fmt::format("slip reaches over {:.4f} only, wanted at least 0.01", range);
+  return "";
+}
+
+/// Robust sizes of what is left at `tyre`.
+std::pair<TyreResiduals, TyreResiduals> residuals(const TyreSamples& rows,
+                                                  const TyreCoefficients& tyre,
+                                                  const vehicle::TyreOptions& law) {
+  std::array<std::vector<double>, 2> left;
+  std::array<double, 2> size2{};
+  for (std::size_t i = 0; i < rows.rows(); ++i) {
+    const auto force = vehicle::tyre_forces(tyre, rows.conditions[i], {}, law);
+    if (!std::isnan(rows.fx_n[i])) {
+      left[0].push_back(rows.fx_n[i] - force.fx_n);
+      size2[0] += rows.fx_n[i] * rows.fx_n[i];
+    }
+    if (!std::isnan(rows.fy_n[i])) {
+      left[1].push_back(rows.fy_n[i] - force.fy_n);
+      size2[1] += rows.fy_n[i] * rows.fy_n[i];
+    }
+  }
+  std::array<TyreResiduals, 2> out;
+  const double floor_n = kNoiseFloor * tyre.nominal_load_n;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto& values = left[k];
+    TyreResiduals& one = out[k];
+    one.rows = values.size();
+    one.noise_n = floor_n;
+    if (values.empty()) continue;
+    std::vector<double> size;
+    double sum2 = 0.0;
+    for (const double value : values) {
+      size.push_back(std::abs(value));
+      sum2 += value * value;
+    }
+    one.size_n = std::sqrt(size2[k] / static_cast<double>(values.size()));
+    one.rms_n = std::sqrt(sum2 / static_cast<double>(values.size()));
+    one.noise_n = std::max(floor_n, 1.4826 * base::median(size));
+    double near2 = 0.0, product = 0.0, far = 0.0;
+    const double most = 4.0 * one.noise_n;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (size[i] > most) far += 1.0;
+      if (i == 0 || size[i] > most || size[i - 1] > most) continue;
+      near2 += 0.5 * (values[i] * values[i] + values[i - 1] * values[i - 1]);
+      product += values[i] * values[i - 1];
+    }
+    one.far = far / static_cast<double>(values.size());
+    const double r = near2 > 0.0 ? std::clamp(product / near2, 0.0, 0.98) : 0.0;
+    one.repeats = (1.0 + r) / (1.0 - r);
+  }
+  return {out[0], out[1]};
+}
+
+/// Fits one kind of slip from several starts; moves `fit.tyre`.
+TyreStage fit_stage(const Work& work, SlipKind kind, const TyreSamples& rows,
+                    const std::vector<const TyreUnknown*>& list, TyreCoefficients& tyre) {
+  TyreStage stage{kind, rows.rows(), work.options.starts, 0, {}};
+  const TyreSamples few = thinned(rows, kStageRows);
+  const Unknowns unknowns = unknowns_of(list, work.reference, tyre);
+  const double begin_n = 0.01 * work.reference.nominal_load_n;
+  const auto count = static_cast<std::size_t>(std::max(1, work.options.starts));
+  std::vector<Solved> solved(count);
+  base::parallel_for(count, 1, work.options.threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t s = from; s < to; ++s) {
+      base::Random random(work.options.seed * 1000003u + 101u * static_cast<unsigned>(kind) + s);
+      std::vector<double> p(unknowns.size(), 0.0);
+      if (s > 0)
+        for (std::size_t i = 0; i < p.size(); ++i)
+          if (list[i]->needs == Needs::kSlip)
+            p[i] = std::clamp(1.2 * random.normal(), unknowns.low(i), unknowns.high(i));
+      solved[s] = solve(work, unknowns, few, {begin_n, begin_n}, p, 40);
+    }
+  });
+  const auto best = std::min_element(solved.begin(), solved.end(),
+                                     [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  if (!std::isfinite(best->cost)) {
+    stage.why_not = "no start led anywhere";
+    return stage;
+  }
+  for (const Solved& one : solved)
+    if (one.cost <= 1.01 * best->cost + 1e-9) ++stage.agreeing;
+  const TyreCoefficients begun = unknowns.at(best->p.data());
+  const auto [fx, fy] = residuals(few, begun, work.law);
+  const Solved again = solve(work, unknowns, few, {fx.noise_n, fy.noise_n}, best->p, 40);
+  tyre = std::isfinite(again.cost) ? unknowns.at(again.p.data()) : begun;
+  return stage;
+}
+
+/// Covariance of p at the solution: what the loss leaves of every row, fewer where rows repeat each
+/// other, and the prior.
+Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, const TyreSamples& rows,
+                              const TyreFit& fit, const std::vector<double>& p) {
+  const auto n = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(n, n);
+  std::vector<double> slopes(2 * unknowns.size());
+  for (std::size_t i = 0; i < rows.rows(); ++i) {
+    const RowCost cost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i],
+                       {fit.fx.noise_n, fit.fy.noise_n}, work.law);
+    double values[2] = {0.0, 0.0};
+    const double* parameters[] = {p.data()};
+    double* jacobians[] = {slopes.data()};
+    cost.Evaluate(parameters, values, jacobians);
+    const double weight =
+        1.0 / (1.0 + (values[0] * values[0] + values[1] * values[1]) / (kLossScale * kLossScale));
+    for (int k = 0; k < cost.num_residuals(); ++k) {
+      const bool is_fx = k == 0 && !std::isnan(rows.fx_n[i]);
+      const Eigen::Map<const Eigen::VectorXd> row(slopes.data() + k * n, n);
+      normal.selfadjointView<Eigen::Lower>().rankUpdate(
+          row, weight / (is_fx ? fit.fx.repeats : fit.fy.repeats));
+    }
+  }
+  return normal.selfadjointView<Eigen::Lower>().ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+}
+
+void write_coefficients(TyreFit& fit, const Unknowns& unknowns, const std::vector<double>& p,
+                        const Eigen::MatrixXd& covariance) {
+  const std::size_t n = unknowns.size();
+  fit.covariance.resize(n * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto ii = static_cast<Eigen::Index>(i);
+    FittedCoefficient one;
+    one.keyword = unknowns.list[i]->keyword;
+    one.kind = unknowns.list[i]->kind;
+    one.value = unknowns.value(i, p[i]);
+    one.reference = unknowns.centre[i];
+    const double variance = covariance(ii, ii);
+    one.sd = unknowns.spread[i] * std::sqrt(std::max(0.0, variance));
+    one.from_data = std::clamp(1.0 - variance, 0.0, 1.0);
+    one.at_bound = p[i] < unknowns.low(i) + 1e-6 || p[i] > unknowns.high(i) - 1e-6;
+    fit.coefficients.push_back(one);
+    for (std::size_t j = 0; j < n; ++j)
+      fit.covariance[i * n + j] =
+          unknowns.spread[i] * unknowns.spread[j] * covariance(ii, static_cast<Eigen::Index>(j));
+  }
+}
+
+/// Forces that run against the reference's are of other axes, which no fit mends.
+void expect_same_signs(const TyreSamples& rows, const TyreCoefficients& reference) {
+  double fx2 = 0.0, fy2 = 0.0, fx = 0.0, fy = 0.0;
+  for (std::size_t i = 0; i < rows.rows(); ++i) {
+    const auto force = vehicle::tyre_forces(reference, rows.conditions[i], {}, {.moments = false});
+    if (!std::isnan(rows.fx_n[i])) {
+      fx += force.fx_n * rows.fx_n[i];
+      fx2 += std::abs(force.fx_n * rows.fx_n[i]);
+    }
+    if (!std::isnan(rows.fy_n[i])) {
+      fy += force.fy_n * rows.fy_n[i];
+      fy2 += std::abs(force.fy_n * rows.fy_n[i]);
+    }
+  }
+  if (fx < -0.5 * fx2)
+    throw base::Error(
+        "fx_n runs against the reference's: other axes; turn the sign of fx_n or kappa");
+  if (fy < -0.5 * fy2)
+    throw base::Error(
+        "fy_n runs against the reference's: other axes; turn the sign of fy_n or alpha_rad");
+}
+
+/// Conditions at which the tyre must keep friction and stiffness.
+std::vector<vehicle::TyreInput<double>> guards_for(const TyreSamples& rows,
+                                                   const TyreCoefficients& tyre) {
+  double load = 0.0, left = 0.0, right = 0.0;
+  for (const auto& c : rows.conditions) {
+    load = std::max(load, c.fz_n);
+    left = std::min(left, c.gamma_rad);
+    right = std::max(right, c.gamma_rad);
+  }
+  const double least = 0.1 * tyre.nominal_load_n, most = std::min(1.5 * load, tyre.fz_max_n);
+  std::vector<vehicle::TyreInput<double>> out;
+  for (int i = 0; i <= 6; ++i)
+    for (const double camber : {left, 0.5 * (left + right), right}) {
+      vehicle::TyreInput<double> in;
+      in.fz_n = least + (most - least) * i / 6.0;
+      in.gamma_rad = camber;
+      in.vx_mps = tyre.nominal_speed_mps;
+      out.push_back(in);
+    }
+  return out;
+}
+
+}  // namespace
+
+TyreFit fit_tyre(const TyreSamples& samples, const TyreCoefficients& reference,
+                 const TyreFitOptions& options) {
+  expect_same_signs(samples, reference);
+  const TyreSamples rows = thinned(samples, std::max<std::size_t>(kFewest, options.most_rows));
+  TyreFit fit;
+  fit.tyre = reference;
+  fit.alpha = options.alpha;
+  fit.rows = rows.rows();
+  // Loads above the file's last one are measured here, so that the formula has to hold there.
+  for (const auto& c : samples.conditions) fit.tyre.fz_max_n = std::max(fit.tyre.fz_max_n, c.fz_n);
+  vehicle::TyreOptions law;
+  law.alpha = options.alpha;
+  law.moments = false;
+  const Work work{reference, options, law, guards_for(rows, fit.tyre)};
+
+  std::vector<const TyreUnknown*> all;
+  for (const SlipKind kind : {SlipKind::kLateral, SlipKind::kLongitudinal, SlipKind::kCombined}) {
+    const TyreSamples part = rows_of(rows, kind);
+    TyreStage stage{kind, part.rows(), 0, 0, why_not(kind, part)};
+    if (stage.why_not.empty()) {
+      const auto list = list_of(kind, varied(part, reference), reference.version);
+      stage = fit_stage(work, kind, part, list, fit.tyre);
+      if (stage.why_not.empty()) all.insert(all.end(), list.begin(), list.end());
+    }
+    fit.stages.push_back(stage);
+  }
+  if (all.empty())
+    throw base::Error(
+        fmt::format("nothing to fit: side slip: {}; longitudinal slip: {}; combined: {}",
+                    fit.stages[0].why_not, fit.stages[1].why_not, fit.stages[2].why_not));
+
+  const Unknowns unknowns = unknowns_of(all, reference, fit.tyre);
+  std::vector<double> p;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    p.push_back((fit.tyre.*(all[i]->member) - unknowns.centre[i]) / unknowns.spread[i]);
+  for (int round = 0; round < 2; ++round) {  // the second with the noise that the first left
+    std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
+    const Solved solved = solve(work, unknowns, rows, {fit.fx.noise_n, fit.fy.noise_n}, p, 100);
+    if (!std::isfinite(solved.cost))
+      throw base::Error("the fit does not settle; look at the rows for values of other units");
+    p = solved.p;
+    fit.tyre = unknowns.at(p.data());
+  }
+  std::tie(fit.fx, fit.fy) = residuals(rows, fit.tyre, law);
+  write_coefficients(fit, unknowns, p, covariance_of(work, unknowns, rows, fit, p));
+  return fit;
+}
+
+ForceBand force_band(const TyreFit& fit, const vehicle::TyreInput<double>& condition) {
+  const vehicle::TyreOptions law{.alpha = fit.alpha, .moments = false};
+  const auto at = vehicle::tyre_forces(fit.tyre, condition, {}, law);
+  ForceBand out{at.fx_n, at.fy_n, 0.0, 0.0};
+  const auto n = static_cast<Eigen::Index>(fit.coefficients.size());
+  Eigen::VectorXd dfx(n), dfy(n);
+  TyreCoefficients tyre = fit.tyre;
+  for (const TyreUnknown& one : tyre_unknowns()) {
+    const auto found = std::find_if(fit.coefficients.begin(), fit.coefficients.end(),
+                                    [&](const auto& c) { return c.keyword == one.keyword; });
+    if (found == fit.coefficients.end()) continue;
+    const double step = 1e-5 * std::max(one.spread, 0.5 * std::abs(found->reference));
+    double& member = tyre.*(one.member);
+    const double kept = member;
+    member = kept + step;
+    const auto up = vehicle::tyre_forces(tyre, condition, {}, law);
+    member = kept - step;
+    const auto down = vehicle::tyre_forces(tyre, condition, {}, law);
+    member = kept;
+    const auto i = found - fit.coefficients.begin();
+    dfx(i) = (up.fx_n - down.fx_n) / (2.0 * step);
+    dfy(i) = (up.fy_n - down.fy_n) / (2.0 * step);
+  }
+  const Eigen::Map<const Eigen::MatrixXd> covariance(fit.covariance.data(), n, n);
+  out.fx_sd_n = std::sqrt(std::max(0.0, dfx.dot(covariance * dfx)));
+  out.fy_sd_n = std::sqrt(std::max(0.0, dfy.dot(covariance * dfy)));
+  return out;
+}
+
+}  // namespace identify

@@ -1,0 +1,55 @@
+// The example of docs/crgidentify.md runs, and finds what it says.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "support/places.h"
+#include "support/run_crgbuild.h"
+#include "vehicle/magic_formula.h"
+#include "vehicle/tyre_file.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The ```sh blocks of a document.
+std::string commands_of(const std::string& document) {
+  const std::string text = cli::read(fmt::format("{}/docs/{}", places::source(), document));
+  std::string script = "set -euo pipefail\n";
+  for (std::size_t at = 0; (at = text.find("```sh\n", at)) != std::string::npos;) {
+    const std::size_t end = text.find("\n```", at);
+    script += text.substr(at + 6, end - at - 5);
+    at = end;
+  }
+  return script;
+}
+
+TEST(IdentifyDocs, EveryCommandRuns) {
+  const cli::Folder folder;
+  for (const char* name : {"tracks", "vehicles"})
+    fs::create_symlink(fmt::format("{}/{}", places::source(), name), folder / name);
+  cli::write(folder / "all.sh", commands_of("crgidentify.md"));
+  const auto folder_of = [](const std::string& program) {
+    return fs::path(program).parent_path().string();
+  };
+  const std::string command =
+      fmt::format("cd '{}' && PATH='{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
+                  folder_of(places::crgdrive()), folder_of(places::crgidentify()));
+  ASSERT_EQ(std::system(command.c_str()), 0) << cli::read(folder / "log");
+  const auto fitted = vehicle::read_tyre(folder / "fitted.tir").coefficients;
+  const auto truth =
+      vehicle::read_tyre(places::source() + "/vehicles/open_wheel/rear.tir").coefficients;
+  for (const double tan_alpha : {-0.12, -0.03, 0.07}) {
+    const vehicle::TyreInput<double> in{3100.0, 0.0, tan_alpha, 0.02, 30.0, 0.0};
+    const double fy_n = vehicle::tyre_forces(truth, in).fy_n;
+    EXPECT_NEAR(vehicle::tyre_forces(fitted, in).fy_n, fy_n, 0.002 * std::abs(fy_n));
+  }
+  EXPECT_THAT(cli::read(folder / "log"), ::testing::HasSubstr("Most useful next: "));
+  EXPECT_THAT(cli::read(folder / "fitted.html"), ::testing::HasSubstr("90 % low"));
+}
+
+}  // namespace

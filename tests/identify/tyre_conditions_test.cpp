@@ -1,0 +1,66 @@
+#include "identify/tyre_conditions.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/places.h"
+#include "vehicle/tyre_file.h"
+
+namespace {
+
+using identify::SlipKind;
+
+vehicle::TyreCoefficients racer() {
+  return vehicle::read_tyre(places::source() + "/vehicles/open_wheel/front.tir").coefficients;
+}
+
+/// Side slip up to `most_rad` at the nominal load, exact forces.
+identify::TyreSamples swept(double most_rad) {
+  const auto tyre = racer();
+  identify::TyreSamples out;
+  for (int i = -50; i <= 50; ++i) {
+    out.conditions.push_back({tyre.nominal_load_n, 0.0, std::tan(most_rad * i / 50.0), 0.0,
+                              tyre.nominal_speed_mps, 0.0});
+    const auto force = vehicle::tyre_forces(tyre, out.conditions.back());
+    out.fx_n.push_back(NAN);
+    out.fy_n.push_back(force.fy_n);
+  }
+  return out;
+}
+
+identify::TyreConditions conditions_of(const identify::TyreSamples& samples) {
+  identify::TyreFitOptions options;
+  options.starts = 2;
+  return identify::tyre_conditions(identify::fit_tyre(samples, racer(), options), samples);
+}
+
+TEST(TyreConditions, APeakThatWasNotReachedIsSaidToBe) {
+  const auto far = conditions_of(swept(0.25)), near = conditions_of(swept(0.04));
+  ASSERT_EQ(far.peaks.size(), 1u);
+  EXPECT_TRUE(far.peaks[0].reached);
+  EXPECT_NEAR(far.peaks[0].peak_n, 1.7 * 3500.0, 0.01 * 1.7 * 3500.0);
+  ASSERT_EQ(near.peaks.size(), 1u);
+  EXPECT_FALSE(near.peaks[0].reached);
+  EXPECT_NEAR(near.peaks[0].measured_slip, 0.04, 0.001);
+  EXPECT_GT(near.peaks[0].sd_n, 5.0 * far.peaks[0].sd_n);
+}
+
+TEST(TyreConditions, EveryRowIsInOneCellAndTheNextIsWhereNoneWas) {
+  const auto samples = swept(0.04);
+  const auto found = conditions_of(samples);
+  std::size_t rows = 0;
+  for (const auto& cell : found.cells) {
+    rows += cell.rows;
+    if (cell.rows > 0) {
+      EXPECT_EQ(cell.kind, SlipKind::kLateral);
+      EXPECT_EQ(cell.load, 2u);
+      EXPECT_EQ(cell.camber, 2u);
+    }
+  }
+  EXPECT_EQ(rows, samples.rows());
+  EXPECT_EQ(found.next.kind, SlipKind::kLateral);
+  EXPECT_GT(std::abs(found.next.condition.tan_alpha), 0.06);
+}
+
+}  // namespace

@@ -1,0 +1,74 @@
+// Tyres and actuators from measurements; options in, one call, exit code.
+#include <functional>
+
+#include "command/program.h"
+#include "commands.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{"What a car's parts are, from measurements of them", "crgidentify"};
+  app.require_subcommand(1);
+  command::Terminal terminal("crgidentify");
+  app.option_defaults()->always_capture_default();  // so that --help shows them
+  std::function<int()> run;
+
+  crgidentify::TyreCommand tyre;
+  CLI::App* const tyre_app =
+      app.add_subcommand("tyre", "Fits the Magic Formula to measured forces of a tyre");
+  command::add_input(*tyre_app, "bench", tyre.bench_paths,
+                     "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa], fx_n and/or "
+                     "fy_n, in the signs of the reference; several are one measurement")
+      ->required();
+  command::add_input(*tyre_app, "--reference", tyre.reference_path,
+                     "Tyre property file: what is believed where the data say nothing, and all "
+                     "that forces do not tell (moments, radius, stiffness)")
+      ->required();
+  command::add_output_file(*tyre_app, tyre.out_path,
+                           "Tyre property file to write: the reference with fitted values")
+      ->required();
+  command::add_output_file(
+      *tyre_app, tyre.plots_path,
+      "Page to write, HTML: fitted curves with their bands, and the reference's", "--plots");
+  command::add_choice(*tyre_app, "--alpha", tyre.alpha,
+                      "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
+                      {"tan", "angle"});
+  tyre_app->add_option("--starts", tyre.starts, "Starts of every stage")
+      ->check(CLI::Range(1, 1000));
+  tyre_app->add_option("--seed", tyre.seed, "Of the starts beside the reference");
+  tyre_app->add_option("--threads", tyre.threads, "0: all cores; the result is the same")
+      ->check(CLI::Range(0, 1024));
+  tyre_app->footer("Example:\n  crgidentify tyre bench.csv --reference old.tir -o new.tir");
+  tyre_app->callback([&] { run = [&] { return crgidentify::tyre(tyre, terminal); }; });
+
+  crgidentify::ActuatorCommand actuator;
+  CLI::App* const actuator_app = app.add_subcommand(
+      "actuator",
+      "Finds an actuator's order and parameters from its recorded command and movement");
+  command::add_input(*actuator_app, "recording", actuator.recording_path, "The log")->required();
+  command::add_input(*actuator_app, "--mapping", actuator.mapping_path,
+                     "mapping.yaml: which column is which channel; without: by their names");
+  command::add_choice(*actuator_app, "--part", actuator.part,
+                      "Which one: the channels looked for, and the keys of the setup sheet",
+                      {"steering", "throttle", "brake"});
+  actuator_app->add_option("--input", actuator.input,
+                           "Channel of the command; default steer_command_rad, throttle_command, "
+                           "brake_fl_command_pa");
+  actuator_app->add_option("--movement", actuator.movement,
+                           "Channel of the movement; default steer_rad, throttle, brake_fl_pa");
+  command::add_choice(*actuator_app, "--order", actuator.order,
+                      "Poles, with a zero and play; auto: by cross-validation",
+                      {"auto", "0", "1", "2", "3", "1-zero", "2-zero", "3-zero", "0-play", "1-play",
+                       "2-play", "3-play", "1-zero-play", "2-zero-play", "3-zero-play"});
+  command::add_choice(*actuator_app, "--hold", actuator.hold,
+                      "How the command runs between rows; auto: step where it looks so",
+                      {"auto", "line", "step"});
+  command::add_output_file(*actuator_app, actuator.out_path, "Setup sheet to write");
+  command::add_output_file(
+      *actuator_app, actuator.plots_path,
+      "Page to write, HTML: record and model, step response, amplitude and phase", "--plots");
+  actuator_app->add_option("--threads", actuator.threads, "0: all cores; the result is the same")
+      ->check(CLI::Range(0, 1024));
+  actuator_app->footer("Example:\n  crgidentify actuator lap.csv --part brake -o brake.txt");
+  actuator_app->callback([&] { run = [&] { return crgidentify::actuator(actuator, terminal); }; });
+
+  return command::run(app, terminal, argc, argv, [&] { return run(); });
+}

@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "base/error.h"
+#include "base/json_text.h"
+#include "base/read_file.h"
+#include "base/write_file.h"
+#include "commands.h"
+#include "tyre_report.h"
+#include "vehicle/table.h"
+#include "vehicle/tyre_file.h"
+
+namespace crgidentify {
+namespace {
+
+constexpr double kBadly = 0.2;      // of the force's size, noise that is none
+constexpr double kManyFar = 0.1;    // share of rows
+constexpr double kMaterial = 0.01;  // of the force's size, what is left
+
+/// A tyre that is sane where it was measured and not above gets its last load there: above it the
+/// formula stops changing. True when it did.
+bool end_at_the_measured(TyreResult& result) {
+  auto& tyre = result.fit.tyre;
+  const double measured_n = result.conditions.measured.fz_high_n;
+  identify::TyreRange above = result.conditions.measured;
+  above.fz_low_n = measured_n;
+  above.fz_high_n = std::min(tyre.fz_max_n, 2.0 * measured_n);
+  if (above.fz_high_n <= measured_n || scan_tyre(tyre, above, result.fit.alpha).empty())
+    return false;
+  tyre.fz_max_n = measured_n;
+  return true;
+}
+
+}  // namespace
+
+int tyre(const TyreCommand& command, Terminal& terminal) {
+  terminal.start("reading");
+  const std::string text = base::read_file(command.reference_path, vehicle::kLargestTyreBytes);
+  const vehicle::TyreFile reference = vehicle::parse_tyre(text, command.reference_path);
+  identify::TyreSamples samples;
+  TyreResult result;
+  for (const std::string& path : command.bench_paths) {
+    const vehicle::Table table = vehicle::read_table(path);
+    result.rows_given += table.rows();
+    identify::add_tyre_samples(samples, table, path);
+  }
+  result.rows_left_out = samples.left_out;
+  if (samples.rows() == 0)
+    throw base::Error(
+        fmt::format("{}: none of the {} rows has every condition, a load above zero (fz_n is "
+                    "positive) and a force",
+                    command.bench_paths.front(), result.rows_given));
+  identify::TyreFitOptions options;
+  options.alpha = command.alpha == "angle" ? vehicle::AlphaConvention::kAngle
+                                           : vehicle::AlphaConvention::kTangent;
+  options.starts = command.starts;
+  options.seed = command.seed;
+  options.threads = command.threads;
+  terminal.start("fitting");
+  result.fit = identify::fit_tyre(samples, reference.coefficients, options);
+  terminal.start("judging");
+  result.conditions = identify::tyre_conditions(result.fit, samples);
+  result.faults = scan_tyre(result.fit.tyre, result.conditions.measured, result.fit.alpha);
+  const bool ended = result.faults.empty() && end_at_the_measured(result);
+
+  std::map<std::string, double> values;
+  for (const auto& c : result.fit.coefficients) values[c.keyword] = c.value;
+  if (result.fit.tyre.fz_max_n != reference.coefficients.fz_max_n)
+    values["FZMAX"] = result.fit.tyre.fz_max_n;
+  const std::string fitted = vehicle::with_tyre_values(text, values);
+  vehicle::parse_tyre(fitted, command.out_path);  // what is written can be read
+  base::write_file(command.out_path, fitted);
+  if (!command.plots_path.empty())
+    base::write_file(command.plots_path,
+                     tyre_page(result, reference.coefficients, command.out_path));
+  if (terminal.json) {
+    auto json = tyre_json(result);
+    json["tyre"] = command.out_path;
+    json["fz_max_n"] = result.fit.tyre.fz_max_n;
+    terminal.print(base::json_text(json));
+  } else {
+    std::string said = tyre_text(result);
+    if (ended)
+      said += fmt::format(
+          "FZMAX is now {:.0f} N, the greatest load of the data: above it the fitted curves are "
+          "none of a tyre\n",
+          result.fit.tyre.fz_max_n);
+    terminal.print(said + fmt::format("-> {}\n", command.out_path));
+  }
+  for (const auto& [name, left] : {std::pair{"fx_n", result.fit.fx}, {"fy_n", result.fit.fy}}) {
+    if (left.rows == 0) continue;
+    if (left.noise_n > kBadly * left.size_n)
+      throw command::NotValid(
+          fmt::format("{}: {} is missed by {:.0f} N where it is {:.0f} N: axes or units that are "
+                      "not the reference's, or no tyre of this formula",
+                      command.out_path, name, left.noise_n, left.size_n));
+    if (left.far > kManyFar && left.rms_n > kMaterial * left.size_n)
+      terminal.remark(
+          fmt::format("{:.0f} % of {} are further from the fit than four times its noise: wrong "
+                      "rows, other units, or a tyre that the formula does not describe{}",
+                      100.0 * left.far, name,
+                      reference.coefficients.version == 52
+                          ? "; the reference is Magic Formula 5.2, one of 6.1 describes more"
+                          : ""));
+  }
+  if (!result.faults.empty())
+    throw command::NotValid(
+        fmt::format("{}: at {:.0f} N {}, within what was measured: look at the rows there, or give "
+                    "a reference nearer to this tyre",
+                    command.out_path, result.faults.front().fz_n, result.faults.front().what));
+  return kOk;
+}
+
+}  // namespace crgidentify
