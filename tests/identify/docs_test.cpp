@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -50,6 +51,15 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   }
   EXPECT_THAT(cli::read(folder / "log"), ::testing::HasSubstr("Most useful next: "));
   EXPECT_THAT(cli::read(folder / "fitted.html"), ::testing::HasSubstr("90 % low"));
+
+  // Slip angles that are 7 times too large: the forces fit, and the tyre is another.
+  const std::string mend = fmt::format(
+      "cd '{0}' && awk -F, -v OFS=, 'NR > 1 {{ $3 *= 7 }} 1' bench.csv > off.csv && '{1}' tyre "
+      "off.csv --reference "
+      "vehicles/open_wheel/front.tir --alpha tan -o off.tir > off.log 2>&1",
+      folder.path(), places::crgidentify());
+  EXPECT_EQ(WEXITSTATUS(std::system(mend.c_str())), 3) << cli::read(folder / "off.log");
+  EXPECT_THAT(cli::read(folder / "off.log"), ::testing::HasSubstr("slip angles in another unit"));
 }
 
 }  // namespace

@@ -15,6 +15,8 @@
 namespace crgidentify {
 namespace {
 
+/// Cornering stiffness over load differs by a factor of 3 from a road tyre to a racing tyre.
+constexpr double kOtherUnit = 4.0;
 constexpr double kBadly = 0.2;      // of the force's size, noise that is none
 constexpr double kManyFar = 0.1;    // share of rows
 constexpr double kMaterial = 0.01;  // of the force's size, what is left
@@ -31,6 +33,30 @@ bool end_at_the_measured(TyreResult& result) {
     return false;
   tyre.fz_max_n = measured_n;
   return true;
+}
+
+/// What says that slips are in another unit: a stiffness far from the reference's. Empty: nothing.
+std::string another_stiffness(const identify::TyreFit& fit,
+                              const vehicle::TyreCoefficients& reference) {
+  const auto stiffness = [&](const vehicle::TyreCoefficients& tyre, identify::SlipKind kind) {
+    const vehicle::TyreInput<double> rolling{reference.nominal_load_n,    0.0, 0.0, 0.0,
+                                             reference.nominal_speed_mps, 0.0};
+    const auto f = vehicle::tyre_forces(tyre, rolling, {}, {.alpha = fit.alpha, .moments = false});
+    return std::abs(kind == identify::SlipKind::kLateral ? f.cornering_stiffness_npr
+                                                         : f.slip_stiffness_n);
+  };
+  for (const identify::TyreStage& stage : fit.stages) {
+    if (!stage.why_not.empty() || stage.kind == identify::SlipKind::kCombined) continue;
+    const double ratio = stiffness(fit.tyre, stage.kind) / stiffness(reference, stage.kind);
+    if (ratio < kOtherUnit && ratio > 1.0 / kOtherUnit) continue;
+    const bool lateral = stage.kind == identify::SlipKind::kLateral;
+    return fmt::format(
+        "the {} stiffness is {:.2g} times the reference's: are {} in another unit ({})? If such a "
+        "tyre it is, give a reference nearer to it",
+        lateral ? "cornering" : "slip", ratio, lateral ? "slip angles" : "slip ratios",
+        lateral ? "alpha_rad is in radians, 0.0175 a degree" : "kappa is 0.1 for 10 %");
+  }
+  return {};
 }
 
 }  // namespace
@@ -105,6 +131,8 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
                           ? "; the reference is Magic Formula 5.2, one of 6.1 describes more"
                           : ""));
   }
+  if (const std::string off = another_stiffness(result.fit, reference.coefficients); !off.empty())
+    throw command::NotValid(fmt::format("{}: {}", command.out_path, off));
   if (!result.faults.empty())
     throw command::NotValid(
         fmt::format("{}: at {:.0f} N {}, within what was measured: look at the rows there, or give "
