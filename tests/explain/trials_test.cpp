@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -146,6 +147,24 @@ TEST(Trials, LogsWithSuspensionAndDiscsAreExplainedBlindToo) {
   ASSERT_EQ(shell(tool + " trials score " + here + " > " + folder.path("score")), 0);
   EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| road.kerb_or_roughness | 1 of 1 |"));
   EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| error of the amount, median of 0 | |  | | at most 15 % |"));
+}
+
+TEST(MapCommand, ListsEveryChannelWithUnitAndRate) {
+  const support::TemporaryFolder folder;
+  std::string log = "Time,Speed,GPS Latitude,GPS Longitude,Mood\ns,km/h,deg,deg,\n";
+  for (int k = 0; k < 400; ++k)
+    log += fmt::format("{:.2f},{:.1f},{:.7f},{:.7f},{}\n", 0.05 * k, 100 + 20 * std::sin(0.02 * k), 43.8 + 1e-3 * std::sin(0.02 * k), 11.2 + 1e-3 * std::cos(0.02 * k), k % 7);
+  const std::string command = places::crgexplain() + " map " + folder.file("log.csv", log) + " -o " + folder.path("mapping.yaml");
+  ASSERT_EQ(shell(command + " --list > " + folder.path("list")), 0) << folder.read("list");
+  EXPECT_THAT(folder.read("list"), ::testing::ContainsRegex("Speed +km/h +20 +400 +80 +120  vx_mps"));
+  EXPECT_THAT(folder.read("list"), ::testing::ContainsRegex("Mood +20 +400 +0 +6  -"));
+  ASSERT_EQ(shell(command + " --json > " + folder.path("json")), 0);
+  const json channels = json::parse(folder.read("json")).at("channels");
+  ASSERT_EQ(channels.size(), 5u);
+  EXPECT_EQ(channels[2].at("name"), "GPS Latitude");
+  EXPECT_EQ(channels[2].at("unit"), "deg");
+  EXPECT_NEAR(channels[2].at("rate_hz").get<double>(), 20.0, 0.1);
+  EXPECT_EQ(channels[2].at("channel"), "latitude_rad");
 }
 
 TEST(Trials, ARealLogWithoutUnitsOfItsOwnIsMapped) {

@@ -15,6 +15,7 @@ using command::kOk, command::one_line, command::shell_word, command::Terminal;
 
 struct MapCommand {
   std::string log_path, out_path;
+  bool list = false;
 };
 int map(const MapCommand& command, Terminal& terminal);
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -7,9 +9,39 @@
 #include "explain/mapping.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
+#include "recording/log.h"
 #include "vehicle/error.h"
 
 namespace crgexplain {
+namespace {
+
+/// A channel as logged and what the mapping makes of it.
+struct Listed {
+  std::string name, unit, canonical;
+  double rate_hz = 0.0;     ///< 0: the file has no clock that tells
+  std::size_t samples = 0;  ///< that are numbers
+  double least = 0.0, greatest = 0.0;
+};
+
+std::vector<Listed> channels_of(const std::string& path, const explain::Mapping& mapping) {
+  std::vector<Listed> out;
+  for (const recording::Channel& channel : recording::read_log(path).channels) {
+    Listed listed{channel.name, channel.unit, "", channel.rate_hz, 0, 0.0, 0.0};
+    const std::string column = channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
+    for (const explain::ColumnMapping& m : mapping.columns)
+      if (m.column == column) listed.canonical = m.channel;
+    for (const double value : channel.values) {
+      if (!std::isfinite(value)) continue;
+      listed.least = listed.samples == 0 ? value : std::min(listed.least, value);
+      listed.greatest = listed.samples == 0 ? value : std::max(listed.greatest, value);
+      ++listed.samples;
+    }
+    out.push_back(std::move(listed));
+  }
+  return out;
+}
+
+}  // namespace
 
 int map(const MapCommand& command, Terminal& terminal) {
   std::error_code none;
@@ -22,17 +54,28 @@ int map(const MapCommand& command, Terminal& terminal) {
   for (std::size_t c = 0; c < words.size(); ++c)
     if (words[c] > 0) notes.push_back(fmt::format("{} of {} cells of '{}' are no numbers: taken as empty", words[c], table.rows(), table.names[c]));
   base::write_file(command.out_path, explain::format_mapping(mapping));
+  const std::vector<Listed> listed = command.list || terminal.json ? channels_of(command.log_path, mapping) : std::vector<Listed>{};
   if (terminal.json) {
     nlohmann::ordered_json columns = nlohmann::ordered_json::object();
     for (const explain::ColumnMapping& m : mapping.columns) columns[m.column] = m.channel;
+    nlohmann::ordered_json channels = nlohmann::ordered_json::array();
+    for (const Listed& c : listed)
+      channels.push_back({{"name", c.name}, {"unit", c.unit}, {"rate_hz", c.rate_hz}, {"samples", c.samples}, {"least", c.least}, {"greatest", c.greatest}, {"channel", c.canonical}});
     terminal.print(base::json_text(nlohmann::ordered_json{{"rows", table.rows()},
                                                            {"columns", table.names.size()},
                                                            {"channel_of_column", columns},
                                                            {"notes", notes},
+                                                           {"channels", channels},
                                                            {"mapping", command.out_path}}));
     return kOk;
   }
   terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size()));
+  if (command.list) {
+    terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12} {:>12}  {}\n", "channel", "unit", "rate, Hz", "samples", "least", "greatest", "becomes"));
+    for (const Listed& c : listed)
+      terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12.6g} {:>12.6g}  {}\n", one_line(c.name), one_line(c.unit), c.rate_hz > 0 ? fmt::format("{:.4g}", c.rate_hz) : "?",
+                                 c.samples, c.least, c.greatest, c.canonical.empty() ? "-" : c.canonical));
+  }
   for (const std::string& note : notes) terminal.print(fmt::format("  {}\n", one_line(note)));
   terminal.print(fmt::format("{}: look through it and correct what was guessed wrong\n", command.out_path));
   return kOk;
