@@ -11,6 +11,7 @@
 #include "base/csv.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
+#include "fork.h"
 #include "guide_rows.h"
 #include "road/error.h"
 #include "road_graph.h"
@@ -32,6 +33,7 @@ constexpr double kSmallestWidth_m = 0.2;
 constexpr double kLargestStep_m = 0.5;  // of a border, sideways
 constexpr double kSecondWay = 0.3;      // of the longest way: a shorter one is a branch
 constexpr double kUnlike = 0.3;         // of half the width, along a guide
+constexpr double kUnlikeHeld = 0.03;    // and where one edge is known to be the other road's
 
 double angle_between(const Vector2d& from, const Vector2d& to) {
   return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
@@ -84,7 +86,7 @@ std::optional<RoadWay> closed_way(const RoadGraph& graph, const CentrelineOption
   for (std::size_t i = 1; i < ways.size(); ++i)
     if (!together(ways[0], ways[i]) && ways[i].length_m > 0.5 * ways[0].length_m)
       return std::nullopt;
-  return ways[0];
+  return main_way(graph, ways);
 }
 
 /// The one way of a graph that has no second one to speak of.
@@ -139,7 +141,9 @@ Walk find_road(const Mesh& mesh, const RaySurface& surface, const RoadGraph& gra
   }
   try {
     Walk walk = walk_road(mesh, surface, options);
-    if (walk.closed && way->length_m < kLostShare * walk.length_m) return walk;
+    if (walk.closed && way->length_m < kLostShare * walk.length_m &&
+        (forks_of(graph, *way).empty() || keeps_to(walk, *way, graph.cell_m)))
+      return walk;
   } catch (const Error&) {  // the graph knows better
   }
   return walk_along(surface, *way);
@@ -435,7 +439,8 @@ std::vector<Middle> ordered(std::vector<Middle> middles, const Walk& walk,
 
 /// Whether a cross-section is like the walk's there; at junctions a border may be that of another
 /// road.
-bool agrees(const Middle& middle, const Walk& walk, const std::vector<double>& station_s_m) {
+bool agrees(const Middle& middle, const Walk& walk, const std::vector<double>& station_s_m,
+            double unlike) {
   const std::size_t n = walk.stations.size();
   const auto after = static_cast<std::size_t>(
       std::upper_bound(station_s_m.begin(), station_s_m.end(), middle.s_m) - station_s_m.begin());
@@ -446,8 +451,8 @@ bool agrees(const Middle& middle, const Walk& walk, const std::vector<double>& s
   const Station &from = walk.stations[a], &to = walk.stations[b % n];
   const Vector2d place = from.centre.head<2>() + t * (to.centre - from.centre).head<2>();
   const double half_m = 0.5 * (from.width_m() + t * (to.width_m() - from.width_m()));
-  return (middle.point.head<2>() - place).norm() < kUnlike * half_m &&
-         std::abs(middle.half_width_m - half_m) < kUnlike * half_m;
+  return (middle.point.head<2>() - place).norm() < unlike * half_m &&
+         std::abs(middle.half_width_m - half_m) < unlike * half_m;
 }
 
 /// Length along the cubic through the stations; 8 chords per segment keep the error below 1e-6 of
@@ -579,6 +584,12 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
   Walk walk = find_road(mesh, surface, graph, guide, options);
   refine(surface, walk);
   measure(walk);
+  std::vector<Stretch> held;
+  if (!guide && walk.closed)
+    if (const auto way = closed_way(graph, options)) {
+      held = hold_through_forks(surface, *way, forks_of(graph, *way), walk);
+      measure(walk);
+    }
 
   std::vector<double> station_s_m{0.0};
   const std::size_t n = walk.stations.size();
@@ -587,6 +598,13 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
         station_s_m.back() +
         (walk.stations[(i + 1) % n].centre - walk.stations[i].centre).head<2>().norm());
   }
+
+  const auto is_held = [&](double s_m) {
+    return std::any_of(held.begin(), held.end(), [&](const Stretch& stretch) {
+      const double begin_m = station_s_m[stretch.begin], end_m = station_s_m[stretch.end];
+      return begin_m <= end_m ? s_m >= begin_m && s_m <= end_m : s_m >= begin_m || s_m <= end_m;
+    });
+  };
 
   Centreline line;
   line.closed = walk.closed;
@@ -597,16 +615,19 @@ Centreline trace(const Mesh& mesh, const RoadGraph& graph, const std::optional<G
     const EdgeCurve left_curve(std::move(left), walk.closed);
     const EdgeCurve right_curve(std::move(right), walk.closed);
     middles = ordered(middles_of(surface, walk, left_curve, right_curve), walk, station_s_m);
-    if (guide)
-      std::erase_if(middles, [&](const Middle& m) { return !agrees(m, walk, station_s_m); });
+    std::erase_if(middles, [&](const Middle& m) {
+      const bool held_here = is_held(m.s_m);
+      return (guide || held_here) &&
+             !agrees(m, walk, station_s_m, held_here ? kUnlikeHeld : kUnlike);
+    });
   }
   // Where the mesh's border told too little, the walk itself fills in.
   std::vector<Middle> complete;
-  const double longest_bare_m = guide ? 10.0 : 40.0;
   const auto fill = [&](double from_m, double to_m) {
-    if (to_m - from_m < longest_bare_m) return;
     for (std::size_t i = 0; i < n; ++i) {
-      if (station_s_m[i] > from_m + 1.0 && station_s_m[i] < to_m - 1.0) {
+      const double longest_bare_m = guide || is_held(station_s_m[i]) ? 10.0 : 40.0;
+      if (to_m - from_m >= longest_bare_m && station_s_m[i] > from_m + 1.0 &&
+          station_s_m[i] < to_m - 1.0) {
         complete.push_back(
             {station_s_m[i], walk.stations[i].centre, 0.5 * walk.stations[i].width_m()});
       }

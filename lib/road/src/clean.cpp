@@ -13,6 +13,7 @@
 #include "clean_gaps.h"
 #include "clean_parts.h"
 #include "clean_soup.h"
+#include "fork.h"
 #include "mesh_topology.h"
 #include "road/centreline.h"
 #include "road/error.h"
@@ -291,9 +292,10 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions
 /// The way of the options' route over the roads by names, else over those by shape.
 Guide guide_through(const Mesh& mesh, const CleanOptions& options) {
   std::optional<Error> refused;
-  for (const RoadGraph& graph : roads_of(mesh, options)) {
+  for (const Roads& roads : roads_of(mesh, options)) {
     try {
-      return guide_of(way_through(graph, options.route_m));
+      return guide_of(straight_through_forks(RaySurface(roads.surface), roads.graph,
+                                             way_through(roads.graph, options.route_m)));
     } catch (const Error& error) {
       if (!refused) refused = error;
     }
@@ -306,21 +308,23 @@ Guide guide_through(const Mesh& mesh, const CleanOptions& options) {
 
 }  // namespace
 
-std::vector<RoadGraph> roads_of(const Mesh& mesh, const CleanOptions& options) {
+std::vector<Roads> roads_of(const Mesh& mesh, const CleanOptions& options) {
   const Triangles triangles = look_at(mesh, options);
-  std::vector<RoadGraph> graphs;
+  std::vector<Roads> found;
   const auto add = [&](std::vector<SurfaceClass> classes) {
     try {
-      const RoadGraph graph = road_graph(surface_of(
-          clean_classes(mesh, triangles, std::move(classes), options, {}, false, Keep::all).soup));
-      if (!graph.branches.empty()) graphs.push_back(graph);
+      Roads roads;
+      roads.surface = surface_of(
+          clean_classes(mesh, triangles, std::move(classes), options, {}, false, Keep::all).soup);
+      roads.graph = road_graph(roads.surface);
+      if (!roads.graph.branches.empty()) found.push_back(std::move(roads));
     } catch (const Error&) {  // no road of this kind
     }
   };
   if (options.use_names != UseNames::no && triangles.has_named_road) add(triangles.by_names);
   if (options.use_names != UseNames::yes)
     add(classes_by_shape(mesh, triangles.empty, triangles.flat, options));
-  return graphs;
+  return found;
 }
 
 RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* report) {

@@ -19,8 +19,8 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kShortestShare =
-    0.1;                            // of the longest way: shorter ones are no roads to ask about
-constexpr double kSameShare = 0.9;  // of a way's branches shared with another: no other way
+    0.1;                             // of the longest way: shorter ones are no roads to ask about
+constexpr double kSameShare = 0.97;  // of a way's branches shared with another: no other way
 
 double shared(const RoadWay& a, const RoadWay& b, const RoadGraph& graph) {
   double shared_m = 0.0;
@@ -41,18 +41,19 @@ std::string flags_of(const std::vector<Vector2d>& points, bool by_shape) {
 std::vector<Candidate> candidates(const Mesh& mesh, const Recipe& recipe, std::size_t most) {
   std::vector<Candidate> found;
   std::vector<Centreline> lines;
-  const std::vector<RoadGraph> graphs = roads_of(mesh, recipe.clean);
-  for (std::size_t g = 0; g < graphs.size(); ++g) {
+  const std::vector<Roads> roads = roads_of(mesh, recipe.clean);
+  for (std::size_t g = 0; g < roads.size(); ++g) {
+    const RoadGraph& graph = roads[g].graph;
     std::vector<RoadWay> taken;
-    for (const RoadWay& way : road_ways(graphs[g], 0.0, 4 * most)) {
+    for (const RoadWay& way : road_ways(graph, 0.0, 4 * most)) {
       const bool known = std::any_of(taken.begin(), taken.end(), [&](const RoadWay& other) {
-        return shared(way, other, graphs[g]) > kSameShare;
+        return shared(way, other, graph) > kSameShare;
       });
       if (known || taken.size() == most ||
           (!taken.empty() && way.length_m < kShortestShare * taken.front().length_m))
         continue;
       taken.push_back(way);
-      const std::vector<Vector2d> points = points_that_tell(graphs[g], way);
+      const std::vector<Vector2d> points = points_that_tell(graph, way);
       if (points.empty()) continue;
       Recipe tried = recipe;
       tried.clean.route_m = points;

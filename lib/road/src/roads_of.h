@@ -8,8 +8,13 @@
 
 namespace road {
 
+struct Roads {
+  RoadGraph graph;
+  Mesh surface;
+};
+
 /// What names call road, and what looks like road by its shape, as far as the options let names
-/// count; each as a graph, those without any road left out.
-std::vector<RoadGraph> roads_of(const Mesh& mesh, const CleanOptions& options);
+/// count; those without any road left out.
+std::vector<Roads> roads_of(const Mesh& mesh, const CleanOptions& options);
 
 }  // namespace road
