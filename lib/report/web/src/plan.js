@@ -13,6 +13,7 @@ export function makePlan(sheet, windows, surface, data, state) {
   const view = { x: 0, y: 0, scale: 1 };  // map point in the middle, pixels per metre
   let field = sheet.fields[0], scale = scaleOf(field);
   let width = 1, height = 1, pending = false;
+  const painted = { canvas: document.createElement('canvas'), look: '', scale: null };
 
   const toScreen = (x, y) => [0.5 * width + (x - view.x) * view.scale, 0.5 * height - (y - view.y) * view.scale];
 
@@ -72,21 +73,20 @@ export function makePlan(sheet, windows, surface, data, state) {
     if (window) quadsOf(window, null, quads, heights);
     // Millimetres and the index in one number: sorted many times faster than pairs.
     const many = 2 ** 22, order = Float64Array.from(heights, (z, k) => Math.round(1000 * z) * many + k).sort();
-    // The stroke hides the seams between quads.
-    context.lineWidth = 1.4;
     for (const key of order) {
       const [grid, ...corners] = quads[key - Math.floor(key / many) * many];
       const colour = scale.of(grid === sheet ? field.values[corners[0]] : grid.z[corners[0]] + grid.zBase);
       context.fillStyle = colour ? `rgb(${colour[0] | 0},${colour[1] | 0},${colour[2] | 0})` : css_none;
+      const x = corners.map((k) => 0.5 * width + (grid.px[k] - view.x) * view.scale), y = corners.map((k) => 0.5 * height - (grid.py[k] - view.y) * view.scale);
+      const mx = 0.25 * (x[0] + x[1] + x[2] + x[3]), my = 0.25 * (y[0] + y[1] + y[2] + y[3]);
       context.beginPath();
-      for (const k of corners) {
-        const x = 0.5 * width + (grid.px[k] - view.x) * view.scale, y = 0.5 * height - (grid.py[k] - view.y) * view.scale;
-        if (k === corners[0]) context.moveTo(x, y); else context.lineTo(x, y);
+      for (let c = 0; c < 4; ++c) {
+        // A little larger, which hides the seams between quads; a stroke would cost twice as much as the fill.
+        const apart = Math.hypot(x[c] - mx, y[c] - my), grow = 1 + 0.9 / Math.max(apart, 0.5);
+        context.lineTo(mx + grow * (x[c] - mx), my + grow * (y[c] - my));
       }
       context.closePath();
       context.fill();
-      context.strokeStyle = context.fillStyle;
-      context.stroke();
     }
   }
 
@@ -257,7 +257,19 @@ export function makePlan(sheet, windows, surface, data, state) {
     context.fillStyle = css('--bg');
     context.fillRect(0, 0, width, height);
     css_none = css('--none');
-    drawRoad(context);
+    // The road is painted anew only where it looks otherwise than last time: a cursor moves over what is there.
+    const look = [view.x, view.y, view.scale, canvas.width, canvas.height, ratio, css_none, windowInView()?.uBegin, state.field].join();
+    if (look !== painted.look || scale !== painted.scale) {
+      Object.assign(painted, { look, scale });
+      painted.canvas.width = canvas.width;
+      painted.canvas.height = canvas.height;
+      const road = painted.canvas.getContext('2d');
+      road.setTransform(ratio, 0, 0, ratio, 0, 0);
+      drawRoad(road);
+    }
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(painted.canvas, 0, 0);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
     drawMarks(context);
   }
 
