@@ -570,6 +570,35 @@ TEST(Plausible, DoubtsARoadThatIsMuchWiderInPlaces) {
   EXPECT_THAT(doubts[0], HasSubstr("--guide FILE"));
 }
 
+TEST(ShapeAlone, DoubtsAStripThatMayBeTheVergeOfAnother) {
+  const auto oval = [](double t, double offset_m) {  // a tenth longer than wide
+    const Vector2d p(330.0 * std::cos(kTurn * t), 300.0 * std::sin(kTurn * t));
+    const Vector2d inwards =
+        -Vector2d(p.x() / (330.0 * 330.0), p.y() / (300.0 * 300.0)).normalized();
+    const Vector2d q = p + offset_m * inwards;
+    return Vector3d(q.x(), q.y(), 0.0);
+  };
+  const auto doubts_of = [&](const std::vector<double>& offsets_m) {
+    const road::Mesh mesh = nameless_ring(oval, offsets_m);
+    road::CleanReport report;
+    const road::RoadMesh surface = road::clean(mesh, {}, &report);
+    EXPECT_FALSE(report.by_names);
+    return road::doubts_about(road::trace_centreline(surface), road::RaySurface(surface.mesh), mesh,
+                              report);
+  };
+  // A road of 10 m between verges, or beside one: the wider strip is taken.
+  for (const std::vector<double>& offsets_m :
+       {std::vector{-20.0, -5.0, 0.0, 5.0, 20.0}, std::vector{-5.0, 0.0, 5.0, 20.0}}) {
+    const auto doubts = doubts_of(offsets_m);
+    ASSERT_EQ(doubts.size(), 1u);
+    EXPECT_THAT(doubts[0], HasSubstr("may be the road and this one its verge"));
+    EXPECT_THAT(doubts[0], HasSubstr("--guide FILE"));
+  }
+  // With narrow ones on both sides, or on one side, it is the road.
+  EXPECT_TRUE(doubts_of({-9.0, -5.0, 0.0, 5.0, 9.0}).empty());
+  EXPECT_TRUE(doubts_of({-5.0, 0.0, 5.0, 9.0}).empty());
+}
+
 TEST(ShapeAlone, DoubtsARoadThatTheMeshCallsWater) {
   road::Mesh mesh = nameless_ring(ring, {-4.0, 0.0, 4.0});
   const auto doubts_as = [&](const std::string& material) {

@@ -47,6 +47,10 @@ constexpr double kSameWidth = 0.1;
 constexpr double kLongestGap_m = 40.0;
 // Of strips this nearly as long as the longest the widest is the road; the others run beside it.
 constexpr double kAsLong = 0.85;
+// A strip beside the road may be the road itself when it is this wide (of the road taken), or when
+// it is less wide and lies between two wider ones, or beside something wider than most roads are.
+constexpr double kAlikeWidth = 0.5, kRivalWidth = 0.3, kUsuallyNarrower_m = 20.0;
+constexpr double kBesideShare = 0.5;
 
 std::uint64_t directed(std::uint32_t from, std::uint32_t to) {
   return static_cast<std::uint64_t>(from) << 32 | to;
@@ -630,6 +634,40 @@ double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<
   return beside_m / strip.length_m();
 }
 
+std::vector<char> marked(const FlatSurface& flat, const Strip& strip) {
+  std::vector<char> mark(flat.triangles.size(), 0);
+  for (const std::uint32_t t : strip.triangles) mark[t] = 1;
+  return mark;
+}
+
+/// The strips that run beside one, as long as it.
+std::vector<const Strip*> neighbours(const FlatSurface& flat, const Fans& fans,
+                                     const std::vector<Strip>& strips, const Strip& of) {
+  const std::vector<char> mark = marked(flat, of);
+  std::vector<const Strip*> beside;
+  for (const Strip& strip : strips)
+    if (&strip != &of && strip.length_m() >= kAsLong * of.length_m() &&
+        beside_road(flat, fans, mark, strip) >= kBesideShare)
+      beside.push_back(&strip);
+  return beside;
+}
+
+/// Width of the only strip beside the road that may be the road itself; 0 where none may.
+double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
+                     const Strip& chosen) {
+  const std::vector<const Strip*> beside = neighbours(flat, fans, strips, chosen);
+  if (beside.size() != 1) return 0.0;
+  const Strip& rival = *beside.front();
+  if (rival.width_m() >= kAlikeWidth * chosen.width_m()) return rival.width_m();
+  if (rival.width_m() < kRivalWidth * chosen.width_m()) return 0.0;
+  const std::vector<const Strip*> around = neighbours(flat, fans, strips, rival);
+  const bool between =
+      around.size() == 2 && std::all_of(around.begin(), around.end(), [&](const Strip* strip) {
+        return strip->width_m() > rival.width_m();
+      });
+  return between || chosen.width_m() > kUsuallyNarrower_m ? rival.width_m() : 0.0;
+}
+
 }  // namespace
 
 ShapeClasses classify_by_shape(const FlatSurface& flat) {
@@ -677,6 +715,7 @@ ShapeClasses classify_by_shape(const FlatSurface& flat) {
   out.road_width_m = chosen->width_m();
   std::vector<char> road(flat.triangles.size(), 0);
   for (const std::uint32_t t : chosen->triangles) road[t] = 1;
+  out.rival_width_m = rival_width_m(flat, fans, strips, *chosen);
 
   // Go on where the chains broke: along the open columns, then over to other strips of this width
   // whose end faces one of the road's.

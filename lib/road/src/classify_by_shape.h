@@ -23,12 +23,17 @@ struct FlatSurface {
 ///
 /// A simulator's road is lofted: cross sections follow each other, and the vertices at one lateral
 /// offset form a smooth chain of edges along the track. The road is the longest run of such chains
-/// that keep their distance, 4.5-45 m in all; columns of one width belong together. Run-off is what
-/// hangs on its sides up to a wall, as far as it is built of cross sections too.
+/// that keep their distance, 4.5-45 m in all; columns of one width belong together. Of strips side
+/// by side the widest is taken. Run-off is what hangs on its sides up to a wall, as far as it is
+/// built of cross sections too.
 struct ShapeClasses {
   std::vector<SurfaceClass> class_of_triangle;
   double road_length_m = 0.0;
   double road_width_m = 0.0;
+  /// Of a strip beside the road that may be the road itself; 0 where there is none. A road has
+  /// strips on both its sides, or on none, or a narrow one: what has another on one side only may
+  /// be the verge of that.
+  double rival_width_m = 0.0;
 };
 ShapeClasses classify_by_shape(const FlatSurface& flat);
 

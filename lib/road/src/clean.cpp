@@ -258,6 +258,13 @@ Cleaning clean_along(const Mesh& mesh, const Guide& guide, const Triangles& tria
                        std::move(facts), false, Keep::touching_road);
 }
 
+/// Whether there is a longer way round than along the road.
+bool has_a_way_beside(const Cleaning& cleaning) {
+  const RoadGraph graph = road_graph(surface_of(cleaning.soup));
+  const std::vector<RoadWay> ways = road_ways(graph, 0.0, 4);
+  return !ways.empty() && main_way(graph, ways).length_m < ways.front().length_m;
+}
+
 /// A line that names did not confirm tells what looks like road: with it as the guide, the parts of
 /// the road that were missed come in, and what only lay beside it goes. Where that does not work,
 /// and where names shall not count, the first look stands.
@@ -277,6 +284,7 @@ void look_again(const Mesh& mesh, const Triangles& triangles, const CleanOptions
         clean_along(mesh, {line.points_m, line.closed}, triangles, options, std::move(facts));
     if (!again.facts.doubts.empty()) return;
     again.soup.compact();
+    if (has_a_way_beside(again) && !has_a_way_beside(cleaning)) return;  // another road came in
     const Centreline line_again = trace_centreline(road_mesh_of(mesh, again));
     const bool detours = line_again.length_m > kDetour * line.length_m;
     if (!line_again.closed || detours || !goes_along(line_again, line) ||
@@ -323,7 +331,7 @@ std::vector<Roads> roads_of(const Mesh& mesh, const CleanOptions& options) {
   };
   if (options.use_names != UseNames::no && triangles.has_named_road) add(triangles.by_names);
   if (options.use_names != UseNames::yes)
-    add(classes_by_shape(mesh, triangles.empty, triangles.flat, options));
+    add(classes_by_shape(mesh, triangles.empty, triangles.flat, options).of_triangle);
   return found;
 }
 
@@ -344,29 +352,32 @@ RoadMesh clean(const Mesh& mesh, const CleanOptions& options, CleanReport* repor
   Triangles triangles = look_at(mesh, options);
   const std::optional<Guide> guide =
       options.guide || options.route_m.empty() ? options.guide : guide_through(mesh, options);
-  std::vector<SurfaceClass> by_shape;
+  ClassesByShape by_shape;
   if (!guide) by_shape = classes_by_shape(mesh, triangles.empty, triangles.flat, options);
   if (!guide && options.use_names != UseNames::no && triangles.has_named_road) {
     facts.by_names = true;
-    facts.road_agreement = agreement(mesh, triangles.by_names, by_shape, triangles.flat);
+    facts.road_agreement =
+        agreement(mesh, triangles.by_names, by_shape.of_triangle, triangles.flat);
   }
   Cleaning cleaning;
   if (guide) {
     cleaning = clean_along(mesh, *guide, triangles, options, std::move(facts));
   } else if (!facts.by_names) {
-    cleaning = clean_by_shape(mesh, triangles, std::move(by_shape), options, facts);
+    cleaning = clean_by_shape(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
     cleaning.soup.compact();
     look_again(mesh, triangles, options, cleaning);
   } else if (options.use_names == UseNames::yes || options.near_m ||
              *facts.road_agreement >= kNamesAreRight || is_all_road(mesh, triangles)) {
     cleaning = clean_classes(mesh, triangles, triangles.by_names, options, std::move(facts), false);
   } else {
-    cleaning = more_plausible(mesh, triangles, std::move(by_shape), options, facts);
+    cleaning = more_plausible(mesh, triangles, std::move(by_shape.of_triangle), options, facts);
     cleaning.soup.compact();
     look_again(mesh, triangles, options, cleaning);
   }
   Soup& soup = cleaning.soup;
   facts = std::move(cleaning.facts);
+  if (!guide && !facts.by_names && facts.doubts.empty() && !by_shape.doubt.empty())
+    facts.doubts.push_back(by_shape.doubt);
   soup.compact();
   facts.non_manifold_edges = adjacency(soup.triangles).non_manifold_edges;
   facts.boundary_loops = count_borders(soup.triangles);

@@ -1,5 +1,7 @@
 #include "clean_classes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -20,8 +22,8 @@ constexpr double kModelScale = 10.0;
 
 }  // namespace
 
-std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
-                                           const std::vector<bool>& flat, CleanOptions options) {
+ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
+                                const std::vector<bool>& flat, CleanOptions options) {
   std::vector<std::uint32_t> all;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!empty[i]) all.push_back(i);
@@ -52,13 +54,21 @@ std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<b
   }
   std::sort(surface.walls.begin(), surface.walls.end());
   ShapeClasses found = classify_by_shape(surface);
-  if (found.road_length_m == 0.0) {  // perhaps a model
+  const double scale = found.road_length_m == 0.0 ? kModelScale : 1.0;  // perhaps a model
+  if (found.road_length_m == 0.0) {
     for (Eigen::Vector3d& v : surface.vertices_m) v *= kModelScale;
     found = classify_by_shape(surface);
   }
   for (std::size_t i = 0; i < ground.source.size(); ++i)
     classes[ground.source[i]] = found.class_of_triangle[i];
-  return classes;
+  if (found.rival_width_m == 0.0) return {std::move(classes), ""};
+  return {
+      std::move(classes),
+      fmt::format("nothing is called road, and of two strips side by side the wider, of {:.1f} m, "
+                  "was taken; the other, of {:.1f} m, may be the road and this one its verge; say "
+                  "which by a rough line along it (--guide FILE), or, if "
+                  "the line is right all the same, with --line-is-right",
+                  found.road_width_m / scale, found.rival_width_m / scale)};
 }
 
 double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,

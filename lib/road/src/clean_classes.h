@@ -1,6 +1,7 @@
 // What names and geometry say of every triangle before anything is kept. Private to cleaning.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "road/clean.h"
@@ -20,9 +21,13 @@ Triangles look_at(const Mesh& mesh, const CleanOptions& options);
 bool is_all_road(const Mesh& mesh, const Triangles& triangles);
 
 /// Class of each triangle of the mesh from its geometry alone: road, runoff or scenery (all steep
-/// ones).
-std::vector<SurfaceClass> classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
-                                           const std::vector<bool>& flat, CleanOptions options);
+/// ones); and what speaks against that, where something does.
+struct ClassesByShape {
+  std::vector<SurfaceClass> of_triangle;
+  std::string doubt;
+};
+ClassesByShape classes_by_shape(const Mesh& mesh, const std::vector<bool>& empty,
+                                const std::vector<bool>& flat, CleanOptions options);
 
 /// Area that both call road over the area that either does; flat triangles only.
 double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
