@@ -14,6 +14,7 @@
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
+#include "vehicle/vehicle_file.h"
 
 namespace {
 
@@ -24,11 +25,11 @@ int shell(const std::string& command) { return std::system(command.c_str()); }
 TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   const support::TemporaryFolder folder;
   const std::string tool = places::crgexplain(), here = folder.path("t");
-  ASSERT_EQ(shell(tool + " trials make --generator " + places::make_trials() + " --count 5 --seed 101 " + here + " > " + folder.path("log")), 0);
+  ASSERT_EQ(shell(tool + " trials make --generator " + places::make_trials() + " --count 3 --seed 139 " + here + " > " + folder.path("log")), 0);
   ASSERT_EQ(shell(tool + " trials run " + here + " >> " + folder.path("log")), 0);
   const auto findings = [&](const std::string& path) { return json::parse(folder.read(path)); };
-  // What this set holds: 0 and 1 nothing, 2 and 3 a road that leans, 4 a wind of 3.2 m/s.
-  for (const char* id : {"0000", "0001", "0002", "0003", "0004"}) {
+  // What this set holds: 0 and 1 nothing, 2 brakes that are stronger than stated; 2 to 4 laps each.
+  for (const char* id : {"0000", "0001", "0002"}) {
     const json found = findings(std::string("t/") + id + "/findings.json");
     EXPECT_NE(found.at("verdict"), "failed") << id;
     // Every mechanism there is was tested, or its reason is named.
@@ -40,22 +41,19 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
     EXPECT_LE(found.at("null_calibration").at("false_alarm_rate").get<double>(), 0.03) << id;
   }
   EXPECT_EQ(findings("t/0000/findings.json").at("verdict"), "none");
-  const json found = findings("t/0004/findings.json");
+  const json found = findings("t/0002/findings.json");
   ASSERT_FALSE(found.at("findings").empty());
-  EXPECT_EQ(found["findings"][0].at("mechanism"), "environment.wind");
+  EXPECT_EQ(found["findings"][0].at("mechanism"), "parameter.brake_gain");
 
-  // The same bytes from one thread and from two, and corrected inputs that load.
-  const auto run = [&](const std::string& id, const std::string& threads, const std::string& out) {
-    return shell(fmt::format(
-        "{0} run --skip-simulation --threads {1} --track {2}/track.crg --vehicle {2}/vehicle.yaml "
-        "--recordings {2}/run.csv -o {3} > {4}",
-        tool, threads, here + "/" + id, folder.path(out), folder.path("log")));
-  };
-  for (const char* threads : {"1", "2"}) ASSERT_EQ(run("0001", threads, threads), 0);
-  EXPECT_EQ(folder.read("1/findings.json"), folder.read("2/findings.json"));
-  ASSERT_EQ(run("0004", "2", "wind"), 0);
-  EXPECT_THAT(folder.read("wind/vehicle.yaml"), ::testing::HasSubstr("environment.wind_mps"));
-  EXPECT_THAT(folder.read("wind/report.html"), ::testing::HasSubstr("environment.wind"));
+  // One thread and the command itself give the same bytes, and corrected inputs that load.
+  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --threads 1 --track {1}/track.crg "
+                              "--vehicle {1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+                              tool, here + "/0002", folder.path("again"), folder.path("log"))),
+            0);
+  EXPECT_EQ(folder.read("again/findings.json"), folder.read("t/0002/findings.json"));
+  vehicle::read_vehicle(folder.path("again/vehicle.yaml"));
+  EXPECT_NE(folder.read("again/vehicle.yaml"), folder.read("t/0002/vehicle.yaml"));
+  EXPECT_THAT(folder.read("again/report.html"), ::testing::HasSubstr("parameter.brake_gain"));
 
   ASSERT_EQ(shell(tool + " trials score " + here + " > " + folder.path("score")), 0);
   EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| false alarm when nothing is missing | 0 of 2 |"));
@@ -74,7 +72,7 @@ TEST(Trials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
   const support::TemporaryFolder folder;
   const std::string here = folder.path("t");
   ASSERT_EQ(
-      trials({"make", "--generator", places::make_trials(), "--count", "2", "--seed", "101", here})
+      trials({"make", "--generator", places::make_trials(), "--count", "2", "--seed", "6", here})
           .code,
       0);
   const std::string recording = folder.read("t/0001/run.csv");
