@@ -229,6 +229,11 @@ class Called : public ::testing::Test {
       survey += cell[0] + "," + cell[1] + "," + cell[4] + "\n";
     }
     cli::write(f / "survey.csv", survey);
+    ASSERT_EQ(run_tool(places::crgdrive(),
+                       {"fmu", places::source() + "/vehicles/open_wheel/vehicle.yaml", "-o",
+                        f / "unit.fmu"})
+                  .code,
+              0);
     std::filesystem::create_directory(f / "campaign");
     cli::write(f / "campaign/plan.json", R"({"name": "none", "jobs": []})");
     std::filesystem::create_directory(f / "long_campaign");
@@ -280,6 +285,8 @@ class Called : public ::testing::Test {
          {{"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1", "-o",
            f / "fitted.tir"},
           {"actuator", f / "steering.csv", "-o", f / "sheet.txt"}}},
+        {"crgsim",
+         {{"info", f / "unit.fmu"}, {"run", f / "unit.fmu", "--stop-s", "0.1", "-o", f / "run.csv"}}},
         {"lidar2mesh",
          {{"info", cloud},
           {"ground", cloud, "-o", f / "ground.ply"},
@@ -510,6 +517,8 @@ std::map<std::string, Words> long_calls(const Folder& f, const std::string& tria
           {"crgidentify",
            {"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1000", "-o",
             f / "long.tir"}},
+          {"crgsim",
+           {"run", f / "unit.fmu", "--stop-s", "600", "--record", "car.u", "-o", f / "long_run.csv"}},
           {"lidar2mesh",
            {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o",
             f / "long_scans", "--beams", "200", "--azimuths", "4000"}},

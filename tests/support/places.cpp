@@ -9,6 +9,7 @@ std::string crgbuild() { return CRGBUILD; }
 std::string crgdrive() { return CRGDRIVE; }
 std::string crgexplain() { return CRGEXPLAIN; }
 std::string crgidentify() { return CRGIDENTIFY; }
+std::string crgsim() { return CRGSIM; }
 std::string lidar2mesh() { return LIDAR2MESH; }
 std::string kerbstone() { return KERBSTONE; }
 std::string make_trials() { return MAKE_TRIALS; }

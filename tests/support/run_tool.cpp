@@ -107,6 +107,7 @@ std::vector<Tool> all_tools() {
           {"crgdrive", places::crgdrive()},
           {"crgexplain", places::crgexplain()},
           {"crgidentify", places::crgidentify()},
+          {"crgsim", places::crgsim()},
           {"lidar2mesh", places::lidar2mesh()},
           {"kerbstone", places::kerbstone()}};
 }

@@ -35,9 +35,10 @@ class CarDocs : public ::testing::Test {
     namespace fs = std::filesystem;
     cli::write(folder / "all.sh", commands_of(document));
     const std::string command = fmt::format(
-        "cd '{}' && PATH='{}':'{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
+        "cd '{}' && PATH='{}':'{}':'{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
         fs::path(places::crgbuild()).parent_path().string(), fs::path(places::crgdrive()).parent_path().string(),
-        fs::path(places::crgidentify()).parent_path().string());
+        fs::path(places::crgidentify()).parent_path().string(),
+        fs::path(places::crgsim()).parent_path().string());
     ASSERT_EQ(std::system(command.c_str()), 0) << cli::read(folder / "log");
   }
   cli::Folder folder;
@@ -61,6 +62,12 @@ TEST_F(CarDocs, AForeignLogIsReplayed) {
 TEST_F(CarDocs, TheCarBecomesAnFmu) {
   run("fmu.md");
   EXPECT_THAT(cli::read(folder / "log"), HasSubstr("car3.fmu: FMI 3.0 co-simulation"));
+}
+
+TEST_F(CarDocs, AUnitIsRun) {
+  run("crgsim.md");
+  EXPECT_THAT(cli::read(folder / "log"), HasSubstr("rows of 3 columns, to 2 s"));
+  EXPECT_THAT(cli::read(folder / "braking.csv"), HasSubstr("time_s,car.vx,wheel.fl.fz\n0,"));
 }
 
 TEST_F(CarDocs, SensorsMeasureAManoeuvre) {

@@ -1,0 +1,49 @@
+// A Functional Mock-up Unit of anybody, loaded into this process and stepped (FMI 2.0 and 3.0,
+// co-simulation). Whoever loads foreign code trusts it: a crash of it is a crash of the process;
+// crgsim loads units in a process of their own.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "sim/unit_description.h"
+#include "sim/unpack.h"
+
+namespace sim {
+
+class Unit {
+ public:
+  /// Loads the binary of this platform and instantiates it. `log` gets the unit's messages, one
+  /// line each. Throws Error when there is no binary for this platform, functions are missing, or
+  /// the unit refuses; the message ends with what the unit logged.
+  Unit(const UnpackedUnit& files, UnitDescription description,
+       std::function<void(const std::string&)> log = {});
+  Unit(const Unit&) = delete;
+  Unit& operator=(const Unit&) = delete;
+  ~Unit();  ///< ends and frees the instance
+
+  const UnitDescription& description() const;
+
+  /// All values of a variable that is no text; booleans are 0 and 1. Whole numbers are rounded from
+  /// and to doubles: exact up to 2^53. Throw Error where the unit refuses, or the size is another.
+  void set(const UnitVariable& variable, std::span<const double> values);
+  void get(const UnitVariable& variable, std::span<double> values);
+  void set_text(const UnitVariable& variable, const std::string& text);
+  std::string get_text(const UnitVariable& variable);
+
+  /// From instantiated to ready to be stepped; parameters and starts are set before.
+  void initialise(double start_s, std::optional<double> stop_s = {});
+
+  /// One communication step. False when the unit wants the simulation to end there. Throws Error on
+  /// any status worse than a warning.
+  bool step(double time_s, double step_s);
+
+ private:
+  struct Loaded;
+  std::unique_ptr<Loaded> loaded_;
+};
+
+}  // namespace sim

@@ -1,0 +1,231 @@
+#include "sim/run_unit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+#include "apart.h"
+#include "base/error.h"
+#include "base/read_file.h"
+#include "sim/unit.h"
+#include "sim/unpack.h"
+
+namespace sim {
+namespace {
+
+constexpr double kUsualStop_s = 10.0, kUsualStep_s = 0.001;
+constexpr std::size_t kMostValues = 100'000'000, kMostLines = 1000;
+
+/// A number of a variable: an array's [1], [2] ... or all there is.
+struct Place {
+  const UnitVariable* variable;
+  std::size_t index = 0;
+};
+
+bool is_number(const UnitVariable& variable) {
+  return variable.type != ValueType::string && variable.type != ValueType::other;
+}
+
+const UnitVariable& known(const UnitDescription& unit, const std::string& path,
+                          const std::string& name) {
+  if (const UnitVariable* const found = unit.find(name)) return *found;
+  throw base::Error(fmt::format("{}: no variable '{}'; crgsim info lists them", path, name));
+}
+
+Place place_of(const UnitDescription& unit, const std::string& path, const std::string& name) {
+  if (const UnitVariable* const whole = unit.find(name)) {
+    if (whole->size != 1)
+      throw base::Error(fmt::format("{}: {} has {} values; name them one by one, {}[1] to {}[{}]",
+                                    path, name, whole->size, name, name, whole->size));
+    return {whole, 0};
+  }
+  const std::size_t bracket = name.rfind('[');
+  if (bracket != std::string::npos && name.ends_with(']')) {
+    const UnitVariable& variable = known(unit, path, name.substr(0, bracket));
+    std::size_t index = 0;
+    const char* const end = name.data() + name.size() - 1;
+    const auto [stop, error] = std::from_chars(name.data() + bracket + 1, end, index);
+    if (error == std::errc() && stop == end && index >= 1 && index <= variable.size)
+      return {&variable, index - 1};
+  }
+  return {&known(unit, path, name), 0};
+}
+
+double number(const std::string& path, const std::string& name, const std::string& text) {
+  if (text == "true" || text == "false") return text == "true" ? 1.0 : 0.0;
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || stop != text.data() + text.size())
+    throw base::Error(fmt::format("{}: '{}' for {}; a number wanted", path, text, name));
+  return value;
+}
+
+void set_start(Unit& unit, const std::string& path, const std::string& name,
+               const std::string& text) {
+  const UnitVariable& variable = known(unit.description(), path, name);
+  if (variable.type == ValueType::string) return unit.set_text(variable, text);
+  std::vector<double> values;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) values.push_back(number(path, name, word));
+  unit.set(variable, values);
+}
+
+/// Inputs at a time, written into the unit where they change.
+class InputWriter {
+ public:
+  InputWriter(const UnitInputs& inputs, const UnitDescription& unit, const std::string& path)
+      : inputs_(inputs) {
+    for (const std::string& name : inputs.names) {
+      const Place place = place_of(unit, path, name);
+      if (!place.variable->is_input())
+        throw base::Error(fmt::format("{}: {} is no input of the unit, its causality is '{}'", path,
+                                      name, place.variable->causality));
+      places_.push_back(place);
+      auto& values = last_.emplace_back(place.variable->size, 0.0);
+      if (place.variable->size > 1 && !place.variable->start.empty()) {
+        std::istringstream words(place.variable->start);
+        for (double& value : values) words >> value;
+      }
+    }
+  }
+
+  void write(Unit& unit, double time_s) {
+    if (inputs_.time_s.empty()) return;
+    const std::size_t columns = places_.size();
+    while (row_ + 1 < inputs_.time_s.size() && inputs_.time_s[row_ + 1] <= time_s) ++row_;
+    const bool between = row_ + 1 < inputs_.time_s.size() && time_s > inputs_.time_s[row_];
+    for (std::size_t k = 0; k < columns; ++k) {
+      const UnitVariable& variable = *places_[k].variable;
+      double value = inputs_.values[row_ * columns + k];
+      if (between && (variable.type == ValueType::float64 || variable.type == ValueType::float32)) {
+        const double begin_s = inputs_.time_s[row_], end_s = inputs_.time_s[row_ + 1];
+        value += (inputs_.values[(row_ + 1) * columns + k] - value) * (time_s - begin_s) /
+                 (end_s - begin_s);
+      }
+      // All values of an array are in the list of its first place.
+      std::size_t list = k;
+      for (std::size_t other = 0; other < k; ++other)
+        if (places_[other].variable == places_[k].variable) list = std::min(list, other);
+      last_[list][places_[k].index] = value;
+      const bool is_last_of_it =
+          std::none_of(places_.begin() + static_cast<std::ptrdiff_t>(k) + 1, places_.end(),
+                       [&](const Place& p) { return p.variable == places_[k].variable; });
+      if (is_last_of_it) unit.set(variable, last_[list]);
+    }
+  }
+
+ private:
+  const UnitInputs& inputs_;
+  std::vector<Place> places_;
+  std::vector<std::vector<double>> last_;
+  std::size_t row_ = 0;
+};
+
+/// What is said between the processes: 'C' names of columns, 'R' a row, 'L' a line of the log, 'X'
+/// that the unit wants to end.
+void work(const UnpackedUnit& files, const UnitDescription& description,
+          const UnitRunOptions& options, double start_s, double stop_s, double step_s,
+          const std::vector<const UnitVariable*>& recorded, const std::function<void(Words)>& say) {
+  Unit unit(files, description, [&](const std::string& line) { say({'L', line}); });
+  for (const auto& [name, text] : options.starts) set_start(unit, files.path(), name, text);
+  InputWriter inputs(options.inputs, unit.description(), files.path());
+  inputs.write(unit, start_s);
+  unit.initialise(start_s, stop_s);
+  std::vector<double> row;
+  const auto record = [&](double time_s) {
+    row.assign(1, time_s);
+    for (const UnitVariable* const variable : recorded) {
+      const std::size_t at = row.size();
+      row.resize(at + variable->size);
+      unit.get(*variable, std::span(row).subspan(at));
+    }
+    say({'R', {reinterpret_cast<const char*>(row.data()), row.size() * sizeof(double)}});
+  };
+  record(start_s);
+  const auto steps = static_cast<std::size_t>(std::llround((stop_s - start_s) / step_s));
+  for (std::size_t k = 0; k < steps; ++k) {
+    const double time_s = start_s + static_cast<double>(k) * step_s;
+    inputs.write(unit, time_s);
+    const bool goes_on = unit.step(time_s, step_s);
+    record(start_s + static_cast<double>(k + 1) * step_s);
+    if (!goes_on) return say({'X', {}});
+  }
+}
+
+}  // namespace
+
+UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
+                 const base::Progress& progress) {
+  const UnitDescription description = read_unit_description(model_description_of(path), path);
+  const double start_s = options.start_s.value_or(description.start_s.value_or(0.0));
+  UnitRun run;
+  run.stop_s = options.stop_s.value_or(description.stop_s.value_or(start_s + kUsualStop_s));
+  run.step_s = options.step_s.value_or(description.step_s.value_or(kUsualStep_s));
+  if (!(run.step_s > 0.0) || !(run.stop_s >= start_s))
+    throw base::Error(
+        fmt::format("{}: from {} to {} s in steps of {} s; a stop after the start "
+                    "and a step above 0 wanted (--stop-s, --step-s)",
+                    path, start_s, run.stop_s, run.step_s));
+
+  std::vector<const UnitVariable*> recorded;
+  if (options.record.empty()) {
+    for (const UnitVariable& variable : description.variables)
+      if (variable.is_output() && is_number(variable)) recorded.push_back(&variable);
+  } else {
+    for (const std::string& name : options.record) {
+      recorded.push_back(&known(description, path, name));
+      if (!is_number(*recorded.back()))
+        throw base::Error(fmt::format("{}: {} holds no numbers", path, name));
+    }
+  }
+  run.columns.emplace_back("time_s");
+  for (const UnitVariable* const variable : recorded)
+    for (std::size_t i = 0; i < variable->size; ++i)
+      run.columns.push_back(variable->size == 1 ? variable->name
+                                                : fmt::format("{}[{}]", variable->name, i + 1));
+  const double rows = (run.stop_s - start_s) / run.step_s + 1.0;
+  if (!(rows * static_cast<double>(run.columns.size()) <= kMostValues))
+    throw base::Error(
+        fmt::format("{}: {:.3g} rows of {} columns; record fewer (--record), or "
+                    "shorter, or in larger steps",
+                    path, rows, run.columns.size()));
+
+  const UnpackedUnit files(path);
+  std::string refused;
+  const int ended_by = run_apart(
+      [&](const std::function<void(Words)>& say) {
+        work(files, description, options, start_s, run.stop_s, run.step_s, recorded, say);
+      },
+      [&] {
+        std::error_code ignored;
+        std::filesystem::remove_all(files.folder(), ignored);
+      },
+      [&](Words words) {
+        if (words.kind == 'E') refused = words.bytes;
+        if (words.kind == 'X') run.ended_early = true;
+        if (words.kind == 'L' && run.log.size() < kMostLines) run.log.emplace_back(words.bytes);
+        if (words.kind != 'R' || words.bytes.size() != run.columns.size() * sizeof(double)) return;
+        const std::size_t at = run.values.size();
+        run.values.resize(at + run.columns.size());
+        std::memcpy(run.values.data() + at, words.bytes.data(), words.bytes.size());
+        if (progress) progress("steps", static_cast<double>(run.rows()) / rows);
+      });
+  if (!refused.empty()) throw base::Error(refused);
+  if (ended_by != 0) {
+    const std::string reached =
+        run.rows() == 0
+            ? "before it was initialised"
+            : fmt::format("after {:.6g} s", run.values[(run.rows() - 1) * run.columns.size()]);
+    const char* const name = ::strsignal(ended_by);
+    throw base::Error(fmt::format("{}: the unit crashed {} (signal {}: {})", path, reached,
+                                  ended_by, name == nullptr ? "" : name));
+  }
+  return run;
+}
+
+}  // namespace sim

@@ -1,0 +1,160 @@
+#include "sim/unpack.h"
+
+#include <fmt/format.h>
+#include <minizip/unzip.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "base/write_file.h"
+
+namespace sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostFiles = 20'000, kLongestName = 1000;
+constexpr std::uint64_t kMostBytes = 2'000'000'000, kLargestDescription = 100'000'000;
+constexpr const char* kDescription = "modelDescription.xml";
+
+bool leads_out(const std::string& name) {
+  if (name.empty() || name.front() == '/' || name.find('\\') != std::string::npos ||
+      name.find('\0') != std::string::npos)
+    return true;
+  const fs::path path(name);
+  return std::any_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+bool is_needed(const std::string& name) {
+  return name == kDescription || name.starts_with("resources/") ||
+         name.starts_with("binaries/linux64/") || name.starts_with("binaries/x86_64-linux/");
+}
+
+/// Calls `take` with name and a source of bytes for each wanted file.
+class Zip {
+ public:
+  explicit Zip(const std::string& path) : path_(path) {
+    base::want_regular_file(path);
+    file_ = unzOpen64(path.c_str());
+    if (file_ == nullptr)
+      throw base::Error(path + ": no Functional Mock-up Unit: it cannot be opened as a zip");
+  }
+  Zip(const Zip&) = delete;
+  Zip& operator=(const Zip&) = delete;
+  ~Zip() { unzClose(file_); }
+
+  void each(const std::function<void(const std::string& name)>& take) {
+    std::set<std::string> names;
+    for (int code = unzGoToFirstFile(file_); code != UNZ_END_OF_LIST_OF_FILE;
+         code = unzGoToNextFile(file_)) {
+      want(code, "its list of files");
+      unz_file_info64 info{};
+      std::array<char, kLongestName + 1> text{};
+      want(unzGetCurrentFileInfo64(file_, &info, text.data(), text.size(), nullptr, 0, nullptr, 0),
+           "its list of files");
+      if (info.size_filename > kLongestName)
+        throw base::Error(path_ + ": a file's name is longer than 1000 characters");
+      const std::string name(text.data(), info.size_filename);
+      if (leads_out(name))
+        throw base::Error(fmt::format("{}: the file '{}' would lie outside of the unit's folder",
+                                      path_, name.substr(0, 80)));
+      if (!names.insert(name).second)
+        throw base::Error(path_ + ": two files are called '" + name + "'");
+      if (names.size() > kMostFiles)
+        throw base::Error(fmt::format("{}: more than {} files", path_, kMostFiles));
+      take(name);
+    }
+  }
+
+  /// The current file, piece by piece.
+  void read(const std::string& name, std::uint64_t most,
+            const std::function<void(std::string_view)>& take) {
+    want(unzOpenCurrentFile(file_), name);
+    std::vector<char> piece(1 << 16);
+    std::uint64_t all = 0;
+    while (true) {
+      const int count =
+          unzReadCurrentFile(file_, piece.data(), static_cast<unsigned>(piece.size()));
+      if (count < 0) want(count, name);
+      if (count == 0) break;
+      all += static_cast<std::uint64_t>(count);
+      if (all > most)
+        throw base::Error(fmt::format("{}: {} unpacks to more than {} MB; no unit needs that",
+                                      path_, name, most / 1'000'000));
+      take({piece.data(), static_cast<std::size_t>(count)});
+    }
+    want(unzCloseCurrentFile(file_), name);  // its checksum
+  }
+
+ private:
+  void want(int code, const std::string& what) const {
+    if (code != UNZ_OK)
+      throw base::Error(fmt::format("{}: {} is damaged (minizip: {})", path_, what, code));
+  }
+
+  std::string path_;
+  unzFile file_;
+};
+
+}  // namespace
+
+UnpackedUnit::UnpackedUnit(const std::string& path) : path_(path) {
+  Zip zip(path);
+  std::string made = (fs::temp_directory_path() / "kerbstone-unit-XXXXXX").string();
+  if (::mkdtemp(made.data()) == nullptr)
+    throw base::Error(made + ": the folder cannot be made; TMPDIR names where");
+  folder_ = made;
+  try {
+    std::uint64_t left = kMostBytes;
+    bool described = false;
+    zip.each([&](const std::string& name) {
+      described = described || name == kDescription;
+      if (!is_needed(name) || name.back() == '/') return;
+      const fs::path target = fs::path(folder_) / name;
+      fs::create_directories(target.parent_path());
+      base::FileWriter file(target.string());
+      zip.read(name, left, [&](std::string_view bytes) {
+        file.append(bytes);
+        left -= bytes.size();
+      });
+      file.commit();
+    });
+    if (!described)
+      throw base::Error(path + ": no Functional Mock-up Unit: no " + kDescription + " in it");
+  } catch (const fs::filesystem_error& error) {
+    fs::remove_all(folder_);
+    throw base::Error(path + ": cannot be unpacked: " + error.what());
+  } catch (...) {
+    fs::remove_all(folder_);
+    throw;
+  }
+}
+
+UnpackedUnit::~UnpackedUnit() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+std::string model_description_of(const std::string& path) {
+  Zip zip(path);
+  std::string xml;
+  bool found = false;
+  zip.each([&](const std::string& name) {
+    if (name != kDescription) return;
+    found = true;
+    zip.read(name, kLargestDescription, [&](std::string_view bytes) { xml += bytes; });
+  });
+  if (!found)
+    throw base::Error(path + ": no Functional Mock-up Unit: no " + std::string(kDescription) +
+                      " in it");
+  return xml;
+}
+
+}  // namespace sim

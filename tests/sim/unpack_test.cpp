@@ -1,0 +1,81 @@
+#include "sim/unpack.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "fmu/archive.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refusal(const std::string& path) {
+  try {
+    const sim::UnpackedUnit unit(path);
+  } catch (const base::Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Unpack, TakesWhatThisPlatformNeedsAndLeavesNothing) {
+  const support::TemporaryFolder folder;
+  folder.file("u.fmu", fmu::make_archive({{"modelDescription.xml", "<x/>"},
+                                          {"resources/deep/a.txt", "a"},
+                                          {"binaries/linux64/u.so", "so"},
+                                          {"binaries/win64/u.dll", "dll"},
+                                          {"documentation/index.html", "doc"}}));
+  std::string made;
+  {
+    const sim::UnpackedUnit unit(folder.path("u.fmu"));
+    made = unit.folder();
+    EXPECT_EQ(base::read_file(made + "/resources/deep/a.txt"), "a");
+    EXPECT_EQ(base::read_file(made + "/binaries/linux64/u.so"), "so");
+    EXPECT_FALSE(std::filesystem::exists(made + "/binaries/win64"));
+    EXPECT_FALSE(std::filesystem::exists(made + "/documentation"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(made));
+  EXPECT_EQ(sim::model_description_of(folder.path("u.fmu")), "<x/>");
+}
+
+TEST(Unpack, RefusesHostileArchivesInOneLine) {
+  const support::TemporaryFolder folder;
+  const auto of = [&](const std::vector<fmu::ArchiveFile>& files) {
+    folder.file("u.fmu", fmu::make_archive(files));
+    return refusal(folder.path("u.fmu"));
+  };
+  for (const char* const name : {"../out.txt", "resources/../../out.txt", "/tmp/out.txt",
+                                 "resources\\..\\..\\out.txt", "resources/.."})
+    EXPECT_THAT(of({{"modelDescription.xml", "<x/>"}, {name, "x"}}),
+                HasSubstr("would lie outside of the unit's folder"))
+        << name;
+  EXPECT_FALSE(std::filesystem::exists("/tmp/out.txt"));
+  EXPECT_THAT(of({{"modelDescription.xml", "<x/>"}, {"modelDescription.xml", "<y/>"}}),
+              HasSubstr("two files are called"));
+  EXPECT_THAT(of({{"resources/a", "a"}}), HasSubstr("no modelDescription.xml in it"));
+  folder.file("u.fmu", "not a zip");
+  EXPECT_THAT(refusal(folder.path("u.fmu")), HasSubstr("cannot be opened as a zip"));
+  EXPECT_THAT(refusal(folder.path("none.fmu")), HasSubstr("none.fmu"));
+  // 120 MB of blanks in 120 kB.
+  folder.file("u.fmu",
+              fmu::make_archive({{"modelDescription.xml", std::string(120'000'000, ' ')}}));
+  EXPECT_THROW(sim::model_description_of(folder.path("u.fmu")), base::Error);
+  // Cut short, and with a byte changed.
+  const std::string whole = fmu::make_archive(
+      {{"modelDescription.xml", "<x/>"}, {"resources/a", std::string(5000, 'a')}});
+  for (const std::size_t size : {whole.size() - 30, whole.size() / 2, std::size_t{30}}) {
+    folder.file("u.fmu", whole.substr(0, size));
+    EXPECT_NE(refusal(folder.path("u.fmu")), "") << size;
+  }
+  std::string changed = whole;
+  changed[whole.find("resources/a") + 15] ^= 0x10;
+  folder.file("u.fmu", changed);
+  EXPECT_THAT(refusal(folder.path("u.fmu")), HasSubstr("resources/a is damaged"));
+}
+
+}  // namespace
