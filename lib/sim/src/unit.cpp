@@ -98,6 +98,7 @@ void log_2(void* environment, const char*, Status status, const char*, const cha
   std::array<char, 2000> text{};
   va_list arguments;
   va_start(arguments, format);
+  // NOLINTNEXTLINE(clang-analyzer-valist.Uninitialized): va_start is the line before
   std::vsnprintf(text.data(), text.size(), format, arguments);
   va_end(arguments);
   if (status != 0) static_cast<Log*>(environment)->add(text.data());
@@ -383,12 +384,12 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
 
 Unit::~Unit() {
   if (loaded_->instance == nullptr) return;
-  std::visit(
-      [&](auto& functions) {
-        if (loaded_->is_ready && !loaded_->is_broken) functions.terminate(loaded_->instance);
-        functions.release(loaded_->instance);
-      },
-      loaded_->functions);
+  const auto free = [&](const auto& functions) {
+    if (loaded_->is_ready && !loaded_->is_broken) functions.terminate(loaded_->instance);
+    functions.release(loaded_->instance);
+  };
+  if (const auto* const two = std::get_if<Fmi2>(&loaded_->functions)) free(*two);
+  if (const auto* const three = std::get_if<Fmi3>(&loaded_->functions)) free(*three);
 }
 
 const UnitDescription& Unit::description() const { return loaded_->description; }
