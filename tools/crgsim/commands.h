@@ -1,7 +1,9 @@
 // One struct and one function per subcommand; the functions return the exit code.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command/exit_code.h"
@@ -23,5 +25,21 @@ struct RunCommand {
   static constexpr double kFromTheUnit = -1e300;
 };
 int run(const RunCommand& command, Terminal& terminal);
+
+struct ServeCommand {
+  std::string unit_path, socket_path, out_path;
+  std::uint16_t udp_port = 0;
+  std::vector<std::string> commands, measurements, starts, safe;
+  double safe_after_s = 0.2, stop_s = 60.0, step_s = 0.001, speed_up = 1.0, patience_s = 30.0;
+  unsigned every = 10;
+  bool lockstep = false;
+};
+int serve(const ServeCommand& command, Terminal& terminal);
+
+/// NAME=VALUE taken apart. Throws UsageError where it is none.
+std::pair<std::string, std::string> assignment(const std::string& option, const std::string& text);
+
+/// A table as CSV: numbers that read back as the same bits, names with commas in quotes.
+std::string csv_of(const std::vector<std::string>& columns, const std::vector<double>& values);
 
 }  // namespace crgsim

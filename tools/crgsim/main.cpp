@@ -46,5 +46,45 @@ int main(int argc, char** argv) {
       "Example:\n  crgsim run car.fmu --inputs controls.csv --set start.speed=20 -o lap.csv");
   run_app->callback([&] { work = [&] { return crgsim::run(run, terminal); }; });
 
+  crgsim::ServeCommand serve;
+  CLI::App* const serve_app = app.add_subcommand(
+      "serve", "Steps a unit for a program that drives it: commands in, measurements out");
+  command::add_input(*serve_app, "unit", serve.unit_path, "The unit, .fmu")->required();
+  command::add_output_file(*serve_app, serve.out_path,
+                           "CSV to write: every measurement, with the commands that acted");
+  serve_app->add_option("--socket", serve.socket_path, "Path of a Unix datagram socket to make");
+  serve_app->add_option("--udp", serve.udp_port, "UDP port of this machine alone, instead")
+      ->check(CLI::Range(1, 65535));
+  const auto add_names = [&](const char* name, std::vector<std::string>& names, const char* text) {
+    return serve_app->add_option(name, names, text)->allow_extra_args(false);
+  };
+  add_names("--command", serve.commands, "NAME: an input that commands may set; more than once")
+      ->required();
+  add_names("--measure", serve.measurements, "NAME: what is measured; more than once")->required();
+  add_names("--set", serve.starts, "NAME=VALUE: parameters and starts, before the initialisation");
+  add_names("--safe", serve.safe,
+            "NAME=NUMBER: what a command becomes when commands stay out; else its start");
+  serve_app->add_flag("--lockstep", serve.lockstep,
+                      "Every command is followed by --every steps and their measurement; else real "
+                      "time");
+  const auto above_0 = CLI::PositiveNumber;
+  serve_app->add_option("--every", serve.every, "Steps from one measurement to the next")
+      ->check(CLI::Range(1, 1000000));
+  serve_app->add_option("--speed-up", serve.speed_up, "Of real time")->check(above_0);
+  serve_app->add_option("--step-s", serve.step_s, "Communication step")->check(above_0);
+  serve_app->add_option("--stop-s", serve.stop_s, "Where the run ends")->check(above_0);
+  serve_app
+      ->add_option("--safe-after-s", serve.safe_after_s,
+                   "So long without a command, and the safe input acts; in real time")
+      ->check(above_0);
+  serve_app
+      ->add_option("--patience-s", serve.patience_s,
+                   "So long without a command, and the run ends; in lockstep")
+      ->check(above_0);
+  serve_app->footer(
+      "Example:\n  crgsim serve car.fmu --socket car.sock --lockstep --command input.throttle "
+      "--measure car.vx");
+  serve_app->callback([&] { work = [&] { return crgsim::serve(serve, terminal); }; });
+
   return command::run(app, terminal, argc, argv, [&] { return work(); });
 }

@@ -62,34 +62,12 @@ sim::UnitInputs read_inputs(const std::string& path) {
   return inputs;
 }
 
-std::string csv_of(const sim::UnitRun& run) {
-  std::string text;
-  for (const std::string& name : run.columns) {
-    if (!text.empty()) text += ',';
-    text += name.find(',') == std::string::npos ? name : '"' + name + '"';
-  }
-  text += '\n';
-  for (std::size_t row = 0; row < run.rows(); ++row) {
-    for (std::size_t k = 0; k < run.columns.size(); ++k) {
-      const double value = run.values[row * run.columns.size() + k];
-      // The time is a sum of steps: 12 digits name the step that is meant.
-      text += k == 0 ? fmt::format("{:.12g}", value) : fmt::format("{}", value);
-      text += k + 1 < run.columns.size() ? ',' : '\n';
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
 int run(const RunCommand& command, Terminal& terminal) {
   sim::UnitRunOptions options;
-  for (const std::string& start : command.starts) {
-    const std::size_t equals = start.find('=');
-    if (equals == std::string::npos || equals == 0)
-      throw command::UsageError("--set " + start + ": NAME=VALUE wanted");
-    options.starts.emplace_back(start.substr(0, equals), start.substr(equals + 1));
-  }
+  for (const std::string& start : command.starts)
+    options.starts.push_back(assignment("--set", start));
   options.inputs = read_inputs(command.inputs_path);
   options.record = command.record;
   options.start_s = said(command.start_s);
@@ -99,7 +77,7 @@ int run(const RunCommand& command, Terminal& terminal) {
   const sim::UnitRun run = sim::run_unit(command.unit_path, options, terminal.progress());
   terminal.progress_done();
   for (const std::string& line : run.log) terminal.remark("the unit says: " + line);
-  base::write_file(command.out_path, csv_of(run));
+  base::write_file(command.out_path, csv_of(run.columns, run.values));
   const double reached_s = run.values[(run.rows() - 1) * run.columns.size()];
   if (run.ended_early)
     terminal.remark(fmt::format("the unit ended the run at {:g} s of {:g}", reached_s, run.stop_s));

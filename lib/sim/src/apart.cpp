@@ -1,6 +1,7 @@
 #include "apart.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -140,6 +141,15 @@ int run_apart(const std::function<void(const std::function<void(Words)>& say)>& 
   }
   ::waitpid(guardian, nullptr, 0);
   return ended_by;
+}
+
+void want_no_crash(const std::string& path, int signal, std::optional<double> reached_s) {
+  if (signal == 0) return;
+  const char* const name = ::strsignal(signal);
+  throw base::Error(fmt::format(
+      "{}: the unit crashed {} (signal {}: {})", path,
+      reached_s ? fmt::format("after {:.6g} s", *reached_s) : "before it was initialised", signal,
+      name == nullptr ? "" : name));
 }
 
 }  // namespace sim

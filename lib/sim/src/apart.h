@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,5 +21,8 @@ struct Words {
 /// their text.
 int run_apart(const std::function<void(const std::function<void(Words)>& say)>& work,
               const std::function<void()>& afterwards, const std::function<void(Words)>& take);
+
+/// Throws Error naming the signal that killed a unit's process, and the time that it had reached.
+void want_no_crash(const std::string& path, int signal, std::optional<double> reached_s);
 
 }  // namespace sim

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -14,66 +13,13 @@
 #include "base/read_file.h"
 #include "sim/unit.h"
 #include "sim/unpack.h"
+#include "unit_places.h"
 
 namespace sim {
 namespace {
 
 constexpr double kUsualStop_s = 10.0, kUsualStep_s = 0.001;
 constexpr std::size_t kMostValues = 100'000'000, kMostLines = 1000;
-
-/// A number of a variable: an array's [1], [2] ... or all there is.
-struct Place {
-  const UnitVariable* variable;
-  std::size_t index = 0;
-};
-
-bool is_number(const UnitVariable& variable) {
-  return variable.type != ValueType::string && variable.type != ValueType::other;
-}
-
-const UnitVariable& known(const UnitDescription& unit, const std::string& path,
-                          const std::string& name) {
-  if (const UnitVariable* const found = unit.find(name)) return *found;
-  throw base::Error(fmt::format("{}: no variable '{}'; crgsim info lists them", path, name));
-}
-
-Place place_of(const UnitDescription& unit, const std::string& path, const std::string& name) {
-  if (const UnitVariable* const whole = unit.find(name)) {
-    if (whole->size != 1)
-      throw base::Error(fmt::format("{}: {} has {} values; name them one by one, {}[1] to {}[{}]",
-                                    path, name, whole->size, name, name, whole->size));
-    return {whole, 0};
-  }
-  const std::size_t bracket = name.rfind('[');
-  if (bracket != std::string::npos && name.ends_with(']')) {
-    const UnitVariable& variable = known(unit, path, name.substr(0, bracket));
-    std::size_t index = 0;
-    const char* const end = name.data() + name.size() - 1;
-    const auto [stop, error] = std::from_chars(name.data() + bracket + 1, end, index);
-    if (error == std::errc() && stop == end && index >= 1 && index <= variable.size)
-      return {&variable, index - 1};
-  }
-  return {&known(unit, path, name), 0};
-}
-
-double number(const std::string& path, const std::string& name, const std::string& text) {
-  if (text == "true" || text == "false") return text == "true" ? 1.0 : 0.0;
-  double value = 0.0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || stop != text.data() + text.size())
-    throw base::Error(fmt::format("{}: '{}' for {}; a number wanted", path, text, name));
-  return value;
-}
-
-void set_start(Unit& unit, const std::string& path, const std::string& name,
-               const std::string& text) {
-  const UnitVariable& variable = known(unit.description(), path, name);
-  if (variable.type == ValueType::string) return unit.set_text(variable, text);
-  std::vector<double> values;
-  std::istringstream words(text);
-  for (std::string word; words >> word;) values.push_back(number(path, name, word));
-  unit.set(variable, values);
-}
 
 /// Inputs at a time, written into the unit where they change.
 class InputWriter {
@@ -216,15 +162,9 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
         if (progress) progress("steps", static_cast<double>(run.rows()) / rows);
       });
   if (!refused.empty()) throw base::Error(refused);
-  if (ended_by != 0) {
-    const std::string reached =
-        run.rows() == 0
-            ? "before it was initialised"
-            : fmt::format("after {:.6g} s", run.values[(run.rows() - 1) * run.columns.size()]);
-    const char* const name = ::strsignal(ended_by);
-    throw base::Error(fmt::format("{}: the unit crashed {} (signal {}: {})", path, reached,
-                                  ended_by, name == nullptr ? "" : name));
-  }
+  want_no_crash(path, ended_by,
+                run.rows() == 0 ? std::nullopt
+                                : std::optional(run.values[(run.rows() - 1) * run.columns.size()]));
   return run;
 }
 

@@ -1,0 +1,233 @@
+// A small autonomous-driving stack: it knows the messages of `crgsim serve` (docs/crgsim.md) and a
+// line on the map, nothing else of Kerbstone. It drives one lap.
+//   stack SOCKET LINE.csv [json|binary]
+// LINE.csv: x_m,y_m and what else `crgbuild export --tum` writes. Prints the lap's time and the
+// largest distance from the line; exit code 0 when the lap was driven within 5 m of it.
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+// What crgsim serve was told by --command and --measure, in this order.
+constexpr std::array kCommands{"input.steering", "input.throttle", "input.brake.fl",
+                               "input.brake.fr", "input.brake.rl", "input.brake.rr",
+                               "input.gear"};
+constexpr std::array kMeasured{"car.x", "car.y", "car.yaw", "car.vx"};
+
+constexpr double kSpacing_m = 1.0, kWheelbase_m = 3.0;
+constexpr double kLateral_mps2 = 6.0, kBraking_mps2 = 5.0, kSpeeding_mps2 = 3.0,
+                 kFastest_mps = 45.0;
+constexpr std::array kGearUp_mps{12.0, 19.0, 27.0, 35.0, 44.0};
+
+struct Line {
+  std::vector<double> x_m, y_m, speed_mps;
+  std::size_t size() const { return x_m.size(); }
+};
+
+/// About a metre apart, closed, with the speed that curvature and brakes allow.
+Line read_line(const std::string& path) {
+  std::ifstream file(path);
+  std::string row;
+  std::getline(file, row);
+  Line line;
+  while (std::getline(file, row)) {
+    std::istringstream cells(row);
+    double x_m = 0.0, y_m = 0.0;
+    char comma = 0;
+    if (!(cells >> x_m >> comma >> y_m)) throw std::runtime_error(path + ": x_m,y_m wanted");
+    if (!line.x_m.empty() && std::hypot(x_m - line.x_m.back(), y_m - line.y_m.back()) < kSpacing_m)
+      continue;
+    line.x_m.push_back(x_m);
+    line.y_m.push_back(y_m);
+  }
+  const std::size_t n = line.size();
+  if (n < 50) throw std::runtime_error(path + ": too short for a lap");
+  line.speed_mps.assign(n, kFastest_mps);
+  constexpr std::size_t kAround = 6;
+  for (std::size_t i = 0; i < n; ++i) {  // circle through three points
+    const std::size_t a = (i + n - kAround) % n, b = (i + kAround) % n;
+    const double ux = line.x_m[i] - line.x_m[a], uy = line.y_m[i] - line.y_m[a];
+    const double wx = line.x_m[b] - line.x_m[i], wy = line.y_m[b] - line.y_m[i];
+    const double curvature_1pm =
+        2.0 * std::abs(ux * wy - uy * wx) /
+        (std::hypot(ux, uy) * std::hypot(wx, wy) * std::hypot(ux + wx, uy + wy));
+    line.speed_mps[i] = std::min(kFastest_mps, std::sqrt(kLateral_mps2 / (curvature_1pm + 1e-6)));
+  }
+  for (std::size_t k = 2 * n; k-- > 0;)  // brakes, over the seam
+    line.speed_mps[k % n] = std::min(
+        line.speed_mps[k % n],
+        std::sqrt(std::pow(line.speed_mps[(k + 1) % n], 2) + 2.0 * kBraking_mps2 * kSpacing_m));
+  for (std::size_t k = 0; k < 2 * n; ++k)
+    line.speed_mps[(k + 1) % n] =
+        std::min(line.speed_mps[(k + 1) % n],
+                 std::sqrt(std::pow(line.speed_mps[k % n], 2) + 2.0 * kSpeeding_mps2 * kSpacing_m));
+  return line;
+}
+
+struct Measured {
+  double time_s = 0.0, x_m = 0.0, y_m = 0.0, yaw_rad = 0.0, vx_mps = 0.0;
+};
+
+class Connection {
+ public:
+  Connection(const std::string& path, bool binary)
+      : binary_(binary), own_(path + ".stack"), socket_(::socket(AF_UNIX, SOCK_DGRAM, 0)) {
+    ::unlink(own_.c_str());
+    const sockaddr_un mine = address(own_), theirs = address(path);
+    if (::bind(socket_, reinterpret_cast<const sockaddr*>(&mine), sizeof mine) != 0 ||
+        ::connect(socket_, reinterpret_cast<const sockaddr*>(&theirs), sizeof theirs) != 0)
+      throw std::runtime_error(path + ": " + std::strerror(errno));
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() {
+    ::close(socket_);
+    ::unlink(own_.c_str());
+  }
+
+  /// One command, and the measurement that answers it.
+  Measured exchange(const std::array<double, kCommands.size()>& values, bool ends = false) {
+    const std::string bytes = binary_ ? as_binary(values, ends) : as_json(values, ends);
+    for (int tries = 0; tries < 50;
+         ++tries) {  // datagrams may be lost: said again, it is not acted on again
+      ::send(socket_, bytes.data(), bytes.size(), 0);
+      if (ends) return {};
+      pollfd waiting{socket_, POLLIN, 0};
+      if (::poll(&waiting, 1, 1000) <= 0) continue;
+      std::array<char, 4096> answer{};
+      const ssize_t count = ::recv(socket_, answer.data(), answer.size(), 0);
+      if (count > 0)
+        return binary_ ? from_binary({answer.data(), static_cast<std::size_t>(count)})
+                       : from_json({answer.data(), static_cast<std::size_t>(count)});
+    }
+    throw std::runtime_error("no measurement comes");
+  }
+
+ private:
+  static sockaddr_un address(const std::string& path) {
+    sockaddr_un out{};
+    out.sun_family = AF_UNIX;
+    if (path.size() >= sizeof out.sun_path) throw std::runtime_error(path + ": too long");
+    std::copy(path.begin(), path.end(), out.sun_path);
+    return out;
+  }
+
+  std::string as_json(const std::array<double, kCommands.size()>& values, bool ends) {
+    nlohmann::json set;
+    for (std::size_t i = 0; i < values.size(); ++i) set[kCommands[i]] = values[i];
+    return nlohmann::json{{"sequence", ++sequence_}, {"set", set}, {"end", ends}}.dump();
+  }
+  std::string as_binary(const std::array<double, kCommands.size()>& values, bool ends) {
+    std::string bytes = "KSC1";
+    for (const std::uint32_t number :
+         {++sequence_, std::uint32_t{ends}, static_cast<std::uint32_t>(values.size())})
+      bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+    bytes.append(reinterpret_cast<const char*>(values.data()), sizeof values);
+    return bytes;
+  }
+  static Measured from_json(const std::string& bytes) {
+    const nlohmann::json message = nlohmann::json::parse(bytes);
+    const auto value = [&](std::size_t i) {
+      return message.at("values").at(kMeasured[i]).get<double>();
+    };
+    return {message.at("time_s"), value(0), value(1), value(2), value(3)};
+  }
+  static Measured from_binary(const std::string& bytes) {
+    std::array<double, 1 + kMeasured.size()> values{};
+    if (bytes.size() != 16 + sizeof values || !bytes.starts_with("KSM1"))
+      throw std::runtime_error("no measurement of this run");
+    std::memcpy(values.data(), bytes.data() + 16, sizeof values);
+    return {values[0], values[1], values[2], values[3], values[4]};
+  }
+
+  bool binary_;
+  std::string own_;
+  int socket_;
+  std::uint32_t sequence_ = 0;
+};
+
+double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
+
+/// Towards a point ahead on the line, at the line's speed.
+std::array<double, kCommands.size()> control(const Line& line, std::size_t at, const Measured& car,
+                                             double& gear) {
+  const double ahead_m = 4.0 + 0.35 * car.vx_mps;
+  const std::size_t aim = (at + static_cast<std::size_t>(ahead_m / kSpacing_m)) % line.size();
+  const double dx_m = line.x_m[aim] - car.x_m, dy_m = line.y_m[aim] - car.y_m;
+  const double bearing_rad = wrapped(std::atan2(dy_m, dx_m) - car.yaw_rad);
+  const double steer_rad =
+      std::atan2(2.0 * kWheelbase_m * std::sin(bearing_rad), std::hypot(dx_m, dy_m));
+  const std::size_t soon = (at + static_cast<std::size_t>(0.3 * car.vx_mps)) % line.size();
+  const double slow_mps = line.speed_mps[soon] - car.vx_mps;
+  const double throttle = std::clamp(0.25 * slow_mps, 0.0, 1.0);
+  const double brake_pa = 6e5 * std::clamp(-slow_mps - 0.3, 0.0, 5.0);
+  const auto next = static_cast<std::size_t>(gear) - 1;
+  if (next < kGearUp_mps.size() && car.vx_mps > kGearUp_mps[next]) ++gear;
+  if (next > 0 && car.vx_mps < kGearUp_mps[next - 1] - 2.0) --gear;
+  return {std::clamp(steer_rad, -0.4, 0.4),
+          throttle,
+          brake_pa,
+          brake_pa,
+          0.6 * brake_pa,
+          0.6 * brake_pa,
+          gear};
+}
+
+int drive(const std::string& socket, const std::string& line_path, bool binary) {
+  const Line line = read_line(line_path);
+  Connection connection(socket, binary);
+  double gear = 1.0, largest_off_m = 0.0;
+  Measured car = connection.exchange({0, 0, 0, 0, 0, 0, gear});
+  std::size_t at = 0, gone = 0;
+  for (std::size_t i = 0; i < line.size(); ++i)
+    if (std::hypot(line.x_m[i] - car.x_m, line.y_m[i] - car.y_m) <
+        std::hypot(line.x_m[at] - car.x_m, line.y_m[at] - car.y_m))
+      at = i;
+  while (gone < line.size()) {
+    const auto off_m = [&](std::size_t i) {
+      return std::hypot(line.x_m[i % line.size()] - car.x_m, line.y_m[i % line.size()] - car.y_m);
+    };
+    while (off_m(at + 1) < off_m(at)) at = (at + 1) % line.size(), ++gone;
+    largest_off_m = std::max(largest_off_m, off_m(at));
+    if (largest_off_m > 5.0) {
+      std::printf("off the line by %.1f m after %.1f s\n", largest_off_m, car.time_s);
+      connection.exchange({0, 0, 2e6, 2e6, 2e6, 2e6, gear}, true);
+      return 1;
+    }
+    car = connection.exchange(control(line, at, car, gear));
+  }
+  std::printf("lap in %.2f s, at most %.2f m from the line\n", car.time_s, largest_off_m);
+  connection.exchange({0, 0, 2e6, 2e6, 2e6, 2e6, gear}, true);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3 || argc > 4) {
+    std::fputs("usage: stack SOCKET LINE.csv [json|binary]\n", stderr);
+    return 2;
+  }
+  try {
+    return drive(argv[1], argv[2], argc == 4 && std::string(argv[3]) == "binary");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "stack: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,38 @@
+// What a unit that is being stepped and the program that drives it say to each other: datagrams, in
+// a JSON and in a binary form. docs/crgsim.md describes both.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sim {
+
+constexpr std::size_t kLongestMessage = 60'000;  ///< bytes; what a datagram takes everywhere
+
+/// Values for the commands of a run, in its order; NaN where the message says nothing of one.
+struct CommandMessage {
+  std::uint32_t sequence = 0;  ///< counted by whoever commands; a smaller one is old
+  std::vector<double> values;
+  bool ends = false;  ///< the run shall end
+  bool is_binary = false;
+};
+
+struct MeasurementMessage {
+  std::uint32_t sequence = 0;  ///< of the last command that was taken
+  double time_s = 0.0;
+  bool is_safe = false;  ///< the safe input acts, because commands stayed out
+  std::vector<double> values;
+};
+
+/// Reads either form: what begins with '{' is JSON. Nothing, and the reason in `why`, for what is
+/// longer than kLongestMessage, broken, or holds unknown names or numbers that are not finite.
+std::optional<CommandMessage> read_command(std::string_view bytes,
+                                           const std::vector<std::string>& names, std::string& why);
+
+std::string write_measurement(const MeasurementMessage& message,
+                              const std::vector<std::string>& names, bool as_binary);
+
+}  // namespace sim

@@ -1,0 +1,60 @@
+// A unit stepped for a program that drives it over a socket, in real time or in lockstep.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/progress.h"
+
+namespace sim {
+
+struct ServeOptions {
+  /// Path of a Unix datagram socket, or a UDP port of this machine alone.
+  std::string socket_path;
+  std::uint16_t udp_port = 0;                               ///< where there is no path
+  std::vector<std::string> commands, measurements;          ///< names of numbers of the unit
+  std::vector<std::pair<std::string, std::string>> starts;  ///< as in UnitRunOptions
+  std::vector<std::pair<std::string, double>> safe;  ///< taken by commands when they stay out
+  double safe_after_s = 0.2;                         ///< of the unit's time
+  double step_s = 0.001, stop_s = 60.0;
+  unsigned every = 10;  ///< steps from one measurement to the next
+  bool lockstep = false;
+  double speed_up = 1.0;     ///< of real time
+  double patience_s = 30.0;  ///< in lockstep: so long without a command, and the run ends
+};
+
+/// Upper ends of the bins in which durations of steps are counted, in s; the last bin has none.
+constexpr std::array kStepBins_s{10e-6, 20e-6, 50e-6, 100e-6, 200e-6, 500e-6, 1e-3, 2e-3};
+
+struct ServeCounts {
+  std::uint64_t steps = 0, late = 0;  ///< late: begun more than 2 ms after their time
+  std::uint64_t commands = 0, broken = 0, old = 0, flooded = 0;
+  std::uint64_t safe_steps = 0;
+  double latest_s = 0.0, step_sum_s = 0.0, longest_step_s = 0.0;
+  std::array<std::uint64_t, kStepBins_s.size() + 1> bins{};
+  bool real_time_scheduled = false;
+  bool asked_to_end = false, silent = false, ended_by_unit = false;
+};
+
+struct ServeRun {
+  std::vector<std::string> columns;  ///< time_s, the measurements, the commands as they acted, safe
+  std::vector<double> values;        ///< row after row, one per measurement
+  std::string first_broken;          ///< why the first broken command was refused
+  ServeCounts counts;
+
+  std::size_t rows() const { return columns.empty() ? 0 : values.size() / columns.size(); }
+};
+
+/// In lockstep every new command is followed by `every` steps and answered by the measurement then;
+/// the same sequence number again is answered by the same measurement, without a step: the same
+/// bytes for the same commands, whatever the load. In real time the unit steps from the begin, at
+/// absolute times, and the newest command counts; at most 64 datagrams are read per step.
+/// Measurements go to whoever commanded last. Throws Error as run_unit() does, and when the socket
+/// cannot be made.
+ServeRun serve_unit(const std::string& path, const ServeOptions& options,
+                    const base::Progress& progress = {});
+
+}  // namespace sim

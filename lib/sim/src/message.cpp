@@ -1,0 +1,131 @@
+#include "sim/message.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace sim {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1";
+constexpr std::uint32_t kEnds = 1, kSafe = 1;
+
+template <class Value>
+bool take(std::string_view& bytes, Value& value) {
+  if (bytes.size() < sizeof value) return false;
+  std::memcpy(&value, bytes.data(), sizeof value);
+  bytes.remove_prefix(sizeof value);
+  return true;
+}
+
+template <class Value>
+void put(std::string& bytes, const Value& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t count,
+                                          std::string& why) {
+  CommandMessage message;
+  message.is_binary = true;
+  std::uint32_t flags = 0, values = 0;
+  bytes.remove_prefix(kCommand.size());
+  if (!take(bytes, message.sequence) || !take(bytes, flags) || !take(bytes, values)) {
+    why = "cut short";
+    return std::nullopt;
+  }
+  message.ends = (flags & kEnds) != 0;
+  if (values != count || bytes.size() != count * sizeof(double)) {
+    why = "another number of values than commands were named";
+    return std::nullopt;
+  }
+  message.values.resize(count);
+  for (double& value : message.values) {
+    take(bytes, value);
+    if (!std::isfinite(value)) {
+      why = "a value that is not finite";
+      return std::nullopt;
+    }
+  }
+  return message;
+}
+
+std::optional<CommandMessage> read_json(std::string_view bytes,
+                                        const std::vector<std::string>& names, std::string& why) {
+  if (std::count(bytes.begin(), bytes.end(), '[') + std::count(bytes.begin(), bytes.end(), '{') >
+      16) {
+    why = "nested more deeply than a command is";
+    return std::nullopt;
+  }
+  const json object = json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  const auto refuse = [&](const char* reason) {
+    why = reason;
+    return std::nullopt;
+  };
+  if (!object.is_object()) return refuse("no JSON object");
+  CommandMessage message;
+  message.values.assign(names.size(), std::numeric_limits<double>::quiet_NaN());
+  for (const auto& [key, value] : object.items()) {
+    if (key == "sequence") {
+      if (!value.is_number_unsigned() ||
+          value.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max())
+        return refuse("sequence is no whole number from 0 to 4294967295");
+      message.sequence = value.get<std::uint32_t>();
+    } else if (key == "end") {
+      if (!value.is_boolean()) return refuse("end is neither true nor false");
+      message.ends = value.get<bool>();
+    } else if (key == "set") {
+      if (!value.is_object()) return refuse("set is no object");
+      for (const auto& [name, number] : value.items()) {
+        const auto found = std::find(names.begin(), names.end(), name);
+        if (found == names.end()) return refuse("a name that is no command of this run");
+        if (!number.is_number() || !std::isfinite(number.get<double>()))
+          return refuse("a value that is not finite");
+        message.values[static_cast<std::size_t>(found - names.begin())] = number.get<double>();
+      }
+    } else {
+      return refuse("a key that is not sequence, set or end");
+    }
+  }
+  return message;
+}
+
+}  // namespace
+
+std::optional<CommandMessage> read_command(std::string_view bytes,
+                                           const std::vector<std::string>& names,
+                                           std::string& why) {
+  if (bytes.size() > kLongestMessage) {
+    why = "longer than 60 kB";
+    return std::nullopt;
+  }
+  if (bytes.starts_with(kCommand)) return read_binary(bytes, names.size(), why);
+  if (bytes.starts_with('{')) return read_json(bytes, names, why);
+  why = "neither JSON nor KSC1";
+  return std::nullopt;
+}
+
+std::string write_measurement(const MeasurementMessage& message,
+                              const std::vector<std::string>& names, bool as_binary) {
+  if (!as_binary) {
+    nlohmann::ordered_json values = nlohmann::ordered_json::object();
+    for (std::size_t i = 0; i < names.size(); ++i) values[names[i]] = message.values[i];
+    return nlohmann::ordered_json{{"sequence", message.sequence},
+                                  {"time_s", message.time_s},
+                                  {"safe", message.is_safe},
+                                  {"values", std::move(values)}}
+        .dump();
+  }
+  std::string bytes(kMeasurement);
+  put(bytes, message.sequence);
+  put(bytes, message.is_safe ? kSafe : std::uint32_t{0});
+  put(bytes, static_cast<std::uint32_t>(message.values.size()));
+  put(bytes, message.time_s);
+  for (const double value : message.values) put(bytes, value);
+  return bytes;
+}
+
+}  // namespace sim

@@ -1,0 +1,30 @@
+// Single numbers of a unit by their names. Private.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "sim/unit.h"
+
+namespace sim {
+
+/// A number of a variable: an array's [1], [2] ... or all there is.
+struct Place {
+  const UnitVariable* variable;
+  std::size_t index = 0;
+};
+
+bool is_number(const UnitVariable& variable);
+
+/// The variable of this name. Throws Error, with the unit's path, where there is none.
+const UnitVariable& known(const UnitDescription& unit, const std::string& path,
+                          const std::string& name);
+
+/// The number of this name: a variable's with one value, or name[1], name[2] ... of an array.
+Place place_of(const UnitDescription& unit, const std::string& path, const std::string& name);
+
+/// Sets a variable from text, before initialisation.
+void set_start(Unit& unit, const std::string& path, const std::string& name,
+               const std::string& text);
+
+}  // namespace sim

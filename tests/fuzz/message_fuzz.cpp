@@ -1,0 +1,15 @@
+#include <cmath>
+
+#include "fuzz/target.h"
+#include "sim/message.h"
+
+void fuzz::run(std::string_view bytes) {
+  const std::vector<std::string> names{"input.throttle", "input.gear"};
+  std::string why;
+  const auto message = sim::read_command(bytes, names, why);
+  require(message.has_value() == why.empty(), "a reason where it is refused");
+  if (!message) return;
+  require(message->values.size() == names.size(), "a value for every command");
+  for (const double value : message->values)
+    require(!std::isinf(value) && (!message->is_binary || std::isfinite(value)), "finite values");
+}

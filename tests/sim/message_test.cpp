@@ -1,0 +1,77 @@
+#include "sim/message.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace {
+
+const std::vector<std::string> kNames{"throttle", "gear"};
+
+std::string why_not(std::string_view bytes) {
+  std::string why;
+  EXPECT_FALSE(sim::read_command(bytes, kNames, why).has_value()) << bytes;
+  return why;
+}
+
+std::string binary(std::uint32_t sequence, std::uint32_t flags, const std::vector<double>& values) {
+  std::string bytes = "KSC1";
+  for (const std::uint32_t number : {sequence, flags, static_cast<std::uint32_t>(values.size())})
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+  bytes.append(reinterpret_cast<const char*>(values.data()), 8 * values.size());
+  return bytes;
+}
+
+TEST(Message, CommandsAreReadInBothForms) {
+  std::string why;
+  auto json = sim::read_command(R"({"sequence": 7, "set": {"gear": 2}})", kNames, why);
+  ASSERT_TRUE(json) << why;
+  EXPECT_EQ(json->sequence, 7u);
+  EXPECT_TRUE(std::isnan(json->values[0]));
+  EXPECT_EQ(json->values[1], 2.0);
+  EXPECT_FALSE(json->ends);
+  const auto bytes = sim::read_command(binary(8, 1, {0.5, 3.0}), kNames, why);
+  ASSERT_TRUE(bytes) << why;
+  EXPECT_EQ(bytes->sequence, 8u);
+  EXPECT_TRUE(bytes->ends);
+  EXPECT_EQ(bytes->values, (std::vector{0.5, 3.0}));
+}
+
+TEST(Message, WhatIsNoCommandIsRefused) {
+  EXPECT_EQ(why_not(""), "neither JSON nor KSC1");
+  EXPECT_EQ(why_not("{"), "no JSON object");
+  EXPECT_EQ(why_not(R"({"set": {"brake": 1}})"), "a name that is no command of this run");
+  EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object");
+  EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"), "a value that is not finite");
+  EXPECT_EQ(why_not(R"({"sequence": -1})"), "sequence is no whole number from 0 to 4294967295");
+  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set or end");
+  EXPECT_EQ(why_not(std::string(100, '{')), "nested more deeply than a command is");
+  EXPECT_EQ(why_not(std::string(sim::kLongestMessage + 1, ' ')), "longer than 60 kB");
+  EXPECT_EQ(why_not("KSC1abc"), "cut short");
+  EXPECT_EQ(why_not(binary(1, 0, {0.5})), "another number of values than commands were named");
+  EXPECT_EQ(why_not(binary(1, 0, {0.5, std::numeric_limits<double>::quiet_NaN()})),
+            "a value that is not finite");
+  EXPECT_EQ(why_not(binary(1, 0, {0.5, 1.0}) + "x"),
+            "another number of values than commands were named");
+}
+
+TEST(Message, MeasurementsAreWrittenInBothForms) {
+  const sim::MeasurementMessage message{7, 0.25, true, {1.0 / 3.0, -2.0}};
+  EXPECT_EQ(
+      sim::write_measurement(message, {"car.x", "car.y"}, false),
+      R"({"sequence":7,"time_s":0.25,"safe":true,"values":{"car.x":0.3333333333333333,"car.y":-2.0}})");
+  const std::string bytes = sim::write_measurement(message, {"car.x", "car.y"}, true);
+  ASSERT_EQ(bytes.size(), 4u + 12u + 8u + 16u);
+  EXPECT_EQ(bytes.substr(0, 4), "KSM1");
+  std::uint32_t flags = 0;
+  double third = 0.0;
+  std::memcpy(&flags, bytes.data() + 8, 4);
+  std::memcpy(&third, bytes.data() + 24, 8);
+  EXPECT_EQ(flags, 1u);
+  EXPECT_EQ(third, 1.0 / 3.0);
+}
+
+}  // namespace

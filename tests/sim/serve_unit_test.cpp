@@ -1,0 +1,212 @@
+#include "sim/serve_unit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "base/error.h"
+#include "some_unit.h"
+#include "support/places.h"
+#include "support/run_tool.h"
+
+namespace {
+
+using sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
+using ::testing::HasSubstr;
+
+const std::string kThrough = description_2(
+    "through", scalar_2("a", 10, "input") + scalar_2("n", 11, "input", "Integer") +
+                   scalar_2("b", 20, "output") + scalar_2("m", 21, "output", "Integer"));
+
+/// A program that drives, as a Unix datagram socket.
+class Driver {
+ public:
+  explicit Driver(const std::string& path) : own_(path + ".driver") {
+    for (int tries = 0; tries < 500 && !std::filesystem::exists(path); ++tries)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const sockaddr_un mine = address(own_), theirs = address(path);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&mine), sizeof mine), 0);
+    EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&theirs), sizeof theirs), 0);
+    const timeval patience{5, 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
+  Driver(const Driver&) = delete;
+  Driver& operator=(const Driver&) = delete;
+  ~Driver() {
+    ::close(socket_);
+    ::unlink(own_.c_str());
+  }
+  void say(const std::string& bytes) const { ::send(socket_, bytes.data(), bytes.size(), 0); }
+  nlohmann::json hear() const {
+    std::string bytes(65536, '\0');
+    const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), 0);
+    EXPECT_GT(count, 0) << "no measurement came";
+    return nlohmann::json::parse(
+        bytes.substr(0, static_cast<std::size_t>(std::max<ssize_t>(count, 0))), nullptr, false);
+  }
+
+ private:
+  static sockaddr_un address(const std::string& path) {
+    sockaddr_un out{};
+    out.sun_family = AF_UNIX;
+    std::copy_n(path.begin(), std::min(path.size(), sizeof out.sun_path - 1), out.sun_path);
+    return out;
+  }
+  std::string own_;
+  int socket_ = ::socket(AF_UNIX, SOCK_DGRAM, 0);
+};
+
+sim::ServeOptions options_of(const support::TemporaryFolder& folder) {
+  sim::ServeOptions options;
+  options.socket_path = folder.path("s");
+  options.commands = {"a", "n"};
+  options.measurements = {"b", "m"};
+  options.step_s = 0.01;
+  options.stop_s = 0.5;
+  return options;
+}
+
+TEST(ServeUnit, InLockstepEveryCommandIsFollowedByItsSteps) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  sim::ServeOptions options = options_of(folder);
+  options.lockstep = true;
+  options.every = 5;
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    driver.say(R"({"sequence": 1, "set": {"a": 0.5, "n": 3}})");
+    EXPECT_EQ(
+        driver.hear(),
+        nlohmann::json::parse(
+            R"({"sequence": 1, "time_s": 0.05, "safe": false, "values": {"b": 0.5, "m": 3}})"));
+    driver.say(R"({"sequence": 1, "set": {"a": 9}})");  // said again: not acted on again
+    EXPECT_EQ(driver.hear().at("values").at("b"), 0.5);
+    driver.say("nonsense");
+    driver.say(R"({"sequence": 0, "set": {"a": 8}})");  // old
+    driver.say(R"({"sequence": 5, "set": {"a": -1}})");
+    const nlohmann::json second = driver.hear();
+    EXPECT_EQ(second.at("time_s"), 0.1);
+    EXPECT_EQ(second.at("values").at("b"), -1.0);
+    EXPECT_EQ(second.at("values").at("m"), 3.0) << "what a command does not name stays";
+    driver.say(R"({"sequence": 6, "end": true})");
+  });
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  drives.join();
+  EXPECT_TRUE(run.counts.asked_to_end);
+  EXPECT_EQ(run.counts.steps, 10u);
+  EXPECT_EQ(run.counts.commands, 3u);
+  EXPECT_EQ(run.counts.broken, 1u);
+  EXPECT_EQ(run.counts.old, 1u);
+  EXPECT_EQ(run.first_broken, "neither JSON nor KSC1");
+  EXPECT_THAT(run.columns, testing::ElementsAre("time_s", "b", "m", "a", "n", "safe"));
+  EXPECT_EQ(run.rows(), 3u);
+  EXPECT_FALSE(std::filesystem::exists(options.socket_path));
+}
+
+TEST(ServeUnit, InRealTimeTheSafeInputActsWhenCommandsStayOut) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  sim::ServeOptions options = options_of(folder);
+  options.stop_s = 1.0;
+  options.every = 1;
+  options.safe_after_s = 0.2;
+  options.safe = {{"a", -7.0}};
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    driver.say(R"({"sequence": 100, "set": {"a": 2}})");  // and then nothing more
+    for (int k = 0; k < 200; ++k) driver.say("{\"set\": {\"a\": NaN}}");
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  const double took_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  drives.join();
+  EXPECT_EQ(run.counts.steps, 100u);
+  EXPECT_GE(took_s, 0.95) << "real time";
+  EXPECT_EQ(run.counts.commands, 1u);
+  EXPECT_EQ(run.counts.broken, 200u);
+  // Taken early in the run, acting for 0.2 s, then the safe input.
+  const std::size_t last = run.rows() - 1;
+  EXPECT_EQ(run.values[last * 6 + 1], -7.0);
+  EXPECT_EQ(run.values[last * 6 + 5], 1.0);
+  std::size_t acted = 0;
+  for (std::size_t i = 0; i < run.rows(); ++i) acted += run.values[i * 6 + 1] == 2.0 ? 1 : 0;
+  EXPECT_GE(acted, 19u);
+  EXPECT_LE(acted, 21u);
+  EXPECT_EQ(run.counts.safe_steps + 20, 100 - (run.counts.steps - run.counts.safe_steps - 20));
+}
+
+TEST(ServeUnit, RefusesInOneLine) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  const auto refusal = [&](const sim::ServeOptions& options) -> std::string {
+    try {
+      sim::serve_unit(unit, options);
+    } catch (const base::Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  sim::ServeOptions options = options_of(folder);
+  options.commands = {"b"};
+  EXPECT_THAT(refusal(options), HasSubstr("b is no input of the unit"));
+  options = options_of(folder);
+  options.safe = {{"x", 1.0}};
+  EXPECT_THAT(refusal(options), HasSubstr("the safe input x is no command of this run"));
+  options = options_of(folder);
+  options.measurements = {"none"};
+  EXPECT_THAT(refusal(options), HasSubstr("no variable 'none'"));
+  options = options_of(folder);
+  folder.file("s", "a file");
+  EXPECT_THAT(refusal(options), HasSubstr("no socket can be made there"));
+  EXPECT_EQ(folder.read("s"), "a file");
+  options = options_of(folder);
+  options.socket_path = folder.path("t");
+  options.lockstep = true;
+  options.patience_s = 0.2;
+  const sim::ServeRun silent = sim::serve_unit(unit, options);
+  EXPECT_TRUE(silent.counts.silent);
+}
+
+/// The stack of examples/stack, which knows the messages only, drives a lap; the same bytes come of
+/// both forms of messages.
+TEST(ServeUnit, AStackDrivesALap) {
+  const support::TemporaryFolder folder;
+  const std::string script = fmt::format(
+      R"(set -e; cd '{}'
+{} synth {}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet
+{} export demo/kerbstone-ring_truth.crg --tum -o line.csv --quiet
+{} fmu {}/vehicles/open_wheel/vehicle.yaml --track demo/kerbstone-ring_truth.crg -o car.fmu --quiet
+for form in json binary; do
+  {} serve car.fmu --socket s --lockstep --every 10 --stop-s 300 --patience-s 20 -o $form.csv \
+    --command input.steering --command input.throttle --command input.brake.fl --command input.brake.fr \
+    --command input.brake.rl --command input.brake.rr --command input.gear \
+    --measure car.x --measure car.y --measure car.yaw --measure car.vx > $form.log &
+  while [ ! -S s ]; do sleep 0.05; done
+  {} s line.csv $form >> lap.log
+  wait $!
+done)",
+      folder.path("."), places::crgbuild(), places::source(), places::crgbuild(),
+      places::crgdrive(), places::source(), places::crgsim(), EXAMPLE_STACK);
+  folder.file("all.sh", script);
+  ASSERT_EQ(std::system(
+                ("timeout 200 bash " + folder.path("all.sh") + " > " + folder.path("log") + " 2>&1")
+                    .c_str()),
+            0)
+      << folder.read("log") << folder.read("lap.log");
+  EXPECT_THAT(folder.read("lap.log"), HasSubstr("lap in "));
+  EXPECT_EQ(folder.read("json.csv"), folder.read("binary.csv"));
+  EXPECT_THAT(folder.read("json.log"), HasSubstr("ended by a command"));
+}
+
+}  // namespace

@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "base/json_text.h"
+#include "base/write_file.h"
+#include "commands.h"
+#include "sim/serve_unit.h"
+
+namespace crgsim {
+namespace {
+
+/// Between which durations how many steps took.
+nlohmann::ordered_json histogram(const sim::ServeCounts& counts) {
+  nlohmann::ordered_json bins = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < counts.bins.size(); ++k)
+    bins.push_back(
+        {{"up_to_s", k < sim::kStepBins_s.size() ? nlohmann::ordered_json(sim::kStepBins_s[k])
+                                                 : nlohmann::ordered_json()},
+         {"steps", counts.bins[k]}});
+  return bins;
+}
+
+nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
+  const sim::ServeCounts& c = run.counts;
+  const double steps = static_cast<double>(std::max<std::uint64_t>(c.steps, 1));
+  return {{"ended", ended},
+          {"steps", c.steps},
+          {"measurements", run.rows()},
+          {"commands", c.commands},
+          {"broken_commands", c.broken},
+          {"old_commands", c.old},
+          {"flooded_steps", c.flooded},
+          {"safe_steps", c.safe_steps},
+          {"late_steps", c.late},
+          {"latest_s", c.latest_s},
+          {"mean_step_s", c.step_sum_s / steps},
+          {"longest_step_s", c.longest_step_s},
+          {"step_histogram", histogram(c)},
+          {"real_time_scheduling", c.real_time_scheduled}};
+}
+
+}  // namespace
+
+int serve(const ServeCommand& command, Terminal& terminal) {
+  if (command.socket_path.empty() == (command.udp_port == 0))
+    throw command::UsageError("one of --socket PATH and --udp PORT is wanted");
+  sim::ServeOptions options;
+  options.socket_path = command.socket_path;
+  options.udp_port = command.udp_port;
+  options.commands = command.commands;
+  options.measurements = command.measurements;
+  for (const std::string& start : command.starts)
+    options.starts.push_back(assignment("--set", start));
+  for (const std::string& text : command.safe) {
+    const auto [name, value] = assignment("--safe", text);
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc() || end != value.data() + value.size())
+      throw command::UsageError("--safe " + text + ": NAME=NUMBER wanted");
+    options.safe.emplace_back(name, number);
+  }
+  options.safe_after_s = command.safe_after_s;
+  options.stop_s = command.stop_s;
+  options.step_s = command.step_s;
+  options.every = command.every;
+  options.lockstep = command.lockstep;
+  options.speed_up = command.speed_up;
+  options.patience_s = command.patience_s;
+  terminal.start("waiting for commands");
+  const sim::ServeRun run = sim::serve_unit(command.unit_path, options, terminal.progress());
+  terminal.progress_done();
+  const sim::ServeCounts& c = run.counts;
+  if (c.broken > 0)
+    terminal.remark(fmt::format("{} commands were refused, the first because of {}", c.broken,
+                                run.first_broken));
+  if (!command.out_path.empty())
+    base::write_file(command.out_path, csv_of(run.columns, run.values));
+  const char* const ended = c.ended_by_unit  ? "by the unit"
+                            : c.asked_to_end ? "by a command"
+                            : c.silent       ? "because no command came"
+                                             : "at its stop";
+  if (terminal.json) {
+    terminal.print(base::json_text(json_of(run, ended)));
+  } else {
+    terminal.print(fmt::format(
+        "ended {} after {:g} s: {} steps, {} measurements, {} commands taken, {} old, {} broken\n",
+        ended, static_cast<double>(c.steps) * command.step_s, c.steps, run.rows(), c.commands,
+        c.old, c.broken));
+    terminal.print(fmt::format(
+        "a step takes {:.1f} us, the longest {:.1f} us; {} began more than 2 ms late, the latest "
+        "{:.2f} ms; the safe input acted in {} steps\n",
+        1e6 * c.step_sum_s / static_cast<double>(std::max<std::uint64_t>(c.steps, 1)),
+        1e6 * c.longest_step_s, c.late, 1e3 * c.latest_s, c.safe_steps));
+  }
+  return c.silent ? command::kNotValid : kOk;
+}
+
+}  // namespace crgsim
