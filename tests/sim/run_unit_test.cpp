@@ -131,6 +131,8 @@ TEST(RunUnit, MisbehaviourIsOneLine) {
     return refusal(write_unit(folder, description_2(kind, scalar_2("t", 0, "output")), 2));
   };
   EXPECT_THAT(said("crashes"), HasSubstr("the unit crashed after 0.45 s (signal 11: Segm"));
+  EXPECT_THAT(said("leaves"),
+              HasSubstr("crashed after 0.45 s (it ended its process with exit code 3)"));
   EXPECT_THAT(said("errs"), HasSubstr("the step of 0.01 s at 0.45 s: error from the unit"));
   EXPECT_THAT(said("another"),
               HasSubstr("cannot be instantiated; it says: 'another' is not my guid"));

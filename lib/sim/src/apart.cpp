@@ -19,7 +19,8 @@
 namespace sim {
 namespace {
 
-constexpr char kEnded = '.';  ///< of the third process: the signal
+constexpr char kFinished = '!';  ///< of the worker: it came to the end of its work
+constexpr char kEnded = '.';     ///< of the third process: the worker's status
 constexpr std::uint32_t kMostBytes = 1u << 28;
 
 bool write_all(int to, const void* data, std::size_t size) {
@@ -67,6 +68,7 @@ void plain_signals() {
   ::dup2(STDERR_FILENO, STDOUT_FILENO);
   try {
     work([to](Words words) { say(to, words); });
+    say(to, {kFinished, {}});
   } catch (const std::exception& error) {
     say(to, {'E', error.what()});
   } catch (...) {
@@ -96,17 +98,16 @@ void plain_signals() {
       if (::waitpid(worker, &status, signal == SIGUSR1 ? 0 : WNOHANG) == worker) break;
   }
   afterwards();
-  const unsigned char ended =
-      WIFSIGNALED(status) ? static_cast<unsigned char>(WTERMSIG(status)) : 0;
   std::signal(SIGPIPE, SIG_IGN);
-  say(to, {kEnded, {reinterpret_cast<const char*>(&ended), 1}});
+  say(to, {kEnded, {reinterpret_cast<const char*>(&status), sizeof status}});
   ::_exit(worker > 0 ? 0 : 1);
 }
 
 }  // namespace
 
-int run_apart(const std::function<void(const std::function<void(Words)>& say)>& work,
-              const std::function<void()>& afterwards, const std::function<void(Words)>& take) {
+std::string run_apart(const std::function<void(const std::function<void(Words)>& say)>& work,
+                      const std::function<void()>& afterwards,
+                      const std::function<void(Words)>& take) {
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
     throw base::Error(std::string("no process can be started: ") + std::strerror(errno));
@@ -119,7 +120,8 @@ int run_apart(const std::function<void(const std::function<void(Words)>& say)>& 
     if (guardian == 0) be_the_guardian(to.value, self, work, afterwards);
   }
   if (guardian < 0) throw base::Error("no process can be started");
-  int ended_by = SIGKILL;
+  int status = SIGKILL;  // as long as nobody says otherwise
+  bool finished = false;
   std::string bytes;
   try {
     while (true) {
@@ -129,10 +131,11 @@ int run_apart(const std::function<void(const std::function<void(Words)>& say)>& 
       if (size > kMostBytes) break;
       bytes.resize(size);
       if (!read_all(from.value, bytes.data(), size)) break;
-      if (kind == kEnded && size == 1)
-        ended_by = static_cast<unsigned char>(bytes[0]);
-      else
-        take({kind, bytes});
+      if (kind == kEnded && size == sizeof status)
+        std::memcpy(&status, bytes.data(), size);
+      else if (kind == kFinished || kind == 'E')
+        finished = true;
+      if (kind != kEnded && kind != kFinished) take({kind, bytes});
     }
   } catch (...) {
     ::kill(guardian, SIGUSR1);
@@ -140,16 +143,20 @@ int run_apart(const std::function<void(const std::function<void(Words)>& say)>& 
     throw;
   }
   ::waitpid(guardian, nullptr, 0);
-  return ended_by;
+  if (WIFSIGNALED(status)) {
+    const char* const name = ::strsignal(WTERMSIG(status));
+    return fmt::format("signal {}: {}", WTERMSIG(status), name == nullptr ? "" : name);
+  }
+  // Foreign code may call exit().
+  return finished ? "" : fmt::format("it ended its process with exit code {}", WEXITSTATUS(status));
 }
 
-void want_no_crash(const std::string& path, int signal, std::optional<double> reached_s) {
-  if (signal == 0) return;
-  const char* const name = ::strsignal(signal);
+void want_no_crash(const std::string& path, const std::string& how,
+                   std::optional<double> reached_s) {
+  if (how.empty()) return;
   throw base::Error(fmt::format(
-      "{}: the unit crashed {} (signal {}: {})", path,
-      reached_s ? fmt::format("after {:.6g} s", *reached_s) : "before it was initialised", signal,
-      name == nullptr ? "" : name));
+      "{}: the unit crashed {} ({})", path,
+      reached_s ? fmt::format("after {:.6g} s", *reached_s) : "before it was initialised", how));
 }
 
 }  // namespace sim

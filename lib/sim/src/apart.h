@@ -17,12 +17,14 @@ struct Words {
 /// Calls `work` in a child process, which says things through its argument; `take` gets them here,
 /// as they come. When the child has ended, or this process has, `afterwards` is called in a third
 /// process: it removes what the child used. Standard output of the child goes to standard error.
-/// Gives the signal by which the child was killed, or 0. Exceptions of `work` become an 'E' with
-/// their text.
-int run_apart(const std::function<void(const std::function<void(Words)>& say)>& work,
-              const std::function<void()>& afterwards, const std::function<void(Words)>& take);
+/// Gives how the child ended before its work did (a signal, exit()), else nothing. Exceptions of
+/// `work` become an 'E' with their text.
+std::string run_apart(const std::function<void(const std::function<void(Words)>& say)>& work,
+                      const std::function<void()>& afterwards,
+                      const std::function<void(Words)>& take);
 
-/// Throws Error naming the signal that killed a unit's process, and the time that it had reached.
-void want_no_crash(const std::string& path, int signal, std::optional<double> reached_s);
+/// Throws Error when a unit's process ended before its work did, with the time that it had reached.
+void want_no_crash(const std::string& path, const std::string& how,
+                   std::optional<double> reached_s);
 
 }  // namespace sim

@@ -143,7 +143,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
 
   const UnpackedUnit files(path);
   std::string refused;
-  const int ended_by = run_apart(
+  const std::string how = run_apart(
       [&](const std::function<void(Words)>& say) {
         work(files, description, options, start_s, run.stop_s, run.step_s, recorded, say);
       },
@@ -162,7 +162,7 @@ UnitRun run_unit(const std::string& path, const UnitRunOptions& options,
         if (progress) progress("steps", static_cast<double>(run.rows()) / rows);
       });
   if (!refused.empty()) throw base::Error(refused);
-  want_no_crash(path, ended_by,
+  want_no_crash(path, how,
                 run.rows() == 0 ? std::nullopt
                                 : std::optional(run.values[(run.rows() - 1) * run.columns.size()]));
   return run;

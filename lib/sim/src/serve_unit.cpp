@@ -270,7 +270,7 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& options,
   CommandSocket socket(options.socket_path, options.udp_port);
   const SocketPath socket_path{options.socket_path};
   std::string refused;
-  const int ended_by = run_apart(
+  const std::string how = run_apart(
       [&](const std::function<void(Words)>& say) {
         Unit unit(files, description);
         for (const auto& [name, text] : options.starts) set_start(unit, path, name, text);
@@ -294,7 +294,7 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& options,
         if (progress) progress("steps", run.values[at] / options.stop_s);
       });
   if (!refused.empty()) throw base::Error(refused);
-  want_no_crash(path, ended_by,
+  want_no_crash(path, how,
                 run.rows() == 0 ? std::nullopt
                                 : std::optional(run.values[(run.rows() - 1) * run.columns.size()]));
   return run;
