@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double kAboutAsLong = 0.7;  // of the longest way
 constexpr double kWider = 1.2;
-constexpr double kAlike = 1.3;           // of two lengths
+constexpr double kAlike = 1.15;          // of two lengths: a longer way round is a detour
 constexpr double kNoPartShare = 0.03;    // of the length: an island in the road
 constexpr double kLookWidths = 2.0;      // along a branch, to see on which side it leaves
 constexpr double kLongestWidths = 20.0;  // of a fork, to each side of the place where it divides
