@@ -83,8 +83,9 @@ std::string alignment_text(const nlohmann::json& align) {
   const auto& outliers = align.at("outliers");
   std::string text =
       fmt::format("aligned  by {}: rms {:.1f} mm",
-                  align.at("by") == "trajectory"
-                      ? "the trajectory"
+                  align.at("by") == "trajectory" ? "the trajectory"
+                  : align.at("by") == "guide"
+                      ? "the guide"
                       : fmt::format("{} control points", names.size() - outliers.size()),
                   1e3 * align.at("rms_m").get<double>());
   std::string worst, left_out;

@@ -183,8 +183,9 @@ road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& 
   const auto summary = nlohmann::json::parse(result.summary_json);
   if (const std::string bound = smoothing_bound(summary); !bound.empty())
     request.remarks.push_back(bound);
-  if (recipe.trajectory_path) {  // the build has fitted it already
-    const auto& align = summary["align"];
+  const auto& align = summary["align"];
+  if (!align.is_null() &&
+      (align["by"] == "trajectory" || align["by"] == "guide")) {  // by the build
     request.T_global_mesh.yaw_rad = align["yaw_deg"].get<double>() * M_PI / 180.0;
     for (int k = 0; k < 3; ++k)
       request.T_global_mesh.translation_m[k] =

@@ -28,6 +28,11 @@ constexpr double kSteepestTilt_rad =
     20.0 * std::numbers::pi / 180.0;   // more is another axis that points up
 constexpr double kLargestScale = 2.0;  // more, or less than its inverse, is another unit
 constexpr std::size_t kMostTriples = 5000;
+// A line that lies on the road in two ways so different, and in one of them not clearly worse.
+constexpr double kOtherWayRound_rad = 0.2;
+constexpr double kClearlyWorse = 2.0;
+constexpr double kDriven_m = 0.5;  // nobody drives on the middle more exactly
+constexpr std::size_t kBeginnings = 6;
 
 using Indices = std::vector<std::size_t>;
 
@@ -393,8 +398,11 @@ AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool
   const std::size_t n = road.size();
   // More than one lap adds nothing to the search.
   const std::size_t count = std::min(driven.size(), n);
-  double best_m = std::numeric_limits<double>::infinity();
-  RotoTranslation T;
+  struct Coarse {
+    double error_m;
+    RotoTranslation T;
+  };
+  std::vector<Coarse> tried;
   for (const int direction : {1, -1}) {
     for (std::size_t start = 0; start < n; ++start) {
       std::vector<ControlPoint> pairs;
@@ -410,51 +418,80 @@ AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool
       Indices used(pairs.size());
       std::iota(used.begin(), used.end(), std::size_t{0});
       const RotoTranslation candidate = fit(pairs, used);
-      const double error_m = rms(candidate, pairs, used);
-      if (error_m < best_m) {
-        best_m = error_m;
-        T = candidate;
-      }
+      tried.push_back({rms(candidate, pairs, used), candidate});
     }
   }
-  // Then every point against the nearest place of the line (Besl and McKay 1992).
-  AlignReport report;
-  for (int pass = 0; pass < 30; ++pass) {
-    std::vector<ControlPoint> pairs;
-    report.residual_m.clear();
-    const Eigen::AngleAxisd back(-T.yaw_rad, Eigen::Vector3d::UnitZ());
-    for (const Eigen::Vector3d& point : trajectory_m) {
-      const Eigen::Vector3d local = back * (point - T.translation_m);
-      double nearest = std::numeric_limits<double>::infinity();
-      Eigen::Vector3d place = middle_m.front();
-      for (std::size_t i = 0; i + (closed ? 0 : 1) < middle_m.size(); ++i) {
-        const Eigen::Vector3d& a = middle_m[i];
-        const Eigen::Vector3d ab = middle_m[(i + 1) % middle_m.size()] - a;
-        const double square = ab.head<2>().squaredNorm();
-        const double s =
-            square > 0.0 ? std::clamp(ab.head<2>().dot((local - a).head<2>()) / square, 0.0, 1.0)
-                         : 0.0;
-        const double distance = (local - a - s * ab).head<2>().squaredNorm();
-        if (distance < nearest) {
-          nearest = distance;
-          place = a + s * ab;
+  // Then every point against the line beside it, whose direction leaves it free to slide along
+  // (Chen and Medioni 1992).
+  const auto refined = [&](RotoTranslation T) {
+    AlignReport report;
+    for (int pass = 0; pass < 50; ++pass) {
+      report.residual_m.clear();
+      Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+      Eigen::Vector3d right = Eigen::Vector3d::Zero();
+      double above_m = 0.0;
+      const Eigen::AngleAxisd back(-T.yaw_rad, Eigen::Vector3d::UnitZ());
+      for (const Eigen::Vector3d& point : trajectory_m) {
+        const Eigen::Vector3d local = back * (point - T.translation_m);
+        double nearest = std::numeric_limits<double>::infinity();
+        Eigen::Vector3d place = middle_m.front();
+        Eigen::Vector2d along = Eigen::Vector2d::UnitX();
+        for (std::size_t i = 0; i + (closed ? 0 : 1) < middle_m.size(); ++i) {
+          const Eigen::Vector3d& a = middle_m[i];
+          const Eigen::Vector3d ab = middle_m[(i + 1) % middle_m.size()] - a;
+          const double square = ab.head<2>().squaredNorm();
+          if (!(square > 0.0)) continue;
+          const double s = std::clamp(ab.head<2>().dot((local - a).head<2>()) / square, 0.0, 1.0);
+          const double distance = (local - a - s * ab).head<2>().squaredNorm();
+          if (distance < nearest) {
+            nearest = distance;
+            place = a + s * ab;
+            along = ab.head<2>() / std::sqrt(square);
+          }
         }
+        report.residual_m.push_back(std::sqrt(nearest));
+        const Eigen::Vector2d across(-along.y(), along.x());
+        // Turned by `angle` and moved by d, the point is off by error + J (angle, d).
+        const Eigen::Vector3d J(across.dot(Eigen::Vector2d(-local.y(), local.x())) / length_m,
+                                across.x(), across.y());
+        normal += J * J.transpose();
+        right -= J * across.dot((local - place).head<2>());
+        above_m += (local - place).z() / static_cast<double>(trajectory_m.size());
       }
-      pairs.push_back({"", place, point});
-      report.residual_m.push_back(std::sqrt(nearest));
+      const Eigen::Vector3d step = normal.completeOrthogonalDecomposition().solve(right);
+      T.yaw_rad -= step.x() / length_m;
+      T.translation_m -= Eigen::AngleAxisd(T.yaw_rad, Eigen::Vector3d::UnitZ()) *
+                         Eigen::Vector3d(step.y(), step.z(), -above_m);
+      if (step.norm() + std::abs(above_m) < 1e-4) break;
     }
-    Indices used(pairs.size());
-    std::iota(used.begin(), used.end(), std::size_t{0});
-    const RotoTranslation next = fit(pairs, used);
-    const double moved = std::abs(next.yaw_rad - T.yaw_rad) * length_m +
-                         (next.translation_m - T.translation_m).norm();
-    T = next;
-    if (moved < 1e-4) break;
+    report.T_global_mesh = T;
+    for (const double r : report.residual_m)
+      report.rms_m += r * r / static_cast<double>(report.residual_m.size());
+    report.rms_m = std::sqrt(report.rms_m);
+    return report;
+  };
+  // From the best beginning in each direction: an oval lies on itself after half a turn, and then
+  // nothing in its shape tells which way round it is.
+  const auto differ = [](const RotoTranslation& a, const RotoTranslation& b) {
+    return std::abs(std::remainder(a.yaw_rad - b.yaw_rad, 2.0 * std::numbers::pi)) >
+           kOtherWayRound_rad;
+  };
+  std::sort(tried.begin(), tried.end(),
+            [](const Coarse& a, const Coarse& b) { return a.error_m < b.error_m; });
+  std::vector<RotoTranslation> begun;
+  std::vector<AlignReport> ended;
+  for (const Coarse& one : tried) {
+    if (begun.size() == kBeginnings) break;
+    if (!std::all_of(begun.begin(), begun.end(),
+                     [&](const RotoTranslation& other) { return differ(one.T, other); }))
+      continue;
+    begun.push_back(one.T);
+    ended.push_back(refined(one.T));
   }
-  report.T_global_mesh = T;
-  for (const double r : report.residual_m)
-    report.rms_m += r * r / static_cast<double>(report.residual_m.size());
-  report.rms_m = std::sqrt(report.rms_m);
+  if (ended.empty()) throw Error("the trajectory is longer than this road");
+  std::stable_sort(ended.begin(), ended.end(),
+                   [](const AlignReport& a, const AlignReport& b) { return a.rms_m < b.rms_m; });
+  AlignReport& report = ended.front();
   const double worst_m = std::max(10.0, 0.01 * length_m);
   if (!(report.rms_m <= worst_m)) {
     throw Error(
@@ -463,6 +500,17 @@ AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool
                     "that both are the same track",
                     report.rms_m, worst_m));
   }
+  for (const AlignReport& other : ended)
+    if (differ(other.T_global_mesh, report.T_global_mesh) &&
+        other.rms_m < kClearlyWorse * report.rms_m + std::min(kDriven_m, 0.002 * length_m))
+      throw Error(fmt::format(
+          "the road's shape is the same when it is turned by {:.0f} deg, so its line alone does "
+          "not "
+          "tell how it lies ({:.2f} and {:.2f} m rms); give control points",
+          180.0 / std::numbers::pi *
+              std::abs(std::remainder(other.T_global_mesh.yaw_rad - report.T_global_mesh.yaw_rad,
+                                      2.0 * std::numbers::pi)),
+          report.rms_m, other.rms_m));
   return report;
 }
 

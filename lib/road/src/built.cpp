@@ -55,6 +55,7 @@ struct Prepared {
   Recipe recipe;
   TiltAndScale tilt_and_scale;
   std::optional<FrictionPaint> paint;
+  bool guide_lays_mesh = false;  ///< then the guide comes after the mesh
 };
 
 /// Everything small first: a damaged one is refused before the mesh costs seconds.
@@ -63,7 +64,9 @@ Prepared prepare(const Recipe& recipe, BuildSummary& summary) {
   summary.placement = place_mesh(recipe);
   if (summary.placement) prepared.tilt_and_scale = summary.placement->align.tilt_and_scale;
   if (recipe.friction.wanted) prepared.paint = read_friction_paint(recipe.friction);
-  prepared.recipe.clean.guide = place_guide(recipe, summary.placement);
+  prepared.guide_lays_mesh = guide_lays_mesh(recipe, summary.placement);
+  if (!prepared.guide_lays_mesh)
+    prepared.recipe.clean.guide = place_guide(recipe, summary.placement);
   return prepared;
 }
 
@@ -164,6 +167,14 @@ void put_on_the_earth(const Recipe& recipe, Built& built) {
   std::optional<Placement>& placement = built.summary.placement;
   if (recipe.trajectory_path)
     placement = place_road(recipe, line_with_heights(built.line, built.sampled));
+  else if (placement && placement->by == "guide") {
+    const crg::ReferenceLine line = line_with_heights(built.line, built.sampled);
+    std::vector<Eigen::Vector3d> middle_m;
+    for (std::size_t i = 0; i < line.size(); ++i)
+      middle_m.emplace_back(line.x_m[i], line.y_m[i], line.z_m[i]);
+    placement->align =
+        fit_guide(middle_m, line.closed, guide_on_the_earth(recipe, placement->projection));
+  }
   if (!placement) return;
   apply_alignment(placement->align.T_global_mesh, built.line);
   for (KerbPatch& patch : built.patches)
@@ -206,6 +217,11 @@ Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
     });
   };
   built.mesh = stage("read", [&] { return read(prepared, summary); });
+  if (prepared.guide_lays_mesh)
+    stage("lay_on_guide", [&] {
+      summary.placement = place_by_guide(prepared.recipe, built.mesh);
+      prepared.recipe.clean.guide = place_guide(recipe, summary.placement);
+    });
   built.road = finding("clean", [&] { return cleaned_mesh(recipe, prepared, options, built); });
   built.centreline = finding(
       "centreline", [&] { return trace_centreline(built.road, prepared.recipe.centreline); });

@@ -140,7 +140,8 @@ std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Place
           fmt::format("{}: has latitudes and longitudes, and nothing tells where the mesh lies on "
                       "the Earth; give control points "
                       "with latitudes and longitudes (--control-points FILE), or the guide as "
-                      "x_m,y_m in the frame of the mesh",
+                      "x_m,y_m in the frame of the mesh; crgbuild build alone can lay a mesh on a "
+                      "guide, where the recipe does not say how it lies",
                       path));
     const RotoTranslation& T = placement->align.T_global_mesh;
     const double cosine = std::cos(T.yaw_rad), sine = std::sin(T.yaw_rad);
@@ -151,6 +152,19 @@ std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Place
            p.z() - T.translation_m.z()};
     }
   }
+  return naming(path, [&] { return guide_along(file.points); });
+}
+
+bool guide_lays_mesh(const Recipe& recipe, const std::optional<Placement>& placement) {
+  if (!recipe.guide_path || placement) return false;
+  return read_guide(*recipe.guide_path, recipe.guide_mapping_path.value_or("")).geographic;
+}
+
+Guide guide_on_the_earth(const Recipe& recipe, Projection& projection) {
+  const std::string& path = *recipe.guide_path;
+  GuideFile file = read_guide(path, recipe.guide_mapping_path.value_or(""));
+  projection = projection_at(recipe.projection, file.points[0].x(), file.points[0].y());
+  for (Eigen::Vector3d& p : file.points) p.head<2>() = project(projection, p.x(), p.y());
   return naming(path, [&] { return guide_along(file.points); });
 }
 

@@ -90,7 +90,7 @@ Similarity fit_similarity(const std::vector<ControlPoint>& points, bool with_sca
 /// start, closed or part of a lap) without known point pairs. The result is exact as far as the
 /// driver kept to the middle: what is asymmetric about the racing line remains. residual_m:
 /// distance of each trajectory point from the aligned line in plan. Throws Error when either has
-/// less than 10 points or the two differ in shape.
+/// less than 10 points, the two differ in shape, or the road lies on itself when it is turned.
 AlignReport fit_to_trajectory(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
                               const std::vector<Eigen::Vector3d>& trajectory_m);
 

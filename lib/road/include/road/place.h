@@ -12,10 +12,10 @@
 namespace road {
 
 struct Placement {
-  std::string by;  ///< "control_points", "trajectory" or "values"
+  std::string by;  ///< "control_points", "trajectory", "guide" or "values"
   AlignReport align;
   std::vector<std::string>
-      point_names;  ///< of align.residual_m; empty for a trajectory, whose rms counts
+      point_names;  ///< of align.residual_m; empty for a trajectory or guide, whose rms counts
   Projection projection;
 };
 
@@ -28,6 +28,23 @@ std::optional<Placement> place_mesh(const Recipe& recipe);
 /// none. A geographic one goes back through `placement`. Throws Error as read_guide() and
 /// guide_along(), and for a geographic guide without a placement, naming the file.
 std::optional<Guide> place_guide(const Recipe& recipe, const std::optional<Placement>& placement);
+
+/// Whether the recipe's guide is geographic and nothing in the recipe tells where the mesh lies.
+bool guide_lays_mesh(const Recipe& recipe, const std::optional<Placement>& placement);
+
+/// Where the mesh lies by a geographic guide alone: the guide is laid along the roads that the mesh
+/// is found to have without it (the one that a build would take, else candidates()). By the shape
+/// in plan, within what a car is beside the middle. Throws Error naming the file when the guide
+/// has the shape of none of them, of several, or of one that lies on itself when it is turned.
+Placement place_by_guide(Recipe recipe, const Mesh& mesh);
+
+/// The recipe's geographic guide in metres, and the projection it is in.
+Guide guide_on_the_earth(const Recipe& recipe, Projection& projection);
+
+/// fit_to_trajectory() with a guide as the trajectory. Heights count where the guide has all of
+/// them; otherwise the road keeps its own.
+AlignReport fit_guide(const std::vector<Eigen::Vector3d>& middle_m, bool closed,
+                      const Guide& guide);
 
 /// Puts the recipe's guide into the options of cleaning.
 void set_guide(Recipe& recipe, const std::optional<Placement>& placement);
