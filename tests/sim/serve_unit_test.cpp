@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <thread>
 
 #include "base/error.h"
@@ -178,6 +179,80 @@ TEST(ServeUnit, RefusesInOneLine) {
   EXPECT_TRUE(silent.counts.silent);
 }
 
+TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  sim::ServeOptions options = options_of(folder);
+  options.lockstep = true;
+  options.every = 1;
+  options.stop_s = 0.2;
+  vehicle::SignalSensor slow;
+  slow.name = "slow.b";
+  slow.signal = "b";
+  slow.rate_hz = 20.0;  // a step is 10 ms
+  slow.delay_s = 0.02;
+  slow.gain = 10.0;
+  options.sensors = {1, {slow}};
+  options.measurements = {"slow.b.age_s", "m", "slow.b"};
+  options.recorded = {"b"};
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    for (int k = 1; k <= 20; ++k) {
+      driver.say(fmt::format(R"({{"sequence": {}, "set": {{"a": {}}}}})", k, k));
+      const nlohmann::json told = driver.hear();
+      EXPECT_FALSE(told.at("values").contains("b"));
+    }
+  });
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  drives.join();
+  EXPECT_THAT(run.columns,
+              testing::ElementsAre("time_s", "slow.b.age_s", "m", "slow.b", "b", "a", "n", "safe"));
+  ASSERT_EQ(run.rows(), 21u);
+  // After step 10 (0.1 s) a sample comes, of step 8; four steps later it is still there.
+  EXPECT_EQ(run.values[10 * 8 + 4], 10.0);
+  EXPECT_EQ(run.values[10 * 8 + 3], 80.0);
+  EXPECT_NEAR(run.values[10 * 8 + 1], 0.02, 1e-12);
+  EXPECT_EQ(run.values[14 * 8 + 3], 80.0);
+  EXPECT_NEAR(run.values[14 * 8 + 1], 0.06, 1e-12);
+  EXPECT_EQ(run.values[15 * 8 + 3], 130.0);
+
+  options.sensors.sensors[0].name = "m";
+  try {
+    sim::serve_unit(unit, options);
+    FAIL() << "no error";
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the sensor m has the name of a variable of the unit"));
+  }
+}
+
+/// How far the car gets from a line, m: car.x and car.y of a record, x_m,y_m of the line.
+double largest_distance_m(const std::string& record, const std::string& line) {
+  const auto places = [](const std::string& text, std::size_t column) {
+    std::vector<std::pair<double, double>> out;
+    std::istringstream rows(text);
+    std::string row;
+    std::getline(rows, row);
+    while (std::getline(rows, row)) {
+      std::istringstream cells(row);
+      std::string cell;
+      for (std::size_t k = 0; k <= column; ++k) std::getline(cells, cell, ',');
+      const double x_m = std::stod(cell);
+      std::getline(cells, cell, ',');
+      out.emplace_back(x_m, std::stod(cell));
+    }
+    return out;
+  };
+  const auto middle = places(line, 0);
+  double largest_m = 0.0;
+  for (const auto& [x_m, y_m] : places(record, 6)) {
+    double nearest_m = 1e9;
+    for (const auto& [ax_m, ay_m] : middle)
+      nearest_m = std::min(nearest_m, std::hypot(ax_m - x_m, ay_m - y_m));
+    largest_m = std::max(largest_m, nearest_m);
+  }
+  return largest_m;
+}
+
 /// The stack of examples/stack, which knows the messages only, drives a lap; the same bytes come of
 /// both forms of messages.
 TEST(ServeUnit, AStackDrivesALap) {
@@ -191,13 +266,14 @@ for form in json binary; do
   {} serve car.fmu --socket s --lockstep --every 10 --stop-s 300 --patience-s 20 -o $form.csv \
     --command input.steering --command input.throttle --command input.brake.fl --command input.brake.fr \
     --command input.brake.rl --command input.brake.rr --command input.gear \
-    --measure car.x --measure car.y --measure car.yaw --measure car.vx > $form.log &
+    --sensors {}/examples/stack/sensors.yaml --measure gnss.x --measure gnss.y --measure gnss.x.age_s \
+    --measure imu.yaw_rate --measure wheels.vx --record car.x --record car.y > $form.log &
   while [ ! -S s ]; do sleep 0.05; done
   {} s line.csv $form >> lap.log
   wait $!
 done)",
       folder.path("."), places::crgbuild(), places::source(), places::crgbuild(),
-      places::crgdrive(), places::source(), places::crgsim(), EXAMPLE_STACK);
+      places::crgdrive(), places::source(), places::crgsim(), places::source(), EXAMPLE_STACK);
   folder.file("all.sh", script);
   ASSERT_EQ(std::system(
                 ("timeout 200 bash " + folder.path("all.sh") + " > " + folder.path("log") + " 2>&1")
@@ -206,6 +282,9 @@ done)",
       << folder.read("log") << folder.read("lap.log");
   EXPECT_THAT(folder.read("lap.log"), HasSubstr("lap in "));
   EXPECT_EQ(folder.read("json.csv"), folder.read("binary.csv"));
+  const double off_m = largest_distance_m(folder.read("json.csv"), folder.read("line.csv"));
+  std::printf("%strue: at most %.2f m from the line\n", folder.read("lap.log").c_str(), off_m);
+  EXPECT_LE(off_m, 3.0) << "the road is 10 m wide and more; 0.3 m of it are the receiver's bias";
   EXPECT_THAT(folder.read("json.log"), HasSubstr("ended by a command"));
 }
 

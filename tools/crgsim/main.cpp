@@ -60,7 +60,13 @@ int main(int argc, char** argv) {
   };
   add_names("--command", serve.commands, "NAME: an input that commands may set; more than once")
       ->required();
-  add_names("--measure", serve.measurements, "NAME: what is measured; more than once")->required();
+  add_names("--measure", serve.measurements,
+            "NAME: what is measured, of the unit or a sensor (also SENSOR.age_s); more than once")
+      ->required();
+  add_names("--record", serve.recorded,
+            "NAME: of the unit, as it is, into the CSV alone: nothing that drives sees it");
+  command::add_input(*serve_app, "--sensors", serve.sensors_path,
+                     "Sensors (docs/sensors.md): what they tell of the unit's numbers, and when");
   add_names("--set", serve.starts, "NAME=VALUE: parameters and starts, before the initialisation");
   add_names("--safe", serve.safe,
             "NAME=NUMBER: what a command becomes when commands stay out; else its start");

@@ -85,6 +85,69 @@ class Numbers {
   std::vector<double> all_;
 };
 
+/// What is measured: numbers of the unit as they are, or as sensors tell them.
+class Measurements {
+ public:
+  Measurements(Unit& unit, const std::string& path, const ServeOptions& options)
+      : sensors_(options.sensors, options.step_s),
+        truth_(unit, path, signals_of(options.sensors)),
+        direct_(unit, path, names_of(options, unit.description(), path)) {}
+
+  /// After the initialisation and after every step.
+  void step() {
+    if (sensors_.size() > 0) sensors_.step(truth_.get());
+  }
+
+  std::vector<double> get() {
+    const std::vector<double> direct = direct_.get();
+    std::vector<double> out;
+    for (const auto& [kind, index] : sources_)
+      out.push_back(kind == Kind::direct   ? direct[index]
+                    : kind == Kind::sensor ? sensors_.value(index)
+                                           : sensors_.age_s(index));
+    return out;
+  }
+
+ private:
+  enum class Kind { direct, sensor, age };
+
+  static std::vector<std::string> signals_of(const vehicle::SignalSensorFile& file) {
+    std::vector<std::string> out;
+    for (const vehicle::SignalSensor& sensor : file.sensors) out.push_back(sensor.signal);
+    return out;
+  }
+
+  /// Fills sources_; gives the names that no sensor has.
+  std::vector<std::string> names_of(const ServeOptions& options, const UnitDescription& unit,
+                                    const std::string& path) {
+    const auto& sensors = options.sensors.sensors;
+    for (const vehicle::SignalSensor& sensor : sensors)
+      for (const std::string& name : {sensor.name, sensor.name + ".age_s"})
+        if (unit.find(name) != nullptr)
+          throw base::Error(fmt::format(
+              "{}: the sensor {} has the name of a variable of the unit; call it otherwise", path,
+              name));
+    std::vector<std::string> direct;
+    for (const std::string& name : options.measurements) {
+      const auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const auto& one) {
+        return name == one.name || name == one.name + ".age_s";
+      });
+      if (sensor == sensors.end()) {
+        sources_.emplace_back(Kind::direct, direct.size());
+        direct.push_back(name);
+      } else {
+        sources_.emplace_back(name == sensor->name ? Kind::sensor : Kind::age,
+                              static_cast<std::size_t>(sensor - sensors.begin()));
+      }
+    }
+    return direct;
+  }
+
+  vehicle::SignalSensors sensors_;
+  std::vector<std::pair<Kind, std::size_t>> sources_;
+  Numbers truth_, direct_;
+};
+
 class Server {
  public:
   Server(Unit& unit, const std::string& path, const ServeOptions& options, CommandSocket& socket,
@@ -94,7 +157,8 @@ class Server {
         socket_(socket),
         say_(say),
         commands_(unit, path, options.commands),
-        measurements_(unit, path, options.measurements) {
+        measurements_(unit, path, options),
+        recorded_(unit, path, options.recorded) {
     commands_.want_inputs(path);
   }
 
@@ -106,6 +170,7 @@ class Server {
       safe_[static_cast<std::size_t>(found - options_.commands.begin())] = value;
     }
     const auto steps = static_cast<std::uint64_t>(std::llround(options_.stop_s / options_.step_s));
+    measurements_.step();
     measure();
     if (options_.lockstep)
       in_lockstep(steps);
@@ -150,6 +215,7 @@ class Server {
     const double begin_s = now_s();
     const bool goes_on =
         unit_.step(static_cast<double>(counts_.steps) * options_.step_s, options_.step_s);
+    measurements_.step();
     const double took_s = now_s() - begin_s;
     ++counts_.steps;
     counts_.step_sum_s += took_s;
@@ -165,6 +231,8 @@ class Server {
              measurements_.get()};
     std::vector<double> row{last_.time_s};
     row.insert(row.end(), last_.values.begin(), last_.values.end());
+    const std::vector<double> recorded = recorded_.get();
+    row.insert(row.end(), recorded.begin(), recorded.end());
     const std::vector<double>& acts = acting_.empty() ? asked_ : acting_;
     row.insert(row.end(), acts.begin(), acts.end());
     row.push_back(is_safe_ ? 1.0 : 0.0);
@@ -229,7 +297,9 @@ class Server {
   const ServeOptions& options_;
   CommandSocket& socket_;
   const std::function<void(Words)>& say_;
-  Numbers commands_, measurements_;
+  Numbers commands_;
+  Measurements measurements_;
+  Numbers recorded_;
   ServeCounts counts_;
   std::vector<double> asked_, safe_, acting_;
   MeasurementMessage last_;
@@ -249,7 +319,8 @@ void want_sound(const std::string& path, const ServeOptions& options) {
     if (std::find(options.commands.begin(), options.commands.end(), name) == options.commands.end())
       refuse("the safe input " + name + " is no command of this run (--command)");
   const double rows = options.stop_s / options.step_s / options.every;
-  if (!(rows * static_cast<double>(options.measurements.size() + options.commands.size() + 2) <=
+  if (!(rows * static_cast<double>(options.measurements.size() + options.recorded.size() +
+                                   options.commands.size() + 2) <=
         kMostValues))
     refuse(fmt::format("{:.3g} measurements of {} values; measure fewer, or more seldom", rows,
                        options.measurements.size()));
@@ -264,6 +335,7 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& options,
   ServeRun run;
   run.columns = {"time_s"};
   run.columns.insert(run.columns.end(), options.measurements.begin(), options.measurements.end());
+  run.columns.insert(run.columns.end(), options.recorded.begin(), options.recorded.end());
   run.columns.insert(run.columns.end(), options.commands.begin(), options.commands.end());
   run.columns.emplace_back("safe");
   const UnpackedUnit files(path);

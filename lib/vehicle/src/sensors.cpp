@@ -29,16 +29,6 @@ double gaussian(base::Random& random) {
   return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
 }
 
-/// Every channel has its own stream: adding a channel leaves the noise of the others.
-base::Random stream(std::uint64_t seed, const std::string& channel) {
-  base::Random random(seed);
-  for (const char c : channel) {
-    random.state ^= static_cast<unsigned char>(c);
-    random.next();
-  }
-  return random;
-}
-
 Vec3<double> vec(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
 
 }  // namespace
@@ -116,7 +106,7 @@ SensorRecorder::SensorRecorder(const DeviceFile& file, std::size_t every, double
       Channel channel;
       channel.column = column_of(sensor.channel.c_str());
       channel.sensor = sensor;
-      channel.random = stream(file.seed, sensor.channel);
+      channel.random = base::random_of(file.seed, sensor.channel);
       channel.ring.assign(static_cast<std::size_t>(device.delay_s / step_s) + 2, 0.0);
       measured_[channel.column] = 1;
       box.channels.push_back(std::move(channel));

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string_view>
 
 namespace base {
 
@@ -37,5 +38,15 @@ struct Random {
     }
   }
 };
+
+/// Numbers of their own for each name: what one of them takes leaves the others as they are.
+inline Random random_of(std::uint64_t seed, std::string_view name) {
+  Random random(seed);
+  for (const char c : name) {
+    random.state ^= static_cast<unsigned char>(c);
+    random.next();
+  }
+  return random;
+}
 
 }  // namespace base

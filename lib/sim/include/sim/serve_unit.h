@@ -8,14 +8,19 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "vehicle/signal_sensors.h"
 
 namespace sim {
 
 struct ServeOptions {
   /// Path of a Unix datagram socket, or a UDP port of this machine alone.
   std::string socket_path;
-  std::uint16_t udp_port = 0;                               ///< where there is no path
-  std::vector<std::string> commands, measurements;          ///< names of numbers of the unit
+  std::uint16_t udp_port = 0;  ///< where there is no path
+  /// Names of numbers of the unit. A measurement may be a sensor too, or SENSOR.age_s: how long ago
+  /// what it tells was true.
+  std::vector<std::string> commands, measurements;
+  std::vector<std::string> recorded;  ///< of the unit; not sent
+  vehicle::SignalSensorFile sensors;  ///< none: everything is measured as it is
   std::vector<std::pair<std::string, std::string>> starts;  ///< as in UnitRunOptions
   std::vector<std::pair<std::string, double>> safe;  ///< taken by commands when they stay out
   double safe_after_s = 0.2;                         ///< of the unit's time
@@ -40,9 +45,10 @@ struct ServeCounts {
 };
 
 struct ServeRun {
-  std::vector<std::string> columns;  ///< time_s, the measurements, the commands as they acted, safe
-  std::vector<double> values;        ///< row after row, one per measurement
-  std::string first_broken;          ///< why the first broken command was refused
+  /// time_s, the measurements, what is recorded only, the commands as they acted, safe
+  std::vector<std::string> columns;
+  std::vector<double> values;  ///< row after row, one per measurement
+  std::string first_broken;    ///< why the first broken command was refused
   ServeCounts counts;
 
   std::size_t rows() const { return columns.empty() ? 0 : values.size() / columns.size(); }

@@ -1,0 +1,77 @@
+// Sensors on signals of any simulation, by their names, read while it runs.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+
+namespace vehicle {
+
+/// One number of a simulation as a device tells it. Each sample is that of `delay_s` earlier,
+/// `gain` * truth + `offset` + bias + noise, in steps of `quantisation`, held between `smallest`
+/// and `largest`. All in the signal's unit after the gain.
+struct SignalSensor {
+  std::string name;      ///< what the measurement is called
+  std::string signal;    ///< of the simulation
+  double rate_hz = 0.0;  ///< 0: at every step
+  double delay_s = 0.0;
+  double jitter_s = 0.0;  ///< a sample comes up to so much later, uniformly; less than 1 / rate_hz
+  double gain = 1.0, offset = 0.0;
+  double noise = 0.0;          ///< standard deviation of a sample, white
+  double noise_density = 0.0;  ///< the same per square root of Hz (angle or velocity random walk of
+                               ///< a data sheet, per square root of s): times sqrt(rate_hz)
+  double bias_walk = 0.0;      ///< a bias that begins at 0 and walks: standard deviation after 1 s
+  double bias_instability = 0.0;  ///< standard deviation of a bias that forgets itself
+  double bias_time_s = 100.0;     ///< ... in so long, to 1/e (first-order Gauss-Markov)
+  double quantisation = 0.0;      ///< 0: none
+  double smallest = -std::numeric_limits<double>::infinity();
+  double largest = std::numeric_limits<double>::infinity();
+  double lost = 0.0;  ///< share of the samples that never arrive; the one before stays
+};
+
+struct SignalSensorFile {
+  std::uint64_t seed = 1;
+  std::vector<SignalSensor> sensors;
+};
+
+/// Reads a YAML file (docs/sensors.md). Throws Error with file:line on unknown keys, a sensor
+/// without a signal, and numbers that cannot be.
+SignalSensorFile read_signal_sensors(const std::string& path);
+
+class SignalSensors {
+ public:
+  /// `step_s` is the time from one step() to the next. Throws Error for a sensor that samples
+  /// faster than that.
+  SignalSensors(const SignalSensorFile& file, double step_s);
+
+  /// The true values of all signals, in the order of the file; first those of time 0. Every sensor
+  /// has a stream of random numbers of its own, by the seed and its name: another sensor does not
+  /// change it.
+  void step(std::span<const double> truth);
+
+  std::size_t size() const { return sensors_.size(); }
+  double value(std::size_t sensor) const { return sensors_[sensor].value; }
+  /// How long ago value() was true: the delay, and the time since the sample came.
+  double age_s(std::size_t sensor) const;
+
+ private:
+  struct Running {
+    SignalSensor is;
+    base::Random random{0};
+    std::vector<double> past;  ///< ring of true values
+    double noise = 0.0, walked = 0.0, unstable = 0.0;
+    double due_s = 0.0, value = 0.0;
+    std::uint64_t samples = 0, of_step = 0;
+  };
+  void sample(Running& sensor);
+
+  std::vector<Running> sensors_;
+  double step_s_;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace vehicle

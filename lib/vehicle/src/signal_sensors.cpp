@@ -1,0 +1,126 @@
+#include "vehicle/signal_sensors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "settings.h"
+#include "vehicle/error.h"
+
+namespace vehicle {
+namespace {
+
+constexpr double kLongestDelay_s = 10.0, kMostDelaySteps = 1e6;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+SignalSensor read_sensor(const Section& entry, const std::string& name, const std::string& where) {
+  entry.allow({"signal", "rate_hz", "delay_s", "jitter_s", "gain", "offset", "noise",
+               "noise_density", "bias_walk", "bias_instability", "bias_time_s", "quantisation",
+               "smallest", "largest", "lost"});
+  SignalSensor out;
+  out.name = name;
+  out.signal = entry.text("signal");
+  out.rate_hz = entry.number("rate_hz", 0.0, 0.0, 1e5);
+  out.delay_s = entry.number("delay_s", 0.0, 0.0, kLongestDelay_s);
+  out.jitter_s = entry.number("jitter_s", 0.0, 0.0, kLongestDelay_s);
+  out.gain = entry.number("gain", 1.0, -1e6, 1e6);
+  out.offset = entry.number("offset", 0.0, -1e9, 1e9);
+  out.noise = entry.number("noise", 0.0, 0.0, 1e9);
+  out.noise_density = entry.number("noise_density", 0.0, 0.0, 1e9);
+  out.bias_walk = entry.number("bias_walk", 0.0, 0.0, 1e9);
+  out.bias_instability = entry.number("bias_instability", 0.0, 0.0, 1e9);
+  out.bias_time_s = entry.number("bias_time_s", 100.0, 1e-3, 1e6);
+  out.quantisation = entry.number("quantisation", 0.0, 0.0, 1e9);
+  out.smallest = entry.number("smallest", -kInfinite, -1e12, 1e12);
+  out.largest = entry.number("largest", kInfinite, -1e12, 1e12);
+  out.lost = entry.number("lost", 0.0, 0.0, 1.0);
+  const auto refuse = [&](const std::string& what) {
+    throw Error(fmt::format("{}: {}: {}", where, name.substr(0, 60), what));
+  };
+  if (!(out.smallest < out.largest)) refuse("smallest has to be below largest");
+  if (out.jitter_s > 0.0 && !(out.jitter_s * out.rate_hz < 1.0 && out.rate_hz > 0.0))
+    refuse("jitter_s has to be less than the time between two samples, 1 / rate_hz");
+  return out;
+}
+
+}  // namespace
+
+SignalSensorFile read_signal_sensors(const std::string& path) {
+  const Setting root = read_settings(path);
+  const Section top(root, path, "a file of sensors");
+  top.allow({"seed", "sensors"});
+  SignalSensorFile out;
+  out.seed = static_cast<std::uint64_t>(top.number("seed", 1.0, 0.0, 9e15));
+  top.section("sensors").for_each(
+      [&](const std::string& name, const Setting& value, const std::string& where) {
+        out.sensors.push_back(read_sensor(Section(value, path, name), name, where));
+      });
+  if (out.sensors.empty()) throw Error(path + ": no sensor");
+  return out;
+}
+
+SignalSensors::SignalSensors(const SignalSensorFile& file, double step_s) : step_s_(step_s) {
+  for (const SignalSensor& sensor : file.sensors) {
+    if (sensor.rate_hz * step_s > 1.0 + 1e-9)
+      throw Error(
+          fmt::format("the sensor {} samples {} times a second, and a step is {} s: at most "
+                      "one sample per step",
+                      sensor.name, sensor.rate_hz, step_s));
+    if (!(sensor.delay_s >= 0.0 && sensor.delay_s <= kLongestDelay_s &&
+          sensor.delay_s <= kMostDelaySteps * step_s))
+      throw Error(fmt::format("the sensor {} has a delay of {} s, wanted 0 to {} s", sensor.name,
+                              sensor.delay_s, std::min(kLongestDelay_s, kMostDelaySteps * step_s)));
+    Running running;
+    running.is = sensor;
+    running.random = base::random_of(file.seed, sensor.name);
+    running.past.resize(static_cast<std::size_t>(std::llround(sensor.delay_s / step_s)) + 1);
+    const double rate_hz = sensor.rate_hz > 0.0 ? sensor.rate_hz : 1.0 / step_s;
+    running.noise = std::hypot(sensor.noise, sensor.noise_density * std::sqrt(rate_hz));
+    running.unstable = sensor.bias_instability * running.random.normal();
+    sensors_.push_back(std::move(running));
+  }
+}
+
+void SignalSensors::step(std::span<const double> truth) {
+  for (std::size_t k = 0; k < sensors_.size(); ++k) {
+    Running& sensor = sensors_[k];
+    // Before the run everything was as at its begin.
+    if (steps_ == 0) std::fill(sensor.past.begin(), sensor.past.end(), truth[k]);
+    sensor.past[steps_ % sensor.past.size()] = truth[k];
+    // Half a step, so that the rounding of times decides nothing.
+    if (static_cast<double>(steps_) * step_s_ >= sensor.due_s - 0.5 * step_s_) sample(sensor);
+  }
+  ++steps_;
+}
+
+void SignalSensors::sample(Running& sensor) {
+  const SignalSensor& is = sensor.is;
+  const double between_s = is.rate_hz > 0.0 ? 1.0 / is.rate_hz : step_s_;
+  // Drawn in any case, so that no parameter changes the stream of another one.
+  const double white = sensor.random.normal(), walk = sensor.random.normal(),
+               unstable = sensor.random.normal(), late = sensor.random.uniform(),
+               arrives = sensor.random.uniform();
+  if (sensor.samples > 0) {
+    sensor.walked += is.bias_walk * std::sqrt(between_s) * walk;
+    const double kept = std::exp(-between_s / is.bias_time_s);
+    sensor.unstable =
+        kept * sensor.unstable + is.bias_instability * std::sqrt(1.0 - kept * kept) * unstable;
+  }
+  ++sensor.samples;
+  sensor.due_s = static_cast<double>(sensor.samples) * between_s + is.jitter_s * late;
+  if (arrives < is.lost && sensor.samples > 1) return;
+  const double truth = sensor.past[(steps_ + 1) % sensor.past.size()];  // the oldest one
+  double value =
+      is.gain * truth + is.offset + sensor.walked + sensor.unstable + sensor.noise * white;
+  if (is.quantisation > 0.0) value = is.quantisation * std::round(value / is.quantisation);
+  sensor.value = std::clamp(value, is.smallest, is.largest);
+  sensor.of_step = steps_;
+}
+
+double SignalSensors::age_s(std::size_t sensor) const {
+  const Running& is = sensors_[sensor];
+  return is.is.delay_s + step_s_ * static_cast<double>(steps_ > 0 ? steps_ - 1 - is.of_step : 0);
+}
+
+}  // namespace vehicle
