@@ -40,6 +40,20 @@ TEST(Message, CommandsAreReadInBothForms) {
   EXPECT_EQ(bytes->values, (std::vector{0.5, 3.0}));
 }
 
+TEST(Message, AResetHasStartsOfItsOwn) {
+  std::string why;
+  const auto json =
+      sim::read_command(R"({"sequence": 1, "reset": {"start.speed": 20}})", kNames, why);
+  ASSERT_TRUE(json) << why;
+  EXPECT_TRUE(json->resets);
+  ASSERT_EQ(json->starts.size(), 1u);
+  EXPECT_EQ(json->starts[0].first, "start.speed");
+  EXPECT_EQ(json->starts[0].second, 20.0);
+  EXPECT_TRUE(sim::read_command(binary(8, 2, {0.5, 3.0}), kNames, why)->resets);
+  EXPECT_EQ(why_not(R"({"reset": true})"), "reset is no object of starts");
+  EXPECT_EQ(why_not(R"({"reset": {"start.speed": "20"}})"), "a value that is not finite");
+}
+
 TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(""), "neither JSON nor KSC1");
   EXPECT_EQ(why_not("{"), "no JSON object");
@@ -47,7 +61,7 @@ TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object");
   EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"), "a value that is not finite");
   EXPECT_EQ(why_not(R"({"sequence": -1})"), "sequence is no whole number from 0 to 4294967295");
-  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set or end");
+  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set, reset or end");
   EXPECT_EQ(why_not(std::string(100, '{')), "nested more deeply than a command is");
   EXPECT_EQ(why_not(std::string(sim::kLongestMessage + 1, ' ')), "longer than 60 kB");
   EXPECT_EQ(why_not("KSC1abc"), "cut short");
@@ -59,10 +73,10 @@ TEST(Message, WhatIsNoCommandIsRefused) {
 }
 
 TEST(Message, MeasurementsAreWrittenInBothForms) {
-  const sim::MeasurementMessage message{7, 0.25, true, {1.0 / 3.0, -2.0}};
+  const sim::MeasurementMessage message{7, 0.25, true, false, {1.0 / 3.0, -2.0}};
   EXPECT_EQ(
       sim::write_measurement(message, {"car.x", "car.y"}, false),
-      R"({"sequence":7,"time_s":0.25,"safe":true,"values":{"car.x":0.3333333333333333,"car.y":-2.0}})");
+      R"({"sequence":7,"time_s":0.25,"safe":true,"reset":false,"values":{"car.x":0.3333333333333333,"car.y":-2.0}})");
   const std::string bytes = sim::write_measurement(message, {"car.x", "car.y"}, true);
   ASSERT_EQ(bytes.size(), 4u + 12u + 8u + 16u);
   EXPECT_EQ(bytes.substr(0, 4), "KSM1");

@@ -89,7 +89,7 @@ TEST(ServeUnit, InLockstepEveryCommandIsFollowedByItsSteps) {
     EXPECT_EQ(
         driver.hear(),
         nlohmann::json::parse(
-            R"({"sequence": 1, "time_s": 0.05, "safe": false, "values": {"b": 0.5, "m": 3}})"));
+            R"({"sequence": 1, "time_s": 0.05, "safe": false, "reset": false, "values": {"b": 0.5, "m": 3}})"));
     driver.say(R"({"sequence": 1, "set": {"a": 9}})");  // said again: not acted on again
     EXPECT_EQ(driver.hear().at("values").at("b"), 0.5);
     driver.say("nonsense");
@@ -109,7 +109,7 @@ TEST(ServeUnit, InLockstepEveryCommandIsFollowedByItsSteps) {
   EXPECT_EQ(run.counts.broken, 1u);
   EXPECT_EQ(run.counts.old, 1u);
   EXPECT_EQ(run.first_broken, "neither JSON nor KSC1");
-  EXPECT_THAT(run.columns, testing::ElementsAre("time_s", "b", "m", "a", "n", "safe"));
+  EXPECT_THAT(run.columns, testing::ElementsAre("time_s", "b", "m", "a", "n", "safe", "resets"));
   EXPECT_EQ(run.rows(), 3u);
   EXPECT_FALSE(std::filesystem::exists(options.socket_path));
 }
@@ -138,10 +138,10 @@ TEST(ServeUnit, InRealTimeTheSafeInputActsWhenCommandsStayOut) {
   EXPECT_EQ(run.counts.broken, 200u);
   // Taken early in the run, acting for 0.2 s, then the safe input.
   const std::size_t last = run.rows() - 1;
-  EXPECT_EQ(run.values[last * 6 + 1], -7.0);
-  EXPECT_EQ(run.values[last * 6 + 5], 1.0);
+  EXPECT_EQ(run.values[last * 7 + 1], -7.0);
+  EXPECT_EQ(run.values[last * 7 + 5], 1.0);
   std::size_t acted = 0;
-  for (std::size_t i = 0; i < run.rows(); ++i) acted += run.values[i * 6 + 1] == 2.0 ? 1 : 0;
+  for (std::size_t i = 0; i < run.rows(); ++i) acted += run.values[i * 7 + 1] == 2.0 ? 1 : 0;
   EXPECT_GE(acted, 19u);
   EXPECT_LE(acted, 21u);
   EXPECT_EQ(run.counts.safe_steps + 20, 100 - (run.counts.steps - run.counts.safe_steps - 20));
@@ -205,16 +205,16 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
   });
   const sim::ServeRun run = sim::serve_unit(unit, options);
   drives.join();
-  EXPECT_THAT(run.columns,
-              testing::ElementsAre("time_s", "slow.b.age_s", "m", "slow.b", "b", "a", "n", "safe"));
+  EXPECT_THAT(run.columns, testing::ElementsAre("time_s", "slow.b.age_s", "m", "slow.b", "b", "a",
+                                                "n", "safe", "resets"));
   ASSERT_EQ(run.rows(), 21u);
   // After step 10 (0.1 s) a sample comes, of step 8; four steps later it is still there.
-  EXPECT_EQ(run.values[10 * 8 + 4], 10.0);
-  EXPECT_EQ(run.values[10 * 8 + 3], 80.0);
-  EXPECT_NEAR(run.values[10 * 8 + 1], 0.02, 1e-12);
-  EXPECT_EQ(run.values[14 * 8 + 3], 80.0);
-  EXPECT_NEAR(run.values[14 * 8 + 1], 0.06, 1e-12);
-  EXPECT_EQ(run.values[15 * 8 + 3], 130.0);
+  EXPECT_EQ(run.values[10 * 9 + 4], 10.0);
+  EXPECT_EQ(run.values[10 * 9 + 3], 80.0);
+  EXPECT_NEAR(run.values[10 * 9 + 1], 0.02, 1e-12);
+  EXPECT_EQ(run.values[14 * 9 + 3], 80.0);
+  EXPECT_NEAR(run.values[14 * 9 + 1], 0.06, 1e-12);
+  EXPECT_EQ(run.values[15 * 9 + 3], 130.0);
 
   options.sensors.sensors[0].name = "m";
   try {
@@ -223,6 +223,53 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
   } catch (const base::Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("the sensor m has the name of a variable of the unit"));
   }
+}
+
+TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
+  const support::TemporaryFolder folder;
+  const std::string unit =
+      write_unit(folder,
+                 description_2("decay", scalar_2("x", 1, "output") + scalar_2("k", 3, "parameter") +
+                                            scalar_2("a", 10, "input")),
+                 2);
+  sim::ServeOptions options = options_of(folder);
+  options.lockstep = true;
+  options.every = 10;
+  options.commands = {"a"};
+  options.starts = {{"k", "2"}};
+  vehicle::SignalSensor noisy;
+  noisy.name = "noisy";
+  noisy.signal = "x";
+  noisy.noise = 0.1;
+  options.sensors = {1, {noisy}};
+  options.measurements = {"x", "noisy"};
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    const auto ask = [&](const std::string& text) {
+      driver.say(text);
+      return driver.hear();
+    };
+    const auto first = ask(R"({"sequence": 1})"), second = ask(R"({"sequence": 2})");
+    EXPECT_EQ(first.at("reset"), false);
+    EXPECT_LT(second.at("values").at("x"), first.at("values").at("x"));
+    const auto anew = ask(R"({"sequence": 3, "reset": {}})");
+    EXPECT_EQ(anew.at("reset"), true);
+    EXPECT_EQ(anew.at("time_s"), 0.0);
+    EXPECT_EQ(anew.at("values").at("x"), 1.0);
+    const auto again = ask(R"({"sequence": 4})");
+    EXPECT_EQ(again.at("time_s"), first.at("time_s"));
+    EXPECT_EQ(again.at("values"), first.at("values")) << "the noise too";
+    ask(R"({"sequence": 5, "reset": {"k": 0}})");
+    EXPECT_EQ(ask(R"({"sequence": 6})").at("values").at("x"), 1.0) << "another start: no decay";
+    driver.say(R"({"sequence": 7, "reset": {"x": 3}})");  // no start: refused
+    driver.say(R"({"sequence": 8, "end": true})");
+  });
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  drives.join();
+  EXPECT_EQ(run.counts.resets, 2u);
+  EXPECT_EQ(run.counts.broken, 1u);
+  EXPECT_THAT(run.first_broken, HasSubstr("no number of a parameter or input"));
+  EXPECT_TRUE(run.counts.asked_to_end);
 }
 
 /// How far the car gets from a line, m: car.x and car.y of a record, x_m,y_m of the line.

@@ -33,6 +33,7 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
           {"old_commands", c.old},
           {"flooded_steps", c.flooded},
           {"safe_steps", c.safe_steps},
+          {"resets", c.resets},
           {"late_steps", c.late},
           {"latest_s", c.latest_s},
           {"mean_step_s", c.step_sum_s / steps},

@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1";
-constexpr std::uint32_t kEnds = 1, kSafe = 1;
+constexpr std::uint32_t kEnds = 1, kResets = 2, kSafe = 1, kWasReset = 2;
 
 template <class Value>
 bool take(std::string_view& bytes, Value& value) {
@@ -38,6 +38,7 @@ std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t co
     return std::nullopt;
   }
   message.ends = (flags & kEnds) != 0;
+  message.resets = (flags & kResets) != 0;
   if (values != count || bytes.size() != count * sizeof(double)) {
     why = "another number of values than commands were named";
     return std::nullopt;
@@ -86,8 +87,16 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
           return refuse("a value that is not finite");
         message.values[static_cast<std::size_t>(found - names.begin())] = number.get<double>();
       }
+    } else if (key == "reset") {
+      if (!value.is_object()) return refuse("reset is no object of starts");
+      message.resets = true;
+      for (const auto& [name, number] : value.items()) {
+        if (!number.is_number() || !std::isfinite(number.get<double>()))
+          return refuse("a value that is not finite");
+        message.starts.emplace_back(name, number.get<double>());
+      }
     } else {
-      return refuse("a key that is not sequence, set or end");
+      return refuse("a key that is not sequence, set, reset or end");
     }
   }
   return message;
@@ -116,12 +125,13 @@ std::string write_measurement(const MeasurementMessage& message,
     return nlohmann::ordered_json{{"sequence", message.sequence},
                                   {"time_s", message.time_s},
                                   {"safe", message.is_safe},
+                                  {"reset", message.was_reset},
                                   {"values", std::move(values)}}
         .dump();
   }
   std::string bytes(kMeasurement);
   put(bytes, message.sequence);
-  put(bytes, message.is_safe ? kSafe : std::uint32_t{0});
+  put(bytes, (message.is_safe ? kSafe : 0U) | (message.was_reset ? kWasReset : 0U));
   put(bytes, static_cast<std::uint32_t>(message.values.size()));
   put(bytes, message.time_s);
   for (const double value : message.values) put(bytes, value);

@@ -93,6 +93,11 @@ class Measurements {
         truth_(unit, path, signals_of(options.sensors)),
         direct_(unit, path, names_of(options, unit.description(), path)) {}
 
+  /// As before the first step(), with the same noise.
+  void restart(const ServeOptions& options) {
+    sensors_ = vehicle::SignalSensors(options.sensors, options.step_s);
+  }
+
   /// After the initialisation and after every step.
   void step() {
     if (sensors_.size() > 0) sensors_.step(truth_.get());
@@ -153,6 +158,7 @@ class Server {
   Server(Unit& unit, const std::string& path, const ServeOptions& options, CommandSocket& socket,
          const std::function<void(Words)>& say)
       : unit_(unit),
+        path_(path),
         options_(options),
         socket_(socket),
         say_(say),
@@ -184,7 +190,7 @@ class Server {
   bool take(std::string_view bytes) {
     std::string why;
     const std::optional<CommandMessage> message = read_command(bytes, options_.commands, why);
-    if (!message) {
+    if (!message || !takes_starts(*message, why)) {
       if (++counts_.broken == 1) say_({'B', why});
       return false;
     }
@@ -202,9 +208,39 @@ class Server {
       if (!std::isnan(message->values[k])) asked_[k] = message->values[k];
     counts_.asked_to_end = counts_.asked_to_end || message->ends;
     commanded_at_ = counts_.steps;
+    if (message->resets) reset(message->starts);
     socket_.answer_here();
     return true;
   }
+
+  bool takes_starts(const CommandMessage& message, std::string& why) const {
+    for (const auto& [name, value] : message.starts) {
+      const UnitVariable* const variable = unit_.description().find(name);
+      if (variable != nullptr && is_number(*variable) && variable->size == 1 &&
+          (variable->is_input() || variable->causality == "parameter"))
+        continue;
+      why = "a start that is no number of a parameter or input of the unit";
+      return false;
+    }
+    return true;
+  }
+
+  /// The unit begins anew at 0 s.
+  void reset(const std::vector<std::pair<std::string, double>>& starts) {
+    unit_.restart();
+    for (const auto& [name, text] : options_.starts) set_start(unit_, path_, name, text);
+    for (const auto& [name, value] : starts)
+      unit_.set(*unit_.description().find(name), std::array{value});
+    unit_.initialise(0.0, options_.stop_s);
+    measurements_.restart(options_);
+    measurements_.step();
+    acting_.clear();
+    began_at_ = counts_.steps;
+    was_reset_ = true;
+    ++counts_.resets;
+  }
+
+  double time_s() const { return static_cast<double>(counts_.steps - began_at_) * options_.step_s; }
 
   /// False when the unit wants to end.
   bool step(bool is_safe) {
@@ -213,8 +249,7 @@ class Server {
     const std::vector<double>& acts = is_safe ? safe_ : asked_;
     if (acts != acting_) commands_.set(acting_ = acts);
     const double begin_s = now_s();
-    const bool goes_on =
-        unit_.step(static_cast<double>(counts_.steps) * options_.step_s, options_.step_s);
+    const bool goes_on = unit_.step(time_s(), options_.step_s);
     measurements_.step();
     const double took_s = now_s() - begin_s;
     ++counts_.steps;
@@ -227,8 +262,8 @@ class Server {
   }
 
   void measure() {
-    last_ = {sequence_, static_cast<double>(counts_.steps) * options_.step_s, is_safe_,
-             measurements_.get()};
+    last_ = {sequence_, time_s(), is_safe_, was_reset_, measurements_.get()};
+    was_reset_ = false;
     std::vector<double> row{last_.time_s};
     row.insert(row.end(), last_.values.begin(), last_.values.end());
     const std::vector<double> recorded = recorded_.get();
@@ -236,6 +271,7 @@ class Server {
     const std::vector<double>& acts = acting_.empty() ? asked_ : acting_;
     row.insert(row.end(), acts.begin(), acts.end());
     row.push_back(is_safe_ ? 1.0 : 0.0);
+    row.push_back(static_cast<double>(counts_.resets));
     say_({'R', {reinterpret_cast<const char*>(row.data()), row.size() * sizeof(double)}});
   }
 
@@ -256,7 +292,9 @@ class Server {
       if (!counts) continue;
       since_s = now_s();
       if (counts_.asked_to_end) return;
-      for (unsigned k = 0; k < options_.every && counts_.steps < steps; ++k)
+      // A reset is answered by what is measured at 0 s.
+      const unsigned wanted = was_reset_ ? 0 : options_.every;
+      for (unsigned k = 0; k < wanted && counts_.steps < steps; ++k)
         if (!step(false)) break;
       measure();
       answer();
@@ -294,6 +332,7 @@ class Server {
   }
 
   Unit& unit_;
+  const std::string& path_;
   const ServeOptions& options_;
   CommandSocket& socket_;
   const std::function<void(Words)>& say_;
@@ -305,7 +344,8 @@ class Server {
   MeasurementMessage last_;
   std::uint32_t sequence_ = 0;
   std::uint64_t commanded_at_ = 0;
-  bool is_binary_ = false, is_safe_ = false, is_repeated_ = false;
+  std::uint64_t began_at_ = 0;  ///< step at which the unit's time was 0
+  bool is_binary_ = false, is_safe_ = false, is_repeated_ = false, was_reset_ = false;
 };
 
 void want_sound(const std::string& path, const ServeOptions& options) {
@@ -320,7 +360,7 @@ void want_sound(const std::string& path, const ServeOptions& options) {
       refuse("the safe input " + name + " is no command of this run (--command)");
   const double rows = options.stop_s / options.step_s / options.every;
   if (!(rows * static_cast<double>(options.measurements.size() + options.recorded.size() +
-                                   options.commands.size() + 2) <=
+                                   options.commands.size() + 3) <=
         kMostValues))
     refuse(fmt::format("{:.3g} measurements of {} values; measure fewer, or more seldom", rows,
                        options.measurements.size()));
@@ -338,6 +378,7 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& options,
   run.columns.insert(run.columns.end(), options.recorded.begin(), options.recorded.end());
   run.columns.insert(run.columns.end(), options.commands.begin(), options.commands.end());
   run.columns.emplace_back("safe");
+  run.columns.emplace_back("resets");
   const UnpackedUnit files(path);
   CommandSocket socket(options.socket_path, options.udp_port);
   const SocketPath socket_path{options.socket_path};

@@ -333,9 +333,30 @@ struct Unit::Loaded {
   std::variant<Fmi2, Fmi3> functions;
   std::optional<Library> library;
   void* instance = nullptr;
+  std::string resources;
   bool is_ready = false, is_broken = false;
 
   [[noreturn]] void refuse(const std::string& what) const { throw base::Error(path + ": " + what); }
+
+  void make() {
+    instance = std::visit(
+        [&](auto& of_version) { return of_version.make(resources, description, log); }, functions);
+    if (instance == nullptr)
+      refuse("the unit cannot be instantiated" +
+             (log.last.empty() ? "" : "; it says: " + log.last));
+  }
+
+  void free() {
+    if (instance == nullptr) return;
+    const auto with = [&](const auto& of_version) {
+      if (is_ready && !is_broken) of_version.terminate(instance);
+      of_version.release(instance);
+    };
+    if (const auto* const two = std::get_if<Fmi2>(&functions)) with(*two);
+    if (const auto* const three = std::get_if<Fmi3>(&functions)) with(*three);
+    instance = nullptr;
+    is_ready = false;
+  }
 
   void want(Status status, const std::string& what) {
     if (status <= kWarning) return;
@@ -372,24 +393,15 @@ Unit::Unit(const UnpackedUnit& files, UnitDescription description,
   std::visit([&](auto& functions) { functions.find_in(*unit.library); }, unit.functions);
   unit.library->want_all();
   std::filesystem::create_directories(files.folder() + "/resources");
-  std::string resources = files.folder() + "/resources";
-  if (!is_2) resources += "/";
-  unit.instance = std::visit(
-      [&](auto& functions) { return functions.make(resources, unit.description, unit.log); },
-      unit.functions);
-  if (unit.instance == nullptr)
-    unit.refuse("the unit cannot be instantiated" +
-                (unit.log.last.empty() ? "" : "; it says: " + unit.log.last));
+  unit.resources = files.folder() + (is_2 ? "/resources" : "/resources/");
+  unit.make();
 }
 
-Unit::~Unit() {
-  if (loaded_->instance == nullptr) return;
-  const auto free = [&](const auto& functions) {
-    if (loaded_->is_ready && !loaded_->is_broken) functions.terminate(loaded_->instance);
-    functions.release(loaded_->instance);
-  };
-  if (const auto* const two = std::get_if<Fmi2>(&loaded_->functions)) free(*two);
-  if (const auto* const three = std::get_if<Fmi3>(&loaded_->functions)) free(*three);
+Unit::~Unit() { loaded_->free(); }
+
+void Unit::restart() {
+  loaded_->free();
+  loaded_->make();
 }
 
 const UnitDescription& Unit::description() const { return loaded_->description; }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace sim {
@@ -17,13 +18,17 @@ struct CommandMessage {
   std::uint32_t sequence = 0;  ///< counted by whoever commands; a smaller one is old
   std::vector<double> values;
   bool ends = false;  ///< the run shall end
+  /// The unit shall begin anew at 0 s, with these starts besides those of the run: name and number.
+  bool resets = false;
+  std::vector<std::pair<std::string, double>> starts;
   bool is_binary = false;
 };
 
 struct MeasurementMessage {
   std::uint32_t sequence = 0;  ///< of the last command that was taken
   double time_s = 0.0;
-  bool is_safe = false;  ///< the safe input acts, because commands stayed out
+  bool is_safe = false;    ///< the safe input acts, because commands stayed out
+  bool was_reset = false;  ///< the unit began anew since the measurement before
   std::vector<double> values;
 };
 

@@ -37,7 +37,7 @@ constexpr std::array kStepBins_s{10e-6, 20e-6, 50e-6, 100e-6, 200e-6, 500e-6, 1e
 struct ServeCounts {
   std::uint64_t steps = 0, late = 0;  ///< late: begun more than 2 ms after their time
   std::uint64_t commands = 0, broken = 0, old = 0, flooded = 0;
-  std::uint64_t safe_steps = 0;
+  std::uint64_t safe_steps = 0, resets = 0;
   double latest_s = 0.0, step_sum_s = 0.0, longest_step_s = 0.0;
   std::array<std::uint64_t, kStepBins_s.size() + 1> bins{};
   bool real_time_scheduled = false;
@@ -45,7 +45,8 @@ struct ServeCounts {
 };
 
 struct ServeRun {
-  /// time_s, the measurements, what is recorded only, the commands as they acted, safe
+  /// time_s, the measurements, what is recorded only, the commands as they acted, safe,
+  /// resets
   std::vector<std::string> columns;
   std::vector<double> values;  ///< row after row, one per measurement
   std::string first_broken;    ///< why the first broken command was refused

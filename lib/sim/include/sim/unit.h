@@ -34,6 +34,9 @@ class Unit {
   void set_text(const UnitVariable& variable, const std::string& text);
   std::string get_text(const UnitVariable& variable);
 
+  /// A new instance in the place of this one, as it was made: to be set and initialised again.
+  void restart();
+
   /// From instantiated to ready to be stepped; parameters and starts are set before.
   void initialise(double start_s, std::optional<double> stop_s = {});
 
