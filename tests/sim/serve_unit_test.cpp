@@ -229,13 +229,13 @@ TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
   const support::TemporaryFolder folder;
   const std::string unit =
       write_unit(folder,
-                 description_2("decay", scalar_2("x", 1, "output") + scalar_2("k", 3, "parameter") +
+                 description_2("decay", scalar_2("x", 1, "output") + R"(<ScalarVariable name="k" valueReference="3" causality="parameter" variability="tunable"><Real start="1"/></ScalarVariable>)" +
                                             scalar_2("a", 10, "input")),
                  2);
   sim::ServeOptions options = options_of(folder);
   options.lockstep = true;
   options.every = 10;
-  options.commands = {"a"};
+  options.commands = {"a", "k"};
   options.starts = {{"k", "2"}};
   vehicle::SignalSensor noisy;
   noisy.name = "noisy";
@@ -261,8 +261,10 @@ TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
     EXPECT_EQ(again.at("values"), first.at("values")) << "the noise too";
     ask(R"({"sequence": 5, "reset": {"k": 0}})");
     EXPECT_EQ(ask(R"({"sequence": 6})").at("values").at("x"), 1.0) << "another start: no decay";
-    driver.say(R"({"sequence": 7, "reset": {"x": 3}})");  // no start: refused
-    driver.say(R"({"sequence": 8, "end": true})");
+    EXPECT_LT(ask(R"({"sequence": 7, "set": {"k": 1}})").at("values").at("x"), 1.0)
+        << "a parameter that may change while the unit runs";
+    driver.say(R"({"sequence": 8, "reset": {"x": 3}})");  // no start: refused
+    driver.say(R"({"sequence": 9, "end": true})");
   });
   const sim::ServeRun run = sim::serve_unit(unit, options);
   drives.join();

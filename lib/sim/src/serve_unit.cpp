@@ -52,11 +52,15 @@ class Numbers {
     }
   }
 
-  void want_inputs(const std::string& path) const {
+  /// Inputs, and parameters that may change while the unit runs.
+  void want_settable(const std::string& path) const {
     for (const Place& place : places_)
-      if (!place.variable->is_input())
-        throw base::Error(fmt::format("{}: {} is no input of the unit, its causality is '{}'", path,
-                                      place.variable->name, place.variable->causality));
+      if (!place.variable->is_input() && !(place.variable->causality == "parameter" &&
+                                           place.variable->variability == "tunable"))
+        throw base::Error(
+            fmt::format("{}: {} is no input of the unit and no tunable parameter, it is: {} {}",
+                        path, place.variable->name, place.variable->variability,
+                        place.variable->causality));
   }
 
   std::vector<double> get() {
@@ -165,7 +169,7 @@ class Server {
         commands_(unit, path, options.commands),
         measurements_(unit, path, options),
         recorded_(unit, path, options.recorded) {
-    commands_.want_inputs(path);
+    commands_.want_settable(path);
   }
 
   void run() {
@@ -204,11 +208,11 @@ class Server {
     ++counts_.commands;
     sequence_ = message->sequence;
     is_binary_ = message->is_binary;
+    if (message->resets) reset(message->starts);
     for (std::size_t k = 0; k < asked_.size(); ++k)
       if (!std::isnan(message->values[k])) asked_[k] = message->values[k];
     counts_.asked_to_end = counts_.asked_to_end || message->ends;
     commanded_at_ = counts_.steps;
-    if (message->resets) reset(message->starts);
     socket_.answer_here();
     return true;
   }
@@ -234,6 +238,7 @@ class Server {
     unit_.initialise(0.0, options_.stop_s);
     measurements_.restart(options_);
     measurements_.step();
+    asked_ = commands_.get();
     acting_.clear();
     began_at_ = counts_.steps;
     was_reset_ = true;
