@@ -235,6 +235,7 @@ TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
   sim::ServeOptions options = options_of(folder);
   options.lockstep = true;
   options.every = 10;
+  options.stop_s = 5.0;
   options.commands = {"a", "k"};
   options.starts = {{"k", "2"}};
   vehicle::SignalSensor noisy;
