@@ -1,6 +1,6 @@
 // A small autonomous-driving stack: it knows the messages of `crgsim serve` (docs/crgsim.md) and a
 // line on the map, nothing else of Kerbstone. Where it is it makes out of a receiver, the turning
-// rate and the wheels' speed, as sensors tell them (sensors.yaml). It drives one lap.
+// rate and the wheels' speed, as sensors tell them (devices.yaml). It drives one lap.
 //   stack SOCKET LINE.csv [json|binary]
 // LINE.csv: x_m,y_m and what else `crgbuild export --tum` writes. Prints the lap's time and the
 // largest distance from the line; exit code 0 when the lap was driven within 5 m of it.

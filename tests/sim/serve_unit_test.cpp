@@ -192,7 +192,7 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
   slow.rate_hz = 20.0;  // a step is 10 ms
   slow.delay_s = 0.02;
   slow.gain = 10.0;
-  options.sensors = {1, {slow}};
+  options.devices = {1, {slow}, {{"percent", "a", 0.01, 0.0, 0.0, 1.0}}};
   options.measurements = {"slow.b.age_s", "m", "slow.b"};
   options.recorded = {"b"};
   std::thread drives([&] {
@@ -216,7 +216,26 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
   EXPECT_NEAR(run.values[14 * 9 + 1], 0.06, 1e-12);
   EXPECT_EQ(run.values[15 * 9 + 3], 130.0);
 
-  options.sensors.sensors[0].name = "m";
+  // A pedal in per cent, held within what the unit takes.
+  options.commands = {"percent"};
+  options.every = 1;
+  std::thread presses([&] {
+    const Driver driver(options.socket_path);
+    driver.say(R"({"sequence": 1, "set": {"percent": 40}})");
+    driver.hear();
+    driver.say(R"({"sequence": 2, "set": {"percent": 140}})");
+    driver.hear();
+    driver.say(R"({"sequence": 3, "end": true})");
+  });
+  const sim::ServeRun pressed = sim::serve_unit(unit, options);
+  presses.join();
+  ASSERT_EQ(pressed.rows(), 3u);
+  EXPECT_EQ(pressed.columns[5], "percent");
+  EXPECT_EQ(pressed.values[8 + 4], 0.4);
+  EXPECT_EQ(pressed.values[8 + 5], 40.0);
+  EXPECT_EQ(pressed.values[2 * 8 + 4], 1.0);
+
+  options.devices.sensors[0].name = "m";
   try {
     sim::serve_unit(unit, options);
     FAIL() << "no error";
@@ -227,11 +246,14 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
 
 TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
   const support::TemporaryFolder folder;
-  const std::string unit =
-      write_unit(folder,
-                 description_2("decay", scalar_2("x", 1, "output") + R"(<ScalarVariable name="k" valueReference="3" causality="parameter" variability="tunable"><Real start="1"/></ScalarVariable>)" +
-                                            scalar_2("a", 10, "input")),
-                 2);
+  const std::string unit = write_unit(
+      folder,
+      description_2(
+          "decay",
+          scalar_2("x", 1, "output") +
+              R"(<ScalarVariable name="k" valueReference="3" causality="parameter" variability="tunable"><Real start="1"/></ScalarVariable>)" +
+              scalar_2("a", 10, "input")),
+      2);
   sim::ServeOptions options = options_of(folder);
   options.lockstep = true;
   options.every = 10;
@@ -242,7 +264,7 @@ TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
   noisy.name = "noisy";
   noisy.signal = "x";
   noisy.noise = 0.1;
-  options.sensors = {1, {noisy}};
+  options.devices = {1, {noisy}, {}};
   options.measurements = {"x", "noisy"};
   std::thread drives([&] {
     const Driver driver(options.socket_path);
@@ -316,7 +338,7 @@ for form in json binary; do
   {} serve car.fmu --socket s --lockstep --every 10 --stop-s 300 --patience-s 20 -o $form.csv \
     --command input.steering --command input.throttle --command input.brake.fl --command input.brake.fr \
     --command input.brake.rl --command input.brake.rr --command input.gear \
-    --sensors {}/examples/stack/sensors.yaml --measure gnss.x --measure gnss.y --measure gnss.x.age_s \
+    --devices {}/examples/stack/devices.yaml --measure gnss.x --measure gnss.y --measure gnss.x.age_s \
     --measure imu.yaw_rate --measure wheels.vx --record car.x --record car.y > $form.log &
   while [ ! -S s ]; do sleep 0.05; done
   {} s line.csv $form >> lap.log

@@ -21,7 +21,7 @@ struct Told {
 };
 template <class Truth>
 Told told(const SignalSensor& sensor, int steps, const Truth& truth, std::uint64_t seed = 1) {
-  SignalSensors sensors({seed, {sensor}}, 0.001);
+  SignalSensors sensors({seed, {sensor}, {}}, 0.001);
   Told out;
   for (int k = 0; k < steps; ++k) {
     sensors.step(std::array{truth(0.001 * k)});
@@ -150,13 +150,28 @@ TEST(SignalSensors, ASensorDoesNotChangeAnotherOnesNoise) {
   SignalSensor first = sensor(100.0), second = sensor(100.0);
   first.noise = second.noise = 1.0;
   second.name = "other";
-  SignalSensors alone({7, {first}}, 0.001), both({7, {second, first}}, 0.001);
+  SignalSensors alone({7, {first}, {}}, 0.001), both({7, {second, first}, {}}, 0.001);
   for (int k = 0; k < 100; ++k) {
     alone.step(std::array{0.0});
     both.step(std::array{0.0, 0.0});
     EXPECT_EQ(alone.value(0), both.value(1));
   }
   EXPECT_NE(both.value(0), both.value(1));
+}
+
+TEST(SignalSensors, CommandsAreScaledAndHeldWithinTheirLimits) {
+  const support::TemporaryFolder folder;
+  const SignalSensorFile file = read_signal_sensors(
+      folder.file("d.yaml",
+                  "commands:\n  throttle_percent: {signal: input.throttle, gain: 0.01, smallest: "
+                  "0, largest: 1}\n"
+                  "  steer_right_deg: {signal: input.steering, gain: -0.0174533}\n"));
+  ASSERT_EQ(file.commands.size(), 2u);
+  EXPECT_EQ(file.commands[0].signal, "input.throttle");
+  EXPECT_DOUBLE_EQ(file.commands[0].to_signal(40.0), 0.4);
+  EXPECT_EQ(file.commands[0].to_signal(140.0), 1.0);
+  EXPECT_DOUBLE_EQ(file.commands[1].to_signal(10.0), -0.174533);
+  EXPECT_DOUBLE_EQ(file.commands[1].from_signal(-0.174533), 10.0);
 }
 
 std::string refusal(const std::string& yaml) {
@@ -173,7 +188,9 @@ TEST(SignalSensors, RefusesWithThePlace) {
   EXPECT_EQ(refusal("sensors:\n  a: {signal: car.x, rate_hz: 10, noise: 0.3}\n"), "");
   EXPECT_THAT(refusal("sensors:\n  a: {signal: car.x, rate: 10}\n"), HasSubstr("s.yaml:2"));
   EXPECT_THAT(refusal("sensors:\n  a: {noise: 1}\n"), HasSubstr("signal"));
-  EXPECT_THAT(refusal("sensors: {}\n"), HasSubstr("no sensor"));
+  EXPECT_THAT(refusal("sensors: {}\n"), HasSubstr("no sensor and no command"));
+  EXPECT_THAT(refusal("commands:\n  a: {signal: x, gain: 0}\n"),
+              HasSubstr("s.yaml:2: a: a gain of 0"));
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x, smallest: 2, largest: 1}\n"),
               HasSubstr("s.yaml:2: a: smallest has to be below largest"));
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x, rate_hz: 100, jitter_s: 0.01}\n"),

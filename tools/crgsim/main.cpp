@@ -65,8 +65,10 @@ int main(int argc, char** argv) {
       ->required();
   add_names("--record", serve.recorded,
             "NAME: of the unit, as it is, into the CSV alone: nothing that drives sees it");
-  command::add_input(*serve_app, "--sensors", serve.sensors_path,
-                     "Sensors (docs/sensors.md): what they tell of the unit's numbers, and when");
+  command::add_input(*serve_app, "--devices", serve.devices_path,
+                     "Sensors and commands of the unit's numbers (docs/sensors.md): what is told "
+                     "of them, when, and "
+                     "in which unit");
   add_names("--set", serve.starts, "NAME=VALUE: parameters and starts, before the initialisation");
   add_names("--safe", serve.safe,
             "NAME=NUMBER: what a command becomes when commands stay out; else its start");

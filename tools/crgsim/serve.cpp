@@ -53,8 +53,8 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   options.commands = command.commands;
   options.measurements = command.measurements;
   options.recorded = command.recorded;
-  if (!command.sensors_path.empty())
-    options.sensors = vehicle::read_signal_sensors(command.sensors_path);
+  if (!command.devices_path.empty())
+    options.devices = vehicle::read_signal_sensors(command.devices_path);
   for (const std::string& start : command.starts)
     options.starts.push_back(assignment("--set", start));
   for (const std::string& text : command.safe) {

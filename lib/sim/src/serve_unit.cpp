@@ -55,12 +55,11 @@ class Numbers {
   /// Inputs, and parameters that may change while the unit runs.
   void want_settable(const std::string& path) const {
     for (const Place& place : places_)
-      if (!place.variable->is_input() && !(place.variable->causality == "parameter" &&
-                                           place.variable->variability == "tunable"))
-        throw base::Error(
-            fmt::format("{}: {} is no input of the unit and no tunable parameter, it is: {} {}",
-                        path, place.variable->name, place.variable->variability,
-                        place.variable->causality));
+      if (!place.variable->is_input() &&
+          !(place.variable->causality == "parameter" && place.variable->variability == "tunable"))
+        throw base::Error(fmt::format(
+            "{}: {} is no input of the unit and no tunable parameter, it is: {} {}", path,
+            place.variable->name, place.variable->variability, place.variable->causality));
   }
 
   std::vector<double> get() {
@@ -93,13 +92,13 @@ class Numbers {
 class Measurements {
  public:
   Measurements(Unit& unit, const std::string& path, const ServeOptions& options)
-      : sensors_(options.sensors, options.step_s),
-        truth_(unit, path, signals_of(options.sensors)),
+      : sensors_(options.devices, options.step_s),
+        truth_(unit, path, signals_of(options.devices)),
         direct_(unit, path, names_of(options, unit.description(), path)) {}
 
   /// As before the first step(), with the same noise.
   void restart(const ServeOptions& options) {
-    sensors_ = vehicle::SignalSensors(options.sensors, options.step_s);
+    sensors_ = vehicle::SignalSensors(options.devices, options.step_s);
   }
 
   /// After the initialisation and after every step.
@@ -129,7 +128,7 @@ class Measurements {
   /// Fills sources_; gives the names that no sensor has.
   std::vector<std::string> names_of(const ServeOptions& options, const UnitDescription& unit,
                                     const std::string& path) {
-    const auto& sensors = options.sensors.sensors;
+    const auto& sensors = options.devices.sensors;
     for (const vehicle::SignalSensor& sensor : sensors)
       for (const std::string& name : {sensor.name, sensor.name + ".age_s"})
         if (unit.find(name) != nullptr)
@@ -157,6 +156,44 @@ class Measurements {
   Numbers truth_, direct_;
 };
 
+/// What may be commanded: numbers of the unit as they are, or as the devices' file has them.
+class Commands {
+ public:
+  Commands(Unit& unit, const std::string& path, const ServeOptions& options)
+      : numbers_(unit, path, signals_of(options)) {
+    numbers_.want_settable(path);
+  }
+
+  /// As whoever commands would have said what the unit has.
+  std::vector<double> get() {
+    std::vector<double> values = numbers_.get();
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].from_signal(values[k]);
+    return values;
+  }
+
+  void set(std::vector<double> values) {
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].to_signal(values[k]);
+    numbers_.set(values);
+  }
+
+ private:
+  /// Fills are_; gives the names of the unit.
+  std::vector<std::string> signals_of(const ServeOptions& options) {
+    std::vector<std::string> signals;
+    for (const std::string& name : options.commands) {
+      const auto& known = options.devices.commands;
+      const auto found = std::find_if(known.begin(), known.end(),
+                                      [&](const auto& one) { return one.name == name; });
+      are_.push_back(found != known.end() ? *found : vehicle::SignalCommand{name, name});
+      signals.push_back(are_.back().signal);
+    }
+    return signals;
+  }
+
+  std::vector<vehicle::SignalCommand> are_;
+  Numbers numbers_;
+};
+
 class Server {
  public:
   Server(Unit& unit, const std::string& path, const ServeOptions& options, CommandSocket& socket,
@@ -166,11 +203,9 @@ class Server {
         options_(options),
         socket_(socket),
         say_(say),
-        commands_(unit, path, options.commands),
+        commands_(unit, path, options),
         measurements_(unit, path, options),
-        recorded_(unit, path, options.recorded) {
-    commands_.want_settable(path);
-  }
+        recorded_(unit, path, options.recorded) {}
 
   void run() {
     asked_ = commands_.get();
@@ -341,7 +376,7 @@ class Server {
   const ServeOptions& options_;
   CommandSocket& socket_;
   const std::function<void(Words)>& say_;
-  Numbers commands_;
+  Commands commands_;
   Measurements measurements_;
   Numbers recorded_;
   ServeCounts counts_;

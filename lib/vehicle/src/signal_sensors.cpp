@@ -44,19 +44,46 @@ SignalSensor read_sensor(const Section& entry, const std::string& name, const st
   return out;
 }
 
+SignalCommand read_command(const Section& entry, const std::string& name,
+                           const std::string& where) {
+  entry.allow({"signal", "gain", "offset", "smallest", "largest"});
+  SignalCommand out;
+  out.name = name;
+  out.signal = entry.text("signal");
+  out.gain = entry.number("gain", 1.0, -1e12, 1e12);
+  out.offset = entry.number("offset", 0.0, -1e12, 1e12);
+  out.smallest = entry.number("smallest", -kInfinite, -1e12, 1e12);
+  out.largest = entry.number("largest", kInfinite, -1e12, 1e12);
+  if (out.gain == 0.0)
+    throw Error(fmt::format("{}: {}: a gain of 0 commands nothing", where, name.substr(0, 60)));
+  if (!(out.smallest < out.largest))
+    throw Error(fmt::format("{}: {}: smallest has to be below largest", where, name.substr(0, 60)));
+  return out;
+}
+
 }  // namespace
+
+double SignalCommand::to_signal(double value) const {
+  return std::clamp(gain * value + offset, smallest, largest);
+}
 
 SignalSensorFile read_signal_sensors(const std::string& path) {
   const Setting root = read_settings(path);
-  const Section top(root, path, "a file of sensors");
-  top.allow({"seed", "sensors"});
+  const Section top(root, path, "a file of sensors and commands");
+  top.allow({"seed", "sensors", "commands"});
   SignalSensorFile out;
   out.seed = static_cast<std::uint64_t>(top.number("seed", 1.0, 0.0, 9e15));
-  top.section("sensors").for_each(
-      [&](const std::string& name, const Setting& value, const std::string& where) {
-        out.sensors.push_back(read_sensor(Section(value, path, name), name, where));
-      });
-  if (out.sensors.empty()) throw Error(path + ": no sensor");
+  if (top.has("sensors"))
+    top.section("sensors").for_each(
+        [&](const std::string& name, const Setting& value, const std::string& where) {
+          out.sensors.push_back(read_sensor(Section(value, path, name), name, where));
+        });
+  if (top.has("commands"))
+    top.section("commands")
+        .for_each([&](const std::string& name, const Setting& value, const std::string& where) {
+          out.commands.push_back(read_command(Section(value, path, name), name, where));
+        });
+  if (out.sensors.empty() && out.commands.empty()) throw Error(path + ": no sensor and no command");
   return out;
 }
 

@@ -16,11 +16,11 @@ struct ServeOptions {
   /// Path of a Unix datagram socket, or a UDP port of this machine alone.
   std::string socket_path;
   std::uint16_t udp_port = 0;  ///< where there is no path
-  /// Names of numbers of the unit. A measurement may be a sensor too, or SENSOR.age_s: how long ago
-  /// what it tells was true.
+  /// Names of numbers of the unit, or of `devices`. A measurement may also be SENSOR.age_s: how
+  /// long ago what it tells was true.
   std::vector<std::string> commands, measurements;
   std::vector<std::string> recorded;  ///< of the unit; not sent
-  vehicle::SignalSensorFile sensors;  ///< none: everything is measured as it is
+  vehicle::SignalSensorFile devices;  ///< none: everything is measured and commanded as it is
   std::vector<std::pair<std::string, std::string>> starts;  ///< as in UnitRunOptions
   std::vector<std::pair<std::string, double>> safe;  ///< taken by commands when they stay out
   double safe_after_s = 0.2;                         ///< of the unit's time

@@ -33,9 +33,23 @@ struct SignalSensor {
   double lost = 0.0;  ///< share of the samples that never arrive; the one before stays
 };
 
+/// What somebody who drives says, and what the simulation's input becomes of it:
+/// `gain` * value + `offset`, held between `smallest` and `largest`.
+struct SignalCommand {
+  std::string name;    ///< what the command is called
+  std::string signal;  ///< of the simulation
+  double gain = 1.0, offset = 0.0;
+  double smallest = -std::numeric_limits<double>::infinity();
+  double largest = std::numeric_limits<double>::infinity();
+
+  double to_signal(double value) const;
+  double from_signal(double value) const { return (value - offset) / gain; }
+};
+
 struct SignalSensorFile {
   std::uint64_t seed = 1;
   std::vector<SignalSensor> sensors;
+  std::vector<SignalCommand> commands;
 };
 
 /// Reads a YAML file (docs/sensors.md). Throws Error with file:line on unknown keys, a sensor
