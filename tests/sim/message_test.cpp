@@ -50,6 +50,11 @@ TEST(Message, AResetHasStartsOfItsOwn) {
   EXPECT_EQ(json->starts[0].first, "start.speed");
   EXPECT_EQ(json->starts[0].second, 20.0);
   EXPECT_TRUE(sim::read_command(binary(8, 2, {0.5, 3.0}), kNames, why)->resets);
+  EXPECT_FALSE(json->pauses.has_value());
+  EXPECT_EQ(sim::read_command(R"({"pause": true})", kNames, why)->pauses, true);
+  EXPECT_EQ(sim::read_command(binary(8, 4, {0.5, 3.0}), kNames, why)->pauses, true);
+  EXPECT_EQ(sim::read_command(binary(8, 0, {0.5, 3.0}), kNames, why)->pauses, false);
+  EXPECT_EQ(why_not(R"({"pause": 1})"), "pause is neither true nor false");
   EXPECT_EQ(why_not(R"({"reset": true})"), "reset is no object of starts");
   EXPECT_EQ(why_not(R"({"reset": {"start.speed": "20"}})"), "a value that is not finite");
 }
@@ -61,7 +66,7 @@ TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object");
   EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"), "a value that is not finite");
   EXPECT_EQ(why_not(R"({"sequence": -1})"), "sequence is no whole number from 0 to 4294967295");
-  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set, reset or end");
+  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set, pause, reset or end");
   EXPECT_EQ(why_not(std::string(100, '{')), "nested more deeply than a command is");
   EXPECT_EQ(why_not(std::string(sim::kLongestMessage + 1, ' ')), "longer than 60 kB");
   EXPECT_EQ(why_not("KSC1abc"), "cut short");

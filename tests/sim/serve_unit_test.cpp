@@ -147,6 +147,31 @@ TEST(ServeUnit, InRealTimeTheSafeInputActsWhenCommandsStayOut) {
   EXPECT_EQ(run.counts.safe_steps + 20, 100 - (run.counts.steps - run.counts.safe_steps - 20));
 }
 
+TEST(ServeUnit, APauseStopsTheClockOfTheUnit) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  sim::ServeOptions options = options_of(folder);
+  options.stop_s = 0.6;
+  options.every = 1;
+  options.safe_after_s = 1.0;
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    driver.say(R"({"sequence": 1, "pause": true})");
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    driver.say(R"({"sequence": 2, "pause": false, "set": {"a": 3}})");
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  const double took_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  drives.join();
+  EXPECT_GE(took_s, 1.0) << "0.6 s of the unit and half a second of pause";
+  EXPECT_EQ(run.counts.steps, 60u);
+  EXPECT_EQ(run.counts.safe_steps, 0u) << "standing still is not staying out";
+  EXPECT_EQ(run.values[(run.rows() - 1) * 7], 0.6);
+  EXPECT_EQ(run.values[(run.rows() - 1) * 7 + 1], 3.0);
+}
+
 TEST(ServeUnit, RefusesInOneLine) {
   const support::TemporaryFolder folder;
   const std::string unit = write_unit(folder, kThrough, 2);

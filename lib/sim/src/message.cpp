@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1";
-constexpr std::uint32_t kEnds = 1, kResets = 2, kSafe = 1, kWasReset = 2;
+constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kSafe = 1, kWasReset = 2;
 
 template <class Value>
 bool take(std::string_view& bytes, Value& value) {
@@ -39,6 +39,7 @@ std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t co
   }
   message.ends = (flags & kEnds) != 0;
   message.resets = (flags & kResets) != 0;
+  message.pauses = (flags & kPauses) != 0;
   if (values != count || bytes.size() != count * sizeof(double)) {
     why = "another number of values than commands were named";
     return std::nullopt;
@@ -87,6 +88,9 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
           return refuse("a value that is not finite");
         message.values[static_cast<std::size_t>(found - names.begin())] = number.get<double>();
       }
+    } else if (key == "pause") {
+      if (!value.is_boolean()) return refuse("pause is neither true nor false");
+      message.pauses = value.get<bool>();
     } else if (key == "reset") {
       if (!value.is_object()) return refuse("reset is no object of starts");
       message.resets = true;
@@ -96,7 +100,7 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
         message.starts.emplace_back(name, number.get<double>());
       }
     } else {
-      return refuse("a key that is not sequence, set, reset or end");
+      return refuse("a key that is not sequence, set, pause, reset or end");
     }
   }
   return message;

@@ -243,6 +243,7 @@ class Server {
     ++counts_.commands;
     sequence_ = message->sequence;
     is_binary_ = message->is_binary;
+    is_paused_ = message->pauses.value_or(is_paused_);
     if (message->resets) reset(message->starts);
     for (std::size_t k = 0; k < asked_.size(); ++k)
       if (!std::isnan(message->values[k])) asked_[k] = message->values[k];
@@ -346,7 +347,8 @@ class Server {
     sched_param priority{};
     priority.sched_priority = 10;
     counts_.real_time_scheduled = ::sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
-    const double tick_s = options_.step_s / options_.speed_up, start_s = now_s();
+    const double tick_s = options_.step_s / options_.speed_up;
+    double start_s = now_s();
     const auto safe_after =
         static_cast<std::uint64_t>(std::llround(options_.safe_after_s / options_.step_s));
     while (counts_.steps < steps && !counts_.asked_to_end) {
@@ -362,6 +364,10 @@ class Server {
         take(*bytes);
       }
       if (read == kMostPerStep) ++counts_.flooded;
+      if (is_paused_) {
+        start_s += tick_s;
+        continue;
+      }
       const bool goes_on = step(counts_.steps - commanded_at_ >= safe_after);
       if (counts_.steps % options_.every == 0 || !goes_on) {
         measure();
@@ -385,7 +391,8 @@ class Server {
   std::uint32_t sequence_ = 0;
   std::uint64_t commanded_at_ = 0;
   std::uint64_t began_at_ = 0;  ///< step at which the unit's time was 0
-  bool is_binary_ = false, is_safe_ = false, is_repeated_ = false, was_reset_ = false;
+  bool is_binary_ = false, is_safe_ = false, is_repeated_ = false, was_reset_ = false,
+       is_paused_ = false;
 };
 
 void want_sound(const std::string& path, const ServeOptions& options) {

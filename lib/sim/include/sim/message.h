@@ -17,7 +17,8 @@ constexpr std::size_t kLongestMessage = 60'000;  ///< bytes; what a datagram tak
 struct CommandMessage {
   std::uint32_t sequence = 0;  ///< counted by whoever commands; a smaller one is old
   std::vector<double> values;
-  bool ends = false;  ///< the run shall end
+  bool ends = false;           ///< the run shall end
+  std::optional<bool> pauses;  ///< in real time: the unit shall stand still, or go on
   /// The unit shall begin anew at 0 s, with these starts besides those of the run: name and number.
   bool resets = false;
   std::vector<std::pair<std::string, double>> starts;
