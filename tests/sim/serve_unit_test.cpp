@@ -6,8 +6,10 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -350,39 +352,78 @@ double largest_distance_m(const std::string& record, const std::string& line) {
   return largest_m;
 }
 
-/// The stack of examples/stack, which knows the messages only, drives a lap; the same bytes come of
-/// both forms of messages.
-TEST(ServeUnit, AStackDrivesALap) {
-  const support::TemporaryFolder folder;
-  const std::string script = fmt::format(
-      R"(set -e; cd '{}'
-{} synth {}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet
-{} export demo/kerbstone-ring_truth.crg --tum -o line.csv --quiet
-{} fmu {}/vehicles/open_wheel/vehicle.yaml --track demo/kerbstone-ring_truth.crg -o car.fmu --quiet
-for form in json binary; do
-  {} serve car.fmu --socket s --lockstep --every 10 --stop-s 300 --patience-s 20 -o $form.csv \
+/// The stack of examples/stack, which knows the messages only, drives a lap of a road in each form
+/// of them. `make_road` is a line of a shell script. How far the car was from the line in truth, m.
+double largest_distance_of_a_lap_m(const support::TemporaryFolder& folder,
+                                   const std::string& make_road, const std::string& road,
+                                   const std::string& forms) {
+  folder.file("all.sh",
+              fmt::format(
+                  R"(set -e; cd '{0}'
+{1}
+{2} export {3} --tum -o line.csv --quiet
+{4} fmu {5}/vehicles/open_wheel/vehicle.yaml --track {3} -o car.fmu --quiet
+for form in {6}; do
+  {7} serve car.fmu --socket s --lockstep --every 10 --stop-s 300 --patience-s 20 -o $form.csv \
     --command input.steering --command input.throttle --command input.brake.fl --command input.brake.fr \
     --command input.brake.rl --command input.brake.rr --command input.gear \
-    --devices {}/examples/stack/devices.yaml --measure gnss.x --measure gnss.y --measure gnss.x.age_s \
+    --devices {5}/examples/stack/devices.yaml --measure gnss.x --measure gnss.y --measure gnss.x.age_s \
     --measure imu.yaw_rate --measure wheels.vx --record car.x --record car.y > $form.log &
   while [ ! -S s ]; do sleep 0.05; done
-  {} s line.csv $form >> lap.log
+  {8} s line.csv $form >> lap.log
   wait $!
 done)",
-      folder.path("."), places::crgbuild(), places::source(), places::crgbuild(),
-      places::crgdrive(), places::source(), places::crgsim(), places::source(), EXAMPLE_STACK);
-  folder.file("all.sh", script);
-  ASSERT_EQ(std::system(
+                  folder.path("."), make_road, places::crgbuild(), road, places::crgdrive(),
+                  places::source(), forms, places::crgsim(), EXAMPLE_STACK));
+  EXPECT_EQ(std::system(
                 ("timeout 200 bash " + folder.path("all.sh") + " > " + folder.path("log") + " 2>&1")
                     .c_str()),
             0)
       << folder.read("log") << folder.read("lap.log");
+  if (testing::Test::HasFailure()) return 1e9;
   EXPECT_THAT(folder.read("lap.log"), HasSubstr("lap in "));
-  EXPECT_EQ(folder.read("json.csv"), folder.read("binary.csv"));
-  const double off_m = largest_distance_m(folder.read("json.csv"), folder.read("line.csv"));
+  EXPECT_THAT(folder.read("binary.log"), HasSubstr("ended by a command"));
+  const double off_m = largest_distance_m(folder.read("binary.csv"), folder.read("line.csv"));
   std::printf("%strue: at most %.2f m from the line\n", folder.read("lap.log").c_str(), off_m);
-  EXPECT_LE(off_m, 3.0) << "the road is 10 m wide and more; 0.3 m of it are the receiver's bias";
-  EXPECT_THAT(folder.read("json.log"), HasSubstr("ended by a command"));
+  return off_m;
 }
+
+// The roads are 10 m wide and more; 0.3 m of what is allowed are the receiver's bias. Measured:
+// 0.65 to 1.4 m.
+constexpr double kOnTheRoad_m = 3.0;
+
+TEST(ServeUnit, AStackDrivesALap) {
+  const support::TemporaryFolder folder;
+  const std::string make =
+      fmt::format("{} synth {}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet",
+                  places::crgbuild(), places::source());
+  EXPECT_LE(
+      largest_distance_of_a_lap_m(folder, make, "demo/kerbstone-ring_truth.crg", "json binary"),
+      kOnTheRoad_m);
+  EXPECT_EQ(folder.read("json.csv"), folder.read("binary.csv"));
+}
+
+class RealTrack : public testing::TestWithParam<const char*> {};
+
+TEST_P(RealTrack, IsDrivenByTheStack) {
+  const std::string track = GetParam();
+  if (!std::filesystem::exists(fmt::format("{0}/road/{1}/{1}.acc", places::torcs_tracks(), track)))
+    GTEST_SKIP() << "the package torcs-data is not installed";
+  if (track != "g-track-1" && std::getenv("KERBSTONE_HEAVY") == nullptr)
+    GTEST_SKIP() << "10 s each: KERBSTONE_HEAVY=1";
+  const support::TemporaryFolder folder;
+  const std::string make =
+      fmt::format("{} build {}/tracks/{}/track.yaml -o out --quiet --no-report", places::crgbuild(),
+                  places::source(), track);
+  EXPECT_LE(largest_distance_of_a_lap_m(folder, make, "out/" + track + ".crg", "binary"),
+            kOnTheRoad_m);
+}
+
+INSTANTIATE_TEST_SUITE_P(ServeUnit, RealTrack, testing::Values("g-track-1", "e-track-3", "aalborg"),
+                         [](const auto& track) {
+                           std::string name = track.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 }  // namespace
