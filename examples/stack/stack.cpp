@@ -2,8 +2,9 @@
 // line on the map, nothing else of Kerbstone. Where it is it makes out of a receiver, the turning
 // rate and the wheels' speed, as sensors tell them (devices.yaml). It drives one lap.
 //   stack SOCKET LINE.csv [json|binary]
-// LINE.csv: x_m,y_m and what else `crgbuild export --tum` writes. Prints the lap's time and the
-// largest distance from the line; exit code 0 when the lap was driven within 5 m of it.
+// LINE.csv: x_m,y_m and what else `crgbuild export --tum` writes; or x_m,y_m,speed_mps, with the
+// speed that is wanted. Prints the lap's time and the largest distance from the line; exit code 0
+// when the lap was driven within 5 m of it.
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -46,20 +47,23 @@ Line read_line(const std::string& path) {
   std::ifstream file(path);
   std::string row;
   std::getline(file, row);
+  const bool has_speed = row.starts_with("x_m,y_m,speed_mps");
   Line line;
   while (std::getline(file, row)) {
     std::istringstream cells(row);
-    double x_m = 0.0, y_m = 0.0;
+    double x_m = 0.0, y_m = 0.0, speed_mps = kFastest_mps;
     char comma = 0;
-    if (!(cells >> x_m >> comma >> y_m)) throw std::runtime_error(path + ": x_m,y_m wanted");
+    if (!(cells >> x_m >> comma >> y_m) || (has_speed && !(cells >> comma >> speed_mps)))
+      throw std::runtime_error(path + ": x_m,y_m wanted");
     if (!line.x_m.empty() && std::hypot(x_m - line.x_m.back(), y_m - line.y_m.back()) < kSpacing_m)
       continue;
     line.x_m.push_back(x_m);
     line.y_m.push_back(y_m);
+    line.speed_mps.push_back(speed_mps);
   }
   const std::size_t n = line.size();
   if (n < 50) throw std::runtime_error(path + ": too short for a lap");
-  line.speed_mps.assign(n, kFastest_mps);
+  if (has_speed) return line;
   constexpr std::size_t kAround = 6;
   for (std::size_t i = 0; i < n; ++i) {  // circle through three points
     const std::size_t a = (i + n - kAround) % n, b = (i + kAround) % n;
@@ -214,9 +218,14 @@ class Connection {
 
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
 
+/// What is remembered from one command to the next.
+struct Driving {
+  double gear = 1.0, held_throttle = 0.0;
+};
+
 /// Towards a point ahead on the line, at the line's speed.
 std::array<double, kCommands.size()> control(const Line& line, std::size_t at, const Pose& car,
-                                             double& gear) {
+                                             Driving& driving) {
   const double ahead_m = 4.0 + 0.35 * car.vx_mps;
   const std::size_t aim = (at + static_cast<std::size_t>(ahead_m / kSpacing_m)) % line.size();
   const double dx_m = line.x_m[aim] - car.x_m, dy_m = line.y_m[aim] - car.y_m;
@@ -225,8 +234,11 @@ std::array<double, kCommands.size()> control(const Line& line, std::size_t at, c
       std::atan2(2.0 * kWheelbase_m * std::sin(bearing_rad), std::hypot(dx_m, dy_m));
   const std::size_t soon = (at + static_cast<std::size_t>(0.3 * car.vx_mps)) % line.size();
   const double slow_mps = line.speed_mps[soon] - car.vx_mps;
-  const double throttle = std::clamp(0.25 * slow_mps, 0.0, 1.0);
+  driving.held_throttle =
+      slow_mps < -1.0 ? 0.0 : std::clamp(driving.held_throttle + 0.002 * slow_mps, 0.0, 0.8);
+  const double throttle = std::clamp(0.25 * slow_mps + driving.held_throttle, 0.0, 1.0);
   const double brake_pa = 6e5 * std::clamp(-slow_mps - 0.3, 0.0, 5.0);
+  double& gear = driving.gear;
   const auto next = static_cast<std::size_t>(gear) - 1;
   if (next < kGearUp_mps.size() && car.vx_mps > kGearUp_mps[next]) ++gear;
   if (next > 0 && car.vx_mps < kGearUp_mps[next - 1] - 2.0) --gear;
@@ -242,9 +254,10 @@ std::array<double, kCommands.size()> control(const Line& line, std::size_t at, c
 int drive(const std::string& socket, const std::string& line_path, bool binary) {
   const Line line = read_line(line_path);
   Connection connection(socket, binary);
-  double gear = 1.0, largest_off_m = 0.0;
+  Driving driving;
+  double largest_off_m = 0.0;
   // A second on the brakes, for a mean place; it stands along the line.
-  const std::array<double, kCommands.size()> stand{0, 0, 2e6, 2e6, 2e6, 2e6, gear};
+  const std::array<double, kCommands.size()> stand{0, 0, 2e6, 2e6, 2e6, 2e6, 1};
   Measured now;
   Pose car;
   constexpr int kFirst = 100;
@@ -272,7 +285,7 @@ int drive(const std::string& socket, const std::string& line_path, bool binary) 
       connection.exchange(stand, true);
       return 1;
     }
-    now = connection.exchange(control(line, at, car, gear));
+    now = connection.exchange(control(line, at, car, driving));
     car = localisation.follow(now);
   }
   std::printf("lap in %.2f s, as it believes at most %.2f m from the line\n", now.time_s,

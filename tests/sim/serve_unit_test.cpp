@@ -403,6 +403,26 @@ TEST(ServeUnit, AStackDrivesALap) {
   EXPECT_EQ(folder.read("json.csv"), folder.read("binary.csv"));
 }
 
+// Measured 0.25 m/s and 0.13 m; the paper has 0.46 m/s and 0.143 m, of a car whose parameters were
+// known.
+TEST(ServeUnit, AStackDrivesTheLineOfARecordedLapAtItsSpeed) {
+  const std::string recording = places::data() + "/recordings/putnam_run4_2.csv";
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << recording << " is absent";
+  const support::TemporaryFolder folder;
+  const std::string tools =
+      std::filesystem::path(places::crgsim()).parent_path().parent_path().string();
+  const std::string command = fmt::format(
+      "timeout 200 python3 '{0}/examples/stack/recorded_lap.py' '{1}' '{2}' "
+      "'{0}/vehicles/av21/vehicle.yaml' '{3}' 5939 9960 '{4}' > '{4}.log' 2>&1",
+      places::source(), tools, EXAMPLE_STACK, recording, folder.path("lap"));
+  ASSERT_EQ(std::system(command.c_str()), 0) << folder.read("lap.log");
+  const auto errors = nlohmann::json::parse(folder.read("lap/errors.json"));
+  EXPECT_LE(errors.at("vx_mps").at("rmse"), 0.4);
+  EXPECT_LE(errors.at("lateral_m").at("rmse"), 0.2);
+  EXPECT_LE(errors.at("heading_rad").at("rmse"), 0.05);
+  EXPECT_LE(errors.at("sideslip_rad").at("rmse"), 0.03);
+}
+
 class RealTrack : public testing::TestWithParam<const char*> {};
 
 TEST_P(RealTrack, IsDrivenByTheStack) {
