@@ -219,9 +219,13 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
   slow.rate_hz = 20.0;  // a step is 10 ms
   slow.delay_s = 0.02;
   slow.gain = 10.0;
-  options.devices = {1, {slow}, {{"percent", "a", 0.01, 0.0, 0.0, 1.0}}};
-  options.measurements = {"slow.b.age_s", "m", "slow.b"};
+  options.devices = {1, {slow}, {{"percent", "a", 0.01, 0.0, 0.0, 1.0}}, {{"fix", 0, 0}}};
+  options.measurements = {"slow.b.age_s", "m", "slow.b", "fix.longitude_deg"};
   options.recorded = {"b"};
+  EXPECT_THROW(sim::serve_unit(unit, options), base::Error) << "no road tells the place";
+  options.to_latitude_longitude_deg = [](double x_m, double y_m) {
+    return std::array{48.0 + 1e-5 * y_m, 11.0 + 1e-5 * x_m};
+  };
   std::thread drives([&] {
     const Driver driver(options.socket_path);
     for (int k = 1; k <= 20; ++k) {
@@ -232,16 +236,18 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
   });
   const sim::ServeRun run = sim::serve_unit(unit, options);
   drives.join();
-  EXPECT_THAT(run.columns, testing::ElementsAre("time_s", "slow.b.age_s", "m", "slow.b", "b", "a",
-                                                "n", "safe", "resets"));
+  EXPECT_THAT(run.columns,
+              testing::ElementsAre("time_s", "slow.b.age_s", "m", "slow.b", "fix.longitude_deg",
+                                   "b", "a", "n", "safe", "resets"));
   ASSERT_EQ(run.rows(), 21u);
   // After step 10 (0.1 s) a sample comes, of step 8; four steps later it is still there.
-  EXPECT_EQ(run.values[10 * 9 + 4], 10.0);
-  EXPECT_EQ(run.values[10 * 9 + 3], 80.0);
-  EXPECT_NEAR(run.values[10 * 9 + 1], 0.02, 1e-12);
-  EXPECT_EQ(run.values[14 * 9 + 3], 80.0);
-  EXPECT_NEAR(run.values[14 * 9 + 1], 0.06, 1e-12);
-  EXPECT_EQ(run.values[15 * 9 + 3], 130.0);
+  EXPECT_EQ(run.values[10 * 10 + 5], 10.0);
+  EXPECT_EQ(run.values[10 * 10 + 3], 80.0);
+  EXPECT_EQ(run.values[10 * 10 + 4], 11.0 + 1e-5 * 80.0);
+  EXPECT_NEAR(run.values[10 * 10 + 1], 0.02, 1e-12);
+  EXPECT_EQ(run.values[14 * 10 + 3], 80.0);
+  EXPECT_NEAR(run.values[14 * 10 + 1], 0.06, 1e-12);
+  EXPECT_EQ(run.values[15 * 10 + 3], 130.0);
 
   // A pedal in per cent, held within what the unit takes.
   options.commands = {"percent"};
@@ -257,10 +263,10 @@ TEST(ServeUnit, SensorsTellTheirOwnAndTheRecordHasTheTruth) {
   const sim::ServeRun pressed = sim::serve_unit(unit, options);
   presses.join();
   ASSERT_EQ(pressed.rows(), 3u);
-  EXPECT_EQ(pressed.columns[5], "percent");
-  EXPECT_EQ(pressed.values[8 + 4], 0.4);
-  EXPECT_EQ(pressed.values[8 + 5], 40.0);
-  EXPECT_EQ(pressed.values[2 * 8 + 4], 1.0);
+  EXPECT_EQ(pressed.columns[6], "percent");
+  EXPECT_EQ(pressed.values[9 + 5], 0.4);
+  EXPECT_EQ(pressed.values[9 + 6], 40.0);
+  EXPECT_EQ(pressed.values[2 * 9 + 5], 1.0);
 
   options.devices.sensors[0].name = "m";
   try {
@@ -291,7 +297,7 @@ TEST(ServeUnit, AResetBeginsAnewAndGivesTheSame) {
   noisy.name = "noisy";
   noisy.signal = "x";
   noisy.noise = 0.1;
-  options.devices = {1, {noisy}, {}};
+  options.devices = {1, {noisy}, {}, {}};
   options.measurements = {"x", "noisy"};
   std::thread drives([&] {
     const Driver driver(options.socket_path);

@@ -21,7 +21,7 @@ struct Told {
 };
 template <class Truth>
 Told told(const SignalSensor& sensor, int steps, const Truth& truth, std::uint64_t seed = 1) {
-  SignalSensors sensors({seed, {sensor}, {}}, 0.001);
+  SignalSensors sensors({seed, {sensor}, {}, {}}, 0.001);
   Told out;
   for (int k = 0; k < steps; ++k) {
     sensors.step(std::array{truth(0.001 * k)});
@@ -150,7 +150,7 @@ TEST(SignalSensors, ASensorDoesNotChangeAnotherOnesNoise) {
   SignalSensor first = sensor(100.0), second = sensor(100.0);
   first.noise = second.noise = 1.0;
   second.name = "other";
-  SignalSensors alone({7, {first}, {}}, 0.001), both({7, {second, first}, {}}, 0.001);
+  SignalSensors alone({7, {first}, {}, {}}, 0.001), both({7, {second, first}, {}, {}}, 0.001);
   for (int k = 0; k < 100; ++k) {
     alone.step(std::array{0.0});
     both.step(std::array{0.0, 0.0});
@@ -197,6 +197,8 @@ TEST(SignalSensors, RefusesWithThePlace) {
               HasSubstr("jitter_s has to be less"));
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x, rate_hz: 2000}\n"),
               HasSubstr("at most one sample per step"));
+  EXPECT_THAT(refusal("sensors:\n  a: {signal: x}\npositions:\n  p: {x: a, y: b}\n"),
+              HasSubstr("s.yaml:4: there is no sensor 'b'"));
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x, noise: .nan}\n"), HasSubstr("noise"));
 }
 

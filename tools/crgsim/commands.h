@@ -27,7 +27,7 @@ struct RunCommand {
 int run(const RunCommand& command, Terminal& terminal);
 
 struct ServeCommand {
-  std::string unit_path, socket_path, devices_path, out_path;
+  std::string unit_path, socket_path, devices_path, road_path, out_path;
   std::uint16_t udp_port = 0;
   std::vector<std::string> commands, measurements, recorded, starts, safe;
   double safe_after_s = 0.2, stop_s = 60.0, step_s = 0.001, speed_up = 1.0, patience_s = 30.0;

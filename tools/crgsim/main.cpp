@@ -72,6 +72,9 @@ int main(int argc, char** argv) {
   add_names("--set", serve.starts, "NAME=VALUE: parameters and starts, before the initialisation");
   add_names("--safe", serve.safe,
             "NAME=NUMBER: what a command becomes when commands stay out; else its start");
+  command::add_input(*serve_app, "--road", serve.road_path,
+                     "The road of the unit, .crg: its header says where positions of the devices "
+                     "lie on the Earth");
   serve_app->add_flag("--lockstep", serve.lockstep,
                       "Every command is followed by --every steps and their measurement; else real "
                       "time");

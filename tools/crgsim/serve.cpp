@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
+#include <functional>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
 #include "commands.h"
+#include "crg/file.h"
+#include "road/projection.h"
 #include "sim/serve_unit.h"
 
 namespace crgsim {
@@ -42,6 +47,19 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
           {"real_time_scheduling", c.real_time_scheduled}};
 }
 
+/// Where on the Earth the places of a road's map lie, by its header.
+std::function<std::array<double, 2>(double, double)> map_of(const std::string& road_path) {
+  const road::Projection projection = road::read_projection(crg::read(road_path));
+  if (projection.kind == road::Projection::Kind::none)
+    throw base::Error(road_path +
+                      ": its header does not say where on the Earth it lies; give it control "
+                      "points: crgbuild align ROAD --control-points FILE");
+  return [projection](double x_m, double y_m) {
+    const Eigen::Vector2d at = road::unproject(projection, {x_m, y_m});
+    return std::array{at.x(), at.y()};
+  };
+}
+
 }  // namespace
 
 int serve(const ServeCommand& command, Terminal& terminal) {
@@ -53,6 +71,7 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   options.commands = command.commands;
   options.measurements = command.measurements;
   options.recorded = command.recorded;
+  if (!command.road_path.empty()) options.to_latitude_longitude_deg = map_of(command.road_path);
   if (!command.devices_path.empty())
     options.devices = vehicle::read_signal_sensors(command.devices_path);
   for (const std::string& start : command.starts)

@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -92,7 +93,8 @@ class Numbers {
 class Measurements {
  public:
   Measurements(Unit& unit, const std::string& path, const ServeOptions& options)
-      : sensors_(options.devices, options.step_s),
+      : options_(options),
+        sensors_(options.devices, options.step_s),
         truth_(unit, path, signals_of(options.devices)),
         direct_(unit, path, names_of(options, unit.description(), path)) {}
 
@@ -109,20 +111,56 @@ class Measurements {
   std::vector<double> get() {
     const std::vector<double> direct = direct_.get();
     std::vector<double> out;
-    for (const auto& [kind, index] : sources_)
-      out.push_back(kind == Kind::direct   ? direct[index]
-                    : kind == Kind::sensor ? sensors_.value(index)
-                                           : sensors_.age_s(index));
+    for (const auto& [kind, index] : sources_) switch (kind) {
+        case Kind::direct:
+          out.push_back(direct[index]);
+          break;
+        case Kind::sensor:
+          out.push_back(sensors_.value(index));
+          break;
+        case Kind::age:
+          out.push_back(sensors_.age_s(index));
+          break;
+        case Kind::latitude:
+          out.push_back(place_deg(index)[0]);
+          break;
+        case Kind::longitude:
+          out.push_back(place_deg(index)[1]);
+          break;
+      }
     return out;
   }
 
  private:
-  enum class Kind { direct, sensor, age };
+  enum class Kind { direct, sensor, age, latitude, longitude };
+
+  std::array<double, 2> place_deg(std::size_t position) const {
+    const vehicle::SignalPosition& is = options_.devices.positions[position];
+    return options_.to_latitude_longitude_deg(sensors_.value(is.x), sensors_.value(is.y));
+  }
 
   static std::vector<std::string> signals_of(const vehicle::SignalSensorFile& file) {
     std::vector<std::string> out;
     for (const vehicle::SignalSensor& sensor : file.sensors) out.push_back(sensor.signal);
     return out;
+  }
+
+  static std::optional<std::pair<Kind, std::size_t>> place_of_name(const ServeOptions& options,
+                                                                   const std::string& name,
+                                                                   const std::string& path) {
+    const auto& positions = options.devices.positions;
+    for (std::size_t k = 0; k < positions.size(); ++k)
+      for (const auto& [kind, ending] :
+           {std::pair{Kind::latitude, ".latitude_deg"}, {Kind::longitude, ".longitude_deg"}}) {
+        if (name != positions[k].name + ending) continue;
+        if (!options.to_latitude_longitude_deg)
+          throw base::Error(
+              fmt::format("{}: {} needs a road whose header says where on the Earth it "
+                          "lies (--road)",
+                          path, name));
+        return std::pair{kind, k};
+      }
+    return std::nullopt;
   }
 
   /// Fills sources_; gives the names that no sensor has.
@@ -140,7 +178,10 @@ class Measurements {
       const auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const auto& one) {
         return name == one.name || name == one.name + ".age_s";
       });
-      if (sensor == sensors.end()) {
+      const std::optional<std::pair<Kind, std::size_t>> place = place_of_name(options, name, path);
+      if (place) {
+        sources_.push_back(*place);
+      } else if (sensor == sensors.end()) {
         sources_.emplace_back(Kind::direct, direct.size());
         direct.push_back(name);
       } else {
@@ -151,6 +192,7 @@ class Measurements {
     return direct;
   }
 
+  const ServeOptions& options_;
   vehicle::SignalSensors sensors_;
   std::vector<std::pair<Kind, std::size_t>> sources_;
   Numbers truth_, direct_;

@@ -70,7 +70,7 @@ double SignalCommand::to_signal(double value) const {
 SignalSensorFile read_signal_sensors(const std::string& path) {
   const Setting root = read_settings(path);
   const Section top(root, path, "a file of sensors and commands");
-  top.allow({"seed", "sensors", "commands"});
+  top.allow({"seed", "sensors", "commands", "positions"});
   SignalSensorFile out;
   out.seed = static_cast<std::uint64_t>(top.number("seed", 1.0, 0.0, 9e15));
   if (top.has("sensors"))
@@ -82,6 +82,19 @@ SignalSensorFile read_signal_sensors(const std::string& path) {
     top.section("commands")
         .for_each([&](const std::string& name, const Setting& value, const std::string& where) {
           out.commands.push_back(read_command(Section(value, path, name), name, where));
+        });
+  const auto sensor = [&](const std::string& name, const std::string& where) {
+    for (std::size_t k = 0; k < out.sensors.size(); ++k)
+      if (out.sensors[k].name == name) return k;
+    throw Error(fmt::format("{}: there is no sensor '{}' in this file", where, name.substr(0, 60)));
+  };
+  if (top.has("positions"))
+    top.section("positions")
+        .for_each([&](const std::string& name, const Setting& value, const std::string& where) {
+          const Section entry(value, path, name);
+          entry.allow({"x", "y"});
+          out.positions.push_back(
+              {name, sensor(entry.text("x"), where), sensor(entry.text("y"), where)});
         });
   if (out.sensors.empty() && out.commands.empty()) throw Error(path + ": no sensor and no command");
   return out;

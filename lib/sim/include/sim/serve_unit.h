@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,7 @@ struct ServeOptions {
   std::string socket_path;
   std::uint16_t udp_port = 0;  ///< where there is no path
   /// Names of numbers of the unit, or of `devices`. A measurement may also be SENSOR.age_s: how
-  /// long ago what it tells was true.
+  /// long ago what it tells was true; POSITION.latitude_deg and POSITION.longitude_deg.
   std::vector<std::string> commands, measurements;
   std::vector<std::string> recorded;  ///< of the unit; not sent
   vehicle::SignalSensorFile devices;  ///< none: everything is measured and commanded as it is
@@ -26,6 +27,9 @@ struct ServeOptions {
   double safe_after_s = 0.2;                         ///< of the unit's time
   double step_s = 0.001, stop_s = 60.0;
   unsigned every = 10;  ///< steps from one measurement to the next
+  /// Latitude and longitude in degrees of a place on the map of the unit; for positions of the
+  /// devices.
+  std::function<std::array<double, 2>(double x_m, double y_m)> to_latitude_longitude_deg;
   bool lockstep = false;
   double speed_up = 1.0;     ///< of real time
   double patience_s = 30.0;  ///< in lockstep: so long without a command, and the run ends

@@ -46,10 +46,17 @@ struct SignalCommand {
   double from_signal(double value) const { return (value - offset) / gain; }
 };
 
+/// Two sensors that tell a place on the map, to be told in latitude and longitude.
+struct SignalPosition {
+  std::string name;
+  std::size_t x = 0, y = 0;  ///< of the file's sensors
+};
+
 struct SignalSensorFile {
   std::uint64_t seed = 1;
   std::vector<SignalSensor> sensors;
   std::vector<SignalCommand> commands;
+  std::vector<SignalPosition> positions;
 };
 
 /// Reads a YAML file (docs/sensors.md). Throws Error with file:line on unknown keys, a sensor
