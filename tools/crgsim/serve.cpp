@@ -53,7 +53,7 @@ std::function<std::array<double, 2>(double, double)> map_of(const std::string& r
   if (projection.kind == road::Projection::Kind::none)
     throw base::Error(road_path +
                       ": its header does not say where on the Earth it lies; give it control "
-                      "points: crgbuild align ROAD --control-points FILE");
+                      "points: crgbuild align ROAD --control-points FILE -o NEW");
   return [projection](double x_m, double y_m) {
     const Eigen::Vector2d at = road::unproject(projection, {x_m, y_m});
     return std::array{at.x(), at.y()};
