@@ -133,6 +133,21 @@ TEST(SignalSensors, JitterDelaysSamplesAndLostOnesLeaveTheLast) {
   EXPECT_NEAR(static_cast<double>(arrived) / 10'000.0, 0.7, 0.02);
 }
 
+TEST(SignalSensors, WhatOneDeviceTellsComesTogether) {
+  SignalSensor x = sensor(20.0), y = sensor(20.0), other = sensor(20.0);
+  x.name = "gnss.x", y.name = "gnss.y", other.name = "imu.ax";
+  for (SignalSensor* one : {&x, &y, &other}) one->jitter_s = 0.02, one->lost = 0.2;
+  SignalSensors sensors({3, {x, y, other}, {}, {}}, 0.001);
+  int apart = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    const double t_s = 0.001 * k;
+    sensors.step(std::array{t_s, t_s, t_s});
+    ASSERT_EQ(sensors.value(0), sensors.value(1));
+    apart += sensors.value(0) != sensors.value(2);
+  }
+  EXPECT_GT(apart, 2000);
+}
+
 TEST(SignalSensors, GainOffsetStepsAndLimits) {
   SignalSensor is = sensor();
   is.gain = -2.0;

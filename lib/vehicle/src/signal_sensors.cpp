@@ -14,6 +14,8 @@ namespace {
 constexpr double kLongestDelay_s = 10.0, kMostDelaySteps = 1e6;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
+std::string device_of(const std::string& sensor) { return sensor.substr(0, sensor.rfind('.')); }
+
 SignalSensor read_sensor(const Section& entry, const std::string& name, const std::string& where) {
   entry.allow({"signal", "rate_hz", "delay_s", "jitter_s", "gain", "offset", "noise",
                "noise_density", "bias_walk", "bias_instability", "bias_time_s", "quantisation",
@@ -114,6 +116,7 @@ SignalSensors::SignalSensors(const SignalSensorFile& file, double step_s) : step
     Running running;
     running.is = sensor;
     running.random = base::random_of(file.seed, sensor.name);
+    running.clock = base::random_of(file.seed, "clock of " + device_of(sensor.name));
     running.past.resize(static_cast<std::size_t>(std::llround(sensor.delay_s / step_s)) + 1);
     const double rate_hz = sensor.rate_hz > 0.0 ? sensor.rate_hz : 1.0 / step_s;
     running.noise = std::hypot(sensor.noise, sensor.noise_density * std::sqrt(rate_hz));
@@ -139,8 +142,8 @@ void SignalSensors::sample(Running& sensor) {
   const double between_s = is.rate_hz > 0.0 ? 1.0 / is.rate_hz : step_s_;
   // Drawn in any case, so that no parameter changes the stream of another one.
   const double white = sensor.random.normal(), walk = sensor.random.normal(),
-               unstable = sensor.random.normal(), late = sensor.random.uniform(),
-               arrives = sensor.random.uniform();
+               unstable = sensor.random.normal();
+  const double late = sensor.clock.uniform(), arrives = sensor.clock.uniform();
   if (sensor.samples > 0) {
     sensor.walked += is.bias_walk * std::sqrt(between_s) * walk;
     const double kept = std::exp(-between_s / is.bias_time_s);

@@ -71,7 +71,8 @@ class SignalSensors {
 
   /// The true values of all signals, in the order of the file; first those of time 0. Every sensor
   /// has a stream of random numbers of its own, by the seed and its name: another sensor does not
-  /// change it.
+  /// change it. Jitter and losses are by the name up to its last dot: gnss.x and gnss.y are one
+  /// device, whose samples come, or are lost, together.
   void step(std::span<const double> truth);
 
   std::size_t size() const { return sensors_.size(); }
@@ -82,7 +83,7 @@ class SignalSensors {
  private:
   struct Running {
     SignalSensor is;
-    base::Random random{0};
+    base::Random random{0}, clock{0};
     std::vector<double> past;  ///< ring of true values
     double noise = 0.0, walked = 0.0, unstable = 0.0;
     double due_s = 0.0, value = 0.0;
