@@ -11,6 +11,7 @@
 #include "command/exit_code.h"
 #include "command/terminal.h"
 #include "road/build.h"
+#include "road/preview.h"
 #include "road/recipe.h"
 #include "road/write_report.h"
 
@@ -55,6 +56,13 @@ struct CleanCommand {
   RecipeFlags flags;
 };
 int run_clean(const CleanCommand& command, Terminal& terminal);
+
+struct PreviewCommand {
+  std::string input, output;
+  std::size_t most_triangles = road::kPreviewTriangles;
+  RecipeFlags flags;
+};
+int run_preview(const PreviewCommand& command, Terminal& terminal);
 
 struct CentrelineCommand {
   std::string input, output;

@@ -58,6 +58,7 @@ struct Commands {
   BuildCommand build;
   FromEdgesCommand from_edges;
   CleanCommand clean;
+  PreviewCommand preview;
   CentrelineCommand centreline;
   SampleCommand sample;
   KerbCommand kerb;
@@ -185,6 +186,21 @@ void define_stages(CLI::App& app, Commands& c) {
       ->required();
   add_recipe_flags(*clean, c.clean.flags, {"read", "clean"});
   clean->footer("Example:\n  crgbuild clean track.fbx -o surface.obj");
+
+  CLI::App* preview =
+      app.add_subcommand("preview", "a mesh to look at: each object in the colour of its class");
+  add_input(*preview, "input", c.preview.input, kMeshHelp)->required();
+  add_output_file(*preview, c.preview.output, "picture in three dimensions (.glb)")->required();
+  preview
+      ->add_option("--most-triangles", c.preview.most_triangles,
+                   "larger meshes are thinned to about as many")
+      ->check(CLI::Range(std::size_t{100}, std::size_t{50'000'000}));
+  add_recipe_flags(*preview, c.preview.flags, {"read", "clean"});
+  preview->footer(
+      "Opens in Blender, in any viewer of glTF and in 'kerbstone view'. A mesh of which no road "
+      "can be\n"
+      "made is shown too, with the reason.\n\n"
+      "Example:\n  crgbuild preview track.fbx -o track.glb");
 
   CLI::App* centreline = app.add_subcommand("centreline", "stage 2: traces the middle of the road");
   add_input(*centreline, "input", c.centreline.input,
@@ -423,6 +439,8 @@ int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   if (name == "build") return naming(c.build.input, [&] { return run_build(c.build, terminal); });
   if (name == "from-edges")
     return naming(c.from_edges.left, [&] { return run_from_edges(c.from_edges, terminal); });
+  if (name == "preview")
+    return naming(c.preview.input, [&] { return run_preview(c.preview, terminal); });
   if (name == "clean") return naming(c.clean.input, [&] { return run_clean(c.clean, terminal); });
   if (name == "centreline")
     return naming(c.centreline.input, [&] { return run_centreline(c.centreline, terminal); });

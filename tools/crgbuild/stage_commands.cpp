@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
@@ -120,6 +121,38 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
           {"vertices_welded", clean_report.vertices_welded},
           {"remarks", clean_report.remarks}},
          text + "surface  " + command.output + "\n");
+  return kOk;
+}
+
+int run_preview(const PreviewCommand& command, Terminal& terminal) {
+  terminal.start("reading the mesh");
+  const road::Preview preview =
+      road::preview(make_recipe(command.input, command.flags), command.most_triangles);
+  base::write_file(command.output, road::glb_of(preview));
+  std::map<std::string, double> area_m2;
+  std::map<std::string, std::size_t> triangles;
+  for (const road::PreviewPart& part : preview.parts) {
+    area_m2[part.surface_class] += part.area_m2;
+    triangles[part.surface_class] += part.triangles;
+  }
+  std::string text = fmt::format("{} of {} triangles, {} objects{}\n", preview.triangles_shown,
+                                 preview.triangles_in, preview.objects.size(),
+                                 preview.told_by.empty() ? "" : ", told by " + preview.told_by);
+  for (const auto& [name, count] : triangles)
+    text += fmt::format("  {}: {} triangles, {:.0f} m2\n", name, count, area_m2[name]);
+  if (!preview.refusal.empty())
+    terminal.remark("no road can be made of it as it is: " + preview.refusal);
+  report(terminal,
+         {{"triangles_in", preview.triangles_in},
+          {"triangles_shown", preview.triangles_shown},
+          {"objects", preview.objects.size()},
+          {"triangles_by_class", triangles},
+          {"area_by_class_m2", area_m2},
+          {"told_by", preview.told_by},
+          {"refusal", preview.refusal},
+          {"remarks", preview.remarks},
+          {"preview", command.output}},
+         text + "preview  " + command.output + "\n");
   return kOk;
 }
 
