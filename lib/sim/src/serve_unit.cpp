@@ -49,7 +49,7 @@ void sleep_until(double time_s) {
 /// given away, and come back up to 40 ms late).
 class RealTime {
  public:
-  RealTime() : latency_(::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
+  RealTime() : latency_(::open("/dev/cpu_dma_latency", O_RDWR | O_CLOEXEC)) {
     sched_param priority{};
     priority.sched_priority = 10;
     is_scheduled_ = ::sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
