@@ -246,6 +246,7 @@ class Called : public ::testing::Test {
          {{"build", f / "s.obj", "-o", f / "b"},
           {"from-edges", f / "left.csv", f / "right.csv", "-o", f / "e"},
           {"clean", f / "s.obj", "-o", f / "clean.obj"},
+          {"preview", f / "s.obj", "-o", f / "preview.glb"},
           {"centreline", f / "s.obj", "-o", f / "line.csv"},
           {"sample", f / "s.obj", "--centreline", f / "out/centreline.csv", "-o", f / "sample.crg"},
           {"kerb", crg, "--mesh", f / "s.obj", "-o", f / "kerb.crg"},
@@ -299,7 +300,9 @@ class Called : public ::testing::Test {
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
           {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
-        {"kerbstone", {{"collect", f / "campaign"}}},
+        {"kerbstone",
+         {{"collect", f / "campaign"},
+          {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
     };
   }
   static void TearDownTestSuite() {

@@ -1,5 +1,5 @@
 // Bundles src/ and the npm packages into one page without references to anything outside it.
-// usage: node bundle.mjs OUTPUT.html
+// usage: node bundle.mjs OUTPUT.html [SOURCES]; SOURCES: the folder with main.js, style.css, page.html, else src/
 import { build } from 'esbuild';
 import { readFile, rename, writeFile } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
@@ -7,13 +7,16 @@ import { fileURLToPath } from 'node:url';
 
 const output = process.argv[2];
 if (!output) {
-  console.error('bundle.mjs: no output given; usage: node bundle.mjs OUTPUT.html');
+  console.error('bundle.mjs: no output given; usage: node bundle.mjs OUTPUT.html [SOURCES]');
   process.exit(2);
 }
 const here = dirname(fileURLToPath(import.meta.url));
+const sources = process.argv[3] ?? join(here, 'src');
+const nodePaths = [join(here, 'node_modules')];  // for sources elsewhere
 const result = await build({
-  entryPoints: [join(here, 'src/main.js')],
+  entryPoints: [join(sources, 'main.js')],
   bundle: true,
+  nodePaths,
   minify: true,
   format: 'iife',
   target: ['chrome100', 'firefox100', 'safari15'],
@@ -23,13 +26,14 @@ const result = await build({
   logLevel: 'warning',
 });
 const style = await build({
-  entryPoints: [join(here, 'src/style.css')],
+  entryPoints: [join(sources, 'style.css')],
   bundle: true,
+  nodePaths,
   minify: true,
   write: false,
   logLevel: 'warning',
 });
-const page = await readFile(join(here, 'src/page.html'), 'utf8');
+const page = await readFile(join(sources, 'page.html'), 'utf8');
 // Functions as replacements: '$&' and the like in a library must stay what they are.
 const script = result.outputFiles[0].text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
 const html = page

@@ -1,0 +1,139 @@
+#include "view/folders.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include "base/error.h"
+
+namespace view {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kDeepest = 8;
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::optional<Kind> kind_of(const fs::path& path) {
+  static const std::map<std::string, Kind> endings = {
+      {".yaml", Kind::recipe}, {".obj", Kind::mesh},   {".fbx", Kind::mesh}, {".glb", Kind::mesh},
+      {".gltf", Kind::mesh},   {".dae", Kind::mesh},   {".ply", Kind::mesh}, {".stl", Kind::mesh},
+      {".3ds", Kind::mesh},    {".ac", Kind::mesh},    {".acc", Kind::mesh}, {".b3d", Kind::mesh},
+      {".crg", Kind::road},    {".csv", Kind::table},  {".ld", Kind::log},   {".vbo", Kind::log},
+      {".ibt", Kind::log},     {".las", Kind::scan},   {".laz", Kind::scan}, {".pcd", Kind::scan},
+      {".fmu", Kind::unit},    {".png", Kind::picture}};
+  const std::string name = lower(path.filename().string());
+  if (name == "report.html") return Kind::report;
+  if (name == "findings.json") return Kind::findings;
+  const auto found = endings.find(lower(path.extension().string()));
+  if (found == endings.end()) return std::nullopt;
+  return found->second;
+}
+
+double since_1970_s(fs::file_time_type time) {
+  const auto moment = std::chrono::file_clock::to_sys(time);
+  return std::chrono::duration<double>(moment.time_since_epoch()).count();
+}
+
+/// Whether `path` is `root` or lies below it; both without links and "..".
+bool is_below(const fs::path& root, const fs::path& path) {
+  return std::mismatch(root.begin(), root.end(), path.begin(), path.end()).first == root.end();
+}
+
+}  // namespace
+
+const char* to_string(Kind kind) {
+  static constexpr const char* kNames[] = {"recipe", "mesh", "road",   "log",   "findings",
+                                           "scan",   "unit", "report", "table", "picture"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+Folders::Folders(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    std::error_code error;
+    const fs::path whole = fs::canonical(path, error);
+    if (error || !fs::is_directory(whole))
+      throw base::Error(
+          fmt::format("{}: a folder wanted{}", path, error ? ": " + error.message() : ""));
+    if (std::find(roots_.begin(), roots_.end(), whole.string()) == roots_.end())
+      roots_.push_back(whole.string());
+  }
+  if (roots_.empty()) throw base::Error("no folder to show");
+}
+
+Listing Folders::list() const {
+  Listing listing;
+  for (std::size_t number = 0; number < roots_.size(); ++number) {
+    std::error_code error;
+    auto at = fs::recursive_directory_iterator(
+        roots_[number], fs::directory_options::skip_permission_denied, error);
+    for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
+      const std::string name = at->path().filename().string();
+      std::error_code vanished;
+      if (at->is_directory(vanished)) {
+        if (name.starts_with('.') || name == "node_modules" || at.depth() >= kDeepest)
+          at.disable_recursion_pending();
+        continue;
+      }
+      if (name.starts_with('.') || !at->is_regular_file(vanished)) continue;
+      const auto kind = kind_of(at->path());
+      if (!kind) continue;
+      if (listing.entries.size() == kMostEntries) {
+        listing.is_whole = false;
+        break;
+      }
+      const auto bytes = at->file_size(vanished);
+      const auto time = at->last_write_time(vanished);
+      if (vanished) continue;
+      listing.entries.push_back(
+          {fmt::format("{}/{}", number, at->path().lexically_relative(roots_[number]).string()),
+           *kind, bytes, since_1970_s(time)});
+    }
+  }
+  std::sort(listing.entries.begin(), listing.entries.end(),
+            [](const Entry& a, const Entry& b) { return a.id < b.id; });
+  return listing;
+}
+
+std::string Folders::path_of(const std::string& id, bool may_be_new) const {
+  const auto refuse = [&](const char* why) { throw base::Error(fmt::format("'{}': {}", id, why)); };
+  const std::size_t slash = id.find('/');
+  std::size_t number = 0;
+  const char* const end = id.data() + std::min(slash, id.size());
+  const auto [last, wrong] = std::from_chars(id.data(), end, number);
+  if (slash == std::string::npos || wrong != std::errc{} || last != end ||
+      number >= roots_.size() || id.find('\0') != std::string::npos)
+    refuse("no file of these folders");
+  const fs::path below = id.substr(slash + 1), root = roots_[number];
+  if (below.empty() || below.is_absolute() || !below.has_filename() ||
+      std::any_of(below.begin(), below.end(),
+                  [](const fs::path& p) { return p == ".." || p == "."; }))
+    refuse("no file of these folders");
+  std::error_code error;
+  const fs::path folder = fs::canonical((root / below).parent_path(), error);
+  if (error || !is_below(root, folder)) refuse("no file of these folders");
+  const fs::path path = folder / below.filename();
+  const auto status = fs::symlink_status(path, error);
+  if (!fs::exists(status)) {
+    if (!may_be_new) refuse("is not there any more");
+    return path.string();
+  }
+  const fs::path whole = fs::canonical(path, error);
+  if (error || !is_below(root, whole) || !fs::is_regular_file(whole, error))
+    refuse("no file of these folders");
+  return whole.string();
+}
+
+}  // namespace view

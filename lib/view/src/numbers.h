@@ -1,0 +1,31 @@
+// Roads and logs as the page draws them: a JSON head and rows of numbers. Private to lib/view.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "recording/log.h"
+
+namespace view {
+
+/// What `unpack` of web/src/server.js reads: the length of the head (uint32), the head (JSON with
+/// "arrays": name, type, count), blanks up to a multiple of eight bytes, the arrays, each beginning
+/// at such a multiple. Little endian.
+
+/// A road file as a sheet of at most 3,000 rows and 41 columns, its reference line and the edges of
+/// what has a height. Throws crg::Error.
+std::string packed_road(const std::string& path);
+
+/// Names, units, rates and ranges of the channels: JSON.
+std::string channels_json(const recording::Log& log);
+
+/// The values of these channels, in rows. Throws Error on a name that the log has not.
+std::string packed_channels(const recording::Log& log, const std::vector<std::string>& names);
+
+/// Where on a road these places lie: u_m and v_m per row; NaN where they are more than 50 m beside
+/// its line, and where a road that crosses itself lets them lie on another leg than the places
+/// before and after. Throws Error on a name that the log has not.
+std::string packed_places(const recording::Log& log, const std::string& x, const std::string& y,
+                          const std::string& road_path);
+
+}  // namespace view

@@ -1,0 +1,394 @@
+#include "view/server.h"
+
+#include <fmt/format.h>
+#include <httplib.h>
+#include <sys/random.h>
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
+#include "numbers.h"
+#include "page.h"
+#include "view/folders.h"
+#include "view/jobs.h"
+
+namespace view {
+namespace {
+
+namespace fs = std::filesystem;
+using httplib::Request, httplib::Response;
+using nlohmann::ordered_json;
+
+constexpr std::size_t kLargestText = 4'000'000, kLargestFile = 300'000'000;
+constexpr const char *kJson = "application/json", *kBytes = "application/octet-stream";
+
+/// A request that cannot be done, with its status.
+struct Refusal : base::Error {
+  int status;
+  Refusal(int code, const std::string& why) : base::Error(why), status(code) {}
+};
+
+/// As it is: what set_content() sends, cpp-httplib packs by brotli's slowest mode, a second per
+/// megabyte.
+void send(Response& response, std::string bytes, const char* type) {
+  if (bytes.empty()) return response.set_content(bytes, type);
+  const auto kept = std::make_shared<const std::string>(std::move(bytes));
+  response.set_content_provider(
+      kept->size(), type, [kept](std::size_t begin, std::size_t length, httplib::DataSink& sink) {
+        return sink.write(kept->data() + begin, length);
+      });
+}
+
+/// A log that was read before, as long as its file stays the same.
+class Logs {
+ public:
+  std::shared_ptr<const recording::Log> of(const std::string& path) {
+    const std::lock_guard lock(mutex_);
+    std::error_code unknown;
+    const std::string mark =
+        fmt::format("{} {} {}", path, fs::file_size(path, unknown),
+                    fs::last_write_time(path, unknown).time_since_epoch().count());
+    for (const auto& [known, log] : logs_)
+      if (known == mark) return log;
+    auto log =
+        std::make_shared<const recording::Log>(recording::in_rows(recording::read_log(path), path));
+    logs_.emplace_back(mark, log);
+    if (logs_.size() > kMost) logs_.pop_front();
+    return log;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 4;
+  std::mutex mutex_;
+  std::deque<std::pair<std::string, std::shared_ptr<const recording::Log>>> logs_;
+};
+
+/// As long for a wrong token as for one that is wrong at its end.
+bool is_same(std::string_view a, std::string_view b) {
+  unsigned char differs = a.size() == b.size() ? 0 : 1;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    differs = static_cast<unsigned char>(differs | (a[k] ^ b[b.empty() ? 0 : k % b.size()]));
+  return differs == 0;
+}
+
+std::string text_of(const ordered_json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+class Pages {
+ public:
+  explicit Pages(const ServerOptions& options)
+      : options_(options), folders_(options.folders), jobs_(options.tools) {}
+
+  /// Nothing of what follows is reached without this.
+  bool may(const Request& request, Response& response, const std::string& authority) {
+    const auto no = [&](int status, const char* why) {
+      response.status = status;
+      send(response, ordered_json{{"error", why}}.dump(), kJson);
+      return false;
+    };
+    const std::string host = request.get_header_value("Host");
+    const std::string port = authority.substr(authority.rfind(':'));
+    if (host != authority && host != "localhost" + port)
+      return no(403, "this page answers under its own address only");
+    if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + host)
+      return no(403, "asked for by another page");
+    const std::size_t end = request.path.find('/', 1);
+    if (end == std::string::npos ||
+        !is_same(std::string_view(request.path).substr(1, end - 1), options_.token))
+      return no(404, "nothing here; use the whole address that 'kerbstone view' printed");
+    return true;
+  }
+
+  void set_up(httplib::Server& server) {
+    const std::string base = "/[^/]*/";
+    const auto get = [&](const std::string& path, auto answer) {
+      server.Get(base + path, [this, answer](const Request& request, Response& response) {
+        guarded(response, [&] { (this->*answer)(request, response); });
+      });
+    };
+    get("", &Pages::page_itself);
+    get("api/list", &Pages::list);
+    get("api/text", &Pages::text);
+    get("api/file", &Pages::file);
+    get("api/road", &Pages::road);
+    get("api/log", &Pages::log);
+    get("api/channels", &Pages::channels);
+    get("api/places", &Pages::places);
+    get("api/jobs", &Pages::jobs);
+    get("api/output", &Pages::output);
+    server.Put(base + "api/text", [this](const Request& request, Response& response) {
+      guarded(response, [&] { write_text(request, response); });
+    });
+    server.Post(base + "api/job", [this](const Request& request, Response& response) {
+      guarded(response, [&] { start_job(request, response); });
+    });
+    server.Delete(base + "api/job", [this](const Request& request, Response& response) {
+      guarded(response, [&] {
+        jobs_.stop(number_of(request, "id"));
+        send(response, "{}", kJson);
+      });
+    });
+  }
+
+ private:
+  template <class Answer>
+  static void guarded(Response& response, const Answer& answer) {
+    try {
+      answer();
+    } catch (const Refusal& refusal) {
+      refuse(response, refusal.status, refusal.what());
+    } catch (const std::bad_alloc&) {
+      refuse(response, 507, "not enough memory");
+    } catch (const std::exception& error) {
+      refuse(response, 422, error.what());
+    }
+  }
+
+  static void refuse(Response& response, int status, const std::string& why) {
+    response.status = status;
+    send(response,
+         ordered_json{{"error", why}}.dump(-1, ' ', false, ordered_json::error_handler_t::replace),
+         kJson);
+  }
+
+  static int number_of(const Request& request, const char* key) {
+    const std::string text = request.get_param_value(key);
+    int number = 0;
+    const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (wrong != std::errc{} || end != text.data() + text.size())
+      throw Refusal(400, fmt::format("{}: a number wanted", key));
+    return number;
+  }
+
+  std::string asked_path(const Request& request, const char* key = "id", bool may_be_new = false) {
+    try {
+      return folders_.path_of(request.get_param_value(key), may_be_new);
+    } catch (const base::Error& error) {
+      throw Refusal(404, error.what());
+    }
+  }
+
+  void page_itself(const Request& /*request*/, Response& response) {
+    // Scripts and styles of the page stand in it; it fetches from here alone.
+    response.set_header(
+        "Content-Security-Policy",
+        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+        "img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    send(response, std::string(page()), "text/html; charset=utf-8");
+  }
+
+  void list(const Request& /*request*/, Response& response) {
+    const Listing listing = folders_.list();
+    ordered_json entries = ordered_json::array(), roots = ordered_json::array();
+    for (const Entry& entry : listing.entries)
+      entries.push_back({{"id", entry.id},
+                         {"kind", to_string(entry.kind)},
+                         {"bytes", entry.bytes},
+                         {"modified_s", entry.modified_s}});
+    for (std::size_t k = 0; k < folders_.size(); ++k) roots.push_back(folders_.root(k));
+    json(response, {{"folders", roots},
+                    {"opened", options_.opened},
+                    {"whole", listing.is_whole},
+                    {"entries", entries}});
+  }
+
+  void text(const Request& request, Response& response) {
+    const std::string bytes = base::read_file(asked_path(request), kLargestText);
+    response.set_header("ETag", '"' + base::sha256(bytes) + '"');
+    send(response, bytes, "text/plain; charset=utf-8");
+  }
+
+  /// The text as a whole, where it is still the one that was read (If-Match), or none is there yet
+  /// (If-None-Match: *).
+  void write_text(const Request& request, Response& response) {
+    const std::string path = asked_path(request, "id", true);
+    const std::string ending = fs::path(path).extension().string();
+    if (ending != ".yaml" && ending != ".csv")
+      throw Refusal(403, "only recipes (.yaml) and tables (.csv) are written from here");
+    const std::lock_guard lock(writing_);
+    const bool is_there = fs::exists(path);
+    const std::string known = request.get_header_value("If-Match");
+    if (known.empty() ? request.get_header_value("If-None-Match") != "*" : false)
+      throw Refusal(428, "If-Match or If-None-Match: * wanted");
+    if (known.empty() ? is_there : !is_there || known != '"' + base::sha256_of_file(path) + '"')
+      throw Refusal(412, "the file has changed meanwhile (another tab or program); read it again");
+    base::write_file(path, request.body);
+    response.set_header("ETag", '"' + base::sha256(request.body) + '"');
+    send(response, "{}", kJson);
+  }
+
+  void file(const Request& request, Response& response) {
+    static const std::map<std::string, const char*> types = {
+        {".html", "text/html; charset=utf-8"}, {".png", "image/png"}, {".json", kJson},
+        {".csv", "text/csv; charset=utf-8"},   {".glb", kBytes},      {".crg", kBytes}};
+    const std::string path = asked_path(request);
+    const auto type = types.find(fs::path(path).extension().string());
+    if (type == types.end()) throw Refusal(403, "not a kind of file that is shown here");
+    // A page out of a folder may be a stranger's: it gets no part in this one.
+    response.set_header("Content-Security-Policy", "sandbox allow-scripts allow-downloads");
+    send(response, base::read_file(path, kLargestFile), type->second);
+  }
+
+  void road(const Request& request, Response& response) {
+    send(response, packed_road(asked_path(request)), kBytes);
+  }
+
+  void log(const Request& request, Response& response) {
+    send(response, channels_json(*logs_.of(asked_path(request))), kJson);
+  }
+
+  void channels(const Request& request, Response& response) {
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < request.get_param_value_count("name"); ++k)
+      names.push_back(request.get_param_value("name", k));
+    send(response, packed_channels(*logs_.of(asked_path(request)), names), kBytes);
+  }
+
+  void places(const Request& request, Response& response) {
+    send(response,
+         packed_places(*logs_.of(asked_path(request)), request.get_param_value("x"),
+                       request.get_param_value("y"), asked_path(request, "road")),
+         kBytes);
+  }
+
+  void jobs(const Request& /*request*/, Response& response) {
+    ordered_json jobs = ordered_json::array();
+    for (const Job& job : jobs_.list())
+      jobs.push_back({{"id", job.id},
+                      {"command", job.command},
+                      {"folder", job.folder},
+                      {"running", job.is_running},
+                      {"exit_code", job.exit_code},
+                      {"seconds", job.seconds},
+                      {"progress", job.progress},
+                      {"messages", job.messages},
+                      {"output_bytes", job.output_bytes}});
+    json(response, jobs);
+  }
+
+  void output(const Request& request, Response& response) {
+    send(response, jobs_.output(number_of(request, "job")), kBytes);
+  }
+
+  /// {"do": "build", "input": ID} and the like, each the command that somebody would type in the
+  /// first folder.
+  void start_job(const Request& request, Response& response) {
+    const ordered_json wish = ordered_json::parse(request.body, nullptr, false);
+    if (!wish.is_object()) throw Refusal(400, "a JSON object wanted");
+    const std::string what = text_of(wish, "do");
+    const auto path = [&](const char* key) {
+      try {
+        const fs::path whole = folders_.path_of(text_of(wish, key));
+        const fs::path below = whole.lexically_relative(folders_.root(0));
+        return below.empty() || *below.begin() == ".." ? whole.string() : below.string();
+      } catch (const base::Error& error) {
+        throw Refusal(404, fmt::format("{}: {}", key, error.what()));
+      }
+    };
+    std::vector<std::string> command;
+    std::string result;
+    if (what == "preview") {
+      command = {"crgbuild", "preview", path("input"), "-o", "-"};
+    } else if (what == "build") {
+      const std::string input = path("input");
+      result = "out/" + name_of(fs::path(folders_.root(0)) / input);
+      command = {"crgbuild", "build", input, "-o", result};
+    } else if (what == "report") {
+      const std::string road = path("road");
+      result = "out/" + name_of(road) + "-report";
+      command = {"crgbuild", "report", road, "-o", result};
+      for (const char* const flag : {"mesh", "against"})
+        if (!text_of(wish, flag).empty()) {
+          command.push_back(std::string("--") + flag);
+          command.push_back(path(flag));
+        }
+    } else {
+      throw Refusal(400, fmt::format("do: '{}' seen; preview, build or report wanted", what));
+    }
+    const int id = jobs_.start(command, folders_.root(0));
+    json(response, {{"id", id}, {"command", command}, {"result", result}});
+  }
+
+  /// aalborg for tracks/aalborg/track.yaml, ring for meshes/ring.obj.
+  static std::string name_of(const fs::path& path) {
+    const fs::path stem = path.stem();
+    if (stem == "track" && path.has_parent_path()) return path.parent_path().filename().string();
+    return stem.string();
+  }
+
+  static void json(Response& response, const ordered_json& value) {
+    send(response, value.dump(-1, ' ', false, ordered_json::error_handler_t::replace), kJson);
+  }
+
+  const ServerOptions& options_;
+  Folders folders_;
+  Jobs jobs_;
+  Logs logs_;
+  std::mutex writing_;
+};
+
+}  // namespace
+
+std::string random_token() {
+  std::array<unsigned char, 16> bytes;
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+    throw base::Error("the system gives no random numbers");
+  std::string token;
+  for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
+  return token;
+}
+
+void serve(const ServerOptions& options,
+           const std::function<void(const std::string& address, const std::function<void()>& stop)>&
+               told) {
+  if (page().empty())
+    throw base::Error(
+        "this program was built without the page; run scripts/setup (it needs node and npm) and "
+        "build again");
+  Pages pages(options);
+  httplib::Server server;
+  const int port = options.port == 0
+                       ? server.bind_to_any_port(options.host)
+                       : (server.bind_to_port(options.host, options.port) ? options.port : -1);
+  if (port < 0)
+    throw base::Error(
+        fmt::format("{}:{}: cannot listen there; is it in use? --port 0 takes any "
+                    "that is free",
+                    options.host, options.port));
+  const std::string authority = fmt::format("{}:{}", options.host, port);
+  server.set_payload_max_length(kLargestText);
+  server.set_tcp_nodelay(true);
+
+  server.set_read_timeout(10);
+  server.set_write_timeout(60);
+  server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
+                              {"Referrer-Policy", "no-referrer"},
+                              {"Cache-Control", "no-store"},
+                              {"Cross-Origin-Resource-Policy", "same-origin"}});
+  server.set_pre_routing_handler([&](const Request& request, Response& response) {
+    return pages.may(request, response, authority) ? httplib::Server::HandlerResponse::Unhandled
+                                                   : httplib::Server::HandlerResponse::Handled;
+  });
+  pages.set_up(server);
+  told(fmt::format("http://{}/{}/", authority, options.token), [&server] {
+    while (!server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    server.stop();
+  });
+  if (!server.listen_after_bind()) throw base::Error(authority + ": listening has ended");
+}
+
+}  // namespace view

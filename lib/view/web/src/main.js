@@ -1,0 +1,83 @@
+// The page of kerbstone view: what lies in the folders on the left, one part beside it, the commands below.
+import { el } from '../../../report/web/src/dom.js';
+import { refreshCharts } from '../../../report/web/src/charts.js';
+import { makeJobs } from './jobs.js';
+import { makeLaps } from './laps.js';
+import { makeRoad } from './road.js';
+import { getJson, onConnection } from './server.js';
+import { makeTrack } from './track.js';
+
+const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']] };
+const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives' };
+
+function main() {
+  let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '';
+  const made = {};
+  async function changed() {
+    listing = await getJson('list');
+    fillList();
+    return listing;
+  }
+  const show = (next, id) => { location.hash = `#${next}${id ? `/${encodeURIComponent(id)}` : ''}`; };
+  const track = makeTrack({ changed, openRoad: (id) => show('road', id) });
+  const road = makeRoad({ changed });
+  const laps = makeLaps({ entriesOf: () => listing.entries });
+  Object.assign(made, { track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
+
+  const lost = el('span', { class: 'lost', role: 'alert', 'data-role': 'lost' });
+  onConnection((gone) => { lost.textContent = gone ? 'kerbstone view does not answer; trying again' : ''; });
+  const tabs = Object.entries(parts).map(([key, [name]]) => el('button', { type: 'button', 'data-tab': key, onclick: () => show(key) }, name));
+  const theme = el('button', { type: 'button', title: 'Light or dark', 'aria-label': 'Light or dark', onclick: () => {
+    const root = document.documentElement, dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
+    root.dataset.theme = dark ? 'light' : 'dark';
+    refreshCharts();
+    track.redraw?.();
+  } }, '◐');
+  const search = el('input', { type: 'search', placeholder: 'Find a file', 'aria-label': 'Find a file' });
+  const list = el('div', { 'data-role': 'files' });
+  const place = el('div', { style: 'display:contents' });
+  search.addEventListener('input', fillList);
+
+  function fillList() {
+    const word = search.value.toLowerCase(), current = part === 'laps' ? laps.chosen() : [opened];
+    const groups = parts[part][1].map((kind) => [kind, listing.entries.filter((entry) => entry.kind === kind && entry.id.toLowerCase().includes(word))]);
+    list.replaceChildren(...groups.filter(([, entries]) => entries.length > 0).flatMap(([kind, entries]) => [el('h2', {}, headings[kind]),
+      el('ul', {}, entries.slice(0, 300).map((entry) => el('li', {}, el('button', { type: 'button', 'data-id': entry.id, 'aria-current': String(current.includes(entry.id)), onclick: () => (part === 'laps' ? laps.toggle(entry.id).then(fillList) : show(part, entry.id)) },
+        entry.id.slice(entry.id.indexOf('/') + 1)))), entries.length > 300 ? el('li', { class: 'muted' }, `and ${entries.length - 300} more; search`) : null)]));
+    if (list.childElementCount === 0) list.append(el('p', { class: 'muted small' }, `Nothing for this part in ${listing.folders.join(', ')}.`));
+    if (listing.whole === false) list.append(el('p', { class: 'warn small' }, 'There are more files than this page lists; give a smaller folder.'));
+  }
+
+  async function follow() {
+    const [next, id] = location.hash.slice(1).split('/', 2);
+    const wanted = next in parts ? next : 'track';
+    if (wanted !== part || place.childElementCount === 0) {
+      part = wanted;
+      place.replaceChildren(made[part].element);
+      for (const tab of tabs) tab.setAttribute('aria-pressed', String(tab.dataset.tab === part));
+      opened = '';
+      if (part === 'laps') laps.refresh();
+    }
+    const file = id ? decodeURIComponent(id) : '';
+    if (file && file !== opened) {
+      opened = file;
+      if (part === 'laps') await laps.toggle(file);
+      else await made[part].open(file);
+    }
+    fillList();
+  }
+
+  document.getElementById('view').append(
+    el('header', {}, el('h1', {}, 'Kerbstone'), el('nav', { 'aria-label': 'Parts' }, tabs), lost, el('span', { style: 'flex:1' }), theme),
+    el('aside', { 'aria-label': 'Files' }, search, list), place, makeJobs());
+  addEventListener('hashchange', follow);
+  changed().then(async () => {
+    const entry = listing.entries.find((each) => each.id === listing.opened);
+    const home = entry && Object.keys(parts).find((key) => parts[key][1].includes(entry.kind));
+    if (!location.hash && home) history.replaceState(null, '', `#${home}/${encodeURIComponent(entry.id)}`);
+    await follow();
+    document.documentElement.dataset.ready = 'yes';
+  }).catch(() => { document.documentElement.dataset.ready = 'no'; });
+}
+
+main();

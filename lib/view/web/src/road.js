@@ -1,0 +1,48 @@
+// A road's report, and two roads compared: what crgbuild report makes, shown here.
+import { el } from '../../../report/web/src/dom.js';
+import { run } from './jobs.js';
+import { fileAddress } from './server.js';
+
+const folderOf = (id) => id.replace(/[^/]*$/, '');
+
+export function makeRoad({ changed }) {
+  let id = null, entries = [];
+  const note = el('span', { role: 'status', 'data-role': 'note' });
+  const mesh = el('select', { 'aria-label': 'Mesh or recipe that it should follow', 'data-role': 'mesh' });
+  const against = el('select', { 'aria-label': 'Another road to compare with', 'data-role': 'against' });
+  const frame = el('iframe', { title: 'Report of the road', sandbox: 'allow-scripts allow-downloads' });
+  const root = el('div', { class: 'work road', 'data-part': 'road' },
+    el('div', { class: 'tools' }, el('label', {}, 'Mesh', mesh), el('label', {}, 'Against', against),
+      el('button', { type: 'button', 'data-role': 'report', onclick: report }, 'Make the report'), note), frame);
+
+  function show(report) {
+    frame.hidden = !report;
+    if (!report) { frame.removeAttribute('src'); delete frame.dataset.report; return; }
+    frame.src = fileAddress(report.id, report.modified_s);
+    frame.dataset.report = report.id;
+  }
+
+  async function report() {
+    const of = id;
+    note.textContent = 'Looking at the road …';
+    const job = await run({ do: 'report', road: id, mesh: mesh.value, against: against.value }).catch((error) => ({ exit_code: 1, messages: error.message }));
+    if (of !== id) return;
+    note.textContent = job.exit_code === 0 || job.exit_code === 3 ? '' : job.messages;
+    if (!job.result) return;
+    ({ entries } = await changed());
+    show(entries.find((entry) => entry.id === `0/${job.result}/report.html`));
+  }
+
+  async function open(next) {
+    id = next;
+    ({ entries } = await changed());
+    const choice = (select, kinds, first) => select.replaceChildren(el('option', { value: '' }, first),
+      ...entries.filter((entry) => kinds.includes(entry.kind) && entry.id !== id).map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
+    choice(mesh, ['recipe', 'mesh'], 'none');
+    choice(against, ['road'], 'none');
+    const beside = entries.find((entry) => entry.kind === 'report' && folderOf(entry.id) === folderOf(id));
+    note.textContent = beside ? '' : 'No report lies beside this road.';
+    show(beside);
+  }
+  return { root, open };
+}

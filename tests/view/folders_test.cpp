@@ -1,0 +1,73 @@
+#include "view/folders.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "base/error.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class Folders : public ::testing::Test {
+ protected:
+  Folders() {
+    fs::create_directories(folder_.path("shown/tracks/a"));
+    fs::create_directories(folder_.path("shown/.hidden"));
+    fs::create_directories(folder_.path("secret"));
+    folder_.file("shown/tracks/a/track.yaml", "mesh: a.obj\n");
+    folder_.file("shown/tracks/a/a.obj", "v 0 0 0\n");
+    folder_.file("shown/out.crg", "x");
+    folder_.file("shown/notes.txt", "not shown");
+    folder_.file("shown/.hidden/b.obj", "hidden");
+    folder_.file("secret/key.csv", "secret");
+    fs::create_symlink(folder_.path("secret/key.csv"), folder_.path("shown/link.csv"));
+    fs::create_directory_symlink(folder_.path("secret"), folder_.path("shown/away"));
+    fs::create_symlink("out.crg", folder_.path("shown/inside.crg"));
+  }
+  support::TemporaryFolder folder_;
+};
+
+TEST_F(Folders, ListFilesOfKnownKindsBelowThem) {
+  const view::Listing listing = view::Folders({folder_.path("shown")}).list();
+  std::vector<std::string> ids;
+  for (const view::Entry& entry : listing.entries) ids.push_back(entry.id);
+  EXPECT_THAT(ids,
+              ::testing::IsSupersetOf({"0/out.crg", "0/tracks/a/a.obj", "0/tracks/a/track.yaml"}));
+  EXPECT_THAT(ids, ::testing::Not(::testing::Contains(::testing::HasSubstr("hidden"))));
+  EXPECT_THAT(ids, ::testing::Not(::testing::Contains("0/notes.txt")));
+  EXPECT_THAT(ids, ::testing::Not(::testing::Contains(::testing::HasSubstr("away/"))));
+  EXPECT_TRUE(listing.is_whole);
+}
+
+TEST_F(Folders, NothingOutsideThemIsReached) {
+  const view::Folders folders({folder_.path("shown")});
+  EXPECT_EQ(folders.path_of("0/out.crg"), fs::canonical(folder_.path("shown/out.crg")));
+  EXPECT_EQ(folders.path_of("0/inside.crg"), fs::canonical(folder_.path("shown/out.crg")));
+  for (const char* const id :
+       {"", "0", "0/", "1/out.crg", "-1/out.crg", "0x0/out.crg", "+0/out.crg", "/etc/passwd",
+        "0//etc/passwd", "0/../secret/key.csv", "0/tracks/../../secret/key.csv", "0/./out.crg",
+        "0/link.csv", "0/away/key.csv", "0/tracks", "0/tracks/", "0/missing.crg",
+        "99999999999999999999/out.crg"})
+    EXPECT_THROW(folders.path_of(id), base::Error) << id;
+  EXPECT_THROW(folders.path_of(std::string("0/out.crg\0.yaml", 15)), base::Error);
+}
+
+TEST_F(Folders, ANewFileHasToLieInThemToo) {
+  const view::Folders folders({folder_.path("shown")});
+  EXPECT_EQ(folders.path_of("0/tracks/a/guide.csv", true),
+            fs::canonical(folder_.path("shown/tracks/a")).string() + "/guide.csv");
+  for (const char* const id : {"0/away/new.csv", "0/../new.csv", "0/missing/new.csv", "0/link.csv"})
+    EXPECT_THROW(folders.path_of(id, true), base::Error) << id;
+}
+
+TEST_F(Folders, AFolderThatIsNoneIsRefused) {
+  EXPECT_THROW(view::Folders({folder_.path("nowhere")}), base::Error);
+  EXPECT_THROW(view::Folders({folder_.path("shown/out.crg")}), base::Error);
+  EXPECT_THROW(view::Folders(std::vector<std::string>{}), base::Error);
+}
+
+}  // namespace

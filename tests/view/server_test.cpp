@@ -1,0 +1,265 @@
+#include "view/server.h"
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <future>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "base/error.h"
+#include "page.h"
+#include "support/places.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kToken = "0123456789abcdef0123456789abcdef";
+
+/// A server of a folder with a recipe, a log and a road, for one test.
+class Server : public ::testing::Test {
+ protected:
+  Server() {
+    if (view::page().empty()) return;
+    std::filesystem::create_directories(folder_.path("shown"));
+    folder_.file("secret.csv", "secret\n1\n");
+    folder_.file("shown/track.yaml", "mesh: a.obj\n");
+    folder_.file("shown/a.obj", "v 0 0 0\nv 200 0 0\nv 0 0 -9\nv 200 0 -9\nf 1 2 3\nf 2 4 3\n");
+    folder_.file("shown/empty.csv", "");
+    folder_.file("shown/log.csv", "time_s,x_m,y_m,speed\n0,0,0,1\n1,1,0,\n2,2,0,3\n");
+    folder_.file("shown/evil.html", "<script>fetch('../api/list')</script>");
+    std::filesystem::rename(folder_.path("shown/evil.html"), folder_.path("shown/report.html"));
+    std::promise<std::pair<std::string, std::function<void()>>> ready;
+    auto told = ready.get_future();
+    thread_ = std::thread([this, &ready] {
+      view::serve({.folders = {folder_.path("shown")},
+                   .opened = {},
+                   .tools = std::filesystem::path(places::crgbuild()).parent_path().string(),
+                   .token = kToken},
+                  [&](const std::string& address, const std::function<void()>& stop) {
+                    ready.set_value({address, stop});
+                  });
+    });
+    std::tie(address_, stop_) = told.get();
+    port_ = std::stoi(address_.substr(address_.find(':', 7) + 1));
+    client_ = std::make_unique<httplib::Client>("127.0.0.1", port_);
+    client_->set_read_timeout(60);
+  }
+  ~Server() override {
+    if (!thread_.joinable()) return;
+    client_.reset();
+    stop_();
+    thread_.join();
+  }
+  void SetUp() override {
+    if (view::page().empty()) GTEST_SKIP() << "built without the page (scripts/setup)";
+  }
+
+  static std::string at(const std::string& path) { return "/" + kToken + "/" + path; }
+  httplib::Result get(const std::string& path, const httplib::Headers& headers = {}) {
+    return client_->Get(at(path), headers);
+  }
+  nlohmann::json json(const std::string& path) { return nlohmann::json::parse(get(path)->body); }
+  nlohmann::json ended_job(int id) {
+    for (int k = 0; k < 3000; ++k) {
+      for (const nlohmann::json& job : json("api/jobs"))
+        if (job["id"] == id && !job["running"]) return job;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    ADD_FAILURE() << "job " << id << " does not end";
+    return {};
+  }
+
+  support::TemporaryFolder folder_;
+  std::string address_;
+  std::function<void()> stop_;
+  std::thread thread_;
+  int port_ = 0;
+  std::unique_ptr<httplib::Client> client_;
+};
+
+TEST_F(Server, GivesThePageAndTheListUnderItsWholeAddress) {
+  EXPECT_EQ(address_, "http://127.0.0.1:" + std::to_string(port_) + "/" + kToken + "/");
+  const auto page = get("");
+  EXPECT_EQ(page->status, 200);
+  EXPECT_THAT(page->body, HasSubstr("<title>Kerbstone</title>"));
+  EXPECT_THAT(page->get_header_value("Content-Security-Policy"), HasSubstr("default-src 'none'"));
+  // Nothing of the page comes from elsewhere.
+  EXPECT_THAT(page->body, ::testing::Not(::testing::ContainsRegex("(src|href)=\"?https?:")));
+  const nlohmann::json list = json("api/list");
+  EXPECT_EQ(list["entries"].size(), 5U) << list;
+}
+
+TEST_F(Server, AnswersNobodyElse) {
+  const auto status = [&](const std::string& path, const httplib::Headers& headers = {}) {
+    const auto answer = client_->Get(path, headers);
+    EXPECT_THAT(answer->body, ::testing::Not(HasSubstr("track.yaml")));
+    return answer->status;
+  };
+  std::string wrong = kToken;
+  wrong.back() = '0';
+  EXPECT_EQ(status("/"), 404);
+  EXPECT_EQ(status("/api/list"), 404);
+  EXPECT_EQ(status("/" + wrong + "/api/list"), 404);
+  EXPECT_EQ(status("/" + kToken.substr(1) + "/api/list"), 404);
+  EXPECT_EQ(status("/" + kToken + kToken + "/api/list"), 404);
+  EXPECT_EQ(status("//api/list"), 404);
+  // Another page in the same browser; a name that was made to lead here (DNS rebinding).
+  EXPECT_EQ(status(at("api/list"), {{"Origin", "http://evil.example"}}), 403);
+  EXPECT_EQ(status(at("api/list"), {{"Origin", "null"}}), 403);
+  EXPECT_EQ(status(at("api/list"), {{"Host", "evil.example:" + std::to_string(port_)}}), 403);
+  EXPECT_EQ(get("api/list", {{"Origin", "http://127.0.0.1:" + std::to_string(port_)}})->status,
+            200);
+}
+
+TEST_F(Server, ReadsNothingOutsideTheFolders) {
+  for (const char* const what : {"text", "file", "road", "log", "channels"})
+    for (const char* const id :
+         {"0/../secret.csv", "0/%2e%2e/secret.csv", "0/..%2fsecret.csv", "..%2f..%2fetc%2fpasswd",
+          "%2fetc%2fpasswd", "0//etc/passwd", ""}) {
+      const auto answer = get(std::string("api/") + what + "?id=" + id);
+      EXPECT_EQ(answer->status, 404) << what << " " << id;
+      EXPECT_THAT(answer->body, ::testing::Not(HasSubstr("secret\n")));
+    }
+}
+
+TEST_F(Server, PagesOutOfTheFoldersGetNoPartInThisOne) {
+  const auto page = get("api/file?id=0/report.html");
+  EXPECT_EQ(page->status, 200);
+  EXPECT_EQ(page->get_header_value("Content-Security-Policy"),
+            "sandbox allow-scripts allow-downloads");
+  EXPECT_EQ(page->get_header_value("X-Content-Type-Options"), "nosniff");
+}
+
+TEST_F(Server, TwoTabsDoNotOverwriteEachOther) {
+  const auto read = get("api/text?id=0/track.yaml");
+  const std::string mark = read->get_header_value("ETag");
+  const auto put = [&](const std::string& id, const std::string& text,
+                       const httplib::Headers& headers) {
+    return client_->Put(at("api/text?id=" + id), headers, text, "text/plain")->status;
+  };
+  EXPECT_EQ(put("0/track.yaml", "mesh: b.obj\n", {{"If-Match", mark}}), 200);
+  EXPECT_EQ(folder_.read("shown/track.yaml"), "mesh: b.obj\n");
+  EXPECT_EQ(put("0/track.yaml", "mesh: c.obj\n", {{"If-Match", mark}}), 412);
+  EXPECT_EQ(put("0/track.yaml", "mesh: c.obj\n", {}), 428);
+  EXPECT_EQ(put("0/track.yaml", "mesh: c.obj\n", {{"If-None-Match", "*"}}), 412);
+  EXPECT_EQ(folder_.read("shown/track.yaml"), "mesh: b.obj\n");
+  EXPECT_EQ(put("0/new.yaml", "mesh: d.obj\n", {{"If-None-Match", "*"}}), 200);
+  EXPECT_EQ(folder_.read("shown/new.yaml"), "mesh: d.obj\n");
+  EXPECT_EQ(put("0/a.obj", "x", {{"If-None-Match", "*"}}), 403);
+  EXPECT_EQ(put("0/../new.yaml", "x", {{"If-None-Match", "*"}}), 404);
+  EXPECT_EQ(put("0/big.yaml", std::string(5'000'000, 'x'), {{"If-None-Match", "*"}}), 413);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("shown/big.yaml")));
+}
+
+TEST_F(Server, GivesChannelsAsNumbers) {
+  const nlohmann::json log = json("api/log?id=0/log.csv");
+  EXPECT_EQ(log["format"], "CSV");
+  EXPECT_EQ(log["channels"][3]["name"], "speed");
+  EXPECT_EQ(log["channels"][3]["values"], 2);
+  const std::string bytes = get("api/channels?id=0/log.csv&name=speed&name=x_m")->body;
+  std::uint32_t length = 0;
+  std::memcpy(&length, bytes.data(), 4);
+  const nlohmann::json head = nlohmann::json::parse(bytes.substr(4, length));
+  EXPECT_EQ(head["arrays"][0]["name"], "speed");
+  ASSERT_EQ(bytes.size(), 4 + length + 6 * sizeof(double));
+  std::array<double, 6> values;
+  std::memcpy(values.data(), bytes.data() + 4 + length, sizeof values);
+  EXPECT_THAT(values, ::testing::ElementsAre(1.0, ::testing::IsNan(), 3.0, 0.0, 1.0, 2.0));
+  EXPECT_EQ(get("api/channels?id=0/log.csv&name=nothing")->status, 422);
+  EXPECT_EQ(get("api/log?id=0/empty.csv")->status, 422);
+  EXPECT_EQ(get("api/road?id=0/log.csv")->status, 422);
+  EXPECT_EQ(get("api/text?id=0/empty.csv")->body, "");
+}
+
+TEST_F(Server, RunsTheToolsAndNothingElse) {
+  const auto post = [&](const std::string& body) {
+    return client_->Post(at("api/job"), body, "application/json");
+  };
+  const auto begun = post(R"({"do": "preview", "input": "0/a.obj"})");
+  ASSERT_EQ(begun->status, 200) << begun->body;
+  const nlohmann::json wish = nlohmann::json::parse(begun->body);
+  EXPECT_EQ(wish["command"],
+            nlohmann::json::parse(R"(["crgbuild", "preview", "a.obj", "-o", "-"])"));
+  EXPECT_EQ(ended_job(wish["id"])["exit_code"], 0);
+  EXPECT_THAT(get("api/output?job=" + std::to_string(wish["id"].get<int>()))->body,
+              ::testing::StartsWith("glTF"));
+  for (const char* const body :
+       {"", "[]", "1", "{", R"({"do": "sh", "input": "0/a.obj"})", R"({"do": 1})",
+        R"({"do": "build"})", R"({"do": "build", "input": ["-o", "/etc"]})",
+        R"({"do": "build", "input": "0/../secret.csv"})",
+        R"({"do": "report", "road": "0/a.obj", "mesh": "--help"})"})
+    EXPECT_THAT(post(body)->status, ::testing::AnyOf(400, 404)) << body;
+  EXPECT_EQ(get("api/output?job=x")->status, 400);
+  EXPECT_EQ(get("api/output?job=77")->status, 422);
+}
+
+/// Sends bytes as they are; what comes back until the server closes or half a second is silent.
+std::string raw(int port, const std::string& bytes) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::string out;
+  if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+    const timeval patience{0, 20'000};
+    ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    ::shutdown(socket, SHUT_WR);
+    std::array<char, 4096> buffer;
+    ssize_t got = 0;
+    while ((got = ::recv(socket, buffer.data(), buffer.size(), 0)) > 0)
+      out.append(buffer.data(), static_cast<std::size_t>(got));
+  }
+  ::close(socket);
+  return out;
+}
+
+TEST_F(Server, LivesThroughMalformedRequests) {
+  std::mt19937 random(1);
+  const std::string whole =
+      "GET /" + kToken +
+      "/api/text?id=0/track.yaml HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) +
+      "\r\nContent-Length: 3\r\nRange: bytes=0-4\r\n\r\nabc";
+  const int count = std::getenv("KERBSTONE_HEAVY") != nullptr ? 10'000 : 300;
+  for (int k = 0; k < count; ++k) {
+    std::string bytes = whole;
+    for (unsigned n = 1 + random() % 6; n > 0; --n) {
+      const std::size_t at = random() % bytes.size();
+      switch (random() % 4) {
+        case 0:
+          bytes[at] = static_cast<char>(random());
+          break;
+        case 1:
+          bytes.erase(at, random() % 20);
+          break;
+        case 2:
+          bytes.insert(at, bytes.substr(at, random() % 40));
+          break;
+        default:
+          bytes.insert(at, std::string(random() % 3000, static_cast<char>(random())));
+      }
+    }
+    EXPECT_THAT(raw(port_, bytes), ::testing::Not(HasSubstr("secret\n")));
+  }
+  raw(port_, "GET /" + std::string(100'000, 'x') + " HTTP/1.1\r\n\r\n");
+  raw(port_,
+      "PUT " + at("api/text?id=0/x.yaml") + " HTTP/1.1\r\nContent-Length: 99999999999999\r\n\r\n");
+  EXPECT_EQ(json("api/list")["entries"].size(), 5U);
+  EXPECT_EQ(folder_.read("shown/track.yaml"), "mesh: a.obj\n");
+}
+
+TEST(RandomToken, DiffersEachTime) {
+  EXPECT_NE(view::random_token(), view::random_token());
+  EXPECT_GE(view::random_token().size(), view::kShortestToken);
+}
+
+}  // namespace

@@ -1,0 +1,102 @@
+#include <fmt/format.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "base/error.h"
+#include "base/json_text.h"
+#include "command/exit_code.h"
+#include "commands.h"
+#include "view/server.h"
+
+namespace kerbstone {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where this program lies: the others lie beside it.
+std::string folder_of_tools() {
+  std::error_code error;
+  const fs::path self = fs::read_symlink("/proc/self/exe", error);
+  return error ? std::string() : self.parent_path().string();
+}
+
+/// In a tree that was built and not installed each tool has a folder of its own.
+void make_tools_found(const std::string& own) {
+  std::string path;
+  for (const char* const tool : {"crgbuild", "crgdrive", "crgexplain", "lidar2mesh", "crgsim"}) {
+    const fs::path folder = fs::path(own).parent_path() / tool;
+    if (fs::exists(folder / tool)) path += folder.string() + ":";
+  }
+  const char* const known = ::getenv("PATH");
+  if (!path.empty()) ::setenv("PATH", (path + (known == nullptr ? "" : known)).c_str(), 1);
+}
+
+/// False where this system has no browser to start, or no screen.
+bool open_browser(const std::string& address) {
+  if (::getenv("DISPLAY") == nullptr && ::getenv("WAYLAND_DISPLAY") == nullptr) return false;
+  std::array<std::string, 2> words = {"xdg-open", address};
+  std::array<char*, 3> arguments = {words[0].data(), words[1].data(), nullptr};
+  pid_t process = -1;
+  if (::posix_spawnp(&process, "xdg-open", nullptr, nullptr, arguments.data(), environ) != 0)
+    return false;
+  int status = 0;
+  return ::waitpid(process, &status, 0) == process && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+}  // namespace
+
+int view(const ViewCommand& command, command::Terminal& terminal) {
+  ::view::ServerOptions options;
+  std::string opened;
+  for (const std::string& path : command.paths) {
+    if (fs::is_directory(path)) {
+      options.folders.push_back(path);
+      continue;
+    }
+    if (!fs::exists(path)) throw base::Error(path + ": no such file or folder");
+    if (!opened.empty())
+      throw base::Error(path + ": one file at most; give the folder that holds them all");
+    opened = path;
+    const fs::path parent = fs::absolute(path).parent_path();
+    options.folders.insert(options.folders.begin(), parent.string());
+    options.opened = "0/" + fs::path(path).filename().string();
+  }
+  if (options.folders.empty()) options.folders.emplace_back(".");
+  if (!command.host.empty()) options.host = command.host;
+  options.port = command.port;
+  options.token = command.token.empty() ? ::view::random_token() : command.token;
+  if (options.token.size() < ::view::kShortestToken ||
+      !std::all_of(options.token.begin(), options.token.end(),
+                   [](unsigned char c) { return std::isalnum(c) != 0; }))
+    throw base::Error(
+        fmt::format("--token: at least {} letters and digits wanted", ::view::kShortestToken));
+  options.tools = folder_of_tools();
+  make_tools_found(options.tools);
+  std::thread clock;
+  ::view::serve(options, [&](const std::string& address, const std::function<void()>& stop) {
+    terminal.print(terminal.json ? base::json_text(nlohmann::ordered_json{{"address", address}})
+                                 : address + "\n");
+    terminal.finish();
+    if (!command.no_open && !open_browser(address))
+      terminal.remark("no browser could be started; open the address yourself");
+    if (command.seconds > 0.0)
+      clock = std::thread([stop, seconds = command.seconds] {
+        std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+        stop();
+      });
+  });
+  if (clock.joinable()) clock.join();
+  return 0;
+}
+
+}  // namespace kerbstone
