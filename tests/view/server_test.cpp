@@ -197,6 +197,7 @@ TEST_F(Server, RunsTheToolsAndNothingElse) {
         R"({"do": "build", "input": "0/../secret.csv"})",
         R"({"do": "report", "road": "0/a.obj", "mesh": "--help"})"})
     EXPECT_THAT(post(body)->status, ::testing::AnyOf(400, 404)) << body;
+  EXPECT_EQ(client_->Post(at("api/live?job=1"), "{}", "application/json")->status, 404);
   EXPECT_EQ(get("api/output?job=x")->status, 400);
   EXPECT_EQ(get("api/output?job=77")->status, 422);
 }

@@ -18,6 +18,7 @@
 #include "base/read_file.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
+#include "live_link.h"
 #include "numbers.h"
 #include "page.h"
 #include "view/folders.h"
@@ -32,6 +33,30 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kLargestText = 4'000'000, kLargestFile = 300'000'000;
 constexpr const char *kJson = "application/json", *kBytes = "application/octet-stream";
+
+// What a person drives with and sees, of the units that `crgdrive fmu` makes.
+constexpr std::array kBrakes = {"input.brake.fl", "input.brake.fr", "input.brake.rl",
+                                "input.brake.rr"};
+constexpr std::array kDriven = {"input.steering", "input.throttle", "input.brake.fl",
+                                "input.brake.fr", "input.brake.rl", "input.brake.rr",
+                                "input.gear"};
+constexpr std::array kShown = {"car.x",
+                               "car.y",
+                               "car.yaw",
+                               "car.vx",
+                               "car.u",
+                               "car.gear",
+                               "car.engine",
+                               "car.steer",
+                               "car.throttle",
+                               "car.ax",
+                               "car.ay",
+                               "wheel.fl.fz",
+                               "wheel.fr.fz",
+                               "wheel.rl.fz",
+                               "wheel.rr.fz",
+                               "wheel.fl.brake",
+                               "parameter.engine.limit_radps"};
 
 /// A request that cannot be done, with its status.
 struct Refusal : base::Error {
@@ -134,6 +159,9 @@ class Pages {
     });
     server.Post(base + "api/job", [this](const Request& request, Response& response) {
       guarded(response, [&] { start_job(request, response); });
+    });
+    server.Post(base + "api/live", [this](const Request& request, Response& response) {
+      guarded(response, [&] { drive(request, response); });
     });
     server.Delete(base + "api/job", [this](const Request& request, Response& response) {
       guarded(response, [&] {
@@ -301,6 +329,7 @@ class Pages {
     };
     std::vector<std::string> command;
     std::string result;
+    int port = 0;
     if (what == "preview") {
       command = {"crgbuild", "preview", path("input"), "-o", "-"};
     } else if (what == "build") {
@@ -316,11 +345,51 @@ class Pages {
           command.push_back(std::string("--") + flag);
           command.push_back(path(flag));
         }
+    } else if (what == "drive") {
+      const std::string unit = path("unit");
+      port = free_udp_port();
+      result = new_drive(name_of(unit));
+      command = {"crgsim", "serve", unit, "--udp", std::to_string(port)};
+      for (const char* const name : kDriven) append(command, {"--command", name});
+      for (const char* const name : kShown) append(command, {"--measure", name});
+      // Nobody at the wheel: it brakes.
+      for (const char* const brake : kBrakes)
+        append(command, {"--safe", std::string(brake) + "=2e6"});
+      append(command, {"--safe-after-s", "0.5", "--every", "10", "--stop-s", "3600", "-o", result});
     } else {
-      throw Refusal(400, fmt::format("do: '{}' seen; preview, build or report wanted", what));
+      throw Refusal(400,
+                    fmt::format("do: '{}' seen; preview, build, report or drive wanted", what));
     }
     const int id = jobs_.start(command, folders_.root(0));
+    if (port != 0) {
+      const std::lock_guard lock(driving_);
+      live_ = std::make_unique<LiveLink>(port);
+      live_job_ = id;
+    }
     json(response, {{"id", id}, {"command", command}, {"result", result}});
+  }
+
+  /// One command to the drive that runs, and what it measured last ({}: nothing yet).
+  void drive(const Request& request, Response& response) {
+    const std::lock_guard lock(driving_);
+    if (live_ == nullptr || number_of(request, "job") != live_job_)
+      throw Refusal(404, "this drive has ended, or another one was started");
+    const std::string newest = live_->tell(request.body);
+    send(response, newest.empty() ? "{}" : newest, kJson);
+  }
+
+  /// out/drives/car-2.csv where car-1.csv is there already.
+  std::string new_drive(const std::string& unit) const {
+    const fs::path root = folders_.root(0);
+    fs::create_directories(root / "out/drives");
+    for (int number = 1;; ++number) {
+      const std::string path = fmt::format("out/drives/{}-{}.csv", unit, number);
+      if (!fs::exists(root / path)) return path;
+    }
+  }
+
+  static void append(std::vector<std::string>& command, const std::vector<std::string>& words) {
+    command.insert(command.end(), words.begin(), words.end());
   }
 
   /// aalborg for tracks/aalborg/track.yaml, ring for meshes/ring.obj.
@@ -338,7 +407,9 @@ class Pages {
   Folders folders_;
   Jobs jobs_;
   Logs logs_;
-  std::mutex writing_;
+  std::mutex writing_, driving_;
+  std::unique_ptr<LiveLink> live_;
+  int live_job_ = 0;
 };
 
 }  // namespace

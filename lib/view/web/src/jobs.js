@@ -3,6 +3,7 @@ import { el } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { getJson, startJob, stopJob } from './server.js';
 
+const kShown = 150;  // characters of a command; Copy gives all
 const waiting = new Map();  // number of a job -> what to call with it when it has ended
 let box, timer, shown = '', showing = 4;
 
@@ -16,7 +17,7 @@ function row(job) {
         : ['bad', `exit code ${job.exit_code}`];
   const command = shellText(job.command);
   const copy = el('button', { type: 'button', 'aria-label': `Copy: ${command}`, onclick: () => navigator.clipboard?.writeText(command) }, 'Copy');
-  const line = el('div', { class: 'row', 'data-job': job.id, 'data-state': job.running ? 'running' : job.exit_code }, el('code', {}, command),
+  const line = el('div', { class: 'row', 'data-job': job.id, 'data-state': job.running ? 'running' : job.exit_code }, el('code', { title: command }, command.length > kShown ? `${command.slice(0, kShown)} …` : command),
     job.running && job.progress ? el('span', { class: 'muted' }, job.progress) : null, el('span', { class: state[0] }, state[1]), copy,
     job.running ? el('button', { type: 'button', onclick: () => stopJob(job.id).catch(() => {}) }, 'Stop') : null);
   const said = job.running ? '' : job.messages.trim();
@@ -59,9 +60,10 @@ export function makeJobs() {
   return box;
 }
 
-/// Starts a command and waits for its end: {id, command, result, exit_code, messages, ...}.
-export async function run(wish) {
+/// Starts a command, calls `begins` with {id, command, result}, and waits for its end: that and {exit_code, messages, ...}.
+export async function run(wish, begins = () => {}) {
   const begun = await startJob(wish);
+  begins(begun);
   const ended = new Promise((done) => { waiting.set(begun.id, done); });
   look();
   return { ...begun, ...(await ended) };

@@ -3,12 +3,13 @@ import { el } from '../../../report/web/src/dom.js';
 import { refreshCharts } from '../../../report/web/src/charts.js';
 import { makeJobs } from './jobs.js';
 import { makeLaps } from './laps.js';
+import { makeLive } from './live.js';
 import { makeRoad } from './road.js';
 import { getJson, onConnection } from './server.js';
 import { makeTrack } from './track.js';
 
-const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']] };
-const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives' };
+const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], live: ['Live', ['unit']] };
+const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units' };
 
 function main() {
   let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '';
@@ -22,7 +23,8 @@ function main() {
   const track = makeTrack({ changed, openRoad: (id) => show('road', id) });
   const road = makeRoad({ changed });
   const laps = makeLaps({ entriesOf: () => listing.entries });
-  Object.assign(made, { track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
+  const live = makeLive({ changed, entriesOf: () => listing.entries, openLap: (id) => show('laps', id) });
+  Object.assign(made, { live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
 
   const lost = el('span', { class: 'lost', role: 'alert', 'data-role': 'lost' });
   onConnection((gone) => { lost.textContent = gone ? 'kerbstone view does not answer; trying again' : ''; });

@@ -74,4 +74,7 @@ export async function putText(id, text, mark) {
 
 export const startJob = async (wish) => (await ask('api/job', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(wish) })).json();
 
+/// A command of crgsim serve to the drive that runs as this job; what it measured last.
+export const tellDrive = async (job, command) => (await ask(address('live', { job }), { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(command) })).json();
+
 export const stopJob = (id) => ask(address('job', { id }), { method: 'DELETE' });

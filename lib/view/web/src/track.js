@@ -143,8 +143,11 @@ export function makeTrack({ openRoad, changed }) {
       points.pop();
       stage.setMarks(points, true);
     } else if (before.length > 0) {
+      const left = recipe.value;
       recipe.value = before.pop();
       save();
+      // What the objects are taken for has changed too.
+      if (/^(name_rules|guide|route)/m.test(left) || /^(name_rules|guide|route)/m.test(recipe.value)) saving.then(look);
     } else say('Nothing to undo.');
   }
 

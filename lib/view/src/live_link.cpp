@@ -1,0 +1,59 @@
+#include "live_link.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "base/error.h"
+
+namespace view {
+namespace {
+
+sockaddr_in local(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return address;
+}
+
+int made() { return ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
+
+[[noreturn]] void fail() { throw base::Error(fmt::format("no socket: {}", std::strerror(errno))); }
+
+}  // namespace
+
+int free_udp_port() {
+  const base::Descriptor socket(made());
+  sockaddr_in address = local(0);
+  socklen_t size = sizeof address;
+  if (socket.value < 0 ||
+      ::bind(socket.value, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      ::getsockname(socket.value, reinterpret_cast<sockaddr*>(&address), &size) != 0)
+    fail();
+  return ntohs(address.sin_port);
+}
+
+LiveLink::LiveLink(int port) : socket_(made()) {
+  const sockaddr_in address = local(port);
+  if (socket_.value < 0 ||
+      ::connect(socket_.value, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    fail();
+}
+
+std::string LiveLink::tell(const std::string& command) {
+  ::send(socket_.value, command.data(), command.size(), MSG_NOSIGNAL);
+  std::array<char, 65536> buffer;
+  for (int k = 0; k < 1000; ++k) {  // no more than a unit says in ten seconds
+    const ssize_t got = ::recv(socket_.value, buffer.data(), buffer.size(), 0);
+    if (got > 0) newest_.assign(buffer.data(), static_cast<std::size_t>(got));
+    if (got < 0 && errno != EINTR && errno != ECONNREFUSED) break;
+  }
+  return newest_;
+}
+
+}  // namespace view

@@ -1,0 +1,248 @@
+// A drive of a unit in real time: keys or a gamepad drive, the road goes by.
+import { el, css } from '../../../report/web/src/dom.js';
+import { fixed } from '../../../report/web/src/format.js';
+import { run } from './jobs.js';
+import { getPacked, tellDrive } from './server.js';
+
+const kEvery_ms = 30, kBrake_pa = 4e6, kMostSteer_rad = 0.3;
+const wheels = ['fl', 'fr', 'rl', 'rr'];
+const keysOf = { ArrowLeft: 'left', ArrowRight: 'right', ArrowUp: 'throttle', ArrowDown: 'brake', a: 'left', d: 'right', w: 'throttle', s: 'brake' };
+
+/// Goes from `now` to `wanted` by at most `most`.
+const towards = (now, wanted, most) => now + Math.min(most, Math.max(-most, wanted - now));
+
+/// What the driver does, made smooth: keys know only all or nothing.
+export function pedalsOf(before, keys, pad, speed_mps, dt_s) {
+  // The faster, the less: 0.3 rad at rest, a twentieth of it at 80 m/s.
+  const reach = kMostSteer_rad / (1 + (speed_mps / 18) ** 2);
+  const steer = pad ? -pad.steer * kMostSteer_rad * Math.max(0.15, reach / kMostSteer_rad) : (keys.has('left') - keys.has('right')) * reach;
+  const throttle = pad ? pad.throttle : Number(keys.has('throttle')), brake = pad ? pad.brake : Number(keys.has('brake'));
+  return { steer: towards(before.steer, steer, 0.6 * dt_s), throttle: towards(before.throttle, throttle, 3 * dt_s), brake: towards(before.brake, brake, 4 * dt_s) };
+}
+
+/// The next gear up near the limit of the engine, the next down below half of it; not twice within 0.4 s.
+export function gearOf(gear, engine_radps, limit_radps, since_s) {
+  if (since_s < 0.4) return gear;
+  if (engine_radps > 0.92 * limit_radps && gear < 6) return gear + 1;
+  if (engine_radps < 0.5 * limit_radps && gear > 1) return gear - 1;
+  return gear;
+}
+
+function padNow() {
+  const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected);
+  if (!pad) return null;
+  const dead = (value) => (Math.abs(value) < 0.06 ? 0 : value);
+  return { steer: dead(pad.axes[0] ?? 0), throttle: pad.buttons[7]?.value ?? 0, brake: pad.buttons[6]?.value ?? 0 };
+}
+
+export function makeLive({ changed, entriesOf, openLap }) {
+  let unit = null, drive = null, road = null, timer = null, whole = false;
+  const keys = new Set();
+  const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
+  const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
+  const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Drive: arrows or W A S D steer, accelerate and brake' });
+  const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
+  const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
+  const names = { speed: 'Speed', gear: 'Gear', engine: 'Engine', lap: 'This lap', last: 'Last lap', best: 'Best lap' };
+  const bar = (name) => { const fill = el('div', { class: 'fill' }); return { fill, row: el('div', { class: 'gauge' }, el('span', {}, name), el('div', { class: 'tube' }, fill)) }; };
+  const bars = Object.fromEntries([['throttle', 'Throttle'], ['brake', 'Brake'], ['steer', 'Steering'], ...wheels.map((wheel) => [wheel, `Load ${wheel}`])].map(([key, name]) => [key, bar(name)]));
+  const button = (role, text, action) => el('button', { type: 'button', 'data-role': role, onclick: action }, text);
+  const startButton = button('start', el('strong', {}, 'Start'), start), endButton = button('end', 'End', end), resetButton = button('reset', 'Back to the start', () => send({ reset: {} }));
+  const pauseButton = el('button', { type: 'button', 'data-role': 'pause', 'aria-pressed': 'false', onclick: () => {
+    drive.paused = !drive.paused;
+    pauseButton.setAttribute('aria-pressed', String(drive.paused));
+  } }, 'Pause');
+  const viewButton = el('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { whole = !whole; viewButton.setAttribute('aria-pressed', String(whole)); draw(); } }, 'Whole track');
+  const laps = el('div');
+  const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
+    el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, viewButton, el('label', {}, 'Road', roadBox)), box),
+    el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
+      Object.values(bars).map((each) => each.row), laps,
+      el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
+  const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
+
+  canvas.addEventListener('keydown', (event) => {
+    const key = keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!key) return;
+    keys.add(key);
+    event.preventDefault();
+  });
+  canvas.addEventListener('keyup', (event) => keys.delete(keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key]));
+  canvas.addEventListener('blur', () => keys.clear());
+  canvas.addEventListener('pointerdown', () => canvas.focus());
+
+  function buttons() {
+    startButton.disabled = unit === null || drive !== null;
+    for (const each of [endButton, pauseButton, resetButton]) each.disabled = drive === null;
+  }
+
+  async function start() {
+    say('Starting …');
+    const of = unit;
+    drive = { sequence: 0, pedals: { steer: 0, throttle: 0, brake: 0 }, gear: 1, shifted: 0, last: performance.now(), paused: false, lapBegin: null, lapU: null, times: [], job: null, result: null };
+    const mine = drive;
+    buttons();
+    canvas.focus();
+    run({ do: 'drive', unit: of }, (begun) => {
+      mine.job = begun.id;
+      mine.result = begun.result;
+      say('Driving.');
+      timer = setInterval(() => step(mine), kEvery_ms);
+    }).catch((error) => ({ exit_code: 1, messages: error.message })).then(async (job) => {
+      clearInterval(timer);
+      drive = null;
+      pauseButton.setAttribute('aria-pressed', 'false');
+      buttons();
+      if (job.exit_code !== 0 && !mine.ended) { say(job.messages || `crgsim ended with exit code ${job.exit_code}.`, 'bad'); return; }
+      say(`The drive is in ${mine.result}.`, 'good');
+      await changed();
+      laps.replaceChildren(el('button', { type: 'button', 'data-role': 'to-laps', onclick: () => openLap(`0/${mine.result}`) }, 'Look at it among the laps'));
+      root.dataset.result = mine.result;
+    });
+  }
+
+  function end() {
+    if (!drive) return;
+    drive.ended = true;
+    send({ end: true });
+  }
+
+  function send(more) {
+    if (!drive?.job) return Promise.resolve(null);
+    const { pedals, gear } = drive, brake = kBrake_pa * pedals.brake;
+    const set = { 'input.steering': pedals.steer, 'input.throttle': pedals.throttle, 'input.gear': gear, 'input.brake.fl': brake, 'input.brake.fr': brake, 'input.brake.rl': 0.6 * brake, 'input.brake.rr': 0.6 * brake };
+    drive.sequence += 1;
+    return tellDrive(drive.job, { sequence: drive.sequence, set, pause: drive.paused, ...more }).catch(() => null);
+  }
+
+  let waits = false;
+  async function step(mine) {
+    if (waits || drive !== mine) return;
+    const now = performance.now(), dt = Math.min(0.1, (now - mine.last) / 1000), seen = mine.seen?.values ?? {};
+    mine.last = now;
+    mine.pedals = pedalsOf(mine.pedals, keys, padNow(), seen['car.vx'] ?? 0, dt);
+    const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000);
+    if (gear !== mine.gear) { mine.gear = gear; mine.shifted = now; }
+    waits = true;
+    const measured = await send({});
+    waits = false;
+    if (drive !== mine || !measured?.values) return;
+    mine.seen = measured;
+    lap(mine, measured.time_s, measured.values['car.u']);
+    draw();
+  }
+
+  /// A lap ends where u falls from the end of the road to its begin.
+  function lap(mine, time_s, u) {
+    const length = road?.head.closed ? road.head.length_m : null;
+    if (mine.lapU !== null && time_s < mine.lapTime) mine.lapBegin = null;  // a reset
+    if (length && mine.lapU !== null && u < mine.lapU - 0.5 * length) {
+      if (mine.lapBegin !== null) mine.times.push(time_s - mine.lapBegin);
+      mine.lapBegin = time_s;
+    }
+    mine.lapU = u;
+    mine.lapTime = time_s;
+  }
+
+  function draw() {
+    const ratio = Math.min(2, window.devicePixelRatio || 1), width = box.clientWidth, height = box.clientHeight;
+    if (width < 10) return;
+    if (canvas.width !== Math.floor(width * ratio)) canvas.width = Math.floor(width * ratio);
+    if (canvas.height !== Math.floor(height * ratio)) canvas.height = Math.floor(height * ratio);
+    const context = canvas.getContext('2d'), now = drive?.seen?.values;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    let scale = 7 * ratio;
+    if (whole && road) {
+      const [low, high] = [Math.min, Math.max].map((most) => [most(...road.x_m), most(...road.y_m)]);
+      scale = 0.9 * Math.min(canvas.width / (high[0] - low[0] + 20), canvas.height / (high[1] - low[1] + 20));
+      context.translate(canvas.width / 2, canvas.height / 2);
+      context.scale(scale, -scale);
+      context.translate(-0.5 * (low[0] + high[0]), -0.5 * (low[1] + high[1]));
+    } else {
+      const x = now?.['car.x'] ?? road?.x_m[0] ?? 0, y = now?.['car.y'] ?? road?.y_m[0] ?? 0;
+      const yaw = now?.['car.yaw'] ?? (road ? Math.atan2(road.y_m[1] - road.y_m[0], road.x_m[1] - road.x_m[0]) : 0);
+      context.translate(canvas.width / 2, 0.72 * canvas.height);
+      context.scale(scale, -scale);
+      context.rotate(Math.PI / 2 - yaw);
+      context.translate(-x, -y);
+    }
+    const pen = (colour, pixels) => { context.strokeStyle = css(colour); context.lineWidth = (pixels * ratio) / scale; };
+    const path = (xs, ys) => {
+      context.beginPath();
+      let drawn = false;
+      for (let k = 0; k < xs.length; ++k) {
+        if (Number.isNaN(xs[k])) { drawn = false; continue; }
+        if (drawn) context.lineTo(xs[k], ys[k]);
+        else context.moveTo(xs[k], ys[k]);
+        drawn = true;
+      }
+      context.stroke();
+    };
+    if (road) {
+      pen('--fg', 2);
+      path(road.left_x_m, road.left_y_m);
+      path(road.right_x_m, road.right_y_m);
+      pen('--none', 1);
+      path(road.x_m, road.y_m);
+      pen('--s3', 3);
+      context.beginPath();
+      context.moveTo(road.left_x_m[0], road.left_y_m[0]);
+      context.lineTo(road.right_x_m[0], road.right_y_m[0]);
+      context.stroke();
+    }
+    if (now) {
+      context.save();
+      context.translate(now['car.x'], now['car.y']);
+      context.rotate(now['car.yaw']);
+      const size = whole ? (6 * ratio) / scale : 1;
+      context.scale(size, size);
+      context.fillStyle = css('--cursor');
+      context.beginPath();
+      for (const [x, y] of [[2.6, 0], [0.4, 0.9], [-2.2, 0.9], [-2.2, -0.9], [0.4, -0.9]]) context.lineTo(x, y);
+      context.fill();
+      context.restore();
+      gauges.speed.textContent = `${fixed(3.6 * now['car.vx'], 0)} km/h`;
+      gauges.gear.textContent = fixed(now['car.gear'], 0);
+      gauges.engine.textContent = `${fixed((now['car.engine'] * 30) / Math.PI, 0)} 1/min`;
+      gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
+      gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
+      gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
+      const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
+      const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
+      for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
+      for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key]))}%`;
+      box.dataset.time = drive.seen.time_s;
+      box.dataset.speed = now['car.vx'];
+    }
+  }
+  new ResizeObserver(draw).observe(box);
+
+  async function showRoad() {
+    road = null;
+    if (roadBox.value) {
+      try {
+        road = await getPacked('road', { id: roadBox.value });
+      } catch (error) {
+        say(error.message, 'bad');
+      }
+    }
+    draw();
+  }
+  roadBox.addEventListener('change', showRoad);
+
+  async function open(next) {
+    if (drive) { say('End this drive first.', 'warn'); return; }
+    unit = next;
+    const { entries } = await changed(), roads = entries.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id));
+    const kept = roadBox.value;
+    roadBox.replaceChildren(el('option', { value: '' }, 'none'), ...roads.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
+    roadBox.value = roads.some((entry) => entry.id === kept) ? kept : roads[0]?.id ?? '';
+    say('');
+    buttons();
+    await showRoad();
+  }
+  buttons();
+  if (entriesOf().length === 0) say('A unit is made by: crgdrive fmu vehicle.yaml --track road.crg -o car.fmu');
+  return { root, open };
+}
