@@ -383,7 +383,7 @@ class Pages {
     const fs::path root = folders_.root(0);
     fs::create_directories(root / "out/drives");
     for (int number = 1;; ++number) {
-      const std::string path = fmt::format("out/drives/{}-{}.csv", unit, number);
+      std::string path = fmt::format("out/drives/{}-{}.csv", unit, number);
       if (!fs::exists(root / path)) return path;
     }
   }
