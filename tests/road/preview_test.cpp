@@ -59,6 +59,16 @@ TEST(Preview, TellsObjectsByWhatTheyAre) {
   EXPECT_EQ(preview.triangles_in, preview.triangles_shown);
 }
 
+TEST(Preview, SaysNothingOfClassesWhereNotAsked) {
+  support::TemporaryFolder folder;
+  const road::Preview preview =
+      road::preview(ring(folder), road::kPreviewTriangles, road::PreviewClasses::none);
+  ASSERT_EQ(preview.parts.size(), 2U);
+  EXPECT_EQ(preview.parts[0].surface_class, "unknown");
+  EXPECT_EQ(preview.refusal + preview.told_by, "");
+  EXPECT_EQ(preview.triangles_shown, 2516U);
+}
+
 TEST(Preview, ThinsEveryPartAndKeepsItsShape) {
   support::TemporaryFolder folder;
   const road::Preview preview = road::preview(ring(folder), 400);

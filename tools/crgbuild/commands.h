@@ -60,6 +60,7 @@ int run_clean(const CleanCommand& command, Terminal& terminal);
 struct PreviewCommand {
   std::string input, output;
   std::size_t most_triangles = road::kPreviewTriangles;
+  bool raw = false;
   RecipeFlags flags;
 };
 int run_preview(const PreviewCommand& command, Terminal& terminal);

@@ -195,6 +195,8 @@ void define_stages(CLI::App& app, Commands& c) {
       ->add_option("--most-triangles", c.preview.most_triangles,
                    "larger meshes are thinned to about as many")
       ->check(CLI::Range(std::size_t{100}, std::size_t{50'000'000}));
+  preview->add_flag("--raw", c.preview.raw,
+                    "without what cleaning would say of it: all in grey, in a tenth of the time");
   add_recipe_flags(*preview, c.preview.flags, {"read", "clean"});
   preview->footer(
       "Opens in Blender, in any viewer of glTF and in 'kerbstone view'. A mesh of which no road "

@@ -127,7 +127,8 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
 int run_preview(const PreviewCommand& command, Terminal& terminal) {
   terminal.start("reading the mesh");
   const road::Preview preview =
-      road::preview(make_recipe(command.input, command.flags), command.most_triangles);
+      road::preview(make_recipe(command.input, command.flags), command.most_triangles,
+                    command.raw ? road::PreviewClasses::none : road::PreviewClasses::cleaned);
   base::write_file(command.output, road::glb_of(preview));
   std::map<std::string, double> area_m2;
   std::map<std::string, std::size_t> triangles;

@@ -96,22 +96,28 @@ void append_chunk(std::string& glb, const char* kind, std::string bytes, char pa
   glb += bytes;
 }
 
+/// Of a mesh that is refused: empty, and the reason in `out`.
+CleanReport cleaned_by(Recipe recipe, const Mesh& mesh, Preview& out) {
+  CleanReport report;
+  try {
+    set_guide(recipe, place_mesh(recipe));
+    clean(mesh, recipe.clean, &report);
+    out.told_by = report.by_guide ? "guide" : report.by_names ? "names" : "shape";
+    return report;
+  } catch (const Error& refused) {
+    out.refusal = refused.what();
+    return {};
+  }
+}
+
 }  // namespace
 
-Preview preview(const Recipe& given, std::size_t most) {
+Preview preview(const Recipe& given, std::size_t most, PreviewClasses classes) {
   Preview out;
   MeshReadReport read;
   const Mesh mesh = read_mesh(given.mesh_path, given.read, &read);
   CleanReport cleaned;
-  try {
-    Recipe recipe = given;
-    set_guide(recipe, place_mesh(recipe));
-    clean(mesh, recipe.clean, &cleaned);
-    out.told_by = cleaned.by_guide ? "guide" : cleaned.by_names ? "names" : "shape";
-  } catch (const Error& refused) {
-    out.refusal = refused.what();
-    cleaned.class_of_triangle.clear();
-  }
+  if (classes == PreviewClasses::cleaned) cleaned = cleaned_by(given, mesh, out);
   out.origin_m = mesh.origin_m;
   out.objects = mesh.objects;
   out.triangles_in = mesh.triangles.size();

@@ -332,6 +332,7 @@ class Pages {
     int port = 0;
     if (what == "preview") {
       command = {"crgbuild", "preview", path("input"), "-o", "-"};
+      if (wish.value("raw", nlohmann::ordered_json()) == true) command.emplace_back("--raw");
     } else if (what == "build") {
       const std::string input = path("input");
       result = "out/" + name_of(fs::path(folders_.root(0)) / input);

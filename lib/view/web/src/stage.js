@@ -11,15 +11,24 @@ export const classColours = { road: '#6a7077', kerb: '#d0492e', runoff: '#69a04a
 
 const kClick_px = 5;  // a drag is further
 
+/// Whether the processor draws: no smooth edges then, and fewer pixels while the view moves.
+function drawsSlowly() {
+  const probe = document.createElement('canvas').getContext('webgl2'), about = probe?.getExtension('WEBGL_debug_renderer_info');
+  const name = about ? probe.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
+  probe?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
 /// `picked({x_m, y_m, z_m, part})`: map metres; z_m and part are null beside the mesh.
 export function makeStage(picked) {
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Track: arrows move the cross, Enter picks the place under it, plus and minus zoom, 0 shows all' });
   const cross = el('div', { 'aria-hidden': 'true', style: 'position:absolute;pointer-events:none;left:50%;top:50%;width:21px;height:21px;margin:-10px;display:none;background:linear-gradient(var(--cursor),var(--cursor)) 10px 0/1px 21px no-repeat,linear-gradient(var(--cursor),var(--cursor)) 0 10px/21px 1px no-repeat' });
   const where = el('div', { class: 'muted small', 'data-role': 'where', style: 'position:absolute;left:8px;bottom:4px;pointer-events:none;font-variant-numeric:tabular-nums;background:var(--panel);border-radius:4px;padding:0 6px' });
   const box = el('div', { class: 'stage', 'data-view': 'stage' }, canvas, cross, where);
+  const isSlow = drawsSlowly();
   let renderer;
   try {
-    renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    renderer = new WebGLRenderer({ canvas, antialias: !isSlow, preserveDrawingBuffer: true });
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'This view needs WebGL, which this browser does not offer. Places can be typed below.'));
     return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setMarks() {}, highlight() {}, setPlan() {}, fit() {}, origin: new Vector3(), parts: [] };
@@ -39,7 +48,7 @@ export function makeStage(picked) {
   flatControls.touches = { ONE: TOUCH.PAN, TWO: TOUCH.DOLLY_PAN };
   flatControls.zoomToCursor = roundControls.zoomToCursor = true;
   roundControls.maxPolarAngle = 0.495 * Math.PI;
-  let isPlan = true, wanted = false, centre = new Vector3(), reach = 100, extent = [100, 100], lit = null;
+  let isPlan = true, wanted = false, isMoving = false, centre = new Vector3(), reach = 100, extent = [100, 100], lit = null;
   const stage = { box, origin: new Vector3(), parts: [] };
   const camera = () => (isPlan ? flat : round), controls = () => (isPlan ? flatControls : roundControls);
 
@@ -47,7 +56,7 @@ export function makeStage(picked) {
     wanted = false;
     const { clientWidth: width, clientHeight: height } = box;
     if (width < 10 || height < 10) return;
-    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    const ratio = (isMoving && isSlow ? 0.5 : 1) * Math.min(2, window.devicePixelRatio || 1);
     if (canvas.width !== Math.floor(width * ratio) || canvas.height !== Math.floor(height * ratio)) {
       renderer.setPixelRatio(ratio);
       renderer.setSize(width, height, false);
@@ -62,8 +71,11 @@ export function makeStage(picked) {
     box.dataset.drawn = String(Number(box.dataset.drawn ?? 0) + 1);
   }
   const redraw = () => { if (!wanted) { wanted = true; requestAnimationFrame(draw); } };
-  flatControls.addEventListener('change', redraw);
-  roundControls.addEventListener('change', redraw);
+  for (const each of [flatControls, roundControls]) {
+    each.addEventListener('change', redraw);
+    each.addEventListener('start', () => { isMoving = true; });
+    each.addEventListener('end', () => { isMoving = false; redraw(); });
+  }
   new ResizeObserver(redraw).observe(box);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
 
@@ -114,7 +126,7 @@ export function makeStage(picked) {
       stage.parts.push(part);
       world.add(mesh);
       // The road, where there is one, fills the view; the horizon does not.
-      if (told.refusal !== '' || ['road', 'kerb'].includes(part.class)) {
+      if (told.told_by === '' || ['road', 'kerb'].includes(part.class)) {
         box3.low.min(geometry.boundingBox.min);
         box3.high.max(geometry.boundingBox.max);
       }

@@ -14,6 +14,7 @@ const tools = [
   ['guide', 'Guide', 'what lies under the line drawn is the road'],
   ['class', 'Class', 'a click chooses the object whose class is set below'],
 ];
+const kPatience_ms = 500;  // until a mesh is shown before it is known what its objects are
 const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 
 /// `openRoad(id)` shows a road in its own part; `changed()` reads the list of files again and resolves to it.
@@ -155,7 +156,18 @@ export function makeTrack({ openRoad, changed }) {
   async function look() {
     const of = id;
     say('Reading the mesh …');
-    const job = await run({ do: 'preview', input: recipeId ?? id }).catch((error) => ({ exit_code: 1, messages: error.message }));
+    const wish = { do: 'preview', input: recipeId ?? id }, failed = (error) => ({ exit_code: 1, messages: error.message });
+    let done = false;
+    // Large meshes: first as they are, in grey.
+    const early = setTimeout(async () => {
+      const job = await run({ ...wish, raw: true }).catch(failed);
+      if (of !== id || done || job.exit_code !== 0) return;
+      const bytes = await getBytes('output', { job: job.id });
+      if (of === id && !done) await stage.setMesh(bytes);
+    }, kPatience_ms);
+    const job = await run(wish).catch(failed);
+    done = true;
+    clearTimeout(early);
     if (of !== id) return;
     if (job.exit_code !== 0) { say(job.messages || 'The mesh could not be read.', 'bad'); return; }
     const told = await stage.setMesh(await getBytes('output', { job: job.id }));
