@@ -85,7 +85,8 @@ TEST(Help, FlagsNamedInErrorsExist) {
   for (std::sregex_iterator i(help.begin(), help.end(), flag), end; i != end; ++i)
     known.insert(i->str());
   for (const auto& entry :
-       std::filesystem::directory_iterator(places::source() + "/lib/road/src")) {
+       std::filesystem::recursive_directory_iterator(places::source() + "/lib/road/src")) {
+    if (!entry.is_regular_file()) continue;
     const std::string text = read(entry.path());
     for (std::sregex_iterator l(text.begin(), text.end(), literal), end; l != end; ++l) {
       const std::string words = l->str();

@@ -151,7 +151,7 @@ TEST(Layout, EverySourceHasItsTest) {
   std::map<std::string, std::string> shared = shared_tests();
   std::size_t sources = 0;
   for (const auto& library : fs::directory_iterator(top / "lib"))
-    for (const auto& source : fs::directory_iterator(library.path() / "src")) {
+    for (const auto& source : fs::recursive_directory_iterator(library.path() / "src")) {
       if (source.path().extension() != ".cpp") continue;
       ++sources;
       const std::string name =
