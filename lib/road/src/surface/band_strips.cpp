@@ -1,0 +1,185 @@
+#include "band_strips.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "road/clean.h"
+
+namespace road {
+namespace {
+
+constexpr double kNarrowestRoad_m = 4.5;
+
+constexpr double kFlatFold = 1.5 * std::numbers::pi / 180.0;
+
+// Two chains bound the same band when this share of the triangles beside one lies beside the other.
+constexpr double kCommonShare = 0.8;
+
+// A strip beside the road may be the road itself when it is this wide (of the road taken), or when
+// it is less wide and lies between two wider ones, or beside something wider than most roads are.
+constexpr double kAlikeWidth = 0.5, kRivalWidth = 0.3, kUsuallyNarrower_m = 20.0;
+
+constexpr double kBesideShare = 0.5;
+
+void measure(const FlatSurface& flat, const Fans& fans, Strip& strip) {
+  for (const std::uint32_t t : strip.triangles) {
+    const Triangle& v = flat.triangles[t];
+    const Eigen::Vector3d& a = flat.vertices_m[v[0]];
+    strip.area_m2 += 0.5 * (flat.vertices_m[v[1]] - a).cross(flat.vertices_m[v[2]] - a).norm();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t across = fans.left(v[(c + 1) % 3], v[c]);
+      if (across != kNoIndex &&
+          std::binary_search(strip.triangles.begin(), strip.triangles.end(), across))
+        continue;
+      strip.border_m += (flat.vertices_m[v[(c + 1) % 3]] - flat.vertices_m[v[c]]).norm();
+    }
+  }
+}
+
+/// Adds triangles that have two sides in common with the strip: chains that break off leave such
+/// gaps between columns.
+void fill_notches(const FlatSurface& flat, const Fans& fans,
+                  std::vector<std::uint32_t>& triangles) {
+  std::vector<char> in(flat.triangles.size(), 0);
+  for (const std::uint32_t t : triangles) in[t] = 1;
+  std::vector<std::uint32_t> newest = triangles;
+  while (!newest.empty()) {
+    std::vector<std::uint32_t> added;
+    for (const std::uint32_t t : newest) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint32_t near = fans.left(flat.triangles[t][(c + 1) % 3], flat.triangles[t][c]);
+        if (near == kNoIndex || in[near]) continue;
+        int sides = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::uint32_t across =
+              fans.left(flat.triangles[near][(k + 1) % 3], flat.triangles[near][k]);
+          sides += across != kNoIndex && in[across] ? 1 : 0;
+        }
+        if (sides < 2) continue;
+        in[near] = 1;
+        added.push_back(near);
+      }
+    }
+    triangles.insert(triangles.end(), added.begin(), added.end());
+    newest = std::move(added);
+  }
+  std::sort(triangles.begin(), triangles.end());
+}
+
+std::vector<char> marked(const FlatSurface& flat, const Strip& strip) {
+  std::vector<char> mark(flat.triangles.size(), 0);
+  for (const std::uint32_t t : strip.triangles) mark[t] = 1;
+  return mark;
+}
+
+/// The strips that run beside one, as long as it.
+std::vector<const Strip*> neighbours(const FlatSurface& flat, const Fans& fans,
+                                     const std::vector<Strip>& strips, const Strip& of) {
+  const std::vector<char> mark = marked(flat, of);
+  std::vector<const Strip*> beside;
+  for (const Strip& strip : strips)
+    if (&strip != &of && strip.length_m() >= kAsLong * of.length_m() &&
+        beside_road(flat, fans, mark, strip) >= kBesideShare)
+      beside.push_back(&strip);
+  return beside;
+}
+
+}  // namespace
+
+std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
+                                   const std::vector<Chain>& chains, const std::vector<Band>& bands,
+                                   const std::function<bool(std::size_t)>& admits) {
+  std::vector<std::vector<std::uint32_t>> bands_of_triangle(flat.triangles.size());
+  for (std::uint32_t b = 0; b < bands.size(); ++b) {
+    if (!admits(b)) continue;
+    for (const std::uint32_t t : bands[b].triangles) {
+      if (bands_of_triangle[t].empty() || bands_of_triangle[t].back() != b)
+        bands_of_triangle[t].push_back(b);
+    }
+  }
+  std::vector<int> fold_known(chains.size(), -1);
+  const auto flat_across = [&](std::size_t chain) {
+    if (fold_known[chain] < 0)
+      fold_known[chain] = fold_along(flat, fans, chains[chain]) < kFlatFold ? 1 : 0;
+    return fold_known[chain] == 1;
+  };
+
+  std::vector<char> grouped(bands.size(), 0);
+  std::vector<Strip> strips;
+  for (std::uint32_t first = 0; first < bands.size(); ++first) {
+    if (grouped[first] || !admits(first)) continue;
+    Strip strip;
+    std::vector<std::uint32_t> open{first};
+    grouped[first] = 1;
+    while (!open.empty()) {
+      const std::uint32_t b = open.back();
+      open.pop_back();
+      strip.chains.push_back(bands[b].chain);
+      strip.rings = std::max(strip.rings, bands[b].rings);
+      strip.triangles.insert(strip.triangles.end(), bands[b].triangles.begin(),
+                             bands[b].triangles.end());
+      const std::uint32_t across = b ^ 1u;
+      if (!grouped[across] && admits(across) && as_wide(bands[b], bands[across]) &&
+          flat_across(bands[b].chain)) {
+        grouped[across] = 1;
+        open.push_back(across);
+      }
+      std::map<std::uint32_t, std::size_t> common;
+      for (const std::uint32_t t : bands[b].triangles) {
+        for (const std::uint32_t other : bands_of_triangle[t]) ++common[other];
+      }
+      for (const auto& [other, count] : common) {
+        const std::size_t fewer =
+            std::min(bands[b].triangles.size(), bands[other].triangles.size());
+        if (grouped[other] ||
+            static_cast<double>(count) < kCommonShare * static_cast<double>(fewer))
+          continue;
+        grouped[other] = 1;
+        open.push_back(other);
+      }
+    }
+    std::sort(strip.triangles.begin(), strip.triangles.end());
+    strip.triangles.erase(std::unique(strip.triangles.begin(), strip.triangles.end()),
+                          strip.triangles.end());
+    fill_notches(flat, fans, strip.triangles);
+    measure(flat, fans, strip);
+    if (strip.width_m() >= kNarrowestRoad_m && strip.width_m() <= kWidestRoad_m)
+      strips.push_back(std::move(strip));
+  }
+  return strips;
+}
+
+double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<char>& road,
+                   const Strip& strip) {
+  double beside_m = 0.0;
+  for (const std::uint32_t t : strip.triangles) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t p = flat.triangles[t][c], q = flat.triangles[t][(c + 1) % 3];
+      const std::uint32_t across = fans.left(q, p);
+      if (across == kNoIndex || !road[across] || road[t]) continue;
+      beside_m += (flat.vertices_m[q] - flat.vertices_m[p]).norm();
+    }
+  }
+  return beside_m / strip.length_m();
+}
+
+double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
+                     const Strip& chosen) {
+  const std::vector<const Strip*> beside = neighbours(flat, fans, strips, chosen);
+  if (beside.size() != 1) return 0.0;
+  const Strip& rival = *beside.front();
+  if (rival.width_m() >= kAlikeWidth * chosen.width_m()) return rival.width_m();
+  if (rival.width_m() < kRivalWidth * chosen.width_m()) return 0.0;
+  const std::vector<const Strip*> around = neighbours(flat, fans, strips, rival);
+  const bool between =
+      around.size() == 2 && std::all_of(around.begin(), around.end(), [&](const Strip* strip) {
+        return strip->width_m() > rival.width_m();
+      });
+  return between || chosen.width_m() > kUsuallyNarrower_m ? rival.width_m() : 0.0;
+}
+
+}  // namespace road

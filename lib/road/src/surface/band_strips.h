@@ -1,0 +1,42 @@
+// Strips as wide as a road, made of bands, and which of them may be the road. Private to
+// classify_by_shape.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "bands.h"
+
+namespace road {
+
+inline constexpr double kWidestRoad_m = 45.0;
+// Of strips this nearly as long as the longest the widest is the road; the others run beside it.
+inline constexpr double kAsLong = 0.85;
+
+/// Triangles of a road to be; area and border give length and width as of a long strip.
+struct Strip {
+  std::vector<std::uint32_t> triangles;  ///< ascending
+  std::vector<std::size_t> chains;       ///< that its bands lie beside
+  std::size_t rings = 0;
+  double area_m2 = 0.0, border_m = 0.0;
+  double length_m() const { return border_m / 2.0; }
+  double width_m() const { return border_m > 0.0 ? 2.0 * area_m2 / border_m : 0.0; }
+};
+
+/// A road is a band, what lies between the same two chains, and further columns of equal width. Of
+/// the bands that `admits` names, all strips that are as wide as a road.
+std::vector<Strip> strips_of_bands(const FlatSurface& flat, const Fans& fans,
+                                   const std::vector<Chain>& chains, const std::vector<Band>& bands,
+                                   const std::function<bool(std::size_t)>& admits);
+
+/// Share of a strip's length along which it lies beside the road.
+double beside_road(const FlatSurface& flat, const Fans& fans, const std::vector<char>& road,
+                   const Strip& strip);
+
+/// Width of the only strip beside the road that may be the road itself; 0 where none may.
+double rival_width_m(const FlatSurface& flat, const Fans& fans, const std::vector<Strip>& strips,
+                     const Strip& chosen);
+
+}  // namespace road

@@ -1,0 +1,73 @@
+#include "chains.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numbers>
+#include <unordered_map>
+#include <utility>
+
+namespace road {
+namespace {
+
+constexpr std::size_t kFewestChainEdges = 8;
+
+}  // namespace
+
+std::vector<Chain> long_chains(const FlatSurface& flat, const Fans& fans) {
+  const std::vector<EdgeUse> uses = edge_uses(flat.triangles);
+  std::unordered_map<std::uint64_t, bool> taken;
+  taken.reserve(uses.size());
+  std::vector<Chain> chains;
+  for (const EdgeUse& use : uses) {
+    if (!taken.try_emplace(use.key, true).second) continue;
+    const auto a = static_cast<std::uint32_t>(use.key >> 32);
+    const auto b = static_cast<std::uint32_t>(use.key & 0xffffffffu);
+    std::deque<std::uint32_t> line{a, b};
+    bool closed = false;
+    for (int direction = 0; direction < 2 && !closed; ++direction) {
+      std::uint32_t u = direction == 0 ? a : b;
+      std::uint32_t v = direction == 0 ? b : a;
+      while (true) {
+        const std::uint32_t w = fans.straight_on(u, v);
+        if (w == kNoIndex) break;
+        const std::uint64_t key = undirected(v, w);
+        if (taken.contains(key)) {
+          closed = key == use.key && line.size() > 3;
+          break;
+        }
+        if (fans.straight_on(w, v) != u) break;
+        taken.emplace(key, true);
+        direction == 0 ? line.push_back(w) : line.push_front(w);
+        u = v;
+        v = w;
+      }
+    }
+    Chain chain;
+    if (closed && line.front() == line.back()) line.pop_back();
+    chain.vertices.assign(line.begin(), line.end());
+    chain.closed = closed;
+    for (std::size_t i = 0; i < chain.edges(); ++i) {
+      chain.length_m += (flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)]).norm();
+    }
+    if (chain.length_m >= kShortestChain_m && chain.edges() >= kFewestChainEdges)
+      chains.push_back(std::move(chain));
+  }
+  return chains;
+}
+
+double fold_along(const FlatSurface& flat, const Fans& fans, const Chain& chain) {
+  double sum = 0.0, length = 0.0;
+  for (std::size_t i = 0; i < chain.edges(); ++i) {
+    const std::uint32_t l = fans.left(chain.at(i), chain.at(i + 1));
+    const std::uint32_t r = fans.left(chain.at(i + 1), chain.at(i));
+    if (l == kNoIndex || r == kNoIndex) continue;
+    const double step = (flat.vertices_m[chain.at(i + 1)] - flat.vertices_m[chain.at(i)]).norm();
+    sum += step * std::acos(std::clamp(normal_of(flat, l).dot(normal_of(flat, r)), -1.0, 1.0));
+    length += step;
+  }
+  return length > 0.0 ? sum / length : std::numbers::pi;
+}
+
+}  // namespace road
