@@ -7,14 +7,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
 
-#include "report/picture.h"
+#include "cairo_png.h"
 
 namespace report {
 namespace {
@@ -127,18 +126,7 @@ std::string change_map_png(std::span<const ChangeSquare> squares, double cell_m,
   cairo_rectangle(pen, from, bar_y + 8.0, length * px_per_m, 4.0);
   cairo_fill(pen);
   write(pen, from, bar_y + 42.0, 18.0, number(length, "%g m; up is +y"));
-  cairo_surface_flush(picture.get());
-  std::vector<std::uint8_t> rgb;
-  rgb.reserve(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 3);
-  const unsigned char* const data = cairo_image_surface_get_data(picture.get());
-  const int stride = cairo_image_surface_get_stride(picture.get());
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      std::uint32_t pixel = 0;
-      std::memcpy(&pixel, data + static_cast<std::ptrdiff_t>(y) * stride + 4 * x, 4);
-      for (const int shift : {16, 8, 0}) rgb.push_back(static_cast<std::uint8_t>(pixel >> shift));
-    }
-  return encode_png(w, h, rgb);
+  return png_of(picture.get());
 }
 
 }  // namespace report

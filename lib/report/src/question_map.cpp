@@ -3,6 +3,7 @@
 #include <cairo.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -10,7 +11,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "report/picture.h"
+#include "cairo_png.h"
 
 namespace report {
 namespace {
@@ -200,16 +201,7 @@ std::string question_map(const std::string& title,
   for (std::size_t k = 0; k < lines.size(); ++k) draw_line(pen.get(), frame, lines[k], k);
   for (std::size_t k = 0; k < lines.size(); ++k) draw_number(pen.get(), frame, lines[k], k);
   draw_words(pen.get(), frame, title, lines);
-  cairo_surface_flush(picture.get());
-  std::vector<std::uint8_t> rgb;
-  rgb.reserve(static_cast<std::size_t>(3 * frame.width_px) *
-              static_cast<std::size_t>(frame.height_px));
-  const unsigned char* rows = cairo_image_surface_get_data(picture.get());
-  const int stride = cairo_image_surface_get_stride(picture.get());
-  for (int y = 0; y < frame.height_px; ++y)
-    for (int x = 0; x < frame.width_px; ++x)
-      for (const int channel : {2, 1, 0}) rgb.push_back(rows[y * stride + 4 * x + channel]);
-  return encode_png(frame.width_px, frame.height_px, rgb);
+  return png_of(picture.get());
 }
 
 }  // namespace report
