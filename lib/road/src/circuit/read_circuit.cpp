@@ -24,12 +24,6 @@ constexpr double kDegree = std::numbers::pi / 180.0;
   throw Error(fmt::format("{}:{}: {}", file, mark.is_null() ? 1 : mark.line + 1, words));
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 /// One mapping: values are asked for by key, finish() refuses the keys nobody asked for.
 class Map {
  public:
@@ -63,7 +57,7 @@ class Map {
     std::string seen = node.IsScalar() ? node.Scalar() : "(not a word)";
     if (std::find(allowed.begin(), allowed.end(), seen) == allowed.end()) {
       fail(file_, node.Mark(),
-           fmt::format("{} is '{}'; give one of: {}", key, seen, joined(allowed)));
+           fmt::format("{} is '{}'; give one of: {}", key, seen, fmt::join(allowed, ", ")));
     }
     return seen;
   }
@@ -139,7 +133,8 @@ class Map {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "(not a word)";
       if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
         fail(file_, entry.first.Mark(),
-             fmt::format("{} has an unknown key '{}'; known: {}", what_, key, joined(known_)));
+             fmt::format("{} has an unknown key '{}'; known: {}", what_, key,
+                         fmt::join(known_, ", ")));
       }
     }
   }
