@@ -7,12 +7,10 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,13 +21,14 @@
 #include "crg/file.h"
 #include "crg/options.h"
 #include "crg/surface.h"
+#include "road_arrays.h"
 
 namespace py = pybind11;
 
 namespace kerbstone {
 namespace {
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using namespace pybind11::literals;
 
 std::unique_ptr<Road> road_of(crg::Crg file, const crg::SurfaceOptions& options = {}) {
   return std::make_unique<Road>(Road{crg::Surface(std::move(file), options)});
@@ -121,132 +120,7 @@ crg::Format format_of(const std::string& name) {
   throw py::value_error("format '" + name + "' seen; KRBI, KDBI, LRFI or LDFI wanted");
 }
 
-/// Both as arrays of one shape.
-std::pair<Numbers, Numbers> alike(const py::object& a, const py::object& b) {
-  Numbers first(a), second(b);
-  if (!first || !second) throw py::error_already_set();
-  if (first.ndim() == second.ndim() &&
-      std::equal(first.shape(), first.shape() + first.ndim(), second.shape()))
-    return {first, second};
-  const py::list both = py::module_::import("numpy").attr("broadcast_arrays")(first, second);
-  return {Numbers(both[0]), Numbers(both[1])};
-}
-
-template <class T>
-py::array_t<T> shaped_as(const Numbers& a) {
-  return py::array_t<T>(std::vector<py::ssize_t>(a.shape(), a.shape() + a.ndim()));
-}
-
-/// Whole numbers come here too: for Python they are no floats.
-py::object number_or_array(const py::array_t<double>& a) {
-  if (a.ndim() == 0) return py::float_(*a.data());
-  return a;
-}
-
-constexpr std::size_t kAtOnce = 512;
-
-/// Calls per_piece(points, first) for the pairs in pieces that stay in the cache.
-template <class Piece>
-void in_pieces(const Numbers& a, const Numbers& b, Piece per_piece) {
-  std::array<crg::Point2, kAtOnce> points;
-  const double *x = a.data(), *y = b.data();
-  const auto n = static_cast<std::size_t>(a.size());
-  for (std::size_t first = 0; first < n; first += kAtOnce) {
-    const std::size_t now = std::min(kAtOnce, n - first);
-    for (std::size_t k = 0; k < now; ++k) points[k] = {x[first + k], y[first + k]};
-    per_piece(std::span<const crg::Point2>(points.data(), now), first);
-  }
-}
-
-py::object z_of_arrays(const Road& road, const py::object& x_m, const py::object& y_m) {
-  const auto [x, y] = alike(x_m, y_m);
-  py::array_t<double> out = shaped_as<double>(x);
-  double* const z = out.mutable_data();
-  {
-    py::gil_scoped_release free;
-    crg::Cursor cursor;
-    in_pieces(x, y, [&](std::span<const crg::Point2> points, std::size_t first) {
-      road.surface.z_at_xy(points, std::span<double>(z + first, points.size()), cursor);
-    });
-  }
-  return number_or_array(out);
-}
-
-py::object z_of_uv_arrays(const Road& road, const py::object& u_m, const py::object& v_m) {
-  const auto [u, v] = alike(u_m, v_m);
-  py::array_t<double> out = shaped_as<double>(u);
-  double* const z = out.mutable_data();
-  {
-    py::gil_scoped_release free;
-    for (py::ssize_t k = 0; k < u.size(); ++k)
-      z[k] = road.surface.z_at_uv(u.data()[k], v.data()[k]);
-  }
-  return number_or_array(out);
-}
-
-/// Two answers per pair.
-template <class Answer>
-std::pair<py::object, py::object> two_of_arrays(const py::object& a, const py::object& b,
-                                                Answer answer) {
-  const auto [first, second] = alike(a, b);
-  py::array_t<double> one = shaped_as<double>(first), two = shaped_as<double>(first);
-  double *const o = one.mutable_data(), *const t = two.mutable_data();
-  {
-    py::gil_scoped_release free;
-    for (py::ssize_t k = 0; k < first.size(); ++k)
-      std::tie(o[k], t[k]) = answer(first.data()[k], second.data()[k]);
-  }
-  return {number_or_array(one), number_or_array(two)};
-}
-
-py::object samples_of_arrays(const Road& road, const py::object& x_m, const py::object& y_m) {
-  const auto [x, y] = alike(x_m, y_m);
-  if (x.ndim() == 0) {
-    crg::Cursor cursor;
-    return py::cast(road.surface.at_xy(*x.data(), *y.data(), cursor));
-  }
-  py::array_t<crg::Sample> out = shaped_as<crg::Sample>(x);
-  crg::Sample* const samples = out.mutable_data();
-  {
-    py::gil_scoped_release free;
-    crg::Cursor cursor;
-    in_pieces(x, y, [&](std::span<const crg::Point2> points, std::size_t first) {
-      road.surface.at_xy(points, std::span<crg::Sample>(samples + first, points.size()), cursor);
-    });
-  }
-  return out.attr("view")(py::module_::import("numpy").attr("recarray"));
-}
-
-/// The road's own numbers, not to be written to; the road lives as long as they do.
-template <class T>
-py::array_t<T> view_of(const py::object& road, const std::vector<T>& values,
-                       std::vector<py::ssize_t> shape) {
-  py::array_t<T> out(std::move(shape), values.data(), road);
-  py::detail::array_proxy(out.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
-  return out;
-}
-
-py::array_t<float> strip_of(Road& road, double x_m, double y_m, double heading_rad,
-                            std::size_t along, std::size_t across, double step_m) {
-  if (along < 1 || across < 1 || along > 100000 || across > 100000 || along * across > 10000000)
-    throw py::value_error("a strip of 1 to 10,000,000 samples wanted");
-  if (!(step_m > 0)) throw py::value_error("step_m: more than 0 wanted");
-  py::array_t<float> out({static_cast<py::ssize_t>(along), static_cast<py::ssize_t>(across)});
-  const double base_m = road.surface.strip({.x_m = x_m,
-                                            .y_m = y_m,
-                                            .heading_rad = heading_rad,
-                                            .along = along,
-                                            .across = across,
-                                            .step_m = step_m},
-                                           {out.mutable_data(), along * across}, road.cursor);
-  for (float *z = out.mutable_data(), *end = z + along * across; z != end; ++z)
-    *z = static_cast<float>(base_m + static_cast<double>(*z));
-  return out;
-}
-
-}  // namespace
-
-void add_road(py::module_& m) {
+void add_sample(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(crg::Sample, valid, inside, u_m, v_m, x_m, y_m, z_m, dzdx, dzdy, heading_rad,
                        curvature_1pm, normal_x, normal_y, normal_z, friction);
 
@@ -272,7 +146,9 @@ void add_road(py::module_& m) {
         return "Sample(u_m=" + std::to_string(s.u_m) + ", v_m=" + std::to_string(s.v_m) +
                ", z_m=" + std::to_string(s.z_m) + ")";
       });
+}
 
+void add_finding(py::module_& m) {
   py::class_<crg::Finding>(m, "Finding", "Something that is wrong or odd about a file.")
       .def_property_readonly(
           "severity", [](const crg::Finding& f) { return crg::name_of(f.severity); },
@@ -283,10 +159,11 @@ void add_road(py::module_& m) {
       .def_readonly("count", &crg::Finding::count, "how often it occurs")
       .def("__repr__",
            [](const crg::Finding& f) { return "Finding(" + f.rule + ": " + f.message + ")"; });
+}
 
-  using namespace pybind11::literals;
-  py::class_<Road>(m, "Road", "A road: a reference line with heights z(u, v) above it.")
-      .def_static(
+/// Where roads come from and go to.
+void add_files(py::class_<Road>& type) {
+  type.def_static(
           "read", &read_road,
           "Reads an OpenCRG file. Its modifiers are worked in, unless apply_modifiers is False.\n"
           "interpolation: 'bilinear' (the standard) or 'smooth'. friction holds where there is no "
@@ -314,9 +191,12 @@ void add_road(py::module_& m) {
           "path"_a, "format"_a = "KRBI")
       .def(
           "check", [](const Road& road) { return crg::check(road.surface.file()).findings; },
-          "What is wrong or odd about the file; empty where nothing is.")
-      // Numbers first: they need no array.
-      .def(
+          "What is wrong or odd about the file; empty where nothing is.");
+}
+
+/// What a road answers. Numbers first: they need no array.
+void add_queries(py::class_<Road>& type) {
+  type.def(
           "z",
           [](Road& road, double x_m, double y_m) {
             return road.surface.z_at_xy(x_m, y_m, road.cursor);
@@ -377,8 +257,12 @@ void add_road(py::module_& m) {
            "Heights under a contact patch: along x across samples, step_m apart, centred on (x_m, "
            "y_m).",
            "x_m"_a, "y_m"_a, "heading_rad"_a, py::kw_only(), "along"_a = 10, "across"_a = 40,
-           "step_m"_a = 0.01)
-      .def(
+           "step_m"_a = 0.01);
+}
+
+/// Roads made from roads.
+void add_edits(py::class_<Road>& type) {
+  type.def(
           "crop",
           [](const Road& road, std::optional<double> u_begin_m, std::optional<double> u_end_m,
              std::optional<double> v_right_m, std::optional<double> v_left_m) {
@@ -403,8 +287,12 @@ void add_road(py::module_& m) {
             return road_of(crg::append(road.surface.file(), second.surface.file(), {move}));
           },
           "Both roads in one; move: bring the second to the end of the first.", "second"_a,
-          py::kw_only(), "move"_a = false)
-      .def_property_readonly(
+          py::kw_only(), "move"_a = false);
+}
+
+/// What a road holds.
+void add_nodes(py::class_<Road>& type) {
+  type.def_property_readonly(
           "z_m",
           [](const py::object& self) {
             const crg::Grid& grid = self.cast<const Road&>().surface.file().grid;
@@ -440,8 +328,12 @@ void add_road(py::module_& m) {
             const crg::ReferenceLine& line = self.cast<const Road&>().surface.reference_line();
             return view_of(self, line.heading_rad, {static_cast<py::ssize_t>(line.size())});
           },
-          "Of the segment that ends at each node, the first is the start heading; read only.")
-      .def_property_readonly("u_begin_m",
+          "Of the segment that ends at each node, the first is the start heading; read only.");
+}
+
+/// Its sizes.
+void add_facts(py::class_<Road>& type) {
+  type.def_property_readonly("u_begin_m",
                              [](const Road& road) { return road.surface.file().grid.u_begin_m; })
       .def_property_readonly("u_step_m",
                              [](const Road& road) { return road.surface.file().grid.u_step_m; })
@@ -462,6 +354,19 @@ void add_road(py::module_& m) {
                std::to_string(line.u_step_m * static_cast<double>(line.size() - 1)) + " m, " +
                std::to_string(grid.rows()) + " x " + std::to_string(grid.columns()) + " nodes)";
       });
+}
+
+}  // namespace
+
+void add_road(py::module_& m) {
+  add_sample(m);
+  add_finding(m);
+  py::class_<Road> road(m, "Road", "A road: a reference line with heights z(u, v) above it.");
+  add_files(road);
+  add_queries(road);
+  add_edits(road);
+  add_nodes(road);
+  add_facts(road);
 }
 
 }  // namespace kerbstone
