@@ -178,7 +178,8 @@ void define_report(CLI::App& app, Commands& c) {
       "Exit code 3 when the road is not usable; the report is written all the same.");
 }
 
-void define_stages(CLI::App& app, Commands& c) {
+/// Stages 1 and 2: from the mesh to the line.
+void define_line_stages(CLI::App& app, Commands& c) {
   CLI::App* clean = app.add_subcommand("clean", "stage 1: keeps the drivable surface of a mesh");
   add_input(*clean, "input", c.clean.input, kMeshHelp)->required();
   add_output_file(*clean, c.clean.output,
@@ -212,7 +213,10 @@ void define_stages(CLI::App& app, Commands& c) {
   add_recipe_flags(*centreline, c.centreline.flags, {"read", "clean", "centreline"});
   centreline->footer(
       "Example:\n  crgbuild centreline surface.obj -o centreline.csv --start-near-m 120,-35.5");
+}
 
+/// Stages 3 to 6: what becomes of the heights.
+void define_grid_stages(CLI::App& app, Commands& c) {
   CLI::App* sample = app.add_subcommand("sample", "stage 3: heights along and across the road");
   add_input(*sample, "input", c.sample.input,
             "surface from 'clean' (or a mesh or track.yaml, cleaned first)")
@@ -485,7 +489,8 @@ int main_with(int argc, char** argv) {
   define_file_tools(app, commands);
   define_edits(app, commands);
   define_export(app, commands);
-  define_stages(app, commands);
+  define_line_stages(app, commands);
+  define_grid_stages(app, commands);
   return command::run(app, terminal, argc, argv, [&] { return run(app, commands, terminal); },
                       {"take larger steps (--u-step-m, --v-step-m) or a smaller --v-max-m",
                        "to make a road of it: crgbuild build -o out "});
