@@ -51,6 +51,26 @@ RowGuide guide_rows(const crg::ReferenceLine& line, const Centreline& centreline
   return guide;
 }
 
+/// How far a row reaches on one side, and whether a fold is the reason.
+struct Side {
+  double limit_m;
+  bool fold;
+};
+
+/// From every `stride`th row to all rows: the nearer limit of the two around.
+void spread(const std::vector<Side>& sides, std::size_t stride, const crg::ReferenceLine& line,
+            std::vector<float>& limit, std::vector<char>& fold) {
+  limit.resize(line.size());
+  fold.resize(line.size());
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const std::size_t a = std::min(i / stride, sides.size() - 1);
+    const std::size_t b = a + 1 < sides.size() ? a + 1 : (line.closed ? 0 : a);
+    const Side& side = sides[a].limit_m < sides[b].limit_m ? sides[a] : sides[b];
+    limit[i] = static_cast<float>(side.limit_m);
+    fold[i] = side.fold ? 1 : 0;
+  }
+}
+
 RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide,
                      const std::vector<Crossing>& crossings, double v_max_m) {
   const auto stride = std::max<std::size_t>(
@@ -85,10 +105,6 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide,
               (along_m(b, c.u_first_m) < reach_m && along_m(a, c.u_second_m) < reach_m));
     });
   };
-  struct Side {
-    double limit_m;
-    bool fold;
-  };
   std::vector<Side> left(coarse.size()), right(coarse.size());
   for (std::size_t k = 0; k < coarse.size(); ++k) {
     const std::size_t i = coarse[k];
@@ -120,20 +136,8 @@ RowLimits limit_rows(const crg::ReferenceLine& line, const RowGuide& guide,
     }
   }
   RowLimits limits;
-  const auto spread = [&](const std::vector<Side>& sides, std::vector<float>& limit,
-                          std::vector<char>& fold) {
-    limit.resize(line.size());
-    fold.resize(line.size());
-    for (std::size_t i = 0; i < line.size(); ++i) {
-      const std::size_t a = std::min(i / stride, sides.size() - 1);
-      const std::size_t b = a + 1 < sides.size() ? a + 1 : (line.closed ? 0 : a);
-      const Side& side = sides[a].limit_m < sides[b].limit_m ? sides[a] : sides[b];
-      limit[i] = static_cast<float>(side.limit_m);
-      fold[i] = side.fold ? 1 : 0;
-    }
-  };
-  spread(left, limits.left_m, limits.left_is_fold);
-  spread(right, limits.right_m, limits.right_is_fold);
+  spread(left, stride, line, limits.left_m, limits.left_is_fold);
+  spread(right, stride, line, limits.right_m, limits.right_is_fold);
   return limits;
 }
 
@@ -271,6 +275,33 @@ void check(const crg::ReferenceLine& line, const Centreline& centreline, const R
   refuse_narrow(centreline, 2.0 * v_step_m);
 }
 
+/// The last row is the first again.
+void close_grid(SampledGrid& out) {
+  const std::size_t kept = out.grid.columns();
+  const std::size_t last = (out.grid.rows() - 1) * kept;
+  std::copy_n(out.grid.z_m.begin(), kept, out.grid.z_m.begin() + static_cast<std::ptrdiff_t>(last));
+  std::copy_n(out.provenance.begin(), kept,
+              out.provenance.begin() + static_cast<std::ptrdiff_t>(last));
+  std::copy_n(out.surface_class.begin(), kept,
+              out.surface_class.begin() + static_cast<std::ptrdiff_t>(last));
+}
+
+/// `spans` hold as long as nothing was filled.
+SampleReport count_nodes(const SampledGrid& out, const std::vector<Span>& spans,
+                         std::size_t filled) {
+  SampleReport result;
+  const std::size_t kept = out.grid.columns();
+  result.nodes = out.grid.z_m.size();
+  result.filled = filled;
+  for (std::size_t i = 0; i < out.grid.rows(); ++i) {
+    const Span span = filled > 0 ? span_of(&out.provenance[i * kept], 0, kept) : spans[i];
+    if (span.empty()) continue;
+    result.holes += span.holes;
+    result.nodes_with_z += span.last - span.first + 1 - span.holes;
+  }
+  return result;
+}
+
 }  // namespace
 
 SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
@@ -340,26 +371,10 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
                          ends.end_column - first_column);
   }
   const std::size_t filled = fill_gaps(out, spans, *options.max_gap_m);
-  if (line.closed) {
-    const std::size_t last = (line.size() - 1) * kept;
-    std::copy_n(out.grid.z_m.begin(), kept,
-                out.grid.z_m.begin() + static_cast<std::ptrdiff_t>(last));
-    std::copy_n(out.provenance.begin(), kept,
-                out.provenance.begin() + static_cast<std::ptrdiff_t>(last));
-    std::copy_n(out.surface_class.begin(), kept,
-                out.surface_class.begin() + static_cast<std::ptrdiff_t>(last));
-  }
+  if (line.closed) close_grid(out);
 
-  SampleReport result;
-  result.nodes = out.grid.z_m.size();
-  result.filled = filled;
   if (line.closed) spans.back() = spans.front();
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const Span span = filled > 0 ? span_of(&out.provenance[i * kept], 0, kept) : spans[i];
-    if (span.empty()) continue;
-    result.holes += span.holes;
-    result.nodes_with_z += span.last - span.first + 1 - span.holes;
-  }
+  SampleReport result = count_nodes(out, spans, filled);
   result.folds = ranges_of(folded, line.u_step_m);
   result.neighbours = ranges_of(neighboured, line.u_step_m);
   result.crossings = std::move(crossings);

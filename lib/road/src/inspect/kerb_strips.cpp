@@ -111,6 +111,45 @@ bool is_steady(const HeightMap& map, const std::vector<KerbRow>& rows) {
   return !moves.empty() && base::quantile(moves, 0.5) <= std::max(limit_m, 1.01 * column_m);
 }
 
+/// The column of the reference line, or the middle of the road where that has no height.
+std::size_t middle_column(const HeightMap& map, std::size_t i) {
+  std::size_t middle = static_cast<std::size_t>(
+      std::lower_bound(map.v_m.begin(), map.v_m.end(), 0.0) - map.v_m.begin());
+  middle = std::min(middle, map.columns() - 1);
+  if (std::isnan(map.at(i, middle))) {
+    std::size_t first = 0, last = map.columns() - 1;
+    while (first < last && std::isnan(map.at(i, first))) ++first;
+    while (last > first && std::isnan(map.at(i, last))) --last;
+    middle = (first + last) / 2;
+  }
+  return middle;
+}
+
+/// What the rows of a strip have in common.
+KerbStrip strip_of(const HeightMap& map, const std::vector<KerbRow>& rows, bool left) {
+  KerbStrip strip;
+  std::vector<double> begin, end, height, width;
+  for (const KerbRow& row : rows) {
+    begin.push_back(row.v_begin_m);
+    end.push_back(row.v_end_m);
+    height.push_back(row.height_m);
+    width.push_back(std::abs(row.v_end_m - row.v_begin_m));
+  }
+  strip.u_begin_m = map.u_of(rows.front().row);
+  strip.u_end_m = map.u_of(rows.back().row);
+  strip.left = left;
+  strip.v_begin_m = base::quantile(begin, 0.5);
+  strip.v_end_m = base::quantile(end, 0.5);
+  strip.height_m = base::quantile(height, 0.9);
+  strip.width_m = base::quantile(width, 0.5);
+  const auto nearest =
+      std::min_element(rows.begin(), rows.end(), [&](const KerbRow& a, const KerbRow& b) {
+        return std::abs(a.height_m - strip.height_m) < std::abs(b.height_m - strip.height_m);
+      });
+  strip.u_of_profile_m = map.u_of(nearest->row);
+  return strip;
+}
+
 }  // namespace
 
 KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& options) {
@@ -151,16 +190,7 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
       open.erase(open.begin() + static_cast<std::ptrdiff_t>(k));
     };
     for (std::size_t i = 0; i < map.rows(); i += stride) {
-      // The column of the reference line, or the middle of the road where that has no height.
-      std::size_t middle = static_cast<std::size_t>(
-          std::lower_bound(map.v_m.begin(), map.v_m.end(), 0.0) - map.v_m.begin());
-      middle = std::min(middle, map.columns() - 1);
-      if (std::isnan(map.at(i, middle))) {
-        std::size_t first = 0, last = map.columns() - 1;
-        while (first < last && std::isnan(map.at(i, first))) ++first;
-        while (last > first && std::isnan(map.at(i, last))) --last;
-        middle = (first + last) / 2;
-      }
+      const std::size_t middle = middle_column(map, i);
       std::optional<KerbRow> kerb;
       if (!std::isnan(map.at(i, middle)))
         kerb = kerb_of_half(half_of_row(map, i, middle, left), options);
@@ -190,27 +220,7 @@ KerbStrips find_kerb_strips(const HeightMap& map, const KerbStripOptions& option
                                                       : a < b;
   });
   for (const std::size_t k : order) {
-    KerbStrip strip;
-    std::vector<double> begin, end, height, width;
-    for (const KerbRow& row : done[k]) {
-      begin.push_back(row.v_begin_m);
-      end.push_back(row.v_end_m);
-      height.push_back(row.height_m);
-      width.push_back(std::abs(row.v_end_m - row.v_begin_m));
-    }
-    strip.u_begin_m = map.u_of(done[k].front().row);
-    strip.u_end_m = map.u_of(done[k].back().row);
-    strip.left = is_left[k];
-    strip.v_begin_m = base::quantile(begin, 0.5);
-    strip.v_end_m = base::quantile(end, 0.5);
-    strip.height_m = base::quantile(height, 0.9);
-    strip.width_m = base::quantile(width, 0.5);
-    const auto nearest =
-        std::min_element(done[k].begin(), done[k].end(), [&](const KerbRow& a, const KerbRow& b) {
-          return std::abs(a.height_m - strip.height_m) < std::abs(b.height_m - strip.height_m);
-        });
-    strip.u_of_profile_m = map.u_of(nearest->row);
-    result.strips.push_back(strip);
+    result.strips.push_back(strip_of(map, done[k], is_left[k]));
     result.rows.push_back(std::move(done[k]));
   }
   return result;

@@ -175,6 +175,61 @@ double chord_step(const PlaneSpline& spline, const Vector2d& from, double from_t
 
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
 
+double length_of(const PlaneSpline& spline, double length_t, double model_scale) {
+  double length_m = 0.0;
+  const auto pieces = static_cast<std::size_t>(std::ceil(length_t / (model_scale * 0.1)));
+  Vector2d last = spline.at(0.0);
+  for (std::size_t i = 1; i <= pieces; ++i) {
+    const Vector2d next =
+        spline.at(length_t * static_cast<double>(i) / static_cast<double>(pieces));
+    length_m += (next - last).norm();
+    last = next;
+  }
+  return length_m;
+}
+
+/// Of the segment that ends at each node; `start` is the direction at the first.
+void set_headings(const Vector2d& start, crg::ReferenceLine& line) {
+  line.heading_rad.resize(line.size());
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const double heading = std::atan2(line.y_m[i] - line.y_m[i - 1], line.x_m[i] - line.x_m[i - 1]);
+    // Unwrapped, so that consumers may interpolate it.
+    line.heading_rad[i] =
+        i == 1 ? heading : line.heading_rad[i - 1] + wrapped(heading - line.heading_rad[i - 1]);
+  }
+  line.heading_rad[0] =
+      line.heading_rad[1] + wrapped(std::atan2(start.y(), start.x()) - line.heading_rad[1]);
+}
+
+void report_fit(const PlaneSpline& spline, const std::vector<Vector2d>& points,
+                const std::vector<double>& t, double length_t, double model_scale,
+                const crg::ReferenceLine& line, ReferenceLineReport& report) {
+  report.length_m = line.u_step_m * static_cast<double>(line.size() - 1);
+  report.closed = line.closed;
+  if (line.closed) {
+    const Vector2d gap = spline.at(0.0) - Vector2d(line.x_m.back(), line.y_m.back());
+    report.closing_gap_m = gap.norm();
+    report.length_m += report.closing_gap_m;
+    // Between the headings of the last segment and the first lies half a step of curvature each.
+    const double bend = 0.5 * line.u_step_m * (spline.curvature(0.0) + spline.curvature(length_t));
+    report.heading_step_at_seam_rad =
+        std::abs(wrapped(line.heading_rad[1] - line.heading_rad.back() - bend));
+  }
+  std::vector<double> residual;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    residual.push_back((spline.at(t[i]) - points[i]).norm());
+  std::sort(residual.begin(), residual.end());
+  report.fit_residual_max_m = residual.back();
+  report.fit_residual_p99_m =
+      residual[static_cast<std::size_t>(0.99 * static_cast<double>(points.size() - 1))];
+  double largest_curvature = 0.0;
+  for (double at = 0.0; at < length_t; at += 0.25 * model_scale * kKnotSpacing_m) {
+    largest_curvature = std::max(largest_curvature, std::abs(spline.curvature(at)));
+  }
+  report.min_radius_m =
+      largest_curvature > 0.0 ? 1.0 / largest_curvature : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 double automatic_step_m(const Centreline& centreline) {
@@ -211,18 +266,7 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline,
   const double model_scale = model_scale_of(centreline);
   const PlaneSpline spline = fit_spline(points, t, length_t, centreline.closed, model_scale);
 
-  double length_m = 0.0;
-  {
-    const auto pieces = static_cast<std::size_t>(std::ceil(length_t / (model_scale * 0.1)));
-    Vector2d last = spline.at(0.0);
-    for (std::size_t i = 1; i <= pieces; ++i) {
-      const Vector2d next =
-          spline.at(length_t * static_cast<double>(i) / static_cast<double>(pieces));
-      length_m += (next - last).norm();
-      last = next;
-    }
-  }
-
+  const double length_m = length_of(spline, length_t, model_scale);
   crg::ReferenceLine line;
   line.closed = centreline.closed;
   const auto steps = static_cast<std::size_t>(line.closed ? std::round(length_m / u_step_m)
@@ -254,43 +298,8 @@ crg::ReferenceLine fit_reference_line(const Centreline& centreline,
     if (std::abs(rest_m) < 1e-9) break;
   }
 
-  line.heading_rad.resize(line.size());
-  for (std::size_t i = 1; i < line.size(); ++i) {
-    const double heading = std::atan2(line.y_m[i] - line.y_m[i - 1], line.x_m[i] - line.x_m[i - 1]);
-    // Unwrapped, so that consumers may interpolate it.
-    line.heading_rad[i] =
-        i == 1 ? heading : line.heading_rad[i - 1] + wrapped(heading - line.heading_rad[i - 1]);
-  }
-  const Vector2d start = spline.derivative(0.0);
-  line.heading_rad[0] =
-      line.heading_rad[1] + wrapped(std::atan2(start.y(), start.x()) - line.heading_rad[1]);
-
-  if (report != nullptr) {
-    report->length_m = line.u_step_m * static_cast<double>(steps);
-    report->closed = line.closed;
-    if (line.closed) {
-      const Vector2d gap = spline.at(0.0) - Vector2d(line.x_m.back(), line.y_m.back());
-      report->closing_gap_m = gap.norm();
-      report->length_m += report->closing_gap_m;
-      // Between the headings of the last segment and the first lies half a step of curvature each.
-      const double bend =
-          0.5 * line.u_step_m * (spline.curvature(0.0) + spline.curvature(length_t));
-      report->heading_step_at_seam_rad =
-          std::abs(wrapped(line.heading_rad[1] - line.heading_rad.back() - bend));
-    }
-    std::vector<double> residual;
-    for (std::size_t i = 0; i < n; ++i) residual.push_back((spline.at(t[i]) - points[i]).norm());
-    std::sort(residual.begin(), residual.end());
-    report->fit_residual_max_m = residual.back();
-    report->fit_residual_p99_m =
-        residual[static_cast<std::size_t>(0.99 * static_cast<double>(n - 1))];
-    double largest_curvature = 0.0;
-    for (double at = 0.0; at < length_t; at += 0.25 * model_scale * kKnotSpacing_m) {
-      largest_curvature = std::max(largest_curvature, std::abs(spline.curvature(at)));
-    }
-    report->min_radius_m =
-        largest_curvature > 0.0 ? 1.0 / largest_curvature : std::numeric_limits<double>::infinity();
-  }
+  set_headings(spline.derivative(0.0), line);
+  if (report != nullptr) report_fit(spline, points, t, length_t, model_scale, line, *report);
   for (double& x : line.x_m) x += origin.x();
   for (double& y : line.y_m) y += origin.y();
   return line;

@@ -106,6 +106,21 @@ double running_median(const std::vector<double>& values, std::size_t i, std::siz
   return base::median(std::move(window));
 }
 
+/// An open road ends where its surface ends.
+void add_ends(const RaySurface& surface, Walk& walk) {
+  for (const bool front : {true, false}) {
+    const Station& last = front ? walk.stations.front() : walk.stations.back();
+    const Vector2d direction = front ? Vector2d(-last.heading) : last.heading;
+    const Vector3d end = find_edge(surface, last.centre, direction, kGapAlong_m);
+    if ((end - last.centre).head<2>().norm() <= 0.1) continue;
+    Station extra = last;
+    extra.centre += end - last.centre;
+    extra.left += end - last.centre;
+    extra.right += end - last.centre;
+    walk.stations.insert(front ? walk.stations.begin() : walk.stations.end(), extra);
+  }
+}
+
 }  // namespace
 
 Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end, bool knows_widths) {
@@ -179,20 +194,7 @@ Walk walk_along(const RaySurface& surface, const RoadWay& way, bool to_the_end, 
     if (round < 2) middle = smoothed(next, way.closed, step_m, step_m);
     if (middle.size() != n) break;
   }
-  if (!walk.closed && to_the_end) {
-    for (const bool front : {true, false}) {
-      // An open road ends where its surface ends.
-      const Station& last = front ? walk.stations.front() : walk.stations.back();
-      const Vector2d direction = front ? Vector2d(-last.heading) : last.heading;
-      const Vector3d end = find_edge(surface, last.centre, direction, kGapAlong_m);
-      if ((end - last.centre).head<2>().norm() <= 0.1) continue;
-      Station extra = last;
-      extra.centre += end - last.centre;
-      extra.left += end - last.centre;
-      extra.right += end - last.centre;
-      walk.stations.insert(front ? walk.stations.begin() : walk.stations.end(), extra);
-    }
-  }
+  if (!walk.closed && to_the_end) add_ends(surface, walk);
   measure(walk);
   return walk;
 }

@@ -27,84 +27,103 @@ double angle_between(const Vector2d& from, const Vector2d& to) {
   return std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
 }
 
-/// Goes forward from `start` until the road ends or meets itself.
-Walk walk_forward(const RaySurface& surface, const Station& start) {
-  Walk walk;
-  walk.stations.push_back(start);
-  Vector2d segment = start.heading;
-  double turn_rad = 0.0;
-  double half_m = 0.5 * start.width_m(), left_astray_m = 0.0, right_astray_m = 0.0;
-  // Stations by cell of 4 m, to notice when the walk meets a place where it has been.
-  std::unordered_map<std::int64_t, std::vector<std::size_t>> visited;
-  const auto cell_of = [](double x, double y) {
+/// Stations by cell of 4 m, to notice when the walk meets a place where it has been.
+class Visited {
+ public:
+  void add(const Vector3d& centre, std::size_t station) {
+    cells_[cell_of(centre.x(), centre.y())].push_back(station);
+  }
+
+  /// An earlier station near `centre` that `is_met` takes.
+  template <typename IsMet>
+  std::optional<std::size_t> find(const Vector3d& centre, const IsMet& is_met) const {
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        const auto found = cells_.find(cell_of(centre.x() + 4.0 * dx, centre.y() + 4.0 * dy));
+        if (found == cells_.end()) continue;
+        for (const std::size_t other : found->second)
+          if (is_met(other)) return other;
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  static std::int64_t cell_of(double x, double y) {
     return (static_cast<std::int64_t>(std::floor(x / 4.0)) << 32) ^
            (static_cast<std::int64_t>(std::floor(y / 4.0)) & 0xffffffff);
-  };
-  visited[cell_of(start.centre.x(), start.centre.y())].push_back(0);
+  }
+  std::unordered_map<std::int64_t, std::vector<std::size_t>> cells_;
+};
 
-  constexpr std::size_t kMaxStations = 200'000;
-  while (walk.stations.size() < kMaxStations) {
-    const Station& here = walk.stations.back();
-    const double step_m = std::clamp(here.width_m() / 5.0, 0.5, 2.0);
-    const Vector2d direction = rotated(segment, turn_rad);
-    const double slope =
-        walk.stations.size() < 2
-            ? 0.0
-            : (here.centre.z() - walk.stations[walk.stations.size() - 2].centre.z()) /
-                  std::max(0.1, (here.centre - walk.stations[walk.stations.size() - 2].centre)
-                                    .head<2>()
-                                    .norm());
-    std::optional<SurfaceHit> hit;
-    Vector2d next;
-    double gone_m = step_m;
-    for (; gone_m <= kGapAlong_m; gone_m += step_m) {
-      next = here.centre.head<2>() + gone_m * direction;
-      hit =
-          surface.nearest_hit(next.x(), next.y(), here.centre.z() + slope * gone_m, kLayerReach_m);
-      if (hit) break;
-      // A hole in the middle: look beside it before going on.
-      for (const double aside : {-0.25, 0.25}) {
-        const Vector2d beside = next + aside * here.width_m() * left_of(direction);
-        hit = surface.nearest_hit(beside.x(), beside.y(), here.centre.z() + slope * gone_m,
-                                  kLayerReach_m);
-        if (hit) {
-          next = beside;
-          break;
-        }
-      }
-      if (hit) break;
+/// Rise per metre over the last step of a walk.
+double last_slope(const Walk& walk) {
+  if (walk.stations.size() < 2) return 0.0;
+  const Station &here = walk.stations.back(), &before = walk.stations[walk.stations.size() - 2];
+  return (here.centre.z() - before.centre.z()) /
+         std::max(0.1, (here.centre - before.centre).head<2>().norm());
+}
+
+/// Where a walk goes on.
+struct NextPlace {
+  Vector2d at;
+  double z_m, gone_m;
+};
+
+/// The next place with surface ahead of the last station, over gaps; nothing where the road ends.
+std::optional<NextPlace> next_place(const RaySurface& surface, const Walk& walk,
+                                    const Vector2d& direction, double step_m) {
+  const Station& here = walk.stations.back();
+  const double slope = last_slope(walk);
+  for (double gone_m = step_m; gone_m <= kGapAlong_m; gone_m += step_m) {
+    const Vector2d next = here.centre.head<2>() + gone_m * direction;
+    const double z_m = here.centre.z() + slope * gone_m;
+    if (const auto hit = surface.nearest_hit(next.x(), next.y(), z_m, kLayerReach_m))
+      return NextPlace{next, hit->z_m, gone_m};
+    // A hole in the middle: look beside it before going on.
+    for (const double aside : {-0.25, 0.25}) {
+      const Vector2d beside = next + aside * here.width_m() * left_of(direction);
+      if (const auto hit = surface.nearest_hit(beside.x(), beside.y(), z_m, kLayerReach_m))
+        return NextPlace{beside, hit->z_m, gone_m};
     }
-    if (!hit) {
-      // The end of an open road: one last station where the surface ends.
-      const Vector3d end = find_edge(surface, here.centre, direction, kGapAlong_m);
-      if ((end - here.centre).head<2>().norm() > 0.1) {
-        Station last = here;  // a cross-section at the very end would run off it on one side
-        last.centre += end - here.centre;
-        last.left += end - here.centre;
-        last.right += end - here.centre;
-        walk.stations.push_back(last);
-      }
-      break;
+  }
+  return std::nullopt;
+}
+
+/// The end of an open road: one last station where the surface ends.
+void add_end(const RaySurface& surface, const Vector2d& direction, Walk& walk) {
+  const Station& here = walk.stations.back();
+  const Vector3d end = find_edge(surface, here.centre, direction, kGapAlong_m);
+  if ((end - here.centre).head<2>().norm() <= 0.1) return;
+  Station last = here;  // a cross-section at the very end would run off it on one side
+  last.centre += end - here.centre;
+  last.left += end - here.centre;
+  last.right += end - here.centre;
+  walk.stations.push_back(last);
+}
+
+/// How wide the walk takes the road to be.
+struct WidthKeeper {
+  double half_m, left_astray_m = 0.0, right_astray_m = 0.0;
+
+  /// An edge that jumps is a pit lane, a crossing or a hole: stay where the other edge says the
+  /// road is. When the jump lasts, the road has changed its width, and the edge comes in slowly.
+  double track(double measured_m, double gone_m, double& astray_m) const {
+    const double change_m = measured_m - half_m;
+    if (std::abs(change_m) <= 0.4 * gone_m + 0.05) {
+      astray_m = 0.0;
+      return measured_m;
     }
-    const Vector2d heading = rotated(direction, 0.5 * turn_rad);
-    Station station = cross_section(surface, {next.x(), next.y(), hit->z_m}, heading,
-                                    2.0 * half_m + 2.0, 2.0 * half_m + 2.0);
-    const Vector2d base = here.centre.head<2>() + gone_m * direction, normal = left_of(heading);
-    // An edge that jumps is a pit lane, a crossing or a hole: stay where the other edge says the
-    // road is. When the jump lasts, the road has changed its width, and the edge comes in slowly.
-    const auto track = [&](double measured_m, double& astray_m) {
-      const double change_m = measured_m - half_m;
-      if (std::abs(change_m) <= 0.4 * gone_m + 0.05) {
-        astray_m = 0.0;
-        return measured_m;
-      }
-      astray_m += gone_m;
-      return astray_m < kBelieveJump_m ? half_m : half_m + std::copysign(0.1 * gone_m, change_m);
-    };
-    double left_m = track((station.left.head<2>() - base).dot(normal), left_astray_m);
-    double right_m = track(-(station.right.head<2>() - base).dot(normal), right_astray_m);
-    if (std::min(left_astray_m, right_astray_m) > kLost_m)
-      break;  // no edge in sight: this is no road
+    astray_m += gone_m;
+    return astray_m < kBelieveJump_m ? half_m : half_m + std::copysign(0.1 * gone_m, change_m);
+  }
+
+  /// Puts the edges of a station where they are believed to be, square to `normal` through `base`;
+  /// false where this is no road.
+  bool settle(const Vector2d& base, const Vector2d& normal, double gone_m, Station& station) {
+    double left_m = track((station.left.head<2>() - base).dot(normal), gone_m, left_astray_m);
+    double right_m = track(-(station.right.head<2>() - base).dot(normal), gone_m, right_astray_m);
+    if (std::min(left_astray_m, right_astray_m) > kLost_m) return false;  // no edge in sight
     // One edge held at its old distance from a predicted middle would let the line drift: keep the
     // width.
     if (left_astray_m > 0.0 && right_astray_m == 0.0 && left_astray_m < kBelieveJump_m)
@@ -112,56 +131,82 @@ Walk walk_forward(const RaySurface& surface, const Station& start) {
     if (right_astray_m > 0.0 && left_astray_m == 0.0 && right_astray_m < kBelieveJump_m)
       right_m = 2.0 * half_m - left_m;
     half_m = 0.5 * (left_m + right_m);
-    if (2.0 * half_m < kMinWidth_m) break;
+    if (2.0 * half_m < kMinWidth_m) return false;
     station.left.head<2>() = base + left_m * normal;
     station.right.head<2>() = base - right_m * normal;
     station.centre.head<2>() = 0.5 * (station.left + station.right).head<2>();
+    return true;
+  }
+};
+
+/// Whether a walk that arrives at `centre` along `heading` meets a station of its own, going the
+/// same way on the same layer.
+bool meets(const Vector3d& centre, const Vector2d& heading, const Station& old, double step_m) {
+  const Vector2d d = (centre - old.centre).head<2>();
+  return d.dot(old.heading) >= 0.0 && d.dot(old.heading) < 2.0 * step_m &&
+         std::abs(d.dot(left_of(old.heading))) < 0.25 * old.width_m() &&
+         std::abs(centre.z() - old.centre.z()) < 1.5 && heading.dot(old.heading) > 0.5;
+}
+
+/// Closes the walk at the station that it has met, unless the loop is so short that the walk was
+/// turning on the spot, lost on a wide surface.
+void close_at(std::size_t met, Walk& walk) {
+  double loop_m = 0.0;
+  for (std::size_t i = met; i + 1 < walk.stations.size(); ++i)
+    loop_m += (walk.stations[i + 1].centre - walk.stations[i].centre).head<2>().norm();
+  if (loop_m < 10.0 * walk.stations.back().width_m()) return;
+  walk.stations.erase(walk.stations.begin(),
+                      walk.stations.begin() + static_cast<std::ptrdiff_t>(met));
+  walk.closed = true;
+}
+
+/// Goes forward from `start` until the road ends or meets itself.
+Walk walk_forward(const RaySurface& surface, const Station& start) {
+  Walk walk;
+  walk.stations.push_back(start);
+  Vector2d segment = start.heading;
+  double turn_rad = 0.0;
+  WidthKeeper width{0.5 * start.width_m()};
+  Visited visited;
+  visited.add(start.centre, 0);
+
+  constexpr std::size_t kMaxStations = 200'000;
+  while (walk.stations.size() < kMaxStations) {
+    const Station& here = walk.stations.back();
+    const double step_m = std::clamp(here.width_m() / 5.0, 0.5, 2.0);
+    const Vector2d direction = rotated(segment, turn_rad);
+    const std::optional<NextPlace> next = next_place(surface, walk, direction, step_m);
+    if (!next) {
+      add_end(surface, direction, walk);
+      break;
+    }
+    const Vector2d heading = rotated(direction, 0.5 * turn_rad);
+    const double reach_m = 2.0 * width.half_m + 2.0;
+    Station station =
+        cross_section(surface, {next->at.x(), next->at.y(), next->z_m}, heading, reach_m, reach_m);
+    const Vector2d base = here.centre.head<2>() + next->gone_m * direction;
+    if (!width.settle(base, left_of(heading), next->gone_m, station)) break;
 
     const Vector2d chord = (station.centre - here.centre).head<2>();
     if (chord.norm() < 0.2 * step_m) break;
     const Vector2d new_segment = chord.normalized();
-    const double sharpest_rad = chord.norm() / (1.1 * half_m);  // the inner edge still has a radius
+    // The inner edge still has a radius.
+    const double sharpest_rad = chord.norm() / (1.1 * width.half_m);
     const double turned_rad = angle_between(segment, new_segment);
     turn_rad = std::clamp(0.5 * (turn_rad + turned_rad), -sharpest_rad,
                           sharpest_rad);  // damped: holes make it jump
     segment = new_segment;
 
-    // Met an earlier station going the same way on the same layer: the loop is closed there.
     const std::size_t index = walk.stations.size();
-    std::optional<std::size_t> met;
-    for (int dx = -1; dx <= 1 && !met; ++dx) {
-      for (int dy = -1; dy <= 1 && !met; ++dy) {
-        const auto found =
-            visited.find(cell_of(station.centre.x() + 4.0 * dx, station.centre.y() + 4.0 * dy));
-        if (found == visited.end()) continue;
-        for (const std::size_t other : found->second) {
-          const Station& old = walk.stations[other];
-          const Vector2d d = (station.centre - old.centre).head<2>();
-          if (index - other > 15 && d.dot(old.heading) >= 0.0 &&
-              d.dot(old.heading) < 2.0 * step_m &&
-              std::abs(d.dot(left_of(old.heading))) < 0.25 * old.width_m() &&
-              std::abs(station.centre.z() - old.centre.z()) < 1.5 &&
-              segment.dot(old.heading) > 0.5) {
-            met = other;
-            break;
-          }
-        }
-      }
-    }
+    const auto met = visited.find(station.centre, [&](std::size_t other) {
+      return index - other > 15 && meets(station.centre, segment, walk.stations[other], step_m);
+    });
     if (met) {
-      double loop_m = 0.0;
-      for (std::size_t i = *met; i + 1 < index; ++i) {
-        loop_m += (walk.stations[i + 1].centre - walk.stations[i].centre).head<2>().norm();
-      }
-      // A loop this short is the walk turning on the spot, lost on a wide surface.
-      if (loop_m < 10.0 * here.width_m()) break;
-      walk.stations.erase(walk.stations.begin(),
-                          walk.stations.begin() + static_cast<std::ptrdiff_t>(*met));
-      walk.closed = true;
+      close_at(*met, walk);
       break;
     }
     station.heading = segment;
-    visited[cell_of(station.centre.x(), station.centre.y())].push_back(index);
+    visited.add(station.centre, index);
     walk.stations.push_back(station);
   }
   return walk;
