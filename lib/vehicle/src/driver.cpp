@@ -1,6 +1,7 @@
 #include "vehicle/driver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -33,29 +34,9 @@ double at_length(const RacingLine& line, const std::vector<double>& values, doub
   return values[i] + t * (next - values[i]) + rounds * lap;
 }
 
-}  // namespace
-
-int choose_gear(const Car<double>& car, double vx_mps, int gear_now) {
-  const double limit = car.parameters[Parameter::engine_limit_radps];
-  const double wheel = std::max(0.0, vx_mps) / car.static_radius_m[1];
-  int gear = std::clamp(gear_now, 1, 6);
-  while (gear > 1 && !(ratio_of(car, gear) > 0.0)) --gear;  // no such gear
-  while (gear < 6 && ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit)
-    ++gear;
-  while (gear > 1 && wheel * ratio_of(car, gear - 1) < 0.80 * limit) --gear;
-  return gear;
-}
-
-Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>& car,
-                       const State<double>& state, const Detail<double>& detail) {
-  using P = Parameter;
-  const Parameters<double>& p = car.parameters;
-  const DriverOptions& o = driver.options;
+/// Finds his place on the line anew: the nearest segment around the last one.
+void find_place(Driver& driver, const RacingLine& line, const State<double>& state) {
   const std::size_t n = line.s_m.size();
-  const double cy = std::cos(state[kYaw]), sy = std::sin(state[kYaw]);
-  const double vx = state[kVx];
-
-  // His place on the line: the nearest segment around the last one.
   double best = 1e300, left_m = 0.0;
   std::size_t station = driver.station;
   double s = driver.s_m;
@@ -86,17 +67,14 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   driver.drift_m2 = std::clamp(driver.drift_m2, -60.0, 60.0);
   driver.station = station;
   driver.s_m = s;
+}
 
-  Controls<double> out;
-  // Steering: the arc through a point ahead, seen from the rear axle, and what understeer costs.
-  const double rear = p[P::chassis_wheelbase_m] - p[P::chassis_cog_behind_front_m];
-  const double ahead = o.preview_m + o.preview_s * std::max(0.0, vx);
-  const double tx = at_length(line, line.x_m, s + ahead, 0.0);
-  const double ty = at_length(line, line.y_m, s + ahead, 0.0);
-  const double rx = tx - (state[kX] - rear * cy), ry = ty - (state[kY] - rear * sy);
-  const double along = rx * cy + ry * sy, across = -rx * sy + ry * cy;
-  const double arc = 2.0 * across / std::max(1.0, along * along + across * across) -
-                     o.drift_gain * driver.drift_m2 / (ahead * ahead * ahead);
+/// Steering per lateral acceleration that the axles' stiffness costs, in rad s2/m.
+double understeer_of(const Car<double>& car, const Detail<double>& detail) {
+  using P = Parameter;
+  const Parameters<double>& p = car.parameters;
+  const double wheelbase = p[P::chassis_wheelbase_m];
+  const double rear = wheelbase - p[P::chassis_cog_behind_front_m];
   double front_stiffness = 1.0, rear_stiffness = 1.0;
   for (std::size_t a = 0; a < 2; ++a) {
     double sum = 0.0;
@@ -105,21 +83,101 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
                           .cornering_npr);
     (a == 0 ? front_stiffness : rear_stiffness) = sum;
   }
+  return p[P::chassis_mass_kg] / wheelbase *
+         (rear / front_stiffness - p[P::chassis_cog_behind_front_m] / rear_stiffness);
+}
+
+/// The arc through a point ahead, seen from the rear axle, and what understeer costs.
+double steer(const Driver& driver, const RacingLine& line, const Car<double>& car,
+             const State<double>& state, const Detail<double>& detail) {
+  using P = Parameter;
+  const Parameters<double>& p = car.parameters;
+  const DriverOptions& o = driver.options;
+  const double s = driver.s_m, vx = state[kVx];
+  const double cy = std::cos(state[kYaw]), sy = std::sin(state[kYaw]);
+  const double rear = p[P::chassis_wheelbase_m] - p[P::chassis_cog_behind_front_m];
+  const double ahead = o.preview_m + o.preview_s * std::max(0.0, vx);
+  const double tx = at_length(line, line.x_m, s + ahead, 0.0);
+  const double ty = at_length(line, line.y_m, s + ahead, 0.0);
+  const double rx = tx - (state[kX] - rear * cy), ry = ty - (state[kY] - rear * sy);
+  const double along = rx * cy + ry * sy, across = -rx * sy + ry * cy;
+  const double arc = 2.0 * across / std::max(1.0, along * along + across * across) -
+                     o.drift_gain * driver.drift_m2 / (ahead * ahead * ahead);
   const double wheelbase = p[P::chassis_wheelbase_m];
-  const double understeer =
-      p[P::chassis_mass_kg] / wheelbase *
-      (rear / front_stiffness - p[P::chassis_cog_behind_front_m] / rear_stiffness);
+  const double understeer = understeer_of(car, detail);
   // A tail that comes round turns the car faster than the arc asks: he steers against it.
   const double against = o.yaw_damping * wheelbase * (arc - state[kYawRate] / std::max(vx, 5.0));
-  out.steer_command_rad =
-      p[P::steering_ratio] *
-      std::clamp(arc * (wheelbase + understeer * vx * vx) + against, -0.45, 0.45);
+  return p[P::steering_ratio] *
+         std::clamp(arc * (wheelbase + understeer * vx * vx) + against, -0.45, 0.45);
+}
+
+/// Throttle for a force; `gain` is force per torque of the engine, `closed` its torque without
+/// throttle. A foot moves in a tenth of a second.
+double press_throttle(Driver& driver, const Car<double>& car, const State<double>& state,
+                      const Detail<double>& detail, double force, double gain, double closed) {
+  const DriverOptions& o = driver.options;
+  const double full = laws::map_torque(car.parameters[Parameter::engine_torque],
+                                       car.files->engine_torque_nm, state[kEngine], 1.0);
+  double throttle = std::clamp((force / gain - closed) / std::max(1.0, full - closed), 0.0, 1.0);
+  if (force < gain * closed) throttle = 0.0;
+  const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);
+  if (spin > o.slip_drive)
+    throttle *= std::clamp(1.0 - (spin - o.slip_drive) / o.slip_drive, 0.0, 1.0);
+  driver.throttle += std::clamp(throttle - driver.throttle, -0.02, 0.01);
+  return driver.throttle;
+}
+
+/// Pressures that brake with a force, shared by the wheels' loads.
+std::array<double, kWheels> press_brakes(const Driver& driver, const Car<double>& car,
+                                         const Detail<double>& detail, double braking) {
+  using P = Parameter;
+  const Parameters<double>& p = car.parameters;
+  const DriverOptions& o = driver.options;
+  std::array<double, kWheels> pressures{};
+  double total = 1.0;
+  for (const WheelDetail<double>& wheel : detail.wheel) total += wheel.fz_n;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const std::size_t a = axle_of(i);
+    const double torque = braking * detail.wheel[i].fz_n / total * car.static_radius_m[a];
+    double pressure =
+        torque / (2.0 * p.axle(a, P::front_brake_friction) * p.axle(a, P::front_brake_area_m2) *
+                  p.axle(a, P::front_brake_radius_m));
+    const double slip = -detail.wheel[i].kappa;
+    if (slip > o.slip_brake)
+      pressure *= std::clamp(1.0 - (slip - o.slip_brake) / o.slip_brake, 0.0, 1.0);
+    pressures[i] = std::min(pressure, o.full_brake_pa);
+  }
+  return pressures;
+}
+
+}  // namespace
+
+int choose_gear(const Car<double>& car, double vx_mps, int gear_now) {
+  const double limit = car.parameters[Parameter::engine_limit_radps];
+  const double wheel = std::max(0.0, vx_mps) / car.static_radius_m[1];
+  int gear = std::clamp(gear_now, 1, 6);
+  while (gear > 1 && !(ratio_of(car, gear) > 0.0)) --gear;  // no such gear
+  while (gear < 6 && ratio_of(car, gear + 1) > 0.0 && wheel * ratio_of(car, gear) > 0.95 * limit)
+    ++gear;
+  while (gear > 1 && wheel * ratio_of(car, gear - 1) < 0.80 * limit) --gear;
+  return gear;
+}
+
+Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>& car,
+                       const State<double>& state, const Detail<double>& detail) {
+  using P = Parameter;
+  const Parameters<double>& p = car.parameters;
+  const double vx = state[kVx];
+  find_place(driver, line, state);
+  const double s = driver.s_m;
+  Controls<double> out;
+  out.steer_command_rad = steer(driver, line, car, state, detail);
 
   // Speed: the profile a moment ahead, and its own slope.
   const double look = 0.10 * std::max(vx, 1.0);
   const double wanted = at_length(line, line.speed_mps, s + look, 0.0);
   const double slope = (at_length(line, line.speed_mps, s + look + 4.0, 0.0) - wanted) / 4.0;
-  const double acceleration = o.speed_gain_1ps * (wanted - vx) + slope * vx;
+  const double acceleration = driver.options.speed_gain_1ps * (wanted - vx) + slope * vx;
   const double mass = p[P::chassis_mass_kg] + state[kFuel];
   const double grade = at_length(line, line.grade, s, 0.0);
   const double force =
@@ -127,37 +185,14 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
 
   driver.gear = choose_gear(car, vx, driver.gear);
   out.gear_command = driver.gear;
-  const double radius = car.static_radius_m[1];
-  const double gain = ratio_of(car, driver.gear) * p[P::gearbox_efficiency] / radius;
-  const double full =
-      laws::map_torque(p[P::engine_torque], car.files->engine_torque_nm, state[kEngine], 1.0);
+  const double gain =
+      ratio_of(car, driver.gear) * p[P::gearbox_efficiency] / car.static_radius_m[1];
   const double closed =
       laws::map_torque(p[P::engine_torque], car.files->engine_torque_nm, state[kEngine], 0.0);
-  double throttle = std::clamp((force / gain - closed) / std::max(1.0, full - closed), 0.0, 1.0);
-  if (force < gain * closed) throttle = 0.0;
-  const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);
-  if (spin > o.slip_drive)
-    throttle *= std::clamp(1.0 - (spin - o.slip_drive) / o.slip_drive, 0.0, 1.0);
-  // A foot moves in a tenth of a second.
-  driver.throttle += std::clamp(throttle - driver.throttle, -0.02, 0.01);
-  out.throttle_command = driver.throttle;
-
+  out.throttle_command = press_throttle(driver, car, state, detail, force, gain, closed);
   const double braking = std::max(0.0, gain * closed - force - 0.02 * mass);
-  if (braking > 0.0 && wanted < vx + 0.5) {
-    double total = 1.0;
-    for (const WheelDetail<double>& wheel : detail.wheel) total += wheel.fz_n;
-    for (std::size_t i = 0; i < kWheels; ++i) {
-      const std::size_t a = axle_of(i);
-      const double torque = braking * detail.wheel[i].fz_n / total * car.static_radius_m[a];
-      double pressure =
-          torque / (2.0 * p.axle(a, P::front_brake_friction) * p.axle(a, P::front_brake_area_m2) *
-                    p.axle(a, P::front_brake_radius_m));
-      const double slip = -detail.wheel[i].kappa;
-      if (slip > o.slip_brake)
-        pressure *= std::clamp(1.0 - (slip - o.slip_brake) / o.slip_brake, 0.0, 1.0);
-      out.brake_command_pa[i] = std::min(pressure, o.full_brake_pa);
-    }
-  }
+  if (braking > 0.0 && wanted < vx + 0.5)
+    out.brake_command_pa = press_brakes(driver, car, detail, braking);
   return out;
 }
 

@@ -69,6 +69,53 @@ std::optional<crg::Surface> surface_for(const Manoeuvre& m) {
   }
 }
 
+using Kind = ManoeuvreKind;
+
+constexpr double kBegin_s = 1.0;  ///< of what the manoeuvre is about
+
+bool brakes(const Manoeuvre& m) {
+  return m.kind == Kind::kBraking || m.kind == Kind::kSplitFriction;
+}
+
+bool in_neutral(const Manoeuvre& m) {
+  return m.kind == Kind::kCoastDown || m.kind == Kind::kKerb || m.kind == Kind::kBump || brakes(m);
+}
+
+/// Of the front wheels, `since` the manoeuvre began.
+double steer_at(const Manoeuvre& m, double since) {
+  if (since < 0.0) return 0.0;
+  const double whole = std::max(1e-9, m.duration_s - kBegin_s);
+  if (m.kind == Kind::kStepSteer) return m.steer_rad;
+  if (m.kind == Kind::kSine)
+    return m.steer_rad * std::sin(2.0 * std::numbers::pi * m.frequency_hz * since);
+  if (m.kind == Kind::kChirp) {
+    constexpr double kLow_hz = 0.2, kHigh_hz = 4.0;
+    return m.steer_rad * std::sin(2.0 * std::numbers::pi *
+                                  (kLow_hz + 0.5 * (kHigh_hz - kLow_hz) * since / whole) * since);
+  }
+  if (m.kind == Kind::kRamp) return m.steer_rad * since / whole;
+  return 0.0;
+}
+
+/// What is asked of the car at time t, in the state `before` the step.
+Controls<double> controls_at(const Car<double>& car, const Manoeuvre& m, double t, int gear,
+                             const State<double>& before) {
+  const bool backward = m.kind == Kind::kReverse;
+  Controls<double> c;
+  c.gear_command = gear;
+  if (!in_neutral(m))
+    c.throttle_command =
+        std::clamp(0.25 + 0.25 * (m.speed_mps - (backward ? -before[kVx] : before[kVx])), 0.0, 1.0);
+  const double ratio = car.parameters[Parameter::steering_ratio];
+  if (!backward)
+    c.steer_command_rad = steer_at(m, t - kBegin_s) * ratio;
+  else if (t >= 0.5 * m.duration_s)
+    c.steer_command_rad = m.steer_rad * ratio;
+  if (brakes(m) && t - kBegin_s >= 0.0)
+    c.brake_command_pa = {m.pressure_pa, m.pressure_pa, 0.6 * m.pressure_pa, 0.6 * m.pressure_pa};
+  return c;
+}
+
 }  // namespace
 
 ManoeuvreKind manoeuvre_named(std::string_view name) {
@@ -85,16 +132,12 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   check_step(car.parameters, m.step);
   const std::optional<crg::Surface> surface = surface_for(m);
   const Road road = surface ? Road(*surface) : Road();
-  using Kind = ManoeuvreKind;
-  const bool neutral = m.kind == Kind::kCoastDown || m.kind == Kind::kKerb ||
-                       m.kind == Kind::kBump || m.kind == Kind::kBraking ||
-                       m.kind == Kind::kSplitFriction;
   StartOptions begin;
   begin.x_m = 20.0;
   begin.speed_mps = m.speed_mps;
   begin.fuel_kg = m.fuel_kg;
-  begin.gear = neutral ? 0 : choose_gear(car, m.speed_mps, 6);
-  const bool backward = m.kind == Kind::kReverse;
+  begin.gear = in_neutral(m) ? 0 : choose_gear(car, m.speed_mps, 6);
+  const bool backward = m.kind == ManoeuvreKind::kReverse;
   if (backward) {
     if (overall_ratio(car.parameters, -1) == 0.0)
       throw Error(
@@ -109,43 +152,19 @@ ManoeuvreResult run_manoeuvre(const Car<double>& car, const Manoeuvre& m) {
   RunRecorder recorder(m.devices, m.record_every, m.step.step_s, m.on_row);
   ManoeuvreResult out;
   StepSwing swing;
-  constexpr double kBegin_s = 1.0;
   double brake_x_m = 0.0;
   bool braking = false;
   const auto steps = static_cast<std::size_t>(std::lround(m.duration_s / m.step.step_s));
   for (std::size_t i = 0; i < steps; ++i) {
-    if (m.progress && i % 4096 == 0) m.progress("manoeuvre", static_cast<double>(i) / static_cast<double>(steps));
+    if (m.progress && i % 4096 == 0)
+      m.progress("manoeuvre", static_cast<double>(i) / static_cast<double>(steps));
     const double t = static_cast<double>(i) * m.step.step_s;
     const State<double> before = sim.state;
-    Controls<double> c;
-    c.gear_command = begin.gear;
-    if (!neutral)
-      c.throttle_command = std::clamp(
-          0.25 + 0.25 * (m.speed_mps - (backward ? -before[kVx] : before[kVx])), 0.0, 1.0);
-    if (backward && t >= 0.5 * m.duration_s)
-      c.steer_command_rad = m.steer_rad * car.parameters[Parameter::steering_ratio];
-    const double since = t - kBegin_s;
-    double steer = 0.0;
-    if (since >= 0.0) {
-      const double whole = std::max(1e-9, m.duration_s - kBegin_s);
-      if (m.kind == Kind::kStepSteer) steer = m.steer_rad;
-      if (m.kind == Kind::kSine)
-        steer = m.steer_rad * std::sin(2.0 * std::numbers::pi * m.frequency_hz * since);
-      if (m.kind == Kind::kChirp) {
-        constexpr double kLow_hz = 0.2, kHigh_hz = 4.0;
-        steer =
-            m.steer_rad * std::sin(2.0 * std::numbers::pi *
-                                   (kLow_hz + 0.5 * (kHigh_hz - kLow_hz) * since / whole) * since);
-      }
-      if (m.kind == Kind::kRamp) steer = m.steer_rad * since / whole;
-      if (m.kind == Kind::kBraking || m.kind == Kind::kSplitFriction) {
-        c.brake_command_pa = {m.pressure_pa, m.pressure_pa, 0.6 * m.pressure_pa,
-                              0.6 * m.pressure_pa};
-        if (!braking) brake_x_m = before[kX];
-        braking = true;
-      }
+    const Controls<double> c = controls_at(car, m, t, begin.gear, before);
+    if (!braking && brakes(m) && t - kBegin_s >= 0.0) {
+      brake_x_m = before[kX];
+      braking = true;
     }
-    if (!backward) c.steer_command_rad = steer * car.parameters[Parameter::steering_ratio];
     const StepResult result = step(car, sim, c, road, m.step, detail);
     const RoadPoint& under = detail.wheel[0].road;
     if (!result.ok()) {

@@ -33,6 +33,23 @@ Matrix jacobian(const State<double>& at, F&& f) {
   return out;
 }
 
+/// Eigenvalues of the rates, the fastest first.
+std::vector<Pole> poles_of(const Matrix& rates) {
+  std::vector<Pole> out;
+  const Eigen::VectorXcd poles = Eigen::EigenSolver<Matrix>(rates, false).eigenvalues();
+  for (Eigen::Index i = 0; i < poles.size(); ++i) {
+    const double re = poles(i).real(), im = poles(i).imag(), size2 = std::norm(poles(i));
+    Pole pole{re, im, 0.0};
+    pole.euler_step_s =
+        size2 < 1e-12 ? std::numeric_limits<double>::infinity() : std::max(0.0, -2.0 * re / size2);
+    out.push_back(pole);
+  }
+  std::sort(out.begin(), out.end(), [](const Pole& a, const Pole& b) {
+    return std::hypot(a.real_1ps, a.imaginary_radps) > std::hypot(b.real_1ps, b.imaginary_radps);
+  });
+  return out;
+}
+
 }  // namespace
 
 Linearisation linearise(const Car<double>& car, double speed_mps,
@@ -61,18 +78,7 @@ Linearisation linearise(const Car<double>& car, double speed_mps,
   };
   Linearisation out;
   out.speed_mps = sim.state[kVx];
-  const Eigen::VectorXcd poles =
-      Eigen::EigenSolver<Matrix>(jacobian(sim.state, rates), false).eigenvalues();
-  for (Eigen::Index i = 0; i < poles.size(); ++i) {
-    const double re = poles(i).real(), im = poles(i).imag(), size2 = std::norm(poles(i));
-    Pole pole{re, im, 0.0};
-    pole.euler_step_s =
-        size2 < 1e-12 ? std::numeric_limits<double>::infinity() : std::max(0.0, -2.0 * re / size2);
-    out.poles.push_back(pole);
-  }
-  std::sort(out.poles.begin(), out.poles.end(), [](const Pole& a, const Pole& b) {
-    return std::hypot(a.real_1ps, a.imaginary_radps) > std::hypot(b.real_1ps, b.imaginary_radps);
-  });
+  out.poles = poles_of(jacobian(sim.state, rates));
   const auto largest_eigenvalue = [&](double h, Integrator integrator) {
     const auto one_step = [&](const State<double>& s) {
       State<double> next = s, rate;

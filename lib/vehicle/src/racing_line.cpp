@@ -9,8 +9,6 @@
 #include <numbers>
 
 #include "vehicle/error.h"
-#include "vehicle/laws/engine.h"
-#include "vehicle/laws/tyre_heat.h"
 
 namespace vehicle {
 namespace {
@@ -64,6 +62,19 @@ double bend(const crg::Point2& a, const crg::Point2& b, const crg::Point2& c) {
   return turn / std::sqrt(0.5 * (std::hypot(x1, y1) + std::hypot(x2, y2)));
 }
 
+/// Offsets that press against a bound: their rows and columns leave the system.
+std::vector<bool> resting(const std::vector<double>& v_m, const Stations& stations,
+                          const Eigen::VectorXd& gradient) {
+  const std::size_t n = v_m.size();
+  std::vector<bool> rests(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double g = gradient(static_cast<Eigen::Index>(i));
+    rests[i] = (v_m[i] <= stations.low[i] + 1e-9 && g > 0.0) ||
+               (v_m[i] >= stations.high[i] - 1e-9 && g < 0.0);
+  }
+  return rests;
+}
+
 /// Least integral of the squared curvature within the bounds: projected Gauss-Newton (D. P.
 /// Bertsekas, Projected Newton methods, 1982). Offsets that press against a bound rest; the others
 /// take a step that backtracks until the sum falls. Every round costs one banded solution.
@@ -110,13 +121,7 @@ void bend_least(std::vector<double>& v_m, const Stations& stations, int rounds) 
     Matrix slopes(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
     slopes.setFromTriplets(entries.begin(), entries.end());
     const Eigen::VectorXd gradient = slopes.transpose() * bends;
-    // Resting offsets: their rows and columns leave the system.
-    std::vector<bool> rests(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const double g = gradient(static_cast<Eigen::Index>(i));
-      rests[i] = (v_m[i] <= stations.low[i] + 1e-9 && g > 0.0) ||
-                 (v_m[i] >= stations.high[i] - 1e-9 && g < 0.0);
-    }
+    const std::vector<bool> rests = resting(v_m, stations, gradient);
     Eigen::VectorXd wanted = -gradient;
     for (std::size_t i = 0; i < n; ++i)
       if (rests[i]) wanted(static_cast<Eigen::Index>(i)) = 0.0;
@@ -147,6 +152,72 @@ void bend_least(std::vector<double>& v_m, const Stations& stations, int rounds) 
     }
     if (!better || largest < 1e-4) break;
   }
+}
+
+/// Positions and lengths of the stations from their offsets.
+void place_stations(const std::vector<crg::Point2>& base, const std::vector<crg::Point2>& normal,
+                    RacingLine& line) {
+  const std::size_t n = line.v_m.size();
+  line.x_m.resize(n);
+  line.y_m.resize(n);
+  line.s_m.assign(n, 0.0);
+  line.heading_rad.resize(n);
+  line.curvature_1pm.resize(n);
+  line.bank.resize(n);
+  line.grade.resize(n);
+  line.vertical_curvature_1pm.resize(n);
+  line.speed_mps.assign(n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const crg::Point2 p{base[i].x_m + line.v_m[i] * normal[i].x_m,
+                        base[i].y_m + line.v_m[i] * normal[i].y_m};
+    line.x_m[i] = p.x_m;
+    line.y_m[i] = p.y_m;
+    if (i > 0)
+      line.s_m[i] = line.s_m[i - 1] + std::hypot(p.x_m - line.x_m[i - 1], p.y_m - line.y_m[i - 1]);
+  }
+  line.length_m = line.s_m.back();
+  if (line.closed)
+    line.length_m +=
+        std::hypot(line.x_m.front() - line.x_m.back(), line.y_m.front() - line.y_m.back());
+}
+
+/// Headings, curvatures, bank and grade along the line.
+void measure_stations(const crg::Surface& road, RacingLine& line) {
+  const std::size_t n = line.v_m.size();
+  const double u_begin = line.u_begin_m;
+  std::vector<double> z(n);
+  for (std::size_t i = 0; i < n; ++i)
+    z[i] = road.z_at_uv(u_begin + line.u_step_m * static_cast<double>(i), line.v_m[i]);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t a = neighbour(i, -1, n, line.closed), b = neighbour(i, 1, n, line.closed);
+    line.heading_rad[i] = std::atan2(line.y_m[b] - line.y_m[a], line.x_m[b] - line.x_m[a]);
+    if (i > 0)
+      line.heading_rad[i] =
+          line.heading_rad[i - 1] + wrapped(line.heading_rad[i] - line.heading_rad[i - 1]);
+    const double before = std::hypot(line.x_m[i] - line.x_m[a], line.y_m[i] - line.y_m[a]);
+    const double after = std::hypot(line.x_m[b] - line.x_m[i], line.y_m[b] - line.y_m[i]);
+    if (before > 0.0 && after > 0.0) {
+      const double turn = wrapped(std::atan2(line.y_m[b] - line.y_m[i], line.x_m[b] - line.x_m[i]) -
+                                  std::atan2(line.y_m[i] - line.y_m[a], line.x_m[i] - line.x_m[a]));
+      line.curvature_1pm[i] = 2.0 * turn / (before + after);
+      line.grade[i] = (z[b] - z[a]) / (before + after);
+      line.vertical_curvature_1pm[i] =
+          2.0 * ((z[b] - z[i]) / after - (z[i] - z[a]) / before) / (before + after);
+    }
+    const double u = u_begin + line.u_step_m * static_cast<double>(i);
+    const double left = road.z_at_uv(u, line.v_m[i] + 0.5),
+                 right = road.z_at_uv(u, line.v_m[i] - 0.5);
+    line.bank[i] = std::isfinite(left) && std::isfinite(right) ? left - right : 0.0;
+  }
+  // A kink of the grid must not count as a crest: smooth the vertical curvature over three
+  // stations.
+  std::vector<double> smooth = line.vertical_curvature_1pm;
+  for (std::size_t i = 0; i < n; ++i)
+    smooth[i] = (line.vertical_curvature_1pm[neighbour(i, -1, n, line.closed)] +
+                 line.vertical_curvature_1pm[i] +
+                 line.vertical_curvature_1pm[neighbour(i, 1, n, line.closed)]) /
+                3.0;
+  line.vertical_curvature_1pm = smooth;
 }
 
 }  // namespace
@@ -188,180 +259,9 @@ RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options)
   }
 
   bend_least(line.v_m, {base, normal, low, high, line.closed}, options.rounds);
-  const auto point = [&](std::size_t i) {
-    return crg::Point2{base[i].x_m + line.v_m[i] * normal[i].x_m,
-                       base[i].y_m + line.v_m[i] * normal[i].y_m};
-  };
-
-  line.x_m.resize(n);
-  line.y_m.resize(n);
-  line.s_m.assign(n, 0.0);
-  line.heading_rad.resize(n);
-  line.curvature_1pm.resize(n);
-  line.bank.resize(n);
-  line.grade.resize(n);
-  line.vertical_curvature_1pm.resize(n);
-  line.speed_mps.assign(n, 0.0);
-  std::vector<double> z(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const crg::Point2 p = point(i);
-    line.x_m[i] = p.x_m;
-    line.y_m[i] = p.y_m;
-    z[i] = road.z_at_uv(u_begin + line.u_step_m * static_cast<double>(i), line.v_m[i]);
-    if (i > 0)
-      line.s_m[i] = line.s_m[i - 1] + std::hypot(p.x_m - line.x_m[i - 1], p.y_m - line.y_m[i - 1]);
-  }
-  line.length_m = line.s_m.back();
-  if (line.closed)
-    line.length_m +=
-        std::hypot(line.x_m.front() - line.x_m.back(), line.y_m.front() - line.y_m.back());
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t a = neighbour(i, -1, n, line.closed), b = neighbour(i, 1, n, line.closed);
-    line.heading_rad[i] = std::atan2(line.y_m[b] - line.y_m[a], line.x_m[b] - line.x_m[a]);
-    if (i > 0)
-      line.heading_rad[i] =
-          line.heading_rad[i - 1] + wrapped(line.heading_rad[i] - line.heading_rad[i - 1]);
-    const double before = std::hypot(line.x_m[i] - line.x_m[a], line.y_m[i] - line.y_m[a]);
-    const double after = std::hypot(line.x_m[b] - line.x_m[i], line.y_m[b] - line.y_m[i]);
-    if (before > 0.0 && after > 0.0) {
-      const double turn = wrapped(std::atan2(line.y_m[b] - line.y_m[i], line.x_m[b] - line.x_m[i]) -
-                                  std::atan2(line.y_m[i] - line.y_m[a], line.x_m[i] - line.x_m[a]));
-      line.curvature_1pm[i] = 2.0 * turn / (before + after);
-      line.grade[i] = (z[b] - z[a]) / (before + after);
-      line.vertical_curvature_1pm[i] =
-          2.0 * ((z[b] - z[i]) / after - (z[i] - z[a]) / before) / (before + after);
-    }
-    const double u = u_begin + line.u_step_m * static_cast<double>(i);
-    const double left = road.z_at_uv(u, line.v_m[i] + 0.5),
-                 right = road.z_at_uv(u, line.v_m[i] - 0.5);
-    line.bank[i] = std::isfinite(left) && std::isfinite(right) ? left - right : 0.0;
-  }
-  // A kink of the grid must not count as a crest: smooth the vertical curvature over three
-  // stations.
-  std::vector<double> smooth = line.vertical_curvature_1pm;
-  for (std::size_t i = 0; i < n; ++i)
-    smooth[i] = (line.vertical_curvature_1pm[neighbour(i, -1, n, line.closed)] +
-                 line.vertical_curvature_1pm[i] +
-                 line.vertical_curvature_1pm[neighbour(i, 1, n, line.closed)]) /
-                3.0;
-  line.vertical_curvature_1pm = smooth;
+  place_stations(base, normal, line);
+  measure_stations(road, line);
   return line;
-}
-
-void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& options) {
-  using P = Parameter;
-  const Parameters<double>& p = car.parameters;
-  const double mass = p[P::chassis_mass_kg] + options.fuel_kg;
-  const double g = p[P::environment_gravity_mps2];
-  const double half_density = 0.5 * p[P::aero_density_kgpm3];
-  const double lift_area = value_of(car.terms[Term::aero_downforce]) *
-                           (p[P::front_lift_area_m2] + p[P::rear_lift_area_m2]);
-  const double drag_area = value_of(car.terms[Term::aero_drag]) * p[P::aero_drag_area_m2];
-
-  // Friction the tyres have at the load of this speed; the weaker axle counts, and the temperature.
-  double warmth = 1.0;
-  if (car.terms[Term::tyre_thermal] > 0.0) {
-    const laws::WindowLoss<double> loss = laws::window_loss(p, options.tyre_k);
-    warmth -= car.terms[Term::tyre_thermal] * loss.cold;
-    warmth -= car.terms[Term::tyre_thermal] * loss.hot;
-  }
-  const auto friction = [&](double load_n, bool lateral) {
-    double mu = 10.0;
-    for (std::size_t a = 0; a < 2; ++a) {
-      const double fz =
-          load_n * car.static_load_n[a] / (2.0 * (car.static_load_n[0] + car.static_load_n[1]));
-      const TyreForces<double> f = tyre_forces(
-          car.files->tyre[a],
-          TyreInput<double>{std::max(fz, 100.0), 0, 0, 0, 30, p.axle(a, P::front_tyre_pressure_pa)},
-          {}, {.moments = false});
-      mu = std::min(mu, std::abs(lateral ? f.mu_y : f.mu_x) * p.axle(a, P::front_tyre_grip));
-    }
-    return mu * warmth * options.grip_usage;
-  };
-  const auto load = [&](std::size_t i, double v) {
-    const double tilt =
-        1.0 / std::sqrt(1.0 + line.bank[i] * line.bank[i] + line.grade[i] * line.grade[i]);
-    // Weight, downforce, dips and crests, and the part of the cornering force a bank takes up.
-    const double n =
-        mass * (g * tilt +
-                v * v * (line.vertical_curvature_1pm[i] - line.curvature_1pm[i] * line.bank[i])) +
-        half_density * lift_area * v * v;
-    return std::max(n, 0.1 * mass * g);
-  };
-  // Lateral force the tyres must give at v: the turn, less what gravity on the bank gives. The bank
-  // rises to the left, so it pushes to the right.
-  const auto lateral = [&](std::size_t i, double v) {
-    return mass * std::abs(v * v * line.curvature_1pm[i] + g * line.bank[i]);
-  };
-  const std::size_t n = line.v_m.size();
-  std::vector<double>& speed = line.speed_mps;
-  speed.assign(n, options.top_mps);
-  for (std::size_t i = 0; i < n; ++i) {
-    // Largest speed with grip to spare; a bank alone never asks for a minimum speed here.
-    double fast = options.top_mps, slow = 3.0;
-    const auto holds = [&](double v) {
-      return lateral(i, v) <= friction(load(i, v), true) * load(i, v);
-    };
-    if (holds(fast)) continue;
-    for (int k = 0; k < 40; ++k) {
-      const double v = 0.5 * (fast + slow);
-      (holds(v) ? slow : fast) = v;
-    }
-    speed[i] = slow;
-  }
-  const auto spare = [&](std::size_t i, double v) {
-    const double used = lateral(i, v) / std::max(1.0, friction(load(i, v), true) * load(i, v));
-    return std::sqrt(std::max(0.0, 1.0 - used * used));
-  };
-  const auto distance = [&](std::size_t i) {
-    return i + 1 < n ? line.s_m[i + 1] - line.s_m[i] : line.length_m - line.s_m[i];
-  };
-  const double driven_share = car.static_load_n[1] / (car.static_load_n[0] + car.static_load_n[1]);
-  const double radius = car.static_radius_m[1];
-  const auto engine_force = [&](double v) {
-    double best = 0.0;
-    for (std::size_t k = 0; k < 6; ++k) {
-      const double ratio =
-          p.value[static_cast<std::size_t>(P::gearbox_ratio_1) + k] * p[P::gearbox_final];
-      const double speed_e = ratio * v / radius;
-      if (ratio <= 0.0 || speed_e > p[P::engine_limit_radps]) continue;
-      best = std::max(best, laws::map_torque(p[P::engine_torque], car.files->engine_torque_nm,
-                                             std::max(speed_e, p[P::clutch_full_radps]), 1.0) *
-                                ratio * p[P::gearbox_efficiency] / radius);
-    }
-    return best;
-  };
-  // Twice round a closed lap, so that the end knows the beginning. An open road ends rolling.
-  const std::size_t rounds = line.closed ? 2 * n : n;
-  if (options.standing_start) speed[0] = std::min(speed[0], 3.0);
-  if (!line.closed) {
-    // Nobody knows what was before: as fast as asked, at most what the engine holds there.
-    const auto holds = [&](double v) {
-      return engine_force(v) >= half_density * drag_area * v * v + mass * g * line.grade[0];
-    };
-    if (options.begin_mps > 0.0) speed[0] = std::min(speed[0], options.begin_mps);
-    while (speed[0] > 3.0 && !holds(speed[0])) speed[0] = std::max(3.0, speed[0] - 0.25);
-  }
-  for (std::size_t k = 0; k + 1 < rounds; ++k) {  // forwards: acceleration
-    const std::size_t i = k % n, j = (k + 1) % n;
-    if (options.standing_start && j == 0) break;
-    const double v = speed[i];
-    const double grip = 0.9 * friction(load(i, v), false) * load(i, v) * driven_share * spare(i, v);
-    const double force = std::min(grip, engine_force(v)) - half_density * drag_area * v * v -
-                         mass * g * line.grade[i];
-    speed[j] =
-        std::min(speed[j], std::sqrt(std::max(9.0, v * v + 2.0 * force / mass * distance(i))));
-  }
-  for (std::size_t k = rounds; k-- > 1;) {  // backwards: braking
-    const std::size_t j = k % n, i = (k - 1) % n;
-    if (!line.closed && j == 0) continue;
-    const double v = speed[j];
-    const double grip = 0.85 * friction(load(i, v), false) * load(i, v) * spare(i, v);
-    const double force = grip + half_density * drag_area * v * v + mass * g * line.grade[i];
-    speed[i] =
-        std::min(speed[i],
-                 std::sqrt(std::max(9.0, v * v + 2.0 * std::max(0.0, force) / mass * distance(i))));
-  }
 }
 
 }  // namespace vehicle

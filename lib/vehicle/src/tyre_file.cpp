@@ -7,6 +7,7 @@
 #include <cctype>
 #include <charconv>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -135,12 +136,57 @@ void check_values(const TyreCoefficients& tyre, const Places& places, const std:
   ordered(tyre.pressure_min_pa, tyre.pressure_max_pa, "PRESMAX");
 }
 
+/// A word in quotes, or one of the units.
+void take_word(const std::string& keyword, std::string_view value, const std::string& section,
+               const std::string& where, TyreCoefficients& tyre) {
+  const std::string word =
+      upper(is_quoted(value) ? base::trimmed(value.substr(1, value.size() - 2)) : value);
+  if (section == "UNITS") check_unit(keyword, word, where);
+  if (keyword == "TYRESIDE") {
+    if (word != "LEFT" && word != "RIGHT" && word != "SYMMETRIC")
+      throw Error(
+          fmt::format("{}: TYRESIDE = '{}', wanted 'LEFT' or 'RIGHT'", where, word.substr(0, 40)));
+    tyre.left_side = word == "LEFT";
+  }
+}
+
+/// Nothing where `value` is no number, or more than one.
+std::optional<double> finite_number(std::string_view value) {
+  double number = 0.0;
+  if (value.front() == '+') value.remove_prefix(1);
+  const auto [stop, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error != std::errc() || stop != value.data() + value.size() || !std::isfinite(number))
+    return std::nullopt;
+  return number;
+}
+
+/// Puts a number where it belongs, or on the list of those that nothing uses.
+void keep(const std::string& keyword, double number, const Entry* entry, TyreFile& file) {
+  const bool known = entry != std::end(kEntries);
+  if (known) file.coefficients.*(entry->member) = number;
+  if (!known || std::find(std::begin(kChecked), std::end(kChecked), keyword) != std::end(kChecked))
+    file.unused.push_back(keyword);
+}
+
+using Seen = std::map<std::string, double, std::less<>>;
+
+/// What the file leaves out and may; throws Error where it may not.
+void list_defaults(const Seen& seen, const std::string& name, TyreFile& file) {
+  for (const Entry& entry : kEntries) {
+    if (seen.contains(entry.keyword)) continue;
+    if (std::isnan(entry.fallback))
+      throw Error(
+          fmt::format("{}: {} is missing; the file is incomplete or cut off", name, entry.keyword));
+    file.defaulted.emplace_back(entry.keyword);
+  }
+}
+
 }  // namespace
 
 TyreFile parse_tyre(const std::string& text, const std::string& name) {
   TyreFile file;
   Places places;
-  std::map<std::string, double, std::less<>> seen;
+  Seen seen;
   std::string section;
   bool has_fit_type = false;
 
@@ -173,30 +219,20 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
     if (keyword.empty() || value.empty())
       throw Error(fmt::format("{}: '{}' lacks a keyword or a value", where, line.substr(0, 40)));
     if (is_quoted(value) || section == "UNITS") {
-      const std::string word =
-          upper(is_quoted(value) ? base::trimmed(value.substr(1, value.size() - 2)) : value);
-      if (section == "UNITS") check_unit(keyword, word, where);
-      if (keyword == "TYRESIDE") {
-        if (word != "LEFT" && word != "RIGHT" && word != "SYMMETRIC")
-          throw Error(fmt::format("{}: TYRESIDE = '{}', wanted 'LEFT' or 'RIGHT'", where, word.substr(0, 40)));
-        file.coefficients.left_side = word == "LEFT";
-      }
+      take_word(keyword, value, section, where, file.coefficients);
       continue;
     }
 
-    double number = 0.0;
-    std::string_view digits = value;
-    if (digits.front() == '+') digits.remove_prefix(1);
-    const auto [stop, error] =
-        std::from_chars(digits.data(), digits.data() + digits.size(), number);
     const auto* const entry = std::find_if(std::begin(kEntries), std::end(kEntries),
                                            [&](const Entry& e) { return e.keyword == keyword; });
     const bool used = entry != std::end(kEntries) || keyword == "FITTYP";
-    if (error != std::errc() || stop != digits.data() + digits.size() || !std::isfinite(number)) {
+    const std::optional<double> read = finite_number(value);
+    if (!read) {
       if (!used) continue;  // a tool's own key may hold anything
       throw Error(fmt::format("{}: {} = '{}', wanted a finite number", where, keyword,
                               value.substr(0, 40)));
     }
+    const double number = *read;
     // MASS, for one, also is a unit; a keyword counts wherever it stands, but only with one value.
     if (const auto before = seen.find(keyword); before != seen.end()) {
       if (used && before->second != number)
@@ -209,25 +245,15 @@ TyreFile parse_tyre(const std::string& text, const std::string& name) {
     if (keyword == "FITTYP") {
       file.coefficients.version = version_of(number, where);
       has_fit_type = true;
-    } else if (entry != std::end(kEntries)) {
-      file.coefficients.*(entry->member) = number;
-      if (std::find(std::begin(kChecked), std::end(kChecked), keyword) != std::end(kChecked))
-        file.unused.push_back(keyword);
     } else {
-      file.unused.push_back(keyword);
+      keep(keyword, number, entry, file);
     }
   }
 
   if (!has_fit_type)
     throw Error(name +
                 ": no FITTYP in [MODEL]; this is not a Magic Formula tyre, or it is cut off");
-  for (const Entry& entry : kEntries) {
-    if (seen.contains(entry.keyword)) continue;
-    if (std::isnan(entry.fallback))
-      throw Error(
-          fmt::format("{}: {} is missing; the file is incomplete or cut off", name, entry.keyword));
-    file.defaulted.emplace_back(entry.keyword);
-  }
+  list_defaults(seen, name, file);
   TyreCoefficients& tyre = file.coefficients;
   tyre.states_rolling_radius =
       seen.contains("BREFF") || seen.contains("DREFF") || seen.contains("FREFF");
@@ -246,8 +272,11 @@ std::string with_tyre_values(const std::string& text, const std::map<std::string
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     if (line.starts_with('[')) section = upper(base::trimmed(line.substr(1, line.find(']') - 1)));
     const std::size_t equals = line.find('=');
-    const bool entry = !line.empty() && line.front() != '$' && line.front() != '!' && line.front() != '[' && equals != std::string_view::npos && section != "UNITS";
-    const auto value = entry ? values.find(upper(base::trimmed(line.substr(0, equals)))) : values.end();
+    const bool entry = !line.empty() && line.front() != '$' && line.front() != '!' &&
+                       line.front() != '[' && equals != std::string_view::npos &&
+                       section != "UNITS";
+    const auto value =
+        entry ? values.find(upper(base::trimmed(line.substr(0, equals)))) : values.end();
     if (value != values.end()) {
       out += fmt::format("{} = {:.9g}", value->first, value->second);
       if (whole.ends_with('\r')) out += '\r';

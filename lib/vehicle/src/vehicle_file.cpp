@@ -85,8 +85,7 @@ WheelPath read_wheel_path(const Section& axle, const std::string& path, const ch
   SuspensionPoints points;
   const auto numbers = [&](const std::string& key, std::size_t count) {
     std::vector<double> out = axle.numbers(key, count);
-    if (out.empty())
-      throw Error(fmt::format("{}: suspension of {} lacks '{}'", path, name, key));
+    if (out.empty()) throw Error(fmt::format("{}: suspension of {} lacks '{}'", path, name, key));
     for (const double value : out)
       if (!(std::abs(value) <= 10.0))
         throw Error(fmt::format("{}: suspension of {}: {} holds {}, wanted -10 to 10 m", path, name,
@@ -105,6 +104,73 @@ WheelPath read_wheel_path(const Section& axle, const std::string& path, const ch
   } catch (const Error& error) {
     throw Error(fmt::format("{}: {}: {}", path, name, error.what()));
   }
+}
+
+/// The value of a key that takes one of a few words; throws Error naming them.
+template <typename Value>
+void read_word(const Section& section, const char* key, const std::string& path, const char* wanted,
+               std::initializer_list<std::pair<const char*, Value>> words, Value& out) {
+  if (!section.has(key)) return;
+  const std::string word = section.text(key);
+  for (const auto& [name, value] : words)
+    if (word == name) return void(out = value);
+  throw Error(fmt::format("{}: {} = '{}', wanted {}", path, key, word.substr(0, 60), wanted));
+}
+
+/// A file that the vehicle's file names, beside it; listed among those read.
+std::string file_beside(const std::string& path, const std::string& name, Vehicle& vehicle) {
+  const std::string full = (std::filesystem::path(path).parent_path() / name).string();
+  std::error_code too_long;  // a name of thousands of letters is none
+  if (!std::filesystem::exists(full, too_long))
+    throw Error(fmt::format("{}: '{}' is named here, but {} does not exist", path,
+                            name.substr(0, 60), full.substr(0, 300)));
+  vehicle.read_files.push_back(full);
+  return full;
+}
+
+void read_tyres(const Section& tyres, const std::string& path, Vehicle& vehicle) {
+  tyres.allow({"front", "rear", "alpha", "fx_arm"});
+  for (const std::size_t a : {0u, 1u})
+    vehicle.files.tyre[a] =
+        read_tyre(file_beside(path, tyres.text(a == 0 ? "front" : "rear"), vehicle)).coefficients;
+  read_word<AlphaConvention>(
+      tyres, "alpha", path, "tan or angle",
+      {{"tan", AlphaConvention::kTangent}, {"angle", AlphaConvention::kAngle}},
+      vehicle.files.alpha);
+  read_word<FxArm>(
+      tyres, "fx_arm", path, "loaded_radius or rolling_radius",
+      {{"loaded_radius", FxArm::kLoadedRadius}, {"rolling_radius", FxArm::kRollingRadius}},
+      vehicle.files.fx_arm);
+}
+
+void read_maps(const Section& maps, const std::string& path, Vehicle& vehicle) {
+  maps.allow({"engine_torque_nm", "front_damper_n", "rear_damper_n", "drag_factor",
+              "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
+              "wake_drag_factor", "wake_lift_factor", "pad_friction", "compressor_kgps",
+              "compressor_efficiency"});
+  CarFiles& f = vehicle.files;
+  const auto map1 = [&](Map1& map, const char* key, const char* x, const char* value) {
+    if (maps.has(key)) map = read_map1(file_beside(path, maps.text(key), vehicle), x, value);
+  };
+  const auto map2 = [&](Map2& map, const char* key, const char* x, const char* y,
+                        const char* value) {
+    if (maps.has(key)) map = read_map2(file_beside(path, maps.text(key), vehicle), x, y, value);
+  };
+  (void)maps.text("engine_torque_nm");  // the one map no car is without
+  map2(f.engine_torque_nm, "engine_torque_nm", "engine_radps", "throttle", "torque_nm");
+  map1(f.damper_n[0], "front_damper_n", "rate_mps", "force_n");
+  map1(f.damper_n[1], "rear_damper_n", "rate_mps", "force_n");
+  map2(f.drag_factor, "drag_factor", "ride_front_m", "ride_rear_m", "factor");
+  map2(f.front_lift_factor, "front_lift_factor", "ride_front_m", "ride_rear_m", "factor");
+  map2(f.rear_lift_factor, "rear_lift_factor", "ride_front_m", "ride_rear_m", "factor");
+  map1(f.yaw_drag_factor, "yaw_drag_factor", "yaw_rad", "factor");
+  map1(f.yaw_lift_factor, "yaw_lift_factor", "yaw_rad", "factor");
+  map2(f.wake_drag_factor, "wake_drag_factor", "wake_x_m", "wake_y_m", "factor");
+  map2(f.wake_lift_factor, "wake_lift_factor", "wake_x_m", "wake_y_m", "factor");
+  map2(f.pad_friction, "pad_friction", "pressure_pa", "surface_k", "friction");
+  map2(f.compressor_kgps, "compressor_kgps", "shaft_radps", "pressure_ratio", "flow_kgps");
+  map2(f.compressor_efficiency, "compressor_efficiency", "shaft_radps", "pressure_ratio",
+       "efficiency");
 }
 
 }  // namespace
@@ -147,93 +213,28 @@ Vehicle read_vehicle(const std::string& path) {
   vehicle.read_files.push_back(path);
   const Setting root = read_settings(path);
   const Section top(root, path, "a vehicle file");
-  top.allow({"name", "tyres", "maps", "suspension", "setup", "contact", "turbo", "parameters",
-             "terms"});
+  top.allow(
+      {"name", "tyres", "maps", "suspension", "setup", "contact", "turbo", "parameters", "terms"});
   vehicle.name = top.text("name");
-  const auto file = [&](const std::string& name) {
-    const std::string full = (std::filesystem::path(path).parent_path() / name).string();
-    std::error_code too_long;  // a name of thousands of letters is none
-    if (!std::filesystem::exists(full, too_long))
-      throw Error(fmt::format("{}: '{}' is named here, but {} does not exist", path,
-                              name.substr(0, 60), full.substr(0, 300)));
-    vehicle.read_files.push_back(full);
-    return full;
-  };
-
-  const Section tyres = top.section("tyres");
-  tyres.allow({"front", "rear", "alpha", "fx_arm"});
-  vehicle.files.tyre[0] = read_tyre(file(tyres.text("front"))).coefficients;
-  vehicle.files.tyre[1] = read_tyre(file(tyres.text("rear"))).coefficients;
-  if (tyres.has("alpha")) {
-    const std::string alpha = tyres.text("alpha");
-    if (alpha != "tan" && alpha != "angle")
-      throw Error(fmt::format("{}: alpha = '{}', wanted tan or angle", path, alpha.substr(0, 60)));
-    vehicle.files.alpha = alpha == "tan" ? AlphaConvention::kTangent : AlphaConvention::kAngle;
-  }
-
-  if (tyres.has("fx_arm")) {
-    const std::string arm = tyres.text("fx_arm");
-    if (arm != "loaded_radius" && arm != "rolling_radius")
-      throw Error(fmt::format("{}: fx_arm = '{}', wanted loaded_radius or rolling_radius", path,
-                              arm.substr(0, 60)));
-    vehicle.files.fx_arm = arm == "loaded_radius" ? FxArm::kLoadedRadius : FxArm::kRollingRadius;
-  }
-
-  const Section maps = top.section("maps");
-  maps.allow({"engine_torque_nm", "front_damper_n", "rear_damper_n", "drag_factor",
-              "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
-              "wake_drag_factor", "wake_lift_factor", "pad_friction", "compressor_kgps",
-              "compressor_efficiency"});
-  CarFiles& f = vehicle.files;
-  const auto map1 = [&](Map1& map, const char* key, const char* x, const char* value) {
-    if (maps.has(key)) map = read_map1(file(maps.text(key)), x, value);
-  };
-  const auto map2 = [&](Map2& map, const char* key, const char* x, const char* y,
-                        const char* value) {
-    if (maps.has(key)) map = read_map2(file(maps.text(key)), x, y, value);
-  };
-  (void)maps.text("engine_torque_nm");  // the one map no car is without
-  map2(f.engine_torque_nm, "engine_torque_nm", "engine_radps", "throttle", "torque_nm");
-  map1(f.damper_n[0], "front_damper_n", "rate_mps", "force_n");
-  map1(f.damper_n[1], "rear_damper_n", "rate_mps", "force_n");
-  map2(f.drag_factor, "drag_factor", "ride_front_m", "ride_rear_m", "factor");
-  map2(f.front_lift_factor, "front_lift_factor", "ride_front_m", "ride_rear_m", "factor");
-  map2(f.rear_lift_factor, "rear_lift_factor", "ride_front_m", "ride_rear_m", "factor");
-  map1(f.yaw_drag_factor, "yaw_drag_factor", "yaw_rad", "factor");
-  map1(f.yaw_lift_factor, "yaw_lift_factor", "yaw_rad", "factor");
-  map2(f.wake_drag_factor, "wake_drag_factor", "wake_x_m", "wake_y_m", "factor");
-  map2(f.wake_lift_factor, "wake_lift_factor", "wake_x_m", "wake_y_m", "factor");
-  map2(f.pad_friction, "pad_friction", "pressure_pa", "surface_k", "friction");
-  map2(f.compressor_kgps, "compressor_kgps", "shaft_radps", "pressure_ratio", "flow_kgps");
-  map2(f.compressor_efficiency, "compressor_efficiency", "shaft_radps", "pressure_ratio",
-       "efficiency");
-
-  if (top.has("turbo")) {
-    const std::string turbo = top.text("turbo");
-    if (turbo != "first_order" && turbo != "full")
-      throw Error(
-          fmt::format("{}: turbo = '{}', wanted first_order or full", path, turbo.substr(0, 60)));
-    f.turbo = turbo == "full" ? Turbo::kFull : Turbo::kFirstOrder;
-  }
-
+  read_tyres(top.section("tyres"), path, vehicle);
+  read_maps(top.section("maps"), path, vehicle);
+  read_word<Turbo>(top, "turbo", path, "first_order or full",
+                   {{"first_order", Turbo::kFirstOrder}, {"full", Turbo::kFull}},
+                   vehicle.files.turbo);
   if (top.has("suspension")) {
     const Section both = top.section("suspension");
     both.allow({"front", "rear"});
     for (const std::size_t a : {0u, 1u}) {
       const char* const axle = a == 0 ? "front" : "rear";
-      if (both.has(axle)) f.wheel_path[a] = read_wheel_path(both.section(axle), path, axle);
+      if (both.has(axle))
+        vehicle.files.wheel_path[a] = read_wheel_path(both.section(axle), path, axle);
     }
   }
-
-  if (top.has("contact")) {
-    const std::string contact = top.text("contact");
-    if (contact != "single_point" && contact != "four_point" && contact != "strip")
-      throw Error(fmt::format("{}: contact = '{}', wanted single_point, four_point or strip", path,
-                              contact.substr(0, 60)));
-    vehicle.contact = contact == "strip"        ? Contact::kStrip
-                      : contact == "four_point" ? Contact::kFourPoint
-                                                : Contact::kSinglePoint;
-  }
+  read_word<Contact>(top, "contact", path, "single_point, four_point or strip",
+                     {{"single_point", Contact::kSinglePoint},
+                      {"four_point", Contact::kFourPoint},
+                      {"strip", Contact::kStrip}},
+                     vehicle.contact);
   if (top.has("parameters")) read_parameters(vehicle, top.section("parameters"), path);
   if (top.has("terms"))
     top.section("terms").for_each(
@@ -242,7 +243,7 @@ Vehicle read_vehicle(const std::string& path) {
             throw Error(fmt::format("{}: amplitude of {} is no number", where, key.substr(0, 60)));
           set_term(vehicle, key, to_number(value.word, where, key), where);
         });
-  if (top.has("setup")) read_setup(vehicle, file(top.text("setup")));
+  if (top.has("setup")) read_setup(vehicle, file_beside(path, top.text("setup"), vehicle));
   try {
     check_car(vehicle.files, vehicle.parameters, vehicle.terms);
   } catch (const Error& error) {  // concerns the car as a whole: no single line

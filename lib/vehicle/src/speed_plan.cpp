@@ -1,0 +1,164 @@
+// How fast a car can go along a line.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "vehicle/car.h"
+#include "vehicle/laws/engine.h"
+#include "vehicle/laws/tyre_heat.h"
+#include "vehicle/magic_formula.h"
+#include "vehicle/racing_line.h"
+
+namespace vehicle {
+namespace {
+
+/// What the car can do at each station of a line.
+class SpeedLimits {
+ public:
+  SpeedLimits(const RacingLine& line, const Car<double>& car, const SpeedOptions& options)
+      : line_(line), car_(car), p_(car.parameters), options_(options) {
+    if (car.terms[Term::tyre_thermal] > 0.0) {
+      const laws::WindowLoss<double> loss = laws::window_loss(p_, options.tyre_k);
+      warmth_ -= car.terms[Term::tyre_thermal] * loss.cold;
+      warmth_ -= car.terms[Term::tyre_thermal] * loss.hot;
+    }
+  }
+
+  double mass() const { return mass_; }
+  double climb_n(std::size_t i) const { return mass_ * g_ * line_.grade[i]; }
+  double drag_n(double v) const { return half_density_ * drag_area_ * v * v; }
+
+  /// Friction the tyres have at the load of this speed; the weaker axle counts, and the
+  /// temperature.
+  double friction(double load_n, bool lateral) const {
+    double mu = 10.0;
+    for (std::size_t a = 0; a < 2; ++a) {
+      const double fz =
+          load_n * car_.static_load_n[a] / (2.0 * (car_.static_load_n[0] + car_.static_load_n[1]));
+      const TyreForces<double> f =
+          tyre_forces(car_.files->tyre[a],
+                      TyreInput<double>{std::max(fz, 100.0), 0, 0, 0, 30,
+                                        p_.axle(a, P::front_tyre_pressure_pa)},
+                      {}, {.moments = false});
+      mu = std::min(mu, std::abs(lateral ? f.mu_y : f.mu_x) * p_.axle(a, P::front_tyre_grip));
+    }
+    return mu * warmth_ * options_.grip_usage;
+  }
+
+  double load(std::size_t i, double v) const {
+    const double tilt =
+        1.0 / std::sqrt(1.0 + line_.bank[i] * line_.bank[i] + line_.grade[i] * line_.grade[i]);
+    // Weight, downforce, dips and crests, and the part of the cornering force a bank takes up.
+    const double n =
+        mass_ *
+            (g_ * tilt +
+             v * v * (line_.vertical_curvature_1pm[i] - line_.curvature_1pm[i] * line_.bank[i])) +
+        half_density_ * lift_area_ * v * v;
+    return std::max(n, 0.1 * mass_ * g_);
+  }
+
+  /// Lateral force the tyres must give at v: the turn, less what gravity on the bank gives. The
+  /// bank rises to the left, so it pushes to the right.
+  double lateral(std::size_t i, double v) const {
+    return mass_ * std::abs(v * v * line_.curvature_1pm[i] + g_ * line_.bank[i]);
+  }
+
+  /// Share of the grip that cornering leaves.
+  double spare(std::size_t i, double v) const {
+    const double used = lateral(i, v) / std::max(1.0, friction(load(i, v), true) * load(i, v));
+    return std::sqrt(std::max(0.0, 1.0 - used * used));
+  }
+
+  double engine_force(double v) const {
+    const double radius = car_.static_radius_m[1];
+    double best = 0.0;
+    for (std::size_t k = 0; k < 6; ++k) {
+      const double ratio =
+          p_.value[static_cast<std::size_t>(P::gearbox_ratio_1) + k] * p_[P::gearbox_final];
+      const double speed_e = ratio * v / radius;
+      if (ratio <= 0.0 || speed_e > p_[P::engine_limit_radps]) continue;
+      best = std::max(best, laws::map_torque(p_[P::engine_torque], car_.files->engine_torque_nm,
+                                             std::max(speed_e, p_[P::clutch_full_radps]), 1.0) *
+                                ratio * p_[P::gearbox_efficiency] / radius);
+    }
+    return best;
+  }
+
+  /// Largest speed with grip to spare; a bank alone never asks for a minimum speed here.
+  double cornering_speed(std::size_t i) const {
+    double fast = options_.top_mps, slow = 3.0;
+    const auto holds = [&](double v) {
+      return lateral(i, v) <= friction(load(i, v), true) * load(i, v);
+    };
+    if (holds(fast)) return fast;
+    for (int k = 0; k < 40; ++k) {
+      const double v = 0.5 * (fast + slow);
+      (holds(v) ? slow : fast) = v;
+    }
+    return slow;
+  }
+
+ private:
+  using P = Parameter;
+  const RacingLine& line_;
+  const Car<double>& car_;
+  const Parameters<double>& p_;
+  const SpeedOptions& options_;
+  double mass_ = p_[P::chassis_mass_kg] + options_.fuel_kg;
+  double g_ = p_[P::environment_gravity_mps2];
+  double half_density_ = 0.5 * p_[P::aero_density_kgpm3];
+  double lift_area_ = value_of(car_.terms[Term::aero_downforce]) *
+                      (p_[P::front_lift_area_m2] + p_[P::rear_lift_area_m2]);
+  double drag_area_ = value_of(car_.terms[Term::aero_drag]) * p_[P::aero_drag_area_m2];
+  double warmth_ = 1.0;
+};
+
+}  // namespace
+
+void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& options) {
+  const SpeedLimits limits(line, car, options);
+  const std::size_t n = line.v_m.size();
+  std::vector<double>& speed = line.speed_mps;
+  speed.assign(n, options.top_mps);
+  for (std::size_t i = 0; i < n; ++i) speed[i] = limits.cornering_speed(i);
+  const auto distance = [&](std::size_t i) {
+    return i + 1 < n ? line.s_m[i + 1] - line.s_m[i] : line.length_m - line.s_m[i];
+  };
+  const double driven_share = car.static_load_n[1] / (car.static_load_n[0] + car.static_load_n[1]);
+  // Twice round a closed lap, so that the end knows the beginning. An open road ends rolling.
+  const std::size_t rounds = line.closed ? 2 * n : n;
+  if (options.standing_start) speed[0] = std::min(speed[0], 3.0);
+  if (!line.closed) {
+    // Nobody knows what was before: as fast as asked, at most what the engine holds there.
+    const auto holds = [&](double v) {
+      return limits.engine_force(v) >= limits.drag_n(v) + limits.climb_n(0);
+    };
+    if (options.begin_mps > 0.0) speed[0] = std::min(speed[0], options.begin_mps);
+    while (speed[0] > 3.0 && !holds(speed[0])) speed[0] = std::max(3.0, speed[0] - 0.25);
+  }
+  for (std::size_t k = 0; k + 1 < rounds; ++k) {  // forwards: acceleration
+    const std::size_t i = k % n, j = (k + 1) % n;
+    if (options.standing_start && j == 0) break;
+    const double v = speed[i];
+    const double grip = 0.9 * limits.friction(limits.load(i, v), false) * limits.load(i, v) *
+                        driven_share * limits.spare(i, v);
+    const double force =
+        std::min(grip, limits.engine_force(v)) - limits.drag_n(v) - limits.climb_n(i);
+    speed[j] = std::min(
+        speed[j], std::sqrt(std::max(9.0, v * v + 2.0 * force / limits.mass() * distance(i))));
+  }
+  for (std::size_t k = rounds; k-- > 1;) {  // backwards: braking
+    const std::size_t j = k % n, i = (k - 1) % n;
+    if (!line.closed && j == 0) continue;
+    const double v = speed[j];
+    const double grip =
+        0.85 * limits.friction(limits.load(i, v), false) * limits.load(i, v) * limits.spare(i, v);
+    const double force = grip + limits.drag_n(v) + limits.climb_n(i);
+    speed[i] = std::min(
+        speed[i],
+        std::sqrt(std::max(9.0, v * v + 2.0 * std::max(0.0, force) / limits.mass() * distance(i))));
+  }
+}
+
+}  // namespace vehicle
