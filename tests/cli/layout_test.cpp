@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -131,16 +132,17 @@ TEST(Layout, ToolsWriteFilesThroughBaseAlone) {
     }
 }
 
-/// The lines of the sources that share a test: what is tested, and where.
-std::map<std::string, std::string> shared_tests() {
-  std::istringstream lines(read(fs::path(places::source()) / "tests/shared_tests.txt"));
-  std::map<std::string, std::string> shared;
+/// A list in tests/: the first word of each line, and the rest.
+std::map<std::string, std::string> listed(const std::string& name) {
+  std::istringstream lines(read(fs::path(places::source()) / "tests" / name));
+  std::map<std::string, std::string> list;
   for (std::string line; std::getline(lines, line);) {
     if (line.empty() || line.front() == '#') continue;
     const std::size_t blank = line.find(' ');
-    EXPECT_TRUE(shared.emplace(line.substr(0, blank), line.substr(blank + 1)).second) << line;
+    EXPECT_NE(blank, std::string::npos) << name << ": " << line;
+    EXPECT_TRUE(list.emplace(line.substr(0, blank), line.substr(blank + 1)).second) << line;
   }
-  return shared;
+  return list;
 }
 
 TEST(Layout, EverySourceHasItsTest) {
@@ -148,7 +150,7 @@ TEST(Layout, EverySourceHasItsTest) {
   const auto test_of = [&](const std::string& name) {
     return top / "tests" / (name + "_test.cpp");
   };
-  std::map<std::string, std::string> shared = shared_tests();
+  std::map<std::string, std::string> shared = listed("shared_tests.txt");
   std::size_t sources = 0;
   for (const auto& library : fs::directory_iterator(top / "lib"))
     for (const auto& source : fs::recursive_directory_iterator(library.path() / "src")) {
@@ -158,8 +160,7 @@ TEST(Layout, EverySourceHasItsTest) {
           library.path().filename().string() + "/" + source.path().stem().string();
       const auto other = shared.find(name);
       if (other == shared.end()) {
-        EXPECT_TRUE(fs::exists(test_of(name)) ||
-                    fs::exists(top / "tests" / (name + "_test.py")))
+        EXPECT_TRUE(fs::exists(test_of(name)) || fs::exists(top / "tests" / (name + "_test.py")))
             << "lib/" << name << ": write tests/" << name
             << "_test.cpp, or name the test that it shares in tests/shared_tests.txt";
         continue;
@@ -172,6 +173,44 @@ TEST(Layout, EverySourceHasItsTest) {
     }
   EXPECT_GT(sources, 150u);
   for (const auto& [name, test] : shared) ADD_FAILURE() << name << ": no such source in lib";
+}
+
+/// Every source below lib and tools, as a path from the top.
+std::vector<std::string> sources_of_lib_and_tools() {
+  static const std::set<std::string> kSources = {".cpp", ".h",   ".def", ".js",
+                                                 ".mjs", ".css", ".py",  ".pyi"};
+  const fs::path top = places::source();
+  std::vector<std::string> sources;
+  for (const char* below : {"lib", "tools"})
+    for (auto entry = fs::recursive_directory_iterator(top / below); entry != fs::end(entry);
+         ++entry) {
+      // Packages fetched for the pages are not ours.
+      if (entry->path().filename() == "node_modules") entry.disable_recursion_pending();
+      if (entry->is_regular_file() && kSources.contains(entry->path().extension().string()))
+        sources.push_back(entry->path().lexically_relative(top).generic_string());
+    }
+  return sources;
+}
+
+// What is longer is read by nobody from end to end: it is split along its subjects.
+TEST(Layout, FilesAreShort) {
+  constexpr std::ptrdiff_t kMostLines = 400;
+  constexpr std::size_t kMostWithAReason = 5;
+  std::map<std::string, std::string> known = listed("long_files.txt");
+  std::size_t with_a_reason = 0;
+  for (const auto& [name, reason] : known) with_a_reason += reason != "to split";
+  EXPECT_LE(with_a_reason, kMostWithAReason);
+  const std::vector<std::string> sources = sources_of_lib_and_tools();
+  ASSERT_GT(sources.size(), 300u);
+  for (const std::string& name : sources) {
+    const std::string text = read(fs::path(places::source()) / name);
+    const auto lines = std::count(text.begin(), text.end(), '\n');
+    if (lines <= kMostLines) continue;
+    EXPECT_EQ(known.erase(name), 1u) << name << " has " << lines << " lines, at most " << kMostLines
+                                     << " wanted: split it along its subjects";
+  }
+  for (const auto& [name, reason] : known)
+    ADD_FAILURE() << name << ": not there or short enough now; take it off tests/long_files.txt";
 }
 
 TEST(Layout, ReportKnowsNeitherRoadNorCrg) {
