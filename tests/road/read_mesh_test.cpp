@@ -206,6 +206,40 @@ TEST_F(ReadMesh, AsksForTheAxisWhenItCannotTell) {
   EXPECT_THAT(message_of(folder_.file("cube.obj", cube)), HasSubstr("give --up y or --up z"));
 }
 
+/// A square of 20 m of road in 100 pieces, corners 1 to 4 last, and four walls round it, all facing
+/// inwards: those of `faces`, corners 5 to 8 above 1 to 4.
+std::string square_between_walls(double height, const char* faces) {
+  std::string text = "v 0 0 0\nv 20 0 0\nv 20 20 0\nv 0 20 0\n";
+  for (const char* corner : {"0 0", "20 0", "20 20", "0 20"})
+    text += fmt::format("v {} {}\n", corner, height);
+  for (int i = 0; i < 100; ++i) {
+    const int x = 2 * (i % 10), y = 2 * (i / 10);
+    text += fmt::format("v {0} {1} 0\nv {2} {1} 0\nv {2} {3} 0\nv {0} {3} 0\nf -4 -3 -2 -1\n", x, y,
+                        x + 2, y + 2);
+  }
+  return text + faces;
+}
+
+TEST_F(ReadMesh, TellsTheAxisOfARoadBetweenHighWalls) {
+  // The walls have more area than the road; all round they cancel out.
+  const char* all = "f 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+  MeshReadReport report;
+  for (const double height : {12.0, 18.0}) {
+    road::read_mesh(folder_.file("walls.obj", square_between_walls(height, all)), {}, &report);
+    EXPECT_EQ(report.up, "z") << height;
+  }
+  EXPECT_THAT(message_of(folder_.file("walls.obj", square_between_walls(22.0, all))),
+              HasSubstr("cannot tell which axis is up"))
+      << "walls alone say y, what is left says z";
+  MeshReadOptions told;
+  told.up = road::UpAxis::z;
+  EXPECT_EQ(message_of(folder_.file("walls.obj", square_between_walls(22.0, all)), told),
+            "no error");
+  EXPECT_THAT(message_of(folder_.file("wall.obj", square_between_walls(18.0, "f 1 5 6 2\n"))),
+              HasSubstr("47 % is left along y and 53 % along z"))
+      << "a backdrop does not cancel out";
+}
+
 TEST_F(ReadMesh, ScalesUnitsAndRefusesMillimetresTakenForMetres) {
   for (const auto& [unit, name, scale] : {std::tuple{road::Unit::mm, "mm", 1000.0},
                                           {road::Unit::cm, "cm", 100.0},

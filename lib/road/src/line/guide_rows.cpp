@@ -477,25 +477,45 @@ void set_width(GuideRows& all, double width_m) {
 LookShares look_shares(const Guide& guide, const RaySurface& surface,
                        const std::vector<std::uint32_t>& look_of_triangle, std::size_t looks) {
   const GuideRows all = empty_rows(guide);
-  LookShares shares{std::vector<double>(looks, 0.0), std::vector<double>(looks, 0.0)};
-  std::vector<std::size_t> last_seen(looks, 0);
-  std::size_t place = 0;
-  const auto count = [&](const GuideRow& row, double offset, std::vector<double>& into) {
+  const std::vector<double> none(looks, 0.0);
+  LookShares shares{none, none, none, none, {}};
+  std::vector<double> rows_with(looks, 0.0), inside(looks, 0.0), outside(looks, 0.0);
+  const auto looks_at = [&](const GuideRow& row, double offset) {
     const Vector2d p = row.at_m + offset * all.reach_m * left_of(row.heading);
-    ++place;
-    for (const SurfaceHit& hit : surface.all_hits(p.x(), p.y())) {
-      const std::uint32_t look = look_of_triangle[hit.triangle];
-      if (last_seen[look] != place) into[look] += 1.0;
-      last_seen[look] = place;
-    }
+    std::vector<LookShares::Seen> seen;
+    for (const SurfaceHit& hit : surface.all_hits(p.x(), p.y()))
+      seen.push_back({look_of_triangle[hit.triangle], hit.z_m});
+    return seen;
+  };
+  const auto count = [](const std::vector<LookShares::Seen>& seen, std::vector<double>& into) {
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      if (std::none_of(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(i),
+                       [&](const LookShares::Seen& s) { return s.look == seen[i].look; }))
+        into[seen[i].look] += 1.0;
   };
   for (const GuideRow& row : all.rows) {
-    for (int k = -2; k <= 2; ++k) count(row, 0.035 * k, shares.inside);
+    inside = outside = none;
+    for (int k = -2; k <= 2; ++k) {
+      shares.places.push_back(looks_at(row, 0.035 * k));
+      count(shares.places.back(), inside);
+    }
     for (int k = 0; k < 5; ++k)
-      for (const double sign : {-1.0, 1.0}) count(row, sign * (0.5 + 0.125 * k), shares.outside);
+      for (const double sign : {-1.0, 1.0}) count(looks_at(row, sign * (0.5 + 0.125 * k)), outside);
+    for (std::size_t look = 0; look < looks; ++look) {
+      shares.inside[look] += inside[look];
+      shares.outside[look] += outside[look];
+      if (inside[look] == 0.0) continue;
+      rows_with[look] += 1.0;
+      shares.outside_there[look] += outside[look];
+    }
   }
-  for (double& value : shares.inside) value /= 5.0 * static_cast<double>(all.rows.size());
-  for (double& value : shares.outside) value /= 10.0 * static_cast<double>(all.rows.size());
+  const auto rows = static_cast<double>(all.rows.size());
+  for (std::size_t look = 0; look < looks; ++look) {
+    shares.outside_there[look] /= 10.0 * std::max(1.0, rows_with[look]);
+    shares.inside_there[look] = shares.inside[look] / (5.0 * std::max(1.0, rows_with[look]));
+    shares.inside[look] /= 5.0 * rows;
+    shares.outside[look] /= 10.0 * rows;
+  }
   return shares;
 }
 

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <unordered_map>
 
+#include "base/statistics.h"
 #include "guide_rows.h"
 #include "road/error.h"
 #include "road/ray_surface.h"
@@ -21,14 +23,22 @@ using Eigen::Vector3d;
 
 constexpr double kRoadInside = 0.02;  // a look that is rarer under the guide is paint or a mistake
 constexpr double kRoadOutside = 2.0;  // the road's look is so many times rarer beside it
+constexpr double kBesideMain = 0.1;   // more of the places beside than the road's main look has
+constexpr double kNotPaint_m = 0.3;   // below the main look
 constexpr double kLayerShare =
     0.05;  // of the reach: the surface beside the road may lie so much higher or lower,
-constexpr double kSlope = 0.5;         // and this much more per metre beyond its border
+constexpr double kSlope = 0.5;       // and this much more per metre beyond its border
+constexpr double kFartherOn = 0.25;  // of the reach: a row may lie so much farther than the nearest
 constexpr double kPaintShare = 0.001;  // of the reach, above the road: 30 mm
 constexpr double kNearBorder = 2.0;    // rays
 constexpr double kMostMissing = 0.3;   // of the rows may be without surface
 constexpr double kNamesKnow = 0.95;    // of the places under the guide are called road
 constexpr double kMuchWider = 1.6, kWideIsDoubted = 0.01;  // of the usual width; of the rows
+constexpr double kOneSided =
+    0.5;                         // of what is more than the usual half: a lane beside shifts by all
+constexpr double kRough = 2.0;   // times the guide's usual distance from the middle
+constexpr double kAbrupt = 0.8;  // of the usual half width within twice so many rows:
+constexpr std::ptrdiff_t kAbruptRows = 2;
 constexpr double kMissingIsDoubted = 0.05;
 constexpr double kUntoldIsDoubted = 0.3,
                  kUntoldIsSaid = 0.05;  // of the rows do not tell where the road ends
@@ -81,7 +91,8 @@ bool part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& me
   return true;
 }
 
-/// The looks that lie under the guide rather than beside it.
+/// The looks that lie under the guide rather than beside it, along the whole of it and where they
+/// lie: sand that the road leads through for a while does not lie beside the rest of it.
 std::vector<bool> road_looks(const LookShares& shares) {
   std::vector<bool> is_road(shares.inside.size(), false);
   std::size_t main = 0;
@@ -90,9 +101,30 @@ std::vector<bool> road_looks(const LookShares& shares) {
   };
   for (std::size_t k = 0; k < is_road.size(); ++k) {
     if (worth(k) > worth(main)) main = k;
-    is_road[k] =
-        shares.inside[k] >= kRoadInside && shares.inside[k] > kRoadOutside * shares.outside[k];
+    is_road[k] = shares.inside[k] >= kRoadInside &&
+                 shares.inside[k] > kRoadOutside * shares.outside[k] &&
+                 shares.inside_there[k] > kRoadOutside * shares.outside_there[k];
   }
+  // What lies only where the road's main look lies too is paint on it, ground that goes on beneath
+  // it, or what carries it. Paint lies close to it, and not beside the road.
+  std::vector<double> alone(is_road.size(), 0.0), beneath(is_road.size(), 0.0);
+  const double each = 1.0 / static_cast<double>(std::max<std::size_t>(shares.places.size(), 1));
+  for (const auto& seen : shares.places)
+    for (const LookShares::Seen& one : seen) {
+      double above_m = std::numeric_limits<double>::quiet_NaN();  // the nearest main look
+      for (const LookShares::Seen& other : seen)
+        if (other.look == main && !(std::abs(other.z_m - one.z_m) >= std::abs(above_m)))
+          above_m = other.z_m - one.z_m;
+      if (std::isnan(above_m))
+        alone[one.look] += each;
+      else if (above_m > kNotPaint_m)
+        beneath[one.look] += each;
+    }
+  for (std::size_t k = 0; k < is_road.size(); ++k)
+    if (alone[k] < kRoadInside &&
+        (shares.outside_there[k] > shares.outside_there[main] + kBesideMain ||
+         beneath[k] > 0.5 * shares.inside[k]))
+      is_road[k] = false;
   is_road[main] = true;
   return is_road;
 }
@@ -105,10 +137,13 @@ class RowsNear {
       cells_[key(all.rows[i].at_m, 0, 0)].push_back(i);
   }
 
-  /// The nearest row of the layer in which the point lies; none within reach: the number of rows.
-  std::size_t nearest(const Vector3d& p_m) const {
+  struct Nearest {
+    std::size_t row;  ///< of the layer in which the point lies; none within reach: their number
+    bool is_beside;   ///< the point lies beside it: no row of another layer is much nearer
+  };
+  Nearest nearest(const Vector3d& p_m) const {
     std::size_t best = all_.rows.size();
-    double best_m = all_.reach_m;
+    double best_m = all_.reach_m, nearest_m = all_.reach_m;
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
         const auto cell = cells_.find(key(p_m.head<2>(), dx, dy));
@@ -117,13 +152,14 @@ class RowsNear {
           const GuideRow& row = all_.rows[i];
           const double d = (p_m.head<2>() - row.at_m).norm();
           const double beside_m = std::max(0.0, d - row.half_width_m);
+          nearest_m = std::min(nearest_m, d);
           if (d < best_m &&
               std::abs(p_m.z() - row.z_m) <= kLayerShare * all_.reach_m + kSlope * beside_m)
             best = i, best_m = d;
         }
       }
     }
-    return best;
+    return {best, best_m <= nearest_m + kFartherOn * all_.reach_m};
   }
 
  private:
@@ -163,23 +199,58 @@ Missing missing_under(const GuideRows& all) {
                              place.y())};
 }
 
-/// Where the road is so much wider than usual that something lies beside it that looks alike.
+/// Whether the width changes at a row as no road does: by much within a few rows.
+bool is_abrupt(const GuideRows& all, std::size_t i) {
+  const auto n = static_cast<std::ptrdiff_t>(all.rows.size());
+  const auto half_m = [&](std::ptrdiff_t at) {
+    at = all.closed ? (at % n + n) % n : std::clamp<std::ptrdiff_t>(at, 0, n - 1);
+    return all.rows[static_cast<std::size_t>(at)].half_width_m;
+  };
+  const auto here = static_cast<std::ptrdiff_t>(i);
+  return std::abs(half_m(here + kAbruptRows) - half_m(here - kAbruptRows)) >
+         kAbrupt * all.usual_half_m;
+}
+
+/// Where the road is so much wider than usual that something lies beside it that looks alike: it
+/// begins or ends abruptly, or it lies on one side of the guide more than on the other. A road that
+/// grows wide on both sides is a wide road.
 std::optional<std::string> much_wider(const GuideRows& all) {
+  std::vector<double> beside_m;
+  for (const GuideRow& row : all.rows)
+    if (row.is_usual) beside_m.push_back(row.middle_m);
+  if (beside_m.empty()) return {};
+  const double usual_m = base::median(beside_m);
+  for (double& b : beside_m) b = std::abs(b - usual_m);
+  const double rough_m = kRough * base::median(std::move(beside_m));  // the guide's own errors
+  const std::size_t n = all.rows.size();
+  const auto is_wide = [&](std::size_t i) {
+    return all.rows[i].has_surface && all.rows[i].half_width_m > kMuchWider * all.usual_half_m;
+  };
+  const auto is_one_sided = [&](const GuideRow& row) {
+    const double more_m = row.half_width_m - all.usual_half_m;
+    return std::abs(row.middle_m - usual_m) > kOneSided * more_m + std::min(rough_m, 0.25 * more_m);
+  };
   std::size_t wide = 0, at = 0;
   double widest_m = 0.0;
-  for (std::size_t i = 0; i < all.rows.size(); ++i) {
-    const GuideRow& row = all.rows[i];
-    if (!row.has_surface || !(row.half_width_m > kMuchWider * all.usual_half_m)) continue;
-    ++wide;
-    if (row.half_width_m > widest_m) widest_m = row.half_width_m, at = i;
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end + 1) {
+    for (end = begin; end < n && is_wide(end);) ++end;
+    const bool is_abrupt_here =
+        end > begin && (is_abrupt(all, begin) || is_abrupt(all, std::min(end, n - 1)));
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!is_abrupt_here && !is_one_sided(all.rows[i])) continue;
+      ++wide;
+      if (all.rows[i].half_width_m > widest_m) widest_m = all.rows[i].half_width_m, at = i;
+    }
   }
   if (static_cast<double>(wide) <= kWideIsDoubted * static_cast<double>(all.rows.size())) return {};
   const Vector2d& place = all.rows[at].at_m;
   return fmt::format(
       "along {:.0f} m of the guide what looks like road is more than {} times as wide as usual "
-      "({:.1f} m), {:.1f} m at ({:.1f}, {:.1f}): a pit lane or an apron may be taken for road "
-      "there; give the road's width (--guide-width-m W), then its middle is the guide's at such "
-      "places, or, if the line is right all the same, say so with --line-is-right",
+      "({:.1f} m), {:.1f} m at ({:.1f}, {:.1f}), on one side only or all at once: a pit lane or an "
+      "apron may be taken for road there; give the road's width (--guide-width-m W), then its "
+      "middle "
+      "is the guide's at such places, or, if the line is right all the same, say so with "
+      "--line-is-right",
       static_cast<double>(wide) * all.step_m, kMuchWider, 2.0 * all.usual_half_m, 2.0 * widest_m,
       place.x(), place.y());
 }
@@ -290,14 +361,16 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     if (!flat[t] && !is_kerb) continue;
     const Vector3d middle =
         mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
-    const std::size_t i = near.nearest(middle);
+    const auto [i, is_beside] = near.nearest(middle);
     if (i == all.rows.size()) continue;
     const GuideRow& row = all.rows[i];
     const double offset_m = (middle.head<2>() - row.at_m).dot(left_of(row.heading));
     const bool looks_right = is_road[looks.of_object[mesh.object_of_triangle[t]]];
     // Along its border, strips that names call otherwise are not the road's.
     const double more_m = all.across_m * (looks_right ? 1.0 : names_know ? -kNearBorder : 0.0);
-    bool is_road_here = flat[t] && !is_kerb && inside(row, offset_m, more_m);
+    // Ground may rise or fall beside the road, not along it: what lies under a bridge is not the
+    // road of a row farther on.
+    bool is_road_here = flat[t] && !is_kerb && is_beside && inside(row, offset_m, more_m);
     if (is_road_here && !looks_right) {
       // Paint lies on the road; what lies under it is ground that goes on below, what lies over it
       // a thing that stands there.
