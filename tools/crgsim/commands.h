@@ -31,8 +31,8 @@ struct ServeCommand {
   std::uint16_t udp_port = 0;
   std::vector<std::string> commands, measurements, recorded, starts, safe;
   double safe_after_s = 0.2, stop_s = 60.0, step_s = 0.001, speed_up = 1.0, patience_s = 30.0;
-  unsigned every = 10;
-  bool lockstep = false;
+  unsigned every = 10, domain = 0;
+  bool lockstep = false, dds = false;
 };
 int serve(const ServeCommand& command, Terminal& terminal);
 

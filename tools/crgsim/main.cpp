@@ -3,9 +3,23 @@
 
 #include "command/program.h"
 #include "commands.h"
+#include "sim/dds.h"
+
+namespace {
+
+/// What the help and --version say about DDS.
+std::string about_dds() {
+  if (const std::string version = sim::dds_version(); !version.empty())
+    return "with Cyclone DDS " + version;
+  return "without Cyclone DDS, for which cyclonedds-dev and cyclonedds-tools must be installed "
+         "when it is built: --dds is missing";
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Functional Mock-up Units (FMI 2.0 and 3.0, co-simulation), run", "crgsim"};
+  app.footer("Built " + about_dds() + ".");
   app.require_subcommand(1);
   command::Terminal terminal("crgsim");
   app.option_defaults()->always_capture_default();  // so that --help shows them
@@ -58,11 +72,18 @@ int main(int argc, char** argv) {
   const auto add_names = [&](const char* name, std::vector<std::string>& names, const char* text) {
     return serve_app->add_option(name, names, text)->allow_extra_args(false);
   };
-  add_names("--command", serve.commands, "NAME: an input that commands may set; more than once")
-      ->required();
+  serve_app->add_flag("--dds", serve.dds,
+                      "Topics of ROS 2 instead, on this machine alone: those of --devices, and "
+                      "crgsim/command; " +
+                          about_dds());
+  serve_app->add_option("--domain", serve.domain, "Of DDS, as ROS_DOMAIN_ID")
+      ->check(CLI::Range(0, 232));
+  add_names("--command", serve.commands,
+            "NAME: an input that commands may set; more than once; with --dds beside those of "
+            "crgsim/command");
   add_names("--measure", serve.measurements,
-            "NAME: what is measured, of the unit or a sensor (also SENSOR.age_s); more than once")
-      ->required();
+            "NAME: what is measured, of the unit or a sensor (also SENSOR.age_s); more than once; "
+            "with --dds into the CSV");
   add_names("--record", serve.recorded,
             "NAME: of the unit, as it is, into the CSV alone: nothing that drives sees it");
   command::add_input(*serve_app, "--devices", serve.devices_path,
@@ -97,5 +118,5 @@ int main(int argc, char** argv) {
       "--measure car.vx");
   serve_app->callback([&] { work = [&] { return crgsim::serve(serve, terminal); }; });
 
-  return command::run(app, terminal, argc, argv, [&] { return work(); });
+  return command::run(app, terminal, argc, argv, [&] { return work(); }, {"", "", about_dds()});
 }
