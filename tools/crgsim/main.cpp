@@ -15,6 +15,15 @@ std::string about_dds() {
          "when it is built: --dds is missing";
 }
 
+void add_opponents(CLI::App& app, std::vector<std::string>& opponents) {
+  app.add_option(
+         "--opponent", opponents,
+         "DRIVE.csv[@2s|@30m]: another car on the map, by time_s, x_m, y_m of its drive (so "
+         "much further than the run), or so far ahead of the car on its path; up to as "
+         "many as the unit takes")
+      ->allow_extra_args(false);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -50,6 +59,7 @@ int main(int argc, char** argv) {
       ->add_option("--record", run.record,
                    "NAME: a variable to record, of any causality; all outputs when none is named")
       ->allow_extra_args(false);
+  add_opponents(*run_app, run.opponents);
   const auto add_time = [&](const char* name, double& value, const char* text) {
     run_app->add_option(name, value, text)->default_str("from the unit");
   };
@@ -96,6 +106,7 @@ int main(int argc, char** argv) {
   command::add_input(*serve_app, "--road", serve.road_path,
                      "The road of the unit, .crg: its header says where positions of the devices "
                      "lie on the Earth");
+  add_opponents(*serve_app, serve.opponents);
   serve_app->add_flag("--lockstep", serve.lockstep,
                       "Every command is followed by --every steps and their measurement; else real "
                       "time");

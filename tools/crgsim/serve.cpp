@@ -93,6 +93,8 @@ int serve(const ServeCommand& command, Terminal& terminal) {
       throw command::UsageError("--safe " + text + ": NAME=NUMBER wanted");
     options.safe.emplace_back(name, number);
   }
+  for (const std::string& opponent : command.opponents)
+    options.opponents.push_back(sim::read_opponent(opponent));
   options.safe_after_s = command.safe_after_s;
   options.stop_s = command.stop_s;
   options.step_s = command.step_s;

@@ -21,6 +21,7 @@
 #include "command_socket.h"
 #include "connection.h"
 #include "dds_connection.h"
+#include "opponent_inputs.h"
 #include "served_values.h"
 #include "sim/dds.h"
 #include "sim/message.h"
@@ -115,6 +116,7 @@ class Server {
         say_(say),
         commands_(unit, path, options),
         measurements_(unit, path, options),
+        opponents_(options.opponents, unit.description(), path),
         recorded_(unit, path, options.recorded) {}
 
   void run() {
@@ -198,6 +200,7 @@ class Server {
     const std::vector<double>& acts = is_safe ? safe_ : asked_;
     if (acts != acting_) commands_.set(acting_ = acts);
     const double begin_s = now_s();
+    opponents_.write(unit_, time_s());
     const bool goes_on = unit_.step(time_s(), options_.step_s);
     measurements_.step();
     const double took_s = now_s() - begin_s;
@@ -291,6 +294,7 @@ class Server {
   const std::function<void(Words)>& say_;
   Commands commands_;
   Measurements measurements_;
+  OpponentInputs opponents_;
   Numbers recorded_;
   ServeCounts counts_;
   std::vector<double> asked_, safe_, acting_;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "sim/opponents.h"
 #include "vehicle/signal_sensors.h"
 
 namespace sim {
@@ -27,6 +28,7 @@ struct ServeOptions {
   std::vector<std::string> recorded;  ///< of the unit; not sent
   vehicle::SignalSensorFile devices;  ///< none: everything is measured and commanded as it is
   std::vector<std::pair<std::string, std::string>> starts;  ///< as in UnitRunOptions
+  std::vector<OpponentDrive> opponents;                     ///< [0] is the unit's first
   std::vector<std::pair<std::string, double>> safe;  ///< taken by commands when they stay out
   double safe_after_s = 0.2;                         ///< of the unit's time
   double step_s = 0.001, stop_s = 60.0;
