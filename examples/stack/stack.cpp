@@ -2,35 +2,27 @@
 // line on the map, nothing else of Kerbstone. Where it is it makes out of a receiver, the turning
 // rate and the wheels' speed, as sensors tell them (devices.yaml). It drives one lap.
 //   stack SOCKET LINE.csv [json|binary]
+//   stack DOMAIN LINE.csv dds
 // LINE.csv: x_m,y_m and what else `crgbuild export --tum` writes; or x_m,y_m,speed_mps, with the
 // speed that is wanted. Prints the lap's time and the largest distance from the line; exit code 0
 // when the lap was driven within 5 m of it.
-#include <poll.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "connection.h"
+
 namespace {
 
-// What crgsim serve was told by --command and --measure, in this order.
-constexpr std::array kCommands{"input.steering", "input.throttle", "input.brake.fl",
-                               "input.brake.fr", "input.brake.rl", "input.brake.rr",
-                               "input.gear"};
-constexpr std::array kMeasured{"gnss.x", "gnss.y", "gnss.x.age_s", "imu.yaw_rate", "wheels.vx"};
+using stack::Command;
+using stack::Measured;
 
 constexpr double kSpacing_m = 1.0, kWheelbase_m = 3.0;
 constexpr double kLateral_mps2 = 6.0, kBraking_mps2 = 5.0, kSpeeding_mps2 = 3.0,
@@ -85,11 +77,6 @@ Line read_line(const std::string& path) {
   return line;
 }
 
-struct Measured {
-  double time_s = 0.0, gnss_x_m = 0.0, gnss_y_m = 0.0, gnss_age_s = 0.0, yaw_rate_radps = 0.0,
-         vx_mps = 0.0;
-};
-
 struct Pose {
   double x_m = 0.0, y_m = 0.0, yaw_rad = 0.0, vx_mps = 0.0;
 };
@@ -118,7 +105,7 @@ class Localisation {
 
   void correct(const Measured& now) {
     std::size_t then = past_.size() - 1;
-    while (then > 0 && past_[then].time_s > now.time_s - now.gnss_age_s) --then;
+    while (then > 0 && past_[then].time_s > now.time_s - now.gnss_age_s + 1e-6) --then;
     const double ex_m = now.gnss_x_m - past_[then].pose.x_m,
                  ey_m = now.gnss_y_m - past_[then].pose.y_m;
     const double left_m = -std::sin(pose_.yaw_rad) * ex_m + std::cos(pose_.yaw_rad) * ey_m;
@@ -138,84 +125,6 @@ class Localisation {
   double time_s_ = 0.0, age_s_ = 0.0;
 };
 
-class Connection {
- public:
-  Connection(const std::string& path, bool binary)
-      : binary_(binary), own_(path + ".stack"), socket_(::socket(AF_UNIX, SOCK_DGRAM, 0)) {
-    ::unlink(own_.c_str());
-    const sockaddr_un mine = address(own_), theirs = address(path);
-    if (::bind(socket_, reinterpret_cast<const sockaddr*>(&mine), sizeof mine) != 0 ||
-        ::connect(socket_, reinterpret_cast<const sockaddr*>(&theirs), sizeof theirs) != 0)
-      throw std::runtime_error(path + ": " + std::strerror(errno));
-  }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
-  ~Connection() {
-    ::close(socket_);
-    ::unlink(own_.c_str());
-  }
-
-  /// One command, and the measurement that answers it.
-  Measured exchange(const std::array<double, kCommands.size()>& values, bool ends = false) {
-    const std::string bytes = binary_ ? as_binary(values, ends) : as_json(values, ends);
-    for (int tries = 0; tries < 50;
-         ++tries) {  // datagrams may be lost: said again, it is not acted on again
-      ::send(socket_, bytes.data(), bytes.size(), 0);
-      if (ends) return {};
-      pollfd waiting{socket_, POLLIN, 0};
-      if (::poll(&waiting, 1, 1000) <= 0) continue;
-      std::array<char, 4096> answer{};
-      const ssize_t count = ::recv(socket_, answer.data(), answer.size(), 0);
-      if (count > 0)
-        return binary_ ? from_binary({answer.data(), static_cast<std::size_t>(count)})
-                       : from_json({answer.data(), static_cast<std::size_t>(count)});
-    }
-    throw std::runtime_error("no measurement comes");
-  }
-
- private:
-  static sockaddr_un address(const std::string& path) {
-    sockaddr_un out{};
-    out.sun_family = AF_UNIX;
-    if (path.size() >= sizeof out.sun_path) throw std::runtime_error(path + ": too long");
-    std::copy(path.begin(), path.end(), out.sun_path);
-    return out;
-  }
-
-  std::string as_json(const std::array<double, kCommands.size()>& values, bool ends) {
-    nlohmann::json set;
-    for (std::size_t i = 0; i < values.size(); ++i) set[kCommands[i]] = values[i];
-    return nlohmann::json{{"sequence", ++sequence_}, {"set", set}, {"end", ends}}.dump();
-  }
-  std::string as_binary(const std::array<double, kCommands.size()>& values, bool ends) {
-    std::string bytes = "KSC1";
-    for (const std::uint32_t number :
-         {++sequence_, std::uint32_t{ends}, static_cast<std::uint32_t>(values.size())})
-      bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
-    bytes.append(reinterpret_cast<const char*>(values.data()), sizeof values);
-    return bytes;
-  }
-  static Measured from_json(const std::string& bytes) {
-    const nlohmann::json message = nlohmann::json::parse(bytes);
-    const auto value = [&](std::size_t i) {
-      return message.at("values").at(kMeasured[i]).get<double>();
-    };
-    return {message.at("time_s"), value(0), value(1), value(2), value(3), value(4)};
-  }
-  static Measured from_binary(const std::string& bytes) {
-    std::array<double, 1 + kMeasured.size()> values{};
-    if (bytes.size() != 16 + sizeof values || !bytes.starts_with("KSM1"))
-      throw std::runtime_error("no measurement of this run");
-    std::memcpy(values.data(), bytes.data() + 16, sizeof values);
-    return {values[0], values[1], values[2], values[3], values[4], values[5]};
-  }
-
-  bool binary_;
-  std::string own_;
-  int socket_;
-  std::uint32_t sequence_ = 0;
-};
-
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
 
 /// What is remembered from one command to the next.
@@ -224,8 +133,7 @@ struct Driving {
 };
 
 /// Towards a point ahead on the line, at the line's speed.
-std::array<double, kCommands.size()> control(const Line& line, std::size_t at, const Pose& car,
-                                             Driving& driving) {
+Command control(const Line& line, std::size_t at, const Pose& car, Driving& driving) {
   const double ahead_m = 4.0 + 0.35 * car.vx_mps;
   const std::size_t aim = (at + static_cast<std::size_t>(ahead_m / kSpacing_m)) % line.size();
   const double dx_m = line.x_m[aim] - car.x_m, dy_m = line.y_m[aim] - car.y_m;
@@ -251,18 +159,20 @@ std::array<double, kCommands.size()> control(const Line& line, std::size_t at, c
           gear};
 }
 
-int drive(const std::string& socket, const std::string& line_path, bool binary) {
+int drive(const std::string& where, const std::string& line_path, const std::string& form) {
   const Line line = read_line(line_path);
-  Connection connection(socket, binary);
+  const stack::Exchange exchange = form == "dds"
+                                       ? stack::exchange_by_dds(std::stoi(where))
+                                       : stack::exchange_by_socket(where, form == "binary");
   Driving driving;
   double largest_off_m = 0.0;
   // A second on the brakes, for a mean place; it stands along the line.
-  const std::array<double, kCommands.size()> stand{0, 0, 2e6, 2e6, 2e6, 2e6, 1};
+  const Command stand{0, 0, 2e6, 2e6, 2e6, 2e6, 1};
   Measured now;
   Pose car;
   constexpr int kFirst = 100;
   for (int k = 0; k < kFirst; ++k) {
-    now = connection.exchange(stand);
+    now = exchange(stand, false);
     car.x_m += now.gnss_x_m / kFirst;
     car.y_m += now.gnss_y_m / kFirst;
   }
@@ -282,15 +192,15 @@ int drive(const std::string& socket, const std::string& line_path, bool binary) 
     largest_off_m = std::max(largest_off_m, off_m(at));
     if (largest_off_m > 5.0) {
       std::printf("off the line by %.1f m after %.1f s\n", largest_off_m, now.time_s);
-      connection.exchange(stand, true);
+      exchange(stand, true);
       return 1;
     }
-    now = connection.exchange(control(line, at, car, driving));
+    now = exchange(control(line, at, car, driving), false);
     car = localisation.follow(now);
   }
   std::printf("lap in %.2f s, as it believes at most %.2f m from the line\n", now.time_s,
               largest_off_m);
-  connection.exchange(stand, true);
+  exchange(stand, true);
   return 0;
 }
 
@@ -298,11 +208,12 @@ int drive(const std::string& socket, const std::string& line_path, bool binary) 
 
 int main(int argc, char** argv) {
   if (argc < 3 || argc > 4) {
-    std::fputs("usage: stack SOCKET LINE.csv [json|binary]\n", stderr);
+    std::fputs("usage: stack SOCKET LINE.csv [json|binary], or stack DOMAIN LINE.csv dds\n",
+               stderr);
     return 2;
   }
   try {
-    return drive(argv[1], argv[2], argc == 4 && std::string(argv[3]) == "binary");
+    return drive(argv[1], argv[2], argc == 4 ? argv[3] : "json");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "stack: %s\n", error.what());
     return 1;

@@ -104,6 +104,16 @@ TEST(Layout, PclStaysInOneSourceFile) {
   EXPECT_EQ(files, std::set<fs::path>{"lib/cloud/src/pcl.cpp"});
 }
 
+// It may be missing.
+TEST(Layout, CycloneDdsStaysInOneSourceFile) {
+  std::set<fs::path> files;
+  for (const char* below : {"lib", "tools"})
+    for (const auto& [file, name] : includes_below(fs::path(places::source()) / below))
+      if (name.starts_with("dds/") || name == "ros2.h" || name == "kerbstone.h")
+        files.insert(file.lexically_relative(places::source()));
+  EXPECT_EQ(files, std::set<fs::path>{"lib/sim/src/dds.cpp"});
+}
+
 TEST(Layout, BaseKnowsNoNeighbourAndAloneHashes) {
   const fs::path base = fs::path(places::source()) / "lib/base";
   for (const auto& [file, name] : includes_below(base))

@@ -61,8 +61,9 @@ TEST(Habits, EveryCommandHasTheSameFlagsAndIsDescribedEverywhere) {
                       version = run_tool(tool.path, {"--version"}).out;
     EXPECT_TRUE(std::regex_match(
         version,
-        std::regex(tool.name + " [0-9]+\\.[0-9]+\\.[0-9]+ "
-                               "\\(([0-9a-f]{10}(-dirty)?|unknown)\\)\n(with(out)? PCL.*\n)?")))
+        std::regex(tool.name +
+                   " [0-9]+\\.[0-9]+\\.[0-9]+ "
+                   "\\(([0-9a-f]{10}(-dirty)?|unknown)\\)\n(with(out)? (PCL|Cyclone DDS).*\n)?")))
         << version;
     for (const Words& words : commands_of(tool)) {
       SCOPED_TRACE(tool.name + " " + joined(words));

@@ -189,6 +189,22 @@ TEST(SignalSensors, CommandsAreScaledAndHeldWithinTheirLimits) {
   EXPECT_DOUBLE_EQ(file.commands[1].from_signal(-0.174533), 10.0);
 }
 
+TEST(SignalSensors, TopicsTellFieldsInTheOrderOfTheFile) {
+  const support::TemporaryFolder folder;
+  const SignalSensorFile file = read_signal_sensors(
+      folder.file("d.yaml",
+                  "topics:\n  imu/data: {type: sensor_msgs/Imu, frame: imu, fields: "
+                  "{angular_velocity.z: car.yaw_rate, angular_velocity.variance: 0.5}}\n"));
+  ASSERT_EQ(file.topics.size(), 1u);
+  EXPECT_EQ(file.topics[0].name, "imu/data");
+  EXPECT_EQ(file.topics[0].type, "sensor_msgs/Imu");
+  EXPECT_EQ(file.topics[0].frame, "imu");
+  EXPECT_EQ(file.topics[0].child_frame, "base_link");
+  using Field = std::pair<std::string, std::string>;
+  EXPECT_EQ(file.topics[0].fields, (std::vector{Field{"angular_velocity.z", "car.yaw_rate"},
+                                                Field{"angular_velocity.variance", "0.5"}}));
+}
+
 std::string refusal(const std::string& yaml) {
   const support::TemporaryFolder folder;
   try {
@@ -203,7 +219,7 @@ TEST(SignalSensors, RefusesWithThePlace) {
   EXPECT_EQ(refusal("sensors:\n  a: {signal: car.x, rate_hz: 10, noise: 0.3}\n"), "");
   EXPECT_THAT(refusal("sensors:\n  a: {signal: car.x, rate: 10}\n"), HasSubstr("s.yaml:2"));
   EXPECT_THAT(refusal("sensors:\n  a: {noise: 1}\n"), HasSubstr("signal"));
-  EXPECT_THAT(refusal("sensors: {}\n"), HasSubstr("no sensor and no command"));
+  EXPECT_THAT(refusal("sensors: {}\n"), HasSubstr("no sensor, no command and no topic"));
   EXPECT_THAT(refusal("commands:\n  a: {signal: x, gain: 0}\n"),
               HasSubstr("s.yaml:2: a: a gain of 0"));
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x, smallest: 2, largest: 1}\n"),
@@ -215,6 +231,9 @@ TEST(SignalSensors, RefusesWithThePlace) {
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x}\npositions:\n  p: {x: a, y: b}\n"),
               HasSubstr("s.yaml:4: there is no sensor 'b'"));
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x, noise: .nan}\n"), HasSubstr("noise"));
+  EXPECT_THAT(refusal("topics:\n  t: {type: a/B, fields: {x: [1, 2]}}\n"),
+              HasSubstr("s.yaml:2: x is no name and no number"));
+  EXPECT_THAT(refusal("topics:\n  t: {type: a/B}\n"), HasSubstr("fields"));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ int info(const InfoCommand& command, Terminal& terminal);
 
 struct RunCommand {
   std::string unit_path, inputs_path, out_path;
-  std::vector<std::string> starts, record;
+  std::vector<std::string> starts, record, opponents;
   double start_s = kFromTheUnit, stop_s = kFromTheUnit, step_s = kFromTheUnit;
   static constexpr double kFromTheUnit = -1e300;
 };
@@ -29,10 +29,10 @@ int run(const RunCommand& command, Terminal& terminal);
 struct ServeCommand {
   std::string unit_path, socket_path, devices_path, road_path, out_path;
   std::uint16_t udp_port = 0;
-  std::vector<std::string> commands, measurements, recorded, starts, safe;
+  std::vector<std::string> commands, measurements, recorded, starts, safe, opponents;
   double safe_after_s = 0.2, stop_s = 60.0, step_s = 0.001, speed_up = 1.0, patience_s = 30.0;
-  unsigned every = 10;
-  bool lockstep = false;
+  unsigned every = 10, domain = 0;
+  bool lockstep = false, dds = false;
 };
 int serve(const ServeCommand& command, Terminal& terminal);
 

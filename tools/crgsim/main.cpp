@@ -3,9 +3,32 @@
 
 #include "command/program.h"
 #include "commands.h"
+#include "sim/dds.h"
+
+namespace {
+
+/// What the help and --version say about DDS.
+std::string about_dds() {
+  if (const std::string version = sim::dds_version(); !version.empty())
+    return "with Cyclone DDS " + version;
+  return "without Cyclone DDS, for which cyclonedds-dev and cyclonedds-tools must be installed "
+         "when it is built: --dds is missing";
+}
+
+void add_opponents(CLI::App& app, std::vector<std::string>& opponents) {
+  app.add_option(
+         "--opponent", opponents,
+         "DRIVE.csv[@2s|@30m]: another car on the map, by time_s, x_m, y_m of its drive (so "
+         "much further than the run), or so far ahead of the car on its path; up to as "
+         "many as the unit takes")
+      ->allow_extra_args(false);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Functional Mock-up Units (FMI 2.0 and 3.0, co-simulation), run", "crgsim"};
+  app.footer("Built " + about_dds() + ".");
   app.require_subcommand(1);
   command::Terminal terminal("crgsim");
   app.option_defaults()->always_capture_default();  // so that --help shows them
@@ -36,6 +59,7 @@ int main(int argc, char** argv) {
       ->add_option("--record", run.record,
                    "NAME: a variable to record, of any causality; all outputs when none is named")
       ->allow_extra_args(false);
+  add_opponents(*run_app, run.opponents);
   const auto add_time = [&](const char* name, double& value, const char* text) {
     run_app->add_option(name, value, text)->default_str("from the unit");
   };
@@ -58,11 +82,18 @@ int main(int argc, char** argv) {
   const auto add_names = [&](const char* name, std::vector<std::string>& names, const char* text) {
     return serve_app->add_option(name, names, text)->allow_extra_args(false);
   };
-  add_names("--command", serve.commands, "NAME: an input that commands may set; more than once")
-      ->required();
+  serve_app->add_flag("--dds", serve.dds,
+                      "Topics of ROS 2 instead, on this machine alone: those of --devices, and "
+                      "crgsim/command; " +
+                          about_dds());
+  serve_app->add_option("--domain", serve.domain, "Of DDS, as ROS_DOMAIN_ID")
+      ->check(CLI::Range(0, 232));
+  add_names("--command", serve.commands,
+            "NAME: an input that commands may set; more than once; with --dds beside those of "
+            "crgsim/command");
   add_names("--measure", serve.measurements,
-            "NAME: what is measured, of the unit or a sensor (also SENSOR.age_s); more than once")
-      ->required();
+            "NAME: what is measured, of the unit or a sensor (also SENSOR.age_s); more than once; "
+            "with --dds into the CSV");
   add_names("--record", serve.recorded,
             "NAME: of the unit, as it is, into the CSV alone: nothing that drives sees it");
   command::add_input(*serve_app, "--devices", serve.devices_path,
@@ -75,6 +106,7 @@ int main(int argc, char** argv) {
   command::add_input(*serve_app, "--road", serve.road_path,
                      "The road of the unit, .crg: its header says where positions of the devices "
                      "lie on the Earth");
+  add_opponents(*serve_app, serve.opponents);
   serve_app->add_flag("--lockstep", serve.lockstep,
                       "Every command is followed by --every steps and their measurement; else real "
                       "time");
@@ -97,5 +129,5 @@ int main(int argc, char** argv) {
       "--measure car.vx");
   serve_app->callback([&] { work = [&] { return crgsim::serve(serve, terminal); }; });
 
-  return command::run(app, terminal, argc, argv, [&] { return work(); });
+  return command::run(app, terminal, argc, argv, [&] { return work(); }, {"", "", about_dds()});
 }

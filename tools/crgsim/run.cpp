@@ -70,6 +70,8 @@ int run(const RunCommand& command, Terminal& terminal) {
     options.starts.push_back(assignment("--set", start));
   options.inputs = read_inputs(command.inputs_path);
   options.record = command.record;
+  for (const std::string& opponent : command.opponents)
+    options.opponents.push_back(sim::read_opponent(opponent));
   options.start_s = said(command.start_s);
   options.stop_s = said(command.stop_s);
   options.step_s = said(command.step_s);

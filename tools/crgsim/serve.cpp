@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "crg/file.h"
 #include "road/projection.h"
+#include "sim/dds.h"
 #include "sim/serve_unit.h"
 
 namespace crgsim {
@@ -63,9 +64,17 @@ std::function<std::array<double, 2>(double, double)> map_of(const std::string& r
 }  // namespace
 
 int serve(const ServeCommand& command, Terminal& terminal) {
-  if (command.socket_path.empty() == (command.udp_port == 0))
-    throw command::UsageError("one of --socket PATH and --udp PORT is wanted");
+  if ((command.socket_path.empty() ? 0 : 1) + (command.udp_port == 0 ? 0 : 1) +
+          (command.dds ? 1 : 0) !=
+      1)
+    throw command::UsageError("one of --socket PATH, --udp PORT and --dds is wanted");
+  if (!command.dds && (command.commands.empty() || command.measurements.empty()))
+    throw command::UsageError("--command NAME and --measure NAME are wanted, but with --dds");
   sim::ServeOptions options;
+  if (command.dds) {
+    sim::require_dds("--dds");
+    options.dds_domain = command.domain;
+  }
   options.socket_path = command.socket_path;
   options.udp_port = command.udp_port;
   options.commands = command.commands;
@@ -84,6 +93,8 @@ int serve(const ServeCommand& command, Terminal& terminal) {
       throw command::UsageError("--safe " + text + ": NAME=NUMBER wanted");
     options.safe.emplace_back(name, number);
   }
+  for (const std::string& opponent : command.opponents)
+    options.opponents.push_back(sim::read_opponent(opponent));
   options.safe_after_s = command.safe_after_s;
   options.stop_s = command.stop_s;
   options.step_s = command.step_s;

@@ -11,6 +11,7 @@
 #include "apart.h"
 #include "base/error.h"
 #include "base/read_file.h"
+#include "opponent_inputs.h"
 #include "sim/unit.h"
 #include "sim/unpack.h"
 #include "unit_places.h"
@@ -80,6 +81,7 @@ void work(const UnpackedUnit& files, const UnitDescription& description,
   Unit unit(files, description, [&](const std::string& line) { say({'L', line}); });
   for (const auto& [name, text] : options.starts) set_start(unit, files.path(), name, text);
   InputWriter inputs(options.inputs, unit.description(), files.path());
+  OpponentInputs opponents(options.opponents, unit.description(), files.path());
   inputs.write(unit, start_s);
   unit.initialise(start_s, stop_s);
   std::vector<double> row;
@@ -97,6 +99,7 @@ void work(const UnpackedUnit& files, const UnitDescription& description,
   for (std::size_t k = 0; k < steps; ++k) {
     const double time_s = start_s + static_cast<double>(k) * step_s;
     inputs.write(unit, time_s);
+    opponents.write(unit, time_s);
     const bool goes_on = unit.step(time_s, step_s);
     record(start_s + static_cast<double>(k + 1) * step_s);
     if (!goes_on) return say({'X', {}});

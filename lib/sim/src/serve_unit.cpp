@@ -13,14 +13,21 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "apart.h"
 #include "base/error.h"
 #include "command_socket.h"
+#include "connection.h"
+#include "dds_connection.h"
+#include "opponent_inputs.h"
+#include "served_values.h"
+#include "sim/dds.h"
 #include "sim/message.h"
 #include "sim/unit.h"
 #include "sim/unpack.h"
+#include "topics.h"
 #include "unit_places.h"
 
 namespace sim {
@@ -73,212 +80,43 @@ class RealTime {
   bool is_scheduled_ = false;
 };
 
-/// Numbers of a unit, read and written one by one; arrays as a whole behind it.
-class Numbers {
- public:
-  Numbers(Unit& unit, const std::string& path, const std::vector<std::string>& names)
-      : unit_(unit) {
-    for (const std::string& name : names) {
-      places_.push_back(place_of(unit.description(), path, name));
-      if (!is_number(*places_.back().variable))
-        throw base::Error(fmt::format("{}: {} holds no number", path, name));
-    }
-  }
-
-  /// Inputs, and parameters that may change while the unit runs.
-  void want_settable(const std::string& path) const {
-    for (const Place& place : places_)
-      if (!place.variable->is_input() &&
-          !(place.variable->causality == "parameter" && place.variable->variability == "tunable"))
-        throw base::Error(fmt::format(
-            "{}: {} is no input of the unit and no tunable parameter, it is: {} {}", path,
-            place.variable->name, place.variable->variability, place.variable->causality));
-  }
-
-  std::vector<double> get() {
-    std::vector<double> out;
-    for (const Place& place : places_) {
-      all_.resize(place.variable->size);
-      unit_.get(*place.variable, all_);
-      out.push_back(all_[place.index]);
-    }
-    return out;
-  }
-
-  void set(const std::vector<double>& values) {
-    for (std::size_t k = 0; k < places_.size(); ++k) {
-      const UnitVariable& variable = *places_[k].variable;
-      all_.resize(variable.size);
-      if (variable.size > 1) unit_.get(variable, all_);
-      all_[places_[k].index] = values[k];
-      unit_.set(variable, all_);
-    }
-  }
-
- private:
-  Unit& unit_;
-  std::vector<Place> places_;
-  std::vector<double> all_;
-};
-
-/// What is measured: numbers of the unit as they are, or as sensors tell them.
-class Measurements {
- public:
-  Measurements(Unit& unit, const std::string& path, const ServeOptions& options)
-      : options_(options),
-        sensors_(options.devices, options.step_s),
-        truth_(unit, path, signals_of(options.devices)),
-        direct_(unit, path, names_of(options, unit.description(), path)) {}
-
-  /// As before the first step(), with the same noise.
-  void restart(const ServeOptions& options) {
-    sensors_ = vehicle::SignalSensors(options.devices, options.step_s);
-  }
-
-  /// After the initialisation and after every step.
-  void step() {
-    if (sensors_.size() > 0) sensors_.step(truth_.get());
-  }
-
-  std::vector<double> get() {
-    const std::vector<double> direct = direct_.get();
-    std::vector<double> out;
-    for (const auto& [kind, index] : sources_) switch (kind) {
-        case Kind::direct:
-          out.push_back(direct[index]);
-          break;
-        case Kind::sensor:
-          out.push_back(sensors_.value(index));
-          break;
-        case Kind::age:
-          out.push_back(sensors_.age_s(index));
-          break;
-        case Kind::latitude:
-          out.push_back(place_deg(index)[0]);
-          break;
-        case Kind::longitude:
-          out.push_back(place_deg(index)[1]);
-          break;
-      }
-    return out;
-  }
-
- private:
-  enum class Kind { direct, sensor, age, latitude, longitude };
-
-  std::array<double, 2> place_deg(std::size_t position) const {
-    const vehicle::SignalPosition& is = options_.devices.positions[position];
-    return options_.to_latitude_longitude_deg(sensors_.value(is.x), sensors_.value(is.y));
-  }
-
-  static std::vector<std::string> signals_of(const vehicle::SignalSensorFile& file) {
-    std::vector<std::string> out;
-    for (const vehicle::SignalSensor& sensor : file.sensors) out.push_back(sensor.signal);
-    return out;
-  }
-
-  static std::optional<std::pair<Kind, std::size_t>> place_of_name(const ServeOptions& options,
-                                                                   const std::string& name,
-                                                                   const std::string& path) {
-    const auto& positions = options.devices.positions;
-    for (std::size_t k = 0; k < positions.size(); ++k)
-      for (const auto& [kind, ending] :
-           {std::pair{Kind::latitude, ".latitude_deg"}, {Kind::longitude, ".longitude_deg"}}) {
-        if (name != positions[k].name + ending) continue;
-        if (!options.to_latitude_longitude_deg)
-          throw base::Error(
-              fmt::format("{}: {} needs a road whose header says where on the Earth it "
-                          "lies (--road)",
-                          path, name));
-        return std::pair{kind, k};
-      }
-    return std::nullopt;
-  }
-
-  /// Fills sources_; gives the names that no sensor has.
-  std::vector<std::string> names_of(const ServeOptions& options, const UnitDescription& unit,
-                                    const std::string& path) {
-    const auto& sensors = options.devices.sensors;
-    for (const vehicle::SignalSensor& sensor : sensors)
-      for (const std::string& name : {sensor.name, sensor.name + ".age_s"})
-        if (unit.find(name) != nullptr)
-          throw base::Error(fmt::format(
-              "{}: the sensor {} has the name of a variable of the unit; call it otherwise", path,
-              name));
-    std::vector<std::string> direct;
-    for (const std::string& name : options.measurements) {
-      const auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const auto& one) {
-        return name == one.name || name == one.name + ".age_s";
-      });
-      const std::optional<std::pair<Kind, std::size_t>> place = place_of_name(options, name, path);
-      if (place) {
-        sources_.push_back(*place);
-      } else if (sensor == sensors.end()) {
-        sources_.emplace_back(Kind::direct, direct.size());
-        direct.push_back(name);
-      } else {
-        sources_.emplace_back(name == sensor->name ? Kind::sensor : Kind::age,
-                              static_cast<std::size_t>(sensor - sensors.begin()));
-      }
-    }
-    return direct;
-  }
-
-  const ServeOptions& options_;
-  vehicle::SignalSensors sensors_;
-  std::vector<std::pair<Kind, std::size_t>> sources_;
-  Numbers truth_, direct_;
-};
-
-/// What may be commanded: numbers of the unit as they are, or as the devices' file has them.
-class Commands {
- public:
-  Commands(Unit& unit, const std::string& path, const ServeOptions& options)
-      : numbers_(unit, path, signals_of(options)) {
-    numbers_.want_settable(path);
-  }
-
-  /// As whoever commands would have said what the unit has.
-  std::vector<double> get() {
-    std::vector<double> values = numbers_.get();
-    for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].from_signal(values[k]);
-    return values;
-  }
-
-  void set(std::vector<double> values) {
-    for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].to_signal(values[k]);
-    numbers_.set(values);
-  }
-
- private:
-  /// Fills are_; gives the names of the unit.
-  std::vector<std::string> signals_of(const ServeOptions& options) {
-    std::vector<std::string> signals;
-    for (const std::string& name : options.commands) {
-      const auto& known = options.devices.commands;
-      const auto found = std::find_if(known.begin(), known.end(),
-                                      [&](const auto& one) { return one.name == name; });
-      are_.push_back(found != known.end() ? *found : vehicle::SignalCommand{name, name});
-      signals.push_back(are_.back().signal);
-    }
-    return signals;
-  }
-
-  std::vector<vehicle::SignalCommand> are_;
-  Numbers numbers_;
-};
+/// Datagrams, in the form of the last command that is answered.
+Connection connection_by(CommandSocket& socket, const ServeOptions& options) {
+  struct Form {
+    bool received = false, answered = false;
+  };
+  const auto is_binary = std::make_shared<Form>();
+  Connection out;
+  out.receive = [&, is_binary](double wait_s) -> std::optional<Received> {
+    const std::optional<std::string_view> bytes = socket.receive(wait_s);
+    if (!bytes) return std::nullopt;
+    Received received;
+    received.command = read_command(*bytes, options.commands, received.why);
+    is_binary->received = received.command && received.command->is_binary;
+    return received;
+  };
+  out.answer_here = [&, is_binary] {
+    is_binary->answered = is_binary->received;
+    socket.answer_here();
+  };
+  out.send = [&, is_binary](const MeasurementMessage& message, bool) {
+    socket.send(write_measurement(message, options.measurements, is_binary->answered));
+  };
+  return out;
+}
 
 class Server {
  public:
-  Server(Unit& unit, const std::string& path, const ServeOptions& options, CommandSocket& socket,
-         const std::function<void(Words)>& say)
+  Server(Unit& unit, const std::string& path, const ServeOptions& options,
+         const Connection& connection, const std::function<void(Words)>& say)
       : unit_(unit),
         path_(path),
         options_(options),
-        socket_(socket),
+        connection_(connection),
         say_(say),
         commands_(unit, path, options),
         measurements_(unit, path, options),
+        opponents_(options.opponents, unit.description(), path),
         recorded_(unit, path, options.recorded) {}
 
   void run() {
@@ -299,31 +137,29 @@ class Server {
   }
 
  private:
-  /// Whether the datagram is a command that counts.
-  bool take(std::string_view bytes) {
-    std::string why;
-    const std::optional<CommandMessage> message = read_command(bytes, options_.commands, why);
-    if (!message || !takes_starts(*message, why)) {
-      if (++counts_.broken == 1) say_({'B', why});
+  /// Whether it is a command that counts.
+  bool take(Received received) {
+    const std::optional<CommandMessage>& message = received.command;
+    if (!message || !takes_starts(*message, received.why)) {
+      if (++counts_.broken == 1) say_({'B', received.why});
       return false;
     }
     is_repeated_ = counts_.commands > 0 && message->sequence == sequence_;
     // While the safe input acts, a program that begins anew may count from anywhere.
     if (counts_.commands > 0 && message->sequence <= sequence_ && !is_safe_) {
       if (!is_repeated_) ++counts_.old;
-      if (is_repeated_) socket_.answer_here();
+      if (is_repeated_) connection_.answer_here();
       return false;
     }
     ++counts_.commands;
     sequence_ = message->sequence;
-    is_binary_ = message->is_binary;
     is_paused_ = message->pauses.value_or(is_paused_);
     if (message->resets) reset(message->starts);
     for (std::size_t k = 0; k < asked_.size(); ++k)
       if (!std::isnan(message->values[k])) asked_[k] = message->values[k];
     counts_.asked_to_end = counts_.asked_to_end || message->ends;
     commanded_at_ = counts_.steps;
-    socket_.answer_here();
+    connection_.answer_here();
     return true;
   }
 
@@ -346,7 +182,7 @@ class Server {
     for (const auto& [name, value] : starts)
       unit_.set(*unit_.description().find(name), std::array{value});
     unit_.initialise(0.0, options_.stop_s);
-    measurements_.restart(options_);
+    measurements_.restart();
     measurements_.step();
     asked_ = commands_.get();
     acting_.clear();
@@ -364,6 +200,7 @@ class Server {
     const std::vector<double>& acts = is_safe ? safe_ : asked_;
     if (acts != acting_) commands_.set(acting_ = acts);
     const double begin_s = now_s();
+    opponents_.write(unit_, time_s());
     const bool goes_on = unit_.step(time_s(), options_.step_s);
     measurements_.step();
     const double took_s = now_s() - begin_s;
@@ -390,19 +227,19 @@ class Server {
     say_({'R', {reinterpret_cast<const char*>(row.data()), row.size() * sizeof(double)}});
   }
 
-  void answer() { socket_.send(write_measurement(last_, options_.measurements, is_binary_)); }
+  void answer(bool again = false) { connection_.send(last_, again); }
 
   void in_lockstep(std::uint64_t steps) {
     double since_s = now_s();
     while (counts_.steps < steps) {
-      const auto bytes = socket_.receive(std::min(1.0, options_.patience_s));
-      if (!bytes) {
+      const auto received = connection_.receive(std::min(1.0, options_.patience_s));
+      if (!received) {
         counts_.silent = now_s() - since_s > options_.patience_s;
         if (counts_.silent) return;
         continue;
       }
-      const bool counts = take(*bytes);
-      if (!counts && is_repeated_) answer();
+      const bool counts = take(*received);
+      if (!counts && is_repeated_) answer(true);
       is_repeated_ = false;
       if (!counts) continue;
       since_s = now_s();
@@ -432,9 +269,9 @@ class Server {
       if (late_s > kLate_s) ++counts_.late;
       int read = 0;
       for (; read < kMostPerStep; ++read) {
-        const auto bytes = socket_.receive(0.0);
-        if (!bytes) break;
-        take(*bytes);
+        const auto received = connection_.receive(0.0);
+        if (!received) break;
+        take(*received);
       }
       if (read == kMostPerStep) ++counts_.flooded;
       if (is_paused_) {
@@ -453,10 +290,11 @@ class Server {
   Unit& unit_;
   const std::string& path_;
   const ServeOptions& options_;
-  CommandSocket& socket_;
+  const Connection& connection_;
   const std::function<void(Words)>& say_;
   Commands commands_;
   Measurements measurements_;
+  OpponentInputs opponents_;
   Numbers recorded_;
   ServeCounts counts_;
   std::vector<double> asked_, safe_, acting_;
@@ -464,8 +302,7 @@ class Server {
   std::uint32_t sequence_ = 0;
   std::uint64_t commanded_at_ = 0;
   std::uint64_t began_at_ = 0;  ///< step at which the unit's time was 0
-  bool is_binary_ = false, is_safe_ = false, is_repeated_ = false, was_reset_ = false,
-       is_paused_ = false;
+  bool is_safe_ = false, is_repeated_ = false, was_reset_ = false, is_paused_ = false;
 };
 
 void want_sound(const std::string& path, const ServeOptions& options) {
@@ -486,34 +323,49 @@ void want_sound(const std::string& path, const ServeOptions& options) {
                        options.measurements.size()));
 }
 
-}  // namespace
-
-ServeRun serve_unit(const std::string& path, const ServeOptions& options,
-                    const base::Progress& progress) {
-  want_sound(path, options);
-  const UnitDescription description = read_unit_description(model_description_of(path), path);
+/// With the columns of its table.
+ServeRun run_of(const ServeOptions& options) {
   ServeRun run;
   run.columns = {"time_s"};
-  run.columns.insert(run.columns.end(), options.measurements.begin(), options.measurements.end());
-  run.columns.insert(run.columns.end(), options.recorded.begin(), options.recorded.end());
-  run.columns.insert(run.columns.end(), options.commands.begin(), options.commands.end());
+  for (const auto* const names : {&options.measurements, &options.recorded, &options.commands})
+    run.columns.insert(run.columns.end(), names->begin(), names->end());
   run.columns.emplace_back("safe");
   run.columns.emplace_back("resets");
+  return run;
+}
+
+}  // namespace
+
+ServeRun serve_unit(const std::string& path, const ServeOptions& wanted,
+                    const base::Progress& progress) {
+  const UnitDescription description = read_unit_description(model_description_of(path), path);
+  ServeOptions options = wanted;
+  TopicPlan topics;
+  if (options.dds_domain) {
+    require_dds("topics of ROS 2");
+    topics = plan_topics(options, description, path);
+  }
+  want_sound(path, options);
+  ServeRun run = run_of(options);
   const UnpackedUnit files(path);
-  CommandSocket socket(options.socket_path, options.udp_port);
-  const SocketPath socket_path{options.socket_path};
+  std::optional<CommandSocket> socket;
+  if (!options.dds_domain) socket.emplace(options.socket_path, options.udp_port);
+  const SocketPath socket_path{options.dds_domain ? "" : options.socket_path};
   std::string refused;
   const std::string how = run_apart(
       [&](const std::function<void(Words)>& say) {
         Unit unit(files, description);
         for (const auto& [name, text] : options.starts) set_start(unit, path, name, text);
         unit.initialise(0.0, options.stop_s);
-        Server(unit, path, options, socket, say).run();
+        const Connection connection =
+            options.dds_domain ? connect_dds(*options.dds_domain, topics, options.lockstep)
+                               : connection_by(*socket, options);
+        Server(unit, path, options, connection, say).run();
       },
       [&] {
         std::error_code ignored;
         std::filesystem::remove_all(files.folder(), ignored);
-        if (!options.socket_path.empty()) std::filesystem::remove(options.socket_path, ignored);
+        if (!socket_path.path.empty()) std::filesystem::remove(socket_path.path, ignored);
       },
       [&](Words words) {
         if (words.kind == 'E') refused = words.bytes;

@@ -63,6 +63,22 @@ SignalCommand read_command(const Section& entry, const std::string& name,
   return out;
 }
 
+SignalTopic read_topic(const Section& entry, const std::string& name) {
+  entry.allow({"type", "frame", "child_frame", "fields"});
+  SignalTopic out;
+  out.name = name;
+  out.type = entry.text("type");
+  if (entry.has("frame")) out.frame = entry.text("frame");
+  if (entry.has("child_frame")) out.child_frame = entry.text("child_frame");
+  entry.section("fields").for_each(
+      [&](const std::string& field, const Setting& value, const std::string& where) {
+        if (value.kind != Setting::Kind::kWord)
+          throw Error(fmt::format("{}: {} is no name and no number", where, field.substr(0, 60)));
+        out.fields.emplace_back(field, value.word);
+      });
+  return out;
+}
+
 }  // namespace
 
 double SignalCommand::to_signal(double value) const {
@@ -72,7 +88,7 @@ double SignalCommand::to_signal(double value) const {
 SignalSensorFile read_signal_sensors(const std::string& path) {
   const Setting root = read_settings(path);
   const Section top(root, path, "a file of sensors and commands");
-  top.allow({"seed", "sensors", "commands", "positions"});
+  top.allow({"seed", "sensors", "commands", "positions", "topics"});
   SignalSensorFile out;
   out.seed = static_cast<std::uint64_t>(top.number("seed", 1.0, 0.0, 9e15));
   if (top.has("sensors"))
@@ -98,7 +114,13 @@ SignalSensorFile read_signal_sensors(const std::string& path) {
           out.positions.push_back(
               {name, sensor(entry.text("x"), where), sensor(entry.text("y"), where)});
         });
-  if (out.sensors.empty() && out.commands.empty()) throw Error(path + ": no sensor and no command");
+  if (top.has("topics"))
+    top.section("topics").for_each(
+        [&](const std::string& name, const Setting& value, const std::string&) {
+          out.topics.push_back(read_topic(Section(value, path, name), name));
+        });
+  if (out.sensors.empty() && out.commands.empty() && out.topics.empty())
+    throw Error(path + ": no sensor, no command and no topic");
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/progress.h"
+#include "sim/opponents.h"
 #include "sim/unit_description.h"
 
 namespace sim {
@@ -24,7 +25,8 @@ struct UnitRunOptions {
   /// booleans); an array's values separated by blanks.
   std::vector<std::pair<std::string, std::string>> starts;
   UnitInputs inputs;
-  std::vector<std::string> record;  ///< variables; empty: all outputs that are no text
+  std::vector<OpponentDrive> opponents;  ///< above the inputs; [0] is the unit's first
+  std::vector<std::string> record;       ///< variables; empty: all outputs that are no text
   std::optional<double> start_s, stop_s, step_s;  ///< else of the unit's default experiment
 };
 

@@ -1,28 +1,34 @@
-// A unit stepped for a program that drives it over a socket, in real time or in lockstep.
+// A unit stepped for a program that drives it over a socket or by topics, in real time or in
+// lockstep.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/progress.h"
+#include "sim/opponents.h"
 #include "vehicle/signal_sensors.h"
 
 namespace sim {
 
 struct ServeOptions {
-  /// Path of a Unix datagram socket, or a UDP port of this machine alone.
+  /// Path of a Unix datagram socket, or a UDP port of this machine alone, or topics of ROS 2.
   std::string socket_path;
-  std::uint16_t udp_port = 0;  ///< where there is no path
-  /// Names of numbers of the unit, or of `devices`. A measurement may also be SENSOR.age_s: how
-  /// long ago what it tells was true; POSITION.latitude_deg and POSITION.longitude_deg.
+  std::uint16_t udp_port = 0;          ///< where there is no path
+  std::optional<unsigned> dds_domain;  ///< instead: topics, those of `devices`, in this domain
+  /// Names of numbers of the unit, or of `devices`; topics add theirs. A measurement may also be
+  /// SENSOR.age_s: how long ago what it tells was true; POSITION.latitude_deg and
+  /// POSITION.longitude_deg.
   std::vector<std::string> commands, measurements;
   std::vector<std::string> recorded;  ///< of the unit; not sent
   vehicle::SignalSensorFile devices;  ///< none: everything is measured and commanded as it is
   std::vector<std::pair<std::string, std::string>> starts;  ///< as in UnitRunOptions
+  std::vector<OpponentDrive> opponents;                     ///< [0] is the unit's first
   std::vector<std::pair<std::string, double>> safe;  ///< taken by commands when they stay out
   double safe_after_s = 0.2;                         ///< of the unit's time
   double step_s = 0.001, stop_s = 60.0;
@@ -64,7 +70,7 @@ struct ServeRun {
 /// bytes for the same commands, whatever the load. In real time the unit steps from the begin, at
 /// absolute times, and the newest command counts; at most 64 datagrams are read per step.
 /// Measurements go to whoever commanded last. Throws Error as run_unit() does, and when the socket
-/// cannot be made.
+/// cannot be made or the topics cannot be joined.
 ServeRun serve_unit(const std::string& path, const ServeOptions& options,
                     const base::Progress& progress = {});
 

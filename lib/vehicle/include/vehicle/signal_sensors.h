@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/random.h"
@@ -52,11 +53,21 @@ struct SignalPosition {
   std::size_t x = 0, y = 0;  ///< of the file's sensors
 };
 
+/// A message of ROS 2 and what is told in it.
+struct SignalTopic {
+  std::string name;  ///< of the topic
+  std::string type;  ///< package/Message
+  std::string frame = "map", child_frame = "base_link";
+  /// Field of the message, and the name of a measurement or a number.
+  std::vector<std::pair<std::string, std::string>> fields;
+};
+
 struct SignalSensorFile {
   std::uint64_t seed = 1;
   std::vector<SignalSensor> sensors;
   std::vector<SignalCommand> commands;
   std::vector<SignalPosition> positions;
+  std::vector<SignalTopic> topics = {};
 };
 
 /// Reads a YAML file (docs/sensors.md). Throws Error with file:line on unknown keys, a sensor

@@ -1,0 +1,26 @@
+// Whoever drives, however it is heard. Private to serve_unit.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "sim/message.h"
+
+namespace sim {
+
+struct Received {
+  std::optional<CommandMessage> command;
+  std::string why;  ///< there is no command
+};
+
+struct Connection {
+  /// The next message, waited for at most so long; nothing where none came.
+  std::function<std::optional<Received>(double wait_s)> receive;
+  /// From now on measurements go to the sender of the last message.
+  std::function<void()> answer_here;
+  /// `again`: the same as the last one.
+  std::function<void(const MeasurementMessage& message, bool again)> send;
+};
+
+}  // namespace sim

@@ -1,0 +1,175 @@
+#include "served_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/error.h"
+
+namespace sim {
+
+Numbers::Numbers(Unit& unit, const std::string& path, const std::vector<std::string>& names)
+    : unit_(unit) {
+  for (const std::string& name : names) {
+    places_.push_back(place_of(unit.description(), path, name));
+    if (!is_number(*places_.back().variable))
+      throw base::Error(fmt::format("{}: {} holds no number", path, name));
+  }
+}
+
+void Numbers::want_settable(const std::string& path) const {
+  for (const Place& place : places_)
+    if (!place.variable->is_input() &&
+        !(place.variable->causality == "parameter" && place.variable->variability == "tunable"))
+      throw base::Error(fmt::format(
+          "{}: {} is no input of the unit and no tunable parameter, it is: {} {}", path,
+          place.variable->name, place.variable->variability, place.variable->causality));
+}
+
+std::vector<double> Numbers::get() {
+  std::vector<double> out;
+  for (const Place& place : places_) {
+    all_.resize(place.variable->size);
+    unit_.get(*place.variable, all_);
+    out.push_back(all_[place.index]);
+  }
+  return out;
+}
+
+void Numbers::set(const std::vector<double>& values) {
+  for (std::size_t k = 0; k < places_.size(); ++k) {
+    const UnitVariable& variable = *places_[k].variable;
+    all_.resize(variable.size);
+    if (variable.size > 1) unit_.get(variable, all_);
+    all_[places_[k].index] = values[k];
+    unit_.set(variable, all_);
+  }
+}
+
+namespace {
+
+std::vector<std::string> signals_of_sensors(const vehicle::SignalSensorFile& file) {
+  std::vector<std::string> out;
+  for (const vehicle::SignalSensor& sensor : file.sensors) out.push_back(sensor.signal);
+  return out;
+}
+
+}  // namespace
+
+Measurements::Measurements(Unit& unit, const std::string& path, const ServeOptions& options)
+    : options_(options),
+      sensors_(options.devices, options.step_s),
+      truth_(unit, path, signals_of_sensors(options.devices)),
+      direct_(unit, path, names_of(options, unit.description(), path)) {}
+
+void Measurements::restart() {
+  sensors_ = vehicle::SignalSensors(options_.devices, options_.step_s);
+}
+
+void Measurements::step() {
+  if (sensors_.size() > 0) sensors_.step(truth_.get());
+}
+
+std::vector<double> Measurements::get() {
+  const std::vector<double> direct = direct_.get();
+  std::vector<double> out;
+  for (const auto& [kind, index] : sources_) switch (kind) {
+      case Kind::direct:
+        out.push_back(direct[index]);
+        break;
+      case Kind::sensor:
+        out.push_back(sensors_.value(index));
+        break;
+      case Kind::age:
+        out.push_back(sensors_.age_s(index));
+        break;
+      case Kind::latitude:
+        out.push_back(place_deg(index)[0]);
+        break;
+      case Kind::longitude:
+        out.push_back(place_deg(index)[1]);
+        break;
+    }
+  return out;
+}
+
+std::array<double, 2> Measurements::place_deg(std::size_t position) const {
+  const vehicle::SignalPosition& is = options_.devices.positions[position];
+  return options_.to_latitude_longitude_deg(sensors_.value(is.x), sensors_.value(is.y));
+}
+
+std::optional<std::pair<Measurements::Kind, std::size_t>> Measurements::place_of_name(
+    const ServeOptions& options, const std::string& name, const std::string& path) {
+  const auto& positions = options.devices.positions;
+  for (std::size_t k = 0; k < positions.size(); ++k)
+    for (const auto& [kind, ending] :
+         {std::pair{Kind::latitude, ".latitude_deg"}, {Kind::longitude, ".longitude_deg"}}) {
+      if (name != positions[k].name + ending) continue;
+      if (!options.to_latitude_longitude_deg)
+        throw base::Error(
+            fmt::format("{}: {} needs a road whose header says where on the Earth it "
+                        "lies (--road)",
+                        path, name));
+      return std::pair{kind, k};
+    }
+  return std::nullopt;
+}
+
+std::vector<std::string> Measurements::names_of(const ServeOptions& options,
+                                                const UnitDescription& unit,
+                                                const std::string& path) {
+  const auto& sensors = options.devices.sensors;
+  for (const vehicle::SignalSensor& sensor : sensors)
+    for (const std::string& name : {sensor.name, sensor.name + ".age_s"})
+      if (unit.find(name) != nullptr)
+        throw base::Error(fmt::format(
+            "{}: the sensor {} has the name of a variable of the unit; call it otherwise", path,
+            name));
+  std::vector<std::string> direct;
+  for (const std::string& name : options.measurements) {
+    const auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const auto& one) {
+      return name == one.name || name == one.name + ".age_s";
+    });
+    const std::optional<std::pair<Kind, std::size_t>> place = place_of_name(options, name, path);
+    if (place) {
+      sources_.push_back(*place);
+    } else if (sensor == sensors.end()) {
+      sources_.emplace_back(Kind::direct, direct.size());
+      direct.push_back(name);
+    } else {
+      sources_.emplace_back(name == sensor->name ? Kind::sensor : Kind::age,
+                            static_cast<std::size_t>(sensor - sensors.begin()));
+    }
+  }
+  return direct;
+}
+
+Commands::Commands(Unit& unit, const std::string& path, const ServeOptions& options)
+    : numbers_(unit, path, signals_of(options)) {
+  numbers_.want_settable(path);
+}
+
+std::vector<double> Commands::get() {
+  std::vector<double> values = numbers_.get();
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].from_signal(values[k]);
+  return values;
+}
+
+void Commands::set(std::vector<double> values) {
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = are_[k].to_signal(values[k]);
+  numbers_.set(values);
+}
+
+std::vector<std::string> Commands::signals_of(const ServeOptions& options) {
+  std::vector<std::string> signals;
+  for (const std::string& name : options.commands) {
+    const auto& known = options.devices.commands;
+    const auto found =
+        std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.name == name; });
+    are_.push_back(found != known.end() ? *found : vehicle::SignalCommand{name, name});
+    signals.push_back(are_.back().signal);
+  }
+  return signals;
+}
+
+}  // namespace sim

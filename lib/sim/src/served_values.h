@@ -1,0 +1,79 @@
+// The numbers of a unit that is served: what is measured and what may be commanded, as sensors and
+// the devices' file have them. Private to serve_unit.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/serve_unit.h"
+#include "sim/unit.h"
+#include "unit_places.h"
+
+namespace sim {
+
+/// Numbers of a unit, read and written one by one; arrays as a whole behind it.
+class Numbers {
+ public:
+  /// Throws Error, with the unit's path, on names that it has no number of.
+  Numbers(Unit& unit, const std::string& path, const std::vector<std::string>& names);
+
+  /// Throws Error unless all are inputs, or parameters that may change while the unit runs.
+  void want_settable(const std::string& path) const;
+
+  std::vector<double> get();
+  void set(const std::vector<double>& values);
+
+ private:
+  Unit& unit_;
+  std::vector<Place> places_;
+  std::vector<double> all_;
+};
+
+/// What is measured: numbers of the unit as they are, or as sensors tell them.
+class Measurements {
+ public:
+  Measurements(Unit& unit, const std::string& path, const ServeOptions& options);
+
+  void restart();  ///< as before the first step(), with the same noise
+  void step();     ///< after the initialisation and after every step
+  std::vector<double> get();
+
+ private:
+  enum class Kind { direct, sensor, age, latitude, longitude };
+
+  std::array<double, 2> place_deg(std::size_t position) const;
+  static std::optional<std::pair<Kind, std::size_t>> place_of_name(const ServeOptions& options,
+                                                                   const std::string& name,
+                                                                   const std::string& path);
+  /// Fills sources_; gives the names that no sensor has.
+  std::vector<std::string> names_of(const ServeOptions& options, const UnitDescription& unit,
+                                    const std::string& path);
+
+  const ServeOptions& options_;
+  vehicle::SignalSensors sensors_;
+  std::vector<std::pair<Kind, std::size_t>> sources_;
+  Numbers truth_, direct_;
+};
+
+/// What may be commanded: numbers of the unit as they are, or as the devices' file has them.
+class Commands {
+ public:
+  Commands(Unit& unit, const std::string& path, const ServeOptions& options);
+
+  /// As whoever commands would have said what the unit has.
+  std::vector<double> get();
+  void set(std::vector<double> values);
+
+ private:
+  /// Fills are_; gives the names of the unit.
+  std::vector<std::string> signals_of(const ServeOptions& options);
+
+  std::vector<vehicle::SignalCommand> are_;
+  Numbers numbers_;
+};
+
+}  // namespace sim
