@@ -9,6 +9,7 @@
 #include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
+#include "vehicle/log_table.h"
 
 namespace crgdrive {
 namespace {
