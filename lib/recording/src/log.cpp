@@ -75,10 +75,11 @@ Log parse_log(std::string_view bytes, const std::string& name) {
   if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
   if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
   if (is_mcap(bytes)) return parse_mcap(bytes, name);
+  if (is_rosbag2(bytes)) return parse_rosbag2(bytes, name);
   if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
   if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
     throw base::Error(
-        fmt::format("{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP; export it as CSV", name));
+        fmt::format("{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
   return parse_csv(bytes, name);
 }
 
