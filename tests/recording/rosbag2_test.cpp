@@ -80,6 +80,16 @@ TEST(Rosbag2, ReadsPackedMessagesByTheirDescriptions) {
   EXPECT_TRUE(log.notes.empty());
 }
 
+TEST(Rosbag2, ReadsAFileThatIsPackedAsAWhole) {
+  const std::string packed = support::packed(base::read_file(corpus("humble.db3")), "zstd");
+  const Log log = parse_log(packed, "log");
+  EXPECT_EQ(log.format, "rosbag2");
+  EXPECT_EQ(of(log, "/odom.twist.twist.linear.x").values.size(), 6u);
+  EXPECT_THAT(refusal(packed.substr(0, packed.size() / 2)),
+              testing::HasSubstr("x.db3: packed by zstd, and cut off"));
+  EXPECT_THROW((void)parse_log(support::packed(packed, "zstd"), "log"), base::Error);  // twice
+}
+
 TEST(Rosbag2, RefusesWhatIsNoBag) {
   EXPECT_THAT(refusal(database("CREATE TABLE a(b);")), testing::HasSubstr("no such table"));
   EXPECT_THAT(refusal(database(kTables)), testing::HasSubstr("without a number"));

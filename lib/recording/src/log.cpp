@@ -12,6 +12,7 @@
 #include "base/read_file.h"
 #include "base/text_lines.h"
 #include "readers.h"
+#include "unpack.h"
 
 namespace recording {
 namespace {
@@ -33,6 +34,18 @@ std::vector<double> spread(const Channel& channel, std::size_t rows, double step
     out[static_cast<std::size_t>(row)] = value;
   }
   return out;
+}
+
+Log parse_plain(std::string_view bytes, const std::string& name) {
+  if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
+  if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
+  if (is_mcap(bytes)) return parse_mcap(bytes, name);
+  if (is_rosbag2(bytes)) return parse_rosbag2(bytes, name);
+  if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
+  if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
+    throw base::Error(fmt::format(
+        "{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
+  return parse_csv(bytes, name);
 }
 
 }  // namespace
@@ -72,15 +85,14 @@ void set_rates(Log& log, const std::vector<double>& time_s) {
 }
 
 Log parse_log(std::string_view bytes, const std::string& name) {
-  if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
-  if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
-  if (is_mcap(bytes)) return parse_mcap(bytes, name);
-  if (is_rosbag2(bytes)) return parse_rosbag2(bytes, name);
-  if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
-  if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
-    throw base::Error(
-        fmt::format("{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
-  return parse_csv(bytes, name);
+  if (!is_zstd(bytes)) return parse_plain(bytes, name);
+  std::string unpacked;
+  try {
+    unpacked = unpack_zstd(bytes, std::min(most_unpacked(bytes.size()), kLargestFileBytes));
+  } catch (const base::Error& error) {
+    throw base::Error(fmt::format("{}: {}", name, error.what()));
+  }
+  return parse_plain(unpacked, name);
 }
 
 Log read_log(const std::string& path) {
@@ -121,9 +133,9 @@ std::vector<double> spread(const Channel& channel, const std::vector<double>& fr
 }
 
 Log in_rows_of_clock(Log log, const std::string& name) {
-  const auto most = std::max_element(
-      log.clocks.begin(), log.clocks.end(),
-      [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const auto most =
+      std::max_element(log.clocks.begin(), log.clocks.end(),
+                       [](const auto& a, const auto& b) { return a.size() < b.size(); });
   const std::vector<double> clock = *most;
   want_cells(clock.size(), log.channels.size(), name);
   std::vector<double> steps;

@@ -1,5 +1,6 @@
 // Logs of any maker as channels with name, unit and rate: CSV exports, MoTeC .ld, Racelogic .vbo,
-// iRacing .ibt, MCAP, rosbag2. What a file is, its first bytes say, not its name.
+// iRacing .ibt, MCAP, rosbag2, each of them also packed by zstd as a whole. What a file is, its
+// first bytes say, not its name.
 #pragma once
 
 #include <cstddef>
