@@ -9,6 +9,7 @@
 #include "support/places.h"
 #include "support/temporary_folder.h"
 #include "vehicle/error.h"
+#include "vehicle/log_table.h"
 
 namespace explain {
 namespace {
@@ -96,6 +97,36 @@ TEST(Mapping, ReadsBackWhatItWrites) {
     EXPECT_EQ(back.columns[k].low_pass_s, m.columns[k].low_pass_s);
   }
   EXPECT_EQ(back.imu_yaw_rad, 0.01);
+}
+
+TEST(Mapping, KnowsChannelsOfTopicsByTheirLastParts) {
+  const std::vector<std::pair<const char*, const char*>> expected{
+      {"log time [s]", "time_s"},
+      {"/odom.pose.pose.position.x [m]", "x_m"},
+      {"/odom.pose.pose.position.y [m]", "y_m"},
+      {"/odom.pose.pose.orientation.x", ""},
+      {"/odom.pose.pose.orientation.yaw [rad]", "yaw_rad"},
+      {"/odom.pose.covariance.0", ""},
+      {"/odom.twist.twist.linear.x [m/s]", "vx_mps"},
+      {"/accel.accel.linear.x [m/s2]", ""},
+      {"/imu/data.angular_velocity.z [rad/s]", "yaw_rate_radps"},
+      {"/imu/data.linear_acceleration.y [m/s2]", "ay_mps2"},
+      {"/imu/data.header.stamp [s]", ""},
+      {"/motion.roll_rate_radps", "roll_rate_radps"},
+      {"/car.rpm", "engine_radps"}};
+  vehicle::Table log;
+  for (std::size_t c = 0; c < expected.size(); ++c) {
+    std::vector<double> values;
+    for (int i = 0; i < 100; ++i) values.push_back(0.01 * i * (1 + static_cast<double>(c)));
+    log.add(expected[c].first, values);
+  }
+  const Mapping m = propose_mapping(log, "log");
+  for (const auto& [column, channel] : expected) {
+    std::string found;
+    for (const ColumnMapping& map : m.columns)
+      if (map.column == column) found = map.channel;
+    EXPECT_EQ(found, channel) << column;
+  }
 }
 
 TEST(Mapping, ProposesForRealLogsWhatTheyHold) {

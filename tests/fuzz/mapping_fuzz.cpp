@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "explain/mapping.h"
 #include "fuzz/target.h"
+#include "vehicle/log_table.h"
 
 namespace {
 

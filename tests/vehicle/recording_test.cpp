@@ -12,6 +12,7 @@
 #include "base/write_file.h"
 #include "support/places.h"
 #include "vehicle/error.h"
+#include "vehicle/log_table.h"
 
 namespace {
 

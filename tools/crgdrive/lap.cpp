@@ -5,10 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
-#include "base/write_file.h"
 #include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
+#include "vehicle/log_table.h"
+#include "write_telemetry.h"
 
 namespace crgdrive {
 namespace {
@@ -103,15 +104,12 @@ int lap(const LapCommand& command, Terminal& terminal) {
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.devices_path.empty()) files.push_back(command.devices_path);
     files.insert(files.end(), command.opponent_paths.begin(), command.opponent_paths.end());
-    base::write_file(command.out_path,
-                      provenance("lap", v, command.car, files) +
-                          fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n",
-                                      command.fuel_kg, command.tyre_k, command.disc_k) +
-                          (command.opponent_paths.empty()
-                               ? std::string()
-                               : fmt::format("# opponents {:g} s ahead\n",
-                                             command.opponent_ahead_s)) +
-                          vehicle::format_table(result.telemetry));
+    std::string from = provenance("lap", v, command.car, files) +
+                       fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n",
+                                   command.fuel_kg, command.tyre_k, command.disc_k);
+    if (!command.opponent_paths.empty())
+      from += fmt::format("# opponents {:g} s ahead\n", command.opponent_ahead_s);
+    write_telemetry(command.out_path, from, result.telemetry);
   }
   if (!result.complete) throw vehicle::Error(result.problem);
   return kOk;

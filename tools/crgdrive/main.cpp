@@ -73,7 +73,8 @@ int main(int argc, char** argv) {
   add_input(*lap_app, "--track", lap.track_path, "CRG file of the road")->required();
   add_input(*lap_app, "--friction", lap.friction_path,
                       "CRG file of the same shape whose heights are grip factors");
-  add_output_file(*lap_app, lap.out_path, "Telemetry to write, CSV");
+  add_output_file(*lap_app, lap.out_path,
+                  "Telemetry to write, CSV; MCAP where the name ends in .mcap");
   add_input(*lap_app, "--devices", lap.devices_path,
                       "Device configuration: telemetry as sensors measure it; without: ideal");
   add_input(*lap_app, "--opponent", lap.opponent_paths,
@@ -107,12 +108,13 @@ int main(int argc, char** argv) {
       app.add_subcommand("replay", "Drives a recording's commands and compares");
   add_car_options(*replay_app, replay.car);
   add_input(*replay_app, "--track", replay.track_path, "CRG file of the road")->required();
-  add_input(*replay_app, "--recording", replay.recording_path, "The log, CSV")->required();
+  add_input(*replay_app, "--recording", replay.recording_path, "The log: CSV or of any maker")->required();
   add_input(*replay_app, "--mapping", replay.mapping_path,
                          "mapping.yaml: which column is which channel; without: by their names");
   add_input(*replay_app, "--friction", replay.friction_path,
             "CRG file of the same shape whose heights are grip factors");
-  add_output_folder(*replay_app, replay.out_path, "Folder for errors.csv and replay.csv");
+  add_output_folder(*replay_app, replay.out_path,
+                    "Folder for errors.csv and replay.csv; NAME.mcap: the telemetry alone, MCAP");
   replay_app
       ->add_option("--window-s", replay.window_s,
                    "The car is put back on the recording this often; 0: only at its begin")
@@ -137,7 +139,7 @@ int main(int argc, char** argv) {
   crgdrive::ReportCommand report;
   CLI::App* const report_app =
       app.add_subcommand("report", "Draws one or two drives along the road on a page");
-  add_input(*report_app, "telemetry", report.telemetry, "Telemetry or recordings, CSV")
+  add_input(*report_app, "telemetry", report.telemetry, "Telemetry or recordings")
       ->required()
       ->expected(1, 2);
   add_input(*report_app, "--track", report.track_path, "CRG file of the road")->required();
@@ -152,7 +154,8 @@ int main(int argc, char** argv) {
       ->required();
   add_car_options(*manoeuvre_app, manoeuvre.car);
   add_live_options(*manoeuvre_app, manoeuvre.live);
-  add_output_file(*manoeuvre_app, manoeuvre.out_path, "Telemetry to write, CSV");
+  add_output_file(*manoeuvre_app, manoeuvre.out_path,
+                  "Telemetry to write, CSV; MCAP where the name ends in .mcap");
   add_input(*manoeuvre_app, "--devices", manoeuvre.devices_path,
       "Device configuration: telemetry as sensors measure it; without: ideal");
   manoeuvre_app->add_option("--speed-mps", manoeuvre.speed_mps, "Speed at the start, m/s")

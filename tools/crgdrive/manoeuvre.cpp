@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
-#include "base/write_file.h"
 #include "live.h"
 #include "load_car.h"
 #include "vehicle/error.h"
+#include "write_telemetry.h"
 
 namespace crgdrive {
 
@@ -62,10 +62,10 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
       r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string()));
   if (!terminal.json && !r.swing_warning.empty()) terminal.print(r.swing_warning + "\n");
   if (!command.out_path.empty())
-    base::write_file(command.out_path,
-                      provenance("manoeuvre " + command.kind, v, command.car, files) +
-                          fmt::format("# start fuel_kg={:g}\n", command.fuel_kg) +
-                          vehicle::format_table(r.telemetry));
+    write_telemetry(command.out_path,
+                    provenance("manoeuvre " + command.kind, v, command.car, files) +
+                        fmt::format("# start fuel_kg={:g}\n", command.fuel_kg),
+                    r.telemetry);
   if (!r.complete) throw vehicle::Error(r.problem);
   return kOk;
 }

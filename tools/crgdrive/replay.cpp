@@ -10,6 +10,7 @@
 #include "base/write_file.h"
 #include "load_car.h"
 #include "vehicle/error.h"
+#include "write_telemetry.h"
 
 namespace crgdrive {
 namespace {
@@ -73,6 +74,15 @@ nlohmann::ordered_json numbers(const vehicle::Recording& recording, const vehicl
           {"errors", errors}};
 }
 
+/// A folder with errors and telemetry, or the telemetry alone as MCAP.
+void write_result(const std::string& path, const std::string& from, const vehicle::ReplayResult& result) {
+  if (is_mcap(path)) return write_telemetry(path, from, result.telemetry);
+  std::filesystem::create_directories(path);
+  const std::filesystem::path folder(path);
+  base::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
+  write_telemetry((folder / "replay.csv").string(), from, result.telemetry, 17);
+}
+
 }  // namespace
 
 int replay(const ReplayCommand& command, Terminal& terminal) {
@@ -104,15 +114,11 @@ int replay(const ReplayCommand& command, Terminal& terminal) {
     std::vector<std::string> files{command.track_path, command.recording_path};
     if (!command.friction_path.empty()) files.push_back(command.friction_path);
     if (!command.mapping_path.empty()) files.push_back(command.mapping_path);
-    std::filesystem::create_directories(command.out_path);
-    const std::filesystem::path folder(command.out_path);
     const std::string from =
         provenance("replay", v, command.car, files) +
         fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g} where not recorded\n",
                     command.fuel_kg, command.tyre_k, command.disc_k);
-    base::write_file((folder / "errors.csv").string(), from + vehicle::format_errors(result));
-    base::write_file((folder / "replay.csv").string(),
-                      from + vehicle::format_table(result.telemetry, 17));
+    write_result(command.out_path, from, result);
   }
   if (result.problems.size() == result.windows)
     throw vehicle::Error("no window came to its end; the first: " + result.problems.front());

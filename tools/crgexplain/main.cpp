@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
 
   crgexplain::MapCommand map;
   CLI::App* const map_app = app.add_subcommand("map", "Proposes a mapping of a log's columns to the canonical channels");
-  add_input(*map_app, "log", map.log_path, "CSV, MoTeC .ld, Racelogic .vbo or iRacing .ibt")->required();
+  add_input(*map_app, "log", map.log_path, "CSV, MoTeC .ld, Racelogic .vbo, iRacing .ibt, MCAP or rosbag2")->required();
   add_output_file(*map_app, map.out_path, "mapping.yaml to write")->required();
   map_app->add_flag("--list", map.list, "Prints every channel of the log: unit, rate, samples, least and greatest value, what it becomes");
   map_app->callback([&] { run = [&] { return crgexplain::map(map, terminal); }; });

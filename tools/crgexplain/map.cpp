@@ -11,6 +11,7 @@
 #include "base/write_file.h"
 #include "recording/log.h"
 #include "vehicle/error.h"
+#include "vehicle/log_table.h"
 
 namespace crgexplain {
 namespace {
@@ -48,9 +49,11 @@ int map(const MapCommand& command, Terminal& terminal) {
   if (std::filesystem::equivalent(command.log_path, command.out_path, none))
     throw vehicle::Error(fmt::format("{}: is the log, and -o would overwrite it; choose another name", command.out_path));
   std::vector<std::size_t> words;
-  const vehicle::Table table = vehicle::read_log(command.log_path, &words);
+  std::vector<std::string> not_read;
+  const vehicle::Table table = vehicle::read_log(command.log_path, &words, &not_read);
   const explain::Mapping mapping = explain::propose_mapping(table, command.log_path);
-  std::vector<std::string> notes = mapping.notes;
+  std::vector<std::string> notes = not_read;
+  notes.insert(notes.end(), mapping.notes.begin(), mapping.notes.end());
   for (std::size_t c = 0; c < words.size(); ++c)
     if (words[c] > 0) notes.push_back(fmt::format("{} of {} cells of '{}' are no numbers: taken as empty", words[c], table.rows(), table.names[c]));
   base::write_file(command.out_path, explain::format_mapping(mapping));

@@ -8,6 +8,7 @@
 #include "base/sha256.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
+#include "vehicle/log_table.h"
 #include "vehicle/place.h"
 
 namespace crgexplain {

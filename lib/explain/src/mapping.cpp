@@ -30,21 +30,21 @@ struct Alias {
 const std::vector<Alias>& aliases() {
   static const std::vector<Alias> list{
       {"time_s", "time", {"time", "t", "timestamp", "times", "logtime", "sessiontime", "elapsedtime", "zeit", "temps", "tiempo", "tempo"}},
-      {"x_m", "length", {"x", "posx", "xposition", "east", "easting"}},
-      {"y_m", "length", {"y", "posy", "yposition", "north", "northing"}},
+      {"x_m", "length", {"x", "posx", "xposition", "positionx", "east", "easting"}},
+      {"y_m", "length", {"y", "posy", "yposition", "positiony", "north", "northing"}},
       {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "breitengrad"}},
       {"longitude_rad", "angle", {"longitude", "long", "lon", "lng", "gpslongitude", "lngengrad", "laengengrad"}},
-      {"z_m", "length", {"z", "posz", "altitude", "height", "alt", "gpsaltitude"}},
-      {"yaw_rad", "angle", {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel"}},
-      {"vx_mps", "speed", {"vx", "velx", "speed", "vlong", "velocityx", "velocity", "groundspeed", "gpsspeed", "speedoverground",
+      {"z_m", "length", {"z", "posz", "positionz", "altitude", "height", "alt", "gpsaltitude"}},
+      {"yaw_rad", "angle", {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel", "orientationyaw"}},
+      {"vx_mps", "speed", {"vx", "velx", "linearx", "speed", "vlong", "velocityx", "velocity", "groundspeed", "gpsspeed", "speedoverground",
         "vehiclespeed", "geschwindigkeit", "vitesse", "velocita", "velocidad"}},
-      {"vy_mps", "speed", {"vy", "vely", "vlat", "velocityy"}},
-      {"yaw_rate_radps", "rate", {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "gyroyawvelocity", "yawvelocity", "gierrate", "giergeschwindigkeit"}},
-      {"roll_rate_radps", "rate", {"rollrate", "gyrox"}},
-      {"pitch_rate_radps", "rate", {"pitchrate", "gyroy"}},
-      {"ax_mps2", "acceleration", {"ax", "accx", "along", "accelx", "longacc", "gforcelong", "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc", "lngsbeschleunigung", "laengsbeschleunigung"}},
-      {"ay_mps2", "acceleration", {"ay", "accy", "alat", "accely", "latacc", "gforcelat", "lateralacc", "lateralacceleration", "lataccel", "querbeschleunigung"}},
-      {"az_mps2", "acceleration", {"az", "accz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
+      {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
+      {"yaw_rate_radps", "rate", {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "angularz", "angularvelocityz", "gyroyawvelocity", "yawvelocity", "gierrate", "giergeschwindigkeit"}},
+      {"roll_rate_radps", "rate", {"rollrate", "gyrox", "angularx", "angularvelocityx"}},
+      {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
+      {"ax_mps2", "acceleration", {"ax", "accx", "linearaccelerationx", "along", "accelx", "longacc", "gforcelong", "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc", "lngsbeschleunigung", "laengsbeschleunigung"}},
+      {"ay_mps2", "acceleration", {"ay", "accy", "linearaccelerationy", "alat", "accely", "latacc", "gforcelat", "lateralacc", "lateralacceleration", "lataccel", "querbeschleunigung"}},
+      {"az_mps2", "acceleration", {"az", "accz", "linearaccelerationz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
       {"steer_rad", "angle", {"delta", "steer", "steering", "roadwheelangle", "steerangle", "steeredangle", "steeringangle", "steeringwheelangle", "lenkwinkel", "volant"}},
       {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
       {"throttle", "share", {"throttle", "throttlepos", "throttleposition", "tps", "drosselklappe"}},
@@ -130,6 +130,17 @@ std::pair<std::string, std::string> split_unit(const std::string& column) {
   for (const char c : unit)
     if (c != ' ') lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return {column.substr(0, open), lower};
+}
+
+/// What a column may be known by: its name; for a channel of a topic ("/odom.twist.twist.linear.x")
+/// its last two parts, then the last one where that is more than a letter.
+std::vector<std::string> words_of(const std::string& stem) {
+  const std::size_t last = stem.rfind('.');
+  if (!stem.starts_with('/') || last == std::string::npos) return {plain(stem)};
+  std::vector<std::string> out;
+  if (const std::size_t before = stem.rfind('.', last - 1); before != std::string::npos) out.push_back(plain(stem.substr(before)));
+  if (const std::string word = plain(stem.substr(last)); word.size() > 1) out.push_back(word);
+  return out;
 }
 
 std::optional<double> unit_scale(const std::string& quantity, const std::string& unit) {
@@ -319,12 +330,13 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
   for (std::size_t c = 0; c < table.names.size(); ++c) {
     const std::string& column = table.names[c];
     const auto [stem, unit] = split_unit(column);
-    const std::string word = plain(stem);
     ColumnMapping m{column, ""};
-    std::string quantity;
-    if (std::find(known.begin(), known.end(), column) != known.end()) {
-      m.channel = column;
-    } else {
+    std::string quantity, word;
+    const std::string field = stem.starts_with('/') ? stem.substr(stem.rfind('.') + 1) : column;
+    if (std::find(known.begin(), known.end(), field) != known.end()) m.channel = field;
+    for (const std::string& candidate : words_of(stem)) {
+      if (!m.channel.empty()) break;
+      word = candidate;
       for (const Alias& alias : aliases())
         for (const char* other : alias.names)
           if (word == other) {

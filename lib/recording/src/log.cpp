@@ -12,6 +12,7 @@
 #include "base/read_file.h"
 #include "base/text_lines.h"
 #include "readers.h"
+#include "unpack.h"
 
 namespace recording {
 namespace {
@@ -33,6 +34,18 @@ std::vector<double> spread(const Channel& channel, std::size_t rows, double step
     out[static_cast<std::size_t>(row)] = value;
   }
   return out;
+}
+
+Log parse_plain(std::string_view bytes, const std::string& name) {
+  if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
+  if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
+  if (is_mcap(bytes)) return parse_mcap(bytes, name);
+  if (is_rosbag2(bytes)) return parse_rosbag2(bytes, name);
+  if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
+  if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
+    throw base::Error(fmt::format(
+        "{}: binary, and none of MoTeC .ld, iRacing .ibt, MCAP, rosbag2; export it as CSV", name));
+  return parse_csv(bytes, name);
 }
 
 }  // namespace
@@ -72,20 +85,79 @@ void set_rates(Log& log, const std::vector<double>& time_s) {
 }
 
 Log parse_log(std::string_view bytes, const std::string& name) {
-  if (is_motec_ld(bytes)) return parse_motec_ld(bytes, name);
-  if (is_iracing_ibt(bytes)) return parse_iracing_ibt(bytes, name);
-  if (is_racelogic_vbo(bytes)) return parse_racelogic_vbo(bytes, name);
-  if (bytes.substr(0, 4096).find('\0') != std::string_view::npos)
-    throw base::Error(
-        fmt::format("{}: binary, and neither MoTeC .ld nor iRacing .ibt; export it as CSV", name));
-  return parse_csv(bytes, name);
+  if (!is_zstd(bytes)) return parse_plain(bytes, name);
+  std::string unpacked;
+  try {
+    unpacked = unpack_zstd(bytes, std::min(most_unpacked(bytes.size()), kLargestFileBytes));
+  } catch (const base::Error& error) {
+    throw base::Error(fmt::format("{}: {}", name, error.what()));
+  }
+  return parse_plain(unpacked, name);
 }
 
 Log read_log(const std::string& path) {
   return parse_log(base::read_file(path, kLargestFileBytes), path);
 }
 
+namespace {
+
+void want_cells(std::size_t rows, std::size_t channels, const std::string& name) {
+  if (rows > kMostCells / (channels + 1))
+    throw base::Error(fmt::format("{}: {} rows of {} channels, more than 2 GB; cut the log", name,
+                                  rows, channels));
+}
+
+/// A channel of the clock `from` in rows of the clock `to`: every sample in the nearest row, no
+/// further than a step of that clock away, brought there by the straight line to its neighbour
+/// (but for an angle that jumps by a turn).
+std::vector<double> spread(const Channel& channel, const std::vector<double>& from,
+                           const std::vector<double>& to, double step_s) {
+  const std::vector<double>& values = channel.values;
+  const double most = channel.unit == "rad" ? 3.0 : std::numeric_limits<double>::infinity();
+  std::vector<double> out(to.size(), std::numeric_limits<double>::quiet_NaN());
+  std::size_t row = 0;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (std::isnan(values[k])) continue;
+    while (row + 1 < to.size() && std::abs(to[row + 1] - from[k]) <= std::abs(to[row] - from[k]))
+      ++row;
+    const double beside = to[row] - from[k];
+    if (!(std::abs(beside) <= step_s)) continue;
+    const std::size_t other = beside > 0 ? std::min(k + 1, values.size() - 1) : k - (k > 0 ? 1 : 0);
+    const double run = from[other] - from[k];
+    double value = values[k];
+    if (std::abs(run) >= std::abs(beside) && run != 0 && std::abs(values[other] - value) <= most)
+      value += beside / run * (values[other] - value);
+    out[row] = value;
+  }
+  return out;
+}
+
+Log in_rows_of_clock(Log log, const std::string& name) {
+  const auto most =
+      std::max_element(log.clocks.begin(), log.clocks.end(),
+                       [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const std::vector<double> clock = *most;
+  want_cells(clock.size(), log.channels.size(), name);
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < clock.size(); ++i) steps.push_back(clock[i] - clock[i - 1]);
+  std::sort(steps.begin(), steps.end());
+  const double step_s = steps.empty() ? 0.0 : steps[steps.size() / 2];
+  Log out{log.format, {}, true, {}, std::move(log.notes)};
+  out.channels.push_back({"log time", "s", step_s > 0 ? 1.0 / step_s : 0.0, clock, 0});
+  for (Channel& channel : log.channels) {
+    const std::vector<double>& own = log.clocks[channel.clock];
+    if (own != clock) channel.values = spread(channel, own, clock, step_s);
+    channel.clock = 0;
+    out.channels.push_back(std::move(channel));
+  }
+  number_names(out.channels);
+  return out;
+}
+
+}  // namespace
+
 Log in_rows(Log log, const std::string& name) {
+  if (!log.in_rows && !log.clocks.empty()) return in_rows_of_clock(std::move(log), name);
   if (log.in_rows) return log;
   // The one with most samples: a short one with a high rate would ask for rows without end.
   const auto fastest = std::max_element(
@@ -95,9 +167,7 @@ Log in_rows(Log log, const std::string& name) {
     throw base::Error(name + ": no channel with samples");
   const std::size_t rows = fastest->values.size();
   const double rate_hz = fastest->rate_hz;
-  if (rows > kMostCells / (log.channels.size() + 1))
-    throw base::Error(fmt::format("{}: {} rows of {} channels, more than 2 GB; cut the log", name,
-                                  rows, log.channels.size()));
+  want_cells(rows, log.channels.size(), name);
   Log out{log.format, {}, true};
   Channel clock{"log time", "s", rate_hz, {}, 0};
   for (std::size_t i = 0; i < rows; ++i) clock.values.push_back(static_cast<double>(i) / rate_hz);

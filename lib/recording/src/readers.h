@@ -17,10 +17,14 @@ Log parse_csv(std::string_view text, const std::string& name);
 Log parse_motec_ld(std::string_view bytes, const std::string& name);
 Log parse_racelogic_vbo(std::string_view text, const std::string& name);
 Log parse_iracing_ibt(std::string_view bytes, const std::string& name);
+Log parse_mcap(std::string_view bytes, const std::string& name);
+Log parse_rosbag2(std::string_view bytes, const std::string& name);
 
 bool is_motec_ld(std::string_view bytes);
 bool is_racelogic_vbo(std::string_view bytes);
 bool is_iracing_ibt(std::string_view bytes);
+bool is_mcap(std::string_view bytes);
+bool is_rosbag2(std::string_view bytes);
 
 /// Names that come again get a number: "speed", "speed #2".
 void number_names(std::vector<Channel>& channels);

@@ -10,6 +10,7 @@
 
 #include "settings.h"
 #include "vehicle/error.h"
+#include "vehicle/log_table.h"
 #include "vehicle/place.h"
 #include "vehicle/telemetry.h"
 

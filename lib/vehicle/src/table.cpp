@@ -10,7 +10,6 @@
 
 #include "base/read_file.h"
 #include "base/text_lines.h"
-#include "recording/log.h"
 #include "vehicle/error.h"
 
 namespace vehicle {
@@ -77,21 +76,6 @@ Table parse(const std::string& text, const std::string& name) {
   return table;
 }
 
-/// One column per channel; its name says the unit, as columns of CSV do.
-Table table_of(recording::Log log, const std::string& name, std::vector<std::size_t>* words) {
-  log = recording::in_rows(std::move(log), name);
-  Table table;
-  if (words != nullptr) words->clear();
-  for (recording::Channel& channel : log.channels) {
-    std::string column =
-        channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
-    while (table.find(column) != nullptr) column += '\'';
-    if (words != nullptr) words->push_back(channel.words);
-    table.add(std::move(column), std::move(channel.values));
-  }
-  return table;
-}
-
 }  // namespace
 
 const std::vector<double>* Table::find(std::string_view name) const {
@@ -106,14 +90,6 @@ void Table::add(std::string name, std::vector<double> values) {
 
 Table parse_table(const std::string& text, const std::string& name) {
   return parse(text, name);
-}
-
-Table parse_log(const std::string& text, const std::string& name, std::vector<std::size_t>* words) {
-  return table_of(recording::parse_log(text, name), name, words);
-}
-
-Table read_log(const std::string& path, std::vector<std::size_t>* words) {
-  return table_of(recording::read_log(path), path, words);
 }
 
 Table read_table(const std::string& path) {

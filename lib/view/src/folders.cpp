@@ -32,8 +32,8 @@ std::optional<Kind> kind_of(const fs::path& path) {
       {".gltf", Kind::mesh},   {".dae", Kind::mesh},   {".ply", Kind::mesh}, {".stl", Kind::mesh},
       {".3ds", Kind::mesh},    {".ac", Kind::mesh},    {".acc", Kind::mesh}, {".b3d", Kind::mesh},
       {".crg", Kind::road},    {".csv", Kind::table},  {".ld", Kind::log},   {".vbo", Kind::log},
-      {".ibt", Kind::log},     {".las", Kind::scan},   {".laz", Kind::scan}, {".pcd", Kind::scan},
-      {".fmu", Kind::unit},    {".png", Kind::picture}};
+      {".ibt", Kind::log},     {".mcap", Kind::log},   {".db3", Kind::log},  {".las", Kind::scan},
+      {".laz", Kind::scan},    {".pcd", Kind::scan},   {".fmu", Kind::unit}, {".png", Kind::picture}};
   const std::string name = lower(path.filename().string());
   if (name == "report.html") return Kind::report;
   if (name == "findings.json") return Kind::findings;

@@ -1,5 +1,6 @@
 // Logs of any maker as channels with name, unit and rate: CSV exports, MoTeC .ld, Racelogic .vbo,
-// iRacing .ibt. What a file is, its first bytes say, not its name.
+// iRacing .ibt, MCAP, rosbag2, each of them also packed by zstd as a whole. What a file is, its
+// first bytes say, not its name.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +17,17 @@ struct Channel {
   double rate_hz = 0.0;        ///< samples a second; 0: not known (no clock in the file)
   std::vector<double> values;  ///< NaN: an empty cell
   std::size_t words = 0;       ///< cells that were no numbers; taken as empty
+  std::size_t clock = 0;       ///< which of Log::clocks says when, where there are any
 };
 
 struct Log {
-  std::string format;  ///< "CSV", "MoTeC .ld", "Racelogic .vbo", "iRacing .ibt"
+  std::string format;  ///< "CSV", "MoTeC .ld", "Racelogic .vbo", "iRacing .ibt", "MCAP", "rosbag2"
   std::vector<Channel> channels;
   /// Whether sample k of all channels is of one moment and a clock is among them; otherwise sample
-  /// k of a channel is of k / rate_hz.
+  /// k of a channel is of clocks[channel.clock][k], and where there are no clocks of k / rate_hz.
   bool in_rows = true;
+  std::vector<std::vector<double>> clocks = {};  ///< [s] from the log's first moment on, ascending
+  std::vector<std::string> notes = {};           ///< what was not read and why, in sentences
 };
 
 /// Reads a log. Throws base::Error, one line, on what is none of the formats, on files that
@@ -38,7 +42,7 @@ Log read_log(const std::string& path);
 /// The same from the bytes of a file; `name` is for messages.
 Log parse_log(std::string_view bytes, const std::string& name);
 
-/// The log with one row for each moment of its fastest channel, which becomes the clock
+/// The log with one row for each moment of the channel with most samples, which becomes the clock
 /// "log time" [s]. Slower channels have a value in as many rows as they have samples and NaN in the
 /// others; a sample between two rows is brought to the nearer one by the straight line to its
 /// neighbour. A log in rows stays as it is.

@@ -13,6 +13,7 @@
 
 #include "recording/log.h"
 #include "road/error.h"
+#include "vehicle/log_table.h"
 #include "vehicle/recording.h"
 
 namespace road {
@@ -31,9 +32,13 @@ std::string plain(std::string_view name) {
 
 const recording::Channel* channel_called(const recording::Log& log,
                                          std::initializer_list<std::string_view> names) {
+  // Of a channel of a topic, "/fix.latitude", the last part.
+  const auto field = [](const std::string& name) {
+    return name.starts_with('/') ? name.substr(name.rfind('.') + 1) : name;
+  };
   for (const std::string_view name : names)
     for (const recording::Channel& channel : log.channels)
-      if (plain(channel.name) == name) return &channel;
+      if (plain(field(channel.name)) == name) return &channel;
   return nullptr;
 }
 

@@ -25,13 +25,6 @@ struct Table {
 Table read_table(const std::string& path);
 Table parse_table(const std::string& text, const std::string& name);
 
-/// Reads a log of any maker (recording/log.h) as one table. A column is called as its channel, with
-/// the unit where the file names it apart: "speed [m/s]". `words` counts the cells that were no
-/// numbers.
-Table read_log(const std::string& path, std::vector<std::size_t>* words = nullptr);
-Table parse_log(const std::string& text, const std::string& name,
-                std::vector<std::size_t>* words = nullptr);
-
 /// The table as text, numbers with `digits` significant digits (17 read back exactly), NaN empty.
 std::string format_table(const Table& table, int digits = 9);
 

@@ -1,0 +1,17 @@
+// Telemetry to a file, as its name asks.
+#pragma once
+
+#include <string>
+
+#include "vehicle/table.h"
+
+namespace crgdrive {
+
+bool is_mcap(const std::string& path);
+
+/// A name that ends in .mcap: MCAP, numbers to the bit, `from` kept as its metadata; any other: CSV
+/// with `digits` digits after the remarks `from`.
+void write_telemetry(const std::string& path, const std::string& from, const vehicle::Table& table,
+                     int digits = 9);
+
+}  // namespace crgdrive
