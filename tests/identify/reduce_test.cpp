@@ -175,6 +175,11 @@ TEST(Reduce, SpeedsThatTheCarDoesNotReachAreRefused) {
   EXPECT_THROW(identify::reduce_car(weak.car, options), base::Error);
 }
 
+TEST(Reduce, ACarThatCannotBrakeIsRefused) {
+  const Loaded rolls("open_wheel", {"front.brake_area_m2=0"});
+  EXPECT_THROW(identify::reduce_car(rolls.car), base::Error);
+}
+
 TEST(Reduce, BothCarsAndALockedDifferential) {
   if (!heavy()) GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
   struct Case {

@@ -305,6 +305,14 @@ PartError limit_error(const Reduction& r, double GripPoint::*reduced, const std:
 
 Reduction reduce_car(const vehicle::Car<double>& car, const ReduceOptions& options) {
   Reduction out;
+  for (std::size_t a = 0; a < 2; ++a)
+    for (const auto part :
+         {P::front_brake_area_m2, P::front_brake_radius_m, P::front_brake_friction})
+      if (!(car.parameters.axle(a, part) > 0.0))
+        throw base::Error(
+            fmt::format("the {} brakes have no area, radius or friction, wanted more than 0: the "
+                        "rig brakes both axles",
+                        kAxle[a]));
   const double most_mps = options.most_mps > 0.0 ? options.most_mps : top_speed(car);
   if (!(most_mps > options.least_mps + 5.0) || options.speeds < 2 || options.gravities.empty())
     throw base::Error(fmt::format(
@@ -332,7 +340,7 @@ Reduction reduce_car(const vehicle::Car<double>& car, const ReduceOptions& optio
   if (moments.size() < 5 * runs.size())
     throw base::Error(fmt::format(
         "the full car on the rig came to {} moments in {} runs, wanted at least {}: it does not "
-        "settle; look at it with crgdrive manoeuvre ramp",
+        "settle, or rolls over; look at it with crgdrive manoeuvre ramp",
         moments.size(), runs.size(), 5 * runs.size()));
   if (options.progress) options.progress("fitting", 0.7);
   fit_loads(out.car, moments, out.parts);
