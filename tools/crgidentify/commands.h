@@ -31,4 +31,15 @@ struct ActuatorCommand {
 };
 int actuator(const ActuatorCommand& command, Terminal& terminal);
 
+struct ReduceCommand {
+  std::string vehicle_path, setup_path, track_path, out_path;
+  std::vector<std::string> settings;  ///< name=value
+  double fuel_kg = 30.0, least_mps = 15.0, most_mps = 0.0;
+  std::size_t speeds = 5, slips = 20;
+  std::vector<double> gravities{0.6, 1.0, 1.5};
+  double most_lap_share = 0.02, most_limit_share = 0.015;
+  unsigned threads = 0;
+};
+int reduce(const ReduceCommand& command, Terminal& terminal);
+
 }  // namespace crgidentify

@@ -1,17 +1,18 @@
-// Tyres and actuators from measurements; options in, one call, exit code.
+// Tyres and actuators from measurements, reduced cars from the full one; options in, one call, exit
+// code.
 #include <functional>
+#include <utility>
 
 #include "command/program.h"
 #include "commands.h"
 
-int main(int argc, char** argv) {
-  CLI::App app{"What a car's parts are, from measurements of them", "crgidentify"};
-  app.require_subcommand(1);
-  command::Terminal terminal("crgidentify");
-  app.option_defaults()->always_capture_default();  // so that --help shows them
-  std::function<int()> run;
+namespace {
 
-  crgidentify::TyreCommand tyre;
+/// Called with the work of the command that was chosen.
+using Work = std::function<int(command::Terminal&)>;
+using Chosen = std::function<void(Work)>;
+
+void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chosen) {
   CLI::App* const tyre_app =
       app.add_subcommand("tyre", "Fits the Magic Formula to measured forces of a tyre");
   command::add_input(*tyre_app, "bench", tyre.bench_paths,
@@ -37,9 +38,11 @@ int main(int argc, char** argv) {
   tyre_app->add_option("--threads", tyre.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   tyre_app->footer("Example:\n  crgidentify tyre bench.csv --reference old.tir -o new.tir");
-  tyre_app->callback([&] { run = [&] { return crgidentify::tyre(tyre, terminal); }; });
+  tyre_app->callback(
+      [&] { chosen([&](command::Terminal& t) { return crgidentify::tyre(tyre, t); }); });
+}
 
-  crgidentify::ActuatorCommand actuator;
+void add_actuator(CLI::App& app, crgidentify::ActuatorCommand& actuator, const Chosen& chosen) {
   CLI::App* const actuator_app = app.add_subcommand(
       "actuator",
       "Finds an actuator's order and parameters from its recorded command and movement");
@@ -68,7 +71,72 @@ int main(int argc, char** argv) {
   actuator_app->add_option("--threads", actuator.threads, "0: all cores; the result is the same")
       ->check(CLI::Range(0, 1024));
   actuator_app->footer("Example:\n  crgidentify actuator lap.csv --part brake -o brake.txt");
-  actuator_app->callback([&] { run = [&] { return crgidentify::actuator(actuator, terminal); }; });
+  actuator_app->callback(
+      [&] { chosen([&](command::Terminal& t) { return crgidentify::actuator(actuator, t); }); });
+}
 
-  return command::run(app, terminal, argc, argv, [&] { return run(); });
+void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen& chosen) {
+  CLI::App* const reduce_app = app.add_subcommand(
+      "reduce", "Makes models for planning and control from the full car, with their errors");
+  command::add_input(*reduce_app, "--vehicle", reduce.vehicle_path, "vehicle.yaml")->required();
+  command::add_input(*reduce_app, "--setup", reduce.setup_path,
+                     "Setup sheet, read after the vehicle's own");
+  reduce_app->add_option("--set", reduce.settings,
+                         "name=value: a parameter or a term's amplitude; repeatable");
+  command::add_input(
+      *reduce_app, "--track", reduce.track_path,
+      "CRG road of the lap that the models are compared on; without: a built-in one");
+  command::add_output_file(*reduce_app, reduce.out_path,
+                           "YAML to write; NAME.h, NAME_axles.csv and NAME_border.csv go beside it")
+      ->required();
+  reduce_app->add_option("--fuel-kg", reduce.fuel_kg, "Fuel on board")
+      ->check(CLI::Range(0.0, 1000.0));
+  reduce_app->add_option("--least-mps", reduce.least_mps, "Lowest speed")
+      ->check(CLI::Range(5.0, 100.0));
+  reduce_app->add_option("--most-mps", reduce.most_mps, "Highest speed; 0: the car's own")
+      ->check(CLI::Range(0.0, 110.0));
+  reduce_app->add_option("--speeds", reduce.speeds, "How many between these")
+      ->check(CLI::Range(2, 20));
+  reduce_app->add_option("--slips", reduce.slips, "How many slip angles up to 0.2 rad")
+      ->check(CLI::Range(5, 100));
+  reduce_app
+      ->add_option("--pressing", reduce.gravities,
+                   "What presses the car on the road, over its gravity: dips and banks above "
+                   "1, crests below")
+      ->delimiter(',')
+      ->check(CLI::Range(0.2, 4.0));
+  reduce_app
+      ->add_option("--most-lap-share", reduce.most_lap_share,
+                   "A model whose lateral acceleration on the lap is further off (root mean "
+                   "square over the largest) is refused")
+      ->check(CLI::Range(0.0, 1.0));
+  reduce_app
+      ->add_option("--most-limit-share", reduce.most_limit_share,
+                   "The same for its steady-state limit")
+      ->check(CLI::Range(0.0, 1.0));
+  reduce_app->add_option("--threads", reduce.threads, "0: all cores; the result is the same")
+      ->check(CLI::Range(0, 1024));
+  reduce_app->footer(
+      "Example:\n  crgidentify reduce --vehicle vehicles/open_wheel/vehicle.yaml -o control.yaml");
+  reduce_app->callback(
+      [&] { chosen([&](command::Terminal& t) { return crgidentify::reduce(reduce, t); }); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"What a car's parts are, from measurements of them", "crgidentify"};
+  app.require_subcommand(1);
+  command::Terminal terminal("crgidentify");
+  app.option_defaults()->always_capture_default();  // so that --help shows them
+  Work work;
+  const Chosen chosen = [&](Work w) { work = std::move(w); };
+
+  crgidentify::TyreCommand tyre;
+  add_tyre(app, tyre, chosen);
+  crgidentify::ActuatorCommand actuator;
+  add_actuator(app, actuator, chosen);
+  crgidentify::ReduceCommand reduce;
+  add_reduce(app, reduce, chosen);
+  return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

@@ -1,0 +1,38 @@
+// A few unknowns of a formula from many rows.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace identify {
+
+struct Unknown {
+  std::string name;
+  double value = 0.0;            ///< where the search begins, and what it found
+  double low = 0.0, high = 0.0;  ///< never left
+  double typical = 1.0;          ///< size of the unknown: differences are 1e-6 of it
+};
+
+struct LeastSquares {
+  double rms = 0.0;  ///< root mean square of what is left
+  int rounds = 0;
+  bool converged = false;  ///< the last round took less than 1e-6 of the sum away
+};
+
+/// Fills `left`, always of the same length, with what the values leave of the rows.
+using Residuals = std::function<void(const std::vector<double>& values, std::vector<double>& left)>;
+
+/// Levenberg and Marquardt within bounds (K. Levenberg 1944, D. W. Marquardt 1963), slopes by
+/// differences. Moves `unknowns` to the least sum of squares near where they begin. Throws
+/// base::Error when the begin leaves something that is not finite.
+LeastSquares least_squares(std::vector<Unknown>& unknowns, const Residuals& residuals,
+                           int most_rounds = 60);
+
+/// Weights of given columns that sum up to the wanted values with least squares: `columns[k][row]`.
+/// A column without effect gets weight 0.
+std::vector<double> linear_fit(const std::vector<std::vector<double>>& columns,
+                               const std::vector<double>& wanted);
+
+}  // namespace identify

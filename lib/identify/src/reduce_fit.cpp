@@ -1,0 +1,277 @@
+#include "reduce_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "identify/least_squares.h"
+
+namespace identify {
+namespace {
+
+using P = vehicle::Parameter;
+using T = vehicle::Term;
+
+}  // namespace
+
+PlanarState planar_state(const CarMoment& m) {
+  PlanarState out;
+  out.vx_mps = m.vx_mps;
+  out.vy_mps = m.vy_mps;
+  out.yaw_rate_radps = m.yaw_rate_radps;
+  out.steer_rad = m.steer_rad;
+  out.ax_mps2 = m.ax_mps2;
+  out.an_mps2 = m.an_mps2;
+  out.fx_n = {m.wheel[0].fx_n + m.wheel[1].fx_n, m.wheel[2].fx_n + m.wheel[3].fx_n};
+  out.drive_nm = m.drive_nm;
+  return out;
+}
+
+bool grips(const CarMoment& m) {
+  return std::all_of(m.wheel.begin(), m.wheel.end(),
+                     [](const WheelMoment& w) { return std::abs(w.kappa) <= kMostWheelSlip; });
+}
+
+ReducedCar plain_numbers(const vehicle::Car<double>& car, double fuel_kg) {
+  const auto& p = car.parameters;
+  ReducedCar out;
+  out.fuel_kg = fuel_kg;
+  out.mass_kg = p[P::chassis_mass_kg] + fuel_kg;
+  out.wheelbase_m = p[P::chassis_wheelbase_m];
+  out.front_m = p[P::chassis_cog_behind_front_m];
+  out.rear_m = out.wheelbase_m - out.front_m;
+  const double share = fuel_kg / out.mass_kg;
+  out.cog_behind_m = -share * car.tank_m.x;
+  out.cog_height_m = p[P::chassis_cog_height_m] + share * car.tank_m.z;
+  out.yaw_inertia_kgm2 =
+      p[P::chassis_yaw_inertia_kgm2] + p[P::chassis_mass_kg] * share * car.tank_m.x * car.tank_m.x;
+  for (std::size_t a = 0; a < 2; ++a) {
+    out.track_m[a] = p.axle(a, P::front_track_m);
+    out.radius_m[a] = car.static_radius_m[a];
+  }
+  out.ackermann = p[P::steering_ackermann];
+  out.gravity_mps2 = p[P::environment_gravity_mps2];
+  out.density_kgpm3 = p[P::aero_density_kgpm3];
+  out.side_area_m2 = car.terms[T::aero_drag] * p[P::aero_side_area_m2];
+  out.side_behind_m = p[P::aero_side_behind_cog_m];
+  out.drag_area_m2 = car.terms[T::aero_drag] * p[P::aero_drag_area_m2];
+  const double slips = car.terms[T::limited_slip];
+  out.preload_nm = slips * p[P::differential_preload_nm];
+  out.drive_ramp = slips * p[P::differential_drive_ramp];
+  out.coast_ramp = slips * p[P::differential_coast_ramp];
+  out.stick_radps = p[P::differential_stick_radps];
+  out.lock_nms = car.terms[T::locked_differential] * p[P::differential_lock_nms];
+  return out;
+}
+
+void fit_loads(ReducedCar& car, const std::vector<CarMoment>& moments,
+               std::vector<PartError>& errors) {
+  for (std::size_t a = 0; a < 2; ++a) {
+    car.lift_m2[a] = {};
+    std::vector<std::vector<double>> lift(6), transfer(3), camber(3);
+    std::vector<double> pressed, moved, leant;
+    for (const CarMoment& m : moments) {
+      const PlanarState s = planar_state(m);
+      const WheelMoment &l = m.wheel[2 * a], &r = m.wheel[2 * a + 1];
+      const double v2 = s.vx_mps * s.vx_mps, q = 0.5 * car.density_kgpm3 * v2;
+      const double columns[] = {1.0,
+                                v2,
+                                s.ax_mps2,
+                                s.an_mps2 - car.gravity_mps2,
+                                std::abs(s.vy_mps) / s.vx_mps,
+                                m.ay_mps2 * m.ay_mps2};
+      for (std::size_t k = 0; k < 6; ++k) lift[k].push_back(q * columns[k]);
+      pressed.push_back(l.fz_n + r.fz_n - axle_loads(car, s, m.ay_mps2)[a]);
+      if (l.fz_n > kLeastLoad_n && r.fz_n > kLeastLoad_n) {
+        transfer[0].push_back(car.mass_kg * m.ay_mps2);
+        transfer[1].push_back(l.fy_n + r.fy_n);
+        transfer[2].push_back(car.mass_kg * m.ay_mps2 * v2);
+        moved.push_back(0.5 * (r.fz_n - l.fz_n));
+      }
+      for (std::size_t i = 2 * a; i < 2 * a + 2; ++i) {
+        camber[0].push_back(side_of(i));
+        camber[1].push_back(side_of(i) * m.wheel[i].fz_n);
+        camber[2].push_back(m.ay_mps2);
+        leant.push_back(m.wheel[i].camber_rad);
+      }
+    }
+    const std::vector<double> areas = linear_fit(lift, pressed);
+    std::copy(areas.begin(), areas.end(), car.lift_m2[a].begin());
+    const std::vector<double> shares = linear_fit(transfer, moved);
+    car.transfer_mass[a] = shares[0];
+    car.transfer_force[a] = shares[1];
+    car.transfer_speed[a] = shares[2];
+    const std::vector<double> lean = linear_fit(camber, leant);
+    std::copy(lean.begin(), lean.end(), car.camber[a].begin());
+
+    ErrorSum load, across, angle;
+    for (const CarMoment& m : moments) {
+      const WheelMoment &l = m.wheel[2 * a], &r = m.wheel[2 * a + 1];
+      load.add(l.fz_n + r.fz_n, axle_loads(car, planar_state(m), m.ay_mps2)[a]);
+      if (l.fz_n > kLeastLoad_n && r.fz_n > kLeastLoad_n)
+        across.add(0.5 * (r.fz_n - l.fz_n),
+                   shares[0] * car.mass_kg * m.ay_mps2 + shares[1] * (l.fy_n + r.fy_n) +
+                       shares[2] * car.mass_kg * m.ay_mps2 * m.vx_mps * m.vx_mps);
+      for (std::size_t i = 2 * a; i < 2 * a + 2; ++i)
+        angle.add(m.wheel[i].camber_rad,
+                  side_of(i) * (lean[0] + lean[1] * m.wheel[i].fz_n) + lean[2] * m.ay_mps2);
+    }
+    errors.push_back(load.as(fmt::format("{} axle load", kAxle[a]), "N"));
+    errors.push_back(across.as(fmt::format("{} lateral load transfer", kAxle[a]), "N"));
+    errors.push_back(angle.as(fmt::format("{} inclination", kAxle[a]), "rad"));
+  }
+}
+
+void fit_radius(ReducedCar& car, const std::vector<CarMoment>& moments,
+                std::vector<PartError>& errors) {
+  std::vector<std::vector<double>> columns(2);
+  std::vector<double> wanted;
+  const double load_n = 0.5 * car.mass_kg * car.gravity_mps2 * car.front_m / car.wheelbase_m;
+  car.wheel[1].load_n = load_n;
+  for (const CarMoment& m : moments)
+    for (const WheelMoment& w : {m.wheel[2], m.wheel[3]}) {
+      if (std::abs(w.kappa) > 0.1 || w.fz_n < kLeastLoad_n || w.spin_radps < 1.0) continue;
+      columns[0].push_back(1.0);
+      columns[1].push_back(w.fz_n / load_n - 1.0);
+      wanted.push_back(w.ground_mps * (1.0 + w.kappa) / w.spin_radps);
+    }
+  const std::vector<double> found = linear_fit(columns, wanted);
+  car.roll_m = {found[0], found[1]};
+  ErrorSum sum;
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    sum.add(wanted[i], found[0] + found[1] * columns[1][i]);
+  errors.push_back(sum.as("rear rolling radius", "m"));
+}
+
+void fit_yaw(ReducedCar& car, const std::vector<CarMoment>& moments,
+             std::vector<PartError>& errors) {
+  // With the forces of the full car, so that only what they leave is the trails'.
+  struct Row {
+    double left_nm, full_nm;
+    std::array<double, 4> fy_n, tan_alpha;
+  };
+  std::vector<Row> rows;
+  for (const CarMoment& m : moments) {
+    if (!grips(m)) continue;
+    const PlanarState s = planar_state(m);
+    const std::array<double, 4> slip = wheel_slips(car, s), steer = wheel_angles(car, s.steer_rad);
+    Row row{};
+    double forces = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const WheelMoment& w = m.wheel[i];
+      const double x_m = (i < 2 ? car.front_m : -car.rear_m) + car.cog_behind_m;
+      const double cs = std::cos(steer[i]), ss = std::sin(steer[i]);
+      forces += x_m * (w.fy_n * cs + w.fx_n * ss) -
+                0.5 * side_of(i) * car.track_m[i / 2] * (w.fx_n * cs - w.fy_n * ss);
+      row.fy_n[i] = w.fy_n;
+      row.tan_alpha[i] = slip[i] + w.lag;
+    }
+    const double speed = std::hypot(s.vx_mps, s.vy_mps), q = 0.5 * car.density_kgpm3;
+    forces -= q * speed * s.vy_mps *
+              ((car.cog_behind_m - car.side_behind_m) * car.side_area_m2 +
+               car.cog_behind_m * car.drag_area_m2);
+    row.full_nm = m.yaw_moment_nm;
+    row.left_nm = m.yaw_moment_nm - forces;
+    rows.push_back(row);
+  }
+  const auto aligning = [&](const Row& row, const std::vector<double>& v) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double x = row.tan_alpha[i] / v[2 + i / 2];
+      sum -= row.fy_n[i] * v[i / 2] / (1.0 + x * x);
+    }
+    return sum;
+  };
+  std::vector<Unknown> unknowns{{"front trail", 0.03, -0.1, 0.3, 0.05},
+                                {"rear trail", 0.03, -0.1, 0.3, 0.05},
+                                {"front slip", 0.1, 0.01, 2.0, 0.1},
+                                {"rear slip", 0.1, 0.01, 2.0, 0.1}};
+  least_squares(unknowns, [&](const std::vector<double>& values, std::vector<double>& left) {
+    left.resize(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      left[i] = aligning(rows[i], values) - rows[i].left_nm;
+  });
+  const std::vector<double> found{unknowns[0].value, unknowns[1].value, unknowns[2].value,
+                                  unknowns[3].value};
+  car.trail_m = {found[0], found[1]};
+  car.trail_slip = {found[2], found[3]};
+  ErrorSum sum;
+  for (const Row& row : rows)
+    sum.add(row.full_nm, row.full_nm - row.left_nm + aligning(row, found));
+  errors.push_back(sum.as("yaw moment of given forces", "N m"));
+}
+
+void fit_relaxation(ReducedCar& car, const std::vector<std::vector<CarMoment>>& sweeps,
+                    std::vector<PartError>& errors) {
+  const auto misses = [&](const ReducedCar& with, std::size_t a) {
+    ErrorSum out;
+    for (const auto& sweep : sweeps) {
+      double lagging = 0.0, before_s = -1.0;
+      for (const CarMoment& m : sweep) {
+        const PlanarState s = planar_state(m);
+        CurveInput at;
+        at.fz_n = axle_loads(with, s, m.ay_mps2)[a];
+        const double steady = axle_slips(with, s)[a];
+        const double length_m = relaxation_m(with.axle[a], with.sigma_m[a], at.fz_n);
+        lagging =
+            before_s < 0.0
+                ? steady
+                : lagging + (steady - lagging) *
+                                (1.0 - std::exp(-s.vx_mps / length_m * (m.time_s - before_s)));
+        before_s = m.time_s;
+        at.tan_alpha = lagging;
+        at.kappa = slip_for_force(with.axle[a], at, s.fx_n[a]);
+        out.add(m.wheel[2 * a].fy_n + m.wheel[2 * a + 1].fy_n, curve_forces(with.axle[a], at).fy_n);
+      }
+    }
+    return out;
+  };
+  for (std::size_t a = 0; a < 2; ++a) {
+    ReducedCar with = car;
+    const auto at = [&](double sigma) {
+      with.sigma_m[a] = sigma;
+      return misses(with, a).squares;
+    };
+    double low = 0.02, high = 1.5;  // golden section
+    constexpr double kGolden = 0.6180339887498949;
+    double x1 = high - kGolden * (high - low), x2 = low + kGolden * (high - low);
+    double f1 = at(x1), f2 = at(x2);
+    for (int i = 0; i < 14; ++i) {  // to a thousandth of the range
+      if (f1 < f2) {
+        high = x2;
+        x2 = x1;
+        f2 = f1;
+        x1 = high - kGolden * (high - low);
+        f1 = at(x1);
+      } else {
+        low = x1;
+        x1 = x2;
+        f1 = f2;
+        x2 = low + kGolden * (high - low);
+        f2 = at(x2);
+      }
+    }
+    car.sigma_m[a] = 0.5 * (low + high);
+    with.sigma_m[a] = car.sigma_m[a];
+    errors.push_back(
+        misses(with, a).as(fmt::format("{} axle in swept sines, side force", kAxle[a]), "N"));
+  }
+}
+
+void judge_differential(const ReducedCar& car, const std::vector<CarMoment>& moments,
+                        std::vector<PartError>& errors) {
+  ErrorSum out;
+  for (const CarMoment& m : moments) {
+    bool before_peak = true;  // beyond it a wheel is on its way to spin or to lock
+    for (const std::size_t i : {2u, 3u})
+      before_peak =
+          before_peak && std::abs(m.wheel[i].kappa) < 0.1 && m.wheel[i].fz_n > kLeastLoad_n;
+    if (!before_peak) continue;
+    const ReducedForces f = double_track(car, planar_state(m));
+    out.add(m.differential_nm, f.differential_nm);
+  }
+  if (out.of > 0.0) errors.push_back(out.as("torque that the differential moves", "N m"));
+}
+
+}  // namespace identify
