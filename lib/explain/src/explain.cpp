@@ -51,7 +51,7 @@ Setting Analysis::setting_with(const VectorXd& amounts) const {
   auto at = static_cast<Index>(refit_.size());
   for (const Accepted& a : accepted_) {
     if (has_one_amount(a)) inventory_.unknowns[a.unknown].set(s, amounts[at++]);
-    if (a.shapes.size() > 0) profile_of(s.along, inventory_.unknowns[a.unknown].id) = values_along(a);
+    if (a.shapes.size() > 0) s.along.*inventory_.unknowns[a.unknown].profile = values_along(a);
   }
   return s;
 }

@@ -199,6 +199,19 @@ std::vector<double> lagged(const std::vector<double>& x, double time_s) {
   return out;
 }
 
+Acting& Setting::acting(const Effect& effect) {
+  for (Acting& a : effects)
+    if (a.effect == &effect) return a;
+  effects.push_back({.effect = &effect});
+  return effects.back();
+}
+
+void Setting::act(const Effect& effect, double amount, const std::array<double, 2>& constant) {
+  Acting& a = acting(effect);
+  a.amount[0] += amount;
+  a.constant = constant;
+}
+
 const std::array<RelationInfo, kRelationCount>& relations() {
   static const std::array<RelationInfo, kRelationCount> list{
       {{"yaw_rate", "rad/s", true},

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "base/parallel.h"
-#include "unknowns_listing.h"
 
 namespace explain {
 
@@ -39,12 +38,6 @@ struct Profile {
   Roughness roughness;
   MatrixXd shapes;
   VectorXd amounts;
-};
-
-/// Standard deviations of what a sensor may get wrong; 0: not asked.
-struct UsualError {
-  double beside = 0.0;  ///< where the profile is sized: no more than nobody would call an error
-  double rival = 0.0;   ///< where it is judged: errors that could take its place
 };
 
 struct SensorError {
@@ -125,32 +118,6 @@ VectorXd precision_of(const Profile& p, const Unknown& u, double length_m, bool 
   return (size * size * variance / (0.5 * variance.sum())).cwiseInverse();
 }
 
-/// Only of sensors that feel the road; the others say when and where: shifted all at once they
-/// would shift it. How late yaw rate is, heading or path tell. Of accelerations nothing else tells
-/// it: a driver does the same at the same place, so that any delay of theirs could be slopes of the
-/// road.
-UsualError usual_error(const Unknown& u, const Signals& s) {
-  const auto of = [&](Channel c) {
-    return s.present[c] &&
-           ("," + u.channel + ",").find("," + s.column[c] + ",") != std::string::npos;
-  };
-  constexpr double kTime_s = 0.5;
-  if (of(kYawRate) && (u.id == "sensor.delay" || u.id == "sensor.low_pass"))
-    return {kTime_s, kTime_s};
-  if (!of(kYawRate) && !of(kAx) && !of(kAy) && !of(kAz)) return {};
-  if (u.id == "sensor.delay" || u.id == "sensor.low_pass") return {0.0, kTime_s};
-  if (u.id == "sensor.derived") return {0.0, 1.0};
-  return {0.5 * u.least, 5 * u.step};
-}
-
-/// Whether gravity or the press of the road in an acceleration tells which way it leans: a cosine
-/// alone says how much, not to which side.
-bool has_sign(const Unknown& u, const Signals& s) {
-  if (u.id == "road.banking") return s.present[kAy] && s.present[kVy];
-  if (u.id == "road.grade") return s.present[kAx];
-  return s.present[kAz];
-}
-
 /// Per row: what the uniform change does there, times each shape at its place.
 MatrixXd along_the_lap(const Rows& rows, const VectorXd& per_unit, const MatrixXd& shapes,
                        double length_m, bool closed) {
@@ -191,24 +158,16 @@ class RoadFit {
         std::min({columns, kMostColumns, static_cast<std::size_t>(spaces_ - 1) | 1u}), closed_);
     for (std::size_t k = 0; k < inventory.unknowns.size(); ++k) {
       const Unknown& u = inventory.unknowns[k];
-      if (u.id == "road.banking" || u.id == "road.grade" || u.id == "road.vertical_curvature") {
-        if (!has_sign(u, logs.front())) continue;
+      if (u.profile != nullptr) {
         Profile p;
         p.unknown = k;
         p.column = width_;
-        // A closed road comes back to its height.
-        p.shapes = closed_ && u.id == "road.grade" ? MatrixXd(all.rightCols(all.cols() - 1)) : all;
+        p.shapes = closed_ && u.sums_to_nothing ? MatrixXd(all.rightCols(all.cols() - 1)) : all;
         p.amounts = VectorXd::Zero(p.shapes.cols());
         width_ += p.shapes.cols();
         profiles.push_back(std::move(p));
-      } else if (u.id == "road.misplaced") {  // slopes that are there, elsewhere
-        constexpr double kShift_m = 10.0;
-        sensors_.push_back({k, 0.0, {kShift_m, kShift_m}});
-      } else if (u.name == kLevelAccelerometer) {
-        sensors_.push_back({k, 0.0, {1.0, 1.0}});
-      } else if (u.kind == "sensor" && u.role == Role::kCandidate) {
-        if (const UsualError usual = usual_error(u, logs.front()); usual.rival > 0)
-          sensors_.push_back({k, 0.0, usual});
+      } else if (u.beside_road.rival > 0) {
+        sensors_.push_back({k, 0.0, u.beside_road});
       }
     }
     first_sensor_ = width_;
@@ -251,7 +210,7 @@ class RoadFit {
     for (SensorError& e : sensors_) e.amount = 0.0;
     std::vector<const Unknown*> car;
     for (const Unknown& u : inventory_.unknowns)
-      if (u.role != Role::kCandidate && u.name != kLevelAccelerometer) car.push_back(&u);
+      if (u.role != Role::kCandidate && u.beside_road.rival == 0) car.push_back(&u);
     car_precision_ = VectorXd(static_cast<Index>(car.size()));
     for (std::size_t k = 0; k < car.size(); ++k) {
       const double sd = kCarMayBeOff * (car[k]->held > 0 ? car[k]->held : std::hypot(0.5 * car[k]->width, car[k]->form));
@@ -331,8 +290,7 @@ class RoadFit {
   const SensorError* late_yaw_rate() const {
     const SensorError* out = nullptr;
     for (const SensorError& e : sensors_) {
-      const Unknown& u = inventory_.unknowns[e.unknown];
-      if (u.id != "sensor.delay" && u.id != "sensor.low_pass") continue;
+      if (!inventory_.unknowns[e.unknown].in_time) continue;
       if (e.usual.beside > 0 && e.amount > kLate_s && (out == nullptr || e.amount > out->amount))
         out = &e;
     }
@@ -348,7 +306,7 @@ class RoadFit {
     for (const Profile& p : profiles) {
       if (!p.in) continue;
       const VectorXd values = p.shapes * p.amounts;
-      profile_of(s.along, inventory_.unknowns[p.unknown].id)
+      (s.along.*inventory_.unknowns[p.unknown].profile)
           .assign(values.data(), values.data() + values.size());
     }
     return s;
@@ -466,12 +424,6 @@ class RoadFit {
 };
 
 }  // namespace
-
-std::vector<double>& profile_of(RoadProfiles& along, const std::string& mechanism) {
-  return mechanism == "road.banking" ? along.bank
-         : mechanism == "road.grade" ? along.grade
-                                     : along.vertical;
-}
 
 double wave_turns(std::size_t column, bool closed) {
   return closed ? static_cast<double>((column + 1) / 2) : 0.5 * static_cast<double>(column);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 
+#include "mechanisms/mechanism.h"
 #include "search.h"
 #include "vehicle/error.h"
 #include "vehicle/recording.h"
@@ -228,11 +229,10 @@ Plane anchored(const std::vector<Look>& looks, const std::vector<Place>& places,
 }  // namespace
 
 void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, const Mapping& mapping, const crg::Surface& surface, const vehicle::Vehicle& car) {
-  static const std::string kRoad = "road.kerb_or_roughness", kContact = "vehicle.multi_point_contact";
-  std::erase_if(findings.untestable, [](const Untestable& u) { return u.mechanism == kRoad || u.mechanism == kContact; });
+  for (const char* id : {kKerbOrRoughness, kMultiPointContact}) forget_untestable(findings, id);
   const auto cannot = [&](const std::string& reason) {
-    findings.untestable.push_back({kRoad, reason});
-    findings.untestable.push_back({kContact, reason});
+    findings.untestable.push_back({kKerbOrRoughness, reason});
+    findings.untestable.push_back({kMultiPointContact, reason});
   };
   std::vector<Look> looks;
   const auto look_at = [&](bool strip, const std::vector<bool>& cells) {
@@ -276,7 +276,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
     cells[k] = here.product[k] / here.energy[k] > threshold && height2 > kLeast_m * kLeast_m;
     if (cells[k]) product += here.product[k], n += here.n[k], z = std::max(z, here.product[k] / here.energy[k]);
   }
-  findings.evidence.push_back({kRoad, "", fmt::format("agreement of even and odd laps in cells of 10 m; threshold {:.2f}", threshold),
+  findings.evidence.push_back({kKerbOrRoughness, "", fmt::format("agreement of even and odd laps in cells of 10 m; threshold {:.2f}", threshold),
                                n > 0 ? std::sqrt(product / n) : 0.0, z, 0.0, "m"});
   if (n == 0) return;
 
@@ -287,7 +287,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
       for (int d = -2; d <= 2; ++d) wide[(k + cells.size() + static_cast<std::size_t>(d + 2) - 2) % cells.size()] = true;
   const bool strip = car.contact == vehicle::Contact::kSinglePoint;
   if (strip) look_at(true, wide);
-  else findings.untestable.push_back({kContact, "the stated tyre already touches the road in more than one point"});
+  else findings.untestable.push_back({kMultiPointContact, "the stated tyre already touches the road in more than one point"});
   double point2 = 0, strip2 = 0, patch2 = 0, flat2 = 0, count = 0;
   for (const Look& l : looks) {
     const auto cell = static_cast<std::size_t>(std::max(0.0, l.u_m) / kCell_m);
@@ -306,7 +306,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
   const double patch_gain = 1 - patch2 / point2, strip_gain = strip ? 1 - strip2 / point2 : 0.0;
   // New heights can imitate any contact; a contact cannot imitate any height.
   const bool contact = strip_gain > 0.6 * patch_gain && strip_gain > 0.3;
-  Finding f;
+  Finding f = finding_of(*find_mechanism(contact ? kMultiPointContact : kKerbOrRoughness));
   f.where = joined(cells);
   f.statistic = z;
   f.threshold = threshold;
@@ -322,17 +322,9 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
   f.held_out.push_back(h);
   const std::string experiment = "survey the kerb, or pass it on a tyre of another size";
   if (contact) {
-    f.mechanism = kContact;
-    f.kind = "vehicle";
-    f.physics = "the tyre rolls over short waves and does not follow them with one point";
-    f.equation = "z = contact of two tandem cams with the strip of road under the tyre";
     f.parameters.push_back({"share of the error in short waves that it takes away", "1", strip_gain, strip_gain, strip_gain});
-    f.rivals.push_back({kRoad, "", experiment, patch_gain, strip_gain > 0.85 * patch_gain});
+    f.rivals.push_back({kKerbOrRoughness, "", experiment, patch_gain, strip_gain > 0.85 * patch_gain});
   } else {
-    f.mechanism = kRoad;
-    f.kind = "road";
-    f.physics = "the road has short waves or a kerb that the file does not have (or the other way round)";
-    f.equation = "z = z_file + what even and odd laps agree on";
     // Spread between blocks of 2 m, drawn again.
     std::vector<std::pair<double, double>> blocks;
     for (std::size_t i = 0; i < plane.rows; ++i) {
@@ -355,7 +347,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
     }
     std::sort(draws.begin(), draws.end());
     f.parameters.push_back({"RMS height that is missing", "m", std::sqrt(product / n), draws[20], draws[379]});
-    if (strip) f.rivals.push_back({kContact, "", experiment, strip_gain, true});
+    if (strip) f.rivals.push_back({kMultiPointContact, "", experiment, strip_gain, true});
     const Plane whole = anchored(looks, f.where, cells, plane);
     HeightPatch& patch = f.patch;
     patch.u_step_m = kBinU_m;
