@@ -11,6 +11,7 @@
 #include "disc_temperature.h"
 #include "mechanisms/mechanism.h"
 #include "search.h"
+#include "selection.h"
 #include "vehicle/laws/disc_heat.h"
 #include "vehicle/recording.h"
 
@@ -206,7 +207,7 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
   }
   const double amount = f.a[0][kRise], spread = energy > 0 ? std::sqrt(pulled) / energy : 0.0;
   findings.evidence.push_back({kBrakeDiscConductance, "", "slope of the conductance over temperature", amount, std::sqrt(std::max(0.0, gain(0))), before2 - after2, "1"});
-  if (judged < 2 || above > 10 || better * 4 < judged * 3 || std::abs(amount) < 0.15 || gain(best) - gain(0) > std::max(8.0, 0.1 * gain(best))) return;
+  if (judged < 2 || above > selection::kMostTurns || better < selection::kBetterLaps * judged || std::abs(amount) < selection::kLeastSlope || gain(best) - gain(0) > std::max(selection::kLead, selection::kInexact * gain(best))) return;
   for (const Stop& s : stops) {
     double mean = 0, c = 0;
     for (const double t : s.disc_k)
@@ -222,18 +223,14 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
     found.parameters.push_back({axle == 0 ? "front.disc_conductance_wpk" : "rear.disc_conductance_wpk", "W/K", g, g, g});
   }
   for (std::size_t k = 1; k < 3; ++k)
-    found.rivals.push_back({kName[k], "", "let the hot car stand: without speed the discs cool by radiation and conduction alone", gain(k), gain(0) - gain(k) > std::max(8.0, 0.1 * gain(0))});
+    found.rivals.push_back({kName[k], "", "let the hot car stand: without speed the discs cool by radiation and conduction alone", gain(k), gain(0) - gain(k) > std::max(selection::kLead, selection::kInexact * gain(0))});
   found.statistic = std::copysign(std::sqrt(std::max(0.0, gain(0))), amount);
   found.cv_gain = (before2 - after2) / (before.sigma * before.sigma);
   found.stability = static_cast<double>(better) / judged;
   std::sort(drops.begin(), drops.end());
   HeldOut h{"brake_disc_k", "K", 0.0, std::sqrt(before2 / n), std::sqrt(after2 / n), drops.front(), drops.back(), std::sqrt(trivial2 / n)};
   found.held_out.push_back(h);
-  bool tie = findings.verdict == "tie";
-  for (const Rival& r : found.rivals) tie = tie || !r.separable;
   findings.findings.push_back(found);
-  if (tie) findings.verdict = "tie";
-  else if (findings.verdict == "none") findings.verdict = "explained";
 }
 
 }  // namespace explain

@@ -11,6 +11,7 @@
 
 #include "mechanisms/mechanism.h"
 #include "search.h"
+#include "selection.h"
 #include "vehicle/error.h"
 #include "vehicle/recording.h"
 #include "vehicle/road.h"
@@ -21,7 +22,6 @@ namespace {
 using P = vehicle::Parameter;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kBinU_m = 0.2, kBinV_m = 0.5, kCell_m = 10.0, kHalf_s = 0.4;
-constexpr double kLeast_m = 0.0015;  ///< RMS heights below this are of no use to a simulation
 constexpr std::array<const char*, 4> kWheel{"fl", "fr", "rl", "rr"};
 
 /// One wheel at one sample.
@@ -267,13 +267,13 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
     most.push_back(largest);
   }
   std::sort(most.begin(), most.end());
-  const double threshold = most[static_cast<std::size_t>(0.985 * static_cast<double>(most.size() - 1))];
+  const double threshold = most[static_cast<std::size_t>(selection::kWavesQuantile * static_cast<double>(most.size() - 1))];
   std::vector<bool> cells(here.n.size(), false);
   double product = 0, n = 0, z = 0;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     if (here.n[k] < 20 || !(here.energy[k] > 0)) continue;
     const double height2 = here.product[k] / here.n[k];
-    cells[k] = here.product[k] / here.energy[k] > threshold && height2 > kLeast_m * kLeast_m;
+    cells[k] = here.product[k] / here.energy[k] > threshold && height2 > selection::kLeastWave_m * selection::kLeastWave_m;
     if (cells[k]) product += here.product[k], n += here.n[k], z = std::max(z, here.product[k] / here.energy[k]);
   }
   findings.evidence.push_back({kKerbOrRoughness, "", fmt::format("agreement of even and odd laps in cells of 10 m; threshold {:.2f}", threshold),
@@ -305,7 +305,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
   if (!(count > 0)) return;
   const double patch_gain = 1 - patch2 / point2, strip_gain = strip ? 1 - strip2 / point2 : 0.0;
   // New heights can imitate any contact; a contact cannot imitate any height.
-  const bool contact = strip_gain > 0.6 * patch_gain && strip_gain > 0.3;
+  const bool contact = strip_gain > selection::kContactShare * patch_gain && strip_gain > selection::kContactLeast;
   Finding f = finding_of(*find_mechanism(contact ? kMultiPointContact : kKerbOrRoughness));
   f.where = joined(cells);
   f.statistic = z;
@@ -323,7 +323,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
   const std::string experiment = "survey the kerb, or pass it on a tyre of another size";
   if (contact) {
     f.parameters.push_back({"share of the error in short waves that it takes away", "1", strip_gain, strip_gain, strip_gain});
-    f.rivals.push_back({kKerbOrRoughness, "", experiment, patch_gain, strip_gain > 0.85 * patch_gain});
+    f.rivals.push_back({kKerbOrRoughness, "", experiment, patch_gain, strip_gain > selection::kContactAlone * patch_gain});
   } else {
     // Spread between blocks of 2 m, drawn again.
     std::vector<std::pair<double, double>> blocks;
@@ -375,11 +375,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
     const double step = surface.file().grid.u_step_m;
     if (step > 0.25) findings.remarks.push_back(fmt::format("the road's rows are {:.2g} m apart: waves shorter than {:.2g} m cannot be written back; crgbuild resample makes them closer", step, 2 * step));
   }
-  bool tie = findings.verdict == "tie";
-  for (const Rival& r : f.rivals) tie = tie || !r.separable;
   findings.findings.push_back(f);
-  if (tie) findings.verdict = "tie";
-  else if (findings.verdict == "none") findings.verdict = "explained";
 }
 
 }  // namespace explain

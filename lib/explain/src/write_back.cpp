@@ -80,4 +80,12 @@ std::optional<Mapping> corrected_mapping(const Mapping& mapping, const vehicle::
   return out;
 }
 
+CorrectedInputs correct(const StatedInputs& stated, const Findings& findings,
+                        const std::vector<Signals>& logs) {
+  return {corrected_road(stated.road, findings),
+          friction_map(stated.road, stated.friction, findings),
+          corrected_vehicle(stated.vehicle_path, stated.car, findings, logs),
+          corrected_mapping(stated.mapping, stated.car, findings, logs)};
+}
+
 }  // namespace explain

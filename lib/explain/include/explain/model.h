@@ -13,26 +13,29 @@ namespace explain {
 /// One relation per row kind; the residual is what the log says minus what sensors and car should
 /// give, in the unit stated.
 enum Relation : std::size_t {
-  kGyro,          ///< yaw rate against the derivative of heading (or of the course), rad/s
-  kCourse,        ///< course of the path against heading plus sideslip, rad
-  kSpeed,         ///< speed along the path against vx, vy, m/s
-  kFrontWheels,   ///< front wheel speed against vx, not braking, m/s
-  kRearWheels,    ///< rear wheel speed against that of the car, m/s
-  kAccelX,        ///< ax against dvx/dt - r vy + g grade, m/s2
-  kAccelY,        ///< ay against dvy/dt + r vx + g bank, m/s2
-  kAccelZ,        ///< az against g + curvature v^2, m/s2
-  kForceX,        ///< forward acceleration against the car's forces, m/s2
-  kForceY,        ///< lateral acceleration against the tyres' forces, m/s2
-  kMomentZ,       ///< yaw acceleration against the tyres' moments, rad/s2
-  kLoadsFront, kLoadsRear,  ///< logged wheel loads of an axle against the model, N per kg of car
+  kGyro,         ///< yaw rate against the derivative of heading (or of the course), rad/s
+  kCourse,       ///< course of the path against heading plus sideslip, rad
+  kSpeed,        ///< speed along the path against vx, vy, m/s
+  kFrontWheels,  ///< front wheel speed against vx, not braking, m/s
+  kRearWheels,   ///< rear wheel speed against that of the car, m/s
+  kAccelX,       ///< ax against dvx/dt - r vy + g grade, m/s2
+  kAccelY,       ///< ay against dvy/dt + r vx + g bank, m/s2
+  kAccelZ,       ///< az against g + curvature v^2, m/s2
+  kForceX,       ///< forward acceleration against the car's forces, m/s2
+  kForceY,       ///< lateral acceleration against the tyres' forces, m/s2
+  kMomentZ,      ///< yaw acceleration against the tyres' moments, rad/s2
+  kLoadsFront,
+  kLoadsRear,     ///< logged wheel loads of an axle against the model, N per kg of car
   kDifferential,  ///< rear wheel speed difference against that of the car, m/s
-  kSteering, kThrottleMoves, kBrakeMoves,  ///< what was measured against its command through the actuator: rad, 1, Pa
+  kSteering,
+  kThrottleMoves,
+  kBrakeMoves,  ///< what was measured against its command through the actuator: rad, 1, Pa
   kRelationCount
 };
 struct RelationInfo {
-  const char* name;     ///< as in findings.json: the channel in which it is seen
+  const char* name;  ///< as in findings.json: the channel in which it is seen
   const char* unit;
-  bool sensors_only;    ///< independent of tyres and forces
+  bool sensors_only;  ///< independent of tyres and forces
 };
 const std::array<RelationInfo, kRelationCount>& relations();
 
@@ -59,15 +62,15 @@ struct Setting {
   vehicle::Parameters<double> p;
   std::array<double, 2> wheel_radius{1, 1};  ///< factors, front and rear
   std::array<double, 4> engine_shape{};      ///< curve of the engine: over throttle, speed, both
-  double reaction = 0.0;                  ///< share of the wheels' torques on the body, added
-  double rolling = 1.0, slip = 1.0;       ///< factors on rolling resistance and rear slip
-  double radius_by_load = 1.0;            ///< factor on what loads take from the rolling radius
-  std::array<double, 2> curve{}, curve2{};  ///< side force of an axle: bend over its use of grip,
-                                            ///< and its skew
-  std::array<double, 2> load_curve{};       ///< the same over its load
-  std::array<double, 2> drop{};  ///< camber-like constant side force of an axle, m/s2
-  std::vector<Acting> effects;   ///< of mechanisms, each once
-  int substeps = 20;             ///< in Signals::kStep_s
+  double reaction = 0.0;                     ///< share of the wheels' torques on the body, added
+  double rolling = 1.0, slip = 1.0;          ///< factors on rolling resistance and rear slip
+  double radius_by_load = 1.0;               ///< factor on what loads take from the rolling radius
+  std::array<double, 2> curve{}, curve2{};   ///< side force of an axle: bend over its use of grip,
+                                             ///< and its skew
+  std::array<double, 2> load_curve{};        ///< the same over its load
+  std::array<double, 2> drop{};              ///< camber-like constant side force of an axle, m/s2
+  std::vector<Acting> effects;               ///< of mechanisms, each once
+  int substeps = 20;                         ///< in Signals::kStep_s
 
   // What leads it.
   double throttle_s = 0.0, brake_s = 0.0, steer_s = 0.0, steer_lag_s = 0.0;  ///< more delay
@@ -80,8 +83,8 @@ struct Setting {
 
   // Sensors.
   double imu_yaw = 0.0, imu_ahead = 0.0;
-  double vy_ahead = 0.0;  ///< of the centre of mass, where the lateral speed is measured, m
-  double level = 0.0;  ///< 1: the accelerometer stays level with the road, 0: with the body
+  double vy_ahead = 0.0;    ///< of the centre of mass, where the lateral speed is measured, m
+  double level = 0.0;       ///< 1: the accelerometer stays level with the road, 0: with the body
   double derived_ax = 0.0;  ///< 1: ax is the derivative of the speed
   struct Sensor {
     double bias = 0, gain = 0, delay_s = 0, low_pass_s = 0;
@@ -102,21 +105,19 @@ struct Setting {
 /// Signals::kStep_s; starts settled, holds over gaps (NaN).
 std::vector<double> lagged(const std::vector<double>& x, double time_s);
 
-/// Median of the engine speed of the logs: as logged, or by the gears and the speed; rad/s.
-double typical_engine_radps(const std::vector<Signals>& logs, const vehicle::Vehicle& car);
-
-/// Residuals of the relations at every step of a recording; NaN where a relation does not apply. Where
-/// that is, is decided by the log, not by the setting. Pure.
+/// Residuals of the relations at every step of a recording; NaN where a relation does not apply.
+/// Where that is, is decided by the log, not by the setting. Pure.
 struct Residuals {
   std::array<std::vector<double>, kRelationCount> r;
 };
 struct KnownDrive;  ///< led_car.h
 /// Drives of the car along the recording, which take nearly all of the time.
 struct Drives {
-  const KnownDrive* known = nullptr;  ///< of this recording and car: taken where it would be the same
-  KnownDrive* keep = nullptr;         ///< gets the drive
-  /// No car is led: only the relations that need no forces, and the force along the car that `known` has.
-  /// Of `known` they take how the body leans.
+  const KnownDrive* known =
+      nullptr;                 ///< of this recording and car: taken where it would be the same
+  KnownDrive* keep = nullptr;  ///< gets the drive
+  /// No car is led: only the relations that need no forces, and the force along the car that
+  /// `known` has. Of `known` they take how the body leans.
   bool none = false;
 };
 Residuals residuals(const Signals& signals, const vehicle::Vehicle& car, const Setting& s,

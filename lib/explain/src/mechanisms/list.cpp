@@ -51,6 +51,20 @@ const Mechanism* find_mechanism(std::string_view id) {
   return found == all.end() ? nullptr : &*found;
 }
 
+void join_components(Findings& findings) {
+  std::vector<Finding>& all = findings.findings;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const Mechanism* const m = find_mechanism(all[k].mechanism);
+    if (m == nullptr || !m->by_components) continue;
+    for (std::size_t l = all.size(); l-- > k + 1;) {
+      Finding &a = all[k], &b = all[l];
+      if (a.mechanism != b.mechanism || a.channel != b.channel) continue;
+      a.parameters.insert(a.parameters.end(), b.parameters.begin(), b.parameters.end());
+      all.erase(all.begin() + static_cast<std::ptrdiff_t>(l));
+    }
+  }
+}
+
 Turn turn_of(const Finding& f) {
   const Mechanism* const m = find_mechanism(f.mechanism);
   return m == nullptr ? Turn::kUsual : m->turn;

@@ -32,6 +32,8 @@ struct Mechanism {
   /// Adds a state of the car that hardly a log has, worked out from what it has: a window of a
   /// replay that begins in the middle of a stop must not begin with the heat of a window ago.
   void (*add_state)(vehicle::Recording&, const vehicle::Vehicle&) = nullptr;
+  /// Its unknowns are components of one thing: found together they are one finding.
+  bool by_components = false;
   /// Of what a search of its own finds; of all others every unknown has its own.
   std::string physics{}, equation{};
 
@@ -59,6 +61,9 @@ const std::vector<Mechanism>& mechanisms();
 
 /// Null: none of them.
 const Mechanism* find_mechanism(std::string_view id);
+
+/// Makes one finding of components of one thing.
+void join_components(Findings& findings);
 
 /// That of the finding's mechanism.
 Turn turn_of(const Finding& f);

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../gears.h"
+#include "base/statistics.h"
 #include "car_changes.h"
 #include "effect.h"
 #include "listing.h"
+#include "vehicle/driver.h"
 #include "vehicle/laws/boost.h"
 
 namespace explain {
@@ -28,6 +31,23 @@ constexpr Effect kWait{[](vehicle::Car<double>& car, const Acting& a) {
   car.parameters[P::turbo_share] = stated + a.amount[0];
   car.terms[Term::turbo_lag] = 1.0;
 }};
+
+/// Median of the engine speed of the logs: as logged, or by the gears and the speed; rad/s.
+double typical_engine_radps(const std::vector<Signals>& logs, const vehicle::Vehicle& car) {
+  std::vector<double> all;
+  for (const Signals& s : logs) {
+    const double radius_m = car.files.tyre[1].unloaded_radius_m;
+    const Gears gears = gears_of(s, car, radius_m);
+    for (std::size_t i = 0; i < s.n; ++i) {
+      const double engine =
+          s.present[kEngine]
+              ? s.x[kEngine][i]
+              : vehicle::overall_ratio(car.parameters, gears.gear[i]) * s.x[kVx][i] / radius_m;
+      if (std::isfinite(engine) && s.x[kVx][i] > 6) all.push_back(engine);
+    }
+  }
+  return base::median_or(car.parameters[P::turbo_reference_radps], std::move(all));
+}
 
 void list(const Listing& l) {
   if (!l.engine) return untestable(l, kId, kNoThrottle);

@@ -48,7 +48,7 @@ void write(CarChanges& out, const Finding& f) {
 }  // namespace
 
 std::vector<Mechanism> wind() {
-  return {{.id = kId, .list = list, .most = 25.0, .write_car = write}};
+  return {{.id = kId, .list = list, .most = 25.0, .by_components = true, .write_car = write}};
 }
 
 }  // namespace explain
