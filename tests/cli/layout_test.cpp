@@ -155,30 +155,42 @@ std::map<std::string, std::string> listed(const std::string& name) {
   return list;
 }
 
+bool has_test(const std::string& name) {
+  const fs::path tests = fs::path(places::source()) / "tests";
+  return fs::exists(tests / (name + "_test.cpp")) || fs::exists(tests / (name + "_test.py"));
+}
+
+/// Every source of a library, as the shared tests name it: "road/build". Those in a folder below
+/// src without a test of their own are tested together, under the name of that folder.
+std::set<std::string> sources_of(const fs::path& library,
+                                 const std::map<std::string, std::string>& shared) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(library / "src")) {
+    if (entry.path().extension() != ".cpp") continue;
+    const fs::path name = library.filename();
+    const std::string own = (name / entry.path().stem()).generic_string(),
+                      room = (name / entry.path().parent_path().filename()).generic_string();
+    names.insert(!has_test(own) && !shared.contains(own) && has_test(room) ? room : own);
+  }
+  return names;
+}
+
 TEST(Layout, EverySourceHasItsTest) {
   const fs::path top = places::source();
-  const auto test_of = [&](const std::string& name) {
-    return top / "tests" / (name + "_test.cpp");
-  };
   std::map<std::string, std::string> shared = listed("shared_tests.txt");
   std::size_t sources = 0;
   for (const auto& library : fs::directory_iterator(top / "lib"))
-    for (const auto& source : fs::recursive_directory_iterator(library.path() / "src")) {
-      if (source.path().extension() != ".cpp") continue;
+    for (const std::string& name : sources_of(library.path(), shared)) {
       ++sources;
-      const std::string name =
-          library.path().filename().string() + "/" + source.path().stem().string();
       const auto other = shared.find(name);
       if (other == shared.end()) {
-        EXPECT_TRUE(fs::exists(test_of(name)) || fs::exists(top / "tests" / (name + "_test.py")))
+        EXPECT_TRUE(has_test(name))
             << "lib/" << name << ": write tests/" << name
             << "_test.cpp, or name the test that it shares in tests/shared_tests.txt";
         continue;
       }
-      EXPECT_FALSE(fs::exists(test_of(name))) << name << " has a test of its own name";
-      EXPECT_TRUE(fs::exists(test_of(other->second)) ||
-                  fs::exists(top / "tests" / (other->second + "_test.py")))
-          << name << ": no test " << other->second;
+      EXPECT_FALSE(has_test(name)) << name << " has a test of its own name";
+      EXPECT_TRUE(has_test(other->second)) << name << ": no test " << other->second;
       shared.erase(other);
     }
   EXPECT_GT(sources, 150u);
@@ -248,7 +260,8 @@ TEST(Layout, EachLawOfTheCarStandsInOneFile) {
       {"convection", R"(brake_nusselt_(disc|car|still))", "laws/disc_heat.h"},
       {"heat capacity of discs", R"(brake_capacity_slope_1pk)", "laws/disc_heat.h"},
       {"fade of pads", R"(\b0\.95\b.*\bfade|fade.*\b0\.95\b)", "laws/brake_pads.h"},
-      {"heat per which fade is told", R"(0\.75e0?6|\b750e3|\b750000)", "explain/model.h"},
+      {"heat per which fade is told", R"(0\.75e0?6|\b750e3|\b750000)",
+       "mechanisms/brake_friction_temperature.cpp"},
       {"boost", R"(turbo_(idle_flow|fall_s))", "laws/boost.h"},
       {"warm-up", R"(/ 8(\.0)?\b.*0\.2|0\.2 .*/ 8(\.0)?\b)", "laws/tyre_warm_up.h"},
       {"tread temperature", R"(tyre_(cold_width|hot_width|slip_share|road_cooling))",

@@ -100,8 +100,8 @@ Findings explained(const vehicle::Table& log, const Truth& stated) {
   const crg::Surface road(oval(stated));
   ExplainOptions options;
   options.nulls = 300;
-  return explain({make_signals(log, identity_mapping(log), road, "log.csv")}, explain_test::racer(),
-                 options);
+  return explain_relations({make_signals(log, identity_mapping(log), road, "log.csv")},
+                           explain_test::racer(), options);
 }
 
 const Finding* found(const Findings& all, const char* mechanism) {

@@ -1,9 +1,11 @@
-#include "../../lib/explain/src/unlogged_states.h"
+// States of the car that hardly a log has: each mechanism works out its own.
+#include "../../lib/explain/src/mechanisms/mechanism.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "../../lib/explain/src/standing_car.h"
 #include "simulated_drive.h"
 
 namespace {
@@ -44,9 +46,7 @@ TEST(UnloggedStates, AreThoseOfTheSimulatedCar) {
     car.terms[Term::brake_fade] = amount;
     const Drive d = explain_test::stop_and_go(car, 60);
     vehicle::Recording log = recording_of(d);
-    explain::add_boost(log, car);
-    explain::add_pad_heat(log, car);
-    explain::add_warmth(log, car);
+    explain::add_unlogged_states(log, car);
     const auto *boost = log.table.find("boost"), *heat = log.table.find("pad_heat_j"),
                *warmth = log.table.find("tyre_warmth");
     ASSERT_TRUE(boost != nullptr && heat != nullptr && warmth != nullptr);
@@ -54,7 +54,7 @@ TEST(UnloggedStates, AreThoseOfTheSimulatedCar) {
     EXPECT_LT(explain_test::apart(*heat, d.pad_heat_j), 0.05 * most(d.pad_heat_j)) << amount;
     if (amount < 1) {  // a whole term would lose more bite and take up less heat
       vehicle::Recording other = recording_of(d);
-      explain::add_pad_heat(other, forgetful());
+      explain::add_unlogged_states(other, forgetful());
       EXPECT_GT(explain_test::apart(*other.table.find("pad_heat_j"), d.pad_heat_j),
                 3 * explain_test::apart(*heat, d.pad_heat_j));
     }
@@ -71,9 +71,7 @@ TEST(UnloggedStates, AreLeftOutWhereTheCarHasNone) {
   vehicle::Vehicle car = forgetful();
   car.terms[Term::turbo_lag] = car.terms[Term::brake_fade] = car.terms[Term::tyre_warm_up] = 0.0;
   vehicle::Recording log = recording_of(explain_test::stop_and_go(car, 2));
-  explain::add_boost(log, car);
-  explain::add_pad_heat(log, car);
-  explain::add_warmth(log, car);
+  explain::add_unlogged_states(log, car);
   for (const char* name : {"boost", "pad_heat_j", "tyre_warmth"})
     EXPECT_EQ(log.table.find(name), nullptr) << name;
 }

@@ -30,10 +30,6 @@ struct RunCommand {
 };
 int run(const RunCommand& command, Terminal& terminal);
 
-/// All that can be said without driving the whole simulated car: relations, short waves, discs.
-explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
-                       const vehicle::Vehicle& car, const explain::ExplainOptions& options);
-
 struct TrialsCommand {
   std::string what;       ///< make, run or score
   std::string folder, generator;

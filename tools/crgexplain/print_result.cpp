@@ -41,7 +41,7 @@ void print_commands(const RunCommand& command, const Recordings& recordings, con
 }  // namespace
 
 void print_result(const RunCommand& command, const Recordings& recordings, const explain::Findings& findings, const Corrected& now, Terminal& terminal) {
-  terminal.print(fmt::format("verdict: {}\n", findings.verdict));
+  terminal.print(fmt::format("verdict: {}\n", explain::name_of(findings.verdict)));
   for (const explain::Finding& f : findings.findings) print_finding(f, terminal);
   for (const explain::Unexplained& u : findings.unexplained) print_unexplained(u, terminal);
   for (const std::string& remark : findings.remarks)

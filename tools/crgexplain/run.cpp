@@ -6,11 +6,8 @@
 #include <set>
 
 #include "crg/file.h"
-#include "explain/discs.h"
 #include "explain/kept.h"
 #include "explain/page.h"
-#include "explain/plausible_car.h"
-#include "explain/short_waves.h"
 #include "base/output_set.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
@@ -57,20 +54,6 @@ void want_laps(const std::vector<int>& hold_out, const std::vector<explain::Sign
 
 }  // namespace
 
-explain::Findings look(const std::vector<explain::RecordedLog>& recorded, const std::vector<explain::Signals>& logs, const explain::Mapping& mapping, const crg::Surface& surface,
-                       const vehicle::Vehicle& car, const explain::ExplainOptions& options) {
-  const auto stage = [&](const char* name) {
-    if (options.progress) options.progress(name, 0.0);
-  };
-  explain::Findings findings = explain::explain(logs, car, options);
-  stage("short waves");
-  explain::add_short_waves(findings, recorded, mapping, surface, car);
-  stage("brake discs");
-  explain::add_discs(findings, recorded, mapping, car);
-  explain::doubt_the_car(findings);
-  return findings;
-}
-
 int run(const RunCommand& command, Terminal& terminal) {
   if (!std::isfinite(command.fuel_kg)) throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
@@ -84,7 +67,10 @@ int run(const RunCommand& command, Terminal& terminal) {
   const Stages stages(command.out_path, hash_of(command, inputs));
   if (const auto taken = stages.taken_up(); !taken.empty())
     terminal.remark(fmt::format("goes on where a run was stopped; finished: {}", fmt::join(taken, ", ")));
-  const auto find = [&] { return look(recordings.all(), recordings.logs, recordings.read, road.surface, car, options_of(command, terminal)); };
+  const auto find = [&] {
+    return explain::explain({recordings.logs, recordings.all(), recordings.read, road.surface, car},
+                            options_of(command, terminal));
+  };
   auto findings = stages.get<explain::Findings>("relations", find, explain::findings_from_bytes, [](const auto& f) { return explain::to_bytes(f); });
   findings.remarks.insert(findings.remarks.begin(), recordings.notes.begin(), recordings.notes.end());
 

@@ -121,7 +121,9 @@ explain::Findings explained(const fs::path& trial, const fs::path& recording, bo
   options.threads = 1;
   options.mechanisms = mechanisms;
   // Without mechanisms only the refit and its proof are asked for.
-  return mechanisms ? look({{&table, &logs.front()}}, logs, explain::identity_mapping(table), surface, car, options) : explain::explain(logs, car, options);
+  if (!mechanisms) return explain::explain_relations(logs, car, options);
+  return explain::explain(
+      {logs, {{&table, &logs.front()}}, explain::identity_mapping(table), surface, car}, options);
 }
 
 /// Whether a run before this one explained it; one that failed is tried again.

@@ -17,6 +17,19 @@ std::vector<std::string> corrected_names() {
   return out;
 }
 
+/// With the columns of the log: it has latitudes, no "east of origin".
+explain::Mapping as_given(explain::Mapping mapping, const explain::Mapping& given) {
+  if (!mapping.has_origin) return mapping;
+  for (explain::ColumnMapping& m : mapping.columns)
+    for (const explain::ColumnMapping& g : given.columns) {
+      const bool east = m.column.starts_with("east of origin") && g.channel == "latitude_rad";
+      const bool north = m.column.starts_with("north of origin") && g.channel == "longitude_rad";
+      if (east || north)
+        m = {g.column, g.channel, g.scale, g.offset, m.delay_s, m.low_pass_s, m.held};
+    }
+  return mapping;
+}
+
 }  // namespace
 
 void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder) {
@@ -34,34 +47,37 @@ void write_car(const explain::CorrectedCar& car, const std::string& folder) {
   base::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
 }
 
-Corrected write_corrected(const RunCommand& command, const Road& stated, const vehicle::Vehicle& car, const Recordings& recordings, const explain::Findings& findings) {
+Corrected write_corrected(const RunCommand& command, const Road& stated,
+                          const vehicle::Vehicle& car, const Recordings& recordings,
+                          const explain::Findings& findings) {
   const std::string& folder = command.out_path;
-  Corrected out{command.track_path, command.friction_path, command.vehicle_path, command.mapping_path, {}, command.fuel_kg};
-  for (const std::string& name : corrected_names()) std::filesystem::remove(std::filesystem::path(folder) / name);
+  Corrected out{command.track_path,   command.friction_path, command.vehicle_path,
+                command.mapping_path, {},                    command.fuel_kg};
+  for (const std::string& name : corrected_names())
+    std::filesystem::remove(std::filesystem::path(folder) / name);
   const crg::Crg& road = stated.surface.file();
-  if (const auto made = explain::corrected_road(road, findings)) {
+  const explain::CorrectedInputs made = explain::correct(
+      {road, stated.friction ? &*stated.friction : nullptr, command.vehicle_path, car,
+       recordings.recorded},
+      findings, recordings.logs);
+  if (made.road) {
     out.track_path = folder + "/track.crg";
-    base::write_file(out.track_path, crg::to_bytes(*made, road.format));
+    base::write_file(out.track_path, crg::to_bytes(*made.road, road.format));
   }
-  if (const auto made = explain::friction_map(road, stated.friction ? &*stated.friction : nullptr, findings)) {
+  if (made.friction) {
     out.friction_path = folder + "/friction.crg";
-    base::write_file(out.friction_path, crg::to_bytes(*made, road.format));
+    base::write_file(out.friction_path, crg::to_bytes(*made.friction, road.format));
   }
-  if (const auto made = explain::corrected_vehicle(command.vehicle_path, car, findings, recordings.logs)) {
+  if (made.car) {
     out.vehicle_path = folder + "/vehicle.yaml";
-    write_car(*made, folder);
-    if (made->fuel_kg > 0) out.fuel_kg = made->fuel_kg;
+    write_car(*made.car, folder);
+    if (made.car->fuel_kg > 0) out.fuel_kg = made.car->fuel_kg;
   }
-  if ((out.mapping = explain::corrected_mapping(recordings.recorded, car, findings, recordings.logs))) {
+  if (made.mapping) {
+    out.mapping = made.mapping;
     out.mapping_path = folder + "/mapping.yaml";
-    explain::Mapping written = *out.mapping;
-    if (written.has_origin) {  // the log has latitudes, no "east of origin"
-      for (explain::ColumnMapping& m : written.columns)
-        for (const explain::ColumnMapping& given : recordings.given.columns)
-          if ((m.column.starts_with("east of origin") && given.channel == "latitude_rad") || (m.column.starts_with("north of origin") && given.channel == "longitude_rad"))
-            m = {given.column, given.channel, given.scale, given.offset, m.delay_s, m.low_pass_s, m.held};
-    }
-    base::write_file(out.mapping_path, explain::format_mapping(written));
+    base::write_file(out.mapping_path,
+                     explain::format_mapping(as_given(*made.mapping, recordings.given)));
   }
   return out;
 }

@@ -1,4 +1,6 @@
-// The steps of explain() and what they hand on.
+// The steps of explain_relations() and what they hand on. Where each stands: the model and its
+// refit in analysis.cpp; road_profiles.cpp; by_score.cpp; by_cost.cpp; drop_faded.cpp;
+// describe.cpp; leftovers.cpp; prove.cpp.
 #pragma once
 
 #include <map>
@@ -8,35 +10,77 @@
 #include "explain/explain.h"
 #include "led_car.h"
 #include "search.h"
+#include "selection.h"
 
 namespace explain {
 
 /// What was added to the simulation so far.
 struct Accepted {
   std::size_t unknown = 0;
-  double amount = 0.0;            ///< of an unknown that acts everywhere
-  bool kinematic = false;         ///< a sensor that relations without forces judge: they alone say how much
-  Eigen::MatrixXd columns;        ///< of a road unknown: one per cell or shape, not whitened
-  std::vector<int> cells;         ///< of a stretch: those of the columns
-  Eigen::VectorXd precision;      ///< 1 / width^2 of the prior of each column
-  Eigen::MatrixXd shapes;         ///< of a profile over the whole lap: value at each place per column
-  Eigen::VectorXd amounts;        ///< of its columns, as the setting has them
-  bool by_cost = false;           ///< found where forces count as few: so are its limits
+  double amount = 0.0;  ///< of an unknown that acts everywhere
+  bool kinematic =
+      false;  ///< a sensor that relations without forces judge: they alone say how much
+  Eigen::MatrixXd columns;    ///< of a road unknown: one per cell or shape, not whitened
+  std::vector<int> cells;     ///< of a stretch: those of the columns
+  Eigen::VectorXd precision;  ///< 1 / width^2 of the prior of each column
+  Eigen::MatrixXd shapes;     ///< of a profile over the whole lap: value at each place per column
+  Eigen::VectorXd amounts;    ///< of its columns, as the setting has them
+  bool by_cost = false;       ///< found where forces count as few: so are its limits
 };
 
 /// Acts everywhere with one amount.
 inline bool has_one_amount(const Accepted& a) { return a.columns.cols() == 0; }
 
+/// Which rows judge.
+enum class Stage {
+  kSensors,  ///< sensors and road, in relations without tyres and forces
+  kForces    ///< everything, in all relations
+};
+
+/// A rival's experiment beside the own one, where it is another.
+std::string experiment_between(const Unknown& u, const Unknown& rival);
+
+/// Whether a mechanism is among the finding's rivals, in whatever channel.
+bool is_rival(const Finding& f, const std::string& mechanism);
+
 /// What an amount that is free would save of the loss.
 struct Saved {
   double amount = 0.0, gain = 0.0;
-  Eigen::VectorXd column;         ///< what it does per unit, whitened
+  Eigen::VectorXd column;  ///< what it does per unit, whitened
 };
 
 class Analysis {
  public:
-  Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const ExplainOptions& options);
-  Findings run();
+  /// The car as stated, led along the recordings in steps that are short enough.
+  Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
+           const ExplainOptions& options);
+  /// Laps, and remarks about logs and car.
+  Findings begin() const;
+  /// What sensors alone say about the road along the whole lap.
+  void find_road_profiles(Findings& out);
+  /// Gauss-Newton of parameters, curves and what was accepted.
+  void refit(int rounds);
+  /// One derivative of all rows per mechanism.
+  void differentiate_candidates();
+  /// Lets those parameters go that are far from their stated values, but not where a mechanism does
+  /// better.
+  void free_parameters();
+  /// Adds mechanisms one by one as their scores against null replicates say.
+  void name_by_score(Findings& out, Stage stage);
+  /// Adds mechanisms, or frees parameters, as what each saves where forces count as few says.
+  void name_by_cost(Findings& out);
+  /// Drops what later ones made too small, of the wrong sign, or no more than it may be wrong by.
+  void drop_faded(Findings& out);
+  /// Lists what was asked and left no trace.
+  void list_untouched(Findings& out) const;
+  /// Sizes with their intervals, and the parameters.
+  void describe(Findings& out) const;
+  /// Significant patterns that nothing explains, and where the stated simulation was off.
+  void find_leftovers(Findings& out) const;
+  /// Every lap predicted from the others, before and after.
+  void prove(Findings& out) const;
+  /// Lists what these logs cannot speak about.
+  void list_untestable(Findings& out) const;
 
  private:
   using Index = Eigen::Index;
@@ -44,65 +88,117 @@ class Analysis {
     Fitted fitted;
     Eigen::VectorXd precision;
   };
-  void refit(int rounds);                       ///< Gauss-Newton of parameters, curves and what was accepted
-  void weigh();                                 ///< by what the model leaves now
-  void find_road_profiles(Findings& out);       ///< what sensors alone say about the whole lap
-  Model model(const Eigen::VectorXd& weights) const;  ///< parameters and curves first
-  Model model() const { return model(weights()); }
-  Model careful_model() const { return model(careful_weights()); }
-  std::vector<Family> candidates() const;
-  std::vector<Family> structures() const;
-  bool step(Findings& out, bool first);         ///< finds and adds one; false: nothing more
-  Eigen::VectorXd weights() const;              ///< of the rows that the present stage looks at
-  bool in_stage(std::size_t candidate) const;
-  bool kinematic_ = false;                      ///< sensors and road, in relations without tyres and forces
-  /// One that was accepted and that later ones made too small, of the wrong sign, or no more than it may be
-  /// wrong by.
-  std::optional<std::size_t> faded(const Findings& out) const;
-  void drop_faded(Findings& out);
-  void untouched(Findings& out) const;          ///< lists what left no trace
+  /// A mechanism that was tried, at its best place or amount.
+  struct Tried {
+    std::size_t family = 0, unknown = 0;
+    Test test;
+    double gain = 0.0, amount = 0.0;
+    Eigen::VectorXd column;
+  };
+  /// What is tried in one step of name_by_score().
+  struct Trial {
+    Stage stage;
+    Model model;
+    std::vector<Family> families;
+    Scan scan;
+    std::vector<Tried> tried;  ///< that which gains most first
+  };
   struct Freed {
-    std::size_t place = 0;                      ///< in refit_
-    std::vector<std::size_t> rivals;            ///< places that would have done as well
-    double saved = 0.0;                         ///< of loss; 0: none
+    std::size_t place = 0;            ///< in refit_
+    std::vector<std::size_t> rivals;  ///< places that would have done as well
+    double saved = 0.0;               ///< of loss; 0: none
   };
   struct Weighed {
     std::size_t unknown = 0;
     Saved saved;
   };
-  static Saved saved_by(const Model& m, Eigen::VectorXd column);
-  /// The column as a secant to the best amount, in these weights; gain 0: none.
-  Saved exact(std::size_t unknown, double start, const Model& m, const Eigen::VectorXd& weights) const;
-  /// Whether a stretch of road is more than what the stated curves get wrong elsewhere, and saves enough where
-  /// forces count as few.
-  bool stands_out(const Family& along, const Test& stretch, double threshold) const;
-  double best_stretch(const Model& m) const;    ///< gain of the best stretch of road where forces count as few
-  Eigen::VectorXd careful_column(std::size_t unknown) const;  ///< of a candidate, where forces count as few
-  std::vector<Family> families_by_cost() const; ///< mechanisms of car and air
-  Freed best_parameter(const Model& m) const;   ///< whose freedom saves most
-  std::vector<Weighed> mechanisms_by_cost(const Model& m) const;  ///< of car and air, that which saves most first
-  void free_parameters();                       ///< lets those go that are far from their stated values, but not where a mechanism does better
-  bool apart_from_curves(std::size_t unknown) const;  ///< enough of it is left to test
-  double alarms_by_cost() const;                ///< share of nulls in which a mechanism would save enough
-  void let_go(const Freed& f);
-  static double limit(const Unknown& u);        ///< of a parameter's change in the refit
-  double width(std::size_t place) const;        ///< of the prior in the refit
-  bool step_by_cost(Findings& out);             ///< frees a parameter or adds a mechanism, whichever saves more; false: nothing more
-  bool used(const Unknown& u) const;            ///< already accepted
-  Finding finding_of(std::size_t unknown) const;
-  double stability(const Fitted& model, const Eigen::VectorXd& column, double amount) const;
-  void accept(Findings& out, Finding found, Accepted a);
-  Eigen::VectorXd careful_weights() const;      ///< with forces counting as few
-  Eigen::VectorXd careful_;                     ///< those at the first fit
-  void describe(Findings& out) const;
-  void leftovers(Findings& out);
-  void prove(Findings& out);
-  Setting stated_;                              ///< the car as stated, in steps that are short enough
+  /// Covariances of the fitted amounts: of the noise, between stretches of road, and where forces
+  /// count as few.
+  struct Spread {
+    Model model, careful;
+    Eigen::MatrixXd covariance, careful_covariance;
+    Eigen::VectorXd by_stretch;
+    double deviation(Index column) const;
+  };
+  /// What each lap is predicted as from the others, in the relations' units, and the weights.
+  struct Predicted {
+    Eigen::VectorXd before, after, weight;
+    std::vector<bool> judged;
+  };
+
+  // The model (analysis.cpp).
   void choose_substeps();
-  std::vector<std::string> remarks_;
   Setting setting_with(const Eigen::VectorXd& amounts) const;
   Eigen::VectorXd rows_at(const Setting& setting) const;
-  void look();                                  ///< rows and drives at the amounts
+  void look();                                        ///< rows and drives at the amounts
+  void weigh();                                       ///< by what the model leaves now
+  void update_moves(std::size_t from);                ///< columns of what is free, from this one on
+  void move_amounts();                                ///< by one step of the model
+  Model model(const Eigen::VectorXd& weights) const;  ///< parameters and curves first
+  Model model(Stage stage = Stage::kForces) const { return model(weights(stage)); }
+  Model careful_model(Stage stage = Stage::kForces) const { return model(careful_weights(stage)); }
+  Eigen::VectorXd weights(Stage stage) const;
+  /// With forces counting as few.
+  Eigen::VectorXd careful_weights(Stage stage = Stage::kForces) const;
+  std::vector<const Unknown*> free_unknowns() const;
+  static double limit(const Unknown& u);  ///< of a parameter's change in the refit
+  double width(std::size_t place) const;  ///< of the prior in the refit
+  bool used(const Unknown& u) const;      ///< already accepted
+  Finding finding_of(std::size_t unknown) const;
+  void accept(Findings& out, Finding found, Accepted a);
+
+  // By score (by_score.cpp).
+  bool in_stage(std::size_t candidate, Stage stage) const;
+  std::vector<Family> candidates(Stage stage) const;
+  bool add_by_score(Findings& out, Stage stage, bool first);  ///< false: nothing more
+  Trial trial(Stage stage) const;
+  std::vector<double> gains(const Trial& trial, const Tried& t) const;  ///< on folds left out
+  void list_evidence(Findings& out, const Trial& trial) const;
+  std::optional<Finding> judged(const Trial& trial, const Tried& t) const;
+  bool comes_back(const Trial& trial, const Tried& t) const;
+  void add_rivals(Finding& found, const Trial& trial, const Tried& t) const;
+  Accepted accepted_of(const Trial& trial, const Tried& t) const;
+  double stability(const Fitted& model, const Eigen::VectorXd& column, double amount) const;
+
+  // By cost (by_cost.cpp).
+  static Saved saved_by(const Model& m, Eigen::VectorXd column);
+  /// The column as a secant to the best amount, in these weights; gain 0: none.
+  Saved exact(std::size_t unknown, double start, const Model& m,
+              const Eigen::VectorXd& weights) const;
+  /// Whether a stretch of road is more than what the stated curves get wrong elsewhere, and saves
+  /// enough where forces count as few.
+  bool stands_out(const Trial& trial, const Tried& stretch) const;
+  double best_stretch(const Model& m) const;  ///< gain of the best where forces count as few
+  /// Of a candidate, where forces count as few.
+  Eigen::VectorXd careful_column(std::size_t unknown, Stage stage = Stage::kForces) const;
+  std::vector<Family> families_by_cost() const;                   ///< mechanisms of car and air
+  Freed best_parameter(const Model& m) const;                     ///< whose freedom saves most
+  std::vector<Weighed> mechanisms_by_cost(const Model& m) const;  ///< that which saves most first
+  bool apart_from_curves(std::size_t unknown) const;              ///< enough of it is left to test
+  double alarms_by_cost() const;  ///< share of nulls in which a mechanism would save enough
+  void let_go(const Freed& f);
+  bool add_by_cost(Findings& out);  ///< false: nothing more
+
+  // What is reported (drop_faded.cpp, describe.cpp, leftovers.cpp, prove.cpp).
+  std::optional<std::size_t> faded(const Findings& out) const;
+  void drop(std::size_t k, Findings& out);
+  Spread spread() const;
+  void describe_parameters(Findings& out, const Spread& s) const;
+  ParameterValue parameter_value(std::size_t place, const Spread& s) const;
+  Finding freed_parameter(std::size_t place, const Freed& freed, const ParameterValue& p,
+                          const Spread& s) const;
+  void describe_amount(Finding& f, const Accepted& a, Index column, const Spread& s) const;
+  void describe_stretch(Finding& f, const Accepted& a, Index column, const Spread& s) const;
+  std::vector<Family> structures() const;
+  Unexplained leftover(const Fitted& m, const Family& f, const Test& t) const;
+  void find_mismatches(Findings& out, const std::vector<Family>& families) const;
+  Mismatch mismatch(const Family& f, const Test& t, const Eigen::VectorXd& residual) const;
+  Eigen::VectorXd proof_weights() const;
+  /// Columns of all that is free, and the amounts of what was found among them.
+  Eigen::MatrixXd all_moves(Eigen::VectorXd& found) const;
+  Predicted predicted() const;
+  std::optional<HeldOut> held_out(Relation relation, const Predicted& p) const;
+
   void progress(const std::string& stage, double share) const {
     if (options_.progress) options_.progress(stage, share);
   }
@@ -113,18 +209,21 @@ class Analysis {
   Inventory inventory_;
   Rows rows_;
   std::vector<bool> training_;
-  std::vector<std::size_t> refit_;              ///< places of parameters and curves
-  std::set<std::size_t> undetermined_;          ///< places that ran to their limit when let go
+  std::vector<std::string> remarks_;
+  Setting stated_;                      ///< the car as stated, in steps that are short enough
+  std::vector<std::size_t> refit_;      ///< places of parameters and curves
+  std::vector<std::size_t> candidate_;  ///< of the others
+  std::set<std::size_t> undetermined_;  ///< places that ran to their limit when let go
   std::vector<Freed> freed_;
-  Eigen::VectorXd amounts_;                     ///< of refit_, then of accepted_ that act everywhere
+  Eigen::VectorXd amounts_;  ///< of refit_, then of accepted_ that act everywhere
   std::vector<Accepted> accepted_;
-  Eigen::VectorXd r_;                           ///< rows at the current setting, not whitened
-  std::vector<KnownDrive> drives_;              ///< of the recordings there
+  Eigen::VectorXd r_;               ///< rows at the current setting, not whitened
+  std::vector<KnownDrive> drives_;  ///< of the recordings there
   Eigen::VectorXd stated_rows_;
-  Eigen::MatrixXd moves_;                       ///< columns of refit_ and accepted_ there
-  Eigen::MatrixXd candidate_moves_;             ///< columns of the candidates, at the first fit
-  std::vector<std::size_t> candidate_;
-  Eigen::VectorXd weight_;                      ///< of each row, 1 / standard deviation
+  Eigen::MatrixXd moves_;            ///< columns of refit_ and accepted_ there
+  Eigen::MatrixXd candidate_moves_;  ///< columns of the candidates, at the first fit
+  Eigen::VectorXd careful_;          ///< careful weights at the first fit
+  Eigen::VectorXd weight_;           ///< of each row, 1 / standard deviation
   std::array<double, kRelationCount> sigma_{}, spread_{};
   static constexpr double kCell_m = 10.0;
   int cells_ = 0;

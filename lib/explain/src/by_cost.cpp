@@ -7,6 +7,7 @@
 
 #include "analysis.h"
 #include "base/parallel.h"
+#include "selection.h"
 
 namespace explain {
 
@@ -14,23 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-namespace {
-
-constexpr double kFreed = 10.0;   ///< factor on the prior width of a parameter that is let go
-constexpr double kLetGo = 5.0;    ///< of prior cost that letting one go must save
-constexpr double kHeldGo = 5.0;   ///< on top for what is held for want of evidence
-constexpr double kAsGood = 3.0;   ///< two that save this much alike are not told apart
-/// Of loss that a mechanism of car or air, or a stretch of road, must save where forces count as few: in the 300
-/// trial recordings without any effect that it was set on, no mechanism did. Stretches of low grip that were there
-/// saved 19 to 56, those that curves of tyres pretended in every lap 3 to 4.
-constexpr double kNamed = 14.0;
-/// The same of a stretch that stands out less from what the stated curves get wrong elsewhere.
-constexpr double kPlaced = 30.0;
-/// Of a mechanism's square that curves and parameters must leave to it: below, as with inclined tyres in most
-/// recordings, what the stated curves get wrong passes for it.
-constexpr double kLeastLeft = 0.015;
-
-}  // namespace
+using namespace selection;  // NOLINT: a table of numbers
 
 double Analysis::width(std::size_t place) const {
   // The file's width is where two standard deviations end; what the simulated car gets wrong adds to it.
@@ -120,14 +105,14 @@ std::vector<Family> Analysis::families_by_cost() const {
   return out;
 }
 
-VectorXd Analysis::careful_column(std::size_t unknown) const {
+VectorXd Analysis::careful_column(std::size_t unknown, Stage stage) const {
   const auto k = std::find(candidate_.begin(), candidate_.end(), unknown) - candidate_.begin();
-  return careful_weights().cwiseProduct(candidate_moves_.col(k));
+  return careful_weights(stage).cwiseProduct(candidate_moves_.col(k));
 }
 
 double Analysis::best_stretch(const Model& m) const {
   std::vector<Family> along;
-  for (Family& f : candidates()) {
+  for (Family& f : candidates(Stage::kForces)) {
     if (f.cell.empty() || used(inventory_.unknowns[f.id])) continue;
     f.column = careful_column(f.id);
     along.push_back(std::move(f));
@@ -138,9 +123,14 @@ double Analysis::best_stretch(const Model& m) const {
   return best;
 }
 
-bool Analysis::stands_out(const Family& along, const Test& stretch, double threshold) const {
-  const double saved = saved_by(careful_model(), within(careful_column(along.id), along.cell, stretch.begin, stretch.end)).gain;
-  return saved > (std::abs(stretch.local_z) < threshold ? kPlaced : kNamed);
+bool Analysis::stands_out(const Trial& trial, const Tried& stretch) const {
+  const Family& along = trial.families[stretch.family];
+  const Test& t = stretch.test;
+  const double saved =
+      saved_by(careful_model(trial.stage),
+               within(careful_column(along.id, trial.stage), along.cell, t.begin, t.end))
+          .gain;
+  return saved > (std::abs(t.local_z) < trial.scan.threshold ? kPlaced : kNamed);
 }
 
 bool Analysis::apart_from_curves(std::size_t unknown) const {
@@ -196,14 +186,14 @@ void Analysis::let_go(const Freed& f) {
   refit(2);
   // What was held for want of evidence and runs to its limit takes the blame for something else.
   const Unknown& u = inventory_.unknowns[refit_[f.place]];
-  if (u.held == 0 || std::abs(amounts_[static_cast<Index>(f.place)]) < 0.99 * limit(u)) return;
+  if (u.held == 0 || std::abs(amounts_[static_cast<Index>(f.place)]) < kAtLimit * limit(u)) return;
   freed_.pop_back();
   undetermined_.insert(f.place);
   amounts_[static_cast<Index>(f.place)] = 0.0;
   refit(4);
 }
 
-bool Analysis::step_by_cost(Findings& out) {
+bool Analysis::add_by_cost(Findings& out) {
   const Model m = careful_model();
   const Freed f = best_parameter(m);
   const std::vector<Weighed> rivals = mechanisms_by_cost(m);
@@ -222,15 +212,14 @@ bool Analysis::step_by_cost(Findings& out) {
   found.threshold = std::sqrt(kNamed);
   for (const double gain : cross_validate(m.fitted, x.saved.column, m.precision, VectorXd::Zero(1), rows_)) found.cv_gain += gain;
   found.stability = stability(m.fitted, x.saved.column, x.saved.amount);
-  if (!(found.cv_gain > 0) || found.stability < 0.8) return false;
+  if (!(found.cv_gain > 0) || found.stability < kStable) return false;
   for (std::size_t k = 1; k < rivals.size(); ++k) {
     const Unknown& o = inventory_.unknowns[rivals[k].unknown];
-    if (o.id == u.id || std::any_of(found.rivals.begin(), found.rivals.end(), [&](const Rival& r) { return r.mechanism == o.id; })) continue;
-    found.rivals.push_back({o.id, o.channel, o.separating.empty() || o.separating == u.separating ? u.separating : u.separating + "; or: " + o.separating,
-                            0.0, best - rivals[k].saved.gain > kAsGood});
+    if (o.id == u.id || is_rival(found, o.id)) continue;
+    found.rivals.push_back({o.id, o.channel, experiment_between(u, o), 0.0, best - rivals[k].saved.gain > kAsGood});
   }
   // The table of what was tested says what counted.
-  std::erase_if(out.evidence, [&](const Evidence& e) { return e.mechanism == u.id && e.channel == u.channel && e.detail == u.name; });
+  std::erase_if(out.evidence, [&](const Evidence& e) { return is_of(e, u) && e.detail == u.name; });
   out.evidence.push_back({u.id, u.channel, u.name, x.saved.amount, found.statistic, found.cv_gain, u.unit});
   Accepted a;
   a.unknown = x.unknown;
@@ -238,6 +227,12 @@ bool Analysis::step_by_cost(Findings& out) {
   a.by_cost = true;
   accept(out, std::move(found), std::move(a));
   return true;
+}
+
+void Analysis::name_by_cost(Findings& out) {
+  out.null_false_alarm += alarms_by_cost();
+  for (int k = 0; k < kMostFindings && add_by_cost(out); ++k) {
+  }
 }
 
 }  // namespace explain

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "unlogged_states.h"
+#include "standing_car.h"
 #include "vehicle/laws/brake_pads.h"
 #include "vehicle/laws/disc_heat.h"
 

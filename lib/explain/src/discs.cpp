@@ -9,7 +9,9 @@
 #include <limits>
 
 #include "disc_temperature.h"
+#include "mechanisms/mechanism.h"
 #include "search.h"
+#include "selection.h"
 #include "vehicle/laws/disc_heat.h"
 #include "vehicle/recording.h"
 
@@ -22,7 +24,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kStep_s = kDiscStep_s, kSample_s = 0.5;
-const std::string kId = "vehicle.brake_disc_conductance";
 using Amounts = DiscAmounts;
 constexpr std::size_t kAmounts = kDiscAmounts;
 constexpr std::array<double, kAmounts> kWidth{0.1, 0.2, 0.2, 0.3, 0.5, 0.5, 2.0, 2.0, 2.0};
@@ -107,8 +108,8 @@ Fit fit(const Problem& problem, std::size_t also, double sigma, const VectorXd& 
 }  // namespace
 
 void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const Mapping& mapping, const vehicle::Vehicle& car) {
-  std::erase_if(findings.untestable, [](const Untestable& u) { return u.mechanism == kId; });
-  const auto cannot = [&](const std::string& reason) { findings.untestable.push_back({kId, reason}); };
+  forget_untestable(findings, kBrakeDiscConductance);
+  const auto cannot = [&](const std::string& reason) { findings.untestable.push_back({kBrakeDiscConductance, reason}); };
   std::vector<Stop> stops;
   int first_lap = 0;
   for (std::size_t k = 0; k < logs.size(); ++k) {
@@ -157,7 +158,7 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
     rival[k] = fit(problem, kRise + k, before.sigma, ones);
     if (rival[k].loss < rival[best].loss) best = k;
   }
-  static constexpr const char* kName[]{"vehicle.brake_disc_conductance", "emissivity of the discs", "slope of their heat capacity"};
+  static constexpr const char* kName[]{kBrakeDiscConductance, "emissivity of the discs", "slope of their heat capacity"};
   const auto gain = [&](std::size_t k) { return before.loss - rival[k].loss; };
   // The score of the column, with blocks turned round: what the refit leaves is not white.
   const Fit& f = rival[0];
@@ -205,8 +206,8 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
     pulled += sum * sum;
   }
   const double amount = f.a[0][kRise], spread = energy > 0 ? std::sqrt(pulled) / energy : 0.0;
-  findings.evidence.push_back({kId, "", "slope of the conductance over temperature", amount, std::sqrt(std::max(0.0, gain(0))), before2 - after2, "1"});
-  if (judged < 2 || above > 10 || better * 4 < judged * 3 || std::abs(amount) < 0.15 || gain(best) - gain(0) > std::max(8.0, 0.1 * gain(best))) return;
+  findings.evidence.push_back({kBrakeDiscConductance, "", "slope of the conductance over temperature", amount, std::sqrt(std::max(0.0, gain(0))), before2 - after2, "1"});
+  if (judged < 2 || above > selection::kMostTurns || better < selection::kBetterLaps * judged || std::abs(amount) < selection::kLeastSlope || gain(best) - gain(0) > std::max(selection::kLead, selection::kInexact * gain(best))) return;
   for (const Stop& s : stops) {
     double mean = 0, c = 0;
     for (const double t : s.disc_k)
@@ -214,11 +215,7 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
     for (const double t : s.disc_k)
       if (std::isfinite(t)) trivial2 += (t - mean / c) * (t - mean / c) * kStep_s / kSample_s;
   }
-  Finding found;
-  found.mechanism = kId;
-  found.kind = "vehicle";
-  found.physics = "heat flows from the discs' surface to their core the better the hotter they are";
-  found.equation = fmt::format("flow = G (1 + k (T_mean - {0:.0f} K) / {0:.0f} K) (T_surface - T_core)", vehicle::laws::kConductanceReference_k);
+  Finding found = finding_of(*find_mechanism(kBrakeDiscConductance));
   const double whole = amount + vehicle::laws::kConductanceReference_k * car.parameters[P::brake_conductance_slope_1pk];
   found.parameters.push_back({"slope of the conductance k", "1", whole, whole - 1.645 * spread, whole + 1.645 * spread});
   for (std::size_t axle = 0; axle < 2; ++axle) {
@@ -226,18 +223,14 @@ void add_discs(Findings& findings, const std::vector<RecordedLog>& logs, const M
     found.parameters.push_back({axle == 0 ? "front.disc_conductance_wpk" : "rear.disc_conductance_wpk", "W/K", g, g, g});
   }
   for (std::size_t k = 1; k < 3; ++k)
-    found.rivals.push_back({kName[k], "", "let the hot car stand: without speed the discs cool by radiation and conduction alone", gain(k), gain(0) - gain(k) > std::max(8.0, 0.1 * gain(0))});
+    found.rivals.push_back({kName[k], "", "let the hot car stand: without speed the discs cool by radiation and conduction alone", gain(k), gain(0) - gain(k) > std::max(selection::kLead, selection::kInexact * gain(0))});
   found.statistic = std::copysign(std::sqrt(std::max(0.0, gain(0))), amount);
   found.cv_gain = (before2 - after2) / (before.sigma * before.sigma);
   found.stability = static_cast<double>(better) / judged;
   std::sort(drops.begin(), drops.end());
   HeldOut h{"brake_disc_k", "K", 0.0, std::sqrt(before2 / n), std::sqrt(after2 / n), drops.front(), drops.back(), std::sqrt(trivial2 / n)};
   found.held_out.push_back(h);
-  bool tie = findings.verdict == "tie";
-  for (const Rival& r : found.rivals) tie = tie || !r.separable;
   findings.findings.push_back(found);
-  if (tie) findings.verdict = "tie";
-  else if (findings.verdict == "none") findings.verdict = "explained";
 }
 
 }  // namespace explain

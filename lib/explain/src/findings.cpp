@@ -31,10 +31,20 @@ Json places(const std::vector<Place>& where, bool laps) {
 
 }  // namespace
 
+const char* name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNone: return "none";
+    case Verdict::kExplained: return "explained";
+    case Verdict::kTie: return "tie";
+    case Verdict::kUnknown: break;
+  }
+  return "unknown";
+}
+
 std::string findings_json(const Findings& f) {
   Json root;
   root["version"] = 1;
-  root["verdict"] = f.verdict;
+  root["verdict"] = name_of(f.verdict);
   root["mismatches"] = Json::array();
   for (const Mismatch& m : f.mismatches)
     root["mismatches"].push_back({{"channel", m.channel}, {"where", places(m.where, true)}, {"regime", m.regime},
@@ -85,7 +95,7 @@ std::string findings_json(const Findings& f) {
                                    {"size", number(u.size)}, {"unit", u.unit}, {"share", number(u.share)}, {"p_adjusted", number(u.p_adjusted)}});
   root["tested"] = Json::array();
   for (const Evidence& e : f.evidence)
-    root["tested"].push_back({{"mechanism", e.mechanism}, {"channel", e.channel.empty() ? Json(nullptr) : Json(e.channel)}, {"detail", e.detail},
+    root["tested"].push_back({{"mechanism", e.mechanism}, {"channel", e.channel.empty() ? Json(nullptr) : Json(e.channel)}, {"detail", e.detail + e.place},
                               {"amount", number(e.amount)}, {"unit", e.unit}, {"statistic", number(e.statistic)}, {"cv_gain", number(e.cv_gain)}});
   root["null_calibration"] = {{"replicates", f.null_replicates}, {"threshold", number(f.threshold)}, {"false_alarm_rate", number(f.null_false_alarm)}};
   root["laps"] = f.laps;

@@ -6,8 +6,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "mechanisms/effect.h"
 #include "refit_car.h"
-#include "vehicle/laws/aero.h"
 #include "vehicle/step.h"
 
 namespace explain {
@@ -15,7 +15,6 @@ namespace {
 
 using P = vehicle::Parameter;
 using vehicle::Term;
-namespace laws = vehicle::laws;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSettle_s = 0.6;  ///< before a stretch, held to its beginning
 
@@ -65,45 +64,9 @@ vehicle::Car<double> car_with(const Signals& s, const vehicle::Vehicle& stated,
   if (!s.commanded[kBrakeFront]) past(Term::brake_actuator);
   q[P::rear_tyre_slip_stiffness] *= set.slip;
   terms[Term::wheel_reaction] += set.reaction;
-  terms[Term::aero_drag] += set.drag;
-  terms[Term::aero_downforce] += set.down;
-  terms[Term::tyre_load_sensitivity] += set.load_sensitivity;
-  terms[Term::tyre_camber] += set.camber;
-  terms[Term::tyre_combined_slip] = std::max(0.0, terms[Term::tyre_combined_slip] + set.combined);
-  terms[Term::tyre_relaxation] = std::max(0.0, terms[Term::tyre_relaxation] + set.relaxation);
-  terms[Term::limited_slip] += set.limited_slip;
-  terms[Term::locked_differential] += set.locked;
-  if (set.lock != 0) terms[Term::locked_differential] = 1.0;
-  if (set.turbo != 0) {
-    const double stated_share = terms[Term::turbo_lag] * q[P::turbo_share];
-    if (stated_share == 0) {
-      q[P::turbo_rise_s] = set.turbo_rise_s;
-      q[P::turbo_reference_radps] = set.turbo_reference_radps;
-    }
-    q[P::turbo_share] = stated_share + set.turbo;
-    terms[Term::turbo_lag] = 1.0;
-  }
-  if (set.thermal != 0) {
-    const double loss = terms[Term::tyre_warm_up] * q[P::tyre_warm_up_loss];
-    if (loss == 0) q[P::tyre_warm_up_s] = set.thermal_s;
-    q[P::tyre_warm_up_loss] = loss + set.thermal;
-    terms[Term::tyre_warm_up] = 1.0;
-  }
-  if (set.fade != 0) {
-    const double acts = terms[Term::brake_fade];
-    const double fade = acts * q[P::brake_fade_1pmj];
-    if (fade == 0) q[P::brake_fade_s] = set.fade_s;
-    q[P::brake_fade_1pmj] = fade + fade_1pmj(set.fade);
-    terms[Term::brake_fade] = 1.0;
-  }
-  if (set.wind_x != 0 || set.wind_y != 0) {
-    const double wind = terms[Term::wind] * q[P::environment_wind_mps];
-    const double x = set.wind_x + wind * std::cos(q[P::environment_wind_heading_rad]);
-    const double y = set.wind_y + wind * std::sin(q[P::environment_wind_heading_rad]);
-    q[P::environment_wind_mps] = std::hypot(x, y);
-    q[P::environment_wind_heading_rad] = std::atan2(y, x);
-    terms[Term::wind] = 1.0;
-  }
+  for (const Acting& a : set.effects)
+    if (a.effect->at_begin != nullptr && a.amount != std::array<double, 2>{})
+      a.effect->at_begin(car, a);
   // The log says how much fuel there is.
   past(Term::fuel_burn);
   return car;
@@ -191,14 +154,13 @@ class Drive {
           between(by_.vy_mps, i, share) + s[vehicle::kVz] * std::sin(s[vehicle::kRoll]);
     s[vehicle::kFuel] = between(by_.fuel_kg, i, share) + by_.reserve_kg;
     p[P::environment_gravity_mps2] = between(by_.gravity_mps2, i, share);
-    const double friction = s_.grip[near] * (1 + set_.friction);
-    if (set_.lock != 0) p[P::differential_lock_nms] = coupling_nms(std::max(6.0, vx));
-    const double pressed =
-        1.0 - set_.ride * laws::dynamic_pressure(p[P::aero_density_kgpm3], vx) / 1000.0;
-    p[P::front_tyre_grip] = grip_[0] * friction;
-    p[P::rear_tyre_grip] = grip_[1] * friction;
-    p[P::front_lift_area_m2] = lift_[0] * pressed;
-    p[P::rear_lift_area_m2] = lift_[1] * pressed;
+    Underway now{p, car_, detail_, vx, s_.grip[near]};
+    for (const Acting& a : set_.effects)
+      if (a.effect->on_the_way != nullptr && a.amount[0] != 0) a.effect->on_the_way(now, a);
+    p[P::front_tyre_grip] = grip_[0] * now.grip;
+    p[P::rear_tyre_grip] = grip_[1] * now.grip;
+    p[P::front_lift_area_m2] = lift_[0] * now.lift;
+    p[P::rear_lift_area_m2] = lift_[1] * now.lift;
     vehicle::Controls<double> c;
     c.gear_command = by_.gear[near];
     c.steer_command_rad =
@@ -243,24 +205,6 @@ class Drive {
     constexpr double kLeast_pa = 3e4;
     const double x = between(pa, i, share);
     return x > kLeast_pa ? x / stated_gain_ : 0.0;
-  }
-
-  /// The coupling of the driven wheels that takes away the share `lock` of the speed difference
-  /// that turning asks for, with the slip stiffnesses K of the wheels as loaded: c v / R^2 (1 /
-  /// K_left + 1 / K_right) = share / (1 - share).
-  double coupling_nms(double speed_mps) const {
-    const auto& p = car_.parameters;
-    const double share = std::clamp(set_.lock, -0.9, 0.98);
-    double yielding = 0.0;
-    for (const std::size_t wheel : {2, 3})
-      yielding +=
-          1 / std::max(1e3, p[P::rear_tyre_slip_stiffness] *
-                                vehicle::tyre_stiffness(car_.files->tyre[1],
-                                                        std::max(50.0, detail_.wheel[wheel].fz_n),
-                                                        p[P::rear_tyre_pressure_pa])
-                                    .slip_n);
-    const double radius = detail_.wheel[2].rolling_radius_m;
-    return share / (1 - share) * radius * radius / (speed_mps * yielding);
   }
 
   /// The log says when: no time for it, and the engine turns as the wheels do.

@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <set>
 
-#include "base/one_line.h"
+#include "column_words.h"
 #include "vehicle/error.h"
 #include "vehicle/place.h"
 
@@ -19,135 +17,7 @@ namespace {
 
 using vehicle::Error;
 using vehicle::Table;
-
-struct Alias {
-  const char* channel;
-  const char* quantity;  ///< picks the unit table
-  std::vector<const char*> names;
-};
-
-/// Names other loggers use, lower case without punctuation.
-const std::vector<Alias>& aliases() {
-  static const std::vector<Alias> list{
-      {"time_s", "time", {"time", "t", "timestamp", "times", "logtime", "sessiontime", "elapsedtime", "zeit", "temps", "tiempo", "tempo"}},
-      {"x_m", "length", {"x", "posx", "xposition", "positionx", "east", "easting"}},
-      {"y_m", "length", {"y", "posy", "yposition", "positiony", "north", "northing"}},
-      {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "breitengrad"}},
-      {"longitude_rad", "angle", {"longitude", "long", "lon", "lng", "gpslongitude", "lngengrad", "laengengrad"}},
-      {"z_m", "length", {"z", "posz", "positionz", "altitude", "height", "alt", "gpsaltitude"}},
-      {"yaw_rad", "angle", {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel", "orientationyaw"}},
-      {"vx_mps", "speed", {"vx", "velx", "linearx", "speed", "vlong", "velocityx", "velocity", "groundspeed", "gpsspeed", "speedoverground",
-        "vehiclespeed", "geschwindigkeit", "vitesse", "velocita", "velocidad"}},
-      {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
-      {"yaw_rate_radps", "rate", {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "angularz", "angularvelocityz", "gyroyawvelocity", "yawvelocity", "gierrate", "giergeschwindigkeit"}},
-      {"roll_rate_radps", "rate", {"rollrate", "gyrox", "angularx", "angularvelocityx"}},
-      {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
-      {"ax_mps2", "acceleration", {"ax", "accx", "linearaccelerationx", "along", "accelx", "longacc", "gforcelong", "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc", "lngsbeschleunigung", "laengsbeschleunigung"}},
-      {"ay_mps2", "acceleration", {"ay", "accy", "linearaccelerationy", "alat", "accely", "latacc", "gforcelat", "lateralacc", "lateralacceleration", "lataccel", "querbeschleunigung"}},
-      {"az_mps2", "acceleration", {"az", "accz", "linearaccelerationz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
-      {"steer_rad", "angle", {"delta", "steer", "steering", "roadwheelangle", "steerangle", "steeredangle", "steeringangle", "steeringwheelangle", "lenkwinkel", "volant"}},
-      {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
-      {"throttle", "share", {"throttle", "throttlepos", "throttleposition", "tps", "drosselklappe"}},
-      {"throttle_command", "share",
-       {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal", "accelerator", "throttlepedal", "acceleratorpos", "acceleratorposition", "gaspedal", "fahrpedal"}},
-      {"brake_pa", "pressure", {"brake", "brakepressure", "brakepress"}},
-      {"brake_command_pa", "pressure", {"brakecommand", "brakecmd", "brakepedcmd", "brakepedalcmd"}},
-      {"gear", "none", {"gear", "currentgear", "gearposition", "gang", "marcia", "rapport"}},
-      {"engine_radps", "turn", {"engine", "rpm", "enginespeed", "enginerpm", "motordrehzahl", "drehzahl", "regime", "giri"}},
-      {"fuel_kg", "none", {"fuel", "fuelmass"}},
-  };
-  return list;
-}
-
-struct Unit {
-  const char* quantity;
-  const char* name;
-  double scale;
-};
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr std::array<Unit, 46> kUnits{{{"time", "s", 1},
-                                       {"time", "unixtime", 1},
-                                       {"time", "ms", 1e-3},
-                                       {"time", "us", 1e-6},
-                                       {"time", "ns", 1e-9},
-                                       {"length", "m", 1},
-                                       {"length", "mm", 1e-3},
-                                       {"length", "km", 1e3},
-                                       {"length", "ft", 0.3048},
-                                       {"angle", "rad", 1},
-                                       {"angle", "deg", kDegree},
-                                       {"angle", "°", kDegree},
-                                       {"angle", "\xb0", kDegree},
-                                       {"rate", "°/s", kDegree},
-                                       {"rate", "\xb0/s", kDegree},
-                                       {"speed", "kmh", 1 / 3.6},
-                                       {"acceleration", "m/s/s", 1},
-                                       {"pressure", "mbar", 100.0},
-                                       {"turn", "revs/min", std::numbers::pi / 30},
-                                       {"turn", "min-1", std::numbers::pi / 30},
-                                       {"turn", "r/min", std::numbers::pi / 30},
-                                       {"speed", "m/s", 1},
-                                       {"speed", "mps", 1},
-                                       {"speed", "km/h", 1 / 3.6},
-                                       {"speed", "kmph", 1 / 3.6},
-                                       {"speed", "kph", 1 / 3.6},
-                                       {"speed", "mph", 0.44704},
-                                       {"rate", "rad/s", 1},
-                                       {"rate", "radps", 1},
-                                       {"rate", "deg/s", kDegree},
-                                       {"rate", "degps", kDegree},
-                                       {"acceleration", "m/s^2", 1},
-                                       {"acceleration", "m/s2", 1},
-                                       {"acceleration", "mps2", 1},
-                                       {"acceleration", "g", 9.80665},
-                                       {"share", "%", 0.01},
-                                       {"share", "1", 1},
-                                       {"pressure", "pa", 1},
-                                       {"pressure", "kpa", 1e3},
-                                       {"pressure", "mpa", 1e6},
-                                       {"pressure", "bar", 1e5},
-                                       {"pressure", "psi", 6894.757},
-                                       {"turn", "rad/s", 1},
-                                       {"turn", "radps", 1},
-                                       {"turn", "rpm", std::numbers::pi / 30},
-                                       {"turn", "1/min", std::numbers::pi / 30}}};
-
-std::string plain(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
-      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
-/// "vx (m/s)" or "vx[m/s]" into name and unit.
-std::pair<std::string, std::string> split_unit(const std::string& column) {
-  const std::size_t open = column.find_first_of("([");
-  if (open == std::string::npos) return {column, ""};
-  const std::size_t close = column.find_first_of(")]", open);
-  std::string unit = column.substr(open + 1, close == std::string::npos ? close : close - open - 1);
-  std::string lower;
-  for (const char c : unit)
-    if (c != ' ') lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return {column.substr(0, open), lower};
-}
-
-/// What a column may be known by: its name; for a channel of a topic ("/odom.twist.twist.linear.x")
-/// its last two parts, then the last one where that is more than a letter.
-std::vector<std::string> words_of(const std::string& stem) {
-  const std::size_t last = stem.rfind('.');
-  if (!stem.starts_with('/') || last == std::string::npos) return {plain(stem)};
-  std::vector<std::string> out;
-  if (const std::size_t before = stem.rfind('.', last - 1); before != std::string::npos) out.push_back(plain(stem.substr(before)));
-  if (const std::string word = plain(stem.substr(last)); word.size() > 1) out.push_back(word);
-  return out;
-}
-
-std::optional<double> unit_scale(const std::string& quantity, const std::string& unit) {
-  for (const Unit& u : kUnits)
-    if (quantity == u.quantity && unit == u.name) return u.scale;
-  return std::nullopt;
-}
 
 double share_repeated(const std::vector<double>& values) {
   std::size_t same = 0, seen = 0;
@@ -233,21 +103,6 @@ double lag_s(const std::vector<double>& t, const std::vector<double>& reference,
   const double a = r[best - 1], b = r[best], c = r[best + 1];
   const double vertex = (a - c) / (2 * (a - 2 * b + c));
   return (static_cast<double>(best) - most + vertex) * dt;
-}
-
-/// A name in YAML's double quotes. Its bytes stay as they are, whatever encoding the logger has:
-/// yaml-cpp would replace those that are no UTF-8, and the column would not be found again.
-std::string quoted(const std::string& name) {
-  std::string out = "\"";
-  for (const char c : name) {
-    if (c == '"' || c == '\\')
-      out += std::string("\\") + c;
-    else if (static_cast<unsigned char>(c) < 32 || c == 127)
-      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-    else
-      out += c;
-  }
-  return out + '"';
 }
 
 /// Every channel the analysis reads.
@@ -357,7 +212,7 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
     if (word == "yaw" && north_yaw(table)) m.channel.clear();
     if (course) mapping.notes.push_back(fmt::format("column '{}' is not used: the receiver's course, no heading of the car", column));
     if (course) continue;
-    const bool other_quantity = std::any_of(kUnits.begin(), kUnits.end(), [&, &u = unit](const Unit& k) { return u == k.name; }) && !unit_scale(quantity, unit);
+    const bool other_quantity = is_unit(unit) && !unit_scale(quantity, unit);
     if (!m.channel.empty() && !quantity.empty() && quantity != "none" && other_quantity) {
       mapping.notes.push_back(fmt::format("column '{}' is not used: {} is no unit of {}", column, unit, m.channel));
       continue;
@@ -505,39 +360,6 @@ Mapping propose_mapping(const Table& table, const std::string& name) {
       mapping.notes.push_back(fmt::format("{}: correlation {:.2f} with the path's curvature{}", channel, std::abs(fit.correlation), fit.correlation < -0.5 ? "; sign turned" : ""));
     }
   return mapping;
-}
-
-std::string format_mapping(const Mapping& mapping) {
-  std::string out = "# Which column of a log is which channel: value = column * scale + offset, taken delay_s earlier.\n";
-  for (const std::string& note : mapping.notes) out += "# " + base::one_line(note) + "\n";
-  out += "version: 1\n";
-  const auto add_number = [&](const char* key, double value) { out += fmt::format("{}: {:.12g}", key, value); };
-  if (mapping.imu_yaw_rad != 0) add_number("imu_yaw_rad", mapping.imu_yaw_rad), out += '\n';
-  if (mapping.imu_ahead_m != 0) add_number("imu_ahead_m", mapping.imu_ahead_m), out += '\n';
-  if (mapping.has_origin) {
-    add_number("origin_latitude_deg", mapping.origin_latitude_deg), out += '\n';
-    add_number("origin_longitude_deg", mapping.origin_longitude_deg), out += '\n';
-  }
-  if (mapping.place_turn_rad != 0) add_number("place_turn_rad", mapping.place_turn_rad), out += '\n';
-  if (mapping.place_x_m != 0) add_number("place_x_m", mapping.place_x_m), out += '\n';
-  if (mapping.place_y_m != 0) add_number("place_y_m", mapping.place_y_m), out += '\n';
-  out += "columns:";
-  if (mapping.columns.empty()) out += "\n  {}";
-  for (const ColumnMapping& m : mapping.columns) {
-    // Longer keys need a question mark.
-    const std::string name = quoted(m.column);
-    out += fmt::format("\n  {}{}: {{channel: {}", name.size() > 1000 ? "? " : "", name.size() > 1000 ? name + "\n  " : name, m.channel);
-    const auto add = [&](const char* key, double value, double usual) {
-      if (value != usual) out += ", ", add_number(key, value);
-    };
-    add("scale", m.scale, 1.0);
-    add("offset", m.offset, 0.0);
-    add("delay_s", m.delay_s, 0.0);
-    add("low_pass_s", m.low_pass_s, 0.0);
-    if (m.held) out += ", held: true";
-    out += '}';
-  }
-  return out + "\n";
 }
 
 }  // namespace explain

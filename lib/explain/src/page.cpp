@@ -52,18 +52,23 @@ bool about_refit(const std::string& remark) {
   return remark.find("refitted to the laps that do not judge") != std::string::npos;
 }
 
+/// Colour of the box and what the word means.
+std::pair<const char*, const char*> meaning_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNone: return {"good", "Nothing is missing that these recordings can show."};
+    case Verdict::kExplained: return {"good", "What was found explains everything significant."};
+    case Verdict::kTie:
+      return {"warn",
+              "Something is missing, but these recordings cannot tell two explanations apart."};
+    case Verdict::kUnknown: break;
+  }
+  return {"bad", "Something is missing that no mechanism tried here explains."};
+}
+
 std::string verdict_of(const Findings& f) {
-  const char *colour = "bad",
-             *meaning = "Something is missing that no mechanism tried here explains.";
-  if (f.verdict == "none")
-    colour = "good", meaning = "Nothing is missing that these recordings can show.";
-  else if (f.verdict == "explained")
-    colour = "good", meaning = "What was found explains everything significant.";
-  else if (f.verdict == "tie")
-    colour = "warn",
-    meaning = "Something is missing, but these recordings cannot tell two explanations apart.";
+  const auto [colour, meaning] = meaning_of(f.verdict);
   std::string out = fmt::format("<section class='verdict {}'><strong>{}</strong>{}", colour,
-                                html_text(f.verdict), meaning);
+                                name_of(f.verdict), meaning);
   out += fmt::format(
       "<p>{} laps. Of {} null replicates of these recordings the limits would have let {:.1f} % "
       "pass.</p>",
@@ -267,7 +272,7 @@ std::string tried(const Findings& f) {
   std::string rows;
   for (const Evidence& e : f.evidence)
     rows += "<tr>" + cell(e.mechanism) + cell(e.channel) +
-            number_cell(fmt::format("{:.3g}", e.amount)) + cell(unit_of(e.unit)) + cell(e.detail) +
+            number_cell(fmt::format("{:.3g}", e.amount)) + cell(unit_of(e.unit)) + cell(e.detail + e.place) +
             number_cell(fmt::format("{:.1f}", e.statistic)) +
             number_cell(fmt::format("{:.1f}", e.cv_gain));
   return table("Everything that was tried",

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "explain/plausible_car.h"
+#include "selection.h"
 
 namespace explain {
 namespace {
@@ -172,12 +173,11 @@ void doubt_the_car(Findings& findings) {
   std::string far;
   int count = 0;
   for (const ParameterValue& p : findings.parameters)
-    if ((p.beyond_prior || p.at_limit) && p.stated != 0 && std::abs(p.value / p.stated - 1) > 0.3) far += (count++ > 0 ? ", " : "") + p.name;
-  if (count < 2) return;
+    if ((p.beyond_prior || p.at_limit) && p.stated != 0 && std::abs(p.value / p.stated - 1) > selection::kOtherCar) far += (count++ > 0 ? ", " : "") + p.name;
+  if (count < selection::kOtherCarParameters) return;
   findings.remarks.push_back(fmt::format("{} are each more than 30 % off what the vehicle file states: is it the file of this car? Nothing is written back", far));
   // None of them is a finding about a car that may be another one; the list of parameters has them.
   std::erase_if(findings.findings, [](const Finding& f) { return f.kind == "parameter"; });
-  findings.verdict = "unknown";
   findings.doubtful_car = true;
 }
 

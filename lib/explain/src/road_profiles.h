@@ -10,10 +10,6 @@
 
 namespace explain {
 
-/// That of the setting which this mechanism changes: road.banking, road.grade or
-/// road.vertical_curvature.
-std::vector<double>& profile_of(RoadProfiles& along, const std::string& mechanism);
-
 /// Turns of a wave along the lap.
 double wave_turns(std::size_t column, bool closed);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "selection.h"
+
 namespace explain {
 
 using Eigen::Index;
@@ -141,7 +143,7 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
     // The first half sets the threshold, the second half says what it is worth.
     out.null_max.assign(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(nulls));
     std::sort(out.null_max.begin(), out.null_max.end());
-    out.threshold = out.null_max[static_cast<std::size_t>(0.9955 * static_cast<double>(out.null_max.size() - 1))];
+    out.threshold = out.null_max[static_cast<std::size_t>(selection::kNullQuantile * static_cast<double>(out.null_max.size() - 1))];
     double over = 0;
     for (std::size_t k = nulls; k < drawn.size(); ++k) over += drawn[k] > out.threshold ? 1 : 0;
     out.false_alarms = over / static_cast<double>(drawn.size() - nulls);

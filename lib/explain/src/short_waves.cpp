@@ -9,7 +9,9 @@
 #include <limits>
 #include <map>
 
+#include "mechanisms/mechanism.h"
 #include "search.h"
+#include "selection.h"
 #include "vehicle/error.h"
 #include "vehicle/recording.h"
 #include "vehicle/road.h"
@@ -20,7 +22,6 @@ namespace {
 using P = vehicle::Parameter;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kBinU_m = 0.2, kBinV_m = 0.5, kCell_m = 10.0, kHalf_s = 0.4;
-constexpr double kLeast_m = 0.0015;  ///< RMS heights below this are of no use to a simulation
 constexpr std::array<const char*, 4> kWheel{"fl", "fr", "rl", "rr"};
 
 /// One wheel at one sample.
@@ -228,11 +229,10 @@ Plane anchored(const std::vector<Look>& looks, const std::vector<Place>& places,
 }  // namespace
 
 void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, const Mapping& mapping, const crg::Surface& surface, const vehicle::Vehicle& car) {
-  static const std::string kRoad = "road.kerb_or_roughness", kContact = "vehicle.multi_point_contact";
-  std::erase_if(findings.untestable, [](const Untestable& u) { return u.mechanism == kRoad || u.mechanism == kContact; });
+  for (const char* id : {kKerbOrRoughness, kMultiPointContact}) forget_untestable(findings, id);
   const auto cannot = [&](const std::string& reason) {
-    findings.untestable.push_back({kRoad, reason});
-    findings.untestable.push_back({kContact, reason});
+    findings.untestable.push_back({kKerbOrRoughness, reason});
+    findings.untestable.push_back({kMultiPointContact, reason});
   };
   std::vector<Look> looks;
   const auto look_at = [&](bool strip, const std::vector<bool>& cells) {
@@ -267,16 +267,16 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
     most.push_back(largest);
   }
   std::sort(most.begin(), most.end());
-  const double threshold = most[static_cast<std::size_t>(0.985 * static_cast<double>(most.size() - 1))];
+  const double threshold = most[static_cast<std::size_t>(selection::kWavesQuantile * static_cast<double>(most.size() - 1))];
   std::vector<bool> cells(here.n.size(), false);
   double product = 0, n = 0, z = 0;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     if (here.n[k] < 20 || !(here.energy[k] > 0)) continue;
     const double height2 = here.product[k] / here.n[k];
-    cells[k] = here.product[k] / here.energy[k] > threshold && height2 > kLeast_m * kLeast_m;
+    cells[k] = here.product[k] / here.energy[k] > threshold && height2 > selection::kLeastWave_m * selection::kLeastWave_m;
     if (cells[k]) product += here.product[k], n += here.n[k], z = std::max(z, here.product[k] / here.energy[k]);
   }
-  findings.evidence.push_back({kRoad, "", fmt::format("agreement of even and odd laps in cells of 10 m; threshold {:.2f}", threshold),
+  findings.evidence.push_back({kKerbOrRoughness, "", fmt::format("agreement of even and odd laps in cells of 10 m; threshold {:.2f}", threshold),
                                n > 0 ? std::sqrt(product / n) : 0.0, z, 0.0, "m"});
   if (n == 0) return;
 
@@ -287,7 +287,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
       for (int d = -2; d <= 2; ++d) wide[(k + cells.size() + static_cast<std::size_t>(d + 2) - 2) % cells.size()] = true;
   const bool strip = car.contact == vehicle::Contact::kSinglePoint;
   if (strip) look_at(true, wide);
-  else findings.untestable.push_back({kContact, "the stated tyre already touches the road in more than one point"});
+  else findings.untestable.push_back({kMultiPointContact, "the stated tyre already touches the road in more than one point"});
   double point2 = 0, strip2 = 0, patch2 = 0, flat2 = 0, count = 0;
   for (const Look& l : looks) {
     const auto cell = static_cast<std::size_t>(std::max(0.0, l.u_m) / kCell_m);
@@ -305,8 +305,8 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
   if (!(count > 0)) return;
   const double patch_gain = 1 - patch2 / point2, strip_gain = strip ? 1 - strip2 / point2 : 0.0;
   // New heights can imitate any contact; a contact cannot imitate any height.
-  const bool contact = strip_gain > 0.6 * patch_gain && strip_gain > 0.3;
-  Finding f;
+  const bool contact = strip_gain > selection::kContactShare * patch_gain && strip_gain > selection::kContactLeast;
+  Finding f = finding_of(*find_mechanism(contact ? kMultiPointContact : kKerbOrRoughness));
   f.where = joined(cells);
   f.statistic = z;
   f.threshold = threshold;
@@ -322,17 +322,9 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
   f.held_out.push_back(h);
   const std::string experiment = "survey the kerb, or pass it on a tyre of another size";
   if (contact) {
-    f.mechanism = kContact;
-    f.kind = "vehicle";
-    f.physics = "the tyre rolls over short waves and does not follow them with one point";
-    f.equation = "z = contact of two tandem cams with the strip of road under the tyre";
     f.parameters.push_back({"share of the error in short waves that it takes away", "1", strip_gain, strip_gain, strip_gain});
-    f.rivals.push_back({kRoad, "", experiment, patch_gain, strip_gain > 0.85 * patch_gain});
+    f.rivals.push_back({kKerbOrRoughness, "", experiment, patch_gain, strip_gain > selection::kContactAlone * patch_gain});
   } else {
-    f.mechanism = kRoad;
-    f.kind = "road";
-    f.physics = "the road has short waves or a kerb that the file does not have (or the other way round)";
-    f.equation = "z = z_file + what even and odd laps agree on";
     // Spread between blocks of 2 m, drawn again.
     std::vector<std::pair<double, double>> blocks;
     for (std::size_t i = 0; i < plane.rows; ++i) {
@@ -355,7 +347,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
     }
     std::sort(draws.begin(), draws.end());
     f.parameters.push_back({"RMS height that is missing", "m", std::sqrt(product / n), draws[20], draws[379]});
-    if (strip) f.rivals.push_back({kContact, "", experiment, strip_gain, true});
+    if (strip) f.rivals.push_back({kMultiPointContact, "", experiment, strip_gain, true});
     const Plane whole = anchored(looks, f.where, cells, plane);
     HeightPatch& patch = f.patch;
     patch.u_step_m = kBinU_m;
@@ -383,11 +375,7 @@ void add_short_waves(Findings& findings, const std::vector<RecordedLog>& logs, c
     const double step = surface.file().grid.u_step_m;
     if (step > 0.25) findings.remarks.push_back(fmt::format("the road's rows are {:.2g} m apart: waves shorter than {:.2g} m cannot be written back; crgbuild resample makes them closer", step, 2 * step));
   }
-  bool tie = findings.verdict == "tie";
-  for (const Rival& r : f.rivals) tie = tie || !r.separable;
   findings.findings.push_back(f);
-  if (tie) findings.verdict = "tie";
-  else if (findings.verdict == "none") findings.verdict = "explained";
 }
 
 }  // namespace explain

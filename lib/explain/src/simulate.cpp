@@ -8,9 +8,9 @@
 #include <map>
 
 #include "base/parallel.h"
+#include "mechanisms/mechanism.h"
 #include "refit_car.h"
 #include "search.h"
-#include "unlogged_states.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
 #include "vehicle/replay.h"
@@ -162,9 +162,7 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
     double fuel_kg = 0.0;
     for (std::size_t k = 0; k < logs.size(); ++k) {
       vehicle::Recording whole = vehicle::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
-      add_boost(whole, *in.car);
-      add_pad_heat(whole, *in.car);
-      add_warmth(whole, *in.car);
+      add_unlogged_states(whole, *in.car);
       if (const auto* const fuel = whole.table.find("fuel_kg"); fuel != nullptr && k == 0 && std::isfinite(fuel->front())) fuel_kg = fuel->front();
       train.push_back(in_parts ? part(whole, judge, k, false) : whole);
       test.push_back(in_parts ? part(whole, judge, k, true) : whole);

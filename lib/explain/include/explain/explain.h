@@ -5,21 +5,37 @@
 #include <string>
 #include <vector>
 
-#include "explain/findings.h"
 #include "base/progress.h"
+#include "explain/findings.h"
+#include "explain/simulate.h"
 
 namespace explain {
 
 struct ExplainOptions {
-  std::set<int> hold_out;     ///< laps (counted from 0 over all recordings) only used for proof; empty: rotation
-  unsigned threads = 0;       ///< 0: as many as the machine has; never changes the result
-  bool mechanisms = true;     ///< false: only the refit of the parameters, and its proof
-  std::size_t nulls = 1000;   ///< null replicates
+  std::set<int>
+      hold_out;  ///< laps (counted from 0 over all recordings) only used for proof; empty: rotation
+  unsigned threads = 0;      ///< 0: as many as the machine has; never changes the result
+  bool mechanisms = true;    ///< false: only the refit of the parameters, and its proof
+  std::size_t nulls = 1000;  ///< null replicates
   base::Progress progress;
 };
 
-/// The whole analysis (docs/crgexplain.md). Throws vehicle::Error when it cannot be made: nothing
-/// in common between the channels, less than 30 s of usable driving.
-Findings explain(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const ExplainOptions& options = {});
+/// What is compared.
+struct Comparison {
+  const std::vector<Signals>& logs;
+  const std::vector<RecordedLog>& recordings;  ///< the tables of the same logs
+  const Mapping& mapping;                      ///< of their columns
+  const crg::Surface& road;
+  const vehicle::Vehicle& car;
+};
+
+/// All that can be said without driving the whole simulated car (docs/crgexplain.md): relations,
+/// short waves, discs, and the verdict. Throws vehicle::Error when it cannot be made: nothing in
+/// common between the channels, less than 30 s of usable driving.
+Findings explain(const Comparison& comparison, const ExplainOptions& options = {});
+
+/// The relations alone, without a verdict.
+Findings explain_relations(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
+                           const ExplainOptions& options = {});
 
 }  // namespace explain

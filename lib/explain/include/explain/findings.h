@@ -4,6 +4,8 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "explain/unknowns.h"
@@ -39,7 +41,8 @@ struct Rival {
 };
 struct HeldOut {
   std::string channel, unit;
-  double horizon_s = 0.6, rmse_before = 0.0, rmse_after = 0.0, drop_low = 0.0, drop_high = 0.0, trivial_rmse = 0.0;
+  double horizon_s = 0.6, rmse_before = 0.0, rmse_after = 0.0, drop_low = 0.0, drop_high = 0.0,
+         trivial_rmse = 0.0;
   bool whole_car = false;  ///< lib/vehicle driving the recorded commands; else the relation alone
 };
 /// Heights to add to a road, in bins from its begin and `right_m`; bin (i, j) at i * columns + j.
@@ -55,7 +58,10 @@ struct Finding {
   std::vector<ProfilePoint> profile;
   HeightPatch patch;  ///< of road.kerb_or_roughness; not in the JSON, it is in track.crg
   std::vector<Rival> rivals;
-  double stability = std::numeric_limits<double>::quiet_NaN();  ///< share of half samples with the same sign, for discs of laps left out that fit better; NaN: not measured
+  double stability =
+      std::numeric_limits<double>::quiet_NaN();  ///< share of half samples with the same sign, for
+                                                 ///< discs of laps left out that fit better; NaN:
+                                                 ///< not measured
   double cv_gain = 0.0, statistic = 0.0, threshold = 0.0;
   std::vector<HeldOut> held_out;
   std::size_t unknown = 0;  ///< place in the inventory
@@ -71,7 +77,21 @@ struct Evidence {
   std::string mechanism, channel, detail;
   double amount = 0.0, statistic = 0.0, cv_gain = 0.0;
   std::string unit;
+  std::string place{};  ///< of a stretch of road: what detail goes on with
 };
+
+/// Whether an item of an analysis (finding, rival, untestable) is about this mechanism.
+template <class Item>
+bool is_about(const Item& item, std::string_view id) {
+  return id == item.mechanism;
+}
+
+/// Whether an item of an analysis (finding, rival, evidence) is about this unknown's mechanism in
+/// its channel.
+template <class Item>
+bool is_of(const Item& item, const Unknown& u) {
+  return std::tie(item.mechanism, item.channel) == std::tie(u.id, u.channel);
+}
 /// A relation along one recording, for the page.
 struct Trace {
   std::string channel, unit;
@@ -89,8 +109,18 @@ struct DrivenTrace {
   Side before, after;
 };
 
+/// What an analysis says as a whole, from the weakest claim to the strongest doubt.
+enum class Verdict {
+  kNone,       ///< nothing is missing that these recordings can show
+  kExplained,  ///< what was found explains everything significant
+  kTie,        ///< something is missing, and two explanations cannot be told apart
+  kUnknown     ///< something is missing that no mechanism explains
+};
+/// As in findings.json: "none", "explained", "tie", "unknown".
+const char* name_of(Verdict verdict);
+
 struct Findings {
-  std::string verdict = "none";  ///< none, explained, tie, unknown
+  Verdict verdict = Verdict::kNone;  ///< of judge() alone
   std::vector<Mismatch> mismatches;
   std::vector<ParameterValue> parameters;
   std::vector<Finding> findings;
@@ -101,13 +131,15 @@ struct Findings {
   std::vector<DrivenTrace> driven;
   std::vector<HeldOut> held_out;  ///< as in every finding; there without findings too
   std::vector<std::string> remarks;
-  double null_false_alarm = 0.0;  ///< share of null replicates that the thresholds would have let through
+  double null_false_alarm =
+      0.0;  ///< share of null replicates that the thresholds would have let through
   std::size_t null_replicates = 0;
-  double threshold = 0.0;         ///< of the first step, in standard deviations
+  double threshold = 0.0;  ///< of the first step, in standard deviations
   std::size_t laps = 0;
-  bool doubtful_car = false;      ///< see doubt_the_car()
-  std::vector<double> recorded_lap_s;                       ///< whole laps
-  double simulated_lap_before_s = 0.0, simulated_lap_after_s = 0.0;  ///< of the built-in driver; 0: not driven
+  bool doubtful_car = false;           ///< see doubt_the_car()
+  std::vector<double> recorded_lap_s;  ///< whole laps
+  double simulated_lap_before_s = 0.0,
+         simulated_lap_after_s = 0.0;  ///< of the built-in driver; 0: not driven
 };
 
 /// findings.json. Numbers are rounded to 7 digits; the same findings give the same bytes.

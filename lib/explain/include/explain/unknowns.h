@@ -16,27 +16,43 @@ enum class Role {
   kCandidate   ///< absent from the simulation unless the data ask for it
 };
 
+/// Standard deviations of what a sensor may get wrong beside a road that is wrong along the whole
+/// lap; 0: not asked.
+struct UsualError {
+  double beside = 0.0;  ///< where the profile is sized: no more than nobody would call an error
+  double rival = 0.0;   ///< where it is judged: errors that could take its place
+};
+
 struct Unknown {
-  std::string id;       ///< as in docs/crgexplain.md: "vehicle.turbo_lag", "sensor.bias", "parameter.mass"
-  std::string kind;     ///< road, vehicle, sensor, environment, parameter
-  std::string channel;  ///< the sensor's column; empty otherwise
-  std::string name, unit;            ///< of the amplitude
+  std::string
+      id;  ///< as in docs/crgexplain.md: "vehicle.turbo_lag", "sensor.bias", "parameter.mass"
+  std::string kind;        ///< road, vehicle, sensor, environment, parameter
+  std::string channel;     ///< the sensor's column; empty otherwise
+  std::string name, unit;  ///< of the amplitude
   std::string physics, equation;
   Role role = Role::kCandidate;
   bool assumed = false;  ///< the vehicle file says that nobody knows it: refitted, never a finding
   double stated = 0.0;   ///< value in the simulation
-  double held = 0.0;     ///< tighter standard deviation in the refit of what these relations hardly determine; 0: none
+  double held = 0.0;     ///< tighter standard deviation in the refit of what these relations hardly
+                         ///< determine; 0: none
   bool stays_held = false;  ///< never let go
-  double width = 0.0;    ///< prior: two standard deviations, in the unit
-  double step = 0.01;    ///< of the derivative; about the size that matters
-  double least = 0.0;    ///< smaller amounts are not worth a finding
-  double most = 1e300;   ///< larger amounts are no physics but the sign of something else
-  double form = 0.0;     ///< one standard deviation of what the simulated car and stated curves get wrong
-  bool along_road = false;      ///< acts where the road is wrong: scanned over u
-  bool one_sided = false;       ///< only a positive amount makes sense
-  std::vector<std::pair<std::string, double>> constants;  ///< that the amount goes with, by the parameter's name
+  double width = 0.0;       ///< prior: two standard deviations, in the unit
+  double step = 0.01;       ///< of the derivative; about the size that matters
+  double least = 0.0;       ///< smaller amounts are not worth a finding
+  double most = 1e300;      ///< larger amounts are no physics but the sign of something else
+  double form =
+      0.0;  ///< one standard deviation of what the simulated car and stated curves get wrong
+  bool along_road = false;  ///< acts where the road is wrong: scanned over u
+  /// The same along the whole lap, where sensors tell its sign; else null.
+  std::vector<double> RoadProfiles::*profile = nullptr;
+  bool sums_to_nothing = false;  ///< along a closed lap
+  UsualError beside_road;        ///< of a sensor that feels the road
+  bool in_time = false;          ///< a sensor's error: how late it is
+  bool one_sided = false;        ///< only a positive amount makes sense
+  std::vector<std::pair<std::string, double>>
+      constants;  ///< that the amount goes with, by the parameter's name
   std::function<void(Setting&, double)> set;  ///< adds an amount to the setting
-  std::string separating;       ///< the experiment that would separate it from its usual rivals
+  std::string separating;  ///< the experiment that would separate it from its usual rivals
 };
 
 struct Untestable {

@@ -52,4 +52,24 @@ std::string map_csv(const vehicle::Map2& map, const std::string& axes);
 /// corrected_vehicle() adds. Nothing when nothing changes.
 std::optional<Mapping> corrected_mapping(const Mapping& mapping, const vehicle::Vehicle& car, const Findings& findings, const std::vector<Signals>& logs);
 
+/// What a simulation is made from, as stated.
+struct StatedInputs {
+  const crg::Crg& road;
+  const crg::Crg* friction = nullptr;  ///< if a map is known
+  std::string vehicle_path;
+  const vehicle::Vehicle& car;
+  const Mapping& mapping;  ///< of the recorded columns
+};
+
+/// Each is nothing where no finding changes it.
+struct CorrectedInputs {
+  std::optional<crg::Crg> road, friction;
+  std::optional<CorrectedCar> car;
+  std::optional<Mapping> mapping;
+};
+
+/// All inputs with everything that was found, as each mechanism writes it.
+CorrectedInputs correct(const StatedInputs& stated, const Findings& findings,
+                        const std::vector<Signals>& logs);
+
 }  // namespace explain

@@ -1,17 +1,23 @@
 // Errors of sensors: whatever a redundant relation sees.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <utility>
 
-#include "late_actuator.h"
-#include "unknowns_listing.h"
+#include "listing.h"
+#include "mapping_changes.h"
 
 namespace explain {
 namespace {
 
 using Set = std::function<void(Setting&, double)>;
+
+// Of lists of columns, "ax,ay".
+bool names_column(const std::string& list, const std::string& column) {
+  return ("," + list + ",").find("," + column + ",") != std::string::npos;
+}
 
 Unknown& of_channel(const Listing& l, Channel c, const char* id, const Amount& amount,
                     const char* equation, Set set) {
@@ -41,13 +47,16 @@ void timing(const Listing& l, Channel c, double least_s) {
   const char* const separating =
       "swing the quantity ever faster, for steering 0.5 to 2 Hz: a delay keeps the amplitude, a "
       "filter does not";
-  of_channel(l, c, "sensor.delay", {"delay", "s", 0.02, least_s, true},
-             "logged(t) = true(t - delay)", [c](Setting& s, double v) { s.sensor[c].delay_s += v; })
-      .separating = separating;
-  of_channel(l, c, "sensor.low_pass", {"time constant", "s", 0.05, least_s, true},
-             "T d(logged)/dt = true - logged",
-             [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; })
-      .separating = separating;
+  const auto late = [&](Unknown& u) {
+    u.separating = separating;
+    u.in_time = true;
+  };
+  late(of_channel(l, c, "sensor.delay", {"delay", "s", 0.02, least_s, true},
+                  "logged(t) = true(t - delay)",
+                  [c](Setting& s, double v) { s.sensor[c].delay_s += v; }));
+  late(of_channel(l, c, "sensor.low_pass", {"time constant", "s", 0.05, least_s, true},
+                  "T d(logged)/dt = true - logged",
+                  [c](Setting& s, double v) { s.sensor[c].low_pass_s += v; }));
 }
 
 // Smaller amounts are not worth a finding.
@@ -62,7 +71,7 @@ void all_errors(const Listing& l, Channel c, const char* unit, double bias_step,
   timing(l, c, least.time_s);
 }
 
-void motion(const Listing& l) {
+void list_motion(const Listing& l) {
   if (has(l, kYawRate)) all_errors(l, kYawRate, "rad/s", 0.005, {.bias = 0.0015});
   if (has(l, kAx)) all_errors(l, kAx, "m/s2", 0.1, {.bias = 0.04});
   if (has(l, kAy) && has(l, kVy)) all_errors(l, kAy, "m/s2", 0.1, {.bias = 0.04});
@@ -82,7 +91,7 @@ void motion(const Listing& l) {
   if (has(l, kWheelFront)) timing(l, kWheelFront, 0.02);
 }
 
-void driver(const Listing& l) {
+void list_driver(const Listing& l) {
   if (l.lateral && !commanded(l.logs, kSteer))
     all_errors(l, kSteer, "rad", 0.002, {.bias = 0.002, .gain = 0.06, .time_s = 0.05});
   if (l.brake && l.engine && !commanded(l.logs, kBrakeFront))
@@ -96,13 +105,14 @@ void driver(const Listing& l) {
         .channel = column(l, kBrakeFront);
 }
 
-void accelerometer_mounting(const Listing& l) {
-  if (!has(l, kAx)) untestable(l, {"sensor.bias", "sensor.derived"}, "of ax: not logged");
+void list_mounting(const Listing& l) {
+  if (!has(l, kAx))
+    for (const char* id : {"sensor.bias", "sensor.derived"}) untestable(l, id, "of ax: not logged");
   if (!has(l, kAy) || !has(l, kVy))
-    untestable(l, {"sensor.bias"}, "of ay: ay or the lateral speed is not logged");
+    untestable(l, "sensor.bias", "of ay: ay or the lateral speed is not logged");
   if (!has(l, kAx) || !has(l, kAy) || !has(l, kVy)) {
-    untestable(l, {"sensor.misalignment", "sensor.lever_arm"},
-               "needs ax, ay and the lateral speed");
+    for (const char* id : {"sensor.misalignment", "sensor.lever_arm"})
+      untestable(l, id, "needs ax, ay and the lateral speed");
     return;
   }
   const std::string columns = column(l, kAx) + "," + column(l, kAy);
@@ -119,12 +129,79 @@ void accelerometer_mounting(const Listing& l) {
       .channel = columns;
 }
 
+/// Only of sensors that feel the road; the others say when and where: shifted all at once they
+/// would shift it. How late yaw rate is, heading or path tell. Of accelerations nothing else tells
+/// it: a driver does the same at the same place, so that any delay of theirs could be slopes of the
+/// road.
+UsualError usual_error(const Unknown& u, const Signals& s) {
+  const auto of = [&](Channel c) { return s.present[c] && names_column(u.channel, s.column[c]); };
+  constexpr double kTime_s = 0.5;
+  if (of(kYawRate) && u.in_time) return {kTime_s, kTime_s};
+  if (!of(kYawRate) && !of(kAx) && !of(kAy) && !of(kAz)) return {};
+  if (u.in_time) return {0.0, kTime_s};
+  if (u.id == "sensor.derived") return {0.0, 1.0};
+  return {0.5 * u.least, 5 * u.step};
+}
+
+/// Channel by channel: the errors that each may have.
+void list(const Listing& l) {
+  const std::size_t first = l.out.unknowns.size();
+  list_motion(l);
+  list_driver(l);
+  list_mounting(l);
+  for (std::size_t k = first; k < l.out.unknowns.size(); ++k)
+    l.out.unknowns[k].beside_road = usual_error(l.out.unknowns[k], l.logs.front());
+}
+
+/// Calls change(column) for every column that the finding names; one about the mean of two names
+/// both.
+template <class Change>
+void in_columns(MappingChanges& out, const Finding& f, Change change) {
+  for (ColumnMapping& m : out.mapping.columns)
+    if (names_column(f.channel, m.column)) change(m), out.changed = true;
+}
+
+void write_bias(MappingChanges& out, const Finding& f) {
+  in_columns(out, f, [&](ColumnMapping& m) { m.offset -= f.parameters[0].value; });
+}
+
+void write_gain(MappingChanges& out, const Finding& f) {
+  const double value = f.parameters[0].value;
+  in_columns(out, f, [&](ColumnMapping& m) { m.scale /= 1 + value, m.offset /= 1 + value; });
+}
+
+void write_delay(MappingChanges& out, const Finding& f) {
+  in_columns(out, f, [&](ColumnMapping& m) { m.delay_s += f.parameters[0].value; });
+}
+
+void write_low_pass(MappingChanges& out, const Finding& f) {
+  in_columns(out, f, [&](ColumnMapping& m) {
+    m.low_pass_s = std::max(0.0, m.low_pass_s + f.parameters[0].value);
+  });
+}
+
+void write_misalignment(MappingChanges& out, const Finding& f) {
+  out.mapping.imu_yaw_rad += f.parameters[0].value;
+  out.changed = true;
+}
+
+/// That of the lateral speed has no place in a mapping.
+void write_lever_arm(MappingChanges& out, const Finding& f) {
+  if (f.channel == out.logs.front().column[kVy]) return;
+  out.mapping.imu_ahead_m += f.parameters[0].value;
+  out.changed = true;
+}
+
 }  // namespace
 
-void list_sensors(const Listing& l) {
-  motion(l);
-  driver(l);
-  accelerometer_mounting(l);
+std::vector<Mechanism> sensors() {
+  return {{.id = "sensor.bias", .list = list, .write_mapping = write_bias},
+          {.id = "sensor.gain", .most = 0.5, .write_mapping = write_gain},
+          {.id = "sensor.delay", .most = 1.0, .write_mapping = write_delay},
+          {.id = "sensor.low_pass", .most = 5.0, .write_mapping = write_low_pass},
+          {.id = "sensor.misalignment", .most = 0.3, .write_mapping = write_misalignment},
+          {.id = "sensor.lever_arm", .most = 4.0, .write_mapping = write_lever_arm},
+          {.id = "sensor.derived", .most = 1.4}};
 }
 
 }  // namespace explain

@@ -1,0 +1,43 @@
+#include "actuator_rows.h"
+
+#include <cmath>
+#include <cstdint>
+
+#include "explain/signals.h"
+#include "vehicle/laws/actuator.h"
+
+namespace explain {
+
+using P = vehicle::Parameter;
+constexpr double kStep = Signals::kStep_s;
+
+void actuator_rows(std::vector<double>& out, const std::vector<double>& measured,
+                   const std::vector<double>& command, double gain, double amplitude,
+                   const vehicle::Parameters<double>& p, P dead_time) {
+  constexpr int kSubsteps = 20;
+  constexpr double kSubstep_s = kStep / kSubsteps;
+  const double* const own = &p[dead_time];  // dead time, lag, damping, lead follow one another
+  vehicle::laws::Actuator<double> actuator;
+  std::int64_t step = 0;
+  for (std::size_t i = 0; i + 1 < measured.size(); ++i) {
+    const double from = gain * command[i], to = gain * command[i + 1];
+    if (!std::isfinite(from) || !std::isfinite(to)) {
+      step = 0;
+      continue;
+    }
+    if (step == 0) {
+      actuator.history.fill(from);
+      actuator.place = from;
+      actuator.rate = 0;
+    }
+    const double moved =
+        amplitude == 0 || step == 0 ? from : actuator.place + own[3] * actuator.rate;
+    if (step >= kSubsteps * 20) out[i] = measured[i] - (from + amplitude * (moved - from));
+    // The command's mean over the substep that follows.
+    for (int k = 0; k < kSubsteps; ++k)
+      vehicle::laws::move(actuator, step++, from + (k + 0.5) / kSubsteps * (to - from), own[0],
+                          own[1], own[2], own[3], kSubstep_s);
+  }
+}
+
+}  // namespace explain

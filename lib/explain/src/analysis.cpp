@@ -1,0 +1,310 @@
+#include "analysis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "base/parallel.h"
+#include "road_profiles.h"
+#include "vehicle/error.h"
+
+namespace explain {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/// Mean square of the difference over that which is let pass: what a good logger's mean over 0.3 s
+/// just tells (0.03 m/s2, rad/s2, N per kg), or 3 % of the quantity itself.
+double apart(const std::vector<double>& coarse, const std::vector<double>& fine, double unit) {
+  double sum = 0, square = 0, count = 0;
+  for (std::size_t i = 0; i < fine.size(); ++i) {
+    if (!std::isfinite(fine[i])) continue;
+    if (!std::isfinite(coarse[i])) return HUGE_VAL;  // lost
+    sum += (coarse[i] - fine[i]) * (coarse[i] - fine[i]);
+    square += fine[i] * fine[i];
+    count += 1;
+  }
+  return count > 0 ? sum / std::max(0.03 * 0.03 * count * unit * unit, 0.03 * 0.03 * square) : 0.0;
+}
+
+bool alike(const Led& coarse, const Led& fine, double mass_kg) {
+  return std::max({apart(coarse.force_x_mps2, fine.force_x_mps2, 1.0),
+                   apart(coarse.force_y_mps2, fine.force_y_mps2, 1.0),
+                   apart(coarse.yaw_radps2, fine.yaw_radps2, 1.0),
+                   apart(coarse.load_front_n, fine.load_front_n, mass_kg),
+                   apart(coarse.load_rear_n, fine.load_rear_n, mass_kg)}) < 1.0;
+}
+
+double seconds(const std::vector<double>& x) {
+  return Signals::kStep_s * static_cast<double>(std::count_if(
+                                x.begin(), x.end(), [](double v) { return std::isfinite(v); }));
+}
+
+}  // namespace
+
+Analysis::Analysis(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
+                   const ExplainOptions& options)
+    : logs_(logs), car_(car), options_(options) {
+  if (logs.empty()) throw vehicle::Error("no recordings");
+  inventory_ = inventory(logs, car);
+  for (std::size_t k = 0; k < inventory_.unknowns.size(); ++k)
+    (inventory_.unknowns[k].role == Role::kCandidate ? candidate_ : refit_).push_back(k);
+  cells_ = static_cast<int>(logs.front().length_m / kCell_m) + 1;
+  stated_.p = car.parameters;
+  choose_substeps();
+  std::vector<Residuals> base;
+  for (std::size_t k = 0; k < logs.size(); ++k)
+    base.push_back(residuals(logs[k], car, stated_, {.known = &drives_[k]}));
+  rows_ = make_rows(logs, base);
+  if (rows_.row.size() < selection::kLeastRows)
+    throw vehicle::Error(
+        fmt::format("{}: {:.0f} s of usable driving on this road; at least 30 s are wanted",
+                    logs.front().name, 0.3 * static_cast<double>(rows_.row.size()) / 4));
+  // Laps held out take no part in any choice: their weight is zero.
+  for (const Row& row : rows_.row) training_.push_back(options.hold_out.count(row.lap) == 0);
+  if (std::count(training_.begin(), training_.end(), true) <
+      static_cast<std::ptrdiff_t>(selection::kLeastRows))
+    throw vehicle::Error("the held-out laps leave less than 30 s for the analysis");
+  amounts_ = VectorXd::Zero(static_cast<Index>(refit_.size()));
+  stated_rows_ = gather(rows_, base);
+}
+
+Findings Analysis::begin() const {
+  Findings out;
+  out.laps = static_cast<std::size_t>(rows_.laps);
+  for (const Signals& s : logs_)
+    out.remarks.insert(out.remarks.end(), s.remarks.begin(), s.remarks.end());
+  out.remarks.insert(out.remarks.end(), remarks_.begin(), remarks_.end());
+  return out;
+}
+
+Setting Analysis::setting_with(const VectorXd& amounts) const {
+  Setting s = stated_;
+  for (std::size_t k = 0; k < refit_.size(); ++k)
+    inventory_.unknowns[refit_[k]].set(s, amounts[static_cast<Index>(k)]);
+  auto at = static_cast<Index>(refit_.size());
+  for (const Accepted& a : accepted_) {
+    if (has_one_amount(a)) inventory_.unknowns[a.unknown].set(s, amounts[at++]);
+    if (a.shapes.size() > 0) s.along.*inventory_.unknowns[a.unknown].profile = values_along(a);
+  }
+  return s;
+}
+
+void Analysis::choose_substeps() {
+  const double mass = car_.parameters[vehicle::Parameter::chassis_mass_kg];
+  std::vector<KnownDrive> coarse;
+  for (const int substeps : {10, 20, 40, 80}) {
+    stated_.substeps = substeps;
+    drives_.assign(logs_.size(), {});
+    base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+      residuals(logs_[k], car_, stated_, {.keep = &drives_[k]});
+    });
+    bool enough = !coarse.empty();
+    for (std::size_t k = 0; k < coarse.size(); ++k)
+      enough = enough && alike(coarse[k].led, drives_[k].led, mass);
+    if (enough) {
+      stated_.substeps = coarse.front().setting.substeps;
+      drives_ = std::move(coarse);
+      return;
+    }
+    coarse = drives_;
+  }
+  for (const KnownDrive& drive : drives_) {
+    const double led = seconds(drive.led.force_x_mps2), wanted = seconds(drive.by.vx_mps);
+    if (led < 0.9 * wanted)
+      remarks_.push_back(fmt::format(
+          "the car of the vehicle file cannot follow this recording: in {:.0f} of {:.0f} s its "
+          "equations of motion are lost even in steps of {:.2g} ms; forces are compared where they "
+          "hold; crgdrive replay shows where",
+          wanted - led, wanted, 1e3 * Signals::kStep_s / stated_.substeps));
+  }
+}
+
+VectorXd Analysis::rows_at(const Setting& setting) const {
+  std::vector<Residuals> r;
+  for (std::size_t k = 0; k < logs_.size(); ++k)
+    r.push_back(residuals(logs_[k], car_, setting, {.known = &drives_[k]}));
+  VectorXd out = gather(rows_, r);
+  for (Index i = 0; i < out.size(); ++i)
+    if (!std::isfinite(out[i])) out[i] = stated_rows_[i];
+  return out;
+}
+
+void Analysis::look() {
+  const Setting setting = setting_with(amounts_);
+  base::parallel_for(logs_.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
+    residuals(logs_[k], car_, setting, {.keep = &drives_[k]});
+  });
+  r_ = rows_at(setting);
+}
+
+void Analysis::weigh() {
+  const VectorXd e =
+      weight_.size() == 0 ? r_ : VectorXd(model().fitted.e.cwiseQuotient(weight_.cwiseMax(1e-12)));
+  Noise noise = noise_of(rows_, e, training_);
+  weight_ = std::move(noise.weight);
+  sigma_ = noise.sigma;
+  spread_ = noise.spread;
+}
+
+Analysis::Model Analysis::model(const VectorXd& w) const {
+  Model m;
+  Index columns = moves_.cols();
+  for (const Accepted& a : accepted_) columns += a.columns.cols();
+  MatrixXd x(r_.size(), columns);
+  m.precision = VectorXd::Zero(columns);
+  VectorXd before = VectorXd::Zero(columns);
+  x.leftCols(moves_.cols()) = moves_;
+  for (Index k = 0; k < moves_.cols(); ++k)
+    if (k < static_cast<Index>(refit_.size())) {
+      m.precision[k] =
+          1.0 / (width(static_cast<std::size_t>(k)) * width(static_cast<std::size_t>(k)));
+      before[k] = amounts_[k];
+    }
+  auto everywhere = static_cast<Index>(refit_.size());
+  for (const Accepted& a : accepted_) {
+    if (!has_one_amount(a)) continue;
+    for (Index i = 0; i < x.rows() && a.kinematic && everywhere < moves_.cols(); ++i)
+      if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only)
+        x(i, everywhere) = 0.0;
+    ++everywhere;
+  }
+  Index at = moves_.cols();
+  for (const Accepted& a : accepted_) {
+    if (has_one_amount(a)) continue;
+    x.middleCols(at, a.columns.cols()) = a.columns;
+    m.precision.segment(at, a.columns.cols()) = a.precision;
+    if (a.shapes.size() > 0) before.segment(at, a.columns.cols()) = a.amounts;
+    at += a.columns.cols();
+  }
+  m.fitted = fit(w.asDiagonal() * x, w.cwiseProduct(r_), m.precision, before);
+  return m;
+}
+
+VectorXd Analysis::careful_weights(Stage stage) const {
+  // Errors of the stated curves come back in every state and every lap: more rows do not make them
+  // smaller, so that a relation with forces counts as no more than this many independent ones.
+  std::array<double, kRelationCount> rows{};
+  for (const Row& row : rows_.row) rows[row.relation] += 1;
+  VectorXd w = weights(stage);
+  for (Index i = 0; i < w.size(); ++i) {
+    const std::size_t k = rows_.row[static_cast<std::size_t>(i)].relation;
+    if (!relations()[k].sensors_only)
+      w[i] *= std::sqrt(std::min(1.0, selection::kIndependentRows * spread_[k] / rows[k]));
+  }
+  return w;
+}
+
+VectorXd Analysis::weights(Stage stage) const {
+  if (stage == Stage::kForces) return weight_;
+  VectorXd w = weight_;
+  for (Index i = 0; i < w.size(); ++i)
+    if (!relations()[rows_.row[static_cast<std::size_t>(i)].relation].sensors_only) w[i] = 0.0;
+  return w;
+}
+
+std::vector<const Unknown*> Analysis::free_unknowns() const {
+  std::vector<const Unknown*> free;
+  for (const std::size_t k : refit_) free.push_back(&inventory_.unknowns[k]);
+  for (const Accepted& a : accepted_)
+    if (has_one_amount(a)) free.push_back(&inventory_.unknowns[a.unknown]);
+  return free;
+}
+
+void Analysis::update_moves(std::size_t from) {
+  const std::vector<const Unknown*> free = free_unknowns();
+  const std::vector<const Unknown*> wanted(free.begin() + static_cast<std::ptrdiff_t>(from),
+                                           free.end());
+  const MatrixXd columns =
+      derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
+                  [&](double share) { progress("refit of the parameters", share); });
+  moves_.conservativeResize(columns.rows(), static_cast<Index>(free.size()));
+  moves_.rightCols(columns.cols()) = columns;
+}
+
+void Analysis::move_amounts() {
+  const std::vector<const Unknown*> free = free_unknowns();
+  const Model m = careful_model();
+  const VectorXd move = m.fitted.amount.head(moves_.cols());
+  // No further than 1.5 prior widths at once: the relations are not linear in everything.
+  for (Index k = 0; k < static_cast<Index>(refit_.size()); ++k) {
+    const Unknown& u = *free[static_cast<std::size_t>(k)];
+    const double most = 1.5 * std::min(width(static_cast<std::size_t>(k)), 2 * u.width);
+    const double far = limit(u);
+    amounts_[k] = std::clamp(amounts_[k] + std::clamp(move[k], -most, most), -far, far);
+  }
+  for (Index k = static_cast<Index>(refit_.size()); k < moves_.cols(); ++k) amounts_[k] += move[k];
+  Index place = moves_.cols();
+  for (Accepted& a : accepted_) {
+    if (a.shapes.size() > 0) a.amounts += m.fitted.amount.segment(place, a.columns.cols());
+    place += a.columns.cols();
+  }
+}
+
+void Analysis::refit(int rounds) {
+  // One Jacobian serves all rounds (chord method); only columns that are new are computed again.
+  const bool fresh = moves_.size() == 0;
+  const auto known = static_cast<std::size_t>(moves_.cols());
+  look();
+  if (fresh)
+    update_moves(0);
+  else if (known < free_unknowns().size())
+    update_moves(known);
+  for (int round = 0; round < rounds; ++round) {
+    if (weight_.size() == 0) weigh();
+    move_amounts();
+    look();
+    weigh();
+  }
+  if (fresh) update_moves(0);
+  // The amounts of accepted unknowns are where they are wanted.
+  auto at = static_cast<Index>(refit_.size());
+  for (Accepted& a : accepted_)
+    if (has_one_amount(a)) a.amount = amounts_[at++];
+}
+
+void Analysis::differentiate_candidates() {
+  std::vector<const Unknown*> wanted;
+  for (const std::size_t k : candidate_) wanted.push_back(&inventory_.unknowns[k]);
+  candidate_moves_ =
+      derivatives(logs_, car_, setting_with(amounts_), wanted, rows_, options_.threads,
+                  [&](double share) { progress("one derivative per mechanism", share); });
+  careful_ = careful_weights();
+}
+
+bool Analysis::used(const Unknown& u) const {
+  return std::any_of(accepted_.begin(), accepted_.end(), [&](const Accepted& a) {
+    const Unknown& other = inventory_.unknowns[a.unknown];
+    return std::tie(other.id, other.channel, other.name) == std::tie(u.id, u.channel, u.name);
+  });
+}
+
+Finding Analysis::finding_of(std::size_t unknown) const {
+  const Unknown& u = inventory_.unknowns[unknown];
+  Finding f;
+  f.unknown = unknown;
+  f.mechanism = u.id;
+  f.kind = u.kind;
+  f.channel = u.channel;
+  f.physics = u.physics;
+  f.equation = u.equation;
+  return f;
+}
+
+void Analysis::accept(Findings& out, Finding found, Accepted a) {
+  out.findings.push_back(std::move(found));
+  if (has_one_amount(a)) {
+    // amounts_ lists those that act everywhere in the order of accepted_.
+    amounts_.conservativeResize(amounts_.size() + 1);
+    amounts_[amounts_.size() - 1] = a.amount;
+  }
+  accepted_.push_back(std::move(a));
+  refit(2);
+}
+
+}  // namespace explain

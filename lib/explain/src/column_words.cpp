@@ -1,0 +1,172 @@
+#include "column_words.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <numbers>
+
+namespace explain {
+namespace {
+
+struct Unit {
+  const char* quantity;
+  const char* name;
+  double scale;
+};
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr std::array<Unit, 46> kUnits{{{"time", "s", 1},
+                                       {"time", "unixtime", 1},
+                                       {"time", "ms", 1e-3},
+                                       {"time", "us", 1e-6},
+                                       {"time", "ns", 1e-9},
+                                       {"length", "m", 1},
+                                       {"length", "mm", 1e-3},
+                                       {"length", "km", 1e3},
+                                       {"length", "ft", 0.3048},
+                                       {"angle", "rad", 1},
+                                       {"angle", "deg", kDegree},
+                                       {"angle", "°", kDegree},
+                                       {"angle", "\xb0", kDegree},
+                                       {"rate", "°/s", kDegree},
+                                       {"rate", "\xb0/s", kDegree},
+                                       {"speed", "kmh", 1 / 3.6},
+                                       {"acceleration", "m/s/s", 1},
+                                       {"pressure", "mbar", 100.0},
+                                       {"turn", "revs/min", std::numbers::pi / 30},
+                                       {"turn", "min-1", std::numbers::pi / 30},
+                                       {"turn", "r/min", std::numbers::pi / 30},
+                                       {"speed", "m/s", 1},
+                                       {"speed", "mps", 1},
+                                       {"speed", "km/h", 1 / 3.6},
+                                       {"speed", "kmph", 1 / 3.6},
+                                       {"speed", "kph", 1 / 3.6},
+                                       {"speed", "mph", 0.44704},
+                                       {"rate", "rad/s", 1},
+                                       {"rate", "radps", 1},
+                                       {"rate", "deg/s", kDegree},
+                                       {"rate", "degps", kDegree},
+                                       {"acceleration", "m/s^2", 1},
+                                       {"acceleration", "m/s2", 1},
+                                       {"acceleration", "mps2", 1},
+                                       {"acceleration", "g", 9.80665},
+                                       {"share", "%", 0.01},
+                                       {"share", "1", 1},
+                                       {"pressure", "pa", 1},
+                                       {"pressure", "kpa", 1e3},
+                                       {"pressure", "mpa", 1e6},
+                                       {"pressure", "bar", 1e5},
+                                       {"pressure", "psi", 6894.757},
+                                       {"turn", "rad/s", 1},
+                                       {"turn", "radps", 1},
+                                       {"turn", "rpm", std::numbers::pi / 30},
+                                       {"turn", "1/min", std::numbers::pi / 30}}};
+
+}  // namespace
+
+const std::vector<Alias>& aliases() {
+  static const std::vector<Alias> list{
+      {"time_s",
+       "time",
+       {"time", "t", "timestamp", "times", "logtime", "sessiontime", "elapsedtime", "zeit", "temps",
+        "tiempo", "tempo"}},
+      {"x_m", "length", {"x", "posx", "xposition", "positionx", "east", "easting"}},
+      {"y_m", "length", {"y", "posy", "yposition", "positiony", "north", "northing"}},
+      {"latitude_rad", "angle", {"latitude", "lat", "gpslatitude", "breitengrad"}},
+      {"longitude_rad",
+       "angle",
+       {"longitude", "long", "lon", "lng", "gpslongitude", "lngengrad", "laengengrad"}},
+      {"z_m", "length", {"z", "posz", "positionz", "altitude", "height", "alt", "gpsaltitude"}},
+      {"yaw_rad",
+       "angle",
+       {"yaw", "phi", "psi", "heading", "yawnorth", "gierwinkel", "orientationyaw"}},
+      {"vx_mps",
+       "speed",
+       {"vx", "velx", "linearx", "speed", "vlong", "velocityx", "velocity", "groundspeed",
+        "gpsspeed", "speedoverground", "vehiclespeed", "geschwindigkeit", "vitesse", "velocita",
+        "velocidad"}},
+      {"vy_mps", "speed", {"vy", "vely", "lineary", "vlat", "velocityy"}},
+      {"yaw_rate_radps",
+       "rate",
+       {"yawrate", "omega", "r", "gyroz", "omegaz", "wz", "angularz", "angularvelocityz",
+        "gyroyawvelocity", "yawvelocity", "gierrate", "giergeschwindigkeit"}},
+      {"roll_rate_radps", "rate", {"rollrate", "gyrox", "angularx", "angularvelocityx"}},
+      {"pitch_rate_radps", "rate", {"pitchrate", "gyroy", "angulary", "angularvelocityy"}},
+      {"ax_mps2",
+       "acceleration",
+       {"ax", "accx", "linearaccelerationx", "along", "accelx", "longacc", "gforcelong",
+        "longitudinalacc", "longitudinalacceleration", "longaccel", "inlineacc",
+        "lngsbeschleunigung", "laengsbeschleunigung"}},
+      {"ay_mps2",
+       "acceleration",
+       {"ay", "accy", "linearaccelerationy", "alat", "accely", "latacc", "gforcelat", "lateralacc",
+        "lateralacceleration", "lataccel", "querbeschleunigung"}},
+      {"az_mps2",
+       "acceleration",
+       {"az", "accz", "linearaccelerationz", "accelz", "vertaccel", "gforcevert", "verticalacc"}},
+      {"steer_rad",
+       "angle",
+       {"delta", "steer", "steering", "roadwheelangle", "steerangle", "steeredangle",
+        "steeringangle", "steeringwheelangle", "lenkwinkel", "volant"}},
+      {"steer_command_rad", "angle", {"steercmd", "steercommand", "deltacmd"}},
+      {"throttle",
+       "share",
+       {"throttle", "throttlepos", "throttleposition", "tps", "drosselklappe"}},
+      {"throttle_command",
+       "share",
+       {"throttlecommand", "throttlecmd", "throttlepedcmd", "throttlepedalcmd", "pedal",
+        "accelerator", "throttlepedal", "acceleratorpos", "acceleratorposition", "gaspedal",
+        "fahrpedal"}},
+      {"brake_pa", "pressure", {"brake", "brakepressure", "brakepress"}},
+      {"brake_command_pa",
+       "pressure",
+       {"brakecommand", "brakecmd", "brakepedcmd", "brakepedalcmd"}},
+      {"gear", "none", {"gear", "currentgear", "gearposition", "gang", "marcia", "rapport"}},
+      {"engine_radps",
+       "turn",
+       {"engine", "rpm", "enginespeed", "enginerpm", "motordrehzahl", "drehzahl", "regime",
+        "giri"}},
+      {"fuel_kg", "none", {"fuel", "fuelmass"}},
+  };
+  return list;
+}
+
+std::string plain(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+std::pair<std::string, std::string> split_unit(const std::string& column) {
+  const std::size_t open = column.find_first_of("([");
+  if (open == std::string::npos) return {column, ""};
+  const std::size_t close = column.find_first_of(")]", open);
+  std::string unit = column.substr(open + 1, close == std::string::npos ? close : close - open - 1);
+  std::string lower;
+  for (const char c : unit)
+    if (c != ' ') lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return {column.substr(0, open), lower};
+}
+
+std::optional<double> unit_scale(const std::string& quantity, const std::string& unit) {
+  for (const Unit& u : kUnits)
+    if (quantity == u.quantity && unit == u.name) return u.scale;
+  return std::nullopt;
+}
+
+bool is_unit(const std::string& unit) {
+  return std::any_of(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return unit == u.name; });
+}
+
+std::vector<std::string> words_of(const std::string& stem) {
+  const std::size_t last = stem.rfind('.');
+  if (!stem.starts_with('/') || last == std::string::npos) return {plain(stem)};
+  std::vector<std::string> out;
+  if (const std::size_t before = stem.rfind('.', last - 1); before != std::string::npos)
+    out.push_back(plain(stem.substr(before)));
+  if (const std::string word = plain(stem.substr(last)); word.size() > 1) out.push_back(word);
+  return out;
+}
+
+}  // namespace explain

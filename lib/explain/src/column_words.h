@@ -1,0 +1,37 @@
+// The words of other loggers: names of columns and of units.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace explain {
+
+/// What others call a channel.
+struct Alias {
+  const char* channel;
+  const char* quantity;  ///< picks the unit table
+  std::vector<const char*> names;
+};
+
+/// Names that other loggers use, lower case without punctuation.
+const std::vector<Alias>& aliases();
+
+/// The name in lower case without punctuation.
+std::string plain(const std::string& text);
+
+/// "vx (m/s)" or "vx[m/s]" into name and unit, the unit in lower case.
+std::pair<std::string, std::string> split_unit(const std::string& column);
+
+/// What a column may be known by: its name; for a channel of a topic ("/odom.twist.twist.linear.x")
+/// its last two parts, then the last one where that is more than a letter.
+std::vector<std::string> words_of(const std::string& stem);
+
+/// What one of the unit is in the quantity's own; none: no unit of it.
+std::optional<double> unit_scale(const std::string& quantity, const std::string& unit);
+
+/// Whether it is a unit of any quantity.
+bool is_unit(const std::string& unit);
+
+}  // namespace explain
