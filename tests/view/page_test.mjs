@@ -266,6 +266,27 @@ try {
   await page.click('[data-role="to-laps"]');
   await page.waitForSelector('[aria-label="Lap of 0/out/drives/car-1.csv"]');
 
+  // Findings of crgexplain, of a stranger: what they say is text.
+  mkdirSync(join(shown, 'found'));
+  writeFileSync(join(shown, 'found/findings.json'), JSON.stringify({
+    version: 1, verdict: 'explained', laps: 3, mismatches: [{ channel: 'ay', where: [{ u_begin_m: 100, u_end_m: 300 }], regime: 'turning left', size: -1.5, unit: 'm/s2' }],
+    findings: [{ mechanism: 'road.grip', kind: 'road', physics: '<img src=x onerror="document.title=1"> less grip', equation: 'Fy = mu Fz', where: [{ u_begin_m: 2400, u_end_m: 100 }],
+      parameters: [{ name: 'grip', value: 0.8, unit: '1', ci90: [0.75, 0.85] }], profile: [{ u_m: 0, value: 0.8, ci90: 0.05 }, { u_m: 100, value: 0.85, ci90: 0.05 }], rivals: [{ mechanism: 'road.banking' }], held_out: [] }],
+  }));
+  await page.reload();
+  await page.waitForSelector('html[data-ready="yes"]');
+  await page.click('[data-tab="findings"]');
+  await page.click('[data-id="0/found/findings.json"]');
+  await page.waitForSelector('[data-part="findings"] [data-view="profile"] canvas');
+  await page.selectOption('[data-part="findings"] [data-role="road"]', '0/out/shown/ring.crg');
+  const words = await page.innerText('[data-part="findings"]');
+  for (const word of ['Explained', '<img src=x', '0.75 to 0.85', 'u 2400 to 100 m', 'As good: road.banking', 'turning left']) check(words.includes(word), `findings show "${word}"`);
+  check(await page.title() === 'Kerbstone', 'markup in findings is text');
+  await page.click('[data-part="findings"] tbody [data-finding]');
+  check(await page.$('[data-view="profile"]') === null, 'another one is chosen');
+  await picture('findings');
+  await accessible('findings');
+
   // Dark, and narrow.
   await page.click('[data-tab="track"]');
   await page.click('[aria-label="Light or dark"]');

@@ -1,6 +1,7 @@
 // The page of kerbstone view: what lies in the folders on the left, one part beside it, the commands below.
 import { el } from '../../../report/web/src/dom.js';
 import { refreshCharts } from '../../../report/web/src/charts.js';
+import { makeFindings } from './findings.js';
 import { makeJobs } from './jobs.js';
 import { makeLaps } from './laps.js';
 import { makeLive } from './live.js';
@@ -8,8 +9,8 @@ import { makeRoad } from './road.js';
 import { getJson, onConnection } from './server.js';
 import { makeTrack } from './track.js';
 
-const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], live: ['Live', ['unit']] };
-const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units' };
+const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], findings: ['Findings', ['findings']], live: ['Live', ['unit']] };
+const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units', findings: 'Findings of crgexplain' };
 
 function main() {
   let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '';
@@ -24,7 +25,8 @@ function main() {
   const road = makeRoad({ changed });
   const laps = makeLaps({ entriesOf: () => listing.entries });
   const live = makeLive({ changed, entriesOf: () => listing.entries, openLap: (id) => show('laps', id) });
-  Object.assign(made, { live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
+  const findings = makeFindings({ entriesOf: () => listing.entries });
+  Object.assign(made, { findings: { ...findings, element: findings.root }, live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
 
   const lost = el('span', { class: 'lost', role: 'alert', 'data-role': 'lost' });
   onConnection((gone) => { lost.textContent = gone ? 'kerbstone view does not answer; trying again' : ''; });
