@@ -245,7 +245,7 @@ void define_stages(CLI::App& app, Commands& c) {
   smooth->add_flag("--ignore-kerbs", c.smooth.ignore_kerbs,
                    "without --mesh: treat everything as road");
   add_output_file(*smooth, c.smooth.output, "the road, .crg")->required();
-  add_recipe_flags(*smooth, c.smooth.flags, {"read", "clean", "smooth", "output"});
+  add_recipe_flags(*smooth, c.smooth.flags, {"read", "clean", "kerb_zones", "smooth", "output"});
   smooth->footer(
       "Example:\n  crgbuild smooth kerbs.crg --mesh surface.obj --smooth-window-m 1 -o smooth.crg");
 

@@ -64,6 +64,7 @@ Prepared prepare(const Recipe& recipe, BuildSummary& summary) {
   summary.placement = place_mesh(recipe);
   if (summary.placement) prepared.tilt_and_scale = summary.placement->align.tilt_and_scale;
   if (recipe.friction.wanted) prepared.paint = read_friction_paint(recipe.friction);
+  if (recipe.kerb.zones_path) prepared.recipe.kerb.zones = read_kerb_zones(*recipe.kerb.zones_path);
   prepared.guide_lays_mesh = guide_lays_mesh(recipe, summary.placement);
   if (!prepared.guide_lays_mesh)
     prepared.recipe.clean.guide = place_guide(recipe, summary.placement);
@@ -144,8 +145,8 @@ void finish_grid(const Recipe& recipe, const Prepared& prepared, const RaySurfac
                  Stages& stage, Built& built) {
   BuildSummary& summary = built.summary;
   built.sampled = stage("kerb", [&] {
-    return refine_kerbs(std::move(built.sampled), surface, built.road, built.line, recipe.kerb,
-                        &summary.kerb);
+    return refine_kerbs(std::move(built.sampled), surface, built.road, built.line,
+                        prepared.recipe.kerb, &summary.kerb);
   });
   stage("smooth", [&] {
     SmoothOptions smoothing = recipe.smooth;
@@ -194,6 +195,7 @@ std::vector<InputFile> inputs_of(const Recipe& recipe) {
   add("guide_mapping", recipe.guide_mapping_path);
   add("control_points", recipe.control_points_path);
   add("trajectory", recipe.trajectory_path);
+  add("kerb_zones", recipe.kerb.zones_path);
   if (!recipe.friction.wanted) return inputs;
   add("friction_picture", recipe.friction.picture_path);
   if (recipe.friction.picture_path)

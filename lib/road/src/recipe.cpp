@@ -347,6 +347,15 @@ std::vector<RecipeKey> make_keys() {
                         [](Recipe& r) -> double& { return r.kerb.max_extra_columns_share; }));
   keys.push_back(number("kerb", "kerb_min_height_m", 0.0, 1.0, "lower kerbs are not refined",
                         [](Recipe& r) -> double& { return r.kerb.min_height_m; }));
+  keys.push_back({"kerb", "kerb_zones", "a path",
+                  "CSV of u and v ranges that are kerb (1) or not (0), whatever the mesh says; "
+                  "relative to the recipe's folder",
+                  true,
+                  [](Recipe& recipe, const std::string& text) {
+                    if (text.empty()) refuse(text, "the path of a CSV file");
+                    recipe.kerb.zones_path = text;
+                  },
+                  [](const Recipe& recipe) { return recipe.kerb.zones_path.value_or(""); }});
   keys.push_back(number("patch", "kerb_patch_error_m", 0.0, 1.0,
                         "kerbs that the rows miss by more get a finer road laid over; 0: off",
                         [](Recipe& r) -> double& { return r.patch.max_error_m; }));
@@ -730,6 +739,7 @@ Recipe read_recipe(const std::string& path) {
   if (recipe.friction.zones_path)
     recipe.friction.zones_path = beside(path, *recipe.friction.zones_path);
   if (recipe.trajectory_path) recipe.trajectory_path = beside(path, *recipe.trajectory_path);
+  if (recipe.kerb.zones_path) recipe.kerb.zones_path = beside(path, *recipe.kerb.zones_path);
   if (recipe.name.empty()) recipe.name = std::filesystem::path(recipe.mesh_path).stem().string();
   return recipe;
 }
