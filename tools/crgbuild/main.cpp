@@ -56,6 +56,7 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
 
 struct Commands {
   BuildCommand build;
+  StretchCommand stretch;
   FromEdgesCommand from_edges;
   CleanCommand clean;
   PreviewCommand preview;
@@ -176,6 +177,32 @@ void define_report(CLI::App& app, Commands& c) {
       "  crgbuild report out/track.crg --mesh track.obj -o out\n"
       "  crgbuild report new.crg --against old.crg -o out\n\n"
       "Exit code 3 when the road is not usable; the report is written all the same.");
+}
+
+void define_stretch(CLI::App& app, Commands& c) {
+  CLI::App* stretch = app.add_subcommand(
+      "stretch", "some rows of the road that build would make, in a fraction of the time");
+  add_input(*stretch, "input", c.stretch.input, kMeshHelp)->required();
+  stretch->add_option("--u-begin-m", c.stretch.u_begin_m, "where it begins, of the whole road")
+      ->required();
+  stretch
+      ->add_option("--u-end-m", c.stretch.u_end_m,
+                   "where it ends; smaller than the begin: over the start")
+      ->required();
+  stretch->add_option("--build", c.stretch.build,
+                      "folder of a build of the same mesh: its cleaned mesh is taken where nothing "
+                      "that it depends on has changed");
+  add_output_file(*stretch, c.stretch.output, "the road, .crg")->required();
+  add_recipe_flags(*stretch, c.stretch.flags,
+                   {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
+                    "smooth", "align"});
+  stretch->footer(
+      "To look at what a change of a recipe does. The heights are those of the whole road; within "
+      "half a\n"
+      "window of the ends smoothing knows less, and columns at kerbs are those of its own kerbs.\n"
+      "No report, no checks, no friction, no patches.\n\n"
+      "Example:\n"
+      "  crgbuild stretch track.yaml --u-begin-m 400 --u-end-m 600 --build out -o stretch.crg");
 }
 
 void define_stages(CLI::App& app, Commands& c) {
@@ -439,6 +466,8 @@ int naming(const std::string& input, const Run& run) {
 int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   const std::string name = app.get_subcommands().front()->get_name();
   if (name == "build") return naming(c.build.input, [&] { return run_build(c.build, terminal); });
+  if (name == "stretch")
+    return naming(c.stretch.input, [&] { return run_stretch(c.stretch, terminal); });
   if (name == "from-edges")
     return naming(c.from_edges.left, [&] { return run_from_edges(c.from_edges, terminal); });
   if (name == "preview")
@@ -485,6 +514,7 @@ int main_with(int argc, char** argv) {
   define_file_tools(app, commands);
   define_edits(app, commands);
   define_export(app, commands);
+  define_stretch(app, commands);
   define_stages(app, commands);
   return command::run(app, terminal, argc, argv, [&] { return run(app, commands, terminal); },
                       {"take larger steps (--u-step-m, --v-step-m) or a smaller --v-max-m",
