@@ -13,16 +13,16 @@ const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], 
 const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units', findings: 'Findings of crgexplain' };
 
 function main() {
-  let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '';
+  let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '', compared = '';
   const made = {};
   async function changed() {
     listing = await getJson('list');
     fillList();
     return listing;
   }
-  const show = (next, id) => { location.hash = `#${next}${id ? `/${encodeURIComponent(id)}` : ''}`; };
-  const track = makeTrack({ changed, openRoad: (id) => show('road', id) });
-  const road = makeRoad({ changed });
+  const show = (next, ...ids) => { location.hash = `#${[next, ...ids.filter(Boolean).map(encodeURIComponent)].join('/')}`; };
+  const track = makeTrack({ changed, openRoad: (id, against) => show('road', id, against) });
+  const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
   const laps = makeLaps({ entriesOf: () => listing.entries });
   const live = makeLive({ changed, entriesOf: () => listing.entries, openLap: (id) => show('laps', id) });
   const findings = makeFindings({ entriesOf: () => listing.entries });
@@ -53,20 +53,22 @@ function main() {
   }
 
   async function follow() {
-    const [next, id] = location.hash.slice(1).split('/', 2);
+    const [next, id, against] = location.hash.slice(1).split('/', 3);
     const wanted = next in parts ? next : 'track';
     if (wanted !== part || place.childElementCount === 0) {
       part = wanted;
       place.replaceChildren(made[part].element);
       for (const tab of tabs) tab.setAttribute('aria-pressed', String(tab.dataset.tab === part));
       opened = '';
+      compared = '';
       if (part === 'laps') laps.refresh();
     }
-    const file = id ? decodeURIComponent(id) : '';
-    if (file && file !== opened) {
+    const file = id ? decodeURIComponent(id) : '', other = against ? decodeURIComponent(against) : '';
+    if (file && (file !== opened || other !== compared)) {
       opened = file;
+      compared = other;
       if (part === 'laps') await laps.toggle(file);
-      else await made[part].open(file);
+      else await made[part].open(file, other);
     }
     fillList();
   }
