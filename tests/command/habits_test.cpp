@@ -245,6 +245,7 @@ class Called : public ::testing::Test {
     calls_ = {
         {"crgbuild",
          {{"build", f / "s.obj", "-o", f / "b"},
+          {"stretch", f / "s.obj", "--u-begin-m", "1", "--u-end-m", "20", "-o", f / "stretch.crg"},
           {"from-edges", f / "left.csv", f / "right.csv", "-o", f / "e"},
           {"clean", f / "s.obj", "-o", f / "clean.obj"},
           {"preview", f / "s.obj", "-o", f / "preview.glb"},

@@ -126,6 +126,7 @@ TEST(Recipe, WhatAKeyShowsItReadsBack) {
   from.trajectory_path = "lap.csv";
   from.friction.picture_path = "wet.png";
   from.friction.zones_path = "zones.csv";
+  from.kerb.zones_path = "kerbs.csv";
   from.utm_zone = UtmZone{55, false};
   from.T_global_mesh.emplace();
   from.T_global_mesh->translation_m = {1.0 / 3, 2, 3};

@@ -133,4 +133,67 @@ TEST(PackedPlaces, FarFromTheRoadAreNone) {
                                      ::testing::DoubleNear(0.5 * M_PI * 50.0, 0.6)));
 }
 
+/// A straight road along x from x_begin_m on, 100 m long; beside and beyond it is none.
+std::string straight(const support::TemporaryFolder& folder, const std::string& name,
+                     double x_begin_m, double half_width_m, double banking) {
+  crg::ReferenceLine line;
+  crg::Grid grid;
+  for (double v = -half_width_m; v < half_width_m + 0.1; v += 1.0) grid.v_m.push_back(v);
+  grid.u_step_m = line.u_step_m = 0.5;
+  for (int i = 0; i <= 200; ++i) {
+    line.x_m.push_back(x_begin_m + 0.5 * i);
+    line.y_m.push_back(0.0);
+    line.heading_rad.push_back(0.0);
+    for (const double v : grid.v_m)
+      grid.z_m.push_back(static_cast<float>(0.02 * line.x_m.back() + banking * v));
+  }
+  crg::Crg file = crg::make_crg(line, std::move(grid));
+  crg::set_value(file.options, "BORDER_MODE_U", 0.0);
+  crg::set_value(file.options, "BORDER_MODE_V", 0.0);
+  crg::write(file, folder.path(name), crg::Format::KRBI);
+  return folder.path(name);
+}
+
+TEST(PlaceJson, SaysWhereOnTheRoadAPlaceIs) {
+  support::TemporaryFolder folder;
+  const std::string road = straight(folder, "road.crg", 10.0, 4.0, 0.0);
+  const auto place = nlohmann::json::parse(view::place_json(road, 32.25, -1.5));
+  EXPECT_NEAR(place["u_m"].get<double>(), 22.25, 1e-6);
+  EXPECT_NEAR(place["v_m"].get<double>(), -1.5, 1e-6);
+  EXPECT_TRUE(nlohmann::json::parse(view::place_json(road, 30.0, 80.0))["u_m"].is_null());
+}
+
+TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
+  support::TemporaryFolder folder;
+  const std::string road = straight(folder, "road.crg", 10.0, 4.0, 0.003),
+                    other = straight(folder, "other.crg", 30.0, 2.0, 0.001);
+  const Unpacked part = unpack(view::packed_difference(road, other, 15.0, 40.0));
+  EXPECT_EQ(part.head["rows"], 51);
+  EXPECT_EQ(part.head["columns"], 9);
+  for (std::size_t i = 0; i < 51; ++i) {
+    const double u = part.of.at("u_m")[i];
+    EXPECT_NEAR(u, 15.0 + 0.5 * static_cast<double>(i), 1e-9);
+    for (std::size_t j = 0; j < 9; ++j) {
+      const double v = static_cast<double>(j) - 4.0, z = part.of.at("z_m")[9 * i + j],
+                   there = part.of.at("against_m")[9 * i + j];
+      EXPECT_NEAR(z, 0.02 * (10.0 + u) + 0.003 * v, 1e-5);
+      // The other one begins at u = 20 of this one and is half as wide.
+      if (u < 19.9 || std::abs(v) > 2.1) {
+        EXPECT_TRUE(std::isnan(there)) << u << " " << v;
+      } else if (u > 20.1 && std::abs(v) < 1.9) {
+        EXPECT_NEAR(z - there, 0.002 * v, 1e-5) << u << " " << v;
+      }
+    }
+  }
+  EXPECT_THROW(view::packed_difference(road, other, 200.0, 300.0), base::Error);
+  // A road that crosses itself has no other leg for a rival: against itself nothing differs.
+  const std::string eight = figure_of_eight(folder);
+  const Unpacked self = unpack(view::packed_difference(eight, eight, -1e9, 1e9));
+  EXPECT_THAT(self.of.at("against_m"),
+              ::testing::Pointwise(::testing::NanSensitiveDoubleEq(), self.of.at("z_m")));
+  // Over the start: the end first.
+  const Unpacked over = unpack(view::packed_difference(road, other, 99.0, 1.0));
+  EXPECT_THAT(over.of.at("u_m"), ::testing::ElementsAre(99.0, 99.5, 100.0, 0.0, 0.5, 1.0));
+}
+
 }  // namespace

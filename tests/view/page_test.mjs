@@ -20,6 +20,7 @@ const require = createRequire(resolve(web, 'package.json'));
 const { chromium } = require('playwright-core');
 const axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
 
+const isHeavy = Boolean(process.env.KERBSTONE_HEAVY);
 let failures = 0;
 function check(condition, text) {
   if (!condition) {
@@ -145,6 +146,73 @@ try {
   rmSync(join(shown, 'by-hand'), { recursive: true });
   cpSync(join(shown, 'out/shown/ring.crg'), join(shown, 'before.crg'));
 
+  // Grip painted by mouse on the road that was built: two corners; where they are, crgbuild query says.
+  const lookAt = async ([x, y]) => { await page.mouse.click(x, y); return [await page.inputValue('[data-role="x"]'), await page.inputValue('[data-role="y"]')].map(Number); };
+  const stageBox = await (await page.$('.stage canvas')).boundingBox();
+  await page.click('[data-tool="look"]');
+  const pixels = [[0.5, 0.5], [0.6, 0.4]].map(([x, y]) => [stageBox.x + x * stageBox.width, stageBox.y + y * stageBox.height]), places = [await lookAt(pixels[0]), await lookAt(pixels[1])];
+  const perMetre = (pixels[1][0] - pixels[0][0]) / (places[1][0] - places[0][0]);
+  const pixelOf = ([x, y]) => [pixels[0][0] + perMetre * (x - places[0][0]), pixels[0][1] - perMetre * (y - places[0][1])];
+  await page.click('[data-tool="friction"]');
+  await page.fill('[data-role="grip"]', '0.55');
+  const corners = [await lookAt(pixelOf([30, 2])), await lookAt(pixelOf([60, -2]))];
+  await until(() => document.querySelector('[data-role="recipe"]').value.includes('friction_zones'));
+  await said('Saved.');
+  check(/^friction_zones: track.friction.csv\nfriction: true$/m.test(recipe()), `the zones are in the recipe: ${recipe()}`);
+  writeFileSync(join(dir, 'corners.csv'), `x_m,y_m\n${corners.map((corner) => corner.join(',')).join('\n')}\n`);
+  run(crgbuild, ['query', 'out/shown/ring.crg', '--points', join(dir, 'corners.csv'), '-o', join(dir, 'uv.csv'), '-q'], shown);
+  const uv = readFileSync(join(dir, 'uv.csv'), 'utf8').trim().split('\n').slice(1).map((row) => row.split(',').slice(2, 4).map(Number)), both = (k) => uv.map((each) => each[k]).sort((a, b) => a - b);
+  const painted = readFileSync(join(shown, 'track.friction.csv'), 'utf8').trim().split('\n');
+  const zone = painted[1].split(',').map(Number);
+  check(painted[0] === 'u_begin_m,u_end_m,v_begin_m,v_end_m,friction' && painted.length === 2 && [...both(0), ...both(1), 0.55].every((value, k) => Math.abs(value - zone[k]) < 0.02), `the zone is what was clicked: ${painted[1]}; ${uv}`);
+  await page.click('[data-role="undo"]');
+  await until(() => !document.querySelector('[data-role="recipe"]').value.includes('friction'));
+  // A kerb that was missed, by its numbers; taken away again.
+  await page.fill('[data-zone="u_begin_m"]', '2400');
+  await page.fill('[data-zone="u_end_m"]', '10.5');
+  await page.fill('[data-zone="v_begin_m"]', '-6');
+  await page.fill('[data-zone="v_end_m"]', '-5');
+  await page.selectOption('[data-role="zone-kind"]', 'kerb');
+  await page.click('[data-role="add-zone"]');
+  await page.waitForSelector('[data-away="kerb"]');
+  check(readFileSync(join(shown, 'track.kerbs.csv'), 'utf8') === 'u_begin_m,u_end_m,v_begin_m,v_end_m,kerb\n2400,10.5,-6,-5,1\n' && recipe().includes('kerb_zones: track.kerbs.csv'), 'the kerb is in the file');
+  await picture('zones');
+  await accessible('zones');
+  await page.click('[data-away="kerb"]');
+  await until(() => !document.querySelector('[data-role="recipe"]').value.includes('kerb_zones'));
+  await page.fill('[data-role="lowest"]', '0.03');
+  await page.press('[data-role="lowest"]', 'Tab');
+  await until(() => document.querySelector('[data-role="recipe"]').value.includes('kerb_min_height_m: 0.03'));
+  await page.click('[data-role="undo"]');
+  // A gap, by its two sides; control points, one of them in the mesh's own height.
+  const typed = async (x, y) => {
+    await page.fill('[data-role="x"]', String(x));
+    await page.fill('[data-role="y"]', String(y));
+    await page.press('[data-role="y"]', 'Enter');
+  };
+  await page.click('[data-tool="gap"]');
+  await typed(100, 50);
+  await typed(103, 54);
+  await until(() => document.querySelector('[data-role="recipe"]').value.includes('bridge_gap_m: 5.1'));
+  await page.click('[data-role="undo"]');
+  await until(() => !document.querySelector('[data-role="recipe"]').value.includes('bridge_gap_m'));
+  await page.click('[data-tool="point"]');
+  for (const [x, y] of [[0, 0], [60, 0]]) {
+    await typed(x, y);
+    await until((text) => document.querySelector('[data-role="point-place"]').textContent.includes(text), `x ${x}.000 m`);
+    for (const [k, value] of [500000 + x, 5400000 + y, 310].entries()) await page.fill(`[data-map="${k}"]`, String(value));
+    await page.click('[data-role="add-point"]');
+    await page.waitForSelector(`[data-role="points"] tbody tr:nth-child(${x === 0 ? 1 : 2})`);
+  }
+  await said('Saved.');
+  const points = readFileSync(join(shown, 'track.control_points.csv'), 'utf8').trim().split('\n').map((row) => row.split(','));
+  // The circuit rises from 2.0 m at u = 0 to 2.6 m at u = 250 (its own file says so); facets are 4 m long.
+  check(points[0].join() === 'name,mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m' && points.length === 3 && Math.abs(Number(points[1][3]) - 2.0) < 0.03 && points[2][4] === '500060' && recipe().includes('control_points: track.control_points.csv'), `control points are in their file: ${points.join(' | ')}`);
+  await page.click('[data-role="undo"]');
+  await page.click('[data-role="undo"]');
+  await until((text) => document.querySelector('[data-role="recipe"]').value === text, recipeText.replace('[400, 300]', '[0, 0]'));
+  await said('Saved.');
+
   // A guide drawn by keyboard and mouse: places on the first straight and the last corner.
   await page.click('[data-tool="guide"]');
   for (const [x, y] of [[10, 5], [60, 35], [110, 65]]) {
@@ -163,11 +231,139 @@ try {
   await page.waitForTimeout(300);
   check(!recipe().includes('guide'), 'undo takes the guide away');
 
+  // A whole task by keyboard alone: a wrong start, a guide, a false kerb, built again, compared (KERBSTONE_HEAVY=1: it takes as long as all the rest).
+  if (isHeavy) {
+    await page.keyboard.press('Escape');
+    const key = async (...keys) => { for (const each of keys) await page.keyboard.press(each); };
+    const tabTo = async (selector) => {
+      for (let k = 0; k < 500; ++k) {
+        if (await page.evaluate((wanted) => document.activeElement?.matches(wanted), selector)) return;
+        await page.keyboard.press('Tab');
+      }
+      throw new Error(`no way by Tab to ${selector}`);
+    };
+    const enter = async (selector) => { await tabTo(selector); await key('Enter'); };
+    const type = async (selector, text) => { await tabTo(selector); await key('Control+a'); await page.keyboard.type(String(text)); };
+    writeFileSync(join(shown, 'keys.yaml'), recipeText.replace('name: ring', 'name: keys'));
+    await page.reload();
+    await page.waitForSelector('html[data-ready="yes"]');
+    await enter('[data-id="0/keys.yaml"]');
+    await page.waitForSelector('.stage[data-parts]');
+    await enter('[data-tool="start"]');
+    await type('[data-role="x"]', '0');
+    await type('[data-role="y"]', '0');
+    await key('Enter');
+    await until(() => document.querySelector('[data-role="recipe"]').value.includes('[0, 0]'));
+    await enter('[data-tool="guide"]');
+    // The line that the first build found in straight pieces of 80 m at most that leave it by half a metre at most; its beginning once more: a closed guide.
+    const middle = readFileSync(join(shown, 'out/shown/centreline.csv'), 'utf8').trim().split('\n').slice(1).map((row) => row.split(',').map(Number));
+    const guide = [middle[0]];
+    for (let from = 0, to = 2; to < middle.length; ++to) {
+      const [ax, ay] = middle[from], [bx, by] = middle[to], long = Math.hypot(bx - ax, by - ay);
+      if (long < 80 && middle.slice(from, to).every(([x, y]) => Math.abs((bx - ax) * (y - ay) - (by - ay) * (x - ax)) < 0.5 * long)) continue;
+      from = to - 1;
+      guide.push(middle[from]);
+    }
+    await tabTo('[data-role="x"]');
+    for (const [x, y] of [...guide, guide[0]]) {
+      await key('Control+a');
+      await page.keyboard.type(x.toFixed(1));
+      await key('Tab', 'Control+a');
+      await page.keyboard.type(y.toFixed(1));
+      await key('Enter', 'Shift+Tab');
+    }
+    await said(`${guide.length + 1} points`);
+    await enter('[data-role="use"]');
+    await until(() => document.querySelector('[data-role="recipe"]').value.includes('guide: keys.guide.csv'));
+    const keysRecipe = () => readFileSync(join(shown, 'keys.yaml'), 'utf8'), keysSummary = () => JSON.parse(readFileSync(join(shown, 'out/keys/summary.json'), 'utf8'));
+    await enter('[data-role="build"]');
+    await page.waitForSelector('.stage[data-road="0/out/keys/keys.crg"]');
+    const found = keysSummary().kerb.kerbs;
+    await enter('[data-tab="road"]');
+    await enter('[data-id="0/out/keys/keys.crg"]');
+    await page.waitForSelector('iframe[data-report="0/out/keys/report.html"]');
+    await enter('[data-role="keep"]');
+    await page.waitForSelector('[data-role="against"] option[value="0/out/kept/keys-1.crg"]', { state: 'attached' });
+    await enter('[data-tab="track"]');
+    await enter('[data-role="kerbs-and-grip"] > summary');
+    await enter('[data-role="no-kerb"]');
+    await until(() => document.querySelector('[data-role="recipe"]').value.includes('kerb_zones: keys.kerbs.csv'));
+    await said('Saved.');
+    await enter('[data-role="build"]');
+    await until((count) => document.querySelectorAll('[data-kerb]').length === count, found.length - 1);
+    const left = keysSummary().kerb.kerbs;
+    check(left.length === found.length - 1 && left.every((kerb, k) => Math.abs(kerb.u_begin_m - found[k + 1].u_begin_m) < 0.01), 'the false kerb is gone, the others are there');
+    await enter('[data-tab="road"]');
+    await enter('[data-id="0/out/keys/keys.crg"]');
+    await tabTo('[data-role="against"]');
+    await page.keyboard.type('out/kept');
+    await page.waitForSelector('[data-compared="0/out/keys/keys.crg 0/out/kept/keys-1.crg"]');
+    await picture('compare');
+    await accessible('compare');
+    // Without that kerb the finer columns stand elsewhere: at kerbs the surface differs, by less than they are high (0.12 m), and nowhere else.
+    const differs = await read('difference'), share = Number(differs.match(/; ([\d.]+) % of/)?.[1]), most = Number(differs.match(/difference: (-?[\d.]+) mm/)?.[1]);
+    check(share > 0 && share < 2 && Math.abs(most) < 120, `they differ at kerbs alone: ${differs}`);
+    await tabTo('[data-role="compare-mode"]');
+    await page.keyboard.type('swipe');
+    await tabTo('[data-role="swipe"]');
+    await key('ArrowRight', 'ArrowRight');
+    check(await page.inputValue('[data-role="swipe"]') === '52', 'arrows move the border');
+    run(crgbuild, ['build', 'keys.yaml', '-o', 'by-hand', '-q'], shown);
+    for (const name of readdirSync(join(shown, 'by-hand'))) {
+      if (['timing.json', 'report.html', 'report.json', 'summary.json', 'manifest.json'].includes(name)) continue;
+      check(readFileSync(join(shown, 'out/keys', name)).equals(readFileSync(join(shown, 'by-hand', name))), `${name} is that of the command`);
+    }
+    rmSync(join(shown, 'by-hand'), { recursive: true });
+    // A stretch alone: where it is seen, beside the whole.
+    await enter('[data-tab="track"]');
+    await tabTo('.stage canvas');
+    await key('+', '+', '+', '+', '+', '+');
+    await enter('[data-role="stretch"]');
+    await page.waitForSelector('[data-compared="0/out/stretches/keys.crg 0/out/keys/keys.crg"]');
+    const stretchDiffers = await read('difference');
+    check(/Nothing differs/.test(stretchDiffers) || Number(stretchDiffers.match(/; ([\d.]+) % of/)[1]) < 5, `a stretch has the heights of the whole but for columns at kerbs: ${stretchDiffers}`);
+    await enter('[data-tab="track"]');
+    await enter('[data-id="0/track.yaml"]');
+    await until((text) => document.querySelector('[data-role="recipe"]').value === text, recipe());
+    await until(() => document.querySelector('[data-part="track"] [data-role="note"]').textContent === '');
+  }
+
   // Somebody else changes the recipe meanwhile: nothing is overwritten.
   writeFileSync(join(shown, 'track.yaml'), `${recipe()}# by another program\n`);
   await page.click('[data-role="reverse"]');
   await said('has changed meanwhile');
   check(recipe().includes('by another program') && !recipe().includes('reverse'), 'what another program wrote stays');
+
+  // Two tabs: the one that comes second is told. (tests/view/server_test.cpp has the same without a browser.)
+  if (isHeavy) {
+    const second = await context.newPage();
+    await second.goto(`${address}#track/${encodeURIComponent('0/track.yaml')}`);
+    await second.waitForFunction((text) => document.querySelector('[data-role="recipe"]')?.value === text, recipe(), { timeout: kPatience_ms });
+    await page.click('[data-id="0/meshes/kerbstone-ring.obj"]');
+    await page.click('[data-id="0/track.yaml"]');
+    await until((text) => document.querySelector('[data-role="recipe"]').value === text, recipe());
+    await page.click('[data-role="reverse"]');
+    await until(() => document.querySelector('[data-role="recipe"]').value.includes('reverse: true'));
+    await said('Saved.');
+    await second.click('[data-role="reverse"]');
+    await second.waitForFunction(() => document.querySelector('[data-role="note"]').textContent.includes('has changed meanwhile'), null, { timeout: kPatience_ms });
+    await second.close();
+    check((recipe().match(/reverse: true/g) ?? []).length === 1, 'the second tab has overwritten nothing');
+  }
+
+  // A build that somebody ends: said, and the road that was there is whole.
+  const roadBefore = readFileSync(join(shown, 'out/shown/ring.crg'));
+  await page.click('[data-role="build"]');
+  let builder = '';
+  for (let k = 0; k < 2000 && !builder; ++k) {
+    const threads = readdirSync(`/proc/${server.pid}/task`);
+    const children = threads.flatMap((thread) => { try { return readFileSync(`/proc/${server.pid}/task/${thread}/children`, 'utf8').trim().split(' '); } catch { return []; } }).filter(Boolean);
+    builder = children.find((pid) => { try { return readFileSync(`/proc/${pid}/cmdline`, 'utf8').includes('build\0track.yaml'); } catch { return false; } }) ?? '';
+    await page.waitForTimeout(10);
+  }
+  process.kill(Number(builder), 'SIGKILL');
+  await said('signal 9');
+  check(readFileSync(join(shown, 'out/shown/ring.crg')).equals(roadBefore), 'a build that was ended leaves the road as it was');
 
   // A recipe that is wrong: the file and line are said.
   writeFileSync(join(shown, 'wrong.yaml'), 'mesh: meshes/kerbstone-ring.obj\nu_stp_m: 1\n');
@@ -266,6 +462,27 @@ try {
   await page.click('[data-role="to-laps"]');
   await page.waitForSelector('[aria-label="Lap of 0/out/drives/car-1.csv"]');
 
+  // Findings of crgexplain, of a stranger: what they say is text.
+  mkdirSync(join(shown, 'found'));
+  writeFileSync(join(shown, 'found/findings.json'), JSON.stringify({
+    version: 1, verdict: 'explained', laps: 3, mismatches: [{ channel: 'ay', where: [{ u_begin_m: 100, u_end_m: 300 }], regime: 'turning left', size: -1.5, unit: 'm/s2' }],
+    findings: [{ mechanism: 'road.grip', kind: 'road', physics: '<img src=x onerror="document.title=1"> less grip', equation: 'Fy = mu Fz', where: [{ u_begin_m: 2400, u_end_m: 100 }],
+      parameters: [{ name: 'grip', value: 0.8, unit: '1', ci90: [0.75, 0.85] }], profile: [{ u_m: 0, value: 0.8, ci90: 0.05 }, { u_m: 100, value: 0.85, ci90: 0.05 }], rivals: [{ mechanism: 'road.banking' }], held_out: [] }],
+  }));
+  await page.reload();
+  await page.waitForSelector('html[data-ready="yes"]');
+  await page.click('[data-tab="findings"]');
+  await page.click('[data-id="0/found/findings.json"]');
+  await page.waitForSelector('[data-part="findings"] [data-view="profile"] canvas');
+  await page.selectOption('[data-part="findings"] [data-role="road"]', '0/out/shown/ring.crg');
+  const words = await page.innerText('[data-part="findings"]');
+  for (const word of ['Explained', '<img src=x', '0.75 to 0.85', 'u 2400 to 100 m', 'As good: road.banking', 'turning left']) check(words.includes(word), `findings show "${word}"`);
+  check(await page.title() === 'Kerbstone', 'markup in findings is text');
+  await page.click('[data-part="findings"] tbody [data-finding]');
+  check(await page.$('[data-view="profile"]') === null, 'another one is chosen');
+  await picture('findings');
+  await accessible('findings');
+
   // Dark, and narrow.
   await page.click('[data-tab="track"]');
   await page.click('[aria-label="Light or dark"]');
@@ -290,13 +507,28 @@ try {
   await page.click('[data-role="look"]');
   await until(() => document.querySelector('[data-role="lost"]').textContent !== '');
   ({ server } = await (async () => {
-    const again = spawn(kerbstone, ['view', shown, '--no-open', '--port', port, '--token', token], { stdio: ['ignore', 'pipe', 'inherit'] });
+    // With a bound on the size of files that is as good as a full disk.
+    const again = spawn('sh', ['-c', 'trap "" XFSZ; ulimit -f 100; exec "$0" "$@"', kerbstone, 'view', shown, '--no-open', '--port', port, '--token', token], { stdio: ['ignore', 'pipe', 'inherit'] });
     await new Promise((done) => { again.stdout.once('data', done); });
     return { server: again };
   })());
   await page.click('[data-role="look"]');
   await until(() => document.querySelector('[data-role="lost"]').textContent === '');
   await jobsEnded(1);
+
+  // No room left (files may not be longer than 50 kB): what cannot be written is said, and what was there stays.
+  await until(() => document.querySelector('[data-part="track"] [data-role="note"].bad'));
+  const kept = recipe();
+  await page.fill('[data-role="recipe"]', `${kept}# ${'x'.repeat(200000)}\n`);
+  await page.click('[data-role="save"]');
+  await said('track.yaml');
+  check(recipe() === kept, `a recipe that could not be written is as it was: ${await read('note')}`);
+  await page.click('[data-tab="road"]');
+  await page.click('[data-id="0/out/shown/ring.crg"]');
+  await page.waitForSelector('iframe[data-report="0/out/shown/report.html"]');
+  await page.click('[data-role="keep"]');
+  await until(() => /too large|No space/.test(document.querySelector('[data-part="road"] [data-role="note"]').textContent));
+  check(!existsSync(join(shown, 'out/kept/ring-1.crg')), 'no half of a road is left');
 } catch (error) {
   ++failures;
   console.error(error);

@@ -226,13 +226,24 @@ std::string raw(int port, const std::string& bytes) {
 
 TEST_F(Server, LivesThroughMalformedRequests) {
   std::mt19937 random(1);
-  const std::string whole =
-      "GET /" + kToken +
-      "/api/text?id=0/track.yaml HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) +
-      "\r\nContent-Length: 3\r\nRange: bytes=0-4\r\n\r\nabc";
+  const auto request = [&](const std::string& begin, const std::string& headers,
+                           const std::string& body) {
+    return begin.substr(0, begin.find(' ') + 1) + at(begin.substr(begin.find(' ') + 1)) +
+           " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) + "\r\n" + headers +
+           "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+  };
+  const std::vector<std::string> requests = {
+      request("GET api/text?id=0/track.yaml", "Range: bytes=0-4\r\n", "abc"),
+      request("GET api/channels?id=0/log.csv&name=speed&name=x_m", "", ""),
+      request("GET api/difference?id=0/log.csv&against=0/log.csv&u_begin=1&u_end=1e9", "", ""),
+      request("GET api/place?id=0/track.yaml&x=1&y=nan", "", ""),
+      request("PUT api/text?id=0/track.yaml", "If-Match: \"00\"\r\n", "mesh: b.obj\n"),
+      request("POST api/live?job=1", "", R"({"input.throttle": 1})"),
+      request("POST api/job", "", R"({"do": "keep", "road": "0/none.crg"})"),
+      request("DELETE api/job?id=1", "", "")};
   const int count = std::getenv("KERBSTONE_HEAVY") != nullptr ? 10'000 : 300;
   for (int k = 0; k < count; ++k) {
-    std::string bytes = whole;
+    std::string bytes = requests[static_cast<std::size_t>(k) % requests.size()];
     for (unsigned n = 1 + random() % 6; n > 0; --n) {
       const std::size_t at = random() % bytes.size();
       switch (random() % 4) {

@@ -45,6 +45,13 @@ struct BuildCommand {
 };
 int run_build(const BuildCommand& command, Terminal& terminal);
 
+struct StretchCommand {
+  std::string input, output, build;
+  double u_begin_m = 0.0, u_end_m = 0.0;
+  RecipeFlags flags;
+};
+int run_stretch(const StretchCommand& command, Terminal& terminal);
+
 struct FromEdgesCommand {
   std::string left, right, output_dir, name;
   RecipeFlags flags;

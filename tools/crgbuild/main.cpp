@@ -56,6 +56,7 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
 
 struct Commands {
   BuildCommand build;
+  StretchCommand stretch;
   FromEdgesCommand from_edges;
   CleanCommand clean;
   PreviewCommand preview;
@@ -178,6 +179,32 @@ void define_report(CLI::App& app, Commands& c) {
       "Exit code 3 when the road is not usable; the report is written all the same.");
 }
 
+void define_stretch(CLI::App& app, Commands& c) {
+  CLI::App* stretch = app.add_subcommand(
+      "stretch", "some rows of the road that build would make, in a fraction of the time");
+  add_input(*stretch, "input", c.stretch.input, kMeshHelp)->required();
+  stretch->add_option("--u-begin-m", c.stretch.u_begin_m, "where it begins, of the whole road")
+      ->required();
+  stretch
+      ->add_option("--u-end-m", c.stretch.u_end_m,
+                   "where it ends; smaller than the begin: over the start")
+      ->required();
+  stretch->add_option("--build", c.stretch.build,
+                      "folder of a build of the same mesh: its cleaned mesh is taken where nothing "
+                      "that it depends on has changed");
+  add_output_file(*stretch, c.stretch.output, "the road, .crg")->required();
+  add_recipe_flags(*stretch, c.stretch.flags,
+                   {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
+                    "smooth", "align"});
+  stretch->footer(
+      "To look at what a change of a recipe does. The heights are those of the whole road; within "
+      "half a\n"
+      "window of the ends smoothing knows less, and columns at kerbs are those of its own kerbs.\n"
+      "No report, no checks, no friction, no patches.\n\n"
+      "Example:\n"
+      "  crgbuild stretch track.yaml --u-begin-m 400 --u-end-m 600 --build out -o stretch.crg");
+}
+
 /// Stages 1 and 2: from the mesh to the line.
 void define_line_stages(CLI::App& app, Commands& c) {
   CLI::App* clean = app.add_subcommand("clean", "stage 1: keeps the drivable surface of a mesh");
@@ -249,7 +276,7 @@ void define_grid_stages(CLI::App& app, Commands& c) {
   smooth->add_flag("--ignore-kerbs", c.smooth.ignore_kerbs,
                    "without --mesh: treat everything as road");
   add_output_file(*smooth, c.smooth.output, "the road, .crg")->required();
-  add_recipe_flags(*smooth, c.smooth.flags, {"read", "clean", "smooth", "output"});
+  add_recipe_flags(*smooth, c.smooth.flags, {"read", "clean", "kerb_zones", "smooth", "output"});
   smooth->footer(
       "Example:\n  crgbuild smooth kerbs.crg --mesh surface.obj --smooth-window-m 1 -o smooth.crg");
 
@@ -443,6 +470,8 @@ int naming(const std::string& input, const Run& run) {
 int run(const CLI::App& app, const Commands& c, Terminal& terminal) {
   const std::string name = app.get_subcommands().front()->get_name();
   if (name == "build") return naming(c.build.input, [&] { return run_build(c.build, terminal); });
+  if (name == "stretch")
+    return naming(c.stretch.input, [&] { return run_stretch(c.stretch, terminal); });
   if (name == "from-edges")
     return naming(c.from_edges.left, [&] { return run_from_edges(c.from_edges, terminal); });
   if (name == "preview")
@@ -489,6 +518,7 @@ int main_with(int argc, char** argv) {
   define_file_tools(app, commands);
   define_edits(app, commands);
   define_export(app, commands);
+  define_stretch(app, commands);
   define_line_stages(app, commands);
   define_grid_stages(app, commands);
   return command::run(app, terminal, argc, argv, [&] { return run(app, commands, terminal); },

@@ -69,6 +69,12 @@ road::SampledGrid classified(Track& track, const road::RoadMesh& mesh,
   return sampled;
 }
 
+/// What the recipe says of kerbs, over what the mesh says.
+std::vector<road::KerbZone> kerb_zones(const road::Recipe& recipe) {
+  return recipe.kerb.zones_path ? road::read_kerb_zones(*recipe.kerb.zones_path)
+                                : std::vector<road::KerbZone>{};
+}
+
 /// The recipe with its guide read, in the frame of the mesh.
 road::Recipe with_guide(road::Recipe recipe) {
   road::set_guide(recipe, road::place_mesh(recipe));
@@ -213,7 +219,8 @@ int run_sample(const SampleCommand& command, Terminal& terminal) {
 }
 
 int run_kerb(const KerbCommand& command, Terminal& terminal) {
-  const road::Recipe recipe = make_recipe(command.mesh, command.flags);
+  road::Recipe recipe = make_recipe(command.mesh, command.flags);
+  recipe.kerb.zones = kerb_zones(recipe);
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
   Track track = read_track(command.crg);
@@ -264,6 +271,7 @@ int run_smooth(const SmoothCommand& command, Terminal& terminal) {
     const road::RoadMesh mesh = road::read_road_mesh(recipe);
     progress("classify", 0.3);
     sampled = classified(track, mesh, road::RaySurface(mesh.mesh), recipe.sample.threads);
+    road::mark_kerb_zones(sampled, kerb_zones(recipe));
   }
   progress("smooth", 0.6);
   road::SmoothOptions options = recipe.smooth;

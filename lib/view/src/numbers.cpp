@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/error.h"
 #include "crg/surface.h"
@@ -20,6 +21,7 @@ using nlohmann::ordered_json;
 static_assert(std::endian::native == std::endian::little, "the page reads little-endian numbers");
 
 constexpr std::size_t kMostRows = 3000, kMostColumns = 41;
+constexpr std::size_t kMostDifferenceRows = 1000, kMostDifferenceColumns = 201;
 constexpr double kFarBeside_m = 50.0, kCrossing_m = 100.0;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -65,6 +67,58 @@ const recording::Channel& channel_of(const recording::Log& log, const std::strin
     if (channel.name == name) return channel;
   throw base::Error(fmt::format("the log has no channel '{}'", name));
 }
+
+/// Places of one road on another, row after row: where a road crosses itself the nearest leg may be
+/// the wrong one, the leg of the row before is not.
+class Follower {
+ public:
+  explicit Follower(const crg::Surface& other) : other_(other) {}
+
+  /// u of the other road where this place of the first one's line is; NaN where it has none.
+  double row(double u_m, const crg::Point2& on_line) {
+    std::optional<crg::UV> found;
+    const crg::Point2 same = other_.xy_of_uv(u_m, 0.0);
+    if (std::hypot(on_line.x_m - same.x_m, on_line.y_m - same.y_m) <= kNear_m)
+      found = crg::UV{u_m, 0.0};  // the same line
+    if (!found && !std::isnan(last_m_))
+      found = near(on_line, {last_m_ + (u_m - last_of_first_m_), 0.0});
+    if (!found) found = near(on_line, {u_m, 0.0});
+    if (!found) found = near(on_line, other_.uv_of_xy(on_line.x_m, on_line.y_m, cursor_));
+    last_m_ = found ? found->u_m : kNaN;
+    last_of_first_m_ = u_m;
+    return last_m_;
+  }
+
+  /// (u, v) of the other road at this place of the map, near a first guess; nothing where none is.
+  std::optional<crg::UV> near(const crg::Point2& place, crg::UV guess) const {
+    if (std::isnan(guess.u_m) || std::isnan(guess.v_m)) return std::nullopt;
+    constexpr double kAlong_m = 0.5, kStill_m = 0.02;
+    constexpr int kMostSteps = 8;
+    double away_m = 0.0;
+    for (int step = 0; step < kMostSteps; ++step) {
+      const crg::Point2 here = other_.xy_of_uv(guess.u_m, guess.v_m);
+      const double dx = place.x_m - here.x_m, dy = place.y_m - here.y_m;
+      away_m = std::hypot(dx, dy);
+      if (away_m <= kNear_m) return guess;
+      if (away_m > kFarBeside_m) return std::nullopt;
+      const crg::Point2 a = other_.xy_of_uv(guess.u_m - kAlong_m, 0.0),
+                        b = other_.xy_of_uv(guess.u_m + kAlong_m, 0.0);
+      const double length = std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
+      if (!(length > 0.0)) return std::nullopt;
+      const double tx = (b.x_m - a.x_m) / length, ty = (b.y_m - a.y_m) / length;
+      guess.u_m += dx * tx + dy * ty;
+      guess.v_m += dy * tx - dx * ty;
+    }
+    if (away_m <= kStill_m) return guess;
+    return std::nullopt;
+  }
+
+ private:
+  static constexpr double kNear_m = 1e-6;
+  const crg::Surface& other_;
+  crg::Cursor cursor_;
+  double last_m_ = kNaN, last_of_first_m_ = 0.0;
+};
 
 }  // namespace
 
@@ -114,6 +168,52 @@ std::string packed_road(const std::string& path) {
   packed.add("right_y_m", right_y);
   packed.add("v_m", v);
   packed.add("z_m", z);
+  return packed.bytes();
+}
+
+std::string place_json(const std::string& path, double x_m, double y_m) {
+  const crg::Surface surface(crg::read(path));
+  crg::Cursor cursor;
+  const crg::UV at = surface.uv_of_xy(x_m, y_m, cursor);
+  if (!(std::abs(at.v_m) <= kFarBeside_m)) return R"({"u_m":null,"v_m":null})";
+  return dump({{"u_m", at.u_m}, {"v_m", at.v_m}});
+}
+
+std::string packed_difference(const std::string& path, const std::string& against, double u_begin_m,
+                              double u_end_m) {
+  const crg::Surface surface(crg::read(path)), other(crg::read(against));
+  const crg::Grid& grid = surface.file().grid;
+  std::vector<std::size_t> inside, before_start;
+  for (std::size_t i = 0; i < grid.rows(); ++i) {
+    const double u = grid.u_of(i);
+    if (u_begin_m <= u_end_m ? u >= u_begin_m && u <= u_end_m : u >= u_begin_m) inside.push_back(i);
+    if (u_begin_m > u_end_m && u <= u_end_m) before_start.push_back(i);
+  }
+  inside.insert(inside.end(), before_start.begin(), before_start.end());
+  if (inside.empty())
+    throw base::Error(
+        fmt::format("no row of the road lies between u = {} m and {} m", u_begin_m, u_end_m));
+  std::vector<double> u, v;
+  std::vector<float> z, z_of_other;
+  const std::vector<std::size_t> rows = some_of(inside.size(), kMostDifferenceRows),
+                                 columns = some_of(grid.columns(), kMostDifferenceColumns);
+  for (const std::size_t j : columns) v.push_back(grid.v_m[j]);
+  Follower follower(other);
+  for (const std::size_t k : rows) {
+    u.push_back(grid.u_of(inside[k]));
+    const double there_m = follower.row(u.back(), surface.xy_of_uv(u.back(), 0.0));
+    for (const double at : v) {
+      z.push_back(static_cast<float>(surface.z_at_uv(u.back(), at)));
+      const auto same = follower.near(surface.xy_of_uv(u.back(), at), {there_m, at});
+      z_of_other.push_back(same ? static_cast<float>(other.z_at_uv(same->u_m, same->v_m))
+                                : std::nanf(""));
+    }
+  }
+  Packed packed({{"rows", rows.size()}, {"columns", columns.size()}});
+  packed.add("u_m", u);
+  packed.add("v_m", v);
+  packed.add("z_m", z);
+  packed.add("against_m", z_of_other);
   return packed.bytes();
 }
 

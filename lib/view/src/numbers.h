@@ -16,6 +16,17 @@ namespace view {
 /// what has a height. Throws crg::Error.
 std::string packed_road(const std::string& path);
 
+/// Where on a road a place of its map lies: {"u_m", "v_m"}, null where it is more than 50 m beside
+/// its line. Throws crg::Error.
+std::string place_json(const std::string& path, double x_m, double y_m);
+
+/// The heights of a road from u_begin_m to u_end_m (where the first is larger: over the start), and
+/// those of another one at the same places of the map: u_m per row, v_m per column, z_m and
+/// against_m; at most 1,000 rows and 201 columns, NaN where there is none. Throws Error where no
+/// row lies in between.
+std::string packed_difference(const std::string& path, const std::string& against, double u_begin_m,
+                              double u_end_m);
+
 /// Names, units, rates and ranges of the channels: JSON.
 std::string channels_json(const recording::Log& log);
 

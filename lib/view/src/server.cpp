@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <filesystem>
 #include <memory>
@@ -17,12 +18,14 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "base/sha256.h"
+#include "base/text_lines.h"
 #include "base/write_file.h"
 #include "live_link.h"
 #include "numbers.h"
 #include "page.h"
 #include "view/folders.h"
 #include "view/jobs.h"
+#include "wish.h"
 
 namespace view {
 namespace {
@@ -33,36 +36,6 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kLargestText = 4'000'000, kLargestFile = 300'000'000;
 constexpr const char *kJson = "application/json", *kBytes = "application/octet-stream";
-
-// What a person drives with and sees, of the units that `crgdrive fmu` makes.
-constexpr std::array kBrakes = {"input.brake.fl", "input.brake.fr", "input.brake.rl",
-                                "input.brake.rr"};
-constexpr std::array kDriven = {"input.steering", "input.throttle", "input.brake.fl",
-                                "input.brake.fr", "input.brake.rl", "input.brake.rr",
-                                "input.gear"};
-constexpr std::array kShown = {"car.x",
-                               "car.y",
-                               "car.yaw",
-                               "car.vx",
-                               "car.u",
-                               "car.gear",
-                               "car.engine",
-                               "car.steer",
-                               "car.throttle",
-                               "car.ax",
-                               "car.ay",
-                               "wheel.fl.fz",
-                               "wheel.fr.fz",
-                               "wheel.rl.fz",
-                               "wheel.rr.fz",
-                               "wheel.fl.brake",
-                               "parameter.engine.limit_radps"};
-
-/// A request that cannot be done, with its status.
-struct Refusal : base::Error {
-  int status;
-  Refusal(int code, const std::string& why) : base::Error(why), status(code) {}
-};
 
 /// As it is: what set_content() sends, cpp-httplib packs by brotli's slowest mode, a second per
 /// megabyte.
@@ -107,11 +80,6 @@ bool is_same(std::string_view a, std::string_view b) {
   return differs == 0;
 }
 
-std::string text_of(const ordered_json& json, const char* key) {
-  const auto found = json.find(key);
-  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
 class Pages {
  public:
   explicit Pages(const ServerOptions& options)
@@ -149,6 +117,9 @@ class Pages {
     get("api/text", &Pages::text);
     get("api/file", &Pages::file);
     get("api/road", &Pages::road);
+    get("api/place", &Pages::place);
+    get("api/difference", &Pages::difference);
+    get("api/result", &Pages::result);
     get("api/log", &Pages::log);
     get("api/channels", &Pages::channels);
     get("api/places", &Pages::places);
@@ -199,6 +170,13 @@ class Pages {
     if (wrong != std::errc{} || end != text.data() + text.size())
       throw Refusal(400, fmt::format("{}: a number wanted", key));
     return number;
+  }
+
+  static double metres_of(const Request& request, const char* key) {
+    const auto value = base::to_number<double>(request.get_param_value(key));
+    if (!value || !std::isfinite(*value))
+      throw Refusal(400, fmt::format("{}: a number wanted", key));
+    return *value;
   }
 
   std::string asked_path(const Request& request, const char* key = "id", bool may_be_new = false) {
@@ -275,6 +253,18 @@ class Pages {
     send(response, packed_road(asked_path(request)), kBytes);
   }
 
+  void place(const Request& request, Response& response) {
+    send(response,
+         place_json(asked_path(request), metres_of(request, "x"), metres_of(request, "y")), kJson);
+  }
+
+  void difference(const Request& request, Response& response) {
+    send(response,
+         packed_difference(asked_path(request), asked_path(request, "against"),
+                           metres_of(request, "u_begin"), metres_of(request, "u_end")),
+         kBytes);
+  }
+
   void log(const Request& request, Response& response) {
     send(response, channels_json(*logs_.of(asked_path(request))), kJson);
   }
@@ -312,62 +302,20 @@ class Pages {
     send(response, jobs_.output(number_of(request, "job")), kBytes);
   }
 
-  /// {"do": "build", "input": ID} and the like, each the command that somebody would type in the
-  /// first folder.
   void start_job(const Request& request, Response& response) {
-    const ordered_json wish = ordered_json::parse(request.body, nullptr, false);
-    if (!wish.is_object()) throw Refusal(400, "a JSON object wanted");
-    const std::string what = text_of(wish, "do");
-    const auto path = [&](const char* key) {
-      try {
-        const fs::path whole = folders_.path_of(text_of(wish, key));
-        const fs::path below = whole.lexically_relative(folders_.root(0));
-        return below.empty() || *below.begin() == ".." ? whole.string() : below.string();
-      } catch (const base::Error& error) {
-        throw Refusal(404, fmt::format("{}: {}", key, error.what()));
-      }
-    };
-    std::vector<std::string> command;
-    std::string result;
-    int port = 0;
-    if (what == "preview") {
-      command = {"crgbuild", "preview", path("input"), "-o", "-"};
-      if (wish.value("raw", nlohmann::ordered_json()) == true) command.emplace_back("--raw");
-    } else if (what == "build") {
-      const std::string input = path("input");
-      result = "out/" + name_of(fs::path(folders_.root(0)) / input);
-      command = {"crgbuild", "build", input, "-o", result};
-    } else if (what == "report") {
-      const std::string road = path("road");
-      result = "out/" + name_of(road) + "-report";
-      command = {"crgbuild", "report", road, "-o", result};
-      for (const char* const flag : {"mesh", "against"})
-        if (!text_of(wish, flag).empty()) {
-          command.push_back(std::string("--") + flag);
-          command.push_back(path(flag));
-        }
-    } else if (what == "drive") {
-      const std::string unit = path("unit");
-      port = free_udp_port();
-      result = new_drive(name_of(unit));
-      command = {"crgsim", "serve", unit, "--udp", std::to_string(port)};
-      for (const char* const name : kDriven) append(command, {"--command", name});
-      for (const char* const name : kShown) append(command, {"--measure", name});
-      // Nobody at the wheel: it brakes.
-      for (const char* const brake : kBrakes)
-        append(command, {"--safe", std::string(brake) + "=2e6"});
-      append(command, {"--safe-after-s", "0.5", "--every", "10", "--stop-s", "3600", "-o", result});
-    } else {
-      throw Refusal(400,
-                    fmt::format("do: '{}' seen; preview, build, report or drive wanted", what));
-    }
-    const int id = jobs_.start(command, folders_.root(0));
-    if (port != 0) {
+    const Wish wish = wish_of(ordered_json::parse(request.body, nullptr, false), folders_);
+    const int id = jobs_.start(wish.command, folders_.root(0));
+    if (wish.port != 0) {
       const std::lock_guard lock(driving_);
-      live_ = std::make_unique<LiveLink>(port);
+      live_ = std::make_unique<LiveLink>(wish.port);
       live_job_ = id;
     }
-    json(response, {{"id", id}, {"command", command}, {"result", result}});
+    json(response, {{"id", id}, {"command", wish.command}, {"result", wish.result}});
+  }
+
+  /// Where the build of a recipe or a mesh goes.
+  void result(const Request& request, Response& response) {
+    json(response, {{"result", result_of(asked_path(request))}});
   }
 
   /// One command to the drive that runs, and what it measured last ({}: nothing yet).
@@ -377,27 +325,6 @@ class Pages {
       throw Refusal(404, "this drive has ended, or another one was started");
     const std::string newest = live_->tell(request.body);
     send(response, newest.empty() ? "{}" : newest, kJson);
-  }
-
-  /// out/drives/car-2.csv where car-1.csv is there already.
-  std::string new_drive(const std::string& unit) const {
-    const fs::path root = folders_.root(0);
-    fs::create_directories(root / "out/drives");
-    for (int number = 1;; ++number) {
-      std::string path = fmt::format("out/drives/{}-{}.csv", unit, number);
-      if (!fs::exists(root / path)) return path;
-    }
-  }
-
-  static void append(std::vector<std::string>& command, const std::vector<std::string>& words) {
-    command.insert(command.end(), words.begin(), words.end());
-  }
-
-  /// aalborg for tracks/aalborg/track.yaml, ring for meshes/ring.obj.
-  static std::string name_of(const fs::path& path) {
-    const fs::path stem = path.stem();
-    if (stem == "track" && path.has_parent_path()) return path.parent_path().filename().string();
-    return stem.string();
   }
 
   static void json(Response& response, const ordered_json& value) {

@@ -41,7 +41,11 @@ struct BuildOptions {
   std::string clean_cache_path;   ///< of the mesh as it was cleaned before; empty: clean it again
   std::string clean_staged_path;  ///< where a cleaned mesh is kept that took long; empty: nowhere
   bool keep_before = false;
+  std::optional<URange> stretch;  ///< this alone (rows_between()); nobody doubts its road
 };
+
+/// Where a build keeps the mesh as it was cleaned, in its folder.
+std::string clean_cache_name(const Recipe& recipe);
 
 /// Runs the stages. `inputs` are the files that the recipe names (inputs_of()). Throws Error, and
 /// Question where more than one road could be meant.

@@ -15,12 +15,10 @@ namespace road {
 
 namespace {
 
-std::string cache_name(const Recipe& recipe) { return recipe.name + ".clean.cache"; }
-
 /// The set of the last run, where it is what this run would write.
 std::optional<BuildResult> unchanged(const Recipe& recipe, const std::vector<InputFile>& inputs,
                                      bool with_report, const base::OutputSet& outputs) {
-  const std::vector<std::string> there = outputs.confirmed({cache_name(recipe), kTimingName});
+  const std::vector<std::string> there = outputs.confirmed({clean_cache_name(recipe), kTimingName});
   const auto has = [&](const std::string& name) {
     return std::find(there.begin(), there.end(), name) != there.end();
   };
@@ -56,6 +54,8 @@ BuildEvidence evidence_of(Built built) {
 
 }  // namespace
 
+std::string clean_cache_name(const Recipe& recipe) { return recipe.name + ".clean.cache"; }
+
 crg::Crg track_crg(const crg::ReferenceLine& line, crg::Grid grid) {
   crg::Crg file = crg::make_crg(line, std::move(grid));
   crg::set_value(file.options, "BORDER_MODE_U", 0.0);
@@ -86,12 +86,12 @@ BuildResult build_track(const Recipe& recipe, base::OutputSet& outputs, const Pr
   BuildOptions options;
   options.progress = progress;
   options.question_path = question;
-  if (reuse != Reuse::nothing) options.clean_cache_path = outputs.path(cache_name(recipe));
-  options.clean_staged_path = outputs.staged(cache_name(recipe));
+  if (reuse != Reuse::nothing) options.clean_cache_path = outputs.path(clean_cache_name(recipe));
+  options.clean_staged_path = outputs.staged(clean_cache_name(recipe));
   options.keep_before = evidence != nullptr;
   Built built = build(recipe, inputs, options);
   BuildResult result = write(built, outputs, progress);
-  if (result.clean_reused) result.kept.push_back(cache_name(recipe));
+  if (result.clean_reused) result.kept.push_back(clean_cache_name(recipe));
   std::filesystem::remove(question);  // answered
   result.timing_json = timing_json(built.seconds, seconds_since(start));
   base::write_file(outputs.staged(kTimingName), result.timing_json);

@@ -17,6 +17,7 @@
 #include "road/plausible.h"
 #include "road/question.h"
 #include "road/ray_surface.h"
+#include "road/stretch.h"
 #include "suggest_unit.h"
 
 namespace road {
@@ -64,6 +65,7 @@ Prepared prepare(const Recipe& recipe, BuildSummary& summary) {
   summary.placement = place_mesh(recipe);
   if (summary.placement) prepared.tilt_and_scale = summary.placement->align.tilt_and_scale;
   if (recipe.friction.wanted) prepared.paint = read_friction_paint(recipe.friction);
+  if (recipe.kerb.zones_path) prepared.recipe.kerb.zones = read_kerb_zones(*recipe.kerb.zones_path);
   prepared.guide_lays_mesh = guide_lays_mesh(recipe, summary.placement);
   if (!prepared.guide_lays_mesh)
     prepared.recipe.clean.guide = place_guide(recipe, summary.placement);
@@ -130,10 +132,17 @@ RoadMesh cleaned_mesh(const Recipe& recipe, const Prepared& prepared, const Buil
   return std::move(cleaned->road);
 }
 
-SampledGrid sampled_grid(const Recipe& recipe, const RaySurface& surface, Built& built) {
+/// Of the whole road, or of a stretch; then the line is its own.
+SampledGrid sampled_grid(const Recipe& recipe, const std::optional<URange>& stretch,
+                         const RaySurface& surface, Built& built) {
   SampleReport& report = built.summary.sample;
+  std::optional<RowRange> rows;
+  if (stretch) rows = rows_between(built.line, stretch->u_begin_m, stretch->u_end_m);
   SampledGrid sampled =
-      sample_grid(built.road, surface, built.line, built.centreline, recipe.sample, &report);
+      rows ? sample_rows(built.road, surface, built.line, *rows, built.centreline, recipe.sample,
+                         &report)
+           : sample_grid(built.road, surface, built.line, built.centreline, recipe.sample, &report);
+  if (rows) built.line = line_of_rows(built.line, *rows);
   close_cracks(sampled, surface, built.road, built.line, report);
   end_at_walls(sampled, built.line, built.mesh, recipe.sample.threads, report);
   return sampled;
@@ -144,8 +153,8 @@ void finish_grid(const Recipe& recipe, const Prepared& prepared, const RaySurfac
                  Stages& stage, Built& built) {
   BuildSummary& summary = built.summary;
   built.sampled = stage("kerb", [&] {
-    return refine_kerbs(std::move(built.sampled), surface, built.road, built.line, recipe.kerb,
-                        &summary.kerb);
+    return refine_kerbs(std::move(built.sampled), surface, built.road, built.line,
+                        prepared.recipe.kerb, &summary.kerb);
   });
   stage("smooth", [&] {
     SmoothOptions smoothing = recipe.smooth;
@@ -194,6 +203,7 @@ std::vector<InputFile> inputs_of(const Recipe& recipe) {
   add("guide_mapping", recipe.guide_mapping_path);
   add("control_points", recipe.control_points_path);
   add("trajectory", recipe.trajectory_path);
+  add("kerb_zones", recipe.kerb.zones_path);
   if (!recipe.friction.wanted) return inputs;
   add("friction_picture", recipe.friction.picture_path);
   if (recipe.friction.picture_path)
@@ -210,6 +220,11 @@ Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
   summary.inputs = inputs;
   Stages stage(options.progress, built.seconds, kBuildStages);
   Prepared prepared = prepare(recipe, summary);
+  if (options.stretch && (recipe.trajectory_path || prepared.guide_lays_mesh))
+    throw Error(
+        "a stretch of a road that a trajectory or its guide lays on the Earth: the whole road is "
+        "needed to tell where it lies; build it, and give its yaw_deg and translation_m (align in "
+        "summary.json)");
   const auto finding = [&](const char* name, const auto& body) {
     return stage(name, [&] {
       return asking(built.mesh, summary.read.metres_per_unit, prepared.recipe,
@@ -229,11 +244,12 @@ Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
     return fit_reference_line(built.centreline, recipe.reference_line, &summary.reference_line);
   });
   const RaySurface surface(built.road.mesh);
-  built.sampled = stage("sample", [&] { return sampled_grid(recipe, surface, built); });
+  built.sampled =
+      stage("sample", [&] { return sampled_grid(recipe, options.stretch, surface, built); });
   if (options.keep_before && built.sampled.grid.z_m.size() <= kMaxBeforeNodes)
     built.before = built.sampled.grid;
   finish_grid(recipe, prepared, surface, stage, built);
-  if (!recipe.line_is_right)
+  if (!recipe.line_is_right && !options.stretch)
     built.doubts = stage("doubt", [&] {
       auto doubts = doubts_about(built.centreline, surface, built.mesh, summary.clean);
       if (auto ends = doubt_about_ends(built.centreline, built.mesh, prepared.recipe.clean))

@@ -245,6 +245,7 @@ Recipe read_recipe(const std::string& path) {
   if (recipe.friction.zones_path)
     recipe.friction.zones_path = beside(path, *recipe.friction.zones_path);
   if (recipe.trajectory_path) recipe.trajectory_path = beside(path, *recipe.trajectory_path);
+  if (recipe.kerb.zones_path) recipe.kerb.zones_path = beside(path, *recipe.kerb.zones_path);
   if (recipe.name.empty()) recipe.name = std::filesystem::path(recipe.mesh_path).stem().string();
   return recipe;
 }

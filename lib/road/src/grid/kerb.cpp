@@ -123,7 +123,8 @@ struct Node {
 /// The surface at (row, v) between two known neighbours of the row; nothing where it is not between
 /// them.
 std::optional<Node> probe(const SampledGrid& s, const RaySurface& surface, const RoadMesh& road,
-                          const crg::ReferenceLine& line, std::size_t row, double v_m) {
+                          const crg::ReferenceLine& line, std::size_t row, double v_m,
+                          const std::vector<KerbZone>& zones) {
   const auto& v = s.grid.v_m;
   const auto right =
       static_cast<std::size_t>(std::upper_bound(v.begin(), v.end(), v_m) - v.begin());
@@ -135,13 +136,15 @@ std::optional<Node> probe(const SampledGrid& s, const RaySurface& surface, const
   const crg::Point2 p = crg::node_position(line, row, v_m);
   const auto hit = surface.nearest_hit(p.x_m, p.y_m, z0 + t * (z1 - z0), 0.3 + std::abs(z1 - z0));
   if (!hit) return std::nullopt;
-  return Node{static_cast<float>(hit->z_m), road.class_of_triangle[hit->triangle]};
+  return Node{static_cast<float>(hit->z_m),
+              zoned(road.class_of_triangle[hit->triangle], s.grid.u_of(row), v_m, zones)};
 }
 
 /// probe for up to 16 rows from `first` at once.
 std::array<std::optional<Node>, 16> probe_rows(const SampledGrid& s, const RaySurface& surface,
                                                const RoadMesh& road, const crg::ReferenceLine& line,
-                                               std::size_t first, std::size_t count, double v_m) {
+                                               std::size_t first, std::size_t count, double v_m,
+                                               const std::vector<KerbZone>& zones) {
   constexpr double kReach_m = 0.3;
   const auto& v = s.grid.v_m;
   const auto right =
@@ -168,9 +171,10 @@ std::array<std::optional<Node>, 16> probe_rows(const SampledGrid& s, const RaySu
     const double z_m = static_cast<double>(packet.z_m[k]) + surface.origin_m().z();
     // A hit between its neighbours is the surface; anything else is looked at more closely.
     if (z_m >= low_m[k] - 0.02 && z_m <= high_m[k] + 0.02) {
-      nodes[k] = Node{static_cast<float>(z_m), road.class_of_triangle[packet.triangle[k]]};
+      nodes[k] = Node{static_cast<float>(z_m), zoned(road.class_of_triangle[packet.triangle[k]],
+                                                     s.grid.u_of(first + k), v_m, zones)};
     } else {
-      nodes[k] = probe(s, surface, road, line, first + k, v_m);
+      nodes[k] = probe(s, surface, road, line, first + k, v_m, zones);
     }
   }
   return nodes;
@@ -179,13 +183,14 @@ std::array<std::optional<Node>, 16> probe_rows(const SampledGrid& s, const RaySu
 /// v where the surface changes between kerb and not kerb inside (v[j], v[j + 1]), to 1 mm.
 std::optional<double> edge_between(const SampledGrid& s, const RaySurface& surface,
                                    const RoadMesh& road, const crg::ReferenceLine& line,
-                                   std::size_t row, std::size_t j) {
+                                   std::size_t row, std::size_t j,
+                                   const std::vector<KerbZone>& zones) {
   const std::size_t node = row * s.grid.columns() + j;
   const bool kerb_first = is_kerb(s, node);
   double lo = s.grid.v_m[j], hi = s.grid.v_m[j + 1];
   while (hi - lo > 1e-3) {
     const double middle = 0.5 * (lo + hi);
-    const auto found = probe(s, surface, road, line, row, middle);
+    const auto found = probe(s, surface, road, line, row, middle, zones);
     if (!found) return std::nullopt;
     ((found->surface_class == SurfaceClass::kerb) == kerb_first ? lo : hi) = middle;
   }
@@ -212,7 +217,7 @@ std::vector<double> choose_columns(const SampledGrid& s, const RaySurface& surfa
                s.grid.v_m[j + 1] >= k.v_begin_m - 0.2 && s.grid.v_m[j] <= k.v_end_m + 0.2;
       });
       if (!high) continue;
-      if (const auto edge = edge_between(s, surface, road, line, i, j)) {
+      if (const auto edge = edge_between(s, surface, road, line, i, j, options.zones)) {
         metres[std::lround(*edge / kEdgeBin_m)] += static_cast<double>(every) * s.grid.u_step_m;
       }
     }
@@ -242,10 +247,19 @@ std::vector<double> choose_columns(const SampledGrid& s, const RaySurface& surfa
 
 }  // namespace
 
+void mark_kerb_zones(SampledGrid& s, const std::vector<KerbZone>& zones) {
+  if (zones.empty()) return;
+  const std::size_t columns = s.grid.columns();
+  for (std::size_t node = 0; node < s.surface_class.size(); ++node)
+    s.surface_class[node] = zoned(s.surface_class[node], s.grid.u_of(node / columns),
+                                  s.grid.v_m[node % columns], zones);
+}
+
 SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const RoadMesh& road,
                          const crg::ReferenceLine& line, const KerbOptions& options,
                          KerbReport* report) {
   KerbReport result;
+  mark_kerb_zones(sampled, options.zones);
   result.kerbs = find_kerbs(sampled);
   const std::vector<double> added =
       result.kerbs.empty() ? std::vector<double>{}
@@ -282,9 +296,9 @@ SampledGrid refine_kerbs(SampledGrid sampled, const RaySurface& surface, const R
           for (std::size_t j = 0; j < columns; ++j) {
             if (source[j] >= 0) continue;
             for (std::size_t first = begin; first < end; first += 16) {
-              const auto nodes =
-                  probe_rows(sampled, surface, road, line, first,
-                             std::min<std::size_t>(16, end - first), refined.grid.v_m[j]);
+              const auto nodes = probe_rows(sampled, surface, road, line, first,
+                                            std::min<std::size_t>(16, end - first),
+                                            refined.grid.v_m[j], options.zones);
               for (std::size_t k = 0; first + k < end && k < 16; ++k) {
                 if (!nodes[k]) continue;
                 const std::size_t to = (first + k) * columns + j;

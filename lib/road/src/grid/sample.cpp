@@ -11,6 +11,7 @@
 #include "crg/huge_pages.h"
 #include "road/error.h"
 #include "road/reference_line.h"
+#include "road/stretch.h"
 #include "row_walk.h"
 #include "u_ranges.h"
 
@@ -302,21 +303,29 @@ SampleReport count_nodes(const SampledGrid& out, const std::vector<Span>& spans,
   return result;
 }
 
-}  // namespace
-
-SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
-                        const crg::ReferenceLine& line, const Centreline& centreline,
-                        const SampleOptions& asked, SampleReport* report) {
+/// Of the whole line, or of some rows of it.
+SampledGrid sample(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& whole,
+                   const std::optional<RowRange>& rows_wanted, const Centreline& centreline,
+                   const SampleOptions& asked, SampleReport* report) {
   const double automatic_m = automatic_step_m(centreline), scale = automatic_m / 0.1;
   const double v_step_m = asked.v_step_m.value_or(automatic_m);
   SampleOptions options = asked;
   options.v_step_m = v_step_m;
   options.max_step_m = asked.max_step_m.value_or(0.3 * scale);
   options.max_gap_m = asked.max_gap_m.value_or(0.3 * scale);
-  check(line, centreline, surface, options);
-  const RowGuide guide = guide_rows(line, centreline);
-  std::vector<Crossing> crossings = find_crossings(line, guide.z_m);
-  const RowLimits limits = limit_rows(line, guide, crossings, options.v_max_m);
+  check(whole, centreline, surface, options);
+  RowGuide guide = guide_rows(whole, centreline);
+  std::vector<Crossing> crossings = find_crossings(whole, guide.z_m);
+  RowLimits limits = limit_rows(whole, guide, crossings, options.v_max_m);
+  std::optional<crg::ReferenceLine> stretch;
+  if (rows_wanted) {
+    stretch = line_of_rows(whole, *rows_wanted);
+    const auto part = [&](const auto& of_all) { return of_rows(of_all, whole, *rows_wanted); };
+    guide = {part(guide.z_m), part(guide.half_width_m)};
+    limits = {part(limits.left_m), part(limits.right_m), part(limits.left_is_fold),
+              part(limits.right_is_fold)};
+  }
+  const crg::ReferenceLine& line = stretch ? *stretch : whole;
 
   SampledGrid out;
   out.grid.u_begin_m = line.u_begin_m;
@@ -380,6 +389,21 @@ SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
   result.crossings = std::move(crossings);
   if (report != nullptr) *report = std::move(result);
   return out;
+}
+
+}  // namespace
+
+SampledGrid sample_grid(const RoadMesh& road, const RaySurface& surface,
+                        const crg::ReferenceLine& line, const Centreline& centreline,
+                        const SampleOptions& options, SampleReport* report) {
+  return sample(road, surface, line, std::nullopt, centreline, options, report);
+}
+
+SampledGrid sample_rows(const RoadMesh& road, const RaySurface& surface,
+                        const crg::ReferenceLine& line, const RowRange& rows,
+                        const Centreline& centreline, const SampleOptions& options,
+                        SampleReport* report) {
+  return sample(road, surface, line, rows, centreline, options, report);
 }
 
 }  // namespace road

@@ -7,6 +7,9 @@ const kShown = 150;  // characters of a command; Copy gives all
 const waiting = new Map();  // number of a job -> what to call with it when it has ended
 let box, timer, shown = '', showing = 4;
 
+/// How a command ended that said nothing of it.
+export const endOf = (job) => (job.exit_code > 128 ? `${job.command[0]} was ended by signal ${job.exit_code - 128}; nothing that was there has changed.` : `${job.command[0]} ended with exit code ${job.exit_code}.`);
+
 /// As a shell takes it.
 export const shellText = (words) => words.map((word) => (/^[A-Za-z0-9/._+,:=@%-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`)).join(' ');
 
@@ -14,7 +17,7 @@ function row(job) {
   const state = job.running ? ['', `${fixed(job.seconds, 1)} s`]
     : job.exit_code === 0 ? ['good', `done in ${fixed(job.seconds, 1)} s`]
       : job.exit_code === 3 ? ['warn', 'done, but must not be used (exit code 3)']
-        : ['bad', `exit code ${job.exit_code}`];
+        : ['bad', job.exit_code > 128 ? `ended by signal ${job.exit_code - 128}` : `exit code ${job.exit_code}`];
   const command = shellText(job.command);
   const copy = el('button', { type: 'button', 'aria-label': `Copy: ${command}`, onclick: () => navigator.clipboard?.writeText(command) }, 'Copy');
   const line = el('div', { class: 'row', 'data-job': job.id, 'data-state': job.running ? 'running' : job.exit_code }, el('code', { title: command }, command.length > kShown ? `${command.slice(0, kShown)} …` : command),

@@ -1,6 +1,7 @@
 // The page of kerbstone view: what lies in the folders on the left, one part beside it, the commands below.
 import { el } from '../../../report/web/src/dom.js';
 import { refreshCharts } from '../../../report/web/src/charts.js';
+import { makeFindings } from './findings.js';
 import { makeJobs } from './jobs.js';
 import { makeLaps } from './laps.js';
 import { makeLive } from './live.js';
@@ -8,23 +9,24 @@ import { makeRoad } from './road.js';
 import { getJson, onConnection } from './server.js';
 import { makeTrack } from './track.js';
 
-const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], live: ['Live', ['unit']] };
-const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units' };
+const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], findings: ['Findings', ['findings']], live: ['Live', ['unit']] };
+const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units', findings: 'Findings of crgexplain' };
 
 function main() {
-  let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '';
+  let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '', compared = '';
   const made = {};
   async function changed() {
     listing = await getJson('list');
     fillList();
     return listing;
   }
-  const show = (next, id) => { location.hash = `#${next}${id ? `/${encodeURIComponent(id)}` : ''}`; };
-  const track = makeTrack({ changed, openRoad: (id) => show('road', id) });
-  const road = makeRoad({ changed });
+  const show = (next, ...ids) => { location.hash = `#${[next, ...ids.filter(Boolean).map(encodeURIComponent)].join('/')}`; };
+  const track = makeTrack({ changed, openRoad: (id, against) => show('road', id, against) });
+  const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
   const laps = makeLaps({ entriesOf: () => listing.entries });
   const live = makeLive({ changed, entriesOf: () => listing.entries, openLap: (id) => show('laps', id) });
-  Object.assign(made, { live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
+  const findings = makeFindings({ entriesOf: () => listing.entries });
+  Object.assign(made, { findings: { ...findings, element: findings.root }, live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
 
   const lost = el('span', { class: 'lost', role: 'alert', 'data-role': 'lost' });
   onConnection((gone) => { lost.textContent = gone ? 'kerbstone view does not answer; trying again' : ''; });
@@ -51,20 +53,22 @@ function main() {
   }
 
   async function follow() {
-    const [next, id] = location.hash.slice(1).split('/', 2);
+    const [next, id, against] = location.hash.slice(1).split('/', 3);
     const wanted = next in parts ? next : 'track';
     if (wanted !== part || place.childElementCount === 0) {
       part = wanted;
       place.replaceChildren(made[part].element);
       for (const tab of tabs) tab.setAttribute('aria-pressed', String(tab.dataset.tab === part));
       opened = '';
+      compared = '';
       if (part === 'laps') laps.refresh();
     }
-    const file = id ? decodeURIComponent(id) : '';
-    if (file && file !== opened) {
+    const file = id ? decodeURIComponent(id) : '', other = against ? decodeURIComponent(against) : '';
+    if (file && (file !== opened || other !== compared)) {
       opened = file;
+      compared = other;
       if (part === 'laps') await laps.toggle(file);
-      else await made[part].open(file);
+      else await made[part].open(file, other);
     }
     fillList();
   }

@@ -1,19 +1,23 @@
 // A road's report, and two roads compared: what crgbuild report makes, shown here.
 import { el } from '../../../report/web/src/dom.js';
+import { makeCompare } from './compare.js';
 import { run } from './jobs.js';
 import { fileAddress } from './server.js';
 
 const folderOf = (id) => id.replace(/[^/]*$/, '');
 
-export function makeRoad({ changed }) {
+export function makeRoad({ changed, openRoad }) {
   let id = null, entries = [];
   const note = el('span', { role: 'status', 'data-role': 'note' });
   const mesh = el('select', { 'aria-label': 'Mesh or recipe that it should follow', 'data-role': 'mesh' });
   const against = el('select', { 'aria-label': 'Another road to compare with', 'data-role': 'against' });
   const frame = el('iframe', { title: 'Report of the road', sandbox: 'allow-scripts allow-downloads' });
+  const compare = makeCompare();
   const root = el('div', { class: 'work road', 'data-part': 'road' },
     el('div', { class: 'tools' }, el('label', {}, 'Mesh', mesh), el('label', {}, 'Against', against),
-      el('button', { type: 'button', 'data-role': 'report', onclick: report }, 'Make the report'), note), frame);
+      el('button', { type: 'button', 'data-role': 'report', onclick: report }, 'Make the report'),
+      el('button', { type: 'button', 'data-role': 'keep', title: 'A copy to compare a later build with', onclick: keep }, 'Keep a copy'), note), compare.root, frame);
+  against.addEventListener('change', () => openRoad(id, against.value));
 
   function show(report) {
     frame.hidden = !report;
@@ -33,16 +37,32 @@ export function makeRoad({ changed }) {
     show(entries.find((entry) => entry.id === `0/${job.result}/report.html`));
   }
 
-  async function open(next) {
-    id = next;
+  async function keep() {
+    if (id === null) { note.textContent = 'Open a road first.'; return; }
+    const of = id, job = await run({ do: 'keep', road: id }).catch((error) => ({ exit_code: 1, messages: error.message }));
+    if (of !== id) return;
+    note.textContent = job.exit_code === 0 ? `Kept as ${job.result}.` : job.messages;
+    if (job.exit_code === 0) await fill();
+  }
+
+  async function fill() {
     ({ entries } = await changed());
+    const kept = [mesh.value, against.value];
     const choice = (select, kinds, first) => select.replaceChildren(el('option', { value: '' }, first),
       ...entries.filter((entry) => kinds.includes(entry.kind) && entry.id !== id).map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     choice(mesh, ['recipe', 'mesh'], 'none');
     choice(against, ['road'], 'none');
+    for (const [k, select] of [mesh, against].entries()) select.value = [...select.options].some((option) => option.value === kept[k]) ? kept[k] : '';
+  }
+
+  async function open(next, other) {
+    id = next;
+    await fill();
+    against.value = other ?? '';
     const beside = entries.find((entry) => entry.kind === 'report' && folderOf(entry.id) === folderOf(id));
     note.textContent = beside ? '' : 'No report lies beside this road.';
     show(beside);
+    await compare.show(id, against.value);
   }
   return { root, open };
 }

@@ -31,10 +31,10 @@ export function makeStage(picked) {
     renderer = new WebGLRenderer({ canvas, antialias: !isSlow, preserveDrawingBuffer: true });
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'This view needs WebGL, which this browser does not offer. Places can be typed below.'));
-    return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setMarks() {}, highlight() {}, setPlan() {}, fit() {}, origin: new Vector3(), parts: [] };
+    return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setZones() {}, heightAt: () => null, seenAt: () => [0, 0], setMarks() {}, highlight() {}, setPlan() {}, fit() {}, origin: new Vector3(), parts: [] };
   }
-  const scene = new Scene(), world = new Group(), marks = new Group(), road = new Group();
-  scene.add(new HemisphereLight(0xffffff, 0x9aa4ae, 2.4), world, road, marks);
+  const scene = new Scene(), world = new Group(), marks = new Group(), road = new Group(), zones = new Group();
+  scene.add(new HemisphereLight(0xffffff, 0x9aa4ae, 2.4), world, road, zones, marks);
   const sun = new DirectionalLight(0xffffff, 1.6);
   sun.position.set(-1, -0.6, 2);
   scene.add(sun);
@@ -107,9 +107,10 @@ export function makeStage(picked) {
     redraw();
   };
 
-  /// Shows what `crgbuild preview` gave; resolves to what it tells of the mesh.
-  stage.setMesh = async (glb) => {
+  /// Shows what `crgbuild preview` gave; resolves to what it tells of the mesh. null: no longer wanted when it was read.
+  stage.setMesh = async (glb, isWanted = () => true) => {
     const gltf = await new GLTFLoader().parseAsync(glb, '');
+    if (!isWanted()) return null;
     stage.clear();
     const told = gltf.scene.userData;
     stage.origin = new Vector3(...told.origin_m);
@@ -184,6 +185,30 @@ export function makeStage(picked) {
       }
     }
     redraw();
+  };
+
+  /// Outlines over the road: [{points: [[x, y], ...], colour: '--name'}] in map metres.
+  stage.setZones = (outlines) => {
+    free(zones);
+    for (const { points, colour } of outlines)
+      if (points.length > 1) drawLine(zones, points.map(([x, y]) => local(x, y, centre.z + stage.origin.z + 2)), css(colour));
+    box.dataset.zones = outlines.length;
+    redraw();
+  };
+
+  /// Where a place of the map is seen: -1 to 1 to the right and upwards, more where it is not.
+  stage.seenAt = (x, y) => {
+    camera().updateMatrixWorld();
+    const at = local(x, y, centre.z + stage.origin.z).project(camera());
+    return Math.abs(at.z) > 1 ? [2, 2] : [at.x, at.y];
+  };
+
+  /// Height of the mesh at a place seen from above, of its road where there is one; null: nothing lies there.
+  stage.heightAt = (x, y) => {
+    raycaster.set(new Vector3(x - stage.origin.x, y - stage.origin.y, 1e4), new Vector3(0, 0, -1));
+    const hits = raycaster.intersectObjects(world.children.filter((child) => child.isMesh), false);
+    const hit = hits.find(({ object }) => ['road', 'kerb'].includes(object.userData.part.class)) ?? hits[0];
+    return hit ? hit.point.z + stage.origin.z : null;
   };
 
   /// Points that were set, joined where `joined`: [[x, y], ...] in map metres.

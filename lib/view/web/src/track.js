@@ -1,10 +1,14 @@
 // A mesh and its recipe: look, set, build, look again.
 import { el } from '../../../report/web/src/dom.js';
 import { count, show } from '../../../report/web/src/format.js';
-import { run } from './jobs.js';
+import { endOf, run } from './jobs.js';
+import { makeDraft } from './draft.js';
+import { makePoints } from './points.js';
 import { valueOf, withPath, withPoint, withRoute, withRule, withValue } from './recipe.js';
-import { fileAddress, getBytes, getPacked, getText, putText } from './server.js';
+import { fileAddress, getBytes, getJson, getPacked, putText } from './server.js';
+import { makeSheet } from './sheet.js';
 import { classColours, makeStage } from './stage.js';
+import { makeZones } from './zones.js';
 
 const tools = [
   ['look', 'Look', 'a click tells what lies there'],
@@ -13,17 +17,22 @@ const tools = [
   ['route', 'Route', 'the road is the shortest way through the places clicked, in order; end on the first to close it'],
   ['guide', 'Guide', 'what lies under the line drawn is the road'],
   ['class', 'Class', 'a click chooses the object whose class is set below'],
+  ['gap', 'Gap', 'a click on each side of a gap across the road: gaps up to that long are bridged'],
+  ['kerb', 'Kerb', 'two corners of a kerb that was not found, on the road that was built'],
+  ['none', 'No kerb', 'two corners of a place where there is no kerb'],
+  ['friction', 'Grip', 'two corners of a place with a grip of its own'],
+  ['point', 'Control point', 'a place of the mesh that a map shows too'],
 ];
+const onRoad = ['kerb', 'none', 'friction'];
 const kPatience_ms = 500;  // until a mesh is shown before it is known what its objects are
 const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 
-/// `openRoad(id)` shows a road in its own part; `changed()` reads the list of files again and resolves to it.
+/// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it.
 export function makeTrack({ openRoad, changed }) {
-  let id = null, recipeId = null, mark = null, tool = 'look', points = [], part = null;
-  const before = [];  // texts of the recipe, for undo
+  let id = null, recipeId = null, tool = 'look', points = [], part = null, sheet = null, roadId = null;
   const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
   const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
-  const recipe = el('textarea', { spellcheck: 'false', 'aria-label': 'Recipe (track.yaml)', 'data-role': 'recipe' });
+  const draft = makeDraft(say, () => { zones.refresh(); controls.refresh(); });
   const hint = el('span', { class: 'muted' });
   const facts = el('div', { class: 'small', 'data-role': 'facts' });
   const pictures = el('div');
@@ -34,43 +43,39 @@ export function makeTrack({ openRoad, changed }) {
 
   const stage = makeStage((place) => take(place));
 
-  function edit(change) {
-    if (recipeId === null) { say('This mesh has no recipe yet; make one first.', 'warn'); return; }
-    try {
-      const next = change(recipe.value);
-      if (next === recipe.value) return;
-      before.push(recipe.value);
-      recipe.value = next;
-      save();
-    } catch (error) {
-      say(error.message, 'bad');
-    }
-  }
+  const zones = makeZones({ draft, stage, say, sheet: () => sheet, placeOf: async (at) => {
+    const [x, y] = sheet.toMap(at), place = await getJson('place', { id: roadId, x, y });
+    return place.u_m === null ? null : place;
+  } });
+  const controls = makePoints({ draft, say });
+  const { edit } = draft;
 
-  let saved = '', saving = Promise.resolve();
-  /// One after another: each needs the mark of the one before.
-  function save() {
-    const text = recipe.value, of = recipeId;
-    saved = text;
-    saving = saving.then(async () => {
-      if (of !== recipeId) return;
-      try {
-        mark = await putText(of, text, mark);
-        say('Saved.', 'good');
-      } catch (error) {
-        say(error.message, 'bad');
-      }
-    });
-    return saving;
-  }
-
-  function take(place) {
+  async function take(place) {
     typedX.value = place.x_m.toFixed(2);
     typedY.value = place.y_m.toFixed(2);
     const at = [place.x_m, place.y_m];
-    if (place.part) choose(place.part);
+    if (place.part && ['look', 'class'].includes(tool)) choose(place.part);
     if (tool === 'start') { edit((text) => withPoint(text, 'start_near_m', at)); stage.setMarks([at], false); }
     if (tool === 'near') { edit((text) => withPoint(text, 'near_m', at)); stage.setMarks([at], false); }
+    if (tool === 'gap') {
+      points.push(at);
+      stage.setMarks(points, true);
+      if (points.length < 2) { say('One side of the gap; now the other one.'); return; }
+      const [a, b] = points.splice(0), long = Math.ceil(10 * Math.hypot(a[0] - b[0], a[1] - b[1]) + 1) / 10;
+      edit((text) => withValue(text, 'bridge_gap_m', String(long)));
+      draft.settled().then(look);
+    }
+    if (tool === 'point') {
+      stage.setMarks([at], false);
+      controls.take({ ...place, z_m: place.z_m ?? stage.heightAt(...at) });
+    }
+    if (onRoad.includes(tool)) {
+      try {
+        await zones.take(at);
+      } catch (error) {
+        say(error.message, 'bad');
+      }
+    }
     if (tool === 'route' || tool === 'guide') {
       points.push(at);
       stage.setMarks(points, true);
@@ -102,7 +107,7 @@ export function makeTrack({ openRoad, changed }) {
   const chosen = el('p', { class: 'small', 'data-role': 'chosen' });
   const classButtons = classes.map((each) => el('button', { type: 'button', 'data-class': each, onclick: () => {
     edit((text) => (part.name ? withRule(text, 'object', part.name, each) : withRule(text, 'material', part.material, each)));
-    saving.then(look);
+    draft.settled().then(look);
   } }, el('span', { class: 'swatch', style: `background:${classColours[each]}` }), each));
 
   const toolButtons = tools.map(([key, name, text]) => el('button', { type: 'button', title: text, 'aria-pressed': String(key === tool), 'data-tool': key, onclick: () => {
@@ -113,6 +118,8 @@ export function makeTrack({ openRoad, changed }) {
     hint.textContent = text;
     useButton.hidden = key !== 'route' && key !== 'guide';
     useButton.textContent = key === 'route' ? 'Use route' : 'Use guide';
+    if (onRoad.includes(key)) zones.use(key);
+    if (key === 'point') controls.use();
   } }, name));
   const useButton = el('button', { type: 'button', hidden: '', 'data-role': 'use', onclick: usePoints });
 
@@ -123,33 +130,23 @@ export function makeTrack({ openRoad, changed }) {
       const route = closed ? [...points.slice(0, -1), points[0]] : points;
       edit((text) => withRoute(withPath(text, 'guide', null), route));
     } else {
-      const name = `${recipeId.split('/').at(-1).replace(/\.yaml$/, '')}.guide.csv`, guide = recipeId.replace(/[^/]*$/, name);
-      const rows = `x_m,y_m\n${points.map(([x, y]) => `${x.toFixed(3)},${y.toFixed(3)}`).join('\n')}\n`;
-      try {
-        let known = null;
-        try { known = (await getText(guide)).mark; } catch { /* none yet */ }
-        await putText(guide, rows, known);
-        edit((text) => withPath(withValue(text, 'route', null), 'guide', name));
-      } catch (error) {
-        say(error.message, 'bad');
-        return;
-      }
+      const name = draft.nameOf('guide');
+      await draft.editFile(name, `x_m,y_m\n${points.map(([x, y]) => `${x.toFixed(3)},${y.toFixed(3)}`).join('\n')}\n`, (text) => withPath(withValue(text, 'route', null), 'guide', name));
     }
     points = [];
-    saving.then(look);
+    draft.settled().then(look);
   }
 
-  function undo() {
+  async function undo() {
+    if (zones.undo()) { say('The first corner is taken back.'); return; }
     if (points.length > 0) {
       points.pop();
       stage.setMarks(points, true);
-    } else if (before.length > 0) {
-      const left = recipe.value;
-      recipe.value = before.pop();
-      save();
-      // What the objects are taken for has changed too.
-      if (/^(name_rules|guide|route)/m.test(left) || /^(name_rules|guide|route)/m.test(recipe.value)) saving.then(look);
-    } else say('Nothing to undo.');
+      return;
+    }
+    const left = await draft.undo(), ofMesh = (text) => (text.match(/^(name_rules|guide|route|bridge_gap_m|  - \{).*$/mg) ?? []).join('\n');
+    // What the objects are taken for may have changed too.
+    if (left !== null && ofMesh(left) !== ofMesh(draft.text)) await look();
   }
 
   /// The mesh, as the recipe that was saved says.
@@ -163,7 +160,7 @@ export function makeTrack({ openRoad, changed }) {
       const job = await run({ ...wish, raw: true }).catch(failed);
       if (of !== id || done || job.exit_code !== 0) return;
       const bytes = await getBytes('output', { job: job.id });
-      if (of === id && !done) await stage.setMesh(bytes);
+      if (of === id && !done) await stage.setMesh(bytes, () => of === id && !done);
     }, kPatience_ms);
     const job = await run(wish).catch(failed);
     done = true;
@@ -183,16 +180,31 @@ export function makeTrack({ openRoad, changed }) {
   }
 
   async function build() {
-    await saving;
+    await draft.settled();
     const of = id;
     say('Building …');
     const job = await run({ do: 'build', input: recipeId ?? id }).catch((error) => ({ exit_code: 1, messages: error.message }));
     if (of !== id) return;
     if (job.exit_code === 0) say('Built.', 'good');
-    else say(job.messages.trim() || `crgbuild ended with exit code ${job.exit_code}.`, job.exit_code === 3 ? 'warn' : 'bad');
+    else say(job.exit_code > 128 ? endOf(job) : job.messages.trim() || endOf(job), job.exit_code === 3 ? 'warn' : 'bad');
     if (job.result) await showResult(job.result, of);
   }
 
+  /// The stretch that is seen, as the recipe would have it now, beside the road that was built.
+  async function buildStretch() {
+    const seen = sheet?.stretchSeen(stage.seenAt), of = id, whole = roadId;
+    if (!seen) { say(sheet ? 'Nothing of the road is in view.' : 'Build the whole road once; then a stretch of it takes a second or two.', 'warn'); return; }
+    await draft.settled();
+    say(`Building u ${seen[0].toFixed(0)} to ${seen[1].toFixed(0)} m …`);
+    const job = await run({ do: 'stretch', input: recipeId ?? id, u_begin_m: seen[0], u_end_m: seen[1] }).catch((error) => ({ exit_code: 1, messages: error.message }));
+    if (of !== id) return;
+    if (job.exit_code !== 0) { say(job.messages || endOf(job), 'bad'); return; }
+    say(`Built in ${job.seconds.toFixed(1)} s.`, 'good');
+    await changed();
+    openRoad(`0/${job.result}`, whole);
+  }
+
+  /// What was built, or what lies there from an earlier build.
   async function showResult(result, of) {
     const { entries } = await changed(), inside = entries.filter((entry) => entry.id.startsWith(`0/${result}/`));
     const made = inside.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id)).sort((a, b) => b.modified_s - a.modified_s)[0];
@@ -200,11 +212,20 @@ export function makeTrack({ openRoad, changed }) {
     pictures.replaceChildren(
       made ? el('p', {}, el('button', { type: 'button', 'data-role': 'open-road', onclick: () => openRoad(made.id) }, 'Open the report of this road')) : '',
       question ? el('img', { src: fileAddress(question.id, question.modified_s), alt: 'Which road is meant: candidates with their numbers', style: 'max-width:100%' }) : '');
-    if (!made) { stage.setRoad(null); return; }
-    const road = await getPacked('road', { id: made.id });
+    if (!made) { setRoad(null, null, null); return; }
+    const packed = await getPacked('road', { id: made.id });
+    const summary = await getJson('file', { id: `0/${result}/summary.json` }).catch(() => null);
     if (of !== id) return;
-    stage.setRoad(road);
-    stage.box.dataset.road = made.id;
+    setRoad(packed, summary, made.id);
+  }
+
+  /// Of the mesh that is shown: nothing of it lies over another one. A mesh that was tilted is not where its road is.
+  function setRoad(packed, summary, of) {
+    sheet = packed && !summary?.align?.tilt_and_scale ? makeSheet(packed, summary?.align) : null;
+    roadId = of;
+    stage.setRoad(sheet ? sheet.inMesh() : null);
+    if (of) stage.box.dataset.road = of; else delete stage.box.dataset.road;
+    zones.setSummary(of ? summary : null);
   }
 
   const reverse = el('button', { type: 'button', 'data-role': 'reverse', onclick: () => edit((text) => withValue(text, 'reverse', valueOf(text, 'reverse') === 'true' ? 'false' : 'true')) }, 'Turn direction');
@@ -233,9 +254,11 @@ export function makeTrack({ openRoad, changed }) {
       el('form', { class: 'tools', style: 'margin-top:6px' }, el('label', {}, 'x / m', typedX), el('label', {}, 'y / m', typedY), el('button', { type: 'submit', 'data-role': 'set' }, 'Set'), hint)),
     el('div', { class: 'side' },
       el('div', { class: 'tools' }, el('button', { type: 'button', 'data-role': 'build', onclick: build }, el('strong', {}, 'Build')),
+        el('button', { type: 'button', 'data-role': 'stretch', title: 'Builds the part of the road that is in view and compares it with the road that was built', onclick: buildStretch }, 'Stretch in view'),
         el('button', { type: 'button', 'data-role': 'look', onclick: look }, 'Read the mesh again'), make),
-      note, pictures, el('h2', {}, 'Recipe'), recipe,
-      el('div', { class: 'tools' }, el('button', { type: 'button', 'data-role': 'save', onclick: () => { before.push(saved); save(); } }, 'Save')),
+      note, pictures, el('h2', {}, 'Recipe'), draft.box,
+      el('div', { class: 'tools' }, el('button', { type: 'button', 'data-role': 'save', onclick: () => draft.save() }, 'Save')),
+      zones.root, controls.root,
       el('h2', {}, 'Mesh'), facts, el('h2', {}, 'Objects'), chosen, el('div', { class: 'tools' }, classButtons), filter, list));
   root.querySelector('form').addEventListener('submit', (event) => {
     event.preventDefault();
@@ -243,7 +266,7 @@ export function makeTrack({ openRoad, changed }) {
     if (Number.isFinite(x) && Number.isFinite(y)) take({ x_m: x, y_m: y, z_m: null, part: null });
   });
   root.addEventListener('keydown', (event) => {
-    if ((event.ctrlKey || event.metaKey) && event.key === 'z' && event.target !== recipe) { undo(); event.preventDefault(); }
+    if ((event.ctrlKey || event.metaKey) && event.key === 'z' && event.target !== draft.box) { undo(); event.preventDefault(); }
   });
   hint.textContent = tools[0][2];
 
@@ -252,30 +275,22 @@ export function makeTrack({ openRoad, changed }) {
     id = next;
     part = null;
     stage.clear();
-    before.length = 0;
     points = [];
     stage.setMarks([], false);
-    stage.setRoad(null);
-    delete stage.box.dataset.road;
+    setRoad(null, null, null);
     pictures.replaceChildren();
     facts.replaceChildren();
     recipeId = next.endsWith('.yaml') ? next : null;
     make.hidden = recipeId !== null;
-    recipe.disabled = reverse.disabled = recipeId === null;
-    recipe.value = '';
-    if (recipeId !== null) {
-      try {
-        const read = await getText(recipeId);
-        if (id !== next) return;
-        ({ mark } = read);
-        recipe.value = saved = read.text;
-      } catch (error) {
-        say(error.message, 'bad');
-        return;
-      }
-    }
+    reverse.disabled = recipeId === null;
+    if (!(await draft.open(recipeId)) || id !== next) return;
+    zones.refresh();
+    controls.refresh();
     fillList();
     await look();
+    if (recipeId === null || id !== next) return;
+    const { result } = await getJson('result', { id: recipeId });
+    if (id === next) await showResult(result, next);
   }
   fillList();
   return { root, open, redraw: stage.redraw };

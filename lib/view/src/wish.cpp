@@ -1,0 +1,160 @@
+#include "wish.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "live_link.h"
+
+namespace view {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+using Words = std::vector<std::string>;
+
+// What a person drives with and sees, of the units that `crgdrive fmu` makes.
+constexpr std::array kBrakes = {"input.brake.fl", "input.brake.fr", "input.brake.rl",
+                                "input.brake.rr"};
+constexpr std::array kDriven = {"input.steering", "input.throttle", "input.brake.fl",
+                                "input.brake.fr", "input.brake.rl", "input.brake.rr",
+                                "input.gear"};
+constexpr std::array kShown = {"car.x",
+                               "car.y",
+                               "car.yaw",
+                               "car.vx",
+                               "car.u",
+                               "car.gear",
+                               "car.engine",
+                               "car.steer",
+                               "car.throttle",
+                               "car.ax",
+                               "car.ay",
+                               "wheel.fl.fz",
+                               "wheel.fr.fz",
+                               "wheel.rl.fz",
+                               "wheel.rr.fz",
+                               "wheel.fl.brake",
+                               "parameter.engine.limit_radps"};
+
+std::string text_of(const ordered_json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::string number_of(const ordered_json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_number())
+    throw Refusal(400, fmt::format("{}: a number wanted", key));
+  return fmt::format("{}", found->get<double>());
+}
+
+void append(Words& command, const Words& words) {
+  command.insert(command.end(), words.begin(), words.end());
+}
+
+/// aalborg for tracks/aalborg/track.yaml, ring for meshes/ring.obj.
+std::string name_of(const fs::path& path) {
+  const fs::path stem = path.stem();
+  if (stem == "track" && path.has_parent_path()) return path.parent_path().filename().string();
+  return stem.string();
+}
+
+/// out/drives/car-2.csv where car-1.csv is there already. Its folder is made.
+std::string new_file(const Folders& folders, const std::string& folder, const std::string& name,
+                     const char* ending) {
+  const fs::path root = folders.root(0);
+  fs::create_directories(root / folder);
+  for (int number = 1;; ++number) {
+    std::string path = fmt::format("{}/{}-{}{}", folder, name, number, ending);
+    if (!fs::exists(root / path)) return path;
+  }
+}
+
+/// A file that is named, as seen from the first folder.
+std::string path_of(const ordered_json& wish, const char* key, const Folders& folders) {
+  try {
+    const fs::path whole = folders.path_of(text_of(wish, key));
+    const fs::path below = whole.lexically_relative(folders.root(0));
+    return below.empty() || *below.begin() == ".." ? whole.string() : below.string();
+  } catch (const base::Error& error) {
+    throw Refusal(404, fmt::format("{}: {}", key, error.what()));
+  }
+}
+
+Wish drive(const std::string& unit, const Folders& folders) {
+  Wish out;
+  out.port = free_udp_port();
+  out.result = new_file(folders, "out/drives", name_of(unit), ".csv");
+  out.command = {"crgsim", "serve", unit, "--udp", std::to_string(out.port)};
+  for (const char* const name : kDriven) append(out.command, {"--command", name});
+  for (const char* const name : kShown) append(out.command, {"--measure", name});
+  // Nobody at the wheel: it brakes.
+  for (const char* const brake : kBrakes)
+    append(out.command, {"--safe", std::string(brake) + "=2e6"});
+  append(out.command,
+         {"--safe-after-s", "0.5", "--every", "10", "--stop-s", "3600", "-o", out.result});
+  return out;
+}
+
+/// The stretch alone; the mesh as it was cleaned for the whole road is taken from there.
+Wish stretch(const std::string& input, const ordered_json& wish, const Folders& folders) {
+  const fs::path root = folders.root(0);
+  const std::string name = name_of(root / input), whole = "out/" + name;
+  fs::create_directories(root / "out/stretches");
+  Wish out;
+  out.result = "out/stretches/" + name + ".crg";
+  out.command = {"crgbuild",
+                 "stretch",
+                 input,
+                 "--u-begin-m",
+                 number_of(wish, "u_begin_m"),
+                 "--u-end-m",
+                 number_of(wish, "u_end_m"),
+                 "-o",
+                 out.result};
+  if (fs::is_directory(root / whole)) append(out.command, {"--build", whole});
+  return out;
+}
+
+}  // namespace
+
+std::string result_of(const std::string& path) { return "out/" + name_of(path); }
+
+Wish wish_of(const ordered_json& wish, const Folders& folders) {
+  if (!wish.is_object()) throw Refusal(400, "a JSON object wanted");
+  const std::string what = text_of(wish, "do");
+  const auto path = [&](const char* key) { return path_of(wish, key, folders); };
+  Wish out;
+  if (what == "preview") {
+    out.command = {"crgbuild", "preview", path("input"), "-o", "-"};
+    if (wish.value("raw", ordered_json()) == true) out.command.emplace_back("--raw");
+  } else if (what == "build") {
+    const std::string input = path("input");
+    out.result = result_of((fs::path(folders.root(0)) / input).string());
+    out.command = {"crgbuild", "build", input, "-o", out.result};
+  } else if (what == "report") {
+    const std::string road = path("road");
+    out.result = "out/" + name_of(road) + "-report";
+    out.command = {"crgbuild", "report", road, "-o", out.result};
+    for (const char* const flag : {"mesh", "against"})
+      if (!text_of(wish, flag).empty()) append(out.command, {std::string("--") + flag, path(flag)});
+  } else if (what == "keep") {
+    const std::string road = path("road");
+    out.result = new_file(folders, "out/kept", name_of(road), ".crg");
+    out.command = {"crgbuild", "convert", road, "-o", out.result};
+  } else if (what == "stretch") {
+    out = stretch(path("input"), wish, folders);
+  } else if (what == "drive") {
+    out = drive(path("unit"), folders);
+  } else {
+    throw Refusal(
+        400,
+        fmt::format("do: '{}' seen; preview, build, stretch, keep, report or drive wanted", what));
+  }
+  return out;
+}
+
+}  // namespace view

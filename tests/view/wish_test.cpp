@@ -1,0 +1,76 @@
+#include "wish.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+
+namespace {
+
+using nlohmann::ordered_json;
+using ::testing::ElementsAre;
+
+class Wish : public ::testing::Test {
+ protected:
+  Wish() {
+    std::filesystem::create_directories(folder_.path("a/tracks/oval"));
+    std::filesystem::create_directories(folder_.path("b"));
+    folder_.file("a/tracks/oval/track.yaml", "mesh: oval.obj\n");
+    folder_.file("a/ring.crg", "");
+    folder_.file("b/-o.crg", "");
+    folder_.file("secret.crg", "");
+  }
+  view::Wish of(const char* json) {
+    return view::wish_of(ordered_json::parse(json, nullptr, false),
+                         view::Folders({folder_.path("a"), folder_.path("b")}));
+  }
+  int status(const char* json) {
+    try {
+      of(json);
+    } catch (const view::Refusal& refusal) {
+      return refusal.status;
+    }
+    return 200;
+  }
+  support::TemporaryFolder folder_;
+};
+
+TEST_F(Wish, IsTheCommandThatSomebodyWouldType) {
+  const view::Wish build = of(R"({"do": "build", "input": "0/tracks/oval/track.yaml"})");
+  EXPECT_THAT(build.command,
+              ElementsAre("crgbuild", "build", "tracks/oval/track.yaml", "-o", "out/oval"));
+  EXPECT_EQ(build.result, "out/oval");
+  EXPECT_EQ(view::result_of("meshes/ring.obj"), "out/ring");
+  EXPECT_THAT(of(R"({"do": "preview", "input": "0/ring.crg", "raw": true})").command,
+              ElementsAre("crgbuild", "preview", "ring.crg", "-o", "-", "--raw"));
+}
+
+TEST_F(Wish, FilesOfOtherFoldersAreNamedWholeSoThatNoneIsAFlag) {
+  const view::Wish report =
+      of(R"({"do": "report", "road": "0/ring.crg", "against": "1/-o.crg", "mesh": ""})");
+  EXPECT_THAT(report.command,
+              ElementsAre("crgbuild", "report", "ring.crg", "-o", "out/ring-report", "--against",
+                          std::filesystem::canonical(folder_.path("b/-o.crg")).string()));
+}
+
+TEST_F(Wish, AnythingElseIsRefused) {
+  EXPECT_EQ(status("[]"), 400);
+  EXPECT_EQ(status(R"({"do": "sh"})"), 400);
+  EXPECT_EQ(status(R"({"do": "build"})"), 404);
+  EXPECT_EQ(status(R"({"do": "build", "input": "0/../secret.crg"})"), 404);
+  EXPECT_EQ(status(R"({"do": "report", "road": "0/ring.crg", "mesh": "--help"})"), 404);
+}
+
+TEST_F(Wish, DrivesHaveATableAndAPortOfTheirOwn) {
+  folder_.file("a/car.fmu", "");
+  const view::Wish first = of(R"({"do": "drive", "unit": "0/car.fmu"})");
+  EXPECT_EQ(first.result, "out/drives/car-1.csv");
+  EXPECT_GT(first.port, 0);
+  folder_.file("a/out/drives/car-1.csv", "");
+  EXPECT_EQ(of(R"({"do": "drive", "unit": "0/car.fmu"})").result, "out/drives/car-2.csv");
+}
+
+}  // namespace
