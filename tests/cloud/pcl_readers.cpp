@@ -1,12 +1,16 @@
 // What is written here, as PCL's own readers see it (those of pcl_viewer and of every PCL program).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pcl/conversions.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 
+#include <cstring>
+
 #include "cloud/pcl.h"
 #include "cloud/read_cloud.h"
+#include "cloud/write_surface.h"
 #include "support/street_scan.h"
 #include "support/temporary_folder.h"
 
@@ -55,6 +59,46 @@ TEST(PclReaders, SeePcdAndPlyAsTheyWereWritten) {
   std::vector<std::string> fields;
   for (const pcl::PCLPointField& field : raw.fields) fields.push_back(field.name);
   EXPECT_THAT(fields, ::testing::ElementsAre("x", "y", "z", "time", "intensity", "classification"));
+}
+
+TEST(PclReaders, SeeNormalsAndSigmaOfARoad) {
+  const support::TemporaryFolder folder;
+  NodeSurface surface;
+  surface.origin_m = {485000.0, 5429000.0, 112.0};
+  for (int i = 0; i < 500; ++i) {
+    surface.place_m.emplace_back(0.1 * i, 3.0, 0.01 * i);
+    surface.normal.push_back(Eigen::Vector3f(-0.1f, 0.002f * static_cast<float>(i), 1.0f));
+    surface.normal.back().normalize();
+    surface.stddev_m.push_back(1e-5f * static_cast<float>(i));
+  }
+  surface.triangles.push_back({0, 1, 2});
+  for (const char* name : {"road.pcd", "road.ply"}) {
+    SCOPED_TRACE(name);
+    write_surface(surface, folder.path(name));
+    pcl::PCLPointCloud2 raw;
+    if (folder.path(name).ends_with(".pcd")) {
+      ASSERT_EQ(pcl::io::loadPCDFile(folder.path(name), raw), 0);
+    } else {
+      ASSERT_EQ(pcl::io::loadPLYFile(folder.path(name), raw), 0);
+    }
+    pcl::PointCloud<pcl::PointNormal> seen;
+    pcl::fromPCLPointCloud2(raw, seen);
+    ASSERT_EQ(seen.size(), surface.place_m.size());
+    const auto sigma = std::find_if(raw.fields.begin(), raw.fields.end(),
+                                    [](const auto& field) { return field.name == "sigma"; });
+    ASSERT_NE(sigma, raw.fields.end());
+    std::size_t differ = 0;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      float stddev = -1.0f;
+      std::memcpy(&stddev, raw.data.data() + i * raw.point_step + sigma->offset, sizeof stddev);
+      differ += seen[i].getVector3fMap() == surface.place_m[i].cast<float>() &&
+                        seen[i].getNormalVector3fMap() == surface.normal[i] &&
+                        stddev == surface.stddev_m[i]
+                    ? 0
+                    : 1;
+    }
+    EXPECT_EQ(differ, 0u);
+  }
 }
 
 TEST(PclReaders, WriteWhatIsReadHere) {

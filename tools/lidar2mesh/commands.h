@@ -77,7 +77,8 @@ struct MapCommand {
          node_m = 0.1;
   std::optional<double> max_range_m;
   int min_points = 1;
-  bool correct_drift = true, report = true, stl = false, allow_outside = false;
+  bool correct_drift = true, report = true, stl = false, pcd = false, doubles = false,
+       allow_outside = false;
   unsigned threads = 0;
   Options options;
 };

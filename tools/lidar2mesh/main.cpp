@@ -203,6 +203,8 @@ void add_base_options(CLI::App& app, MapCommand& c) {
   app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
       ->check(CLI::Range(0.05, 5.0));
   app.add_flag("--stl", c.stl, "write refined.stl (float32) instead of refined.ply");
+  app.add_flag("--pcd", c.pcd, "also write refined.pcd: the nodes with normals and sigma");
+  add_doubles(app, c.doubles);
   app.add_flag("!--no-report", c.report, "leave out report.html and report.json");
   app.add_option("--threads", c.threads, "[all cores]; any number gives the same bytes");
 }

@@ -9,6 +9,7 @@
 #include "cloud/base_road.h"
 #include "cloud/error.h"
 #include "cloud/map.h"
+#include "cloud/write_surface.h"
 #include "commands.h"
 #include "crg/options.h"
 #include "map_report.h"
@@ -75,39 +76,26 @@ cloud::Cloud within(cloud::Cloud&& cloud, double range_m) {
   return std::move(cloud);
 }
 
-/// The grid as triangles; every so many rows that no more than two million nodes are left.
-road::Mesh mesh_of(const crg::Crg& file) {
-  const cloud::RoadFrame frame(file);
-  const std::size_t columns = frame.columns(), every = frame.rows() * columns / 2'000'000 + 1;
+/// As triangles, for a file that carries nothing else.
+road::Mesh mesh_of(const cloud::NodeSurface& surface) {
   road::Mesh mesh;
-  const Eigen::Vector2d first = frame.node_position(0, 0.0);
-  mesh.origin_m = {std::round(first.x()), std::round(first.y()), frame.z_origin_m()};
+  mesh.origin_m = surface.origin_m, mesh.vertices_m = surface.place_m;
+  mesh.triangles = surface.triangles;
+  mesh.object_of_triangle.assign(mesh.triangles.size(), 0);
   mesh.objects.push_back({"road", "road", ""});
-  std::vector<std::uint32_t> before(columns), now(columns);
-  constexpr std::uint32_t kNone = 0xffffffff;
-  for (std::size_t i = 0, row = 0; i < frame.rows(); ++row) {
-    for (std::size_t j = 0; j < columns; ++j) {
-      now[j] = kNone;
-      const auto z = static_cast<double>(frame.node(i, j));
-      if (!std::isfinite(z)) continue;
-      const Eigen::Vector2d p = frame.node_position(i, frame.v_m()[j]);
-      now[j] = static_cast<std::uint32_t>(mesh.vertices_m.size());
-      mesh.vertices_m.emplace_back(p.x() - mesh.origin_m.x(), p.y() - mesh.origin_m.y(), z);
-    }
-    for (std::size_t j = 0; row > 0 && j + 1 < columns; ++j) {
-      const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-        if (a == kNone || b == kNone || c == kNone) return;
-        mesh.triangles.push_back({a, b, c});
-        mesh.object_of_triangle.push_back(0);
-      };
-      add(before[j], now[j], before[j + 1]);
-      add(before[j + 1], now[j], now[j + 1]);
-    }
-    std::swap(before, now);
-    if (i + 1 == frame.rows()) break;
-    i = std::min(i + every, frame.rows() - 1);
-  }
   return mesh;
+}
+
+/// refined.ply or .stl, and refined.pcd where it is wanted.
+void write_surfaces(const MapCommand& command, const cloud::NodeSurface& surface,
+                    const std::vector<road::InputFile>& inputs, const base::OutputSet& outputs) {
+  const std::vector<std::string> comments = comments_of(inputs, command.options);
+  if (command.stl)
+    road::write_mesh(mesh_of(surface), outputs.staged("refined.stl"));
+  else
+    cloud::write_surface(surface, outputs.staged("refined.ply"), command.doubles, comments);
+  if (command.pcd)
+    cloud::write_surface(surface, outputs.staged("refined.pcd"), command.doubles, comments);
 }
 
 void print_result(const MapCommand& command, const cloud::MapReport& facts,
@@ -252,8 +240,8 @@ int run_map(const MapCommand& command, Terminal& terminal) {
                    crg::to_bytes(with_grid(result.stddev, false), crg::Format::KRBI));
   base::write_file(path("refined.provenance.crg"),
                    crg::to_bytes(with_grid(result.source, false), crg::Format::KRBI));
-  const std::string mesh_path = path(command.stl ? "refined.stl" : "refined.ply");
-  road::write_mesh(mesh_of(refined), mesh_path);
+  const cloud::NodeSurface surface = cloud::node_surface(refined, result.stddev);
+  write_surfaces(command, surface, inputs, outputs);
   cloud::MapReport facts = result.report;
   facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
   if (filter.wanted())
@@ -261,6 +249,8 @@ int run_map(const MapCommand& command, Terminal& terminal) {
         fmt::format("of {} points {} were taken out as outliers and {} by thinning",
                     left_out.points, left_out.outliers, left_out.thinned));
   nlohmann::ordered_json out = head_of(inputs, command.options);
+  if (!command.doubles)
+    out["origin_m"] = {surface.origin_m.x(), surface.origin_m.y(), surface.origin_m.z()};
   out.update(nlohmann::ordered_json::parse(cloud::map_summary_json(facts)));
   const std::string summary = base::json_text(out);
   base::write_file(path("summary.json"), summary);

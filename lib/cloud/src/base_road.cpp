@@ -55,6 +55,52 @@ void calm(Cells& cells, unsigned threads) {
   });
 }
 
+/// Means of 1 m x 1 m, twice: a road whose own noise does not pull views of it apart. Holes beside
+/// the road are filled as far as that reaches.
+crg::Grid smoothed(const crg::Grid& grid, bool closed, unsigned threads) {
+  constexpr double kReach_m = 0.5;
+  const auto rows = static_cast<std::ptrdiff_t>(grid.rows()),
+             columns = static_cast<std::ptrdiff_t>(grid.columns());
+  const auto along = static_cast<std::ptrdiff_t>(kReach_m / grid.u_step_m + 0.5),
+             across = static_cast<std::ptrdiff_t>(kReach_m / (grid.v_m[1] - grid.v_m[0]) + 0.5);
+  crg::Grid from = grid, to = grid;
+  const auto pass = [&](const auto& mean_at) {
+    base::parallel_for(grid.rows(), 64, threads, [&](std::size_t begin, std::size_t end) {
+      for (auto i = static_cast<std::ptrdiff_t>(begin); i < static_cast<std::ptrdiff_t>(end); ++i)
+        for (std::ptrdiff_t j = 0; j < columns; ++j)
+          to.z_m[static_cast<std::size_t>(i * columns + j)] = mean_at(i, j);
+    });
+    std::swap(from.z_m, to.z_m);
+  };
+  struct Mean {
+    double sum = 0.0, count = 0.0;
+    void add(float z) {
+      if (std::isfinite(z)) sum += static_cast<double>(z), count += 1.0;
+    }
+    float value() const { return count > 0.0 ? static_cast<float>(sum / count) : kNaN; }
+  };
+  for (int round = 0; round < 2; ++round) {
+    pass([&](std::ptrdiff_t i, std::ptrdiff_t j) {
+      // As far to one side as to the other, so that grades stay.
+      const std::ptrdiff_t reach = closed ? along : std::min({along, i, rows - 1 - i});
+      Mean mean;
+      for (std::ptrdiff_t k = i - reach; k <= i + reach; ++k) {
+        const std::ptrdiff_t row = closed ? (k + rows - 1) % (rows - 1) : k;
+        mean.add(from.z_m[static_cast<std::size_t>(row * columns + j)]);
+      }
+      return mean.value();
+    });
+    pass([&](std::ptrdiff_t i, std::ptrdiff_t j) {
+      const std::ptrdiff_t reach = std::min({across, j, columns - 1 - j});
+      Mean mean;
+      for (std::ptrdiff_t k = j - reach; k <= j + reach; ++k)
+        mean.add(from.z_m[static_cast<std::size_t>(i * columns + k)]);
+      return mean.value();
+    });
+  }
+  return from;
+}
+
 }  // namespace
 
 road::Centreline driven_line(const Trajectory& trajectory) {
@@ -204,14 +250,15 @@ crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line
 MapResult map_without_base(const CloudSource& scans, const crg::Crg& first,
                            const Trajectory* trajectory, MapOptions options) {
   options.trust_base = false, options.base_stddev_m = 1.0;
-  MapResult result = map_clouds(scans, first, trajectory, options);
+  crg::Crg road = first;
+  const auto refine = [&](const crg::Grid& from) {
+    road.grid = smoothed(from, RoadFrame(first).closed(), options.threads);
+    return map_clouds(scans, road, trajectory, options);
+  };
+  MapResult result = refine(first.grid);
   // The first road is rough: what the points seem to say about place and course of the whole is its
   // roughness. Once more on the road that they made.
-  if (trajectory != nullptr && options.correct_drift) {
-    crg::Crg second = first;
-    second.grid = result.grid;
-    result = map_clouds(scans, second, trajectory, options);
-  }
+  if (trajectory != nullptr && options.correct_drift) result = refine(result.grid);
   for (std::size_t k = 0; k < result.grid.z_m.size(); ++k)
     if (!(result.source.z_m[k] > static_cast<float>(NodeSource::base)))
       result.grid.z_m[k] = result.stddev.z_m[k] = result.source.z_m[k] = kNaN;

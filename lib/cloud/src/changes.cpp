@@ -23,6 +23,8 @@ constexpr double kFinest_m = 0.25;   // cell, found
 constexpr std::size_t kWanted = 12;  // points of each in half of the cells
 constexpr double kObject_m = 0.3;    // a change of more is no change of the surface
 constexpr double kCellSigma = 3.0, kPlaceSigma = 6.0;
+constexpr double kNineOfTen =
+    1.2816;  // deviations by which a sum must be larger to be seen so often
 constexpr double kLeastScatter_m = 1e-3;  // of points about a plane: rounding of coordinates
 
 using Key = std::array<std::int64_t, 2>;  ///< row (y), column (x)
@@ -476,7 +478,8 @@ ChangeResult find_changes(const CloudSource& before, const CloudSource& after,
   result.places = places_of(result.cells, result.cell_m, options.min_change_m);
   std::vector<double> told;
   for (const ChangeCell& cell : result.cells)
-    told.push_back(std::max(options.min_change_m, kPlaceSigma / std::sqrt(2.0) * cell.stddev_m));
+    told.push_back(std::max(options.min_change_m,
+                            (kPlaceSigma + kNineOfTen) / std::sqrt(2.0) * cell.stddev_m));
   result.smallest_told_m = base::median_or(0.0, told);
   if (result.smallest_told_m > 1.5 * options.min_change_m)
     result.remarks.push_back(fmt::format(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "base/statistics.h"
 #include "joint.h"
@@ -10,7 +11,11 @@ namespace cloud {
 namespace {
 
 constexpr int kRounds = 24;  // steps shrink by a third each; grass too low to tell needs 20
-constexpr int kRoundsWithoutBase = 40;  // long roads bend slowly
+constexpr int kRoundsWithoutBase = 40, kLeastWithoutBase = 20;  // long roads bend slowly
+// Without a base nothing damps the steps: slopes of the road, which lag behind by one, swing.
+constexpr double kStepWithoutBase = 0.5;
+/// What all poses have in common may go on moving by so much of what the trajectory may be off.
+constexpr double kMovesWithoutBase = 0.01;
 /// Where the base lies farther off than this it is not believed, round by round; then three of its
 /// own deviations.
 constexpr double kBaseScales_m[] = {0.1, 0.05, 0.025, 0.012, 0.006, 0.003};
@@ -42,6 +47,53 @@ void shape_at(const Sections& sections, const std::vector<Correction>& correctio
   } else if (before) {
     slope = (here - corrections[index - 1]) / h;
   }
+}
+
+/// Without a base the trajectory is all that says where the road lies, however well its passes and
+/// sections fit one another: known at its beginning to what it drifts over 100 m, and from there on
+/// it drifts. Pieces err each for itself, passes of one piece together.
+void take_word_of_trajectory(const Sections& sections, const RoadFrame& frame,
+                             const MapOptions& options, Drift& drift) {
+  struct Piece {
+    double driven_m = 0.0, count = 0.0;
+  };
+  std::vector<std::map<int, Piece>> pieces(drift.stretch.size());
+  const auto stretch_of = [&](const Section& section) {
+    return std::min(static_cast<std::size_t>(section.row * frame.u_step_m() / kStretch_m),
+                    pieces.size() - 1);
+  };
+  double begin = 0.0;
+  for (std::size_t s = 0; s < sections.list.size(); ++s) {
+    const int piece = sections.list[s].piece;
+    if (s == 0 || sections.list[s - 1].piece != piece) begin = sections.centre_m[s];
+    Piece& here = pieces[stretch_of(sections.list[s])][piece];
+    here.driven_m += sections.centre_m[s] - begin, here.count += 1.0;
+  }
+  std::vector<double> times(pieces.size(), 0.0);  // the variance over that of 100 m
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    double all = 0.0;
+    for (const auto& [piece, here] : pieces[k]) all += here.count;
+    for (const auto& [piece, here] : pieces[k])
+      times[k] +=
+          here.count * here.count / (all * all) * (1.0 + here.driven_m / here.count / 100.0);
+  }
+  for (std::size_t k = 1; k < times.size(); ++k)  // seen from beside it
+    if (times[k] == 0.0) times[k] = times[k - 1];
+  for (std::size_t k = times.size() - std::min<std::size_t>(1, times.size()); k-- > 0;)
+    if (times[k] == 0.0) times[k] = times[k + 1];
+  const double place2 = options.drift_m_per_100m * options.drift_m_per_100m,
+               turn2 = options.drift_rad_per_100m * options.drift_rad_per_100m;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    StretchDeviation& stretch = drift.stretch[k];
+    for (double* variance : {&stretch.var_height, &stretch.var_along, &stretch.var_across})
+      *variance = std::max(*variance, times[k] * place2);
+    stretch.var_slope = std::max(stretch.var_slope, times[k] * turn2);
+  }
+  for (std::size_t s = 0; s < sections.list.size(); ++s)
+    for (int k = 0; k < 6; ++k)
+      drift.stddev[s][k] =
+          std::max(drift.stddev[s][k],
+                   std::sqrt(times[stretch_of(sections.list[s])] * (k < 3 ? place2 : turn2)));
 }
 
 }  // namespace
@@ -107,7 +159,9 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   JointFacts facts;
   constexpr int kSchedule = std::size(kBaseScales_m);
   report.converged = false;
-  bool settled = options.trust_base;
+  const double still_m = options.trust_base ? 2e-4 : kMovesWithoutBase * options.drift_m_per_100m,
+               still_rad =
+                   options.trust_base ? 2e-5 : kMovesWithoutBase * options.drift_rad_per_100m;
   double measured = 1.0;
   // The first estimate need not be settled: a correction that bends within a section is only nearly
   // taken out of its cells.
@@ -133,7 +187,7 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
       scales.node_slope_stddev = scales.node_slope / 3.0;
       scales.view_m = std::max({4.0 * facts.view_mad_m, wanted, 0.001});
       if (round > 0) scales.view_factor = std::clamp(facts.view_mad * facts.view_mad, 0.05, 100.0);
-      if (round >= kSchedule && settled) {
+      if (round >= kSchedule) {
         const JointScales old = scales;
         problem.measure_together(drift.correction, scales);
         // Without a base they follow every small move of the whole: a mean of what was measured.
@@ -148,6 +202,9 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
       drift.correction = problem.solve(drift.correction, scales);
       if (!options.trust_base) problem.hold_as_a_whole(drift.correction);
     }
+    if (!options.trust_base && round > kSchedule)
+      for (std::size_t i = 0; i < n; ++i)
+        drift.correction[i] = last[i] + kStepWithoutBase * (drift.correction[i] - last[i]);
     double moved = 0.0, turned = 0.0;
     // Without a base nothing holds what all poses have in common: it may go on moving.
     Correction common = Correction::Zero();
@@ -161,13 +218,15 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
       moved = std::max(moved, std::abs(change[2])),
       turned = std::max({turned, std::abs(change[3]), std::abs(change[4])});
     }
-    settled |= moved < 5e-4 && turned < 5e-5;
     ++report.iterations;
     report.last_move_m = moved;
-    report.converged = round > kSchedule && settled && moved < 2e-4 && turned < 2e-5;
+    report.converged = round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
+                       moved < std::max(2e-4, still_m) && turned < std::max(2e-5, still_rad);
   }
   if (!again) return drift;
   problem.deviations(drift);
+  if (!options.trust_base && before.size() == n && !sections.list.front().ahead.isZero())
+    take_word_of_trajectory(sections, frame, options, drift);
 
   // The report.
   facts = problem.facts(drift.correction, scales);

@@ -86,6 +86,9 @@ class JointProblem {
   double residual_of(const View& view, const std::vector<Correction>& now) const;
   void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,
                 Stretch& out);
+  /// Means of the cells' views at these corrections; 0 without views.
+  std::vector<float> heights_at(const std::vector<Correction>& now,
+                                const JointScales& scales) const;
   Eigen::Vector2d slope_of(std::size_t i, std::size_t j) const;
   double points_of(std::uint32_t view) const;
   void add_prior(std::vector<Eigen::Triplet<double>>& entries) const;

@@ -87,7 +87,31 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
   return facts;
 }
 
+std::vector<float> JointProblem::heights_at(const std::vector<Correction>& now,
+                                            const JointScales& scales) const {
+  std::vector<float> heights(cells_.size(), 0.0f);
+  if (options_.trust_base) {  // it damps the steps, and weights that wait for them do so too
+    for (std::size_t k = 0; k < cells_.size(); ++k) heights[k] = cells_[k].height_m;
+    return heights;
+  }
+  for (std::size_t k = 0; k < order_.size();) {
+    const std::uint32_t cell = views_[order_[k]].cell;
+    double sum = 0.0, weights = 0.0;
+    for (; k < order_.size() && views_[order_[k]].cell == cell; ++k) {
+      const View& view = views_[order_[k]];
+      const double r = residual_of(view, now);
+      const double w = static_cast<double>(view.weight) *
+                       geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
+      sum += w * r, weights += w;
+    }
+    heights[cell] = weights > 0.0 ? static_cast<float>(sum / weights) : cells_[cell].height_m;
+  }
+  return heights;
+}
+
 void JointProblem::measure_together(const std::vector<Correction>& now, JointScales& scales) const {
+  // Those of the cells are of the step before: what moved since would look like errors in common.
+  const std::vector<float> heights = heights_at(now, scales);
   const auto block = static_cast<std::size_t>(kBlock_m / kSectionCell_m + 0.5);
   // Means of blocks against what their cells scatter by.
   const auto ratio = [](double n_mean2, double mean_square, double blocks) {
@@ -99,9 +123,9 @@ void JointProblem::measure_together(const std::vector<Correction>& now, JointSca
       double n = 0.0, sum = 0.0, sum2 = 0.0;
       for (std::size_t k = i; k < std::min(i + block, along_); ++k)
         for (std::size_t l = j; l < std::min(j + block, across_); ++l) {
-          const Cell& cell = cells_[k * across_ + l];
-          const double h = static_cast<double>(cell.height_m) - even_error(k * across_ + l);
-          if (!(std::abs(h) < scales.base_m) || cell.height_m == 0.0f) continue;
+          const float height = heights[k * across_ + l];
+          const double h = static_cast<double>(height) - even_error(k * across_ + l);
+          if (!(std::abs(h) < scales.base_m) || height == 0.0f) continue;
           n += 1.0, sum += h, sum2 += h * h;
         }
       if (n < 0.5 * static_cast<double>(block * block)) continue;
@@ -118,7 +142,7 @@ void JointProblem::measure_together(const std::vector<Correction>& now, JointSca
     for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
       const View& view = views_[k];
       if (view.cell == View::kNone) continue;
-      const double e = (residual_of(view, now) - static_cast<double>(cells_[view.cell].height_m)) *
+      const double e = (residual_of(view, now) - static_cast<double>(heights[view.cell])) *
                        std::sqrt(static_cast<double>(view.weight) / scales.view_factor);
       if (!(std::abs(e) < 3.0)) continue;
       const std::size_t at = view.cell / across_ / block * beside + view.cell % across_ / block;

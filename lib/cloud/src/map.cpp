@@ -108,6 +108,18 @@ void look_at_views(const MapOptions& options, MapReport& report) {
   (options.trust_base ? report.faults : report.remarks).push_back(text);
 }
 
+/// In trials intervals of 90 % of such a drive held 59 % of the nodes.
+void look_at_density(const MapOptions& options, MapReport& report) {
+  constexpr std::size_t kThin = 3000;  // points looked at per section; those trials: 1050
+  if (!options.trust_base || !options.correct_drift || report.passes > 1 ||
+      report.looked_at > kThin * report.sections)
+    return;
+  report.remarks.push_back(
+      "thin scans of one drive: an even error of the base, as of its banking, can hardly be told "
+      "from the car's own height and roll, and the stated deviations may be half of what they "
+      "should be; a second drive would tell");
+}
+
 /// What all corrections have in common is no drift: words for what was corrected.
 void look_at_common(const Sections& sections, const Trajectory& poses, const MapOptions& options,
                     MapReport& report) {
@@ -220,6 +232,7 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
     result.corrected.push_back(straightened.poses);
     if (options.trust_base) look_at_common(sections, placed.poses, options, report);
     look_at_views(options, report);
+    look_at_density(options, report);
   }
   if (options.correct_drift && options.trust_base && report.rms_after_m > 0.05)
     throw Misfit(fmt::format(

@@ -138,6 +138,10 @@ class Collector {
         if (sum.points >= 4)
           cell.square_m2 = static_cast<float>(about_plane(sum)),
           cell.freedom = static_cast<float>(n - 3.0);
+        else  // about the base as it is tilted: thin scans have nothing else
+          cell.square_m2 =
+              static_cast<float>(std::max(0.0, sum.height2 - sum.height * sum.height / n)),
+          cell.freedom = static_cast<float>(n - 1.0);
       }
   }
 

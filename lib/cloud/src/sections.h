@@ -24,7 +24,8 @@ struct SectionCell {
   float points = 0.0f;
   float driven_m = 0.0f;    ///< from the section's middle to where they were seen from
   float driven2_m2 = 0.0f;  ///< mean of its square
-  float square_m2 = 0.0f;   ///< sum of squares of heights about the cell's own plane
+  float square_m2 = 0.0f;   ///< sum of squares of heights about the cell's own plane,
+                            ///< with fewer than 4 points about the base's
   float freedom = 0.0f;     ///< degrees of freedom of that
   float sine2 = 0.0f;       ///< mean square of the sine of the angle of view; 0: no sensor
   bool beyond = false;      ///< beyond the verge: no word about the trajectory

@@ -89,6 +89,53 @@ void grow(std::vector<Column>& columns, std::size_t along, std::size_t across, b
     }
 }
 
+/// Cells of two or three points have no plane of their own: they count in scans that have hardly
+/// anything else.
+void forget_thin_cells(Sections& sections) {
+  std::size_t thin = 0, all = 0;
+  for (const Section& section : sections.list)
+    for (const SectionCell& cell : section.cells) ++all, thin += cell.points < 4.0f ? 1 : 0;
+  if (2 * thin > all) return;
+  for (Section& section : sections.list)
+    for (SectionCell& cell : section.cells)
+      if (cell.points < 4.0f) cell.square_m2 = cell.freedom = 0.0f;
+}
+
+/// Scatters or calm, by its own cells, or where these are few by those of up to 50 m of road before
+/// and behind.
+void judge(std::vector<Column>& columns, std::size_t along, std::size_t across, bool closed,
+           double floor_m) {
+  constexpr std::size_t kReach = 5;
+  for (std::size_t i = 0; i < along; ++i)
+    for (std::size_t j = 0; j < across; ++j) {
+      Column& column = columns[i * across + j];
+      if (column.points == 0.0) continue;
+      Column sum = column;
+      for (std::size_t away = 1; away <= kReach && sum.freedom < kEnoughFreedom; ++away) {
+        const auto add = [&](const Column& other) {
+          sum.freedom += other.freedom, sum.square_m2 += other.square_m2;
+          sum.expected_m2 += other.expected_m2, sum.scattering += other.scattering;
+        };
+        if (2 * away >= along) break;
+        if (closed || i >= away) add(columns[(i + along - away) % along * across + j]);
+        if (closed || i + away < along) add(columns[(i + away) % along * across + j]);
+      }
+      if (sum.freedom < kEnoughFreedom) continue;
+      column.is = sum.square_m2 > kTimes * sum.expected_m2 + floor_m * floor_m * sum.freedom &&
+                          sum.scattering > kMost * sum.freedom
+                      ? Column::scatters
+                      : Column::calm;
+    }
+}
+
+/// What nothing is known about on the far side of grass is grass as well.
+void follow_grass(Column* row, std::size_t across) {
+  for (std::size_t j = 1; j < across; ++j)
+    row[j].grass |= row[j].beyond && row[j].is == Column::unknown && row[j - 1].grass;
+  for (std::size_t j = across - 1; j-- > 0;)
+    row[j].grass |= row[j].beyond && row[j].is == Column::unknown && row[j + 1].grass;
+}
+
 /// Runs of scattering columns that are grass, and what lies beyond them as seen from the lane.
 void mark(Column* row, std::size_t across) {
   for (std::size_t j = 0; j < across;) {
@@ -113,6 +160,7 @@ void mark(Column* row, std::size_t across) {
 }  // namespace
 
 std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting) {
+  forget_thin_cells(sections);
   const auto across =
       static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
   const auto along = static_cast<std::size_t>(frame.length_m() / kVergeStretch_m) + 1;
@@ -199,22 +247,16 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
                  kFloorBeside_m * kFloorBeside_m))
         column.scattering += own;
     }
-  const double floor_m = drifting ? kDriftingFloor_m : kFloor_m;
-  for (Column& column : columns)
-    if (column.freedom >= kEnoughFreedom)
-      column.is =
-          column.square_m2 > kTimes * column.expected_m2 + floor_m * floor_m * column.freedom &&
-                  column.scattering > kMost * column.freedom
-              ? Column::scatters
-              : Column::calm;
+  judge(columns, along, across, frame.closed(), drifting ? kDriftingFloor_m : kFloor_m);
   for (std::size_t i = 0; i < along; ++i) mark(columns.data() + i * across, across);
   if (!drifting) {
     for (int round = 0; round < kGrow; ++round) grow(columns, along, across, frame.closed());
     for (std::size_t i = 0; i < along; ++i) look_beyond(columns.data() + i * across, across);
   }
+  for (std::size_t i = 0; i < along; ++i) follow_grass(columns.data() + i * across, across);
   sections.excess_m2.assign(columns.size(), 0.0f);
   for (std::size_t k = 0; k < columns.size(); ++k)
-    if (columns[k].is == Column::calm)
+    if (columns[k].is == Column::calm && columns[k].freedom >= kEnoughFreedom)
       sections.excess_m2[k] = static_cast<float>(
           std::max(0.0, columns[k].square_m2 - 1.2 * columns[k].expected_m2) / columns[k].freedom);
   double on_grass = 0.0;
@@ -227,7 +269,9 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
         on_grass += static_cast<double>(cells[k].points);
         continue;
       }
-      if (cells[k].square_m2 > cells[k].freedom * kNoSurface_m * kNoSurface_m) continue;
+      if (cells[k].points >= 4.0f &&  // fewer have no plane of their own: the base may be wrong
+          cells[k].square_m2 > cells[k].freedom * kNoSurface_m * kNoSurface_m)
+        continue;
       cells[kept] = cells[k];
       cells[kept++].beyond = known && columns[where[s][k].column].beyond;
     }

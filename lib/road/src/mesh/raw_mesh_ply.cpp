@@ -129,6 +129,8 @@ struct Header {
   std::vector<Element> elements;
   bool text = false;
   bool big_endian = false;
+  /// "comment origin_m X Y Z", as lidar2mesh writes it: to be added to every vertex.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   std::string_view body;
 };
 
@@ -179,6 +181,12 @@ Header read_header(std::string_view bytes, const std::string& path) {
       property.type = *known;
       property.name = base::take_word(rest);
       header.elements.back().properties.push_back(property);
+    } else if (word == "comment" && base::take_word(rest) == "origin_m") {
+      for (double& value : header.origin) {
+        const auto number = base::to_number<double>(base::take_word(rest));
+        if (!number || !std::isfinite(*number)) fail("'comment origin_m X Y Z', three numbers");
+        value = *number;
+      }
     } else if (!word.empty() && word != "comment" && word != "obj_info") {
       fail("format, element, property, comment or end_header");
     }
@@ -187,6 +195,17 @@ Header read_header(std::string_view bytes, const std::string& path) {
     throw Error(fmt::format("{}: the header has no format line; export the mesh again", path));
   header.body = lines.rest();
   return header;
+}
+
+/// What float32 had to carry are the coordinates before this.
+void add_origin(const Eigen::Vector3d& origin, RawMesh& mesh) {
+  if (origin.isZero() || mesh.vertices.empty()) return;
+  Eigen::Vector3d low = mesh.vertices.front(), high = low;
+  for (Eigen::Vector3d& vertex : mesh.vertices) {
+    low = low.cwiseMin(vertex), high = high.cwiseMax(vertex);
+    vertex += origin;
+  }
+  mesh.local_magnitude = std::max(1.0, (0.5 * (low + high)).cwiseAbs().maxCoeff());
 }
 
 }  // namespace
@@ -274,6 +293,7 @@ RawMesh read_ply(std::string_view bytes, const std::string& path) {
       if (vertices) mesh.vertices.push_back(vertex);
     }
   }
+  add_origin(header.origin, mesh);
   mesh.object_of_triangle.assign(mesh.triangles.size(), 0);
   return mesh;
 }
