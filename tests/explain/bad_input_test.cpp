@@ -10,6 +10,7 @@
 
 #include "crg/file.h"
 #include "explain/explain.h"
+#include "explain/judge.h"
 #include "explain/plausible_car.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
@@ -194,7 +195,7 @@ TEST_F(BadInput, TooShortAndOneLapOnly) {
   EXPECT_THAT(said(lap), HasSubstr("laps: what comes back every lap"));
   ExplainOptions options;
   options.nulls = 200;
-  const Findings found = explain({signals(lap)}, car, options);
+  const Findings found = explain_relations({signals(lap)}, car, options);
   for (const char* road : {"road.banking", "road.grade", "road.friction"})
     EXPECT_TRUE(std::any_of(found.untestable.begin(), found.untestable.end(), [&](const Untestable& u) { return u.mechanism == road && u.reason == "less than two laps"; })) << road;
 }
@@ -215,9 +216,9 @@ TEST_F(BadInput, AnotherCar) {
   const vehicle::Vehicle car = vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   ExplainOptions options;
   options.nulls = 200;
-  Findings found = explain({signals(rows(0, 5300))}, car, options);  // two laps
+  Findings found = explain_relations({signals(rows(0, 5300))}, car, options);  // two laps
   doubt_the_car(found);
-  EXPECT_EQ(found.verdict, "unknown");
+  EXPECT_EQ(explain::judge(found), explain::Verdict::kUnknown);
   ASSERT_FALSE(found.remarks.empty());
   EXPECT_THAT(found.remarks.back(), HasSubstr("is it the file of this car?"));
 }

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "vehicle/log_table.h"
 #include "vehicle/table.h"
 
 namespace sim {
