@@ -11,7 +11,7 @@ endfunction()
 # The programs and libraries below the prefix are those.
 function(expect prefix)
   file(GLOB_RECURSE found RELATIVE ${WORK}/${prefix} ${WORK}/${prefix}/bin/* ${WORK}/${prefix}/*.a ${WORK}/${prefix}/*.1
-    ${WORK}/${prefix}/share/bash-completion/completions/* ${WORK}/${prefix}/*.h ${WORK}/${prefix}/*/crgConfig.cmake)
+    ${WORK}/${prefix}/share/bash-completion/completions/* ${WORK}/${prefix}/include/*.h ${WORK}/${prefix}/*/crgConfig.cmake)
   if(NOT found STREQUAL "${ARGN}")
     message(SEND_ERROR "${prefix}: '${found}' was installed, '${ARGN}' expected")
   endif()
