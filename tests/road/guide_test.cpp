@@ -312,6 +312,67 @@ TEST(Guide, BetweenApronsOfTheSameAsphaltKeepsToWhatIsCalledRoadElseIsDoubted) {
   }
 }
 
+TEST(Guide, SandThatTheRoadLeadsThroughIsNotTheRoad) {
+  // Sand 22 m wide under the road along a third of the lap, 50 mm below it and wider to the left.
+  World world;
+  world.strip(ring, -5.0, 5.0, "m2");
+  world.strip(ring, 5.0, 25.0, "m1");
+  world.strip(ring, -40.0, -5.0, "m1");
+  const auto sand = [](double t, double offset_m) {
+    return Vector3d(ring(t, offset_m) - Vector3d(0.0, 0.0, 0.05));
+  };
+  // In three, so that its facets stay below the asphalt on the hills; they are wider than it.
+  for (const auto& [right_m, left_m] : {std::pair{-8.0, -2.0}, {-2.0, 6.0}, {6.0, 14.0}})
+    world.strip(sand, right_m, left_m, "m3", 0.1, 0.43, 120);
+  road::CleanOptions options;
+  options.guide = sketch(0.0, 1.0, 3);
+  road::CleanReport report;
+  road::clean(world.mesh, options, &report);
+  EXPECT_TRUE(report.doubts.empty()) << report.doubts[0];
+  const road::Centreline line = trace(world.mesh, *options.guide);
+  EXPECT_LT(off_m(line, 0.0).first, 0.3) << "measured 0.10";
+  EXPECT_LT(*std::max_element(line.half_width_m.begin(), line.half_width_m.end()), 5.2);
+}
+
+TEST(Guide, GroundAsHighAsTheRoadIsNotPaint) {
+  // Facets of the ground, larger than the road is wide, at its very height: no step tells them.
+  World world;
+  world.strip(ring, -5.0, 5.0, "m2", 0.0, 1.0, 240);
+  world.strip(ring, -5.0, 5.0, "m1", 0.1, 0.4, 72);
+  world.strip(ring, -16.0, -5.0, "m1", 0.1, 0.4, 72);
+  world.strip(ring, -7.5, 2.0, "m1", 0.1, 0.4, 72);
+  const road::Centreline line = trace(world.mesh, sketch(0.0, 1.0, 3));
+  EXPECT_LT(off_m(line, 0.0).first, 0.3);
+}
+
+TEST(Guide, WaterUnderABridgeIsNotTheRoad) {
+  // One large triangle 8 m below, whose middle lies under the middle of the road.
+  World world;
+  world.strip(ring, -5.0, 5.0, "m2");
+  const Vector3d middle = ring(0.3, 0.0) - Vector3d(0.0, 0.0, 8.0);
+  world.add(middle + Vector3d(60.0, 0.0, 0.0), middle + Vector3d(-30.0, 50.0, 0.0),
+            middle + Vector3d(-30.0, -50.0, 0.0), world.material("m4"));
+  const road::Centreline line = trace(world.mesh, sketch(0.0, 1.0, 3));
+  EXPECT_TRUE(line.closed);
+  EXPECT_LT(off_m(line, 0.0).first, 0.3) << "measured 0.10";
+}
+
+TEST(Guide, ARoadThatGrowsWideOnBothSidesIsNotDoubted) {
+  // From 10 to 22 m and back, over 80 m each way; 60 m as wide.
+  World world;
+  const auto half_m = [](double t) {
+    return 5.0 + 6.0 * std::clamp(std::min(t - 0.3, 0.58 - t) / 0.1, 0.0, 1.0);
+  };
+  const auto scaled = [&](double t, double share) { return ring(t, share * half_m(t)); };
+  world.strip(scaled, -1.0, 1.0, "m2");
+  road::CleanOptions options;
+  options.guide = sketch(0.0, 1.0, 3);
+  road::CleanReport report;
+  road::clean(world.mesh, options, &report);
+  EXPECT_TRUE(report.doubts.empty()) << report.doubts[0];
+  EXPECT_LT(off_m(trace(world.mesh, *options.guide), 0.0).first, 0.3) << "measured 0.10";
+}
+
 TEST(Guide, FollowsTheRightDeckOfACrossing) {
   // A figure of eight, 8 m apart in height where it crosses itself.
   const auto eight = [](double t, double offset_m) {

@@ -294,6 +294,18 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     const double high_m = row.is_usual ? row.left_m : row.middle_m + row.half_width_m;
     return offset_m >= low_m - more_m && offset_m <= high_m + more_m;
   };
+  const auto lies_on_road = [&](std::uint32_t t) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const Vector3d p = mesh.origin_m + mesh.vertex(t, corner);
+      const std::size_t i = near.nearest(p).row;
+      if (i == all.rows.size()) return false;
+      const GuideRow& row = all.rows[i];
+      if (!inside(row, (p.head<2>() - row.at_m).dot(left_of(row.heading)),
+                  kNearBorder * all.across_m))
+        return false;
+    }
+    return true;
+  };
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const bool is_kerb = by_names[t] == SurfaceClass::kerb;
     if (!flat[t] && !is_kerb) continue;
@@ -310,14 +322,14 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
     // road of a row farther on.
     bool is_road_here = flat[t] && !is_kerb && is_beside && inside(row, offset_m, more_m);
     if (is_road_here && !looks_right) {
-      // Paint lies on the road; what lies under it is ground that goes on below, what lies over it
-      // a thing that stands there.
+      // Paint lies on the road, with all of its corners; what lies under it is ground that goes on
+      // below, what lies over it a thing that stands there.
       const auto hits = surface.all_hits(middle.x(), middle.y());
       is_road_here = std::none_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
         const double above_m = middle.z() - hit.z_m;
         const bool is_paint = above_m >= 0.0 && above_m <= kPaintShare * all.reach_m;
         return looks_like_road(hit.triangle) && std::abs(above_m) < kLayerShare * all.reach_m &&
-               !is_paint;
+               !(is_paint && lies_on_road(t));
       });
       if (!is_road_here) continue;
     }
