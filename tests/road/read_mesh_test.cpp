@@ -231,6 +231,10 @@ TEST_F(ReadMesh, TellsTheAxisOfARoadBetweenHighWalls) {
   EXPECT_THAT(message_of(folder_.file("walls.obj", square_between_walls(22.0, all))),
               HasSubstr("cannot tell which axis is up"))
       << "walls alone say y, what is left says z";
+  std::string large = square_between_walls(22.0, all);  // a road of two facets contradicts as well
+  large = large.substr(0, large.find("v 0 0 0", 1)) + "f 1 2 3 4\n" + all;
+  EXPECT_THAT(message_of(folder_.file("large.obj", large)),
+              HasSubstr("cannot tell which axis is up"));
   MeshReadOptions told;
   told.up = road::UpAxis::z;
   EXPECT_EQ(message_of(folder_.file("walls.obj", square_between_walls(22.0, all)), told),

@@ -37,12 +37,12 @@ void add_kerb_keys(std::vector<RecipeKey>& keys) {
                         [](Recipe& r) -> double& { return r.kerb.max_extra_columns_share; }));
   keys.push_back(number("kerb", "kerb_min_height_m", 0.0, 1.0, "lower kerbs are not refined",
                         [](Recipe& r) -> double& { return r.kerb.min_height_m; }));
-  keys.push_back(words("kerb", "kerb_zones", "a path",
-                       "CSV of u and v ranges that are kerb (1) or not (0), whatever the mesh says; "
-                       "relative to the recipe's folder",
-                       "the path of a CSV file", [](Recipe& r) -> std::optional<std::string>& {
-                         return r.kerb.zones_path;
-                       }));
+  keys.push_back(
+      words("kerb", "kerb_zones", "a path",
+            "CSV of u and v ranges that are kerb (1) or not (0), whatever the mesh says; "
+            "relative to the recipe's folder",
+            "the path of a CSV file",
+            [](Recipe& r) -> std::optional<std::string>& { return r.kerb.zones_path; }));
   keys.push_back(number("patch", "kerb_patch_error_m", 0.0, 1.0,
                         "kerbs that the rows miss by more get a finer road laid over; 0: off",
                         [](Recipe& r) -> double& { return r.patch.max_error_m; }));

@@ -26,8 +26,8 @@ constexpr double kNotableResolution_m = 1e-3;
 // The flat faces of a track (road, terrain) outweigh its walls and trees; a clear verdict is 2 : 1.
 constexpr double kClearVerdict = 2.0;
 // Of 23 tracks of a game whose walls and caves are large, the net share along the axis that is up
-// is at least 0.14 on 20 and below 0.01 on the others; along the other axis at most 0.13, and there
-// a fifth of it.
+// is at least 0.14 on 21 and at most 0.01 on two; along the other axis at most 0.13, and never more
+// than a quarter of it.
 constexpr double kLeastNet = 0.1, kClearNet = 3.0;
 constexpr double kNoChance = 4.0;  // standard deviations
 
@@ -166,12 +166,12 @@ char seen_up(const Facing& area) {
   char flat = 0, net = 0;
   if (area.y_area > kClearVerdict * area.z_area) flat = 'y';
   if (area.z_area > kClearVerdict * area.y_area) flat = 'z';
-  if (area.y_net > std::max({kLeastNet, kClearNet * area.z_net, kNoChance * area.y_chance}))
-    net = 'y';
-  if (area.z_net > std::max({kLeastNet, kClearNet * area.y_net, kNoChance * area.z_chance}))
-    net = 'z';
-  if (flat == 0 || net == 0) return flat != 0 ? flat : net;
-  return flat == net ? flat : 0;
+  if (area.y_net > std::max(kLeastNet, kClearNet * area.z_net)) net = 'y';
+  if (area.z_net > std::max(kLeastNet, kClearNet * area.y_net)) net = 'z';
+  if (flat != 0) return net == 0 || net == flat ? flat : 0;
+  // Alone it must be more than chance; to contradict, less will do.
+  const double left = net == 'y' ? area.y_net : area.z_net;
+  return left > kNoChance * (net == 'y' ? area.y_chance : area.z_chance) ? net : 0;
 }
 
 void check_vertices(const RawMesh& mesh, const std::string& path) {
