@@ -83,7 +83,8 @@ Signals signals_of(std::size_t n) {
   return s;
 }
 
-/// Root mean square of the difference after the first second, over that of the wanted one's changes.
+/// Root mean square of the difference after the first second, over that of the wanted one's
+/// changes.
 double apart(const std::vector<double>& got, const std::vector<double>& wanted) {
   double difference = 0, square = 0, mean = 0;
   std::size_t count = 0;

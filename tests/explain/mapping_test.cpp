@@ -18,7 +18,9 @@ namespace {
 /// of another logger: km/h, degrees, heading from +y clockwise, right turns positive.
 vehicle::Table foreign() {
   vehicle::Table t;
-  for (const char* name : {"Time [ms]", "posx(m)", "posy(m)", "heading(deg)", "speed(km/h)", "yawrate(deg/s)", "tyre noise"}) t.add(name, {});
+  for (const char* name : {"Time [ms]", "posx(m)", "posy(m)", "heading(deg)", "speed(km/h)",
+                           "yawrate(deg/s)", "tyre noise"})
+    t.add(name, {});
   double angle = 0;
   for (int i = 0; i < 3000; ++i) {
     const double s = 0.02 * i, v = 20 + 5 * std::sin(s), rate = v / 100;
@@ -66,14 +68,17 @@ TEST(Mapping, KeepsTheBytesOfNamesInAnyEncoding) {
   log.names[4] = "speed(km/h) \xc3\xbc" + std::string(3000, 'x');  // YAML's short keys end at 1024
   const Mapping m = propose_mapping(log, "log");
   const support::TemporaryFolder folder;
-  const vehicle::Mapping again = vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  const vehicle::Mapping again =
+      vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
   ASSERT_EQ(again.columns.size(), m.columns.size());
-  for (std::size_t k = 0; k < m.columns.size(); ++k) EXPECT_EQ(again.columns[k].column, m.columns[k].column);
+  for (std::size_t k = 0; k < m.columns.size(); ++k)
+    EXPECT_EQ(again.columns[k].column, m.columns[k].column);
 }
 
 TEST(Mapping, ProposesForAClockThatRunsBackwardsToo) {
   vehicle::Table log = foreign();
-  for (std::size_t i = 1500; i < log.rows(); ++i) log.columns[0][i] -= 29990.0;  // the mean step is 3 us
+  for (std::size_t i = 1500; i < log.rows(); ++i)
+    log.columns[0][i] -= 29990.0;  // the mean step is 3 us
   EXPECT_EQ(propose_mapping(log, "log").columns.size(), 6u);
   log.columns[0].back() = log.columns[0].front();
   EXPECT_EQ(propose_mapping(log, "log").columns.size(), 6u);
@@ -87,7 +92,8 @@ TEST(Mapping, ReadsBackWhatItWrites) {
   m.columns[4].low_pass_s = 0.3;
   m.imu_yaw_rad = 0.01;
   const support::TemporaryFolder folder;
-  const vehicle::Mapping back = vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
+  const vehicle::Mapping back =
+      vehicle::read_mapping(folder.file("mapping.yaml", format_mapping(m)));
   ASSERT_EQ(back.columns.size(), m.columns.size());
   for (std::size_t k = 0; k < m.columns.size(); ++k) {
     EXPECT_EQ(back.columns[k].column, m.columns[k].column);
@@ -131,8 +137,11 @@ TEST(Mapping, KnowsChannelsOfTopicsByTheirLastParts) {
 
 TEST(Mapping, ProposesForRealLogsWhatTheyHold) {
   const std::string folder = places::data() + "/recordings/";
-  if (!std::filesystem::exists(folder + "road_america_run1.vbo")) GTEST_SKIP() << "no real logs beside the checkout";
-  const auto proposed = [&](const char* file) { return propose_mapping(vehicle::read_log(folder + file), file); };
+  if (!std::filesystem::exists(folder + "road_america_run1.vbo"))
+    GTEST_SKIP() << "no real logs beside the checkout";
+  const auto proposed = [&](const char* file) {
+    return propose_mapping(vehicle::read_log(folder + file), file);
+  };
   const Mapping vbo = proposed("road_america_run1.vbo");
   EXPECT_NEAR(of(vbo, "vx_mps").scale, 1 / 3.6, 1e-12);
   EXPECT_EQ(of(vbo, "latitude_rad").column, "lat [deg]");

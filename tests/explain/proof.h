@@ -20,19 +20,24 @@ using nlohmann::json;
 class Proof {
  public:
   explicit Proof(std::string name) : name_(std::move(name)) {
-    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", places::make_trials(), name_, folder.path("."), folder.path("log"))), 0) << folder.read("log");
+    EXPECT_EQ(shell(fmt::format("{} --scenario {} {} 2>> {}", places::make_trials(), name_,
+                                folder.path("."), folder.path("log"))),
+              0)
+        << folder.read("log");
     std::erase(name_, ':');  // "fade:31" lies in fade31
     truth = json::parse(folder.read("sealed/" + name_ + ".json"));
   }
-  json explain(const std::string& recordings = "run.csv", const std::string& out = "out", const std::string& more = "--skip-simulation") {
+  json explain(const std::string& recordings = "run.csv", const std::string& out = "out",
+               const std::string& more = "--skip-simulation") {
     std::string files;
     for (std::size_t at = 0; at < recordings.size();) {
       const std::size_t end = std::min(recordings.find(' ', at), recordings.size());
       files += " " + path(recordings.substr(at, end - at));
       at = end + 1;
     }
-    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1", places::crgexplain(), path("track.crg"), path("vehicle.yaml"), files,
-                                folder.path(out), more, folder.path("log"))),
+    EXPECT_EQ(shell(fmt::format("{} run --track {} --vehicle {} --recordings{} -o {} {} > {} 2>&1",
+                                places::crgexplain(), path("track.crg"), path("vehicle.yaml"),
+                                files, folder.path(out), more, folder.path("log"))),
               0)
         << folder.read("log");
     return json::parse(folder.read(out + "/findings.json"));
@@ -42,12 +47,17 @@ class Proof {
     const std::string log = folder.read("log");
     const std::size_t at = log.find(words);
     if (at == std::string::npos) return -1;
-    const std::string command = log.substr(at + words.size(), log.find('\n', at) - at - words.size());
-    const std::string path = places::crgdrive().substr(0, places::crgdrive().rfind('/')) + ":" + places::crgexplain().substr(0, places::crgexplain().rfind('/'));
-    return shell(fmt::format("PATH={}:$PATH {} {} > {} 2>&1", path, command, more, folder.path("again.log")));
+    const std::string command =
+        log.substr(at + words.size(), log.find('\n', at) - at - words.size());
+    const std::string path = places::crgdrive().substr(0, places::crgdrive().rfind('/')) + ":" +
+                             places::crgexplain().substr(0, places::crgexplain().rfind('/'));
+    return shell(fmt::format("PATH={}:$PATH {} {} > {} 2>&1", path, command, more,
+                             folder.path("again.log")));
   }
   std::string path(const std::string& file) const { return folder.path(name_ + "/" + file); }
-  std::string sealed(const std::string& ending) const { return folder.path("sealed/" + name_ + ending); }
+  std::string sealed(const std::string& ending) const {
+    return folder.path("sealed/" + name_ + ending);
+  }
 
   support::TemporaryFolder folder;
   json truth;
@@ -61,7 +71,9 @@ inline json finding(const json& all, const std::string& mechanism) {
   for (const json& f : all.at("findings"))
     if (f.at("mechanism") == mechanism) return f;
   ADD_FAILURE() << mechanism << " was not found; verdict " << all.at("verdict");
-  return json{{"parameters", {{{"value", NAN}, {"ci90", {NAN, NAN}}}}}, {"where", json::array()}, {"held_out", json::array()}};
+  return json{{"parameters", {{{"value", NAN}, {"ci90", {NAN, NAN}}}}},
+              {"where", json::array()},
+              {"held_out", json::array()}};
 }
 
 inline double value(const json& f) { return f.at("parameters")[0].at("value"); }

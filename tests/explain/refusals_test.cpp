@@ -22,7 +22,8 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 /// A log with one cell of every row, or of the header alone, replaced.
-std::string changed(const std::string& log, const std::string& column, const std::string& name, const std::function<std::string(const std::string& cell)>& change = {}) {
+std::string changed(const std::string& log, const std::string& column, const std::string& name,
+                    const std::function<std::string(const std::string& cell)>& change = {}) {
   std::string out;
   std::size_t place = 0;
   std::istringstream lines(log);
@@ -31,8 +32,10 @@ std::string changed(const std::string& log, const std::string& column, const std
     std::string made;
     std::size_t k = 0;
     for (std::string cell; std::getline(cells, cell, ','); ++k) {
-      if (out.empty() && cell == column) place = k, cell = name;
-      else if (!out.empty() && k == place && change) cell = change(cell);
+      if (out.empty() && cell == column)
+        place = k, cell = name;
+      else if (!out.empty() && k == place && change)
+        cell = change(cell);
       made += (k == 0 ? "" : ",") + cell;
     }
     out += made + "\n";
@@ -47,12 +50,16 @@ class Refusals : public ::testing::Test {
   }
   static void TearDownTestSuite() { delete proof_; }
   static std::string path(const std::string& file) { return proof_->path(file); }
-  static std::string file(const std::string& name, const std::string& text) { return proof_->folder.file(name, text); }
+  static std::string file(const std::string& name, const std::string& text) {
+    return proof_->folder.file(name, text);
+  }
 
-  /// The one line that refuses; `code` is the exit code. Nothing may be left in the folder of the result.
+  /// The one line that refuses; `code` is the exit code. Nothing may be left in the folder of the
+  /// result.
   static std::string refused(const std::string& arguments, int code = 1) {
     const std::string log = proof_->folder.path("refusal");
-    const int status = std::system(fmt::format("{} {} > {} 2>&1", places::crgexplain(), arguments, log).c_str());
+    const int status =
+        std::system(fmt::format("{} {} > {} 2>&1", places::crgexplain(), arguments, log).c_str());
     EXPECT_EQ(WEXITSTATUS(status), code) << arguments;
     const std::string said = proof_->folder.read("refusal");
     if (code == 1) {
@@ -62,7 +69,8 @@ class Refusals : public ::testing::Test {
     return said;
   }
   static std::string run(const std::string& recordings, const std::string& more = "") {
-    return fmt::format("run --track {} --vehicle {} --recordings {} -o {} {}", path("track.crg"), path("vehicle.yaml"), recordings, proof_->folder.path("out"), more);
+    return fmt::format("run --track {} --vehicle {} --recordings {} -o {} {}", path("track.crg"),
+                       path("vehicle.yaml"), recordings, proof_->folder.path("out"), more);
   }
 
   static Proof* proof_;
@@ -70,84 +78,118 @@ class Refusals : public ::testing::Test {
 Proof* Refusals::proof_ = nullptr;
 
 TEST_F(Refusals, RecordingsWithOtherColumns) {
-  const std::string other = file("other.csv", changed(proof_->folder.read("none/run.csv"), "gear", "gang"));
+  const std::string other =
+      file("other.csv", changed(proof_->folder.read("none/run.csv"), "gear", "gang"));
   for (const std::string& both : {path("run.csv") + " " + other, other + " " + path("run.csv")})
-    EXPECT_THAT(refused(run(both)), AllOf(HasSubstr("other.csv: no column 'gear', which " + path("run.csv") + " has"), HasSubstr("give --mapping with what all have")));
+    EXPECT_THAT(refused(run(both)),
+                AllOf(HasSubstr("other.csv: no column 'gear', which " + path("run.csv") + " has"),
+                      HasSubstr("give --mapping with what all have")));
 }
 
 TEST_F(Refusals, OneRecordingTwice) {
   const std::string copy = file("copy.csv", proof_->folder.read("none/run.csv"));
-  EXPECT_THAT(refused(run(path("run.csv") + " " + copy)), HasSubstr("copy.csv: the same recording as " + path("run.csv")));
+  EXPECT_THAT(refused(run(path("run.csv") + " " + copy)),
+              HasSubstr("copy.csv: the same recording as " + path("run.csv")));
 }
 
 TEST_F(Refusals, MappingsOfColumnsThatAreNotThere) {
-  const std::string gyro = file("gyro.yaml", "columns:\n  time_s: {channel: time_s}\n  gyro: {channel: yaw_rate_radps}\n");
-  EXPECT_THAT(refused(run(path("run.csv"), "--mapping " + gyro)), AllOf(HasSubstr("run.csv: no column 'gyro', which " + gyro + " takes for yaw_rate_radps"), HasSubstr("'yaw_rate_radps', 'ax_mps2'")));
+  const std::string gyro = file(
+      "gyro.yaml", "columns:\n  time_s: {channel: time_s}\n  gyro: {channel: yaw_rate_radps}\n");
+  EXPECT_THAT(
+      refused(run(path("run.csv"), "--mapping " + gyro)),
+      AllOf(HasSubstr("run.csv: no column 'gyro', which " + gyro + " takes for yaw_rate_radps"),
+            HasSubstr("'yaw_rate_radps', 'ax_mps2'")));
   const std::string timeless = file("timeless.yaml", "columns:\n  x_m: {channel: x_m}\n");
-  EXPECT_THAT(refused(run(path("run.csv"), "--mapping " + timeless)), HasSubstr(timeless + " takes no column for time_s"));
-  EXPECT_THAT(refused(run(path("run.csv"), "--mapping " + file("empty.yaml", ""))), HasSubstr("empty.yaml: is empty, wanted a mapping"));
+  EXPECT_THAT(refused(run(path("run.csv"), "--mapping " + timeless)),
+              HasSubstr(timeless + " takes no column for time_s"));
+  EXPECT_THAT(refused(run(path("run.csv"), "--mapping " + file("empty.yaml", ""))),
+              HasSubstr("empty.yaml: is empty, wanted a mapping"));
 }
 
 TEST_F(Refusals, LapsThatCannotBeHeldOut) {
-  EXPECT_THAT(refused(run(path("run.csv"), "--hold-out 1,77")), HasSubstr("--hold-out 77: no such lap; these recordings have laps 0 to 4"));
-  EXPECT_THAT(refused(run(path("run.csv"), "--hold-out 0,1,2,3,4")), HasSubstr("all laps that there are"));
-  for (const char* nonsense : {"-1", "x"}) EXPECT_THAT(refused(run(path("run.csv"), std::string("--hold-out ") + nonsense), 2), HasSubstr("--hold-out"));
+  EXPECT_THAT(refused(run(path("run.csv"), "--hold-out 1,77")),
+              HasSubstr("--hold-out 77: no such lap; these recordings have laps 0 to 4"));
+  EXPECT_THAT(refused(run(path("run.csv"), "--hold-out 0,1,2,3,4")),
+              HasSubstr("all laps that there are"));
+  for (const char* nonsense : {"-1", "x"})
+    EXPECT_THAT(refused(run(path("run.csv"), std::string("--hold-out ") + nonsense), 2),
+                HasSubstr("--hold-out"));
 }
 
 TEST_F(Refusals, FoldersThatCannotBeMade) {
   const std::string taken = file("taken", "text");
   for (const std::string& place : {taken, taken + "/below"})
-    EXPECT_THAT(refused(fmt::format("run --track {} --vehicle {} --recordings {} -o {}", path("track.crg"), path("vehicle.yaml"), path("run.csv"), place)),
-                HasSubstr(place + ": cannot make this folder: Not a directory"));
+    EXPECT_THAT(
+        refused(fmt::format("run --track {} --vehicle {} --recordings {} -o {}", path("track.crg"),
+                            path("vehicle.yaml"), path("run.csv"), place)),
+        HasSubstr(place + ": cannot make this folder: Not a directory"));
   EXPECT_EQ(proof_->folder.read("taken"), "text");
 }
 
 TEST_F(Refusals, FilesInThePlaceOfOthers) {
-  EXPECT_THAT(refused(run(path("run.csv"), "--friction " + path("track.crg"))), AllOf(HasSubstr("track.crg: a grip factor of "), HasSubstr("wanted 0 to 3")));
+  EXPECT_THAT(refused(run(path("run.csv"), "--friction " + path("track.crg"))),
+              AllOf(HasSubstr("track.crg: a grip factor of "), HasSubstr("wanted 0 to 3")));
   const std::string rest = " --recordings " + path("run.csv") + " -o " + proof_->folder.path("out");
-  EXPECT_THAT(refused("run --track " + path("run.csv") + " --vehicle " + path("vehicle.yaml") + rest), HasSubstr("run.csv: no $KD_DEFINITION"));
-  EXPECT_THAT(refused("run --track " + path("track.crg") + " --vehicle " + path("track.crg") + rest), HasSubstr("track.crg:"));
+  EXPECT_THAT(
+      refused("run --track " + path("run.csv") + " --vehicle " + path("vehicle.yaml") + rest),
+      HasSubstr("run.csv: no $KD_DEFINITION"));
+  EXPECT_THAT(
+      refused("run --track " + path("track.crg") + " --vehicle " + path("track.crg") + rest),
+      HasSubstr("track.crg:"));
   EXPECT_THAT(refused(run(path("."))), HasSubstr("is a folder, wanted a file"));
-  EXPECT_THAT(refused(run(file("empty.csv", ""))), HasSubstr("empty.csv: no header line with column names"));
+  EXPECT_THAT(refused(run(file("empty.csv", ""))),
+              HasSubstr("empty.csv: no header line with column names"));
   EXPECT_THAT(refused(run(file("bytes.csv", "time_s,\x1b[2J\n1,2,3\n"))), Not(HasSubstr("\x1b")));
 }
 
 TEST_F(Refusals, AMappingInThePlaceOfItsLog) {
   const std::string log = proof_->folder.read("none/run.csv"), copy = file("log.csv", log);
-  EXPECT_THAT(refused(fmt::format("map {0} -o {0}", copy)), HasSubstr("log.csv: is the log, and -o would overwrite it"));
+  EXPECT_THAT(refused(fmt::format("map {0} -o {0}", copy)),
+              HasSubstr("log.csv: is the log, and -o would overwrite it"));
   EXPECT_EQ(proof_->folder.read("log.csv"), log);
 }
 
-TEST_F(Refusals, WordsThatAreNoCommand) { EXPECT_THAT(refused("explain", 2), HasSubstr("there is no command 'explain'")); }
+TEST_F(Refusals, WordsThatAreNoCommand) {
+  EXPECT_THAT(refused("explain", 2), HasSubstr("there is no command 'explain'"));
+}
 
 /// A table as loggers write it: semicolons, words, a last line that was cut off.
 TEST(LogsOfOthers, AreReadAsTheyAre) {
   Proof proof("none");
   std::size_t row = 0;
-  std::string log = changed(proof.folder.read("none/run.csv"), "gear", "gear", [&](const std::string& cell) { return row++ % 100 == 7 ? "N" : cell; });
+  std::string log = changed(proof.folder.read("none/run.csv"), "gear", "gear",
+                            [&](const std::string& cell) { return row++ % 100 == 7 ? "N" : cell; });
   std::replace(log.begin(), log.end(), ',', ';');
   proof.folder.file("none/loggers.csv", log + "300.1;2");
   const auto all = proof.explain("loggers.csv", "out", "--skip-simulation --nulls 100");
   EXPECT_EQ(all.at("verdict"), "none");
-  EXPECT_THAT(all.at("remarks").dump(), HasSubstr(fmt::format("loggers.csv: {} of {} cells of 'gear' are no numbers: taken as empty", (row + 92) / 100, row)));
+  EXPECT_THAT(
+      all.at("remarks").dump(),
+      HasSubstr(fmt::format("loggers.csv: {} of {} cells of 'gear' are no numbers: taken as empty",
+                            (row + 92) / 100, row)));
   // With decimal commas it is the same log.
   std::replace(log.begin(), log.end(), '.', ',');
   proof.folder.file("none/commas.csv", log);
-  EXPECT_EQ(proof.explain("commas.csv", "commas", "--skip-simulation --nulls 100").at("findings"), all.at("findings"));
+  EXPECT_EQ(proof.explain("commas.csv", "commas", "--skip-simulation --nulls 100").at("findings"),
+            all.at("findings"));
 }
 
-/// A column that repeats its samples in one of two recordings counts as repeating in the mapping for both.
+/// A column that repeats its samples in one of two recordings counts as repeating in the mapping
+/// for both.
 TEST(TwoRecordings, HaveOneMapping) {
   Proof proof("alike-apart");
   std::string last;
   std::size_t row = 0;
-  const std::string held = changed(proof.folder.read("alike-apart/run.csv"), "ax_mps2", "ax_mps2", [&](const std::string& cell) { return row++ % 2 == 0 ? last = cell : last; });
+  const std::string held =
+      changed(proof.folder.read("alike-apart/run.csv"), "ax_mps2", "ax_mps2",
+              [&](const std::string& cell) { return row++ % 2 == 0 ? last = cell : last; });
   proof.folder.file("alike-apart/held.csv", held);
   const auto all = proof.explain("held.csv experiment.csv");
   EXPECT_EQ(explain_test::finding(all, "sensor.delay").at("channel"), "yaw_rate_radps");
   const std::string notes = all.at("remarks").dump();
   EXPECT_THAT(notes, HasSubstr("held.csv: 'ax_mps2': 50 % of the samples repeat"));
-  const explain::Mapping mapping = explain::Mapping{vehicle::read_mapping(proof.folder.path("out/mapping.yaml")), {}};
+  const explain::Mapping mapping =
+      explain::Mapping{vehicle::read_mapping(proof.folder.path("out/mapping.yaml")), {}};
   for (const auto& m : mapping.columns) EXPECT_EQ(m.held, m.channel == "ax_mps2") << m.channel;
 }
 

@@ -56,7 +56,8 @@ crg::Crg oval(const Truth& truth) {
 /// How a column is logged.
 struct Logger {
   double yaw_filter_s = 0.0;
-  double ax_from_speed_s = 0.0;  ///< ax is the derivative of the speed behind this filter; 0: measured
+  double ax_from_speed_s =
+      0.0;  ///< ax is the derivative of the speed behind this filter; 0: measured
 };
 
 void filter(std::vector<double>& x, double time_s) {

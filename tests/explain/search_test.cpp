@@ -30,7 +30,9 @@ Rows some_rows() {
   return rows;
 }
 
-double normal(Dice& dice) { return std::sqrt(-2 * std::log(1 - dice.roll())) * std::cos(2 * M_PI * dice.roll()); }
+double normal(Dice& dice) {
+  return std::sqrt(-2 * std::log(1 - dice.roll())) * std::cos(2 * M_PI * dice.roll());
+}
 
 struct Problem {
   Rows rows = some_rows();
@@ -46,7 +48,9 @@ struct Problem {
     for (std::size_t k = 0; k < 8; ++k) {
       Family f;
       f.column = VectorXd(kRows);
-      for (Index i = 0; i < kRows; ++i) f.column[i] = std::sin(0.01 * static_cast<double>((k + 1) * static_cast<std::size_t>(i))) + 0.3 * x(i, 0);
+      for (Index i = 0; i < kRows; ++i)
+        f.column[i] = std::sin(0.01 * static_cast<double>((k + 1) * static_cast<std::size_t>(i))) +
+                      0.3 * x(i, 0);
       families.push_back(f);
     }
     Family road;
@@ -56,11 +60,14 @@ struct Problem {
     for (Index i = 0; i < kRows; ++i) road.cell.push_back(static_cast<int>(i % 300 / 10));
     families.push_back(road);
   }
-  Fitted fitted(const VectorXd& r) const { return fit(x, r, VectorXd::Constant(3, 1e-6), VectorXd::Zero(3)); }
+  Fitted fitted(const VectorXd& r) const {
+    return fit(x, r, VectorXd::Constant(3, 1e-6), VectorXd::Zero(3));
+  }
 };
 
 TEST(Search, FalseAlarmsOfPureNoiseStayAtTheirRate) {
-  // 200 independent noises; thresholds that 1.2 % of 300 replicates exceed: more than 8 alarms has probability 0.1 %.
+  // 200 independent noises; thresholds that 1.2 % of 300 replicates exceed: more than 8 alarms has
+  // probability 0.1 %.
   int alarms = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
     const Problem p(seed);
@@ -77,7 +84,9 @@ TEST(Search, FindsAndSizesWhatWasPlanted) {
   const Problem p(7);
   VectorXd r = p.noise;
   for (Index i = 0; i < kRows; ++i) {
-    if (p.families[8].cell[static_cast<std::size_t>(i)] >= 12 && p.families[8].cell[static_cast<std::size_t>(i)] < 16) r[i] += 0.8;
+    if (p.families[8].cell[static_cast<std::size_t>(i)] >= 12 &&
+        p.families[8].cell[static_cast<std::size_t>(i)] < 16)
+      r[i] += 0.8;
   }
   r += 2.0 * p.x.col(1);
   const Fitted m = p.fitted(r);
@@ -89,7 +98,8 @@ TEST(Search, FindsAndSizesWhatWasPlanted) {
   EXPECT_NEAR(m.amount[1], 2.0, 0.1);
   // It predicts laps that were left out; a pattern that is not there does not.
   VectorXd here = VectorXd::Zero(kRows);
-  for (Index i = 0; i < kRows; ++i) here[i] = p.families[8].cell[static_cast<std::size_t>(i)] / 4 == 3 ? 1 : 0;
+  for (Index i = 0; i < kRows; ++i)
+    here[i] = p.families[8].cell[static_cast<std::size_t>(i)] / 4 == 3 ? 1 : 0;
   const auto sum = [](const std::vector<double>& v) {
     double total = 0;
     for (const double g : v) total += g;

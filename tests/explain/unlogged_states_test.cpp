@@ -1,10 +1,9 @@
 // States of the car that hardly a log has: each mechanism works out its own.
-#include "../../lib/explain/src/mechanisms/mechanism.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "../../lib/explain/src/mechanisms/mechanism.h"
 #include "../../lib/explain/src/standing_car.h"
 #include "simulated_drive.h"
 

@@ -117,22 +117,10 @@ StatedCar stated_car(const Variant& nominal, const Deviations& deviations,
   const TruthCar& t = nominal.car;
   const TruthCar& c = stated.car;
   StatedCar car;
-  car.front = {t.load_f,
-               c.mu_f,
-               t.mu_load * off(0.2),
-               c.c_f,
-               t.ck * off(),
-               c.radius_f,
-               t.relaxation_f * off(0.2),
-               shape()};
-  car.rear = {t.load_r,
-              c.mu_r,
-              t.mu_load * off(0.2),
-              c.c_r,
-              t.ck * off(),
-              c.radius_r,
-              t.relaxation_r * off(0.2),
-              shape()};
+  car.front = {t.load_f,     c.mu_f,     t.mu_load * off(0.2),      c.c_f,
+               t.ck * off(), c.radius_f, t.relaxation_f * off(0.2), shape()};
+  car.rear = {t.load_r,     c.mu_r,     t.mu_load * off(0.2),      c.c_r,
+              t.ck * off(), c.radius_r, t.relaxation_r * off(0.2), shape()};
   car.engine = c;
   car.torque_tilt = dice.in(-0.03, 0.03);
   car.rear_brake_friction = rear_friction(c.brake_r) * off(0.02);

@@ -1,5 +1,6 @@
 // Draws the recordings of the blind trials: make_trials COUNT SEED DIR. Every trial gets a track, a
-// stated car that is wrong by a few per cent everywhere, a recording of the truth, and a truth file.
+// stated car that is wrong by a few per cent everywhere, a recording of the truth, and a truth
+// file.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -10,9 +11,11 @@
 #include "waves.h"
 
 int main(int argc, char** argv) {
-  if (argc == 4 && std::string(argv[1]) == "--scenario") return trials::make_scenario(argv[2], argv[3]) ? 0 : 1;
+  if (argc == 4 && std::string(argv[1]) == "--scenario")
+    return trials::make_scenario(argv[2], argv[3]) ? 0 : 1;
   const bool waves = argc == 5 && std::string(argv[1]) == "--waves";
-  if (waves) ++argv;
+  if (waves)
+    ++argv;
   else if (argc != 4) {
     std::fprintf(stderr, "make_trials [--waves] COUNT SEED DIR\nmake_trials --scenario NAME DIR\n");
     return 2;

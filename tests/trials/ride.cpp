@@ -29,7 +29,8 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
   constexpr double kGravity = 9.81, h = 0.0005;
   const double wheelbase = car.a + car.b;
   const std::array<double, 4> lx{car.a, car.a, -car.b, -car.b};
-  const std::array<double, 4> ly{car.track_f / 2, -car.track_f / 2, car.track_r / 2, -car.track_r / 2};
+  const std::array<double, 4> ly{car.track_f / 2, -car.track_f / 2, car.track_r / 2,
+                                 -car.track_r / 2};
   double body = car.mass;
   for (const double m : ride.unsprung) body -= 2 * m;
   // Deviations from standing on the plane; heights are those of the road below the wheels.
@@ -42,7 +43,8 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
     std::array<double, 4> road{};
     const double along = row[kYaw] - track.at(row[kS]).heading;
     for (std::size_t i = 0; i < 4; ++i) {
-      const double s = row[kS] + lx[i] * std::cos(along) - ly[i] * std::sin(along), v = row[kV] + lx[i] * std::sin(along) + ly[i] * std::cos(along);
+      const double s = row[kS] + lx[i] * std::cos(along) - ly[i] * std::sin(along),
+                   v = row[kV] + lx[i] * std::sin(along) + ly[i] * std::cos(along);
       road[i] = track.height(s) + v * true_bank(car, track, s) + seen(track, s, v, ride.envelops);
     }
     if (!placed) {
@@ -61,10 +63,12 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
       std::array<double, 4> up{};
       for (std::size_t i = 0; i < 4; ++i) {
         const std::size_t axle = i / 2, other = i ^ 1u;
-        const double corner = z - lx[i] * pitch + ly[i] * roll, dcorner = dz - lx[i] * dpitch + ly[i] * droll;
+        const double corner = z - lx[i] * pitch + ly[i] * roll,
+                     dcorner = dz - lx[i] * dpitch + ly[i] * droll;
         const double corner_other = z - lx[other] * pitch + ly[other] * roll;
         const double travel = w[i] - corner, rate = dw[i] - dcorner;
-        up[i] = ride.spring[axle] * travel + ride.damping[axle] * rate + ride.bar[axle] * (travel - (w[other] - corner_other));
+        up[i] = ride.spring[axle] * travel + ride.damping[axle] * rate +
+                ride.bar[axle] * (travel - (w[other] - corner_other));
         force += up[i];
         mx += ly[i] * up[i];
         my += -lx[i] * up[i];
@@ -78,9 +82,11 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
       dpitch += h * my / ride.pitch_inertia;
       for (std::size_t i = 0; i < 4; ++i) {
         const std::size_t axle = i / 2;
-        const double ground = last[i] + part * (road[i] - last[i]), dground = (road[i] - last[i]) / 0.005;
+        const double ground = last[i] + part * (road[i] - last[i]),
+                     dground = (road[i] - last[i]) / 0.005;
         const double standing = car.mass * kGravity * (axle == 0 ? car.b : car.a) / wheelbase / 2;
-        load[i] = std::max(0.0, standing + ride.tyre * (ground - w[i]) + ride.tyre_damping * (dground - dw[i]));
+        load[i] = std::max(
+            0.0, standing + ride.tyre * (ground - w[i]) + ride.tyre_damping * (dground - dw[i]));
         dw[i] += h * (load[i] - standing - up[i]) / ride.unsprung[axle];
         w[i] += h * dw[i];
       }
@@ -89,7 +95,8 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
       pitch += h * dpitch;
     }
     last = road;
-    row[kAz] = kGravity + ddz - true_bank(car, track, row[kS]) * track.at(row[kS]).curvature * row[kVx] * row[kVx];
+    row[kAz] = kGravity + ddz -
+               true_bank(car, track, row[kS]) * track.at(row[kS]).curvature * row[kVx] * row[kVx];
     row[kRollRate] = droll;
     row[kPitchRate] = dpitch;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -104,16 +111,23 @@ void heat(Drive& drive, const TruthCar& car, const Discs& discs) {
   std::array<double, 2> ring{discs.begin_k, discs.begin_k}, hat = ring;
   for (auto& row : drive.row) {
     for (std::size_t axle = 0; axle < 2; ++axle) {
-      const double omega = axle == 0 ? 0.5 * (row[kWfl] + row[kWfr]) : 0.5 * (row[kWrl] + row[kWrr]);
-      const double power = 0.9 * 0.5 * (axle == 0 ? car.brake_f : car.brake_r) * row[kBrake] * std::max(0.0, omega);
+      const double omega =
+          axle == 0 ? 0.5 * (row[kWfl] + row[kWfr]) : 0.5 * (row[kWrl] + row[kWrr]);
+      const double power =
+          0.9 * 0.5 * (axle == 0 ? car.brake_f : car.brake_r) * row[kBrake] * std::max(0.0, omega);
       constexpr int kParts = 5;
       for (int part = 0; part < kParts; ++part) {
-        // Enthalpies: capacity rises by 6e-4 per kelvin. Film coefficient and radiation of a plain disc.
-        const double g = discs.conductance[axle] * std::exp(discs.slope_1pk * (0.5 * (ring[axle] + hat[axle]) - 480));
-        const double film = 0.0095 * std::pow(row[kVx] + 3.0, 0.8) * (axle == 0 ? 120.0 : 104.0) * 0.11;
-        const double glow = 0.55 * 5.67e-8 * (axle == 0 ? 0.11 : 0.095) * (std::pow(ring[axle], 4) - std::pow(kAir, 4));
+        // Enthalpies: capacity rises by 6e-4 per kelvin. Film coefficient and radiation of a plain
+        // disc.
+        const double g = discs.conductance[axle] *
+                         std::exp(discs.slope_1pk * (0.5 * (ring[axle] + hat[axle]) - 480));
+        const double film =
+            0.0095 * std::pow(row[kVx] + 3.0, 0.8) * (axle == 0 ? 120.0 : 104.0) * 0.11;
+        const double glow = 0.55 * 5.67e-8 * (axle == 0 ? 0.11 : 0.095) *
+                            (std::pow(ring[axle], 4) - std::pow(kAir, 4));
         const double flow = g * (ring[axle] - hat[axle]);
-        ring[axle] += 0.005 / kParts * (power - flow - film * 12 * (ring[axle] - kAir) - glow) / (discs.ring[axle] * (1 + 6e-4 * (ring[axle] - 300)));
+        ring[axle] += 0.005 / kParts * (power - flow - film * 12 * (ring[axle] - kAir) - glow) /
+                      (discs.ring[axle] * (1 + 6e-4 * (ring[axle] - 300)));
         hat[axle] += 0.005 / kParts * flow / (discs.hat[axle] * (1 + 6e-4 * (hat[axle] - 300)));
       }
       row[kDisc + 2 * axle] = row[kDisc + 2 * axle + 1] = ring[axle];

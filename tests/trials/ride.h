@@ -5,9 +5,11 @@
 
 namespace trials {
 
-/// Springs and masses per axle: front, rear. Seven degrees of freedom, linear but for wheels that lift.
+/// Springs and masses per axle: front, rear. Seven degrees of freedom, linear but for wheels that
+/// lift.
 struct Ride {
-  std::array<double, 2> spring{150000, 130000}, damping{6200, 5800}, bar{90000, 30000}, unsprung{18, 21};
+  std::array<double, 2> spring{150000, 130000}, damping{6200, 5800}, bar{90000, 30000},
+      unsprung{18, 21};
   double tyre = 240000, tyre_damping = 250;
   double roll_inertia = 130, pitch_inertia = 850;
   bool envelops = true;  ///< a tyre of its size rolls over teeth; else it touches in one point
@@ -18,9 +20,9 @@ void shake(Drive& drive, const Track& track, const TruthCar& car, const Ride& ri
 
 /// Discs of a ring and a hat; heat passes between them better when they are hot.
 struct Discs {
-  double begin_k = 295;                                         ///< a cold start
+  double begin_k = 295;  ///< a cold start
   std::array<double, 2> ring{900, 700}, hat{1900, 1500}, conductance{260, 220};
-  double slope_1pk = 0.0;                                       ///< of the conductance, about 480 K
+  double slope_1pk = 0.0;  ///< of the conductance, about 480 K
 };
 
 /// Fills the temperature of every disc's ring in the rows.

@@ -29,11 +29,12 @@ Trial plain(const std::string& name, double hz = 50, int laps = 5) {
   return t;
 }
 
-/// Of the most affected one of these channels: the truth files of the proofs leave out the right rear wheel
-/// and the vertical.
+/// Of the most affected one of these channels: the truth files of the proofs leave out the right
+/// rear wheel and the vertical.
 double planar_size(const Drive& d) {
   double size = 0;
-  for (const std::size_t channel : {kX, kYaw, kVx, kVy, kR, kWrl}) size = std::max(size, d.channel_size[channel]);
+  for (const std::size_t channel : {kX, kYaw, kVx, kVy, kR, kWrl})
+    size = std::max(size, d.channel_size[channel]);
   return size;
 }
 
@@ -44,7 +45,8 @@ void add(Trial& t, const Effect& e) {
   const Variant without{t.nominal};
   Variant alone = without;
   alone.car.effects = {e};
-  t.sizes.push_back(e.mechanism.starts_with("sensor.") ? 0.0 : planar_size(drive(alone, t.track, one, &without)));
+  t.sizes.push_back(
+      e.mechanism.starts_with("sensor.") ? 0.0 : planar_size(drive(alone, t.track, one, &without)));
 }
 
 Trial none() { return plain("none"); }
@@ -72,11 +74,14 @@ Trial compensated() {
   }
   add(t, lag);
   add(t, {"parameter.engine_torque", "", 0.5 * (low + high)});
-  t.notes = {{"lap_s", lap_s(0.5 * (low + high), true)}, {"lap_s_of_the_stated_car", stated_s}, {"lap_s_without_the_torque", lap_s(0, true)}};
+  t.notes = {{"lap_s", lap_s(0.5 * (low + high), true)},
+             {"lap_s_of_the_stated_car", stated_s},
+             {"lap_s_without_the_torque", lap_s(0, true)}};
   return t;
 }
 
-/// Pads that fade, and stated brakes that are weaker by as much as they fade on average; no temperature is logged.
+/// Pads that fade, and stated brakes that are weaker by as much as they fade on average; no
+/// temperature is logged.
 Trial fade() {
   Trial t = plain("fade");
   add(t, {"vehicle.brake_friction_temperature", "", 0.4});
@@ -107,7 +112,8 @@ Trial bumps() {
   Trial t = shaken("bumps");
   t.stated_track = t.track;
   t.style.sway_m = 0.6;
-  t.track.feature = {{300, 340, -10, 10, 0.006, 4.0, false}, {900, 925, -10, 10, 0.005, 2.5, false}};
+  t.track.feature = {{300, 340, -10, 10, 0.006, 4.0, false},
+                     {900, 925, -10, 10, 0.005, 2.5, false}};
   t.stated_track->feature = {{300, 340, -10, 10, 0.0, 4.0, false}};
   return t;
 }
@@ -126,7 +132,8 @@ Trial kerb() {
 Trial contact() {
   Trial t = shaken("contact");
   t.style.sway_m = 0.4;
-  t.track.feature = {{500, 520, 0.2, 3.0, 0.03, 0.5, true}, {1000, 1030, -10, 10, 0.015, 0.8, true}};
+  t.track.feature = {{500, 520, 0.2, 3.0, 0.03, 0.5, true},
+                     {1000, 1030, -10, 10, 0.015, 0.8, true}};
   return t;
 }
 
@@ -173,33 +180,93 @@ Trial lacks(const std::string& name, const Effect& effect, std::vector<std::stri
 }  // namespace
 
 bool make_scenario(const std::string& name, const std::filesystem::path& folder) {
-  const std::map<std::string, Trial (*)()> all{{"none", none},
-                                               {"compensated", compensated},
-                                               {"fade", fade},
-                                               {"banking", banking},
-                                               {"bumps", bumps},
-                                               {"kerb", kerb},
-                                               {"contact", contact},
-                                               {"discs", [] { return discs("discs", 2e-3); }},
-                                               {"discs-plain", [] { return discs("discs-plain", 0.0); }},
-                                               {"alike", [] { return alike(false); }},
-                                               {"alike-apart", [] { return alike(true); }},
-                                               {"outside", outside},
-                                               {"relaxation", [] { return lacks("relaxation", {"vehicle.tyre_relaxation", "", 1.0}, {"tyre_relaxation"}); }},
-                                               {"long", [] { return lacks("long", {"vehicle.tyre_relaxation", "", 3.0}, {"tyre_relaxation"}); }},
-                                               {"camber", [] { Trial t = plain("camber"); t.nominal.camber = t.truth.car.camber = 0.05; add(t, {"vehicle.tyre_camber", "", 2.0}); return t; }},
-                                               {"combined", [] { return lacks("combined", {"vehicle.tyre_combined_slip", "", 1.0}, {"tyre_combined_slip"}); }},
-                                               {"load", [] { return lacks("load", {"vehicle.tyre_load_sensitivity", "", 1.0}, {"tyre_load_sensitivity"}); }},
-                                               {"downforce", [] { return lacks("downforce", {"vehicle.aero_downforce", "", 1.0}, {"aero_downforce"}); }},
-                                               {"ride", [] { return lacks("ride", {"vehicle.aero_ride_height", "", 0.3}); }},
-                                               {"coupled", [] { return lacks("coupled", {"vehicle.differential", "", 0.3}); }},
-                                               {"wind", [] { return lacks("wind", {"environment.wind", "", 6, 0, 0, 0.7}); }},
-                                               {"warm", [] { return lacks("warm", {"vehicle.tyre_thermal", "", 0.2, 0, 0, 50}); }},
-                                               {"burn", [] { return lacks("burn", {"vehicle.fuel_burn", "", 0.15}); }},
-                                               {"misplaced", [] { Trial t = plain("misplaced"); t.stated_track = t.track; t.track.hill = t.stated_track->hill = {4, 2, 1}; t.track.shift_m = 20; return t; }},
-                                               {"radius", [] { Trial t = plain("radius"); t.truth.car.radius_r *= 1.12; return t; }},
-                                               {"late", [] { Trial t = plain("late"); t.truth.throttle_dead_s = 0.08; return t; }},
-                                               {"slippery", [] { Trial t = plain("slippery"); const double l = t.track.length_m; add(t, {"road.friction", "", -0.3, 0.6 * l, 0.75 * l}); return t; }}};
+  const std::map<std::string, Trial (*)()> all{
+      {"none", none},
+      {"compensated", compensated},
+      {"fade", fade},
+      {"banking", banking},
+      {"bumps", bumps},
+      {"kerb", kerb},
+      {"contact", contact},
+      {"discs", [] { return discs("discs", 2e-3); }},
+      {"discs-plain", [] { return discs("discs-plain", 0.0); }},
+      {"alike", [] { return alike(false); }},
+      {"alike-apart", [] { return alike(true); }},
+      {"outside", outside},
+      {"relaxation",
+       [] {
+         return lacks("relaxation", {"vehicle.tyre_relaxation", "", 1.0}, {"tyre_relaxation"});
+       }},
+      {"long",
+       [] {
+         return lacks("long", {"vehicle.tyre_relaxation", "", 3.0}, {"tyre_relaxation"});
+       }},
+      {"camber",
+       [] {
+         Trial t = plain("camber");
+         t.nominal.camber = t.truth.car.camber = 0.05;
+         add(t, {"vehicle.tyre_camber", "", 2.0});
+         return t;
+       }},
+      {"combined",
+       [] {
+         return lacks("combined", {"vehicle.tyre_combined_slip", "", 1.0}, {"tyre_combined_slip"});
+       }},
+      {"load",
+       [] {
+         return lacks("load", {"vehicle.tyre_load_sensitivity", "", 1.0},
+                      {"tyre_load_sensitivity"});
+       }},
+      {"downforce",
+       [] {
+         return lacks("downforce", {"vehicle.aero_downforce", "", 1.0}, {"aero_downforce"});
+       }},
+      {"ride",
+       [] {
+         return lacks("ride", {"vehicle.aero_ride_height", "", 0.3});
+       }},
+      {"coupled",
+       [] {
+         return lacks("coupled", {"vehicle.differential", "", 0.3});
+       }},
+      {"wind",
+       [] {
+         return lacks("wind", {"environment.wind", "", 6, 0, 0, 0.7});
+       }},
+      {"warm",
+       [] {
+         return lacks("warm", {"vehicle.tyre_thermal", "", 0.2, 0, 0, 50});
+       }},
+      {"burn",
+       [] {
+         return lacks("burn", {"vehicle.fuel_burn", "", 0.15});
+       }},
+      {"misplaced",
+       [] {
+         Trial t = plain("misplaced");
+         t.stated_track = t.track;
+         t.track.hill = t.stated_track->hill = {4, 2, 1};
+         t.track.shift_m = 20;
+         return t;
+       }},
+      {"radius",
+       [] {
+         Trial t = plain("radius");
+         t.truth.car.radius_r *= 1.12;
+         return t;
+       }},
+      {"late",
+       [] {
+         Trial t = plain("late");
+         t.truth.throttle_dead_s = 0.08;
+         return t;
+       }},
+      {"slippery", [] {
+         Trial t = plain("slippery");
+         const double l = t.track.length_m;
+         add(t, {"road.friction", "", -0.3, 0.6 * l, 0.75 * l});
+         return t;
+       }}};
   const std::size_t colon = name.find(':');
   if (colon != std::string::npos) route = std::strtoull(name.c_str() + colon + 1, nullptr, 10);
   const auto found = all.find(name.substr(0, colon));

@@ -6,8 +6,9 @@
 
 namespace trials {
 
-/// "NAME:SEED" drives another route and is called NAMESEED. Writes DIR/NAME with car, road and recordings and DIR/sealed/NAME.json with the truth. False, and
-/// the names that there are on stderr, when there is no such scenario.
+/// "NAME:SEED" drives another route and is called NAMESEED. Writes DIR/NAME with car, road and
+/// recordings and DIR/sealed/NAME.json with the truth. False, and the names that there are on
+/// stderr, when there is no such scenario.
 bool make_scenario(const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace trials

@@ -39,7 +39,8 @@ double road_extra(const TruthCar& car, const char* mechanism, double s, double l
 }
 
 /// Brush tyre with parabolic pressure: forces over combined theoretical slip.
-void brush(double fz, double mu, double cx, double cy, double kappa, double tan_alpha, double& fx, double& fy) {
+void brush(double fz, double mu, double cx, double cy, double kappa, double tan_alpha, double& fx,
+           double& fy) {
   const double sx = kappa / (1 + kappa), sy = tan_alpha / (1 + kappa);
   const double gx = cx * sx, gy = cy * sy, g = std::hypot(gx, gy);
   if (g < 1e-9 || fz <= 0) {
@@ -58,17 +59,22 @@ struct Warp {
 };
 Warp warp(const TruthCar& car, const Track& track, double s, double v) {
   constexpr double h = 2.0;
-  const double before = true_bank(car, track, s - h), here = true_bank(car, track, s), after = true_bank(car, track, s + h);
+  const double before = true_bank(car, track, s - h), here = true_bank(car, track, s),
+               after = true_bank(car, track, s + h);
   return {v * (after - before) / (2 * h), v * (after - 2 * here + before) / (h * h)};
 }
 
-void rates(const TruthCar& car, const Track& track, const State& x, const Commands& c, double s, const Warp& warped, State& d, Output* out) {
+void rates(const TruthCar& car, const Track& track, const State& x, const Commands& c, double s,
+           const Warp& warped, State& d, Output* out) {
   const double vx = std::max(3.0, x[3]), vy = x[4], r = x[5];
   const double turned = x[2] - track.at(s).heading;
-  const double up_along = track.grade(s) + road_extra(car, "road.grade", s, track.length_m) + warped.grade, up_across = true_bank(car, track, s);
+  const double up_along =
+                   track.grade(s) + road_extra(car, "road.grade", s, track.length_m) + warped.grade,
+               up_across = true_bank(car, track, s);
   const double grade = up_along * std::cos(turned) + up_across * std::sin(turned);
   const double bank = up_across * std::cos(turned) - up_along * std::sin(turned);
-  const double vertical = warped.vertical + track.vertical(s) + road_extra(car, "road.vertical_curvature", s, track.length_m);
+  const double vertical = warped.vertical + track.vertical(s) +
+                          road_extra(car, "road.vertical_curvature", s, track.length_m);
   const double grip = 1 + road_extra(car, "road.friction", s, track.length_m);
   const double wheelbase = car.a + car.b;
   double mass = car.mass - amount(car, "vehicle.fuel_burn") * x[16];
@@ -76,54 +82,77 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
 
   double wx = 0, wy = 0;
   for (const Effect& e : car.effects)
-    if (e.mechanism == "environment.wind") wx += e.amount * std::cos(e.extra), wy += e.amount * std::sin(e.extra);
-  const double air_x = vx - (wx * std::cos(x[2]) + wy * std::sin(x[2])), air_y = vy - (-wx * std::sin(x[2]) + wy * std::cos(x[2]));
+    if (e.mechanism == "environment.wind")
+      wx += e.amount * std::cos(e.extra), wy += e.amount * std::sin(e.extra);
+  const double air_x = vx - (wx * std::cos(x[2]) + wy * std::sin(x[2])),
+               air_y = vy - (-wx * std::sin(x[2]) + wy * std::cos(x[2]));
   const double q = 0.5 * car.density * air_x * std::hypot(air_x, air_y);
-  const double drag = q * car.drag * factor(car, "vehicle.aero_drag") * (1 + amount(car, "parameter.drag")), side_air = 0.5 * car.density * 1.2 * std::hypot(air_x, air_y) * air_y;
-  const double down = factor(car, "vehicle.aero_downforce") * (1 + amount(car, "parameter.downforce")) * (1 - amount(car, "vehicle.aero_ride_height") * (1 - std::exp(-q / 1500)));
+  const double drag = q * car.drag * factor(car, "vehicle.aero_drag") *
+                      (1 + amount(car, "parameter.drag")),
+               side_air = 0.5 * car.density * 1.2 * std::hypot(air_x, air_y) * air_y;
+  const double down = factor(car, "vehicle.aero_downforce") *
+                      (1 + amount(car, "parameter.downforce")) *
+                      (1 - amount(car, "vehicle.aero_ride_height") * (1 - std::exp(-q / 1500)));
   // What presses on a leaning road is its own curvature: z = v bank falls away beside a straight.
   const double plus = kGravity + (vertical - bank * track.at(s).curvature) * vx * vx;
   const double front = mass * plus * car.b / wheelbase + q * car.lift_f * down - x[12];
   const double rear = mass * plus * car.a / wheelbase + q * car.lift_r * down + x[12];
-  const double tf = x[13] * car.roll_front / car.track_f, tr = x[13] * (1 - car.roll_front) / car.track_r;
+  const double tf = x[13] * car.roll_front / car.track_f,
+               tr = x[13] * (1 - car.roll_front) / car.track_r;
 
-  double torque = car.engine_nm(0.5 * (x[7] + x[8]) * car.ratio[static_cast<std::size_t>(std::max(1, c.gear) - 1)] * car.final_drive, c.throttle);
+  double torque = car.engine_nm(0.5 * (x[7] + x[8]) *
+                                    car.ratio[static_cast<std::size_t>(std::max(1, c.gear) - 1)] *
+                                    car.final_drive,
+                                c.throttle);
   torque *= 1 + amount(car, "parameter.engine_torque") * (torque > 0 ? 1 : 0);
   for (const Effect& e : car.effects)
-    if (e.mechanism == "outside.misfire" && std::fmod(x[16], 23.0) < 2.0) torque *= 1 - e.amount * c.throttle;
+    if (e.mechanism == "outside.misfire" && std::fmod(x[16], 23.0) < 2.0)
+      torque *= 1 - e.amount * c.throttle;
   d.fill(0);
   for (const Effect& e : car.effects)
     if (e.mechanism == "vehicle.turbo_lag") {
       const double lack = c.throttle - x[9];
       if (lack > 0 && torque > 0) torque *= 1 - e.amount * lack;
-      const double omega = 0.5 * (x[7] + x[8]) * car.ratio[static_cast<std::size_t>(std::max(1, c.gear) - 1)] * car.final_drive;
+      const double omega = 0.5 * (x[7] + x[8]) *
+                           car.ratio[static_cast<std::size_t>(std::max(1, c.gear) - 1)] *
+                           car.final_drive;
       // A turbine driven by the exhaust's power: its own law, not that of lib/vehicle.
-      d[9] = lack > 0 ? lack / (e.extra * (0.6 + 0.6 * (700 / std::max(200.0, omega)))) : lack / 0.15;
+      d[9] =
+          lack > 0 ? lack / (e.extra * (0.6 + 0.6 * (700 / std::max(200.0, omega)))) : lack / 0.15;
     }
-  const double ratio = c.gear > 0 ? car.ratio[static_cast<std::size_t>(c.gear - 1)] * car.final_drive : 0;
-  const double drive = c.gear > 0 ? torque * ratio * (torque > 0 ? car.efficiency : 1 / car.efficiency) : 0;
+  const double ratio =
+      c.gear > 0 ? car.ratio[static_cast<std::size_t>(c.gear - 1)] * car.final_drive : 0;
+  const double drive =
+      c.gear > 0 ? torque * ratio * (torque > 0 ? car.efficiency : 1 / car.efficiency) : 0;
   double fade = 1 + amount(car, "parameter.brake_gain");
   for (const Effect& e : car.effects)
-    if (e.mechanism == "vehicle.brake_friction_temperature") fade *= 1 - e.amount * std::tanh(x[11]);
+    if (e.mechanism == "vehicle.brake_friction_temperature")
+      fade *= 1 - e.amount * std::tanh(x[11]);
   const double bf = car.brake_f * c.brake_pa * fade, br = car.brake_r * c.brake_pa * fade;
 
   double warm = 1;
   for (const Effect& e : car.effects)
-    if (e.mechanism == "vehicle.tyre_thermal") warm -= e.amount * (1 - x[10]) , d[10] = (1 - x[10]) / e.extra * (0.3 + 0.7 * std::min(2.0, std::abs(r * vx) / 8));
+    if (e.mechanism == "vehicle.tyre_thermal")
+      warm -= e.amount * (1 - x[10]),
+          d[10] = (1 - x[10]) / e.extra * (0.3 + 0.7 * std::min(2.0, std::abs(r * vx) / 8));
   const double cd = std::cos(c.steer), sd = std::sin(c.steer);
   const double alpha_f = (vy + car.a * r) / vx, alpha_r = (vy - car.b * r) / vx;
   const double slip_f = std::tan(std::atan(alpha_f) - c.steer), slip_r = alpha_r;
   const double relax = std::max(0.15, factor(car, "vehicle.tyre_relaxation"));
   d[14] = (slip_f - x[14]) * vx / (car.relaxation_f * relax);
   d[15] = (slip_r - x[15]) * vx / (car.relaxation_r * relax);
-  const double loads = factor(car, "vehicle.tyre_load_sensitivity"), combined = factor(car, "vehicle.tyre_combined_slip");
+  const double loads = factor(car, "vehicle.tyre_load_sensitivity"),
+               combined = factor(car, "vehicle.tyre_combined_slip");
   const double thrust = amount(car, "vehicle.tyre_camber") * car.camber;
-  const auto axle = [&](double load, double transfer, double nominal, double mu0, double cn, double kl, double kr, double slip, double& fxl, double& fxr) {
+  const auto axle = [&](double load, double transfer, double nominal, double mu0, double cn,
+                        double kl, double kr, double slip, double& fxl, double& fxr) {
     double fy = 0;
     for (const bool left : {true, false}) {
       const double fz = std::max(100.0, load / 2 - (left ? transfer : -transfer)), n = fz / nominal;
-      const double mu = mu0 * (1 - loads * car.mu_load * (n - 1)) * grip * warm * (1 + amount(car, "parameter.tyre_grip"));
-      const double cy = cn * nominal * n * std::exp(-0.14 * loads * (n - 1)) * (0.5 + 0.5 * warm), cx = car.ck * fz;
+      const double mu = mu0 * (1 - loads * car.mu_load * (n - 1)) * grip * warm *
+                        (1 + amount(car, "parameter.tyre_grip"));
+      const double cy = cn * nominal * n * std::exp(-0.14 * loads * (n - 1)) * (0.5 + 0.5 * warm),
+                   cx = car.ck * fz;
       double fx = 0, side = 0;
       brush(fz, mu, cx, cy, left ? kl : kr, slip, fx, side);
       if (combined != 1) {
@@ -139,12 +168,15 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
     }
     return fy;
   };
-  const auto kappa = [&](double omega, double radius, double v) { return std::clamp((omega * radius - v) / std::max(5.0, v), -0.9, 0.9); };
+  const auto kappa = [&](double omega, double radius, double v) {
+    return std::clamp((omega * radius - v) / std::max(5.0, v), -0.9, 0.9);
+  };
   double ffl = 0, ffr = 0, frl = 0, frr = 0;
   const double kf = kappa(x[6], car.radius_f, vx * cd + (vy + car.a * r) * sd);
   const double vl = vx - r * car.track_r / 2, vr = vx + r * car.track_r / 2;
   const double fyf = axle(front, tf, car.load_f, car.mu_f, car.c_f, kf, kf, x[14], ffl, ffr);
-  const double fyr = axle(rear, tr, car.load_r, car.mu_r, car.c_r, kappa(x[7], car.radius_r, vl), kappa(x[8], car.radius_r, vr), x[15], frl, frr);
+  const double fyr = axle(rear, tr, car.load_r, car.mu_r, car.c_r, kappa(x[7], car.radius_r, vl),
+                          kappa(x[8], car.radius_r, vr), x[15], frl, frr);
   const double fxf = ffl + ffr;
   double lock = 0;
   for (const Effect& e : car.effects)
@@ -157,7 +189,8 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
 
   double fx = fxf * cd - fyf * sd + frl + frr - drag - car.rolling * (front + rear);
   double fy = fyf * cd + fxf * sd + fyr - side_air;
-  double mz = car.a * (fyf * cd + fxf * sd) - car.b * fyr + 0.5 * car.track_r * (frr - frl) + 0.15 * side_air;
+  double mz = car.a * (fyf * cd + fxf * sd) - car.b * fyr + 0.5 * car.track_r * (frr - frl) +
+              0.15 * side_air;
   // Effects nobody has in a library.
   fx -= amount(car, "outside.slip_drag") * 40000 * std::abs(vy / vx) * std::abs(vy / vx) * vx;
   mz += amount(car, "outside.torque_steer") * drive * 0.05;
@@ -180,11 +213,15 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
 
 }  // namespace
 
-double true_bank(const TruthCar& car, const Track& track, double s) { return track.bank(s) + road_extra(car, "road.banking", s, track.length_m); }
+double true_bank(const TruthCar& car, const Track& track, double s) {
+  return track.bank(s) + road_extra(car, "road.banking", s, track.length_m);
+}
 
 double TruthCar::engine_nm(double omega, double throttle) const {
   const double z = (omega - torque_peak) / torque_width;
-  return throttle * torque * (1 - z * z) * (omega > 830 ? std::max(0.0, 1 - (omega - 830) / 20) : 1.0) - (1 - throttle) * engine_drag * (0.5 + omega / 800);
+  return throttle * torque * (1 - z * z) *
+             (omega > 830 ? std::max(0.0, 1 - (omega - 830) / 20) : 1.0) -
+         (1 - throttle) * engine_drag * (0.5 + omega / 800);
 }
 
 Track::Point Track::at(double s) const {
@@ -195,14 +232,16 @@ Track::Point Track::at(double s) const {
   if (i >= x.size()) i = 0;
   const std::size_t j = (i + 1) % x.size();
   const double f = place - static_cast<double>(i);
-  return {x[i] + f * (x[j] - x[i]), y[i] + f * (y[j] - y[i]), heading[i] + f * std::remainder(heading[j] - heading[i], kTwoPi),
+  return {x[i] + f * (x[j] - x[i]), y[i] + f * (y[j] - y[i]),
+          heading[i] + f * std::remainder(heading[j] - heading[i], kTwoPi),
           curvature[i] + f * (curvature[j] - curvature[i])};
 }
 
 double Track::height(double s) const {
   s -= shift_m;
   double z = 0;
-  for (std::size_t k = 0; k < 3; ++k) z += hill[k] * std::sin(kTwoPi * static_cast<double>(k + 1) * s / length_m + hill_phase[k]);
+  for (std::size_t k = 0; k < 3; ++k)
+    z += hill[k] * std::sin(kTwoPi * static_cast<double>(k + 1) * s / length_m + hill_phase[k]);
   return z;
 }
 double Track::grade(double s) const {
@@ -230,8 +269,10 @@ double Track::rough(double s, double v) const {
   for (const Feature& f : feature) {
     if (u < f.begin_m || u > f.end_m || v < f.right_m || v > f.left_m) continue;
     const double place = (u - f.begin_m) / f.wave_m, part = place - std::floor(place);
-    if (f.teeth) z += f.height_m * std::clamp(std::min(part, 1 - part) * 8, 0.0, 1.0);
-    else z += f.height_m * 0.5 * (1 - std::cos(kTwoPi * part));
+    if (f.teeth)
+      z += f.height_m * std::clamp(std::min(part, 1 - part) * 8, 0.0, 1.0);
+    else
+      z += f.height_m * 0.5 * (1 - std::cos(kTwoPi * part));
   }
   return z;
 }
@@ -242,7 +283,8 @@ double Track::bank(double s) const {
 
 Track make_track(double radius_m, double a2, double a3, double a5, double phase) {
   const auto point = [&](double t) {
-    const double r = radius_m * (1 + a2 * std::cos(2 * t) + a3 * std::cos(3 * t + phase) + a5 * std::cos(5 * t + 2 * phase));
+    const double r = radius_m * (1 + a2 * std::cos(2 * t) + a3 * std::cos(3 * t + phase) +
+                                 a5 * std::cos(5 * t + 2 * phase));
     return std::pair{r * std::cos(t), r * std::sin(t)};
   };
   // Equal chords that close: walk with a chord, correct it until the walk ends where it began.
@@ -283,7 +325,8 @@ Track make_track(double radius_m, double a2, double a3, double a5, double phase)
   }
   for (std::size_t i = 0; i < m; ++i) {
     const std::size_t j = (i + 2) % m, h = (i + m - 2) % m;
-    track.curvature.push_back(std::remainder(track.heading[j] - track.heading[h], kTwoPi) / (4 * low));
+    track.curvature.push_back(std::remainder(track.heading[j] - track.heading[h], kTwoPi) /
+                              (4 * low));
   }
   track.length_m = low * static_cast<double>(m);
   return track;
@@ -299,7 +342,8 @@ std::pair<double, double> project(const Track& track, double x, double y, double
   return {s, -(x - p.x) * std::sin(p.heading) + (y - p.y) * std::cos(p.heading)};
 }
 
-void advance(const TruthCar& car, const Track& track, State& x, const Commands& c, double& s_m, Output* out) {
+void advance(const TruthCar& car, const Track& track, State& x, const Commands& c, double& s_m,
+             Output* out) {
   constexpr double h = 0.001;
   State k1, k2, k3, k4, y;
   const Warp warped = warp(car, track, s_m, project(track, x[0], x[1], s_m).second);
@@ -310,7 +354,8 @@ void advance(const TruthCar& car, const Track& track, State& x, const Commands& 
   rates(car, track, y, c, s_m, warped, k3, nullptr);
   for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] + h * k3[i];
   rates(car, track, y, c, s_m, warped, k4, nullptr);
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
   s_m += h * x[3];
   if (out != nullptr) {
     const auto [s, v] = project(track, x[0], x[1], s_m);

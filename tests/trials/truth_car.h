@@ -23,7 +23,8 @@ struct Track {
     bool teeth;
   };
   std::vector<Feature> feature;
-  double shift_m = 0.0;  ///< heights and banking lie this much further along than the reference line says
+  double shift_m =
+      0.0;  ///< heights and banking lie this much further along than the reference line says
 
   struct Point {
     double x, y, heading, curvature;
@@ -37,8 +38,9 @@ struct Track {
 };
 Track make_track(double radius_m, double a2, double a3, double a5, double phase);
 
-/// What the simulation will not know about. An amount of 0 is the car without it; that of a term which
-/// every tyre has (load sensitivity, combined slip, relaxation) is a factor on what this car has.
+/// What the simulation will not know about. An amount of 0 is the car without it; that of a term
+/// which every tyre has (load sensitivity, combined slip, relaxation) is a factor on what this car
+/// has.
 struct Effect {
   std::string mechanism, channel;
   double amount = 0.0;
@@ -48,12 +50,14 @@ struct Effect {
 
 struct TruthCar {
   double mass = 740, a = 1.62, b = 1.38, h = 0.29, inertia = 950, track_f = 1.58, track_r = 1.54;
-  double mu_f = 1.55, mu_r = 1.6, mu_load = 0.12, c_f = 24, c_r = 27, ck = 30;  ///< per nominal load
+  double mu_f = 1.55, mu_r = 1.6, mu_load = 0.12, c_f = 24, c_r = 27,
+         ck = 30;  ///< per nominal load
   double load_f = 3500, load_r = 4000;
   double roll_front = 0.55;
   double drag = 0.95, lift_f = 1.0, lift_r = 1.5, density = 1.2, rolling = 0.013;
   double torque = 300, torque_peak = 560, torque_width = 700, engine_drag = 25;
-  double engine_inertia = 0.09, wheel_inertia = 0.9, radius_f = 0.318, radius_r = 0.32, final_drive = 3.0;
+  double engine_inertia = 0.09, wheel_inertia = 0.9, radius_f = 0.318, radius_r = 0.32,
+         final_drive = 3.0;
   std::array<double, 6> ratio{2.9, 2.1, 1.65, 1.36, 1.16, 1.02};
   double brake_f = 2.0e-4 * 4, brake_r = 1.25e-4 * 4;  ///< N m per Pa and axle
   double efficiency = 0.95;
@@ -64,8 +68,8 @@ struct TruthCar {
   double engine_nm(double omega, double throttle) const;
 };
 
-/// x, y, yaw, vx, vy, r, front wheels, rear left, rear right, boost, warmth, heat, load transfers x y,
-/// lagged slips front rear, time.
+/// x, y, yaw, vx, vy, r, front wheels, rear left, rear right, boost, warmth, heat, load transfers x
+/// y, lagged slips front rear, time.
 using State = std::array<double, 17>;
 struct Commands {
   double steer = 0, throttle = 0, brake_pa = 0;
@@ -79,7 +83,8 @@ struct Output {
 double true_bank(const TruthCar& car, const Track& track, double s);
 
 /// One millisecond. `s_m` is the place on the track, moved on.
-void advance(const TruthCar& car, const Track& track, State& state, const Commands& c, double& s_m, Output* out);
+void advance(const TruthCar& car, const Track& track, State& state, const Commands& c, double& s_m,
+             Output* out);
 
 /// Where (x, y) lies: arc length near `s_m` and offset to the left.
 std::pair<double, double> project(const Track& track, double x, double y, double s_m);

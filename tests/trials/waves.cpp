@@ -8,9 +8,10 @@
 namespace trials {
 namespace {
 
-/// Largest RMS difference that an effect makes in a channel, in standard deviations of its noise: over
-/// the rows between two places, or over all.
-double size_sd(const Drive& with, const Drive& without, int first, int last, double begin_m, double end_m) {
+/// Largest RMS difference that an effect makes in a channel, in standard deviations of its noise:
+/// over the rows between two places, or over all.
+double size_sd(const Drive& with, const Drive& without, int first, int last, double begin_m,
+               double end_m) {
   double largest = 0;
   for (int channel = first; channel < last; ++channel) {
     const auto c = static_cast<std::size_t>(channel);
@@ -36,7 +37,8 @@ void draw_waves(int id, unsigned long long seed, const std::filesystem::path& fo
   std::snprintf(name, sizeof name, "%04d", id);
   t.name = name;
   t.id = id;
-  const double phase = dice.in(0, 6), a5 = dice.in(0.0, 0.035), a3 = dice.in(0.04, 0.13), a2 = dice.in(0.1, 0.24), radius_m = dice.in(170, 260);
+  const double phase = dice.in(0, 6), a5 = dice.in(0.0, 0.035), a3 = dice.in(0.04, 0.13),
+               a2 = dice.in(0.1, 0.24), radius_m = dice.in(170, 260);
   t.track = make_track(radius_m, a2, a3, a5, phase);
   t.track.hill = {dice.in(0, 3), dice.in(0, 1), dice.in(0, 0.4)};
   t.track.hill_phase = {dice.in(0, 6), dice.in(0, 6), dice.in(0, 6)};
@@ -56,7 +58,8 @@ void draw_waves(int id, unsigned long long seed, const std::filesystem::path& fo
   const double length = t.track.length_m, begin = dice.in(0.1, 0.8) * length;
   const int kind = id % 8;
   t.kind = kind < 4 ? "none" : "single";
-  const auto lay = [&](double end, double right, double left, double height, double stated, double wave, bool teeth) {
+  const auto lay = [&](double end, double right, double left, double height, double stated,
+                       double wave, bool teeth) {
     t.track.feature = {{begin, end, right, left, height, wave, teeth}};
     t.stated_track->feature = {{begin, end, right, left, stated, wave, teeth}};
   };
@@ -69,7 +72,8 @@ void draw_waves(int id, unsigned long long seed, const std::filesystem::path& fo
     const double wave_m = dice.in(0.8, 2), stated_m = dice.in(0.0, 0.4) * effect.amount;
     lay(effect.end_m, 0.2, 3.0, effect.amount, stated_m, wave_m, true);
   } else if (kind == 6) {
-    effect = {"vehicle.multi_point_contact", "", dice.in(0.015, 0.035), begin, begin + dice.in(15, 30)};
+    effect = {"vehicle.multi_point_contact", "", dice.in(0.015, 0.035), begin,
+              begin + dice.in(15, 30)};
     lay(effect.end_m, -10, 10, effect.amount, effect.amount, dice.in(0.4, 0.9), true);
   } else if (kind == 7) {
     effect = {"vehicle.brake_disc_conductance", "", dice.in(0.7e-3, 3e-3)};

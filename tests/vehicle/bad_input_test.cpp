@@ -27,7 +27,8 @@ class BadInput : public ::testing::Test {
   /// Exit code and what was said on standard error.
   std::pair<int, std::string> run(const std::string& arguments) {
     const int status = std::system(
-        fmt::format("cd '{}' && '{}' {} > out 2> err", folder.path(), places::crgdrive(), arguments).c_str());
+        fmt::format("cd '{}' && '{}' {} > out 2> err", folder.path(), places::crgdrive(), arguments)
+            .c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, cli::read(folder / "err")};
   }
   void refuses(const std::string& arguments, const std::string& words, int code = 1) {

@@ -34,11 +34,12 @@ class CarDocs : public ::testing::Test {
   void run(const std::string& document) {
     namespace fs = std::filesystem;
     cli::write(folder / "all.sh", commands_of(document));
-    const std::string command = fmt::format(
-        "cd '{}' && PATH='{}':'{}':'{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
-        fs::path(places::crgbuild()).parent_path().string(), fs::path(places::crgdrive()).parent_path().string(),
-        fs::path(places::crgidentify()).parent_path().string(),
-        fs::path(places::crgsim()).parent_path().string());
+    const std::string command =
+        fmt::format("cd '{}' && PATH='{}':'{}':'{}':'{}':\"$PATH\" bash all.sh > log 2>&1",
+                    folder.path(), fs::path(places::crgbuild()).parent_path().string(),
+                    fs::path(places::crgdrive()).parent_path().string(),
+                    fs::path(places::crgidentify()).parent_path().string(),
+                    fs::path(places::crgsim()).parent_path().string());
     ASSERT_EQ(std::system(command.c_str()), 0) << cli::read(folder / "log");
   }
   cli::Folder folder;

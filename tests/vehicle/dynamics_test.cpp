@@ -124,7 +124,7 @@ void expect_absent_when_off(CarFiles files) {
     terms[Term::brake_vanes] = 0.5;
     State<double> s = random_state(random);
     if (files.turbo == Turbo::kFull) s[kCharge] = 2.3e5;  // so that the wastegate is open
-    if (trial == 4) {  // low speed, where some terms only act
+    if (trial == 4) {                                     // low speed, where some terms only act
       s[kVx] = 0.5;
       for (std::size_t i = 0; i < kWheels; ++i) s[kSpin + i] = 2.0;
       s[kTravel] = 0.08;
@@ -268,11 +268,12 @@ TEST(Dynamics, WheelsThatSlowDownPitchTheBody) {
   double inertia_kgm2 = p[P::chassis_pitch_inertia_kgm2];
   const Car<double> car = make_car(files, p, default_amplitudes());
   for (std::size_t i = 0; i < kWheels; ++i)
-    inertia_kgm2 -= p.axle(axle_of(i), P::front_unsprung_mass_kg) * car.wheel_m[i].x * car.wheel_m[i].x;
+    inertia_kgm2 -=
+        p.axle(axle_of(i), P::front_unsprung_mass_kg) * car.wheel_m[i].x * car.wheel_m[i].x;
   const double by_hand = torque_nm / inertia_kgm2;
   EXPECT_NEAR(with.rate[kPitchRate] - without_it.rate[kPitchRate], by_hand, 0.1 * by_hand);
-  EXPECT_NEAR(half.rate[kPitchRate],
-              0.5 * (with.rate[kPitchRate] + without_it.rate[kPitchRate]), 1e-9);
+  EXPECT_NEAR(half.rate[kPitchRate], 0.5 * (with.rate[kPitchRate] + without_it.rate[kPitchRate]),
+              1e-9);
 }
 
 // Surface and core under constant heat, without losses: the mean rises with q / (c1 + c2), the
@@ -442,7 +443,9 @@ TEST(Dynamics, ColdTyresGripLessUntilDrivingWarmsThem) {
   Parameters<double> p = default_parameters();
   p[Parameter::tyre_warm_up_loss] = 0.2;
   p[Parameter::tyre_warm_up_s] = 50;
-  for (const Parameter angle : {Parameter::front_toe_rad, Parameter::rear_toe_rad, Parameter::front_camber_rad, Parameter::rear_camber_rad}) p[angle] = 0;
+  for (const Parameter angle : {Parameter::front_toe_rad, Parameter::rear_toe_rad,
+                                Parameter::front_camber_rad, Parameter::rear_camber_rad})
+    p[angle] = 0;
   Amplitudes<double> terms = default_amplitudes();
   terms[Term::tyre_relaxation] = terms[Term::suspension_kinematics] = 0.0;
   const Car<double> car = make_car(files, p, terms);
@@ -459,11 +462,13 @@ TEST(Dynamics, ColdTyresGripLessUntilDrivingWarmsThem) {
     s[kTyreWarmth] = 0;
     const auto cold = answer(car, s, {}, Road());
     EXPECT_EQ(warm.rate[kTyreWarmth], 0);
-    EXPECT_NEAR(cold.rate[kTyreWarmth], std::min(3.0, 0.2 + std::abs(cold.detail.specific_force_mps2.y) / 8) / 50, 1e-12);
+    EXPECT_NEAR(cold.rate[kTyreWarmth],
+                std::min(3.0, 0.2 + std::abs(cold.detail.specific_force_mps2.y) / 8) / 50, 1e-12);
     return cold.detail.wheel[wheel].fy_n / warm.detail.wheel[wheel].fy_n;
   };
   for (std::size_t i = 0; i < kWheels; ++i) {
-    EXPECT_NEAR(cold_over_warm(1e-3, i), 0.9, 0.002) << i;  // sliding little: half of it is stiffness
+    EXPECT_NEAR(cold_over_warm(1e-3, i), 0.9, 0.002)
+        << i;  // sliding little: half of it is stiffness
     EXPECT_NEAR(cold_over_warm(s[kVx], i), 0.8, 0.02) << i;  // sliding much: grip
   }
 }

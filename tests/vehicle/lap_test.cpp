@@ -21,9 +21,7 @@ namespace {
 
 using namespace vehicle;  // NOLINT: a test of this library
 
-Vehicle racer() {
-  return read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
-}
+Vehicle racer() { return read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml"); }
 
 TEST(Lap, IsCompletedFlyingAndStandingHotAndCold) {
   const Vehicle v = racer();
@@ -223,8 +221,7 @@ TEST(Lap, RunsFromTheCommandLine) {
     out << in.rdbuf();
     return out.str();
   };
-  const std::string car =
-      " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml ";
+  const std::string car = " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml ";
   ASSERT_EQ(run("lap" + car + "--track " + path("s.crg") + " -o " + path("lap.csv")), 0)
       << text("err.txt");
   EXPECT_THAT(text("out.txt"), ::testing::HasSubstr("lap 1:"));

@@ -23,8 +23,7 @@ namespace {
 using namespace vehicle;  // NOLINT: a test of this library
 
 const Vehicle& racer() {
-  static const Vehicle v =
-      read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  static const Vehicle v = read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   return v;
 }
 
@@ -114,8 +113,7 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   ASSERT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
   socklen_t length = sizeof address;
   ASSERT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length), 0);
-  const std::string car =
-      " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml";
+  const std::string car = " --vehicle " + places::source() + "/vehicles/open_wheel/vehicle.yaml";
   const auto begin = std::chrono::steady_clock::now();
   const int code = std::system((places::crgdrive() + " manoeuvre step-steer" + car +
                                 " --seconds 2 --rate-hz 20 --speed-up 4 --udp 127.0.0.1:" +
@@ -137,9 +135,9 @@ TEST(Manoeuvre, CanBeWatchedLive) {
   }
   ::close(socket);
   EXPECT_EQ(rows, 40u);
-  EXPECT_NE(std::system((places::crgdrive() + " manoeuvre braking" + car +
-                         " --udp nowhere >/dev/null 2>&1")
-                            .c_str()),
+  EXPECT_NE(std::system(
+                (places::crgdrive() + " manoeuvre braking" + car + " --udp nowhere >/dev/null 2>&1")
+                    .c_str()),
             0);
 }
 

@@ -1,4 +1,3 @@
-#include "support/places.h"
 #include "vehicle/parameters.h"
 
 #include <gtest/gtest.h>
@@ -6,6 +5,8 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+
+#include "support/places.h"
 
 namespace {
 

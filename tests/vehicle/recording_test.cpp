@@ -117,8 +117,7 @@ TEST(Recording, TakesNoClockThatASecondDoesNotMove) {
   const Recording r = make_recording(log, "log");
   EXPECT_EQ(r.rows_without_time, 4u);
   ASSERT_EQ(r.table.rows(), 24u);
-  for (std::size_t i = 1; i < 24; ++i)
-    EXPECT_GT(r.table.columns[0][i], r.table.columns[0][i - 1]);
+  for (std::size_t i = 1; i < 24; ++i) EXPECT_GT(r.table.columns[0][i], r.table.columns[0][i - 1]);
 }
 
 TEST(Recording, MovesTheAccelerometerAndTakesOutItsFilter) {
@@ -213,8 +212,8 @@ TEST_F(RecordingFile, EndsInAnErrorOrARecordingWhateverTheBytes) {
 TEST(Recording, ReadsTheLogOfARealRaceCar) {
   const std::string log = places::data() + "/recordings/putnam_run4_2.csv";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << "no " << log;
-  const Recording r = read_recording(
-      log, read_mapping(places::source() + "/vehicles/av21/putnam_mapping.yaml"));
+  const Recording r =
+      read_recording(log, read_mapping(places::source() + "/vehicles/av21/putnam_mapping.yaml"));
   EXPECT_NEAR(r.step_s, 0.04, 0.001);
   EXPECT_NEAR(r.table.columns[0].back() - r.table.columns[0].front(), 476, 2);
   double top = 0;

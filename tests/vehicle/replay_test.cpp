@@ -22,8 +22,7 @@ using namespace vehicle;  // NOLINT: a test of this library
 class Replay : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    vehicle_ = new Vehicle(
-        read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml"));
+    vehicle_ = new Vehicle(read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml"));
     surface_ = new crg::Surface(stadium());
     car_ = new Car<double>(make_car(vehicle_->files, vehicle_->parameters, vehicle_->terms));
     lap_ = new Table(drive_laps(*car_, Road(*surface_)).telemetry);

@@ -25,7 +25,8 @@ class Tracks : public ::testing::TestWithParam<const char*> {
       EXPECT_EQ(cli::crgbuild({"synth", circuit, "-o", folder.path()}).code, 0);
       arguments = {"build", folder / "kerbstone-ring.obj", "--start-near-m", "0,0"};
     } else {
-      if (!cli::exists(fmt::format("{0}/road/{1}/{1}.acc", places::torcs_tracks(), name))) return {};
+      if (!cli::exists(fmt::format("{0}/road/{1}/{1}.acc", places::torcs_tracks(), name)))
+        return {};
       arguments = {"build", fmt::format("{}/tracks/{}/track.yaml", places::source(), name)};
     }
     arguments.insert(arguments.end(), {"-o", folder.path()});

@@ -37,15 +37,17 @@ std::string with(std::string text, const std::string& old, const std::string& re
 
 TEST(TyreFile, OtherValuesTakeTheirPlaceAndEverythingElseStays) {
   const std::string text = test_tyre_text();
-  const std::string changed = vehicle::with_tyre_values(text, {{"UNLOADED_RADIUS", 0.31}, {"MASS", 12.5}, {"LGAY", 1.25}});
-  const auto before = vehicle::parse_tyre(text, "before").coefficients, after = vehicle::parse_tyre(changed, "after").coefficients;
+  const std::string changed =
+      vehicle::with_tyre_values(text, {{"UNLOADED_RADIUS", 0.31}, {"MASS", 12.5}, {"LGAY", 1.25}});
+  const auto before = vehicle::parse_tyre(text, "before").coefficients,
+             after = vehicle::parse_tyre(changed, "after").coefficients;
   EXPECT_EQ(after.unloaded_radius_m, 0.31);
   EXPECT_EQ(after.mass_kg, 12.5);  // not the unit of the same name
   EXPECT_EQ(after.lgay, 1.25);
-#define VEHICLE_TYRE_COEFFICIENT(member, keyword, fallback)                                    \
-  if (std::string(#keyword) != "UNLOADED_RADIUS" && std::string(#keyword) != "MASS" &&         \
-      std::string(#keyword) != "LGAY") {                                                       \
-    EXPECT_EQ(after.member, before.member) << #keyword;                                        \
+#define VEHICLE_TYRE_COEFFICIENT(member, keyword, fallback)                            \
+  if (std::string(#keyword) != "UNLOADED_RADIUS" && std::string(#keyword) != "MASS" && \
+      std::string(#keyword) != "LGAY") {                                               \
+    EXPECT_EQ(after.member, before.member) << #keyword;                                \
   }
 #include "vehicle/tyre_coefficients.def"
 #undef VEHICLE_TYRE_COEFFICIENT
@@ -53,9 +55,11 @@ TEST(TyreFile, OtherValuesTakeTheirPlaceAndEverythingElseStays) {
   EXPECT_EQ(after.left_side, before.left_side);
   EXPECT_EQ(vehicle::with_tyre_values(text, {}), text);
   // Line ends of other systems, small letters, a remark that looks like a value, no end of line.
-  EXPECT_EQ(vehicle::with_tyre_values("[MODEL]\r\n$ LMUY = 1\r\nlmuy = 1 $ as measured\r\nLKY = 1", {{"LMUY", 0.9}}),
+  EXPECT_EQ(vehicle::with_tyre_values("[MODEL]\r\n$ LMUY = 1\r\nlmuy = 1 $ as measured\r\nLKY = 1",
+                                      {{"LMUY", 0.9}}),
             "[MODEL]\r\n$ LMUY = 1\r\nLMUY = 0.9\r\nLKY = 1");
-  EXPECT_EQ(vehicle::with_tyre_values("LKY = 1", {{"LCY", 1.1}}), "LKY = 1\n[CORRECTED]\nLCY = 1.1\n");
+  EXPECT_EQ(vehicle::with_tyre_values("LKY = 1", {{"LCY", 1.1}}),
+            "LKY = 1\n[CORRECTED]\nLCY = 1.1\n");
 }
 
 TEST(TyreFile, TakesEveryCoefficientAsWritten) {

@@ -35,7 +35,7 @@ class VehicleFile : public ::testing::Test {
     fs::create_directories(folder_);
     base::write_file(path("t.tir"), test_tyre_text());
     base::write_file(path("engine.csv"),
-                      "engine_radps:throttle,0,1\n0,0,100\n500,-30,300\n900,-50,200\n");
+                     "engine_radps:throttle,0,1\n0,0,100\n500,-30,300\n900,-50,200\n");
   }
   void TearDown() override { fs::remove_all(folder_); }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
@@ -60,9 +60,9 @@ class VehicleFile : public ::testing::Test {
 
 TEST_F(VehicleFile, ReadsATurbochargerAndItsMaps) {
   base::write_file(path("flow.csv"),
-                    "shaft_radps:pressure_ratio,1,2\n10000,0.2,0.1\n16000,0.3,0.2\n");
+                   "shaft_radps:pressure_ratio,1,2\n10000,0.2,0.1\n16000,0.3,0.2\n");
   base::write_file(path("efficiency.csv"),
-                    "shaft_radps:pressure_ratio,1,2\n10000,0.6,0.7\n16000,0.65,0.75\n");
+                   "shaft_radps:pressure_ratio,1,2\n10000,0.6,0.7\n16000,0.65,0.75\n");
   const std::string maps = "  compressor_kgps: flow.csv\n  compressor_efficiency: efficiency.csv\n";
   EXPECT_EQ(refusal(text() + maps + "turbo: full\n"), "");
   const Vehicle v = read_vehicle(path("vehicle.yaml"));
@@ -79,7 +79,7 @@ TEST_F(VehicleFile, ReadsATurbochargerAndItsMaps) {
 
 TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
   base::write_file(path("setup.txt"),
-                    "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
+                   "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");
   base::write_file(
       path("vehicle.yaml"),
       text() +

@@ -56,10 +56,10 @@ int manoeuvre(const ManoeuvreCommand& command, Terminal& terminal) {
         {"telemetry", command.out_path}}));
   else
     terminal.print(fmt::format(
-      "{}: largest wheel load {:.0f} N, lateral acceleration {:.2f} m/s2, yaw rate {:.3f} rad/s; "
-      "{:.2f} m/s at the end{}\n",
-      command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
-      r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string()));
+        "{}: largest wheel load {:.0f} N, lateral acceleration {:.2f} m/s2, yaw rate {:.3f} rad/s; "
+        "{:.2f} m/s at the end{}\n",
+        command.kind, r.peak_fz_n, r.peak_ay_mps2, r.peak_yaw_rate_radps, r.end_mps,
+        r.stop_m > 0.0 ? fmt::format("; stopped within {:.2f} m", r.stop_m) : std::string()));
   if (!terminal.json && !r.swing_warning.empty()) terminal.print(r.swing_warning + "\n");
   if (!command.out_path.empty())
     write_telemetry(command.out_path,

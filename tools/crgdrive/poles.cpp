@@ -18,11 +18,14 @@ int poles(const PolesCommand& command, Terminal& terminal) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (const double speed : command.speeds_mps) {
     const vehicle::Linearisation at = vehicle::linearise(car, speed, command.steps_s);
-    nlohmann::ordered_json radii = nlohmann::ordered_json::array(), poles = nlohmann::ordered_json::array();
-    text += fmt::format("{:.1f} m/s: explicit Euler stable up to {:.3f} ms\n", at.speed_mps, at.euler_step_s * 1e3);
+    nlohmann::ordered_json radii = nlohmann::ordered_json::array(),
+                           poles = nlohmann::ordered_json::array();
+    text += fmt::format("{:.1f} m/s: explicit Euler stable up to {:.3f} ms\n", at.speed_mps,
+                        at.euler_step_s * 1e3);
     for (const auto& radius : at.radii) {
-      text += fmt::format("  step {:g} ms: largest eigenvalue of a step {:.4f} explicit, {:.4f} semi-implicit\n", radius.step_s * 1e3,
-                          radius.explicit_euler, radius.semi_implicit);
+      text += fmt::format(
+          "  step {:g} ms: largest eigenvalue of a step {:.4f} explicit, {:.4f} semi-implicit\n",
+          radius.step_s * 1e3, radius.explicit_euler, radius.semi_implicit);
       const auto say = [&](const char* integrator, double swing) {
         if (swing > vehicle::StepSwing::kWorthSaying)
           text +=
@@ -46,10 +49,14 @@ int poles(const PolesCommand& command, Terminal& terminal) {
     for (const vehicle::Pole& pole : at.poles) {
       poles.push_back({{"real_1ps", pole.real_1ps}, {"imaginary_radps", pole.imaginary_radps}});
       if (pole.imaginary_radps < 0.0 || shown++ >= 8) continue;
-      text += fmt::format("  pole {:10.2f} {:+10.2f}i 1/s ({:.1f} Hz)\n", pole.real_1ps, pole.imaginary_radps,
+      text += fmt::format("  pole {:10.2f} {:+10.2f}i 1/s ({:.1f} Hz)\n", pole.real_1ps,
+                          pole.imaginary_radps,
                           std::hypot(pole.real_1ps, pole.imaginary_radps) / 6.283185307179586);
     }
-    all.push_back({{"speed_mps", at.speed_mps}, {"euler_step_s", at.euler_step_s}, {"radii", radii}, {"poles", poles}});
+    all.push_back({{"speed_mps", at.speed_mps},
+                   {"euler_step_s", at.euler_step_s},
+                   {"radii", radii},
+                   {"poles", poles}});
   }
   terminal.print(terminal.json ? base::json_text(all) : text);
   return kOk;

@@ -18,8 +18,9 @@ namespace {
 /// What was wrong with the recording, in sentences.
 void print_notes(const vehicle::Recording& r, Terminal& terminal) {
   const double length_s = r.table.find("time_s")->back() - r.table.find("time_s")->front();
-  terminal.print(fmt::format("recording: {} rows over {:.2f} s, one every {:.4f} s, {} stretches without a gap\n",
-             r.table.rows(), length_s, r.step_s, r.stretches.size()));
+  terminal.print(fmt::format(
+      "recording: {} rows over {:.2f} s, one every {:.4f} s, {} stretches without a gap\n",
+      r.table.rows(), length_s, r.step_s, r.stretches.size()));
   const std::size_t trouble =
       r.rows_repeated + r.rows_backwards + r.rows_without_time + r.clock_resets;
   if (trouble > 0)
@@ -28,18 +29,23 @@ void print_notes(const vehicle::Recording& r, Terminal& terminal) {
         "first at t = {:.3f} s\n",
         r.rows_repeated, r.rows_backwards, r.rows_without_time, r.clock_resets, r.first_trouble_s));
   if (r.stretches.size() > 1)
-    terminal.print(fmt::format("  longest gap {:.3f} s: no window goes over a gap\n", r.longest_gap_s));
+    terminal.print(
+        fmt::format("  longest gap {:.3f} s: no window goes over a gap\n", r.longest_gap_s));
   if (r.cells_not_numbers > 0)
     terminal.print(fmt::format("  {} cells are no numbers: taken as empty\n", r.cells_not_numbers));
   for (const auto& [channel, share] : r.held)
-    terminal.print(fmt::format("  {}: {:.0f} % of the samples repeat the one before\n", channel, 100.0 * share));
-  for (const std::string& channel : r.constant) terminal.print(fmt::format("  {}: constant\n", channel));
+    terminal.print(fmt::format("  {}: {:.0f} % of the samples repeat the one before\n", channel,
+                               100.0 * share));
+  for (const std::string& channel : r.constant)
+    terminal.print(fmt::format("  {}: constant\n", channel));
 }
 
 void print_result(const vehicle::ReplayResult& result, bool held, Terminal& terminal) {
-  for (const std::string& sentence : result.driven_by) terminal.print(fmt::format("{}\n", sentence));
-  terminal.print(fmt::format("{} windows; {} left out standing, {} stretches too short, {} ended early\n",
-             result.windows, result.standing, result.too_short, result.problems.size()));
+  for (const std::string& sentence : result.driven_by)
+    terminal.print(fmt::format("{}\n", sentence));
+  terminal.print(
+      fmt::format("{} windows; {} left out standing, {} stretches too short, {} ended early\n",
+                  result.windows, result.standing, result.too_short, result.problems.size()));
   for (std::size_t i = 0; i < std::min<std::size_t>(5, result.problems.size()); ++i)
     terminal.print(fmt::format("  {}\n", result.problems[i]));
   if (held)
@@ -47,17 +53,22 @@ void print_result(const vehicle::ReplayResult& result, bool held, Terminal& term
         "push that held the speed: mean {:.1f} N, root mean square {:.1f} N, at most {:.1f} N\n",
         result.hold_mean_n, result.hold_rms_n, result.hold_most_n));
   if (!result.swing_warning.empty()) terminal.print(result.swing_warning + "\n");
-  terminal.print(fmt::format("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples", "max", "RMSE",
-             "hold RMSE", "trend RMSE"));
+  terminal.print(fmt::format("{:<20} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "samples",
+                             "max", "RMSE", "hold RMSE", "trend RMSE"));
   for (const vehicle::ChannelError& e : result.errors)
-    terminal.print(fmt::format("{:<20} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", e.channel, e.samples,
-               e.max, e.rmse, e.hold_rmse, e.trend_rmse));
+    terminal.print(fmt::format("{:<20} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", e.channel,
+                               e.samples, e.max, e.rmse, e.hold_rmse, e.trend_rmse));
 }
 
-nlohmann::ordered_json numbers(const vehicle::Recording& recording, const vehicle::ReplayResult& result) {
+nlohmann::ordered_json numbers(const vehicle::Recording& recording,
+                               const vehicle::ReplayResult& result) {
   nlohmann::ordered_json errors = nlohmann::ordered_json::object();
   for (const vehicle::ChannelError& e : result.errors)
-    errors[e.channel] = {{"samples", e.samples}, {"max", e.max}, {"rmse", e.rmse}, {"hold_rmse", e.hold_rmse}, {"trend_rmse", e.trend_rmse}};
+    errors[e.channel] = {{"samples", e.samples},
+                         {"max", e.max},
+                         {"rmse", e.rmse},
+                         {"hold_rmse", e.hold_rmse},
+                         {"trend_rmse", e.trend_rmse}};
   return {{"rows", recording.table.rows()},
           {"step_s", recording.step_s},
           {"stretches", recording.stretches.size()},
@@ -75,7 +86,8 @@ nlohmann::ordered_json numbers(const vehicle::Recording& recording, const vehicl
 }
 
 /// A folder with errors and telemetry, or the telemetry alone as MCAP.
-void write_result(const std::string& path, const std::string& from, const vehicle::ReplayResult& result) {
+void write_result(const std::string& path, const std::string& from,
+                  const vehicle::ReplayResult& result) {
   if (is_mcap(path)) return write_telemetry(path, from, result.telemetry);
   std::filesystem::create_directories(path);
   const std::filesystem::path folder(path);

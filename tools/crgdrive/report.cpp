@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "commands.h"
-#include "crg/surface.h"
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
+#include "commands.h"
+#include "crg/surface.h"
 #include "load_car.h"
 #include "report/plot_page.h"
 #include "vehicle/error.h"
@@ -99,8 +99,8 @@ int report(const ReportCommand& command, Terminal& terminal) {
   add("Load front right", "N", channel("fz_fr_n"));
   add("Load rear left", "N", channel("fz_rl_n"));
   add("Load rear right", "N", channel("fz_rr_n"));
-  page.facts.push_back({"road", command.track_path + "  " +
-                                    base::sha256_of_file(command.track_path).substr(0, 16)});
+  page.facts.push_back(
+      {"road", command.track_path + "  " + base::sha256_of_file(command.track_path).substr(0, 16)});
   for (const AlongRoad& drive : drives) {
     const auto& time = *drive.recording.table.find("time_s");
     page.facts.push_back(
@@ -113,7 +113,8 @@ int report(const ReportCommand& command, Terminal& terminal) {
     terminal.print(base::json_text(nlohmann::ordered_json{
         {"curves", page.plots.size()}, {"drives", command.telemetry}, {"page", command.out_path}}));
   else
-    terminal.print(fmt::format("{} curves of {} drives: {}\n", page.plots.size(), drives.size(), command.out_path));
+    terminal.print(fmt::format("{} curves of {} drives: {}\n", page.plots.size(), drives.size(),
+                               command.out_path));
   return kOk;
 }
 

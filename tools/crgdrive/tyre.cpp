@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "commands.h"
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
+#include "commands.h"
 #include "report/plot_page.h"
 #include "vehicle/table.h"
 #include "vehicle/tyre_points.h"
@@ -95,7 +95,8 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
                                            : vehicle::AlphaConvention::kTangent;
   options.mirrored = command.mirrored;
   const double version = file.coefficients.version / 10.0;
-  std::string text = fmt::format("{}: Magic Formula {:.1f}, {} coefficients at their default\n", command.tyre_path, version, file.defaulted.size());
+  std::string text = fmt::format("{}: Magic Formula {:.1f}, {} coefficients at their default\n",
+                                 command.tyre_path, version, file.defaulted.size());
   if (!file.unused.empty()) text += fmt::format("not used: {}\n", fmt::join(file.unused, ", "));
   nlohmann::ordered_json numbers = {{"tyre", command.tyre_path},
                                     {"magic_formula", version},

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "commands.h"
-#include "explain/mapping.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
+#include "commands.h"
+#include "explain/mapping.h"
 #include "recording/log.h"
 #include "vehicle/error.h"
 #include "vehicle/log_table.h"
@@ -28,7 +28,8 @@ std::vector<Listed> channels_of(const std::string& path, const explain::Mapping&
   std::vector<Listed> out;
   for (const recording::Channel& channel : recording::read_log(path).channels) {
     Listed listed{channel.name, channel.unit, "", channel.rate_hz, 0, 0.0, 0.0};
-    const std::string column = channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
+    const std::string column =
+        channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
     for (const explain::ColumnMapping& m : mapping.columns)
       if (m.column == column) listed.canonical = m.channel;
     for (const double value : channel.values) {
@@ -47,7 +48,8 @@ std::vector<Listed> channels_of(const std::string& path, const explain::Mapping&
 int map(const MapCommand& command, Terminal& terminal) {
   std::error_code none;
   if (std::filesystem::equivalent(command.log_path, command.out_path, none))
-    throw vehicle::Error(fmt::format("{}: is the log, and -o would overwrite it; choose another name", command.out_path));
+    throw vehicle::Error(fmt::format(
+        "{}: is the log, and -o would overwrite it; choose another name", command.out_path));
   std::vector<std::size_t> words;
   std::vector<std::string> not_read;
   const vehicle::Table table = vehicle::read_log(command.log_path, &words, &not_read);
@@ -55,32 +57,47 @@ int map(const MapCommand& command, Terminal& terminal) {
   std::vector<std::string> notes = not_read;
   notes.insert(notes.end(), mapping.notes.begin(), mapping.notes.end());
   for (std::size_t c = 0; c < words.size(); ++c)
-    if (words[c] > 0) notes.push_back(fmt::format("{} of {} cells of '{}' are no numbers: taken as empty", words[c], table.rows(), table.names[c]));
+    if (words[c] > 0)
+      notes.push_back(fmt::format("{} of {} cells of '{}' are no numbers: taken as empty", words[c],
+                                  table.rows(), table.names[c]));
   base::write_file(command.out_path, explain::format_mapping(mapping));
-  const std::vector<Listed> listed = command.list || terminal.json ? channels_of(command.log_path, mapping) : std::vector<Listed>{};
+  const std::vector<Listed> listed = command.list || terminal.json
+                                         ? channels_of(command.log_path, mapping)
+                                         : std::vector<Listed>{};
   if (terminal.json) {
     nlohmann::ordered_json columns = nlohmann::ordered_json::object();
     for (const explain::ColumnMapping& m : mapping.columns) columns[m.column] = m.channel;
     nlohmann::ordered_json channels = nlohmann::ordered_json::array();
     for (const Listed& c : listed)
-      channels.push_back({{"name", c.name}, {"unit", c.unit}, {"rate_hz", c.rate_hz}, {"samples", c.samples}, {"least", c.least}, {"greatest", c.greatest}, {"channel", c.canonical}});
+      channels.push_back({{"name", c.name},
+                          {"unit", c.unit},
+                          {"rate_hz", c.rate_hz},
+                          {"samples", c.samples},
+                          {"least", c.least},
+                          {"greatest", c.greatest},
+                          {"channel", c.canonical}});
     terminal.print(base::json_text(nlohmann::ordered_json{{"rows", table.rows()},
-                                                           {"columns", table.names.size()},
-                                                           {"channel_of_column", columns},
-                                                           {"notes", notes},
-                                                           {"channels", channels},
-                                                           {"mapping", command.out_path}}));
+                                                          {"columns", table.names.size()},
+                                                          {"channel_of_column", columns},
+                                                          {"notes", notes},
+                                                          {"channels", channels},
+                                                          {"mapping", command.out_path}}));
     return kOk;
   }
-  terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(), mapping.columns.size(), table.names.size()));
+  terminal.print(fmt::format("{} rows, {} of {} columns used\n", table.rows(),
+                             mapping.columns.size(), table.names.size()));
   if (command.list) {
-    terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12} {:>12}  {}\n", "channel", "unit", "rate, Hz", "samples", "least", "greatest", "becomes"));
+    terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12} {:>12}  {}\n", "channel", "unit",
+                               "rate, Hz", "samples", "least", "greatest", "becomes"));
     for (const Listed& c : listed)
-      terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12.6g} {:>12.6g}  {}\n", one_line(c.name), one_line(c.unit), c.rate_hz > 0 ? fmt::format("{:.4g}", c.rate_hz) : "?",
-                                 c.samples, c.least, c.greatest, c.canonical.empty() ? "-" : c.canonical));
+      terminal.print(fmt::format("{:<32} {:<10} {:>9} {:>9} {:>12.6g} {:>12.6g}  {}\n",
+                                 one_line(c.name), one_line(c.unit),
+                                 c.rate_hz > 0 ? fmt::format("{:.4g}", c.rate_hz) : "?", c.samples,
+                                 c.least, c.greatest, c.canonical.empty() ? "-" : c.canonical));
   }
   for (const std::string& note : notes) terminal.print(fmt::format("  {}\n", one_line(note)));
-  terminal.print(fmt::format("{}: look through it and correct what was guessed wrong\n", command.out_path));
+  terminal.print(
+      fmt::format("{}: look through it and correct what was guessed wrong\n", command.out_path));
   return kOk;
 }
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
+#include "base/sha256.h"
 #include "crg/file.h"
 #include "explain/fuel.h"
-#include "base/sha256.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
 #include "vehicle/log_table.h"
@@ -21,7 +21,10 @@ void want_grip_factors(const crg::Crg& map, const std::string& path) {
   constexpr float kMost = 3.0F;
   for (const float value : map.grid.z_m)
     if (value < 0.0F || value > kMost)
-      throw Error(fmt::format("{}: a grip factor of {:.3g}, wanted 0 to {:.0f}; --friction is a file of grip factors in place of heights", path, value, kMost));
+      throw Error(
+          fmt::format("{}: a grip factor of {:.3g}, wanted 0 to {:.0f}; --friction is a file of "
+                      "grip factors in place of heights",
+                      path, value, kMost));
 }
 
 /// Laps of one drive that came twice would vouch for each other.
@@ -30,40 +33,61 @@ void refuse_the_same_twice(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     const std::string hash = base::sha256_of_file(path);
     if (const auto same = std::find(hashes.begin(), hashes.end(), hash); same != hashes.end())
-      throw Error(fmt::format("{}: the same recording as {}; give it once", path, paths[static_cast<std::size_t>(same - hashes.begin())]));
+      throw Error(fmt::format("{}: the same recording as {}; give it once", path,
+                              paths[static_cast<std::size_t>(same - hashes.begin())]));
     hashes.push_back(hash);
   }
 }
 
-/// Cells that are no numbers count as empty, unless nothing is left of what the analysis cannot do without.
-void note_words(const std::string& path, const vehicle::Table& table, const std::vector<std::size_t>& words, const explain::Mapping& mapping, std::vector<std::string>& notes) {
+/// Cells that are no numbers count as empty, unless nothing is left of what the analysis cannot do
+/// without.
+void note_words(const std::string& path, const vehicle::Table& table,
+                const std::vector<std::size_t>& words, const explain::Mapping& mapping,
+                std::vector<std::string>& notes) {
   for (std::size_t c = 0; c < words.size(); ++c) {
-    const auto m = std::find_if(mapping.columns.begin(), mapping.columns.end(), [&](const auto& column) { return column.column == table.names[c]; });
+    const auto m =
+        std::find_if(mapping.columns.begin(), mapping.columns.end(),
+                     [&](const auto& column) { return column.column == table.names[c]; });
     if (m == mapping.columns.end() || words[c] == 0) continue;
-    if (words[c] == table.rows() && (m->channel == "time_s" || m->channel == "x_m" || m->channel == "y_m" || m->channel == "vx_mps"))
-      throw Error(fmt::format("{}: no cell of '{}' is a number; wanted numbers with a decimal point", path, m->column));
-    notes.push_back(fmt::format("{}: {} of {} cells of '{}' are no numbers: taken as empty", path, words[c], table.rows(), m->column));
+    if (words[c] == table.rows() && (m->channel == "time_s" || m->channel == "x_m" ||
+                                     m->channel == "y_m" || m->channel == "vx_mps"))
+      throw Error(fmt::format(
+          "{}: no cell of '{}' is a number; wanted numbers with a decimal point", path, m->column));
+    notes.push_back(fmt::format("{}: {} of {} cells of '{}' are no numbers: taken as empty", path,
+                                words[c], table.rows(), m->column));
   }
 }
 
-explain::Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths, const std::vector<vehicle::Table>& tables) {
+explain::Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths,
+                               const std::vector<vehicle::Table>& tables) {
   const explain::Mapping out = {vehicle::read_mapping(path), {}};
   for (std::size_t k = 0; k < tables.size(); ++k)
     for (const explain::ColumnMapping& m : out.columns)
       if (tables[k].find(m.column) == nullptr)
-        throw Error(fmt::format("{}: no column '{}', which {} takes for {}; correct the mapping to the columns that there are: '{}'", paths[k], m.column, path, m.channel,
-                                fmt::join(tables[k].names.begin(), tables[k].names.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(tables[k].names.size(), 30)), "', '")));
+        throw Error(fmt::format(
+            "{}: no column '{}', which {} takes for {}; correct the mapping to the columns that "
+            "there are: '{}'",
+            paths[k], m.column, path, m.channel,
+            fmt::join(tables[k].names.begin(),
+                      tables[k].names.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(
+                                                    tables[k].names.size(), 30)),
+                      "', '")));
   return out;
 }
 
-/// Canonical columns, the same in all recordings: mechanisms, the whole car and mapping.yaml know one
-/// mapping. Samples that repeat in one recording count as missing in all.
-explain::Mapping common_mapping(const std::vector<std::string>& paths, const std::vector<vehicle::Table>& tables, std::vector<std::string>& notes) {
+/// Canonical columns, the same in all recordings: mechanisms, the whole car and mapping.yaml know
+/// one mapping. Samples that repeat in one recording count as missing in all.
+explain::Mapping common_mapping(const std::vector<std::string>& paths,
+                                const std::vector<vehicle::Table>& tables,
+                                std::vector<std::string>& notes) {
   explain::Mapping out;
   const auto want = [&](const explain::Mapping& all, std::size_t here, std::size_t there) {
     for (const explain::ColumnMapping& m : all.columns)
       if (tables[there].find(m.column) == nullptr)
-        throw Error(fmt::format("{}: no column '{}', which {} has; recordings of one run want the same columns: take it out of the other, or give --mapping with what all have", paths[there], m.column, paths[here]));
+        throw Error(
+            fmt::format("{}: no column '{}', which {} has; recordings of one run want the same "
+                        "columns: take it out of the other, or give --mapping with what all have",
+                        paths[there], m.column, paths[here]));
   };
   for (std::size_t k = 0; k < tables.size(); ++k) {
     const explain::Mapping own = explain::identity_mapping(tables[k]);
@@ -72,7 +96,8 @@ explain::Mapping common_mapping(const std::vector<std::string>& paths, const std
     want(out, 0, k);
     want(own, k, 0);
     for (explain::ColumnMapping& m : out.columns)
-      m.held = m.held || std::any_of(own.columns.begin(), own.columns.end(), [&](const auto& o) { return o.held && o.column == m.column; });
+      m.held = m.held || std::any_of(own.columns.begin(), own.columns.end(),
+                                     [&](const auto& o) { return o.held && o.column == m.column; });
   }
   return out;
 }
@@ -94,20 +119,25 @@ std::vector<explain::RecordedLog> Recordings::all() const {
   return out;
 }
 
-Recordings read_recordings(const RunCommand& command, const crg::Surface& surface, const vehicle::Vehicle& car) {
+Recordings read_recordings(const RunCommand& command, const crg::Surface& surface,
+                           const vehicle::Vehicle& car) {
   const std::vector<std::string>& paths = command.recording_paths;
   Recordings out;
   std::vector<std::vector<std::size_t>> words(paths.size());
-  for (std::size_t k = 0; k < paths.size(); ++k) out.tables.push_back(vehicle::read_log(paths[k], &words[k]));
+  for (std::size_t k = 0; k < paths.size(); ++k)
+    out.tables.push_back(vehicle::read_log(paths[k], &words[k]));
   refuse_the_same_twice(paths);
-  out.recorded = command.mapping_path.empty() ? common_mapping(paths, out.tables, out.notes) : given_mapping(command.mapping_path, paths, out.tables);
+  out.recorded = command.mapping_path.empty()
+                     ? common_mapping(paths, out.tables, out.notes)
+                     : given_mapping(command.mapping_path, paths, out.tables);
   out.given = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {  // the same columns in all
     out.recorded = out.given;
     vehicle::put_on_plane(out.tables[k], out.recorded, paths[k]);
     words[k].resize(out.tables[k].names.size());
   }
-  for (std::size_t k = 0; k < paths.size(); ++k) note_words(paths[k], out.tables[k], words[k], out.recorded, out.notes);
+  for (std::size_t k = 0; k < paths.size(); ++k)
+    note_words(paths[k], out.tables[k], words[k], out.recorded, out.notes);
   out.read = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {
     out.logs.push_back(explain::make_signals(out.tables[k], out.recorded, surface, paths[k]));

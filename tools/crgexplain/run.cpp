@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <set>
 
-#include "crg/file.h"
-#include "explain/kept.h"
-#include "explain/page.h"
 #include "base/output_set.h"
 #include "base/sha256.h"
 #include "base/write_file.h"
+#include "crg/file.h"
+#include "explain/kept.h"
+#include "explain/page.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
 
@@ -30,7 +30,8 @@ std::string hash_of(const RunCommand& command, const std::vector<std::string>& i
   std::string all = base::sha256_of_program();
   for (const std::string& input : inputs)
     if (!input.empty()) all += fmt::format("\n{} {}", input, base::sha256_of_file(input));
-  all += fmt::format("\n{} {} {}", command.nulls, fmt::join(command.hold_out, ","), command.fuel_kg);
+  all +=
+      fmt::format("\n{} {} {}", command.nulls, fmt::join(command.hold_out, ","), command.fuel_kg);
   return base::sha256(all);
 }
 
@@ -48,14 +49,21 @@ void want_laps(const std::vector<int>& hold_out, const std::vector<explain::Sign
   int laps = 0;
   for (const explain::Signals& log : logs) laps += log.lap.empty() ? 1 : log.lap.back() + 1;
   const std::set<int> held(hold_out.begin(), hold_out.end());
-  if (!held.empty() && *held.rbegin() >= laps) throw vehicle::Error(fmt::format("--hold-out {}: no such lap; these recordings have laps 0 to {}, begun ones too", *held.rbegin(), laps - 1));
-  if (static_cast<int>(held.size()) == laps) throw vehicle::Error(fmt::format("--hold-out {}: all laps that there are; leave some to find something with", fmt::join(held, ",")));
+  if (!held.empty() && *held.rbegin() >= laps)
+    throw vehicle::Error(fmt::format(
+        "--hold-out {}: no such lap; these recordings have laps 0 to {}, begun ones too",
+        *held.rbegin(), laps - 1));
+  if (static_cast<int>(held.size()) == laps)
+    throw vehicle::Error(
+        fmt::format("--hold-out {}: all laps that there are; leave some to find something with",
+                    fmt::join(held, ",")));
 }
 
 }  // namespace
 
 int run(const RunCommand& command, Terminal& terminal) {
-  if (!std::isfinite(command.fuel_kg)) throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
+  if (!std::isfinite(command.fuel_kg))
+    throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
   const std::vector<std::string> inputs = inputs_of(command, car);
   refuse_to_overwrite(inputs, command.out_path);
@@ -66,24 +74,31 @@ int run(const RunCommand& command, Terminal& terminal) {
 
   const Stages stages(command.out_path, hash_of(command, inputs));
   if (const auto taken = stages.taken_up(); !taken.empty())
-    terminal.remark(fmt::format("goes on where a run was stopped; finished: {}", fmt::join(taken, ", ")));
+    terminal.remark(
+        fmt::format("goes on where a run was stopped; finished: {}", fmt::join(taken, ", ")));
   const auto find = [&] {
     return explain::explain({recordings.logs, recordings.all(), recordings.read, road.surface, car},
                             options_of(command, terminal));
   };
-  auto findings = stages.get<explain::Findings>("relations", find, explain::findings_from_bytes, [](const auto& f) { return explain::to_bytes(f); });
-  findings.remarks.insert(findings.remarks.begin(), recordings.notes.begin(), recordings.notes.end());
+  auto findings = stages.get<explain::Findings>("relations", find, explain::findings_from_bytes,
+                                                [](const auto& f) { return explain::to_bytes(f); });
+  findings.remarks.insert(findings.remarks.begin(), recordings.notes.begin(),
+                          recordings.notes.end());
 
   // From here on until the end no verdict lies beside corrected inputs of another run.
-  for (const char* name : {"findings.json", "report.html"}) std::filesystem::remove(std::filesystem::path(command.out_path) / name);
+  for (const char* name : {"findings.json", "report.html"})
+    std::filesystem::remove(std::filesystem::path(command.out_path) / name);
   const Corrected corrected = write_corrected(command, road, car, recordings, findings);
   if (!findings.findings.empty() && !command.skip_simulation)
-    drive_before_and_after(command, road, car, corrected, recordings, stages, terminal.progress(), findings);
+    drive_before_and_after(command, road, car, corrected, recordings, stages, terminal.progress(),
+                           findings);
 
-  const std::string title = fmt::format("Simulation and recording: {} on {}", car.name, std::filesystem::path(command.track_path).stem().string());
+  const std::string title = fmt::format("Simulation and recording: {} on {}", car.name,
+                                        std::filesystem::path(command.track_path).stem().string());
   const std::string json = explain::findings_json(findings);
   base::write_file(command.out_path + "/findings.json", json);
-  base::write_file(command.out_path + "/report.html", explain::findings_page(findings, recordings.logs, title));
+  base::write_file(command.out_path + "/report.html",
+                   explain::findings_page(findings, recordings.logs, title));
   stages.done();
   if (terminal.json)
     terminal.print(json);

@@ -26,18 +26,20 @@ Road read_road(const std::string& track_path, const std::string& friction_path);
 struct Recordings {
   std::vector<vehicle::Table> tables;
   std::vector<explain::Signals> logs;  ///< of the same tables
-  explain::Mapping given;  ///< as it names the columns of the log: latitudes not yet on a plane
-  explain::Mapping recorded;           ///< of the columns that were recorded
-  explain::Mapping read;               ///< the same with the column of the fuel that was given, if any was
+  explain::Mapping given;     ///< as it names the columns of the log: latitudes not yet on a plane
+  explain::Mapping recorded;  ///< of the columns that were recorded
+  explain::Mapping read;      ///< the same with the column of the fuel that was given, if any was
   std::vector<std::string> notes;
 
   std::vector<explain::RecordedLog> all() const;
 };
 
 /// With `--fuel-kg` every table gets a column of fuel that burns as vehicle.yaml says.
-Recordings read_recordings(const RunCommand& command, const crg::Surface& surface, const vehicle::Vehicle& car);
+Recordings read_recordings(const RunCommand& command, const crg::Surface& surface,
+                           const vehicle::Vehicle& car);
 
-/// What a simulation is to take from now on: corrected where something was found, as given elsewhere.
+/// What a simulation is to take from now on: corrected where something was found, as given
+/// elsewhere.
 struct Corrected {
   std::string track_path, friction_path, vehicle_path, mapping_path;
   std::optional<explain::Mapping> mapping;  ///< of the recorded columns, if it was corrected
@@ -48,17 +50,23 @@ struct Corrected {
 void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder);
 
 /// Writes the corrected inputs; none is left over from an earlier run.
-Corrected write_corrected(const RunCommand& command, const Road& road, const vehicle::Vehicle& car, const Recordings& recordings, const explain::Findings& findings);
+Corrected write_corrected(const RunCommand& command, const Road& road, const vehicle::Vehicle& car,
+                          const Recordings& recordings, const explain::Findings& findings);
 
 /// vehicle.yaml comes last: whoever finds it finds what it names.
 void write_car(const explain::CorrectedCar& car, const std::string& folder);
 
-/// Drives the whole simulated car with the stated and with the corrected inputs and adds to the findings
-/// what came out. The refitted car replaces the corrected one: what was driven is what is handed out.
-void drive_before_and_after(const RunCommand& command, const Road& road, const vehicle::Vehicle& car, const Corrected& corrected, Recordings& recordings, const Stages& stages,
+/// Drives the whole simulated car with the stated and with the corrected inputs and adds to the
+/// findings what came out. The refitted car replaces the corrected one: what was driven is what is
+/// handed out.
+void drive_before_and_after(const RunCommand& command, const Road& road,
+                            const vehicle::Vehicle& car, const Corrected& corrected,
+                            Recordings& recordings, const Stages& stages,
                             const base::Progress& progress, explain::Findings& findings);
 
 /// Verdict, findings and the commands that go on from here.
-void print_result(const RunCommand& command, const Recordings& recordings, const explain::Findings& findings, const Corrected& corrected, Terminal& terminal);
+void print_result(const RunCommand& command, const Recordings& recordings,
+                  const explain::Findings& findings, const Corrected& corrected,
+                  Terminal& terminal);
 
 }  // namespace crgexplain

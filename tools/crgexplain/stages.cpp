@@ -10,7 +10,8 @@ namespace crgexplain {
 
 namespace fs = std::filesystem;
 
-Stages::Stages(std::string folder, std::string inputs) : folder_(std::move(folder) + "/.unfinished"), inputs_(inputs.substr(0, 16)) {
+Stages::Stages(std::string folder, std::string inputs)
+    : folder_(std::move(folder) + "/.unfinished"), inputs_(inputs.substr(0, 16)) {
   fs::create_directories(folder_);
   for (const auto& entry : fs::directory_iterator(folder_))
     if (!entry.path().filename().string().ends_with("-" + inputs_)) fs::remove(entry.path());
@@ -32,7 +33,9 @@ bool Stages::load(const std::string& stage, std::string& bytes) const {
   return true;
 }
 
-void Stages::keep(const std::string& stage, const std::string& bytes) const { base::write_file(path(stage), bytes); }
+void Stages::keep(const std::string& stage, const std::string& bytes) const {
+  base::write_file(path(stage), bytes);
+}
 
 void Stages::done() const { fs::remove_all(folder_); }
 

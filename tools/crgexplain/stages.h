@@ -14,8 +14,8 @@ class Stages {
  public:
   Stages(std::string folder, std::string inputs);
 
-  /// What the stage gave before, or what `make` gives now. Kept bytes that `read` throws on are made
-  /// anew. Different stages may be asked for from different threads.
+  /// What the stage gave before, or what `make` gives now. Kept bytes that `read` throws on are
+  /// made anew. Different stages may be asked for from different threads.
   template <class T, class Make, class Read, class Bytes>
   T get(const std::string& stage, Make make, Read read, Bytes bytes) const {
     std::string kept;

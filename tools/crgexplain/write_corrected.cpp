@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "crg/file.h"
 #include "base/write_file.h"
+#include "crg/file.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
 
@@ -38,7 +38,8 @@ void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::stri
       std::error_code none;
       const std::filesystem::path written = std::filesystem::path(folder) / name;
       if (!input.empty() && std::filesystem::equivalent(input, written, none))
-        throw vehicle::Error(fmt::format("{}: is read, and -o {} would overwrite it; choose another folder", input, folder));
+        throw vehicle::Error(fmt::format(
+            "{}: is read, and -o {} would overwrite it; choose another folder", input, folder));
     }
 }
 
@@ -51,15 +52,16 @@ Corrected write_corrected(const RunCommand& command, const Road& stated,
                           const vehicle::Vehicle& car, const Recordings& recordings,
                           const explain::Findings& findings) {
   const std::string& folder = command.out_path;
-  Corrected out{command.track_path,   command.friction_path, command.vehicle_path,
-                command.mapping_path, {},                    command.fuel_kg};
+  Corrected out{
+      command.track_path, command.friction_path, command.vehicle_path, command.mapping_path, {},
+      command.fuel_kg};
   for (const std::string& name : corrected_names())
     std::filesystem::remove(std::filesystem::path(folder) / name);
   const crg::Crg& road = stated.surface.file();
-  const explain::CorrectedInputs made = explain::correct(
-      {road, stated.friction ? &*stated.friction : nullptr, command.vehicle_path, car,
-       recordings.recorded},
-      findings, recordings.logs);
+  const explain::CorrectedInputs made =
+      explain::correct({road, stated.friction ? &*stated.friction : nullptr, command.vehicle_path,
+                        car, recordings.recorded},
+                       findings, recordings.logs);
   if (made.road) {
     out.track_path = folder + "/track.crg";
     base::write_file(out.track_path, crg::to_bytes(*made.road, road.format));

@@ -95,8 +95,8 @@ int actuator(const ActuatorCommand& command, Terminal& terminal) {
                   command.recording_path, base::sha256_of_file(command.recording_path));
   if (fit.order.poles == 3)
     sheet += fmt::format(
-        "# 3 poles leave {:.4g} rms, 2 and a zero, as below, {:.4g}; the car's actuators have 2\n", fit.rms,
-        for_car.rms);
+        "# 3 poles leave {:.4g} rms, 2 and a zero, as below, {:.4g}; the car's actuators have 2\n",
+        fit.rms, for_car.rms);
   sheet += actuator_sheet(for_car, command.part);
   if (for_car.dead_time_s.value > 0.2)
     terminal.remark(fmt::format("the dead time is {:.3f} s; a car takes no more than 0.2 s",

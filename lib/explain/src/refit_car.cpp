@@ -13,18 +13,26 @@ using Eigen::Index;
 
 /// One amount that is refitted, 0 at the stated car.
 struct Free {
-  std::vector<P> factor{};   ///< parameters that grow by this share
-  int shape = -1;            ///< of the engine map
-  P plus = P::kCount;        ///< a parameter that grows by this much
-  double width = 0.1;        ///< one standard deviation of the prior
-  double move = 0.03;        ///< of the derivative
+  std::vector<P> factor{};  ///< parameters that grow by this share
+  int shape = -1;           ///< of the engine map
+  P plus = P::kCount;       ///< a parameter that grows by this much
+  double width = 0.1;       ///< one standard deviation of the prior
+  double move = 0.03;       ///< of the derivative
 };
 
 std::vector<Free> free_amounts(const vehicle::Vehicle& car) {
   std::vector<Free> out;
-  for (const std::vector<P>& together : std::vector<std::vector<P>>{{P::engine_torque}, {P::aero_drag_area_m2}, brake_strength(car),
-                                                                    {P::front_tyre_cornering_stiffness}, {P::rear_tyre_cornering_stiffness}, {P::front_tyre_grip}, {P::rear_tyre_grip}})
-    out.push_back({.factor = together, .width = std::max(0.01, 0.5 * car.prior[static_cast<std::size_t>(together.front())])});
+  for (const std::vector<P>& together :
+       std::vector<std::vector<P>>{{P::engine_torque},
+                                   {P::aero_drag_area_m2},
+                                   brake_strength(car),
+                                   {P::front_tyre_cornering_stiffness},
+                                   {P::rear_tyre_cornering_stiffness},
+                                   {P::front_tyre_grip},
+                                   {P::rear_tyre_grip}})
+    out.push_back(
+        {.factor = together,
+         .width = std::max(0.01, 0.5 * car.prior[static_cast<std::size_t>(together.front())])});
   for (int k = 0; k < 4; ++k) out.push_back({.shape = k, .width = 0.08});
   // What happens between two gears is stated by hardly anyone: both are as good as unknown.
   out.push_back({.factor = {P::gearbox_shift_s}, .width = 0.3, .move = 0.2});
@@ -32,7 +40,8 @@ std::vector<Free> free_amounts(const vehicle::Vehicle& car) {
   return out;
 }
 
-RefittedCar with(const vehicle::Vehicle& car, const std::vector<Free>& free, const Eigen::VectorXd& amount) {
+RefittedCar with(const vehicle::Vehicle& car, const std::vector<Free>& free,
+                 const Eigen::VectorXd& amount) {
   RefittedCar out{car.parameters, car.files.engine_torque_nm, {}};
   std::array<double, 4> shape{};
   for (std::size_t j = 0; j < free.size(); ++j) {
@@ -43,9 +52,11 @@ RefittedCar with(const vehicle::Vehicle& car, const std::vector<Free>& free, con
   }
   for (const vehicle::ParameterInfo& info : vehicle::parameter_list()) {
     double& value = out.parameters[*vehicle::find_parameter(info.name)];
-    if (value != car.parameters[*vehicle::find_parameter(info.name)]) value = std::clamp(value, info.low, info.high);
+    if (value != car.parameters[*vehicle::find_parameter(info.name)])
+      value = std::clamp(value, info.low, info.high);
   }
-  out.engine_torque_nm = shaped_engine_map(car.files.engine_torque_nm, shape, out.parameters[P::engine_limit_radps]);
+  out.engine_torque_nm =
+      shaped_engine_map(car.files.engine_torque_nm, shape, out.parameters[P::engine_limit_radps]);
   return out;
 }
 
@@ -63,7 +74,8 @@ Eigen::VectorXd weights(const Eigen::VectorXd& r, const std::vector<double>& wor
     std::nth_element(size.begin(), middle, size.end());
     const double unit = std::max(worth[static_cast<std::size_t>(c)], 1.5 * *middle);
     for (Index i = c; i < r.size(); i += channels)
-      if (std::isfinite(r[i])) out[i] = 1 / (unit * unit) * std::min(1.0, 3 * unit / std::max(1e-12, std::abs(r[i])));
+      if (std::isfinite(r[i]))
+        out[i] = 1 / (unit * unit) * std::min(1.0, 3 * unit / std::max(1e-12, std::abs(r[i])));
   }
   return out;
 }
@@ -71,11 +83,14 @@ Eigen::VectorXd weights(const Eigen::VectorXd& r, const std::vector<double>& wor
 }  // namespace
 
 std::vector<P> brake_strength(const vehicle::Vehicle& car) {
-  const bool mapped = car.terms[vehicle::Term::brake_friction_temperature] > 0 && !car.files.pad_friction.empty();
-  return mapped ? std::vector{P::front_brake_area_m2, P::rear_brake_area_m2} : std::vector{P::front_brake_friction, P::rear_brake_friction};
+  const bool mapped =
+      car.terms[vehicle::Term::brake_friction_temperature] > 0 && !car.files.pad_friction.empty();
+  return mapped ? std::vector{P::front_brake_area_m2, P::rear_brake_area_m2}
+                : std::vector{P::front_brake_friction, P::rear_brake_friction};
 }
 
-vehicle::Map2 shaped_engine_map(const vehicle::Map2& stated, const std::array<double, 4>& shape, double limit_radps) {
+vehicle::Map2 shaped_engine_map(const vehicle::Map2& stated, const std::array<double, 4>& shape,
+                                double limit_radps) {
   if (shape == std::array<double, 4>{}) return stated;
   vehicle::Map2 out{stated.x, stated.y, {}};
   // Throttles fine enough to carry a shape.
@@ -86,12 +101,15 @@ vehicle::Map2 shaped_engine_map(const vehicle::Map2& stated, const std::array<do
     const double w = radps / limit_radps - 0.7, full = vehicle::evaluate(stated, radps, 1.0);
     for (const double opening : out.y)
       out.z.push_back(vehicle::evaluate(stated, radps, opening) +
-                      full * (shape[0] * 4 * opening * (1 - opening) + opening * (shape[1] * w * 4 + shape[2] * (w * w * 16 - 0.5)) + shape[3] * (1 - opening) * 0.3));
+                      full * (shape[0] * 4 * opening * (1 - opening) +
+                              opening * (shape[1] * w * 4 + shape[2] * (w * w * 16 - 0.5)) +
+                              shape[3] * (1 - opening) * 0.3));
   }
   return out;
 }
 
-RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors, const std::vector<double>& worth) {
+RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors,
+                     const std::vector<double>& worth) {
   const std::vector<Free> free = free_amounts(car);
   const auto columns = static_cast<Index>(free.size());
   const auto raw = [&](const Eigen::VectorXd& amount) {
@@ -104,7 +122,8 @@ RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors, 
   const std::vector<double> base = raw(nothing);
   const auto n = static_cast<Index>(base.size());
   if (n < 30) return with(car, free, nothing);
-  Eigen::VectorXd r = Eigen::Map<const Eigen::VectorXd>(base.data(), n), precision(columns), amount = nothing;
+  Eigen::VectorXd r = Eigen::Map<const Eigen::VectorXd>(base.data(), n), precision(columns),
+                  amount = nothing;
   Eigen::MatrixXd jacobian(n, columns);
   for (Index j = 0; j < columns; ++j) {
     const Free& f = free[static_cast<std::size_t>(j)];
@@ -116,21 +135,25 @@ RefittedCar refitted(const vehicle::Vehicle& car, const TrainingErrors& errors, 
     precision[j] = 1 / (f.width * f.width);
   }
   jacobian = jacobian.array().isFinite().select(jacobian, 0.0);
-  // The derivatives of the first step serve the others as well; the weights are those of what is left.
+  // The derivatives of the first step serve the others as well; the weights are those of what is
+  // left.
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::VectorXd w = weights(r, worth);
     const Eigen::VectorXd e = r.array().isFinite().select(r, 0.0);
     Eigen::MatrixXd normal = jacobian.transpose() * w.asDiagonal() * jacobian;
     normal.diagonal() += precision;
-    amount -= normal.ldlt().solve(jacobian.transpose() * w.cwiseProduct(e) + precision.cwiseProduct(amount));
+    amount -= normal.ldlt().solve(jacobian.transpose() * w.cwiseProduct(e) +
+                                  precision.cwiseProduct(amount));
     for (Index j = 0; j < columns; ++j) {
       const Free& f = free[static_cast<std::size_t>(j)];
       if (f.plus == P::kCount) {
         amount[j] = std::clamp(amount[j], -0.3, 0.3);
       } else {
-        const vehicle::ParameterInfo& info = vehicle::parameter_list()[static_cast<std::size_t>(f.plus)];
-        amount[j] = std::clamp(amount[j], info.low - car.parameters[f.plus], info.high - car.parameters[f.plus]);
+        const vehicle::ParameterInfo& info =
+            vehicle::parameter_list()[static_cast<std::size_t>(f.plus)];
+        amount[j] = std::clamp(amount[j], info.low - car.parameters[f.plus],
+                               info.high - car.parameters[f.plus]);
       }
     }
     if (round + 1 == kRounds) break;

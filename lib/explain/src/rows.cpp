@@ -1,7 +1,5 @@
 #include "rows.h"
 
-#include "led_car.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <map>
 
 #include "base/parallel.h"
+#include "led_car.h"
 
 namespace explain {
 
@@ -24,7 +23,8 @@ Rows make_rows(const std::vector<Signals>& logs, const std::vector<Residuals>& a
       for (std::size_t relation = 0; relation < kRelationCount; ++relation) {
         const auto& r = at_stated[k].r[relation];
         std::size_t good = 0;
-        for (std::size_t i = first; i < first + Rows::kSteps; ++i) good += std::isfinite(r[i]) ? 1 : 0;
+        for (std::size_t i = first; i < first + Rows::kSteps; ++i)
+          good += std::isfinite(r[i]) ? 1 : 0;
         if (good < 4) continue;
         const std::size_t middle = first + Rows::kSteps / 2;
         if (!std::isfinite(s.u_m[middle])) continue;
@@ -70,7 +70,8 @@ Eigen::VectorXd gather(const Rows& rows, const std::vector<Residuals>& r) {
     double sum = 0.0, count = 0.0;
     for (std::size_t i = rows.first_step[k]; i < rows.first_step[k] + Rows::kSteps; ++i)
       if (std::isfinite(x[i])) sum += x[i], count += 1;
-    out[static_cast<Eigen::Index>(k)] = count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
+    out[static_cast<Eigen::Index>(k)] =
+        count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
   }
   return out;
 }
@@ -105,18 +106,21 @@ Noise noise_of(const Rows& rows, const Eigen::VectorXd& e, const std::vector<boo
     for (std::size_t lag = 1; lag <= 10; ++lag) {
       double product = 0;
       for (std::size_t k = lag; k < values.size(); ++k) product += values[k] * values[k - lag];
-      factor += 2 * (1 - static_cast<double>(lag) / 11.0) * product / (variance * static_cast<double>(values.size()));
+      factor += 2 * (1 - static_cast<double>(lag) / 11.0) * product /
+                (variance * static_cast<double>(values.size()));
     }
     out.sigma[relation] = std::sqrt(variance);
     out.spread[relation] = std::clamp(factor, 0.5, 10.0);
     const double w = 1.0 / std::sqrt(variance * out.spread[relation]);
-    for (const Index i : at) out.weight[i] = w * std::min(1.0, 4 * sigma / (std::abs(e[i] - median) + 1e-300));
+    for (const Index i : at)
+      out.weight[i] = w * std::min(1.0, 4 * sigma / (std::abs(e[i] - median) + 1e-300));
   }
   return out;
 }
 
-Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Vehicle& car, const Setting& at,
-                            const std::vector<const Unknown*>& unknowns, const Rows& rows, unsigned threads,
+Eigen::MatrixXd derivatives(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
+                            const Setting& at, const std::vector<const Unknown*>& unknowns,
+                            const Rows& rows, unsigned threads,
                             const std::function<void(double)>& progress) {
   std::vector<Residuals> base;
   std::vector<KnownDrive> drives(logs.size());

@@ -132,7 +132,8 @@ void require_sane(const SavedState& state, const std::vector<Variable>& list) {
   want(d.gear >= -1 && d.gear <= 6 && d.gear_wanted >= -1 && d.gear_wanted <= 6, "a gear");
   want(d.step >= 0 && d.step < std::int64_t{1} << 52, "a count of steps");
   want(std::isfinite(d.shift_left_s) && std::isfinite(state.begin_s), "a time");
-  for (const signed char given : state.given) want(given == 0 || given == 1, "a mark that is neither");
+  for (const signed char given : state.given)
+    want(given == 0 || given == 1, "a mark that is neither");
   for (const double value : state.simulation.state.value)
     want(!state.started || std::abs(value) <= kLargest, "a state that no car has");
   for (const double value : {state.place.v_m, state.place.x_m, state.place.y_m})

@@ -13,9 +13,7 @@
 namespace vehicle {
 namespace {
 
-bool is_matlab(const std::string& path) {
-  return base::ending_of(path) == ".mat";
-}
+bool is_matlab(const std::string& path) { return base::ending_of(path) == ".mat"; }
 
 void require_exists(const std::string& path) {
   std::error_code ignored;

@@ -185,9 +185,9 @@ void move_imu(const Mapping& mapping, const std::vector<double>& time, Recording
 const std::vector<std::string>& canonical_channels() {
   static const std::vector<std::string> channels = [] {
     std::vector<std::string> names = telemetry_channels();
-    for (const char* name : {"brake_pa", "brake_command_pa", "wheel_fl_mps", "wheel_fr_mps",
-                             "wheel_rl_mps", "wheel_rr_mps", "wake_x_m", "wake_y_m",
-                             "latitude_rad", "longitude_rad"})
+    for (const char* name :
+         {"brake_pa", "brake_command_pa", "wheel_fl_mps", "wheel_fr_mps", "wheel_rl_mps",
+          "wheel_rr_mps", "wake_x_m", "wake_y_m", "latitude_rad", "longitude_rad"})
       names.emplace_back(name);
     return names;
   }();
@@ -208,7 +208,8 @@ Mapping read_mapping(const std::string& path) {
   out.origin_latitude_deg = top.number("origin_latitude_deg", kNone, -90.0, 90.0);
   out.origin_longitude_deg = top.number("origin_longitude_deg", kNone, -360.0, 360.0);
   out.has_origin = out.origin_latitude_deg != kNone && out.origin_longitude_deg != kNone;
-  out.place_turn_rad = top.number("place_turn_rad", 0.0, -2.0 * std::numbers::pi, 2.0 * std::numbers::pi);
+  out.place_turn_rad =
+      top.number("place_turn_rad", 0.0, -2.0 * std::numbers::pi, 2.0 * std::numbers::pi);
   out.place_x_m = top.number("place_x_m", 0.0, -1e8, 1e8);
   out.place_y_m = top.number("place_y_m", 0.0, -1e8, 1e8);
   const auto& known = canonical_channels();

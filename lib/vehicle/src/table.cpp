@@ -88,9 +88,7 @@ void Table::add(std::string name, std::vector<double> values) {
   columns.push_back(std::move(values));
 }
 
-Table parse_table(const std::string& text, const std::string& name) {
-  return parse(text, name);
-}
+Table parse_table(const std::string& text, const std::string& name) { return parse(text, name); }
 
 Table read_table(const std::string& path) {
   return parse_table(base::read_file(path, kLargestFileBytes), path);

@@ -28,12 +28,14 @@ std::string lower(std::string text) {
 
 std::optional<Kind> kind_of(const fs::path& path) {
   static const std::map<std::string, Kind> endings = {
-      {".yaml", Kind::recipe}, {".obj", Kind::mesh},   {".fbx", Kind::mesh}, {".glb", Kind::mesh},
-      {".gltf", Kind::mesh},   {".dae", Kind::mesh},   {".ply", Kind::mesh}, {".stl", Kind::mesh},
-      {".3ds", Kind::mesh},    {".ac", Kind::mesh},    {".acc", Kind::mesh}, {".b3d", Kind::mesh},
-      {".crg", Kind::road},    {".csv", Kind::table},  {".ld", Kind::log},   {".vbo", Kind::log},
-      {".ibt", Kind::log},     {".mcap", Kind::log},   {".db3", Kind::log},  {".las", Kind::scan},
-      {".laz", Kind::scan},    {".pcd", Kind::scan},   {".fmu", Kind::unit}, {".png", Kind::picture}};
+      {".yaml", Kind::recipe}, {".obj", Kind::mesh},  {".fbx", Kind::mesh},
+      {".glb", Kind::mesh},    {".gltf", Kind::mesh}, {".dae", Kind::mesh},
+      {".ply", Kind::mesh},    {".stl", Kind::mesh},  {".3ds", Kind::mesh},
+      {".ac", Kind::mesh},     {".acc", Kind::mesh},  {".b3d", Kind::mesh},
+      {".crg", Kind::road},    {".csv", Kind::table}, {".ld", Kind::log},
+      {".vbo", Kind::log},     {".ibt", Kind::log},   {".mcap", Kind::log},
+      {".db3", Kind::log},     {".las", Kind::scan},  {".laz", Kind::scan},
+      {".pcd", Kind::scan},    {".fmu", Kind::unit},  {".png", Kind::picture}};
   const std::string name = lower(path.filename().string());
   if (name == "report.html") return Kind::report;
   if (name == "findings.json") return Kind::findings;

@@ -21,9 +21,9 @@ struct CsvTable {
 };
 
 /// Reads a comma-separated file with one header line, which may begin with '#' (other lines that do
-/// are skipped; LF or CRLF, blanks around cells allowed). Other columns are ignored. Throws Error with file:line
-/// on a missing required column (lists those seen), a row with too few cells, or a cell that is not
-/// a number.
+/// are skipped; LF or CRLF, blanks around cells allowed). Other columns are ignored. Throws Error
+/// with file:line on a missing required column (lists those seen), a row with too few cells, or a
+/// cell that is not a number.
 CsvTable read_csv(const std::string& path, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional = {});
 

@@ -1,4 +1,5 @@
-// Results of a stage as bytes, every number to the last bit: for a run that goes on where it was stopped.
+// Results of a stage as bytes, every number to the last bit: for a run that goes on where it was
+// stopped.
 #pragma once
 
 #include <string>

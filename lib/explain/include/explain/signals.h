@@ -14,11 +14,30 @@ namespace explain {
 
 /// What the relations and the car model need; fronts and rears are means of left and right.
 enum Channel : std::size_t {
-  kX, kY, kYaw, kVx, kVy, kYawRate, kAx, kAy, kAz, kSteer, kThrottle, kBrakeFront, kBrakeRear,
-  kWheelFront, kWheelRear,   ///< rad/s, or m/s with the logger's own radius (Signals::wheels_in_mps)
-  kWheelRearDifference,      ///< left minus right, same unit
-  kEngine, kGear, kFuel, kLoadFront, kLoadRear,
-  kSteerCommand, kThrottleCommand, kBrakeCommand,  ///< where what came of them is logged too
+  kX,
+  kY,
+  kYaw,
+  kVx,
+  kVy,
+  kYawRate,
+  kAx,
+  kAy,
+  kAz,
+  kSteer,
+  kThrottle,
+  kBrakeFront,
+  kBrakeRear,
+  kWheelFront,
+  kWheelRear,            ///< rad/s, or m/s with the logger's own radius (Signals::wheels_in_mps)
+  kWheelRearDifference,  ///< left minus right, same unit
+  kEngine,
+  kGear,
+  kFuel,
+  kLoadFront,
+  kLoadRear,
+  kSteerCommand,
+  kThrottleCommand,
+  kBrakeCommand,  ///< where what came of them is logged too
   kChannelCount
 };
 
@@ -27,21 +46,23 @@ struct Signals {
   static constexpr double kStep_s = 0.05;
   std::string name;
   std::size_t n = 0;
-  std::array<std::vector<double>, kChannelCount> x, dx;   ///< value and time derivative; NaN: none
+  std::array<std::vector<double>, kChannelCount> x, dx;  ///< value and time derivative; NaN: none
   std::array<bool, kChannelCount> present{};
-  std::array<bool, kChannelCount> commanded{};            ///< a command, not a measurement
-  std::array<std::string, kChannelCount> column;          ///< the log's own name
+  std::array<bool, kChannelCount> commanded{};    ///< a command, not a measurement
+  std::array<std::string, kChannelCount> column;  ///< the log's own name
   bool wheels_in_mps = false;
-  double imu_yaw_rad = 0.0, imu_ahead_m = 0.0;            ///< as the mapping states
-  std::vector<double> u_m, v_m, grade, bank, curvature_v; ///< road under the car: rise along the car,
-                                                          ///< rise to its left, second derivative along it
-  std::vector<double> heading_rad, line_curvature_1pm;    ///< of the reference line; left turns positive
-  std::vector<double> grip;                               ///< factor of the road's friction map under the car; 1 without one
-  std::vector<int> lap;                                   ///< 0, 1, ...: counted at the line
-  std::vector<bool> whole;                                ///< per lap: begins and ends at the line
-  double rounds = 0.0;                                    ///< driven in all, wherever it began; of a closed road
+  double imu_yaw_rad = 0.0, imu_ahead_m = 0.0;  ///< as the mapping states
+  std::vector<double> u_m, v_m, grade, bank,
+      curvature_v;  ///< road under the car: rise along the car,
+                    ///< rise to its left, second derivative along it
+  std::vector<double> heading_rad,
+      line_curvature_1pm;    ///< of the reference line; left turns positive
+  std::vector<double> grip;  ///< factor of the road's friction map under the car; 1 without one
+  std::vector<int> lap;      ///< 0, 1, ...: counted at the line
+  std::vector<bool> whole;   ///< per lap: begins and ends at the line
+  double rounds = 0.0;       ///< driven in all, wherever it began; of a closed road
   double sample_hz = 0.0;
-  double length_m = 0.0;                                  ///< of the road; laps wrap if closed
+  double length_m = 0.0;  ///< of the road; laps wrap if closed
   bool closed = false;
   std::vector<std::string> remarks;
 };

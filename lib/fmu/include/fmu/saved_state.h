@@ -19,8 +19,8 @@ struct SavedState {
   bool started = false;  ///< the simulation holds a car
   double begin_s = 0.0;  ///< time of step 0
   std::array<std::string, kTextCount> texts;
-  std::vector<double> numbers;  ///< by value reference; integers and booleans too
-  std::vector<signed char> given;      ///< by value reference: set to something else than its start
+  std::vector<double> numbers;     ///< by value reference; integers and booleans too
+  std::vector<signed char> given;  ///< by value reference: set to something else than its start
   vehicle::Simulation<double> simulation{};  ///< cursors are left out: they change no answer
   vehicle::RoadTracker::Place place;
 };

@@ -89,12 +89,11 @@ std::optional<std::string> doubt_about_width(const Centreline& line, const Mesh&
                                              double metres_per_unit, const CleanOptions& options) {
   const double width_m = typical_width_m(line);
   if (width_m <= kWidest_m) return std::nullopt;
-  std::string text =
-      fmt::format("the road is {:.1f} m wide, and hardly any is wider than {:.0f} m", width_m,
-                  kWidest_m);
+  std::string text = fmt::format("the road is {:.1f} m wide, and hardly any is wider than {:.0f} m",
+                                 width_m, kWidest_m);
   // A guide or a route lies in the unit that the mesh was read in.
-  const bool can_try = mesh.triangles.size() <= kMostTriangles && !options.guide &&
-                       options.route_m.empty();
+  const bool can_try =
+      mesh.triangles.size() <= kMostTriangles && !options.guide && options.route_m.empty();
   const std::string others =
       can_try ? described(other_units(mesh, metres_per_unit, anywhere(options))) : "";
   text += others.empty() ? "; if the mesh has another unit, give it (--unit or --scale)"

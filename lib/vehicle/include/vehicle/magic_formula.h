@@ -476,7 +476,8 @@ T rolling_radius(const TyreCoefficients& t, const T& fz_n, const T& free_radius_
                  const T& deflection_m) {
   using std::atan;
   if (!t.states_rolling_radius)
-    return deflection_m > T(0) ? T(free_radius_m - t.deflection_share * deflection_m) : free_radius_m;
+    return deflection_m > T(0) ? T(free_radius_m - t.deflection_share * deflection_m)
+                               : free_radius_m;
   const T load = fz_n / t.nominal_load_n;
   return free_radius_m - t.nominal_load_n / t.vertical_stiffness_npm *
                              (t.freff * load + t.dreff * atan(t.breff * load));

@@ -11,14 +11,14 @@
 namespace vehicle {
 
 enum class ManoeuvreKind {
-  kStepSteer,     ///< steering jumps to the amplitude after one second, speed held
-  kSine,          ///< one frequency of steering, speed held
-  kChirp,         ///< frequency rises from 0.2 to 4 Hz over the duration, speed held
-  kRamp,          ///< steering grows steadily to the amplitude: cornering to the limit, speed held
-  kBraking,       ///< straight on, pressure jumps to the amplitude after one second
-  kCoastDown,     ///< neutral, hands off
-  kKerb,          ///< left wheels over a saw-tooth kerb
-  kBump,          ///< all wheels over one bump
+  kStepSteer,      ///< steering jumps to the amplitude after one second, speed held
+  kSine,           ///< one frequency of steering, speed held
+  kChirp,          ///< frequency rises from 0.2 to 4 Hz over the duration, speed held
+  kRamp,           ///< steering grows steadily to the amplitude: cornering to the limit, speed held
+  kBraking,        ///< straight on, pressure jumps to the amplitude after one second
+  kCoastDown,      ///< neutral, hands off
+  kKerb,           ///< left wheels over a saw-tooth kerb
+  kBump,           ///< all wheels over one bump
   kSplitFriction,  ///< braking with less grip under the left wheels
   kReverse  ///< from standstill backward in reverse gear to the speed, steering from half time on
 };

@@ -34,8 +34,7 @@ struct OpponentPlace {
 
 /// Of these cars the nearest one ahead of the car; where none is ahead, the nearest; empty where
 /// there is none. Allocates nothing.
-std::optional<Wake> nearest_wake(std::span<const OpponentPlace> places,
-                                 const State<double>& state);
+std::optional<Wake> nearest_wake(std::span<const OpponentPlace> places, const State<double>& state);
 
 /// Of all opponents on the road at `time_s` the nearest one ahead of the car; where none is ahead,
 /// the nearest; empty where none is on the road. Allocates nothing.

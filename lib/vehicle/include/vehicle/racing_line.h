@@ -32,8 +32,8 @@ struct RacingLineOptions {
 };
 
 /// The path of least integral of the squared curvature (over its own length, in plan) that keeps
-/// `margin_m` from the edges of the valid road and from the nearest hole. Deterministic. Throws Error
-/// where the road is narrower than twice the margin.
+/// `margin_m` from the edges of the valid road and from the nearest hole. Deterministic. Throws
+/// Error where the road is narrower than twice the margin.
 RacingLine plan_line(const crg::Surface& road, const RacingLineOptions& options = {});
 
 struct SpeedOptions {

@@ -30,7 +30,8 @@ struct Mapping {
   double imu_ahead_m = 0.0;  ///< its place ahead of the design centre of mass
   bool has_origin = false;   ///< of the plane of latitudes and longitudes (vehicle/place.h)
   double origin_latitude_deg = 0.0, origin_longitude_deg = 0.0;
-  double place_turn_rad = 0.0, place_x_m = 0.0, place_y_m = 0.0;  ///< from there to the road's frame
+  double place_turn_rad = 0.0, place_x_m = 0.0,
+         place_y_m = 0.0;  ///< from there to the road's frame
 };
 
 /// Reads mapping.yaml (docs/recordings.md). Throws Error with file:line on unknown channels and

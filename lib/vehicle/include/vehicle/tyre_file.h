@@ -15,9 +15,10 @@ struct TyreCoefficients {
 #define VEHICLE_TYRE_COEFFICIENT(member, keyword, fallback) double member = fallback;
 #include "vehicle/tyre_coefficients.def"
 #undef VEHICLE_TYRE_COEFFICIENT
-  int version = 62;        ///< 52, 61 or 62
+  int version = 62;                    ///< 52, 61 or 62
   bool states_rolling_radius = false;  ///< BREFF, DREFF or FREFF is in the file
-  double deflection_share = 1.0 / 3;   ///< of the deflection that shortens the rolling radius, if not
+  double deflection_share =
+      1.0 / 3;             ///< of the deflection that shortens the rolling radius, if not
   bool left_side = false;  ///< TYRESIDE = 'LEFT': the side the coefficients were measured for
 };
 
@@ -40,9 +41,9 @@ inline constexpr std::size_t kLargestTyreBytes = std::size_t{4} << 20;
 /// The same from text; `name` stands for the path in errors.
 TyreFile parse_tyre(const std::string& text, const std::string& name);
 
-/// The text of a .tir file with other values: where a keyword has one outside [UNITS], in its place;
-/// else in a section of its own at the end. Everything else stays to the byte, remarks behind a
-/// value excepted. Keywords in capitals. Precondition: parse_tyre() takes the text.
+/// The text of a .tir file with other values: where a keyword has one outside [UNITS], in its
+/// place; else in a section of its own at the end. Everything else stays to the byte, remarks
+/// behind a value excepted. Keywords in capitals. Precondition: parse_tyre() takes the text.
 std::string with_tyre_values(const std::string& text, const std::map<std::string, double>& values);
 
 }  // namespace vehicle
