@@ -1,6 +1,6 @@
-// What is judged by the loss that it saves where errors of the stated curves count as what they are, few
-// independent measurements: parameters that are far off, and mechanisms of car and air that such curves
-// can nearly take the place of. Many rows alone would let the curves win.
+// What is judged by the loss that it saves where errors of the stated curves count as what they
+// are, few independent measurements: parameters that are far off, and mechanisms of car and air
+// that such curves can nearly take the place of. Many rows alone would let the curves win.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,13 +15,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-using namespace selection;  // NOLINT: a table of numbers
-
 double Analysis::width(std::size_t place) const {
-  // The file's width is where two standard deviations end; what the simulated car gets wrong adds to it.
+  // The file's width is where two standard deviations end; what the simulated car gets wrong adds
+  // to it.
   const Unknown& u = inventory_.unknowns[refit_[place]];
-  const bool freed = std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
-  return freed ? kFreed * u.width : u.held > 0 ? u.held : std::hypot(0.5 * u.width, u.form);
+  const bool freed =
+      std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == place; });
+  return freed        ? selection::kFreed * u.width
+         : u.held > 0 ? u.held
+                      : std::hypot(0.5 * u.width, u.form);
 }
 
 double Analysis::limit(const Unknown& u) { return std::max(8 * u.width, 0.4 * std::abs(u.stated)); }
@@ -45,31 +47,38 @@ Analysis::Freed Analysis::best_parameter(const Model& m) const {
   std::vector<std::pair<double, std::size_t>> saved;
   for (std::size_t k = 0; k < refit_.size(); ++k) {
     const Unknown& u = inventory_.unknowns[refit_[k]];
-    if (u.role != Role::kParameter || u.assumed || u.stays_held || undetermined_.count(k) > 0) continue;
-    if (std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; })) continue;
+    if (u.role != Role::kParameter || u.assumed || u.stays_held || undetermined_.count(k) > 0)
+      continue;
+    if (std::any_of(freed_.begin(), freed_.end(), [&](const Freed& f) { return f.place == k; }))
+      continue;
     VectorXd precision = m.precision;
-    const double free = kFreed * u.width;
+    const double free = selection::kFreed * u.width;
     precision[static_cast<Index>(k)] = 1.0 / (free * free);
-    const double save = held - loss(precision) - (u.held > 0 ? kHeldGo : 0.0);
-    if (save > kLetGo) saved.emplace_back(save, k);
+    const double save = held - loss(precision) - (u.held > 0 ? selection::kHeldGo : 0.0);
+    if (save > selection::kLetGo) saved.emplace_back(save, k);
   }
-  std::stable_sort(saved.begin(), saved.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_sort(saved.begin(), saved.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   Freed f;
   if (saved.empty()) return f;
   f.saved = saved.front().first;
   f.place = saved.front().second;
-  for (std::size_t k = 1; k < saved.size() && saved[k].first > saved.front().first - kAsGood; ++k) f.rivals.push_back(saved[k].second);
+  for (std::size_t k = 1;
+       k < saved.size() && saved[k].first > saved.front().first - selection::kAsGood; ++k)
+    f.rivals.push_back(saved[k].second);
   return f;
 }
 
 Saved Analysis::saved_by(const Model& m, VectorXd column) {
   const VectorXd shared = m.fitted.x.transpose() * column;
-  const double left = column.squaredNorm() - shared.dot(m.fitted.normal.solve(shared)), product = column.dot(m.fitted.e);
+  const double left = column.squaredNorm() - shared.dot(m.fitted.normal.solve(shared)),
+               product = column.dot(m.fitted.e);
   if (!(left > 1e-12)) return {};
   return {product / left, product * product / left, std::move(column)};
 }
 
-Saved Analysis::exact(std::size_t unknown, double start, const Model& m, const VectorXd& weights) const {
+Saved Analysis::exact(std::size_t unknown, double start, const Model& m,
+                      const VectorXd& weights) const {
   const Unknown& u = inventory_.unknowns[unknown];
   const Setting base = setting_with(amounts_);
   Saved best;
@@ -99,7 +108,7 @@ std::vector<Family> Analysis::families_by_cost() const {
     f.id = candidate;
     f.column = careful_column(candidate);
     f.sign = u.one_sided ? 1 : 0;
-    f.least_left = kLeastLeft;
+    f.least_left = selection::kLeastLeft;
     out.push_back(std::move(f));
   }
   return out;
@@ -119,7 +128,9 @@ double Analysis::best_stretch(const Model& m) const {
   }
   double best = 0.0;
   for (const Test& t : scan(m.fitted, along, rows_, 0, m.fitted.e).best)
-    if (const Unknown& u = inventory_.unknowns[along[t.family].id]; std::abs(t.amount) > u.least && std::abs(t.amount) < u.most) best = std::max(best, t.gain);
+    if (const Unknown& u = inventory_.unknowns[along[t.family].id];
+        std::abs(t.amount) > u.least && std::abs(t.amount) < u.most)
+      best = std::max(best, t.gain);
   return best;
 }
 
@@ -130,29 +141,34 @@ bool Analysis::stands_out(const Trial& trial, const Tried& stretch) const {
       saved_by(careful_model(trial.stage),
                within(careful_column(along.id, trial.stage), along.cell, t.begin, t.end))
           .gain;
-  return saved > (std::abs(t.local_z) < trial.scan.threshold ? kPlaced : kNamed);
+  return saved >
+         (std::abs(t.local_z) < trial.scan.threshold ? selection::kPlaced : selection::kNamed);
 }
 
 bool Analysis::apart_from_curves(std::size_t unknown) const {
   const Model m = careful_model();
   const VectorXd c = careful_column(unknown), shared = m.fitted.x.transpose() * c;
-  return c.squaredNorm() - shared.dot(m.fitted.normal.solve(shared)) > kLeastLeft * c.squaredNorm();
+  return c.squaredNorm() - shared.dot(m.fitted.normal.solve(shared)) >
+         selection::kLeastLeft * c.squaredNorm();
 }
 
 double Analysis::alarms_by_cost() const {
   const Model m = careful_model();
   const std::vector<Family> families = families_by_cost();
   if (families.empty()) return 0.0;
-  const Scan s = scan(m.fitted, families, rows_, options_.nulls, without_best(m.fitted, families, rows_));
-  const auto over = s.null_max.end() - std::upper_bound(s.null_max.begin(), s.null_max.end(), std::sqrt(kNamed));
-  return static_cast<double>(over) / static_cast<double>(std::max<std::size_t>(1, s.null_max.size()));
+  const Scan s =
+      scan(m.fitted, families, rows_, options_.nulls, without_best(m.fitted, families, rows_));
+  const auto over = s.null_max.end() - std::upper_bound(s.null_max.begin(), s.null_max.end(),
+                                                        std::sqrt(selection::kNamed));
+  return static_cast<double>(over) /
+         static_cast<double>(std::max<std::size_t>(1, s.null_max.size()));
 }
 
 std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) const {
   const std::vector<Family> families = families_by_cost();
   const VectorXd w = careful_weights();
   std::vector<Test> best = scan(m.fitted, families, rows_, 0, m.fitted.e).best;
-  std::erase_if(best, [](const Test& t) { return t.gain < 0.5 * kNamed; });
+  std::erase_if(best, [](const Test& t) { return t.gain < 0.5 * selection::kNamed; });
   std::vector<Weighed> out(best.size());
   base::parallel_for(best.size(), 1, options_.threads, [&](std::size_t k, std::size_t) {
     const std::size_t unknown = families[best[k].family].id;
@@ -162,7 +178,8 @@ std::vector<Analysis::Weighed> Analysis::mechanisms_by_cost(const Model& m) cons
     const Unknown& u = inventory_.unknowns[x.unknown];
     return std::abs(x.saved.amount) < u.least || std::abs(x.saved.amount) > u.most;
   });
-  std::stable_sort(out.begin(), out.end(), [](const Weighed& a, const Weighed& b) { return a.saved.gain > b.saved.gain; });
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Weighed& a, const Weighed& b) { return a.saved.gain > b.saved.gain; });
   return out;
 }
 
@@ -172,7 +189,8 @@ void Analysis::free_parameters() {
     const Freed f = best_parameter(m);
     const std::vector<Weighed> rivals = mechanisms_by_cost(m);
     if (f.saved == 0 || (!rivals.empty() && rivals.front().saved.gain > f.saved)) return;
-    // A stretch of road that says as much is looked at first: tyres that let go everywhere would hide it.
+    // A stretch of road that says as much is looked at first: tyres that let go everywhere would
+    // hide it.
     if (best_stretch(m) > f.saved) return;
     let_go(f);
   }
@@ -182,11 +200,15 @@ void Analysis::let_go(const Freed& f) {
   freed_.push_back(f);
   refit(2);
   // Far from what is stated its derivative may be another: a pedal past its end opens no further.
-  moves_.col(static_cast<Index>(f.place)) = derivatives(logs_, car_, setting_with(amounts_), {&inventory_.unknowns[refit_[f.place]]}, rows_, options_.threads, {});
+  moves_.col(static_cast<Index>(f.place)) =
+      derivatives(logs_, car_, setting_with(amounts_), {&inventory_.unknowns[refit_[f.place]]},
+                  rows_, options_.threads, {});
   refit(2);
   // What was held for want of evidence and runs to its limit takes the blame for something else.
   const Unknown& u = inventory_.unknowns[refit_[f.place]];
-  if (u.held == 0 || std::abs(amounts_[static_cast<Index>(f.place)]) < kAtLimit * limit(u)) return;
+  if (u.held == 0 ||
+      std::abs(amounts_[static_cast<Index>(f.place)]) < selection::kAtLimit * limit(u))
+    return;
   freed_.pop_back();
   undetermined_.insert(f.place);
   amounts_[static_cast<Index>(f.place)] = 0.0;
@@ -204,23 +226,27 @@ bool Analysis::add_by_cost(Findings& out) {
     let_go(f);
     return true;
   }
-  if (best < kNamed) return false;
+  if (best < selection::kNamed) return false;
   const Weighed& x = rivals.front();
   const Unknown& u = inventory_.unknowns[x.unknown];
   Finding found = finding_of(x.unknown);
   found.statistic = std::copysign(std::sqrt(best), x.saved.amount);
-  found.threshold = std::sqrt(kNamed);
-  for (const double gain : cross_validate(m.fitted, x.saved.column, m.precision, VectorXd::Zero(1), rows_)) found.cv_gain += gain;
+  found.threshold = std::sqrt(selection::kNamed);
+  for (const double gain :
+       cross_validate(m.fitted, x.saved.column, m.precision, VectorXd::Zero(1), rows_))
+    found.cv_gain += gain;
   found.stability = stability(m.fitted, x.saved.column, x.saved.amount);
-  if (!(found.cv_gain > 0) || found.stability < kStable) return false;
+  if (!(found.cv_gain > 0) || found.stability < selection::kStable) return false;
   for (std::size_t k = 1; k < rivals.size(); ++k) {
     const Unknown& o = inventory_.unknowns[rivals[k].unknown];
     if (o.id == u.id || is_rival(found, o.id)) continue;
-    found.rivals.push_back({o.id, o.channel, experiment_between(u, o), 0.0, best - rivals[k].saved.gain > kAsGood});
+    found.rivals.push_back({o.id, o.channel, experiment_between(u, o), 0.0,
+                            best - rivals[k].saved.gain > selection::kAsGood});
   }
   // The table of what was tested says what counted.
   std::erase_if(out.evidence, [&](const Evidence& e) { return is_of(e, u) && e.detail == u.name; });
-  out.evidence.push_back({u.id, u.channel, u.name, x.saved.amount, found.statistic, found.cv_gain, u.unit});
+  out.evidence.push_back(
+      {u.id, u.channel, u.name, x.saved.amount, found.statistic, found.cv_gain, u.unit});
   Accepted a;
   a.unknown = x.unknown;
   a.amount = x.saved.amount;
@@ -231,7 +257,7 @@ bool Analysis::add_by_cost(Findings& out) {
 
 void Analysis::name_by_cost(Findings& out) {
   out.null_false_alarm += alarms_by_cost();
-  for (int k = 0; k < kMostFindings && add_by_cost(out); ++k) {
+  for (int k = 0; k < selection::kMostFindings && add_by_cost(out); ++k) {
   }
 }
 

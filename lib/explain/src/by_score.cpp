@@ -11,7 +11,6 @@
 
 namespace explain {
 
-using namespace selection;  // NOLINT: a table of numbers
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -119,11 +118,11 @@ Analysis::Trial Analysis::trial(Stage stage) const {
   // constant the best few are enough.
   std::map<std::string, int> alike;
   std::vector<bool> exactly;
-  int most = kMostExact;
+  int most = selection::kMostExact;
   for (const Tried& t : tried) {
     const Unknown& u = inventory_.unknowns[t.unknown];
-    exactly.push_back(!u.along_road && most > 0 && t.gain > kWorthALook &&
-                      ++alike[u.id + u.channel + u.name] <= kMostAlike);
+    exactly.push_back(!u.along_road && most > 0 && t.gain > selection::kWorthALook &&
+                      ++alike[u.id + u.channel + u.name] <= selection::kMostAlike);
     if (exactly.back()) --most;
   }
   std::atomic<std::size_t> done{0};
@@ -153,7 +152,7 @@ void Analysis::list_evidence(Findings& out, const Trial& trial) const {
     // A stretch of road counts in the stage that sees all of it.
     if (trial.stage == Stage::kSensors && u.along_road) continue;
     Evidence e{u.id, u.channel, u.name, t.amount, t.test.z, 0.0, u.unit};
-    if (t.gain > kWorthALook) e.cv_gain = total(gains(trial, t)).sum;
+    if (t.gain > selection::kWorthALook) e.cv_gain = total(gains(trial, t)).sum;
     if (u.along_road)
       e.place = fmt::format(", u {:.0f} to {:.0f} m", t.test.begin * kCell_m, t.test.end * kCell_m);
     out.evidence.push_back(e);
@@ -173,23 +172,24 @@ bool Analysis::comes_back(const Trial& trial, const Tried& t) const {
     groups[along_road ? static_cast<Index>(row.block) : stretch(row)] +=
         c[i] * (m.e[i] - strength * c[i]);
   }
-  return !(std::abs(c.dot(m.e)) < kGrouped * groups.norm());
+  return !(std::abs(c.dot(m.e)) < selection::kGrouped * groups.norm());
 }
 
 std::optional<Finding> Analysis::judged(const Trial& trial, const Tried& t) const {
   const Unknown& u = inventory_.unknowns[t.unknown];
   const bool by_sensors = u.kind == "sensor" && trial.stage == Stage::kSensors;
-  const double threshold = trial.scan.threshold * (by_sensors ? 1.0 : kMargin);
+  const double threshold = trial.scan.threshold * (by_sensors ? 1.0 : selection::kMargin);
   // Where the exact amount was sought it decides, not the straight line to it.
   if (std::sqrt(t.gain) < threshold) return std::nullopt;
   if (u.along_road && !stands_out(trial, t)) return std::nullopt;
   const auto [cv, se] = total(gains(trial, t));
-  if (!(cv > kSure * se) && !(cv > kNearlyWhole * t.gain && cv > kSureEnough * se))
+  if (!(cv > selection::kSure * se) &&
+      !(cv > selection::kNearlyWhole * t.gain && cv > selection::kSureEnough * se))
     return std::nullopt;
   if (!(cv > 0) || !comes_back(trial, t)) return std::nullopt;
   Finding found = finding_of(t.unknown);
   found.stability = stability(trial.model.fitted, t.column, t.amount);
-  if (found.stability < kStable) return std::nullopt;
+  if (found.stability < selection::kStable) return std::nullopt;
   found.cv_gain = cv;
   found.statistic = std::copysign(std::sqrt(t.gain), t.amount);
   found.threshold = threshold;
@@ -205,7 +205,7 @@ void Analysis::add_rivals(Finding& found, const Trial& trial, const Tried& t) co
   for (const Tried& other : trial.tried) {
     const Unknown& o = inventory_.unknowns[other.unknown];
     const bool itself = &other == &t || std::tie(o.id, o.channel) == std::tie(u.id, u.channel);
-    if (itself || other.gain < kRival * t.gain || !matters(o, other.amount)) continue;
+    if (itself || other.gain < selection::kRival * t.gain || !matters(o, other.amount)) continue;
     const auto same = [&](const Rival& r) { return is_of(r, o); };
     if (std::any_of(found.rivals.begin(), found.rivals.end(), same)) continue;
     const VectorXd d = beyond(trial.model.fitted, other.column);
@@ -217,9 +217,12 @@ void Analysis::add_rivals(Finding& found, const Trial& trial, const Tried& t) co
     const auto [lead, lead_error] = total(difference);
     const bool one_sensor = u.kind == "sensor" && o.kind == "sensor" && u.channel == o.channel;
     const double ahead = t.gain - other.gain;
-    const bool as_good = ahead < std::max(kLead, (one_sensor ? kInexactSensor : kInexact) * t.gain);
-    const bool parallel =
-        cosine > kParallel && lead < kParallelSure * lead_error && ahead < kParallelLead;
+    const bool as_good =
+        ahead < std::max(selection::kLead,
+                         (one_sensor ? selection::kInexactSensor : selection::kInexact) * t.gain);
+    const bool parallel = cosine > selection::kParallel &&
+                          lead < selection::kParallelSure * lead_error &&
+                          ahead < selection::kParallelLead;
     found.rivals.push_back(
         {o.id, o.channel, experiment_between(u, o), total(gain).sum, !(as_good || parallel)});
   }
@@ -261,7 +264,7 @@ bool Analysis::add_by_score(Findings& out, Stage stage, bool first) {
   }
   int looked = 0;
   for (const Tried& t : trial.tried) {
-    if (looked == kMostJudged) break;
+    if (looked == selection::kMostJudged) break;
     const Unknown& u = inventory_.unknowns[t.unknown];
     if (!matters(u, t.amount)) continue;
     ++looked;
@@ -275,7 +278,7 @@ bool Analysis::add_by_score(Findings& out, Stage stage, bool first) {
 }
 
 void Analysis::name_by_score(Findings& out, Stage stage) {
-  for (int k = 0; k < kMostFindings && add_by_score(out, stage, k == 0); ++k) {
+  for (int k = 0; k < selection::kMostFindings && add_by_score(out, stage, k == 0); ++k) {
   }
 }
 

@@ -10,7 +10,6 @@
 
 namespace explain {
 
-using namespace selection;  // NOLINT: a table of numbers
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -55,10 +54,10 @@ ParameterValue Analysis::parameter_value(std::size_t place, const Spread& s) con
   const double half =
       k90 * std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
   ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false, false};
-  const bool ran = std::abs(amounts_[i]) > kAtLimit * limit(u);
+  const bool ran = std::abs(amounts_[i]) > selection::kAtLimit * limit(u);
   p.at_limit = !u.assumed && ran;
-  p.beyond_prior =
-      !p.at_limit && !u.assumed && std::abs(amounts_[i]) - kBeyond / k90 * half > u.width;
+  p.beyond_prior = !p.at_limit && !u.assumed &&
+                   std::abs(amounts_[i]) - selection::kBeyond / k90 * half > u.width;
   return p;
 }
 
@@ -83,8 +82,9 @@ Finding Analysis::freed_parameter(std::size_t place, const Freed& freed, const P
     const auto j = static_cast<Index>(o);
     const double correlation =
         s.covariance(i, j) / std::sqrt(std::max(1e-300, s.covariance(i, i) * s.covariance(j, j)));
-    if (std::abs(correlation) < kRivalParameter) continue;
-    f.rivals.push_back({other.id, "", kVaryAll, 0.0, std::abs(correlation) < kSameParameter});
+    if (std::abs(correlation) < selection::kRivalParameter) continue;
+    f.rivals.push_back(
+        {other.id, "", kVaryAll, 0.0, std::abs(correlation) < selection::kSameParameter});
   }
   return f;
 }
@@ -95,7 +95,7 @@ void Analysis::describe_parameters(Findings& out, const Spread& s) const {
     const Unknown& u = inventory_.unknowns[refit_[k]];
     if (u.role != Role::kParameter) continue;
     const ParameterValue p = parameter_value(k, s);
-    if (std::abs(amounts_[static_cast<Index>(k)]) > kAtLimit * limit(u))
+    if (std::abs(amounts_[static_cast<Index>(k)]) > selection::kAtLimit * limit(u))
       out.remarks.push_back(fmt::format(
           "{}: the refit runs into its limit at {:.4g} {}; these recordings do not determine it",
           u.name, p.value, u.unit));

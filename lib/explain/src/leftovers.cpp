@@ -9,7 +9,6 @@
 
 namespace explain {
 
-using namespace selection;  // NOLINT: a table of numbers
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -133,7 +132,7 @@ void Analysis::find_mismatches(Findings& out, const std::vector<Family>& familie
   const Scan before = scan(raw, along, rows_, options_.nulls, raw.e);
   for (const Test& t : before.best) {
     const double p = p_of(before, t.z);
-    if (p > kMismatch) continue;
+    if (p > selection::kMismatch) continue;
     out.mismatches.push_back(mismatch(along[t.family], t, raw.e));
     out.mismatches.back().p_adjusted = p;
   }
@@ -145,7 +144,8 @@ void Analysis::find_leftovers(Findings& out) const {
   const Scan s = scan(m.fitted, families, rows_, options_.nulls, m.fitted.e);
   for (const Test& t : s.best) {
     const Family& f = families[t.family];
-    if (std::abs(t.z) < s.threshold || std::abs(t.amount) < kLeastLeftover[relation_of(f)])
+    if (std::abs(t.z) < s.threshold ||
+        std::abs(t.amount) < selection::kLeastLeftover[relation_of(f)])
       continue;
     out.unexplained.push_back(leftover(m.fitted, f, t));
     out.unexplained.back().p_adjusted = p_of(s, t.z);
