@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "selection.h"
 
@@ -11,9 +12,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-void steady(MatrixXd& normal) { normal.diagonal() = normal.diagonal() * (1 + 1e-9) + VectorXd::Constant(normal.rows(), 1e-12); }
+void steady(MatrixXd& normal) {
+  normal.diagonal() = normal.diagonal() * (1 + 1e-9) + VectorXd::Constant(normal.rows(), 1e-12);
+}
 
-Fitted fit(const MatrixXd& x, const VectorXd& r, const VectorXd& precision, const VectorXd& before) {
+Fitted fit(const MatrixXd& x, const VectorXd& r, const VectorXd& precision,
+           const VectorXd& before) {
   Fitted out;
   out.x = x;
   out.r = r;
@@ -36,7 +40,8 @@ VectorXd beyond(const Fitted& model, const VectorXd& column) {
 VectorXd within(const VectorXd& column, const std::vector<int>& cell, int begin, int end) {
   VectorXd out = column;
   for (Index i = 0; i < out.size() && !cell.empty(); ++i)
-    if (const int here = cell[static_cast<std::size_t>(i)]; here < begin || here >= end) out[i] = 0.0;
+    if (const int here = cell[static_cast<std::size_t>(i)]; here < begin || here >= end)
+      out[i] = 0.0;
   return out;
 }
 
@@ -50,115 +55,166 @@ VectorXd without_best(const Fitted& model, const std::vector<Family>& families, 
   return model.e - best->amount * beyond(model, within(f.column, f.cell, best->begin, best->end));
 }
 
-Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows, std::size_t nulls, const VectorXd& noise) {
+namespace {
+
+/// Sums over the rows of each cell of a family: with the model's columns, of squares, with the
+/// residual, and with the noise of each block.
+struct Sums {
+  int cells = 1;
+  MatrixXd cx, cb;
+  VectorXd cc, ce;
+};
+
+Sums sums_of(const Fitted& model, const Family& family, const Rows& rows, const VectorXd& noise) {
   const auto n = static_cast<Index>(rows.row.size());
   const Index p = model.x.cols(), blocks = rows.blocks;
-  MatrixXd block_x = MatrixXd::Zero(p, blocks);  // X'e of each block
-  for (Index i = 0; i < n; ++i) block_x.col(rows.row[static_cast<std::size_t>(i)].block) += noise[i] * model.x.row(i).transpose();
+  const int cells = family.cell.empty() ? 1 : family.cells;
+  MatrixXd cx = MatrixXd::Zero(p, cells), cb = MatrixXd::Zero(cells, blocks);
+  VectorXd cc = VectorXd::Zero(cells), ce = VectorXd::Zero(cells);
+  for (Index i = 0; i < n; ++i) {
+    const double c = family.column[i];
+    if (c == 0.0) continue;
+    const int cell = family.cell.empty() ? 0 : family.cell[static_cast<std::size_t>(i)];
+    if (cell < 0) continue;
+    cx.col(cell) += c * model.x.row(i).transpose();
+    cc[cell] += c * c;
+    ce[cell] += c * model.e[i];
+    cb(cell, rows.row[static_cast<std::size_t>(i)].block) += c * noise[i];
+  }
+  return {cells, std::move(cx), std::move(cb), std::move(cc), std::move(ce)};
+}
+
+/// The tests of all runs of one length; what each block adds to the z of each goes to `shares`.
+/// `block_x`: X'e of each block.
+std::vector<Test> tests_of(const Fitted& model, const Family& family, std::size_t f,
+                           const Sums& sums, int length, const MatrixXd& block_x,
+                           std::vector<Eigen::VectorXf>& shares) {
+  const auto& [cells, cx, cb, cc, ce] = sums;
+  const Index p = model.x.cols();
+  std::vector<Test> here;
+  for (int begin = 0; begin + length <= cells; begin += std::max(1, length / 2)) {
+    double energy = 0, product = 0;
+    VectorXd a = VectorXd::Zero(p);
+    for (int k = begin; k < begin + length; ++k) energy += cc[k], product += ce[k], a += cx.col(k);
+    if (!(energy > 0)) continue;
+    const VectorXd t = model.normal.solve(a);
+    const double left = energy - a.dot(t);
+    if (!(left > family.least_left * energy) || !(left > 1e-12))
+      continue;  // the model can do this already
+    Test test;
+    test.family = f;
+    test.begin = begin;
+    test.end = begin + length;
+    test.amount = product / left;
+    test.z = product / std::sqrt(left);
+    test.gain = test.z * test.z;
+    if (family.sign > 0 && test.amount < 0) test.gain = 0.0;
+    here.push_back(test);
+    VectorXd q = -(block_x.transpose() * t);
+    for (int k = begin; k < begin + length; ++k) q += cb.row(k).transpose();
+    shares.push_back((q / std::sqrt(left)).cast<float>());
+  }
+  return here;
+}
+
+/// How wide z gets elsewhere on the road once the best is taken away: noise alone would make it 1.
+double spread_elsewhere(const Fitted& model, const Family& family, const Test& best,
+                        const std::vector<Test>& peers) {
+  const auto n = static_cast<Index>(family.column.size());
+  const int cells = family.cell.empty() ? 1 : family.cells;
+  std::vector<double> elsewhere;
+  if (!family.cell.empty() && best.gain > 0) {
+    const VectorXd taken =
+        best.amount * beyond(model, within(family.column, family.cell, best.begin, best.end));
+    VectorXd ct = VectorXd::Zero(cells);
+    for (Index i = 0; i < n; ++i)
+      if (const int cell = family.cell[static_cast<std::size_t>(i)]; cell >= 0)
+        ct[cell] += family.column[i] * taken[i];
+    for (const Test& t : peers)
+      if (const double root_left = t.z / t.amount;
+          (t.end <= best.begin || t.begin >= best.end) && std::isfinite(root_left))
+        elsewhere.push_back(std::abs(t.z - ct.segment(t.begin, t.end - t.begin).sum() / root_left));
+  }
+  double spread = 1.0;
+  if (elsewhere.size() >= 8) {
+    const auto middle = elsewhere.begin() + static_cast<std::ptrdiff_t>(elsewhere.size() / 2);
+    std::nth_element(elsewhere.begin(), middle, elsewhere.end());
+    spread = std::max(1.0, 1.4826 * *middle);
+  }
+  return spread;
+}
+
+/// Null: the same residuals with blocks turned round.
+void draw_nulls(const std::vector<Eigen::VectorXf>& shares, Index blocks, std::size_t nulls,
+                Scan& out) {
+  const auto tests = static_cast<Index>(shares.size());
+  if (tests == 0 || nulls == 0) return;
+  Eigen::MatrixXf q(tests, blocks);
+  for (Index k = 0; k < tests; ++k) q.row(k) = shares[static_cast<std::size_t>(k)].transpose();
+  Dice dice{20240607};
+  constexpr std::size_t kAtOnce = 100;
+  std::vector<double> drawn;
+  for (std::size_t done = 0; done < 2 * nulls; done += kAtOnce) {
+    const auto now = static_cast<Index>(std::min(kAtOnce, 2 * nulls - done));
+    Eigen::MatrixXf signs(blocks, now);
+    for (Index j = 0; j < now; ++j)
+      for (Index b = 0; b < blocks; ++b) signs(b, j) = dice.roll() < 0.5 ? -1.0f : 1.0f;
+    const Eigen::MatrixXf z = q * signs;
+    for (Index j = 0; j < now; ++j) drawn.push_back(z.col(j).cwiseAbs().maxCoeff());
+  }
+  // The first half sets the threshold, the second half says what it is worth.
+  out.null_max.assign(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(nulls));
+  std::sort(out.null_max.begin(), out.null_max.end());
+  out.threshold = out.null_max[static_cast<std::size_t>(
+      selection::kNullQuantile * static_cast<double>(out.null_max.size() - 1))];
+  double over = 0;
+  for (std::size_t k = nulls; k < drawn.size(); ++k) over += drawn[k] > out.threshold ? 1 : 0;
+  out.false_alarms = over / static_cast<double>(drawn.size() - nulls);
+}
+
+}  // namespace
+
+Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& rows,
+          std::size_t nulls, const VectorXd& noise) {
+  const auto n = static_cast<Index>(rows.row.size());
+  const Index blocks = rows.blocks;
+  MatrixXd block_x = MatrixXd::Zero(model.x.cols(), blocks);
+  for (Index i = 0; i < n; ++i)
+    block_x.col(rows.row[static_cast<std::size_t>(i)].block) +=
+        noise[i] * model.x.row(i).transpose();
 
   Scan out;
-  std::vector<Eigen::VectorXf> shares;  // per test: what each block adds to z
+  std::vector<Eigen::VectorXf> shares;
   for (std::size_t f = 0; f < families.size(); ++f) {
     const Family& family = families[f];
-    const int cells = family.cell.empty() ? 1 : family.cells;
-    MatrixXd cx = MatrixXd::Zero(p, cells), cb = MatrixXd::Zero(cells, blocks);
-    VectorXd cc = VectorXd::Zero(cells), ce = VectorXd::Zero(cells);
-    for (Index i = 0; i < n; ++i) {
-      const double c = family.column[i];
-      if (c == 0.0) continue;
-      const int cell = family.cell.empty() ? 0 : family.cell[static_cast<std::size_t>(i)];
-      if (cell < 0) continue;
-      cx.col(cell) += c * model.x.row(i).transpose();
-      cc[cell] += c * c;
-      ce[cell] += c * model.e[i];
-      cb(cell, rows.row[static_cast<std::size_t>(i)].block) += c * noise[i];
-    }
+    const Sums sums = sums_of(model, family, rows, noise);
     Test best;
     best.family = f;
     std::vector<Test> peers;
-    const std::vector<int> whole{cells};
+    const std::vector<int> whole{sums.cells};
     for (const int length : family.cell.empty() ? whole : family.lengths) {
-      if (length > cells) continue;
-      std::vector<Test> here;
-      for (int begin = 0; begin + length <= cells; begin += std::max(1, length / 2)) {
-        double energy = 0, product = 0;
-        VectorXd a = VectorXd::Zero(p);
-        for (int k = begin; k < begin + length; ++k) energy += cc[k], product += ce[k], a += cx.col(k);
-        if (!(energy > 0)) continue;
-        const VectorXd t = model.normal.solve(a);
-        const double left = energy - a.dot(t);
-        if (!(left > family.least_left * energy) || !(left > 1e-12)) continue;  // the model can do this already
-        Test test;
-        test.family = f;
-        test.begin = begin;
-        test.end = begin + length;
-        test.amount = product / left;
-        test.z = product / std::sqrt(left);
-        test.gain = test.z * test.z;
-        if (family.sign > 0 && test.amount < 0) test.gain = 0.0;
-        here.push_back(test);
-        VectorXd q = -(block_x.transpose() * t);
-        for (int k = begin; k < begin + length; ++k) q += cb.row(k).transpose();
-        shares.push_back((q / std::sqrt(left)).cast<float>());
-      }
+      if (length > sums.cells) continue;
+      const std::vector<Test> here = tests_of(model, family, f, sums, length, block_x, shares);
       for (const Test& t : here)
         if (t.gain > best.gain) best = t, peers = here;
     }
-    // How large such a sum gets elsewhere on the road once the best is taken away: noise alone would make it 1.
-    std::vector<double> elsewhere;
-    if (!family.cell.empty() && best.gain > 0) {
-      const VectorXd taken = best.amount * beyond(model, within(family.column, family.cell, best.begin, best.end));
-      VectorXd ct = VectorXd::Zero(cells);
-      for (Index i = 0; i < n; ++i)
-        if (const int cell = family.cell[static_cast<std::size_t>(i)]; cell >= 0) ct[cell] += family.column[i] * taken[i];
-      for (const Test& t : peers)
-        if (const double root_left = t.z / t.amount; (t.end <= best.begin || t.begin >= best.end) && std::isfinite(root_left))
-          elsewhere.push_back(std::abs(t.z - ct.segment(t.begin, t.end - t.begin).sum() / root_left));
-    }
-    double spread = 1.0;
-    if (elsewhere.size() >= 8) {
-      const auto middle = elsewhere.begin() + static_cast<std::ptrdiff_t>(elsewhere.size() / 2);
-      std::nth_element(elsewhere.begin(), middle, elsewhere.end());
-      spread = std::max(1.0, 1.4826 * *middle);
-    }
-    best.local_z = best.z / spread;
+    best.local_z = best.z / spread_elsewhere(model, family, best, peers);
     out.best.push_back(best);
   }
-  // Null: the same residuals with blocks turned round.
-  const auto tests = static_cast<Index>(shares.size());
-  if (tests > 0 && nulls > 0) {
-    Eigen::MatrixXf q(tests, blocks);
-    for (Index k = 0; k < tests; ++k) q.row(k) = shares[static_cast<std::size_t>(k)].transpose();
-    Dice dice{20240607};
-    constexpr std::size_t kAtOnce = 100;
-    std::vector<double> drawn;
-    for (std::size_t done = 0; done < 2 * nulls; done += kAtOnce) {
-      const auto now = static_cast<Index>(std::min(kAtOnce, 2 * nulls - done));
-      Eigen::MatrixXf signs(blocks, now);
-      for (Index j = 0; j < now; ++j)
-        for (Index b = 0; b < blocks; ++b) signs(b, j) = dice.roll() < 0.5 ? -1.0f : 1.0f;
-      const Eigen::MatrixXf z = q * signs;
-      for (Index j = 0; j < now; ++j) drawn.push_back(z.col(j).cwiseAbs().maxCoeff());
-    }
-    // The first half sets the threshold, the second half says what it is worth.
-    out.null_max.assign(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(nulls));
-    std::sort(out.null_max.begin(), out.null_max.end());
-    out.threshold = out.null_max[static_cast<std::size_t>(selection::kNullQuantile * static_cast<double>(out.null_max.size() - 1))];
-    double over = 0;
-    for (std::size_t k = nulls; k < drawn.size(); ++k) over += drawn[k] > out.threshold ? 1 : 0;
-    out.false_alarms = over / static_cast<double>(drawn.size() - nulls);
-  }
+  draw_nulls(shares, blocks, nulls, out);
   return out;
 }
 
-std::vector<double> cross_validate(const Fitted& model, const MatrixXd& more, const VectorXd& precision,
-                                   const VectorXd& more_precision, const Rows& rows) {
+std::vector<double> cross_validate(const Fitted& model, const MatrixXd& more,
+                                   const VectorXd& precision, const VectorXd& more_precision,
+                                   const Rows& rows) {
   const Index p = model.x.cols(), q = more.cols(), all = p + q;
   const auto folds = static_cast<std::size_t>(rows.folds);
   std::vector<MatrixXd> normal(folds, MatrixXd::Zero(all, all));
   std::vector<VectorXd> right(folds, VectorXd::Zero(all));
   std::vector<std::vector<Index>> members(folds);
-  for (Index i = 0; i < model.x.rows(); ++i) members[static_cast<std::size_t>(rows.row[static_cast<std::size_t>(i)].fold)].push_back(i);
+  for (Index i = 0; i < model.x.rows(); ++i)
+    members[static_cast<std::size_t>(rows.row[static_cast<std::size_t>(i)].fold)].push_back(i);
   MatrixXd sum = MatrixXd::Zero(all, all);
   VectorXd sum_right = VectorXd::Zero(all);
   for (std::size_t f = 0; f < folds; ++f) {

@@ -1,0 +1,237 @@
+#include "confirm_mapping.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace explain {
+namespace {
+
+using vehicle::Table;
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// Slope of y over x through zero, and the correlation.
+struct Fit {
+  double slope = 0.0, correlation = 0.0;
+};
+Fit through_zero(const std::vector<double>& x, const std::vector<double>& y) {
+  double xx = 0, xy = 0, yy = 0;
+  for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i)
+    if (std::isfinite(x[i]) && std::isfinite(y[i])) {
+      xx += x[i] * x[i];
+      xy += x[i] * y[i];
+      yy += y[i] * y[i];
+    }
+  if (xx <= 0 || yy <= 0) return {};
+  return {xy / xx, xy / std::sqrt(xx * yy)};
+}
+
+double wrap(double a) { return std::remainder(a, 2 * std::numbers::pi); }
+
+/// What the path says: course, its rate, speed. Central differences over `half` samples.
+struct Path {
+  std::vector<double> course, rate, speed, acceleration;
+};
+Path path_of(const std::vector<double>& t, const std::vector<double>& x,
+             const std::vector<double>& y) {
+  const std::size_t n = t.size();
+  std::size_t half = 1;
+  while (half * 2 < n / 4 && t[std::min(n - 1, half)] - t[0] < 0.2) ++half;
+  Path p;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  p.course.assign(n, nan);
+  p.rate = p.speed = p.acceleration = p.course;
+  for (std::size_t i = half; i + half < n; ++i) {
+    const double dt = t[i + half] - t[i - half];
+    const double dx = x[i + half] - x[i - half], dy = y[i + half] - y[i - half];
+    if (!(dt > 0)) continue;
+    p.speed[i] = std::hypot(dx, dy) / dt;
+    if (p.speed[i] > 4.0) p.course[i] = std::atan2(dy, dx);
+  }
+  for (std::size_t i = half; i + half < n; ++i) {
+    const double dt = t[i + half] - t[i - half];
+    if (!(dt > 0)) continue;
+    p.rate[i] = wrap(p.course[i + half] - p.course[i - half]) / dt;
+    p.acceleration[i] = (p.speed[i + half] - p.speed[i - half]) / dt;
+  }
+  return p;
+}
+
+/// How many samples `late` lags behind `reference`, by the largest correlation; NaN if unclear.
+double lag_s(const std::vector<double>& t, const std::vector<double>& reference,
+             const std::vector<double>& late) {
+  const double dt = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
+  if (!(dt > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+  // Half a second, as far as that is a part of the log; 4 kHz is the fastest logger.
+  const int most =
+      static_cast<int>(std::min({0.5 / dt, static_cast<double>(t.size()) / 4.0, 2000.0}));
+  std::vector<double> r(2 * static_cast<std::size_t>(most) + 1);
+  std::size_t best = 0;
+  for (int k = -most; k <= most; ++k) {
+    double ab = 0, aa = 0, bb = 0;
+    for (std::size_t i = static_cast<std::size_t>(most);
+         i + static_cast<std::size_t>(most) < t.size(); ++i) {
+      const double a = reference[i], b = late[static_cast<std::size_t>(static_cast<int>(i) + k)];
+      if (!std::isfinite(a) || !std::isfinite(b)) continue;
+      ab += a * b;
+      aa += a * a;
+      bb += b * b;
+    }
+    const auto at = static_cast<std::size_t>(k + most);
+    r[at] = aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0.0;
+    if (r[at] > r[best]) best = at;
+  }
+  if (r[best] < 0.8 || best == 0 || best + 1 == r.size())
+    return std::numeric_limits<double>::quiet_NaN();
+  const double a = r[best - 1], b = r[best], c = r[best + 1];
+  const double vertex = (a - c) / (2 * (a - 2 * b + c));
+  return (static_cast<double>(best) - most + vertex) * dt;
+}
+
+/// How well a heading agrees with the course, at the sign and the zero at which it does so best.
+struct Agreement {
+  double strength = -1, sign = 1, offset = 0;
+};
+
+Agreement agreement_of(const std::vector<double>& course, const std::vector<double>& heading) {
+  Agreement best;
+  for (const double s : {1.0, -1.0}) {
+    double sin_sum = 0, cos_sum = 0, count = 0;
+    for (std::size_t i = 0; i < course.size(); ++i)
+      if (std::isfinite(course[i]) && std::isfinite(heading[i])) {
+        sin_sum += std::sin(course[i] - s * heading[i]);
+        cos_sum += std::cos(course[i] - s * heading[i]);
+        count += 1;
+      }
+    const double strength = count > 0 ? std::hypot(sin_sum, cos_sum) / count : 0.0;
+    if (strength > best.strength) best = {strength, s, std::atan2(sin_sum, cos_sum)};
+  }
+  return best;
+}
+
+/// Heading: which way it turns and where its zero lies, against the course of the path.
+void confirm_yaw(const Table& table, const Path& path, bool by_satellites, Mapping& mapping) {
+  ColumnMapping* m = find_channel(mapping, "yaw_rad");
+  if (m == nullptr) return;
+  const std::vector<double> raw = mapped_values(mapping, table, "yaw_rad");
+  Agreement agreement = agreement_of(path.course, raw);
+  auto& [best, sign, offset] = agreement;
+  if (by_satellites && best < 0.5) {
+    mapping.notes.push_back(
+        fmt::format("column '{}' is not used: the path confirms neither its sign nor its zero "
+                    "(agreement {:.2f})",
+                    m->column, std::max(0.0, best)));
+    std::erase_if(mapping.columns,
+                  [](const ColumnMapping& other) { return other.channel == "yaw_rad"; });
+    best = -1;
+  }
+  // Only quarter turns are a convention; the rest is the sensor's and stays in the data.
+  const double quarter = std::round(offset / (std::numbers::pi / 2)) * (std::numbers::pi / 2);
+  m = find_channel(mapping, "yaw_rad");
+  if (m != nullptr) m->scale *= sign, m->offset = quarter;
+  if (m != nullptr)
+    mapping.notes.push_back(
+        fmt::format("yaw_rad: against the path's course sign {:+.0f}, zero {:.0f} degrees, mean "
+                    "difference {:.2f} degrees, agreement {:.3f} (1 is perfect)",
+                    sign, quarter / kDegree, (offset - quarter) / kDegree, best));
+}
+
+/// Sign, size and delay of a channel against what the path says of it.
+void confirm(const Table& table, const std::vector<double>& t, const char* channel,
+             const std::vector<double>& reference, const char* what, Mapping& mapping) {
+  ColumnMapping* m = find_channel(mapping, channel);
+  if (m == nullptr) return;
+  const Fit fit = through_zero(reference, mapped_values(mapping, table, channel));
+  if (std::abs(fit.correlation) < 0.5) {
+    mapping.notes.push_back(
+        fmt::format("{}: correlation {:.2f} with {}: sign and unit not confirmed", channel,
+                    fit.correlation, what));
+    return;
+  }
+  if (fit.slope < 0) m->scale = -m->scale;
+  mapping.notes.push_back(fmt::format("{}: {:.3f} times {}, correlation {:.3f}{}", channel,
+                                      std::abs(fit.slope), what, std::abs(fit.correlation),
+                                      fit.slope < 0 ? "; sign turned" : ""));
+  if (std::abs(std::abs(fit.slope) - 1.0) > 0.3)
+    mapping.notes.push_back(
+        fmt::format("{}: a factor of {:.3g} remains: wrong unit?", channel, std::abs(fit.slope)));
+  const double late = lag_s(t, reference, mapped_values(mapping, table, channel));
+  if (std::isfinite(late))
+    mapping.notes.push_back(fmt::format(
+        "{}: {} {} by {:.3f} s (not corrected: set delay_s if the logger is known to do so)",
+        channel, late >= 0 ? "lags" : "leads", what, std::abs(late)));
+}
+
+void confirm_steering(const Table& table, const char* channel, const std::vector<double>& curvature,
+                      bool by_satellites, Mapping& mapping) {
+  ColumnMapping* m = find_channel(mapping, channel);
+  if (m == nullptr) return;
+  const Fit fit = through_zero(curvature, mapped_values(mapping, table, channel));
+  if (by_satellites && std::abs(fit.correlation) <= 0.5) {
+    mapping.notes.push_back(
+        fmt::format("column '{}' is not used: the path does not confirm it (correlation "
+                    "{:.2f}), and it may be the steering wheel's",
+                    m->column, fit.correlation));
+    std::erase_if(mapping.columns,
+                  [&](const ColumnMapping& other) { return other.channel == channel; });
+    return;
+  }
+  // Front wheels turn about as far as the curvature asks; understeer is less than this.
+  if (std::abs(fit.correlation) > 0.5 && std::abs(fit.slope) > 5.0) {
+    mapping.notes.push_back(fmt::format(
+        "column '{}' is not used: it turns {:.1f} times as far as the curvature asks of the "
+        "front wheels of a car of 3 m wheelbase, as a steering wheel does; map it to {} with "
+        "scale {}{:.6g} over the steering's ratio",
+        m->column, std::abs(fit.slope), channel, fit.slope < 0 ? "-" : "", m->scale));
+    std::erase_if(mapping.columns,
+                  [&](const ColumnMapping& other) { return other.channel == channel; });
+    return;
+  }
+  if (fit.correlation < -0.5) m->scale = -m->scale;
+  mapping.notes.push_back(fmt::format("{}: correlation {:.2f} with the path's curvature{}", channel,
+                                      std::abs(fit.correlation),
+                                      fit.correlation < -0.5 ? "; sign turned" : ""));
+}
+
+}  // namespace
+
+ColumnMapping* find_channel(Mapping& mapping, const std::string& channel) {
+  for (ColumnMapping& m : mapping.columns)
+    if (m.channel == channel) return &m;
+  return nullptr;
+}
+
+std::vector<double> mapped_values(Mapping& mapping, const Table& table,
+                                  const std::string& channel) {
+  const ColumnMapping* m = find_channel(mapping, channel);
+  std::vector<double> out;
+  if (m == nullptr) return out;
+  out = *table.find(m->column);
+  for (double& x : out) x = x * m->scale + m->offset;
+  return out;
+}
+
+void confirm_mapping(const Table& table, const std::vector<double>& t, const std::vector<double>& x,
+                     const std::vector<double>& y, bool by_satellites, Mapping& mapping) {
+  const Path path = path_of(t, x, y);
+  confirm_yaw(table, path, by_satellites, mapping);
+  const auto against = [&](const char* channel, const std::vector<double>& reference,
+                           const char* what) {
+    confirm(table, t, channel, reference, what, mapping);
+  };
+  against("yaw_rate_radps", path.rate, "the turning of the path");
+  against("vx_mps", path.speed, "the speed of the path");
+  against("ax_mps2", path.acceleration, "the path's acceleration");
+  std::vector<double> lateral(t.size());
+  for (std::size_t i = 0; i < t.size(); ++i) lateral[i] = path.speed[i] * path.rate[i];
+  against("ay_mps2", lateral, "speed times turning of the path");
+  std::vector<double> curvature(t.size());
+  for (std::size_t i = 0; i < t.size(); ++i) curvature[i] = path.rate[i] / path.speed[i] * 3.0;
+  for (const char* channel : {"steer_rad", "steer_command_rad"})
+    confirm_steering(table, channel, curvature, by_satellites, mapping);
+}
+
+}  // namespace explain

@@ -1,0 +1,25 @@
+// What the redundancy between the columns says of a guessed mapping: signs, zeros and delays.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "explain/mapping.h"
+#include "vehicle/table.h"
+
+namespace explain {
+
+/// The column of a channel; nullptr: none.
+ColumnMapping* find_channel(Mapping& mapping, const std::string& channel);
+
+/// The values of a channel as they are mapped; empty: no such channel.
+std::vector<double> mapped_values(Mapping& mapping, const vehicle::Table& table,
+                                  const std::string& channel);
+
+/// Turns signs and zeros as the path wants them, leaves out what it contradicts, and notes both.
+/// The path goes through x_m, y_m at the log's own clock t_s.
+void confirm_mapping(const vehicle::Table& table, const std::vector<double>& t_s,
+                     const std::vector<double>& x_m, const std::vector<double>& y_m,
+                     bool by_satellites, Mapping& mapping);
+
+}  // namespace explain

@@ -1,0 +1,192 @@
+#include "map_column.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "column_words.h"
+
+namespace explain {
+namespace {
+
+using vehicle::Table;
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+double share_repeated(const std::vector<double>& values) {
+  std::size_t same = 0, seen = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (std::isnan(values[i]) || std::isnan(values[i - 1])) continue;
+    ++seen;
+    same += values[i] == values[i - 1] ? 1 : 0;
+  }
+  return seen == 0 ? 0.0 : static_cast<double>(same) / static_cast<double>(seen);
+}
+
+double largest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double x : values)
+    if (std::isfinite(x)) most = std::max(most, std::abs(x));
+  return most;
+}
+
+bool has_word(const Table& table, std::initializer_list<const char*> words) {
+  return std::any_of(table.names.begin(), table.names.end(), [&](const std::string& name) {
+    const std::string own = plain(split_unit(name).first);
+    return std::any_of(words.begin(), words.end(), [&](const char* word) { return own == word; });
+  });
+}
+bool placed_by_satellites(const Table& table) {
+  return has_word(table, {"sats", "satellites", "nsat", "gpsnsat"});
+}
+bool north_yaw(const Table& table) { return has_word(table, {"yawnorth"}); }
+
+/// What the name of a column says.
+struct Guess {
+  std::string channel, quantity;  ///< empty: nothing known
+  std::string word;               ///< of the name, by which it is known
+};
+
+bool has_quantity(const Guess& guess) {
+  return !guess.quantity.empty() && guess.quantity != "none";
+}
+
+Guess guess_channel(const std::string& column, const std::string& stem, const std::string& unit) {
+  Guess guess;
+  const auto& known = analysed_channels();
+  const std::string field = stem.starts_with('/') ? stem.substr(stem.rfind('.') + 1) : column;
+  if (std::find(known.begin(), known.end(), field) != known.end()) guess.channel = field;
+  for (const std::string& candidate : words_of(stem)) {
+    if (!guess.channel.empty()) break;
+    guess.word = candidate;
+    const std::string& word = guess.word;
+    for (const Alias& alias : aliases())
+      for (const char* other : alias.names)
+        if (word == other) {
+          guess.channel = alias.channel;
+          guess.quantity = alias.quantity;
+        }
+    for (const char* w : {"fl", "fr", "rl", "rr"})
+      if (word == std::string("wheel") + w || word == std::string("wheelspeed") + w ||
+          word == std::string("ws") + w ||
+          (w[1] == 'l' && word == std::string("l") + w[0] + "speed") ||
+          (w[1] == 'r' && word == std::string("r") + w[0] + "speed")) {
+        const bool turning = unit_scale("turn", unit).has_value();
+        guess.channel = fmt::format("wheel_{}_{}", w, turning ? "radps" : "mps");
+        guess.quantity = turning ? "turn" : "speed";
+      }
+  }
+  return guess;
+}
+
+/// The factor to the channel's own unit: by the unit in the name, or from the size of the values
+/// where that decides.
+void put_scale(const std::vector<double>& values, const std::string& quantity,
+               const std::string& unit, ColumnMapping& m, Mapping& mapping) {
+  const std::string& column = m.column;
+  if (const auto scale = unit_scale(quantity, unit)) {
+    m.scale = *scale;
+    if (quantity == "share" && m.scale == 0.01 && largest(values) <= 1.2)
+      m.scale = 1.0;  // says per cent, writes shares
+    mapping.notes.push_back(fmt::format("{} from '{}': unit {} in the name, factor {:g}", m.channel,
+                                        column, unit, m.scale));
+  } else {
+    // Without a unit: from the size of the values where that decides.
+    const double most = largest(values);
+    if (quantity == "share" && most > 1.5) m.scale = 0.01;
+    if (quantity == "acceleration" && most < 4.0 && most > 0.2) m.scale = 9.80665;
+    if ((quantity == "angle" || quantity == "rate") && most > 7.0) m.scale = kDegree;
+    if (quantity == "pressure" && most < 500.0) m.scale = 1e5;
+    if (quantity == "turn" && most > 2500.0) m.scale = std::numbers::pi / 30;
+    mapping.notes.push_back(fmt::format(
+        "{} from '{}': no unit known ('{}'); largest value {:g}, factor {:g} guessed: check",
+        m.channel, column, unit, most, m.scale));
+  }
+}
+
+void put_held(const std::vector<double>& values, ColumnMapping& m, Mapping& mapping) {
+  const double repeated = share_repeated(values);
+  const bool position = m.channel == "x_m" || m.channel == "y_m" || m.channel == "latitude_rad" ||
+                        m.channel == "longitude_rad" || m.channel == "yaw_rad" ||
+                        m.channel == "vx_mps" || m.channel == "yaw_rate_radps" ||
+                        m.channel.starts_with("a") || m.channel.starts_with("wheel");
+  if (position && repeated > 0.3 && repeated < 0.99) {
+    m.held = true;
+    mapping.notes.push_back(
+        fmt::format("{}: {:.0f} % of the samples repeat the one before; they count as missing",
+                    m.channel, 100 * repeated));
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string>& analysed_channels() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> out{"time_s",
+                                 "x_m",
+                                 "y_m",
+                                 "z_m",
+                                 "yaw_rad",
+                                 "vx_mps",
+                                 "vy_mps",
+                                 "roll_rate_radps",
+                                 "pitch_rate_radps",
+                                 "yaw_rate_radps",
+                                 "ax_mps2",
+                                 "ay_mps2",
+                                 "az_mps2",
+                                 "steer_rad",
+                                 "steer_command_rad",
+                                 "throttle",
+                                 "throttle_command",
+                                 "brake_pa",
+                                 "brake_command_pa",
+                                 "gear",
+                                 "engine_radps",
+                                 "fuel_kg"};
+    for (const char* w : {"fl", "fr", "rl", "rr"})
+      for (const char* form :
+           {"wheel_{}_radps", "wheel_{}_mps", "brake_{}_pa", "brake_{}_command_pa", "fz_{}_n",
+            "suspension_{}_m", "brake_disc_{}_k"})
+        out.push_back(fmt::format(fmt::runtime(form), w));
+    return out;
+  }();
+  return names;
+}
+
+void map_column(const Table& table, std::size_t c, std::set<std::string>& taken, Mapping& mapping) {
+  const std::string& column = table.names[c];
+  const auto [stem, unit] = split_unit(column);
+  const Guess guess = guess_channel(column, stem, unit);
+  ColumnMapping m{column, guess.channel};
+  // A receiver's heading is its course, and the car's would have its slip angle in it.
+  const bool course = guess.word == "heading" && placed_by_satellites(table);
+  if (guess.word == "yaw" && north_yaw(table)) m.channel.clear();
+  if (course) {
+    mapping.notes.push_back(fmt::format(
+        "column '{}' is not used: the receiver's course, no heading of the car", column));
+    return;
+  }
+  const bool other_quantity = is_unit(unit) && !unit_scale(guess.quantity, unit);
+  if (!m.channel.empty() && has_quantity(guess) && other_quantity) {
+    mapping.notes.push_back(
+        fmt::format("column '{}' is not used: {} is no unit of {}", column, unit, m.channel));
+    return;
+  }
+  if (m.channel.empty()) {
+    mapping.notes.push_back(
+        fmt::format("column '{}' is not used: its name says nothing known", column));
+    return;
+  }
+  if (!taken.insert(m.channel).second) {
+    mapping.notes.push_back(
+        fmt::format("column '{}' is not used: {} comes from another", column, m.channel));
+    return;
+  }
+  if (has_quantity(guess)) put_scale(table.columns[c], guess.quantity, unit, m, mapping);
+  put_held(table.columns[c], m, mapping);
+  mapping.columns.push_back(m);
+}
+
+}  // namespace explain

@@ -1,0 +1,21 @@
+// What one column of a foreign log is: which channel by its name, in which unit, held or not.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "explain/mapping.h"
+#include "vehicle/table.h"
+
+namespace explain {
+
+/// Every channel the analysis reads.
+const std::vector<std::string>& analysed_channels();
+
+/// Takes column `c` of the table into the mapping, or leaves it out; a note says why. `taken` has
+/// the channels that other columns gave.
+void map_column(const vehicle::Table& table, std::size_t c, std::set<std::string>& taken,
+                Mapping& mapping);
+
+}  // namespace explain

@@ -1,0 +1,179 @@
+#include "place_on_road.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "vehicle/error.h"
+
+namespace explain {
+namespace {
+
+using vehicle::Error;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// The rotation and shift that bring a driven lap onto the reference line, if one fits.
+std::string offer_transform(const std::vector<double>& x, const std::vector<double>& y,
+                            const crg::ReferenceLine& line) {
+  constexpr std::size_t kPoints = 200;
+  using Complex = std::complex<double>;
+  const auto resample = [](const std::vector<Complex>& path) {
+    std::vector<double> s(path.size(), 0.0);
+    for (std::size_t i = 1; i < path.size(); ++i) s[i] = s[i - 1] + std::abs(path[i] - path[i - 1]);
+    std::vector<Complex> out;
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const double at = s.back() * static_cast<double>(i) / kPoints;
+      while (k + 2 < path.size() && s[k + 1] < at) ++k;
+      const double span = s[k + 1] - s[k];
+      out.push_back(path[k] + (span > 0 ? (at - s[k]) / span : 0.0) * (path[k + 1] - path[k]));
+    }
+    return out;
+  };
+  std::vector<Complex> road, driven;
+  double length = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    road.emplace_back(line.x_m[i], line.y_m[i]);
+    if (i > 0) length += std::abs(road[i] - road[i - 1]);
+  }
+  double gone = 0;
+  for (std::size_t i = 0; i < x.size() && gone < length; ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
+    const Complex p(x[i], y[i]);
+    if (!driven.empty()) gone += std::abs(p - driven.back());
+    driven.push_back(p);
+  }
+  if (driven.size() < 50 || gone < 0.9 * length || road.size() < 3) return "";
+  const auto a = resample(driven), b = resample(road);
+  Complex mean_a = 0, mean_b = 0;
+  for (std::size_t i = 0; i < kPoints; ++i)
+    mean_a += a[i] / double(kPoints), mean_b += b[i] / double(kPoints);
+  double best = std::numeric_limits<double>::infinity(), turn = 0;
+  for (std::size_t shift = 0; shift < kPoints; ++shift) {
+    Complex product = 0;
+    double size = 0;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const Complex p = a[i] - mean_a, q = b[(i + shift) % kPoints] - mean_b;
+      product += std::conj(p) * q;
+      size += std::norm(p) + std::norm(q);
+    }
+    const double rms2 = (size - 2 * std::abs(product)) / kPoints;
+    if (rms2 < best) best = rms2, turn = std::arg(product);
+  }
+  if (!(std::sqrt(std::max(0.0, best)) < 15.0)) return "";
+  const Complex move = mean_b - mean_a * std::polar(1.0, turn);
+  return fmt::format(
+      "; the same shape turned by {:.5f} rad about the origin and then shifted by ({:.2f}, {:.2f}) "
+      "m "
+      "fits within {:.1f} m: crgbuild transform can move the road (by the opposite)",
+      turn, move.real(), move.imag(), std::sqrt(std::max(0.0, best)));
+}
+
+void count_laps(Signals& s) {
+  s.lap.assign(s.n, 0);
+  int lap = 0;
+  double last = kNaN;
+  std::vector<double> gone{0.0};
+  for (std::size_t i = 0; i < s.n; ++i) {
+    if (std::isfinite(s.u_m[i])) {
+      if (std::isfinite(last)) {
+        double step = s.u_m[i] - last;
+        if (s.closed && step < -0.5 * s.length_m) {
+          ++lap;
+          gone.push_back(0.0);
+          step += s.length_m;
+        }
+        if (std::abs(step) < 50) gone.back() += step;
+      }
+      last = s.u_m[i];
+    }
+    s.lap[i] = lap;
+  }
+  for (const double way : gone) {
+    s.whole.push_back(way > 0.97 * s.length_m);
+    if (s.closed) s.rounds += way / s.length_m;
+  }
+}
+
+/// Slopes over a car's length and track, not of single cells, under a car at x, y that goes along
+/// (cx, cy).
+void put_slopes(Signals& s, std::size_t i, const crg::Surface& surface, double x, double y,
+                double cx, double cy, crg::Cursor& cursor) {
+  const auto z = [&](double ahead, double left) {
+    return surface.z_at_xy(x + ahead * cx - left * cy, y + ahead * cy + left * cx, cursor);
+  };
+  const double here = z(0, 0), front = z(2, 0), back = z(-2, 0), left = z(0, 0.8),
+               right = z(0, -0.8);
+  s.grade[i] = (front - back) / 4.0;
+  s.bank[i] = (left - right) / 1.6;
+  s.curvature_v[i] = (front - 2 * here + back) / 4.0;
+  for (auto* v : {&s.grade, &s.bank, &s.curvature_v})
+    if (!std::isfinite((*v)[i])) (*v)[i] = 0.0;
+}
+
+/// Steps in which the car moved, and of these the ones beside the road and against it.
+struct Driven {
+  std::size_t moving = 0, beside = 0, backwards = 0;
+};
+
+Driven put_road(Signals& s, const crg::Surface& surface) {
+  const crg::Crg& file = surface.file();
+  const crg::ReferenceLine& line = surface.reference_line();
+  s.length_m = line.u_step_m * static_cast<double>(line.size() - 1);
+  s.closed = line.closed;
+  for (auto* v :
+       {&s.u_m, &s.v_m, &s.grade, &s.bank, &s.curvature_v, &s.heading_rad, &s.line_curvature_1pm})
+    v->assign(s.n, kNaN);
+  s.grip.assign(s.n, 1.0);
+  crg::Cursor cursor, slopes;
+  Driven driven;
+  for (std::size_t i = 0; i < s.n; ++i) {
+    const double x = s.x[kX][i], y = s.x[kY][i];
+    const double speed = std::hypot(s.dx[kX][i], s.dx[kY][i]);
+    if (!std::isfinite(x) || !std::isfinite(y) || !(speed > 3)) continue;
+    ++driven.moving;
+    const crg::Sample at = surface.at_xy(x, y, cursor);
+    const double margin = 3.0;
+    if (!std::isfinite(at.u_m) || at.v_m < file.grid.v_m.front() - margin ||
+        at.v_m > file.grid.v_m.back() + margin || at.u_m < line.u_begin_m - 1.0 ||
+        at.u_m > line.u_begin_m + s.length_m + 1.0) {
+      ++driven.beside;
+      continue;
+    }
+    const double cx = s.dx[kX][i] / speed, cy = s.dx[kY][i] / speed;
+    if (cx * std::cos(at.heading_rad) + cy * std::sin(at.heading_rad) < 0) ++driven.backwards;
+    s.u_m[i] = at.u_m - line.u_begin_m;
+    s.v_m[i] = at.v_m;
+    if (std::isfinite(at.friction)) s.grip[i] = at.friction;
+    s.heading_rad[i] = at.heading_rad;
+    s.line_curvature_1pm[i] = std::isfinite(at.curvature_1pm) ? at.curvature_1pm : 0.0;
+    put_slopes(s, i, surface, x, y, cx, cy, slopes);
+  }
+  return driven;
+}
+
+}  // namespace
+
+void place_on_road(Signals& s, const crg::Surface& surface) {
+  const Driven driven = put_road(s, surface);
+  if (driven.moving < 100)
+    throw Error(fmt::format("{}: the car hardly moves ({:.1f} s above 3 m/s)", s.name,
+                            static_cast<double>(driven.moving) * Signals::kStep_s));
+  if (driven.beside * 5 > driven.moving)
+    throw Error(fmt::format(
+        "{}: {:.0f} % of the path lies beside this road: another track, or another frame{}", s.name,
+        100.0 * static_cast<double>(driven.beside) / static_cast<double>(driven.moving),
+        offer_transform(s.x[kX], s.x[kY], surface.reference_line())));
+  if (driven.beside > 0)
+    s.remarks.push_back(fmt::format("{}: {:.1f} s of the path lie beside the road and are left out",
+                                    s.name, static_cast<double>(driven.beside) * Signals::kStep_s));
+  if (driven.backwards * 2 > driven.moving)
+    throw Error(
+        fmt::format("{}: the car drives against u; crgbuild reverse turns the road round", s.name));
+  count_laps(s);
+}
+
+}  // namespace explain

@@ -1,0 +1,91 @@
+#include "signal_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "explain/signals.h"
+
+namespace explain {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const std::string& channel,
+                   const std::vector<double>& time_s) {
+  Samples out;
+  for (const ColumnMapping& m : mapping.columns) {
+    if (m.channel != channel) continue;
+    const std::vector<double>* values = table.find(m.column);
+    if (values == nullptr) continue;
+    out.column = m.column;
+    double last = kNaN, filtered_last = kNaN, t_last = 0;
+    for (std::size_t i = 0; i < values->size(); ++i) {
+      const double raw = (*values)[i];
+      if (!std::isfinite(raw) || !std::isfinite(time_s[i])) continue;
+      if (m.held && raw == last) continue;
+      last = raw;
+      double x = raw * m.scale + m.offset;
+      if (m.low_pass_s > 0) {  // x + T dx/dt, taken in the middle of two samples
+        const double now = x;
+        if (std::isnan(filtered_last)) {
+          filtered_last = now;
+          t_last = time_s[i];
+          continue;
+        }
+        const double dt = time_s[i] - t_last;
+        if (!(dt > 0)) continue;
+        x = 0.5 * (now + filtered_last) + m.low_pass_s * (now - filtered_last) / dt;
+        out.t.push_back(0.5 * (time_s[i] + t_last) - m.delay_s);
+        out.x.push_back(x);
+        filtered_last = now;
+        t_last = time_s[i];
+        continue;
+      }
+      out.t.push_back(time_s[i] - m.delay_s);
+      out.x.push_back(x);
+    }
+  }
+  return out;
+}
+
+void smooth(const Samples& s, double t0, std::size_t n, double half_s, std::vector<double>& x,
+            std::vector<double>& dx) {
+  x.assign(n, kNaN);
+  dx.assign(n, kNaN);
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = t0 + Signals::kStep_s * static_cast<double>(i);
+    while (first < s.t.size() && s.t[first] < t - half_s) ++first;
+    double m[5] = {}, b[3] = {};
+    std::size_t count = 0;
+    double earliest = 1, latest = -1;
+    for (std::size_t k = first; k < s.t.size() && s.t[k] <= t + half_s; ++k) {
+      const double d = (s.t[k] - t) / half_s, w = 1.0 - std::abs(d) * 0.9;
+      double power = w;
+      for (double& sum : m) sum += power, power *= d;
+      b[0] += w * s.x[k];
+      b[1] += w * d * s.x[k];
+      b[2] += w * d * d * s.x[k];
+      earliest = std::min(earliest, d);
+      latest = std::max(latest, d);
+      ++count;
+    }
+    if (count < 4 || earliest > -0.2 || latest < 0.2) continue;
+    // Solve [[m0 m1 m2][m1 m2 m3][m2 m3 m4]] c = b by Cramer's rule.
+    const double det = m[0] * (m[2] * m[4] - m[3] * m[3]) - m[1] * (m[1] * m[4] - m[3] * m[2]) +
+                       m[2] * (m[1] * m[3] - m[2] * m[2]);
+    if (!(std::abs(det) > 1e-9)) continue;
+    const double c0 = b[0] * (m[2] * m[4] - m[3] * m[3]) - m[1] * (b[1] * m[4] - m[3] * b[2]) +
+                      m[2] * (b[1] * m[3] - m[2] * b[2]);
+    x[i] = c0 / det;
+  }
+  // The derivative of what was smoothed, not the slope of the fit: a rate that is logged itself and
+  // is smoothed the same way must agree with it at every frequency.
+  for (std::size_t i = 2; i + 2 < n; ++i)
+    dx[i] = (8 * (x[i + 1] - x[i - 1]) - (x[i + 2] - x[i - 2])) / (12 * Signals::kStep_s);
+}
+
+}  // namespace explain

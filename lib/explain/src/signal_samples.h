@@ -1,0 +1,28 @@
+// One channel's measurements, and the smooth signal that they are a sample of.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "explain/mapping.h"
+#include "vehicle/table.h"
+
+namespace explain {
+
+/// Measurements of one channel, each with its own time.
+struct Samples {
+  std::vector<double> t, x;
+  std::string column;
+};
+
+/// Mapped values with their own clock; repeats and empty cells left out. `time_s` is the log's
+/// clock, row by row.
+Samples samples_of(const vehicle::Table& table, const Mapping& mapping, const std::string& channel,
+                   const std::vector<double>& time_s);
+
+/// Value of a local quadratic with triangular weights at `n` steps of Signals::kStep_s from `t0`,
+/// and its derivative. NaN where samples are few or lie on one side.
+void smooth(const Samples& samples, double t0, std::size_t n, double half_s, std::vector<double>& x,
+            std::vector<double>& dx);
+
+}  // namespace explain
