@@ -30,7 +30,10 @@ class BadInput : public ::testing::Test {
   void SetUp() override {
     if (folder_ != nullptr) return;
     folder_ = new support::TemporaryFolder;
-    ASSERT_EQ(std::system(fmt::format("{} --scenario none {}", places::make_trials(), folder_->path(".")).c_str()), 0);
+    ASSERT_EQ(
+        std::system(fmt::format("{} --scenario none {}", places::make_trials(), folder_->path("."))
+                        .c_str()),
+        0);
     road_ = new crg::Surface(crg::read(folder_->path("none/track.crg")));
     log_ = new vehicle::Table(vehicle::read_table(folder_->path("none/run.csv")));
   }
@@ -51,7 +54,9 @@ class BadInput : public ::testing::Test {
     for (double& v : column(t, name)) v = change(v);
     return t;
   }
-  static Signals signals(const vehicle::Table& t) { return make_signals(t, identity_mapping(t), *road_, "log.csv"); }
+  static Signals signals(const vehicle::Table& t) {
+    return make_signals(t, identity_mapping(t), *road_, "log.csv");
+  }
   static std::string said(const vehicle::Table& t) {
     try {
       std::string out;
@@ -65,7 +70,8 @@ class BadInput : public ::testing::Test {
     vehicle::Table t = *log_;
     for (std::size_t k = 0; k < t.columns.size(); ++k) {
       t.columns[k].clear();
-      for (std::size_t i = begin; i < std::min(end, log_->rows()); i += every) t.columns[k].push_back(log_->columns[k][i]);
+      for (std::size_t i = begin; i < std::min(end, log_->rows()); i += every)
+        t.columns[k].push_back(log_->columns[k][i]);
     }
     return t;
   }
@@ -83,15 +89,18 @@ TEST_F(BadInput, AGoodLogHasNoRemarks) { EXPECT_EQ(said(*log_), ""); }
 TEST_F(BadInput, WrongUnitsAreNamed) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   for (const char* name : {"yaw_rate_radps", "yaw_rad", "steer_rad"})
-    EXPECT_THAT(said(changed(name, [](double v) { return v * kDegrees; })), HasSubstr(fmt::format("'{}' looks like degrees", name)));
+    EXPECT_THAT(said(changed(name, [](double v) { return v * kDegrees; })),
+                HasSubstr(fmt::format("'{}' looks like degrees", name)));
   for (const char* name : {"ax_mps2", "ay_mps2"})
-    EXPECT_THAT(said(changed(name, [](double v) { return v / 9.81; })), HasSubstr(fmt::format("'{}' looks like multiples of g", name)));
+    EXPECT_THAT(said(changed(name, [](double v) { return v / 9.81; })),
+                HasSubstr(fmt::format("'{}' looks like multiples of g", name)));
   EXPECT_THAT(said(changed("throttle", [](double v) { return 100 * v; })), HasSubstr("per cent"));
   EXPECT_THAT(said(changed("vx_mps", [](double v) { return 3.6 * v; })), HasSubstr("another unit"));
   vehicle::Table bar = *log_, wheels = *log_;
   for (const char* wheel : {"fl", "fr", "rl", "rr"}) {
     for (double& v : column(bar, fmt::format("brake_{}_pa", wheel))) v *= 1e-5;
-    for (double& v : column(wheels, fmt::format("wheel_{}_radps", wheel))) v *= 60 / (2 * std::numbers::pi);
+    for (double& v : column(wheels, fmt::format("wheel_{}_radps", wheel)))
+      v *= 60 / (2 * std::numbers::pi);
   }
   EXPECT_THAT(said(bar), HasSubstr("bar or another unit"));
   EXPECT_THAT(said(wheels), HasSubstr("times the speed: another unit"));
@@ -104,7 +113,8 @@ TEST_F(BadInput, WrongSignsAreNamedAndForcesLeftAlone) {
     EXPECT_THAT(said(t), HasSubstr("forces are not compared"));
     EXPECT_FALSE(signals(t).present[kSteer]);
   }
-  EXPECT_THAT(said(changed("yaw_rad", [](double v) { return v + 1.0; })), HasSubstr("another zero"));
+  EXPECT_THAT(said(changed("yaw_rad", [](double v) { return v + 1.0; })),
+              HasSubstr("another zero"));
 }
 
 TEST_F(BadInput, SwappedChannelsAreNamed) {
@@ -126,7 +136,8 @@ TEST_F(BadInput, ClocksAreNamed) {
   rate.insert(rate.begin(), 50, 0.0);  // one second late
   rate.resize(log_->rows());
   // The course follows the heading by up to a tenth of a second.
-  EXPECT_THAT(said(t), ::testing::ContainsRegex("'yaw_rate_radps' runs on another clock: (0.9|1.0). s late"));
+  EXPECT_THAT(said(t), ::testing::ContainsRegex(
+                           "'yaw_rate_radps' runs on another clock: (0.9|1.0). s late"));
   t = *log_;
   for (std::size_t i = 5000; i < t.rows(); ++i) column(t, "time_s")[i] -= 90.0;
   EXPECT_THAT(said(t), HasSubstr("row 5001: the clock goes back"));
@@ -135,16 +146,20 @@ TEST_F(BadInput, ClocksAreNamed) {
 TEST_F(BadInput, GapsConstantsAndRepeatsAreNamed) {
   vehicle::Table gap = rows(0, 3000);
   const vehicle::Table later = rows(3400, log_->rows());
-  for (std::size_t k = 0; k < gap.columns.size(); ++k) gap.columns[k].insert(gap.columns[k].end(), later.columns[k].begin(), later.columns[k].end());
+  for (std::size_t k = 0; k < gap.columns.size(); ++k)
+    gap.columns[k].insert(gap.columns[k].end(), later.columns[k].begin(), later.columns[k].end());
   EXPECT_THAT(said(gap), HasSubstr("a gap of 8"));
-  EXPECT_THAT(said(changed("ay_mps2", [](double) { return 1.0; })), HasSubstr("'ay_mps2' is constant: not used"));
+  EXPECT_THAT(said(changed("ay_mps2", [](double) { return 1.0; })),
+              HasSubstr("'ay_mps2' is constant: not used"));
   vehicle::Table held = *log_;
-  for (std::size_t i = 0; i < held.rows(); ++i) column(held, "ax_mps2")[i] = column(*log_, "ax_mps2")[i / 2 * 2];
+  for (std::size_t i = 0; i < held.rows(); ++i)
+    column(held, "ax_mps2")[i] = column(*log_, "ax_mps2")[i / 2 * 2];
   const Mapping mapping = identity_mapping(held);
   ASSERT_EQ(mapping.notes.size(), 1u);
   EXPECT_THAT(mapping.notes[0], HasSubstr("'ax_mps2': 50 % of the samples repeat"));
   EXPECT_TRUE(signals(held).present[kAx]);
-  for (std::size_t i = 0; i < held.rows(); ++i) column(held, "ax_mps2")[i] = column(*log_, "ax_mps2")[i / 10 * 10];
+  for (std::size_t i = 0; i < held.rows(); ++i)
+    column(held, "ax_mps2")[i] = column(*log_, "ax_mps2")[i / 10 * 10];
   EXPECT_THAT(said(held), HasSubstr("'ax_mps2' has 5.0 measurements a second"));
 }
 
@@ -157,7 +172,9 @@ TEST_F(BadInput, RatesFrom10To1000AreTaken) {
   for (std::size_t k = 0; k < fast.columns.size(); ++k) {
     fast.columns[k].clear();
     for (std::size_t i = 0; i + 1 < 5000; ++i)
-      for (int part = 0; part < 20; ++part) fast.columns[k].push_back(log_->columns[k][i] + part / 20.0 * (log_->columns[k][i + 1] - log_->columns[k][i]));
+      for (int part = 0; part < 20; ++part)
+        fast.columns[k].push_back(log_->columns[k][i] +
+                                  part / 20.0 * (log_->columns[k][i + 1] - log_->columns[k][i]));
   }
   EXPECT_NEAR(signals(fast).sample_hz, 1000, 1);
   EXPECT_THAT(said(fast), Not(HasSubstr("not used")));
@@ -197,7 +214,11 @@ TEST_F(BadInput, TooShortAndOneLapOnly) {
   options.nulls = 200;
   const Findings found = explain_relations({signals(lap)}, car, options);
   for (const char* road : {"road.banking", "road.grade", "road.friction"})
-    EXPECT_TRUE(std::any_of(found.untestable.begin(), found.untestable.end(), [&](const Untestable& u) { return u.mechanism == road && u.reason == "less than two laps"; })) << road;
+    EXPECT_TRUE(std::any_of(found.untestable.begin(), found.untestable.end(),
+                            [&](const Untestable& u) {
+                              return u.mechanism == road && u.reason == "less than two laps";
+                            }))
+        << road;
 }
 
 TEST_F(BadInput, AnotherTrackAndAnotherFrame) {
@@ -207,26 +228,34 @@ TEST_F(BadInput, AnotherTrackAndAnotherFrame) {
     column(t, "x_m")[i] = 0.6 * x - 0.8 * y + 4000;
     column(t, "y_m")[i] = 0.8 * x + 0.6 * y - 300;
   }
-  EXPECT_THAT(said(t), AllOf(HasSubstr("another frame"), HasSubstr("turned by"), HasSubstr("fits within")));
+  EXPECT_THAT(said(t),
+              AllOf(HasSubstr("another frame"), HasSubstr("turned by"), HasSubstr("fits within")));
   for (double& y : column(t, "y_m")) y = -y;
   EXPECT_THAT(said(t), AllOf(HasSubstr("another track"), Not(HasSubstr("fits within"))));
 }
 
 TEST_F(BadInput, AnotherCar) {
-  const vehicle::Vehicle car = vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  const vehicle::Vehicle car =
+      vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
   ExplainOptions options;
   options.nulls = 200;
   Findings found = explain_relations({signals(rows(0, 5300))}, car, options);  // two laps
   doubt_the_car(found);
   EXPECT_EQ(explain::judge(found), explain::Verdict::kUnknown);
   ASSERT_FALSE(found.remarks.empty());
-  EXPECT_THAT(found.remarks.back(), HasSubstr("is it the file of this car?"));
+  EXPECT_THAT(found.remarks.back().text, HasSubstr("is it the file of this car?"));
 }
 
 TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {
   const std::string before = folder_->read("none/vehicle.yaml");
-  EXPECT_NE(std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml --recordings {1}/run.csv -o {1} 2> {2}", places::crgexplain(), folder_->path("none"), folder_->path("log")).c_str()), 0);
-  EXPECT_THAT(folder_->read("log"), AllOf(HasSubstr("none/vehicle.yaml: is read"), HasSubstr("choose another folder")));
+  EXPECT_NE(
+      std::system(fmt::format("{0} run --track {1}/track.crg --vehicle {1}/vehicle.yaml "
+                              "--recordings {1}/run.csv -o {1} 2> {2}",
+                              places::crgexplain(), folder_->path("none"), folder_->path("log"))
+                      .c_str()),
+      0);
+  EXPECT_THAT(folder_->read("log"),
+              AllOf(HasSubstr("none/vehicle.yaml: is read"), HasSubstr("choose another folder")));
   EXPECT_EQ(folder_->read("none/vehicle.yaml"), before);
 }
 

@@ -4,8 +4,8 @@
 
 #include "vehicle/error.h"
 
-// One line per struct of findings.h and simulate.h: a field that is forgotten here is lost between two
-// runs, which the test of a killed run would see.
+// One line per struct of findings.h and simulate.h: a field that is forgotten here is lost between
+// two runs, which the test of a killed run would see.
 namespace vehicle {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Map2, x, y, z)
 }  // namespace vehicle
@@ -13,23 +13,33 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Map2, x, y, z)
 namespace explain {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Place, u_begin_m, u_end_m, laps)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Mismatch, channel, regime, unit, where, size, p_adjusted, share_of_residual)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ParameterValue, id, name, unit, stated, value, low, high, beyond_prior, at_limit)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Mismatch, channel, regime, unit, where, size, p_adjusted,
+                                   share_of_residual)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ParameterValue, id, name, unit, stated, value, low, high,
+                                   beyond_prior, at_limit)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FoundParameter, name, unit, value, low, high)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ProfilePoint, u_m, value, ci90)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Rival, mechanism, channel, separating_experiment, cv_gain, separable)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldOut, channel, unit, horizon_s, rmse_before, rmse_after, drop_low, drop_high, trivial_rmse, whole_car)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Rival, mechanism, channel, separating_experiment, cv_gain,
+                                   separable)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldOut, channel, unit, horizon_s, rmse_before, rmse_after,
+                                   drop_low, drop_high, trivial_rmse, whole_car)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeightPatch, u_step_m, v_step_m, right_m, columns, dz_m)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Finding, mechanism, kind, channel, physics, equation, where, parameters, profile, patch, rivals, stability, cv_gain, statistic, threshold, held_out,
-                                   unknown)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Finding, mechanism, kind, channel, physics, equation, where,
+                                   parameters, profile, patch, rivals, stability, cv_gain,
+                                   statistic, threshold, held_out, unknown)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Untestable, mechanism, reason)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Unexplained, channel, locked_to, unit, where, share, p_adjusted, size)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Evidence, mechanism, channel, detail, amount, statistic, cv_gain, unit, place)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Unexplained, channel, locked_to, unit, where, share, p_adjusted,
+                                   size)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Evidence, mechanism, channel, detail, amount, statistic, cv_gain,
+                                   unit, place)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Trace, channel, unit, u_m, before, after, lap)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrivenTrace::Side, u_m, recorded, simulated)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrivenTrace, channel, unit, lap, before, after)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Findings, verdict, mismatches, parameters, findings, untestable, unexplained, evidence, traces, driven, held_out, remarks, null_false_alarm,
-                                   null_replicates, threshold, laps, doubtful_car, recorded_lap_s, simulated_lap_before_s, simulated_lap_after_s)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Remark, text, about)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Findings, verdict, mismatches, parameters, findings, untestable,
+                                   unexplained, evidence, traces, driven, held_out, remarks,
+                                   null_false_alarm, null_replicates, threshold, laps, doubtful_car,
+                                   recorded_lap_s, simulated_lap_before_s, simulated_lap_after_s)
 
 namespace {
 
@@ -56,7 +66,9 @@ Findings findings_from_bytes(const std::string& bytes) { return read<Findings>(b
 std::string to_bytes(const RefittedCar& car) {
   std::vector<std::size_t> changed;
   for (const vehicle::Parameter p : car.changed) changed.push_back(static_cast<std::size_t>(p));
-  return bytes_of({{"parameters", car.parameters.value}, {"engine", car.engine_torque_nm}, {"changed", changed}});
+  return bytes_of({{"parameters", car.parameters.value},
+                   {"engine", car.engine_torque_nm},
+                   {"changed", changed}});
 }
 
 RefittedCar car_from_bytes(const std::string& bytes) {

@@ -47,20 +47,18 @@ std::string table(const std::string& title, const std::string& words, const std:
          head + "</thead><tbody>" + rows + "</tbody></table></section>\n";
 }
 
-/// What the whole car was refitted to stands beside its errors, not under the verdict.
-bool about_refit(const std::string& remark) {
-  return remark.find("refitted to the laps that do not judge") != std::string::npos;
-}
-
 /// Colour of the box and what the word means.
 std::pair<const char*, const char*> meaning_of(Verdict verdict) {
   switch (verdict) {
-    case Verdict::kNone: return {"good", "Nothing is missing that these recordings can show."};
-    case Verdict::kExplained: return {"good", "What was found explains everything significant."};
+    case Verdict::kNone:
+      return {"good", "Nothing is missing that these recordings can show."};
+    case Verdict::kExplained:
+      return {"good", "What was found explains everything significant."};
     case Verdict::kTie:
       return {"warn",
               "Something is missing, but these recordings cannot tell two explanations apart."};
-    case Verdict::kUnknown: break;
+    case Verdict::kUnknown:
+      break;
   }
   return {"bad", "Something is missing that no mechanism tried here explains."};
 }
@@ -80,8 +78,9 @@ std::string verdict_of(const Findings& f) {
   if (f.simulated_lap_before_s > 0 && f.simulated_lap_after_s > 0)
     out += fmt::format(" The built-in driver's lap: {:.2f} s before, {:.2f} s after.",
                        f.simulated_lap_before_s, f.simulated_lap_after_s);
-  for (const std::string& remark : f.remarks)
-    if (!about_refit(remark)) out += "<p><small>" + html_text(remark) + "</small></p>";
+  for (const Remark& remark : f.remarks)
+    if (remark.about == Remark::About::kAnalysis)
+      out += "<p><small>" + html_text(remark.text) + "</small></p>";
   return out + "</section>\n";
 }
 
@@ -163,9 +162,10 @@ class Map {
 /// What was measured, and nothing else: each kind of finding has its own figures.
 std::string how_sure(const Finding& x) {
   if (x.kind == "parameter" && x.threshold == 0)
-    return fmt::format("{:.1f} standard deviations from what the vehicle file states, beyond its "
-                       "prior width",
-                       std::abs(x.statistic));
+    return fmt::format(
+        "{:.1f} standard deviations from what the vehicle file states, beyond its "
+        "prior width",
+        std::abs(x.statistic));
   const std::string gain = fmt::format("gain of {:.3g} on laps left out", x.cv_gain);
   // Discs have no score that must be reached.
   if (x.threshold == 0)
@@ -201,10 +201,11 @@ std::string found(const Finding& x) {
   return out + (worse.empty() ? "" : worse + ".</p>") + "</section>\n";
 }
 
-std::string held_out(const std::vector<HeldOut>& list, const std::vector<std::string>& remarks) {
+std::string held_out(const std::vector<HeldOut>& list, const std::vector<Remark>& remarks) {
   std::string rows, refits;
-  for (const std::string& remark : remarks)
-    if (about_refit(remark)) refits += "</small></p><p><small>" + html_text(remark);
+  for (const Remark& remark : remarks)
+    if (remark.about == Remark::About::kRefit)
+      refits += "</small></p><p><small>" + html_text(remark.text);
   for (const HeldOut& h : list)
     rows += "<tr>" + cell(h.whole_car ? "whole simulated car" : "one relation") + cell(h.channel) +
             cell(h.unit) + number_cell(h.horizon_s > 0 ? figure(h.horizon_s) : "at once") +
@@ -262,7 +263,9 @@ std::string parameters(const std::vector<ParameterValue>& list) {
   for (const ParameterValue& p : list)
     rows += "<tr>" + cell(p.name) + number_cell(p.stated) + number_cell(p.value) +
             number_cell(figure(p.low) + " to " + figure(p.high)) + cell(unit_of(p.unit)) +
-            cell(p.at_limit ? "at its limit: not determined" : p.beyond_prior ? "beyond its prior width" : "");
+            cell(p.at_limit       ? "at its limit: not determined"
+                 : p.beyond_prior ? "beyond its prior width"
+                                  : "");
   return table("Parameters, refitted", "",
                "<th>parameter<th class=n>stated<th class=n>value<th class=n>90 %<th>unit<th>",
                rows);
@@ -272,18 +275,19 @@ std::string tried(const Findings& f) {
   std::string rows;
   for (const Evidence& e : f.evidence)
     rows += "<tr>" + cell(e.mechanism) + cell(e.channel) +
-            number_cell(fmt::format("{:.3g}", e.amount)) + cell(unit_of(e.unit)) + cell(e.detail + e.place) +
-            number_cell(fmt::format("{:.1f}", e.statistic)) +
+            number_cell(fmt::format("{:.3g}", e.amount)) + cell(unit_of(e.unit)) +
+            cell(e.detail + e.place) + number_cell(fmt::format("{:.1f}", e.statistic)) +
             number_cell(fmt::format("{:.1f}", e.cv_gain));
-  return table("Everything that was tried",
-               fmt::format("Each alone, at the first step. Score in standard deviations; {:.1f} is "
-                           "exceeded by 0.45 % of {} null "
-                           "replicates of these recordings, over all mechanisms together. Where a finding "
-                           "needs less, forces counted as few measurements.",
-                           f.threshold, f.null_replicates),
-               "<th>mechanism<th>channel<th class=n>amount<th>unit<th>where<th class=n>score<th "
-               "class=n>gain on laps left out",
-               rows);
+  return table(
+      "Everything that was tried",
+      fmt::format("Each alone, at the first step. Score in standard deviations; {:.1f} is "
+                  "exceeded by 0.45 % of {} null "
+                  "replicates of these recordings, over all mechanisms together. Where a finding "
+                  "needs less, forces counted as few measurements.",
+                  f.threshold, f.null_replicates),
+      "<th>mechanism<th>channel<th class=n>amount<th>unit<th>where<th class=n>score<th "
+      "class=n>gain on laps left out",
+      rows);
 }
 
 std::string untestable(const std::vector<Untestable>& list) {

@@ -27,12 +27,13 @@ struct Compared {
   const char* unit;
   double worth;
 };
-constexpr std::array<Compared, 3> kCompared{{{"vx_mps", "m/s", 0.1}, {"vy_mps", "m/s", 0.1}, {"yaw_rate_radps", "rad/s", 0.01}}};
+constexpr std::array<Compared, 3> kCompared{
+    {{"vx_mps", "m/s", 0.1}, {"vy_mps", "m/s", 0.1}, {"yaw_rate_radps", "rad/s", 0.01}}};
 
 struct WindowEnd {
   double t_s = 0.0;  ///< since the log's first sample
-  /// Of kCompared and of the place across the path: the error at the horizon, the mean square of all
-  /// samples in the second half of the way to it, and that of "nothing changes".
+  /// Of kCompared and of the place across the path: the error at the horizon, the mean square of
+  /// all samples in the second half of the way to it, and that of "nothing changes".
   std::array<double, 4> error{kNaN, kNaN, kNaN, kNaN}, square{}, hold{};
 };
 
@@ -44,7 +45,8 @@ struct Driven {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row, const vehicle::Table& sim, std::size_t sim_row) {
+void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row,
+          const vehicle::Table& sim, std::size_t sim_row) {
   driven.t_s.push_back(t_s);
   for (std::size_t c = 0; c < kCompared.size(); ++c) {
     const auto value = [&](const vehicle::Table& table, std::size_t i) {
@@ -57,18 +59,22 @@ void note(Driven& driven, double t_s, const vehicle::Table& log, std::size_t row
 }
 
 /// Simulated minus recorded up to `horizon_s` after each window's begin.
-std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFiles& files, const vehicle::Parameters<double>& parameters, const crg::Surface& surface,
-                             const vehicle::Recording& recording, double window_s, double horizon_s, Driven* driven = nullptr) {
+std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFiles& files,
+                             const vehicle::Parameters<double>& parameters,
+                             const crg::Surface& surface, const vehicle::Recording& recording,
+                             double window_s, double horizon_s, Driven* driven = nullptr) {
   const auto made = vehicle::make_car(files, parameters, car.terms, car.contact);
   vehicle::ReplayOptions options;
   options.window_s = window_s;
   // The relations take the stated mass for the whole car too where no fuel is logged.
   options.fuel_kg = 0.0;
-  const vehicle::ReplayResult result = vehicle::replay(made, vehicle::Road(surface), recording, options);
+  const vehicle::ReplayResult result =
+      vehicle::replay(made, vehicle::Road(surface), recording, options);
   const vehicle::Table& sim = result.telemetry;
   const auto &time = *sim.find("time_s"), &window = *sim.find("window");
   const std::vector<double>& log_time = *recording.table.find("time_s");
-  const auto &x = *recording.table.find("x_m"), &y = *recording.table.find("y_m"), &yaw = *recording.table.find("yaw_rad"), &speed = *recording.table.find("vx_mps");
+  const auto &x = *recording.table.find("x_m"), &y = *recording.table.find("y_m"),
+             &yaw = *recording.table.find("yaw_rad"), &speed = *recording.table.find("vx_mps");
   const auto &sim_x = *sim.find("x_m"), &sim_y = *sim.find("y_m");
   std::vector<WindowEnd> out;
   for (std::size_t first = 0, last = 0; last < time.size(); ++last) {
@@ -79,7 +85,10 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFile
     while (i > begin && time[i] - time[begin] > horizon_s + 1e-6) --i;
     if (time[i] - time[begin] < 0.9 * horizon_s) continue;
     const auto row_of = [&](double t) {
-      return std::min(log_time.size() - 1, static_cast<std::size_t>(std::lower_bound(log_time.begin(), log_time.end(), t - 1e-9) - log_time.begin()));
+      return std::min(
+          log_time.size() - 1,
+          static_cast<std::size_t>(std::lower_bound(log_time.begin(), log_time.end(), t - 1e-9) -
+                                   log_time.begin()));
     };
     WindowEnd end;
     end.t_s = time[i] - log_time.front();
@@ -87,7 +96,8 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFile
     std::array<double, 4> count{};
     for (std::size_t k = begin; k <= i; ++k) {
       const std::size_t row = row_of(time[k]);
-      if (driven != nullptr) note(*driven, time[k] - log_time.front(), recording.table, row, sim, k);
+      if (driven != nullptr)
+        note(*driven, time[k] - log_time.front(), recording.table, row, sim, k);
       if (time[k] - time[begin] < 0.5 * horizon_s) continue;
       const auto take = [&](std::size_t c, double error, double hold) {
         if (!std::isfinite(error) || !std::isfinite(hold)) return;
@@ -97,17 +107,21 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFile
         count[c] += 1;
       };
       for (std::size_t c = 0; c < kCompared.size(); ++c) {
-        const auto *measured = recording.table.find(kCompared[c].channel), *simulated = sim.find(kCompared[c].channel);
-        if (measured != nullptr && simulated != nullptr) take(c, (*simulated)[k] - (*measured)[row], (*measured)[row0] - (*measured)[row]);
+        const auto *measured = recording.table.find(kCompared[c].channel),
+                   *simulated = sim.find(kCompared[c].channel);
+        if (measured != nullptr && simulated != nullptr)
+          take(c, (*simulated)[k] - (*measured)[row], (*measured)[row0] - (*measured)[row]);
       }
       const double cy = std::cos(yaw[row]), sy = std::sin(yaw[row]);
       // Nothing changes: straight on at the speed of the beginning.
       const double gone = speed[row0] * (time[k] - time[begin]);
       take(3, -sy * (sim_x[k] - x[row]) + cy * (sim_y[k] - y[row]),
-           -sy * (x[row0] + gone * std::cos(yaw[row0]) - x[row]) + cy * (y[row0] + gone * std::sin(yaw[row0]) - y[row]));
+           -sy * (x[row0] + gone * std::cos(yaw[row0]) - x[row]) +
+               cy * (y[row0] + gone * std::sin(yaw[row0]) - y[row]));
     }
     if (driven != nullptr) note(*driven, end.t_s, recording.table, kNone, sim, kNone);
-    for (std::size_t c = 0; c < 4; ++c) end.square[c] /= std::max(1.0, count[c]), end.hold[c] /= std::max(1.0, count[c]);
+    for (std::size_t c = 0; c < 4; ++c)
+      end.square[c] /= std::max(1.0, count[c]), end.hold[c] /= std::max(1.0, count[c]);
     out.push_back(end);
   }
   return out;
@@ -118,9 +132,12 @@ struct Judge {
   std::set<int> judged;  ///< laps over all logs
   int lap_at(std::size_t log, double t_s) const {
     int lap = 0;
-    for (std::size_t k = 0; k < log; ++k) lap += (*logs)[k].signals->lap.empty() ? 1 : (*logs)[k].signals->lap.back() + 1;
+    for (std::size_t k = 0; k < log; ++k)
+      lap += (*logs)[k].signals->lap.empty() ? 1 : (*logs)[k].signals->lap.back() + 1;
     const auto& laps = (*logs)[log].signals->lap;
-    if (!laps.empty()) lap += laps[std::min(laps.size() - 1, static_cast<std::size_t>(std::max(0.0, t_s) / Signals::kStep_s))];
+    if (!laps.empty())
+      lap += laps[std::min(laps.size() - 1,
+                           static_cast<std::size_t>(std::max(0.0, t_s) / Signals::kStep_s))];
     return lap;
   }
   bool is_judged(std::size_t log, double t_s) const { return judged.count(lap_at(log, t_s)) > 0; }
@@ -130,7 +147,7 @@ constexpr std::array<double, 3> kHorizons{0.6, 2.0, 8.0};
 
 struct Side {
   std::array<std::vector<std::vector<WindowEnd>>, kHorizons.size()> ends;  ///< per horizon and log
-  std::vector<Driven> driven;                                              ///< per log, at the longest horizon
+  std::vector<Driven> driven;  ///< per log, at the longest horizon
   double lap_s = kNaN;
   std::optional<RefittedCar> car;
   std::string problem;
@@ -138,7 +155,8 @@ struct Side {
 
 /// The rows of the laps that judge, or of the others; all of them where temperatures, which no
 /// window's begin sets, have to be carried along.
-vehicle::Recording part(const vehicle::Recording& whole, const Judge& judge, std::size_t log, bool judged) {
+vehicle::Recording part(const vehicle::Recording& whole, const Judge& judge, std::size_t log,
+                        bool judged) {
   vehicle::Recording out = whole;
   const std::vector<double>& time = *whole.table.find("time_s");
   out.stretches.clear();
@@ -152,18 +170,24 @@ vehicle::Recording part(const vehicle::Recording& whole, const Judge& judge, std
 }
 
 bool remembers_heat(const vehicle::Vehicle& car) {
-  return car.terms[vehicle::Term::brake_friction_temperature] > 0 || car.terms[vehicle::Term::tyre_thermal] > 0;
+  return car.terms[vehicle::Term::brake_friction_temperature] > 0 ||
+         car.terms[vehicle::Term::tyre_thermal] > 0;
 }
 
-Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, const Judge& judge, bool in_parts, const std::function<RefittedCar(const std::function<RefittedCar()>&)>& refit) {
+Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, const Judge& judge,
+              bool in_parts,
+              const std::function<RefittedCar(const std::function<RefittedCar()>&)>& refit) {
   Side out;
   try {
     std::vector<vehicle::Recording> train, test;
     double fuel_kg = 0.0;
     for (std::size_t k = 0; k < logs.size(); ++k) {
-      vehicle::Recording whole = vehicle::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
+      vehicle::Recording whole =
+          vehicle::make_recording(*logs[k].table, logs[k].signals->name, in.mapping);
       add_unlogged_states(whole, *in.car);
-      if (const auto* const fuel = whole.table.find("fuel_kg"); fuel != nullptr && k == 0 && std::isfinite(fuel->front())) fuel_kg = fuel->front();
+      if (const auto* const fuel = whole.table.find("fuel_kg");
+          fuel != nullptr && k == 0 && std::isfinite(fuel->front()))
+        fuel_kg = fuel->front();
       train.push_back(in_parts ? part(whole, judge, k, false) : whole);
       test.push_back(in_parts ? part(whole, judge, k, true) : whole);
     }
@@ -172,7 +196,8 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
       for (std::size_t k = 0; k < train.size(); ++k) {
         if (train[k].stretches.empty()) continue;
         for (const WindowEnd& w : drive(*in.car, files, p, *in.surface, train[k], 2.0, 2.0))
-          if (!judge.is_judged(k, w.t_s)) r.insert(r.end(), w.error.begin(), w.error.begin() + kCompared.size());
+          if (!judge.is_judged(k, w.t_s))
+            r.insert(r.end(), w.error.begin(), w.error.begin() + kCompared.size());
       }
       return r;
     };
@@ -185,16 +210,22 @@ Side one_side(const SimulationInputs& in, const std::vector<RecordedLog>& logs, 
     out.driven.resize(test.size());
     for (std::size_t h = 0; h < kHorizons.size(); ++h)
       for (std::size_t k = 0; k < test.size(); ++k) {
-        if (test[k].stretches.empty()) out.ends[h].emplace_back();
-        else out.ends[h].push_back(drive(*in.car, files, p, *in.surface, test[k], std::max(2.0, kHorizons[h]), kHorizons[h], h + 1 == kHorizons.size() ? &out.driven[k] : nullptr));
+        if (test[k].stretches.empty())
+          out.ends[h].emplace_back();
+        else
+          out.ends[h].push_back(drive(*in.car, files, p, *in.surface, test[k],
+                                      std::max(2.0, kHorizons[h]), kHorizons[h],
+                                      h + 1 == kHorizons.size() ? &out.driven[k] : nullptr));
       }
     const auto made = vehicle::make_car(files, p, in.car->terms, in.car->contact);
     vehicle::LapOptions lap;
     lap.record_every = 0;
     lap.fuel_kg = fuel_kg;
     const vehicle::LapResult result = vehicle::drive_laps(made, vehicle::Road(*in.surface), lap);
-    if (result.complete && !result.lap_s.empty()) out.lap_s = result.lap_s.front();
-    else out.problem = "the built-in driver did not finish a lap: " + result.problem;
+    if (result.complete && !result.lap_s.empty())
+      out.lap_s = result.lap_s.front();
+    else
+      out.problem = "the built-in driver did not finish a lap: " + result.problem;
   } catch (const std::exception& error) {
     out.problem = error.what();
   }
@@ -218,92 +249,140 @@ DrivenTrace::Side lap_of(const Side& side, const Judge& judge, int lap, std::siz
   return out;
 }
 
-}  // namespace
-
-SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out, const Refit& refit) {
-  SimulationCheck out;
-  out.lap_before_s = out.lap_after_s = kNaN;
-  Judge judge{&logs, hold_out};
-  int laps = 0;
-  for (const RecordedLog& log : logs) laps += log.signals->lap.empty() ? 1 : log.signals->lap.back() + 1;
-  if (hold_out.empty())
-    for (int lap = 1; lap < laps; lap += 2) judge.judged.insert(lap);
-  if (judge.judged.empty()) {
-    out.remarks.push_back("the whole simulated car was not compared: one lap cannot both fit and judge it");
-    return out;
-  }
+std::vector<double> whole_laps_s(const std::vector<RecordedLog>& logs) {
+  std::vector<double> laps_s;
   for (const RecordedLog& log : logs) {
     const Signals& s = *log.signals;
     for (std::size_t lap = 0, begin = 0; lap < s.whole.size(); ++lap) {
       std::size_t end = begin;
       while (end < s.n && s.lap[end] == static_cast<int>(lap)) ++end;
-      if (s.whole[lap]) out.recorded_lap_s.push_back(static_cast<double>(end - begin) * Signals::kStep_s);
+      if (s.whole[lap]) laps_s.push_back(static_cast<double>(end - begin) * Signals::kStep_s);
       begin = end;
     }
   }
-  Side sides[2];
+  return laps_s;
+}
+
+using Sides = std::array<Side, 2>;  ///< before and after
+
+void remark_sides(const Sides& sides, SimulationCheck& out) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (!sides[k].car || sides[k].car->changed.empty()) continue;
+    std::string values;
+    for (const P p : sides[k].car->changed)
+      values += fmt::format("{} {} {:.4g}", values.empty() ? "" : ",",
+                            vehicle::parameter_list()[static_cast<std::size_t>(p)].name,
+                            sides[k].car->parameters[p]);
+    out.remarks.push_back(
+        {fmt::format("whole simulation, {}, refitted to the laps that do not judge:{}; and the "
+                     "shape of the engine map",
+                     k == 0 ? "before" : "after", values),
+         Remark::About::kRefit});
+  }
+  for (std::size_t k = 0; k < 2; ++k)
+    if (!sides[k].problem.empty())
+      out.remarks.push_back(
+          fmt::format("whole simulation, {}: {}", k == 0 ? "before" : "after", sides[k].problem));
+}
+
+void put_traces(const Sides& sides, const Judge& judge, SimulationCheck& out) {
+  for (std::size_t c = 0; c < kCompared.size(); ++c) {
+    const int lap = *judge.judged.begin();
+    out.driven.push_back({kCompared[c].channel, kCompared[c].unit, lap,
+                          lap_of(sides[0], judge, lap, c), lap_of(sides[1], judge, lap, c)});
+    const auto& recorded = out.driven.back().before.recorded;
+    if (std::none_of(recorded.begin(), recorded.end(), [](double v) { return std::isfinite(v); }))
+      out.driven.pop_back();
+  }
+}
+
+/// Squared errors of compared quantity `c` at the ends of stretches of length `h`: before, after,
+/// of what holds the last value.
+using Squares = std::vector<std::array<double, 3>>;
+
+Squares squares_of(const Sides& sides, const Judge& judge, std::size_t h, std::size_t c) {
+  Squares squares;
+  for (std::size_t k = 0; k < judge.logs->size(); ++k) {
+    const auto &a = sides[0].ends[h][k], &b = sides[1].ends[h][k];
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+      if (std::isfinite(a[i].error[c]) && std::isfinite(b[i].error[c]) &&
+          judge.is_judged(k, a[i].t_s))
+        squares.push_back({a[i].square[c], b[i].square[c], a[i].hold[c]});
+  }
+  return squares;
+}
+
+HeldOut held_out_of(const Squares& squares, std::size_t h, std::size_t c) {
+  HeldOut held;
+  held.channel = c < kCompared.size() ? kCompared[c].channel : "lateral_m";
+  held.unit = c < kCompared.size() ? kCompared[c].unit : "m";
+  held.horizon_s = kHorizons[h];
+  held.whole_car = true;
+  const auto rms = [&](std::size_t which) {
+    double sum = 0;
+    for (const auto& s : squares) sum += s[which];
+    return std::sqrt(sum / static_cast<double>(squares.size()));
+  };
+  held.rmse_before = rms(0);
+  held.rmse_after = rms(1);
+  held.trivial_rmse = rms(2);
+  Dice dice{97 + 10 * h + c};
+  std::vector<double> drops;
+  for (int draw = 0; draw < 400; ++draw) {
+    double a = 0, b = 0;
+    for (std::size_t i = 0; i < squares.size(); ++i) {
+      const auto& s =
+          squares[static_cast<std::size_t>(dice.roll() * static_cast<double>(squares.size()))];
+      a += s[0];
+      b += s[1];
+    }
+    drops.push_back(a > 0 ? 1 - std::sqrt(b / a) : 0.0);
+  }
+  std::sort(drops.begin(), drops.end());
+  held.drop_low = drops[20];
+  held.drop_high = drops[379];
+  return held;
+}
+
+}  // namespace
+
+SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
+                                 const SimulationInputs& before, const SimulationInputs& after,
+                                 const std::set<int>& hold_out, const Refit& refit) {
+  SimulationCheck out;
+  out.lap_before_s = out.lap_after_s = kNaN;
+  Judge judge{&logs, hold_out};
+  int laps = 0;
+  for (const RecordedLog& log : logs)
+    laps += log.signals->lap.empty() ? 1 : log.signals->lap.back() + 1;
+  if (hold_out.empty())
+    for (int lap = 1; lap < laps; lap += 2) judge.judged.insert(lap);
+  if (judge.judged.empty()) {
+    out.remarks.emplace_back(
+        "the whole simulated car was not compared: one lap cannot both fit and judge it");
+    return out;
+  }
+  out.recorded_lap_s = whole_laps_s(logs);
+  Sides sides;
   const bool in_parts = !remembers_heat(*before.car) && !remembers_heat(*after.car);
   const auto side = [&](bool is_after) {
-    return one_side(is_after ? after : before, logs, judge, in_parts, [&](const std::function<RefittedCar()>& make) { return refit ? refit(is_after, make) : make(); });
+    return one_side(is_after ? after : before, logs, judge, in_parts,
+                    [&](const std::function<RefittedCar()>& make) {
+                      return refit ? refit(is_after, make) : make();
+                    });
   };
   base::parallel_for(2, 1, 2, [&](std::size_t k, std::size_t) { sides[k] = side(k == 1); });
   out.before = sides[0].car;
   out.after = sides[1].car;
   out.lap_before_s = sides[0].lap_s;
   out.lap_after_s = sides[1].lap_s;
-  for (std::size_t k = 0; k < 2; ++k) {
-    if (!sides[k].car || sides[k].car->changed.empty()) continue;
-    std::string values;
-    for (const P p : sides[k].car->changed) values += fmt::format("{} {} {:.4g}", values.empty() ? "" : ",", vehicle::parameter_list()[static_cast<std::size_t>(p)].name, sides[k].car->parameters[p]);
-    out.remarks.push_back(fmt::format("whole simulation, {}, refitted to the laps that do not judge:{}; and the shape of the engine map", k == 0 ? "before" : "after", values));
-  }
-  for (std::size_t k = 0; k < 2; ++k)
-    if (!sides[k].problem.empty()) out.remarks.push_back(fmt::format("whole simulation, {}: {}", k == 0 ? "before" : "after", sides[k].problem));
-  for (std::size_t c = 0; c < kCompared.size(); ++c) {
-    const int lap = *judge.judged.begin();
-    out.driven.push_back({kCompared[c].channel, kCompared[c].unit, lap, lap_of(sides[0], judge, lap, c), lap_of(sides[1], judge, lap, c)});
-    const auto& recorded = out.driven.back().before.recorded;
-    if (std::none_of(recorded.begin(), recorded.end(), [](double v) { return std::isfinite(v); })) out.driven.pop_back();
-  }
+  remark_sides(sides, out);
+  put_traces(sides, judge, out);
   for (std::size_t h = 0; h < kHorizons.size(); ++h) {
     if (sides[0].ends[h].size() != logs.size() || sides[1].ends[h].size() != logs.size()) continue;
-    for (std::size_t c = 0; c < 4; ++c) {
-      std::vector<std::array<double, 3>> squares;
-      for (std::size_t k = 0; k < logs.size(); ++k) {
-        const auto &a = sides[0].ends[h][k], &b = sides[1].ends[h][k];
-        for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-          if (std::isfinite(a[i].error[c]) && std::isfinite(b[i].error[c]) && judge.is_judged(k, a[i].t_s)) squares.push_back({a[i].square[c], b[i].square[c], a[i].hold[c]});
-      }
-      if (squares.size() < 8) continue;
-      HeldOut held;
-      held.channel = c < kCompared.size() ? kCompared[c].channel : "lateral_m";
-      held.unit = c < kCompared.size() ? kCompared[c].unit : "m";
-      held.horizon_s = kHorizons[h];
-      held.whole_car = true;
-      const auto rms = [&](std::size_t which) {
-        double sum = 0;
-        for (const auto& s : squares) sum += s[which];
-        return std::sqrt(sum / static_cast<double>(squares.size()));
-      };
-      held.rmse_before = rms(0);
-      held.rmse_after = rms(1);
-      held.trivial_rmse = rms(2);
-      Dice dice{97 + 10 * h + c};
-      std::vector<double> drops;
-      for (int draw = 0; draw < 400; ++draw) {
-        double a = 0, b = 0;
-        for (std::size_t i = 0; i < squares.size(); ++i) {
-          const auto& s = squares[static_cast<std::size_t>(dice.roll() * static_cast<double>(squares.size()))];
-          a += s[0];
-          b += s[1];
-        }
-        drops.push_back(a > 0 ? 1 - std::sqrt(b / a) : 0.0);
-      }
-      std::sort(drops.begin(), drops.end());
-      held.drop_low = drops[20];
-      held.drop_high = drops[379];
-      out.held_out.push_back(held);
-    }
+    for (std::size_t c = 0; c < 4; ++c)
+      if (const Squares squares = squares_of(sides, judge, h, c); squares.size() >= 8)
+        out.held_out.push_back(held_out_of(squares, h, c));
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "explain/unknowns.h"
@@ -119,6 +120,18 @@ enum class Verdict {
 /// As in findings.json: "none", "explained", "tie", "unknown".
 const char* name_of(Verdict verdict);
 
+/// A sentence about the recordings, the car or the analysis.
+struct Remark {
+  enum class About {
+    kAnalysis,  ///< stands under the verdict
+    kRefit      ///< what the whole car was refitted to: stands beside its errors
+  };
+  std::string text;
+  About about = About::kAnalysis;
+  Remark(std::string sentence = {}, About of = About::kAnalysis)  // NOLINT: most are sentences
+      : text(std::move(sentence)), about(of) {}
+};
+
 struct Findings {
   Verdict verdict = Verdict::kNone;  ///< of judge() alone
   std::vector<Mismatch> mismatches;
@@ -130,7 +143,7 @@ struct Findings {
   std::vector<Trace> traces;
   std::vector<DrivenTrace> driven;
   std::vector<HeldOut> held_out;  ///< as in every finding; there without findings too
-  std::vector<std::string> remarks;
+  std::vector<Remark> remarks;
   double null_false_alarm =
       0.0;  ///< share of null replicates that the thresholds would have let through
   std::size_t null_replicates = 0;

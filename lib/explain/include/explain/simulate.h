@@ -29,16 +29,17 @@ struct RecordedLog {
 struct RefittedCar {
   vehicle::Parameters<double> parameters;
   vehicle::Map2 engine_torque_nm;
-  std::vector<vehicle::Parameter> changed;  ///< what was free, beside the map; empty: too few windows
+  std::vector<vehicle::Parameter>
+      changed;  ///< what was free, beside the map; empty: too few windows
 };
 
 struct SimulationCheck {
-  std::vector<HeldOut> held_out;  ///< vx, yaw rate and place over 0.6, 2 and 8 s
-  std::vector<DrivenTrace> driven;  ///< the first lap that judges
+  std::vector<HeldOut> held_out;                 ///< vx, yaw rate and place over 0.6, 2 and 8 s
+  std::vector<DrivenTrace> driven;               ///< the first lap that judges
   double lap_before_s = 0.0, lap_after_s = 0.0;  ///< of the built-in driver; NaN: did not finish
   std::vector<double> recorded_lap_s;            ///< whole laps of the recordings
   std::optional<RefittedCar> before, after;      ///< what was driven
-  std::vector<std::string> remarks;              ///< why something could not be driven
+  std::vector<Remark> remarks;  ///< what was refitted, and why something could not be driven
 };
 
 /// Drives the recorded commands with lib/vehicle from recorded states, in windows of 2 and 8 s,
@@ -53,7 +54,8 @@ struct SimulationCheck {
 /// `refit`, if given, is called for each side with what makes its refit, from two threads: it may
 /// give one that was kept.
 using Refit = std::function<RefittedCar(bool after, const std::function<RefittedCar()>& make)>;
-SimulationCheck check_simulation(const std::vector<RecordedLog>& logs, const SimulationInputs& before, const SimulationInputs& after, const std::set<int>& hold_out,
-                                 const Refit& refit = {});
+SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
+                                 const SimulationInputs& before, const SimulationInputs& after,
+                                 const std::set<int>& hold_out, const Refit& refit = {});
 
 }  // namespace explain
