@@ -250,16 +250,55 @@ SampleReport count_nodes(const SampledGrid& out, const std::vector<Span>& spans,
   return result;
 }
 
+/// The steps that the centreline asks for where none are given.
+SampleOptions with_steps(const SampleOptions& asked, const Centreline& centreline) {
+  const double automatic_m = automatic_step_m(centreline), scale = automatic_m / 0.1;
+  SampleOptions options = asked;
+  options.v_step_m = asked.v_step_m.value_or(automatic_m);
+  options.max_step_m = asked.max_step_m.value_or(0.3 * scale);
+  options.max_gap_m = asked.max_gap_m.value_or(0.3 * scale);
+  return options;
+}
+
+/// A grid of the line with room for its nodes.
+void reserve_grid(const crg::ReferenceLine& line, const SampleOptions& options, SampledGrid& out) {
+  const double v_step_m = *options.v_step_m;
+  out.grid.u_begin_m = line.u_begin_m;
+  out.grid.u_step_m = line.u_step_m;
+  const auto half = static_cast<std::ptrdiff_t>(std::floor(options.v_max_m / v_step_m + 1e-9));
+  for (std::ptrdiff_t j = -half; j <= half; ++j)
+    out.grid.v_m.push_back(static_cast<double>(j) * v_step_m);
+  const std::size_t columns = out.grid.v_m.size();
+  crg::reserve_huge(out.grid.z_m, line.size() * columns);
+  crg::reserve_huge(out.surface_class, line.size() * columns);
+  out.grid.z_m.resize(line.size() * columns);
+  out.surface_class.resize(line.size() * columns);
+}
+
+/// The columns between which rays met the road, [first, end).
+std::pair<std::size_t, std::size_t> columns_met(const std::vector<RowsReached>& reached,
+                                                std::size_t columns) {
+  std::size_t first_column = columns, end_column = 0;
+  for (const RowsReached& ends : reached) {
+    if (ends.empty()) continue;
+    first_column = std::min(first_column, ends.first_column);
+    end_column = std::max(end_column, ends.end_column);
+  }
+  if (first_column >= end_column) {
+    throw Error(
+        "no ray met the road: the centreline and the mesh do not lie in the same place (frame, "
+        "unit or up axis differ)");
+  }
+  if (first_column + 1 == end_column)
+    first_column = 0, end_column = columns;  // a grid has two columns or more
+  return {first_column, end_column};
+}
+
 /// Of the whole line, or of some rows of it.
 SampledGrid sample(const RoadMesh& road, const RaySurface& surface, const crg::ReferenceLine& whole,
                    const std::optional<RowRange>& rows_wanted, const Centreline& centreline,
                    const SampleOptions& asked, SampleReport* report) {
-  const double automatic_m = automatic_step_m(centreline), scale = automatic_m / 0.1;
-  const double v_step_m = asked.v_step_m.value_or(automatic_m);
-  SampleOptions options = asked;
-  options.v_step_m = v_step_m;
-  options.max_step_m = asked.max_step_m.value_or(0.3 * scale);
-  options.max_gap_m = asked.max_gap_m.value_or(0.3 * scale);
+  const SampleOptions options = with_steps(asked, centreline);
   check_sampling(whole, centreline, surface, options);
   RowGuide guide = guide_rows(whole, centreline);
   std::vector<Crossing> crossings = find_crossings(whole, guide.z_m);
@@ -275,17 +314,8 @@ SampledGrid sample(const RoadMesh& road, const RaySurface& surface, const crg::R
   const crg::ReferenceLine& line = stretch ? *stretch : whole;
 
   SampledGrid out;
-  out.grid.u_begin_m = line.u_begin_m;
-  out.grid.u_step_m = line.u_step_m;
-  const auto half = static_cast<std::ptrdiff_t>(std::floor(options.v_max_m / v_step_m + 1e-9));
-  for (std::ptrdiff_t j = -half; j <= half; ++j)
-    out.grid.v_m.push_back(static_cast<double>(j) * v_step_m);
+  reserve_grid(line, options, out);
   const std::size_t columns = out.grid.v_m.size();
-  crg::reserve_huge(out.grid.z_m, line.size() * columns);
-  crg::reserve_huge(out.surface_class, line.size() * columns);
-  out.grid.z_m.resize(line.size() * columns);
-  out.surface_class.resize(line.size() * columns);
-
   // The last node of a closed line stands for the first: it is copied, not cast.
   const std::size_t rows = line.closed ? line.size() - 1 : line.size();
   std::vector<char> folded(rows, 0), neighboured(rows, 0);
@@ -304,19 +334,7 @@ SampledGrid sample(const RoadMesh& road, const RaySurface& surface, const crg::R
       }
     }
   });
-  std::size_t first_column = columns, end_column = 0;
-  for (const RowsReached& ends : reached) {
-    if (ends.empty()) continue;
-    first_column = std::min(first_column, ends.first_column);
-    end_column = std::max(end_column, ends.end_column);
-  }
-  if (first_column >= end_column) {
-    throw Error(
-        "no ray met the road: the centreline and the mesh do not lie in the same place (frame, "
-        "unit or up axis differ)");
-  }
-  if (first_column + 1 == end_column)
-    first_column = 0, end_column = columns;  // a grid has two columns or more
+  const auto [first_column, end_column] = columns_met(reached, columns);
   turn_into_rows(out, rows, reached, first_column, end_column, surface.origin_m().z());
   const std::size_t kept = out.grid.columns();
   std::vector<Span> spans(line.size(), Span{1, 0, 0});

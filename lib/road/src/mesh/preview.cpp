@@ -147,11 +147,19 @@ Preview preview(const Recipe& given, std::size_t most, PreviewClasses classes) {
   return out;
 }
 
-std::string glb_of(const Preview& preview) {
-  using nlohmann::ordered_json;
-  constexpr int kFloat = 5126, kUint32 = 5125, kVertices = 34962, kIndices = 34963;
+namespace {
+
+using nlohmann::ordered_json;
+
+/// The lists of a glTF file while it is made, and its binary part.
+struct Glb {
   ordered_json nodes = ordered_json::array(), meshes = nodes, accessors = nodes, views = nodes,
-               materials = nodes, children = nodes, objects = nodes;
+               children = nodes;
+  std::string buffer;
+};
+
+ordered_json materials_of_classes() {
+  ordered_json materials = ordered_json::array();
   for (const Colour& colour : kColours)
     materials.push_back({{"name", colour.surface_class},
                          {"doubleSided", true},
@@ -159,87 +167,110 @@ std::string glb_of(const Preview& preview) {
                           {{"baseColorFactor", {colour.rgb[0], colour.rgb[1], colour.rgb[2], 1.0}},
                            {"metallicFactor", 0.0},
                            {"roughnessFactor", 0.9}}}});
-  std::string buffer;
-  const auto add_view = [&](const void* data, std::size_t bytes, int target) {
-    views.push_back(
-        {{"buffer", 0}, {"byteOffset", buffer.size()}, {"byteLength", bytes}, {"target", target}});
-    buffer.append(static_cast<const char*>(data), bytes);
-    return views.size() - 1;
-  };
-  for (const PreviewPart& part : preview.parts) {
-    const MeshObject& object = preview.objects[part.object];
-    std::array<float, 3> low, high;
-    low.fill(std::numeric_limits<float>::max());
-    high.fill(std::numeric_limits<float>::lowest());
-    for (std::size_t k = 0; k < part.positions_m.size(); ++k) {
-      low[k % 3] = std::min(low[k % 3], part.positions_m[k]);
-      high[k % 3] = std::max(high[k % 3], part.positions_m[k]);
-    }
-    accessors.push_back(
-        {{"bufferView",
-          add_view(part.positions_m.data(), part.positions_m.size() * sizeof(float), kVertices)},
-         {"componentType", kFloat},
-         {"count", part.positions_m.size() / 3},
-         {"type", "VEC3"},
-         {"min", low},
-         {"max", high}});
-    accessors.push_back(
-        {{"bufferView",
-          add_view(part.indices.data(), part.indices.size() * sizeof(std::uint32_t), kIndices)},
-         {"componentType", kUint32},
-         {"count", part.indices.size()},
-         {"type", "SCALAR"}});
-    const auto* const colour =
-        std::find_if(std::begin(kColours), std::end(kColours),
-                     [&](const Colour& c) { return part.surface_class == c.surface_class; });
-    const ordered_json primitive = {
-        {"attributes", ordered_json::object({{"POSITION", accessors.size() - 2}})},
-        {"indices", accessors.size() - 1},
-        {"material", colour - std::begin(kColours)}};
-    meshes.push_back(ordered_json::object({{"primitives", ordered_json::array({primitive})}}));
-    nodes.push_back({{"name", part.surface_class + ":" + object.name},
-                     {"mesh", meshes.size() - 1},
-                     {"extras",
-                      {{"object", part.object},
-                       {"class", part.surface_class},
-                       {"triangles", part.triangles},
-                       {"area_m2", part.area_m2}}}});
-    children.push_back(nodes.size() - 1);
+  return materials;
+}
+
+std::size_t add_view(const void* data, std::size_t bytes, int target, Glb& glb) {
+  glb.views.push_back({{"buffer", 0},
+                       {"byteOffset", glb.buffer.size()},
+                       {"byteLength", bytes},
+                       {"target", target}});
+  glb.buffer.append(static_cast<const char*>(data), bytes);
+  return glb.views.size() - 1;
+}
+
+/// The positions and the indices of a part, in this order.
+void add_accessors(const PreviewPart& part, Glb& glb) {
+  constexpr int kFloat = 5126, kUint32 = 5125, kVertices = 34962, kIndices = 34963;
+  std::array<float, 3> low, high;
+  low.fill(std::numeric_limits<float>::max());
+  high.fill(std::numeric_limits<float>::lowest());
+  for (std::size_t k = 0; k < part.positions_m.size(); ++k) {
+    low[k % 3] = std::min(low[k % 3], part.positions_m[k]);
+    high[k % 3] = std::max(high[k % 3], part.positions_m[k]);
   }
+  glb.accessors.push_back(
+      {{"bufferView",
+        add_view(part.positions_m.data(), part.positions_m.size() * sizeof(float), kVertices, glb)},
+       {"componentType", kFloat},
+       {"count", part.positions_m.size() / 3},
+       {"type", "VEC3"},
+       {"min", low},
+       {"max", high}});
+  glb.accessors.push_back(
+      {{"bufferView",
+        add_view(part.indices.data(), part.indices.size() * sizeof(std::uint32_t), kIndices, glb)},
+       {"componentType", kUint32},
+       {"count", part.indices.size()},
+       {"type", "SCALAR"}});
+}
+
+void add_part(const PreviewPart& part, const Preview& preview, Glb& glb) {
+  add_accessors(part, glb);
+  const MeshObject& object = preview.objects[part.object];
+  const auto* const colour =
+      std::find_if(std::begin(kColours), std::end(kColours),
+                   [&](const Colour& c) { return part.surface_class == c.surface_class; });
+  const ordered_json primitive = {
+      {"attributes", ordered_json::object({{"POSITION", glb.accessors.size() - 2}})},
+      {"indices", glb.accessors.size() - 1},
+      {"material", colour - std::begin(kColours)}};
+  glb.meshes.push_back(ordered_json::object({{"primitives", ordered_json::array({primitive})}}));
+  glb.nodes.push_back({{"name", part.surface_class + ":" + object.name},
+                       {"mesh", glb.meshes.size() - 1},
+                       {"extras",
+                        {{"object", part.object},
+                         {"class", part.surface_class},
+                         {"triangles", part.triangles},
+                         {"area_m2", part.area_m2}}}});
+  glb.children.push_back(glb.nodes.size() - 1);
+}
+
+ordered_json facts_of(const Preview& preview) {
+  ordered_json objects = ordered_json::array();
   for (const MeshObject& object : preview.objects)
     objects.push_back(
         {{"name", object.name}, {"material", object.material}, {"texture", object.texture}});
+  return {{"origin_m", three(preview.origin_m)},
+          {"objects", objects},
+          {"triangles_in", preview.triangles_in},
+          {"triangles_shown", preview.triangles_shown},
+          {"up", preview.up},
+          {"unit", preview.unit},
+          {"told_by", preview.told_by},
+          {"refusal", preview.refusal},
+          {"remarks", preview.remarks}};
+}
+
+}  // namespace
+
+std::string glb_of(const Preview& preview) {
+  Glb glb;
+  for (const PreviewPart& part : preview.parts) add_part(part, preview, glb);
   const double half = std::sqrt(0.5);
-  nodes.push_back(
-      {{"name", "z up"}, {"rotation", {-half, 0.0, 0.0, half}}, {"children", children}});
-  const ordered_json told = {{"origin_m", three(preview.origin_m)},
-                             {"objects", objects},
-                             {"triangles_in", preview.triangles_in},
-                             {"triangles_shown", preview.triangles_shown},
-                             {"up", preview.up},
-                             {"unit", preview.unit},
-                             {"told_by", preview.told_by},
-                             {"refusal", preview.refusal},
-                             {"remarks", preview.remarks}};
-  const ordered_json scene = {{"nodes", ordered_json::array({nodes.size() - 1})}, {"extras", told}};
+  glb.nodes.push_back(
+      {{"name", "z up"}, {"rotation", {-half, 0.0, 0.0, half}}, {"children", glb.children}});
+  const ordered_json scene = {{"nodes", ordered_json::array({glb.nodes.size() - 1})},
+                              {"extras", facts_of(preview)}};
   const ordered_json root = {
       {"asset", {{"version", "2.0"}, {"generator", "Kerbstone"}}},
       {"scene", 0},
       {"scenes", ordered_json::array({scene})},
-      {"nodes", nodes},
-      {"meshes", meshes},
-      {"materials", materials},
-      {"accessors", accessors},
-      {"bufferViews", views},
-      {"buffers", ordered_json::array({ordered_json::object({{"byteLength", buffer.size()}})})}};
+      {"nodes", glb.nodes},
+      {"meshes", glb.meshes},
+      {"materials", materials_of_classes()},
+      {"accessors", glb.accessors},
+      {"bufferViews", glb.views},
+      {"buffers",
+       ordered_json::array({ordered_json::object({{"byteLength", glb.buffer.size()}})})}};
   std::string chunks;
   append_chunk(chunks, "JSON", root.dump(-1, ' ', false, ordered_json::error_handler_t::replace),
                ' ');
-  append_chunk(chunks, std::string("BIN\0", 4).data(), std::move(buffer), '\0');
-  std::string glb = "glTF";
-  append(glb, 2);
-  append(glb, static_cast<std::uint32_t>(12 + chunks.size()));
-  return glb + chunks;
+  append_chunk(chunks, std::string("BIN\0", 4).data(), std::move(glb.buffer), '\0');
+  std::string file = "glTF";
+  append(file, 2);
+  append(file, static_cast<std::uint32_t>(12 + chunks.size()));
+  return file + chunks;
 }
 
 }  // namespace road

@@ -90,13 +90,68 @@ std::string object_name(const aiNode& node) {
   return name;
 }
 
+/// Of the vertices, without the places of their objects.
+struct Bounds {
+  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d highest = -lowest;
+};
+
+/// Adds a part of the last object of the mesh.
+void add_part(const aiMesh& part, const Eigen::Matrix4d& T_world_node,
+              const Eigen::Vector3d& origin, const std::string& name, const std::string& path,
+              RawMesh& mesh, Bounds& bounds) {
+  const std::size_t base = mesh.vertices.size();
+  if (base + part.mNumVertices > std::numeric_limits<std::uint32_t>::max()) {
+    throw Error(fmt::format("{}: more than 4,294,967,295 vertices; reduce the mesh", path));
+  }
+  const Eigen::Matrix3d rotation = T_world_node.topLeftCorner<3, 3>();
+  const Eigen::Vector3d translation = T_world_node.topRightCorner<3, 1>();
+  for (unsigned int i = 0; i < part.mNumVertices; ++i) {
+    const aiVector3D& v = part.mVertices[i];
+    const Eigen::Vector3d local(static_cast<double>(v.x), static_cast<double>(v.y),
+                                static_cast<double>(v.z));
+    bounds.lowest = bounds.lowest.cwiseMin(rotation * local);
+    bounds.highest = bounds.highest.cwiseMax(rotation * local);
+    mesh.vertices.emplace_back(rotation * local + translation + origin);
+  }
+  std::vector<std::uint32_t> polygon;
+  for (unsigned int i = 0; i < part.mNumFaces; ++i) {
+    const aiFace& face = part.mFaces[i];
+    polygon.clear();
+    for (unsigned int c = 0; c < face.mNumIndices; ++c) {
+      if (face.mIndices[c] >= part.mNumVertices) {
+        throw Error(fmt::format(
+            "{}: object '{}': face {} refers to vertex {}, but there are {}; export the mesh "
+            "again",
+            path, name, i, face.mIndices[c], part.mNumVertices));
+      }
+      polygon.push_back(static_cast<std::uint32_t>(base) + face.mIndices[c]);
+    }
+    triangulate(mesh.vertices, polygon, mesh.triangles);
+    mesh.object_of_triangle.resize(mesh.triangles.size(),
+                                   static_cast<std::uint32_t>(mesh.objects.size() - 1));
+  }
+}
+
+/// FBX states centimetres per unit and its up axis; assimp applies neither.
+void put_unit_and_up(const aiMetadata& meta, RawMesh& mesh) {
+  float scale = 0.0f;
+  double scale_double = 0.0;
+  std::int32_t up_axis = -1;
+  if (meta.Get("UnitScaleFactor", scale) && scale > 0.0f) {
+    mesh.metres_per_unit = 0.01 * static_cast<double>(scale);
+  } else if (meta.Get("UnitScaleFactor", scale_double) && scale_double > 0.0) {
+    mesh.metres_per_unit = 0.01 * scale_double;
+  }
+  if (meta.Get("UpAxis", up_axis) && (up_axis == 1 || up_axis == 2))
+    mesh.up = up_axis == 1 ? 'y' : 'z';
+}
+
 RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::string& path) {
   RawMesh mesh;
   mesh.stored_as_float32 = true;
-  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d highest = -lowest;
+  Bounds bounds;
   std::vector<std::string> materials, textures;
-  std::vector<std::uint32_t> polygon;
   for (unsigned int i = 0; i < scene.mNumMaterials; ++i) {
     materials.push_back(material_name(*scene.mMaterials[i]));
     textures.push_back(texture_name(*scene.mMaterials[i]));
@@ -126,52 +181,12 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
       const bool has_material = part.mMaterialIndex < scene.mNumMaterials;
       mesh.objects.push_back({name, has_material ? materials[part.mMaterialIndex] : "",
                               has_material ? textures[part.mMaterialIndex] : ""});
-      const std::size_t base = mesh.vertices.size();
-      if (base + part.mNumVertices > std::numeric_limits<std::uint32_t>::max()) {
-        throw Error(fmt::format("{}: more than 4,294,967,295 vertices; reduce the mesh", path));
-      }
-      const Eigen::Matrix3d rotation = visit.T_world_node.topLeftCorner<3, 3>();
-      const Eigen::Vector3d translation = visit.T_world_node.topRightCorner<3, 1>();
-      for (unsigned int i = 0; i < part.mNumVertices; ++i) {
-        const aiVector3D& v = part.mVertices[i];
-        const Eigen::Vector3d local(static_cast<double>(v.x), static_cast<double>(v.y),
-                                    static_cast<double>(v.z));
-        lowest = lowest.cwiseMin(rotation * local);
-        highest = highest.cwiseMax(rotation * local);
-        mesh.vertices.emplace_back(rotation * local + translation + origin);
-      }
-      for (unsigned int i = 0; i < part.mNumFaces; ++i) {
-        const aiFace& face = part.mFaces[i];
-        polygon.clear();
-        for (unsigned int c = 0; c < face.mNumIndices; ++c) {
-          if (face.mIndices[c] >= part.mNumVertices) {
-            throw Error(fmt::format(
-                "{}: object '{}': face {} refers to vertex {}, but there are {}; export the mesh "
-                "again",
-                path, name, i, face.mIndices[c], part.mNumVertices));
-          }
-          polygon.push_back(static_cast<std::uint32_t>(base) + face.mIndices[c]);
-        }
-        triangulate(mesh.vertices, polygon, mesh.triangles);
-        mesh.object_of_triangle.resize(mesh.triangles.size(),
-                                       static_cast<std::uint32_t>(mesh.objects.size() - 1));
-      }
+      add_part(part, visit.T_world_node, origin, name, path, mesh, bounds);
     }
   }
-  if (!mesh.vertices.empty()) mesh.local_magnitude = ((lowest + highest) / 2).cwiseAbs().maxCoeff();
-  if (scene.mMetaData) {
-    float scale = 0.0f;
-    double scale_double = 0.0;
-    std::int32_t up_axis = -1;
-    // FBX states centimetres per unit and its up axis; assimp applies neither.
-    if (scene.mMetaData->Get("UnitScaleFactor", scale) && scale > 0.0f) {
-      mesh.metres_per_unit = 0.01 * static_cast<double>(scale);
-    } else if (scene.mMetaData->Get("UnitScaleFactor", scale_double) && scale_double > 0.0) {
-      mesh.metres_per_unit = 0.01 * scale_double;
-    }
-    if (scene.mMetaData->Get("UpAxis", up_axis) && (up_axis == 1 || up_axis == 2))
-      mesh.up = up_axis == 1 ? 'y' : 'z';
-  }
+  if (!mesh.vertices.empty())
+    mesh.local_magnitude = ((bounds.lowest + bounds.highest) / 2).cwiseAbs().maxCoeff();
+  if (scene.mMetaData) put_unit_and_up(*scene.mMetaData, mesh);
   return mesh;
 }
 

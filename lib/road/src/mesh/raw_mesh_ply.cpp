@@ -208,6 +208,93 @@ void add_origin(const Eigen::Vector3d& origin, RawMesh& mesh) {
   mesh.local_magnitude = std::max(1.0, (0.5 * (low + high)).cwiseAbs().maxCoeff());
 }
 
+void begin_vertices(const Element& element, bool text, const std::string& path, RawMesh& mesh) {
+  std::array<bool, 3> seen{};
+  for (const Property& property : element.properties) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (property.count_type || property.name != std::string(1, static_cast<char>('x' + axis)))
+        continue;
+      seen[axis] = true;
+      mesh.stored_as_float32 = mesh.stored_as_float32 || property.type == Type::f32;
+    }
+  }
+  if (!seen[0] || !seen[1] || !seen[2]) {
+    throw Error(fmt::format("{}: the vertices lack x, y or z; export the mesh again", path));
+  }
+  mesh.vertices.reserve(element.count);
+  // A text file may carry more than the declared float; what it carries counts.
+  if (text) mesh.stored_as_float32 = false;
+}
+
+/// Reads the elements of one kind into the mesh; those that are neither vertices nor faces are
+/// passed over.
+void read_element(const Element& element, const Header& header, const std::string& path, Body& body,
+                  RawMesh& mesh) {
+  // Bound the count by what can follow, so that a forged header cannot ask for memory.
+  std::uint64_t least_bytes = 0;
+  for (const Property& property : element.properties) {
+    least_bytes += header.text ? 1 : size_of(property.count_type.value_or(property.type));
+  }
+  const auto truncated = [&](std::uint64_t read) {
+    return Error(fmt::format(
+        "{}: the file is truncated or damaged: its header promises {} of '{}', it holds {}; "
+        "copy or export it again",
+        path, element.count, element.name, read));
+  };
+  if (element.properties.empty() && element.count > 0) {
+    throw Error(fmt::format("{}: element '{}' has no properties; export the mesh again", path,
+                            element.name));
+  }
+  if (least_bytes > 0 && element.count > body.left() / least_bytes + 1)
+    throw truncated(body.left() / least_bytes);
+
+  const bool vertices = element.name == "vertex";
+  const bool faces = element.name == "face";
+  if (vertices) begin_vertices(element, header.text, path, mesh);
+  std::vector<std::uint32_t> polygon;
+  const auto read_list = [&](const Property& property, std::uint64_t i) {
+    double value = 0.0;
+    double count = 0.0;
+    if (!body.next(*property.count_type, count)) throw truncated(i);
+    const double most =
+        static_cast<double>(header.text ? body.left() : body.left() / size_of(property.type));
+    if (!(count >= 0.0 && count <= most)) throw truncated(i);
+    const bool corners =
+        faces && (property.name == "vertex_indices" || property.name == "vertex_index");
+    polygon.clear();
+    for (double k = 0.0; k < count; ++k) {
+      if (!body.next(property.type, value)) throw truncated(i);
+      if (!corners) continue;
+      if (!(value >= 0.0 && value < static_cast<double>(mesh.vertices.size())) ||
+          value != std::floor(value)) {
+        throw Error(
+            fmt::format("{}: face {} refers to vertex {}, but there are {}; export the mesh again",
+                        path, i, value, mesh.vertices.size()));
+      }
+      polygon.push_back(static_cast<std::uint32_t>(value));
+    }
+    for (std::size_t k = 2; k < polygon.size(); ++k) {
+      mesh.triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
+    }
+  };
+  for (std::uint64_t i = 0; i < element.count; ++i) {
+    Eigen::Vector3d vertex = Eigen::Vector3d::Zero();
+    for (const Property& property : element.properties) {
+      double value = 0.0;
+      if (!property.count_type) {
+        if (!body.next(property.type, value)) throw truncated(i);
+        if (vertices && property.name.size() == 1 && property.name[0] >= 'x' &&
+            property.name[0] <= 'z') {
+          vertex[property.name[0] - 'x'] = value;
+        }
+        continue;
+      }
+      read_list(property, i);
+    }
+    if (vertices) mesh.vertices.push_back(vertex);
+  }
+}
+
 }  // namespace
 
 RawMesh read_ply(std::string_view bytes, const std::string& path) {
@@ -216,83 +303,7 @@ RawMesh read_ply(std::string_view bytes, const std::string& path) {
   Body body(header.body, header.text, swap);
   RawMesh mesh;
   mesh.objects.emplace_back();
-  std::vector<std::uint32_t> polygon;
-  for (const Element& element : header.elements) {
-    // Bound the count by what can follow, so that a forged header cannot ask for memory.
-    std::uint64_t least_bytes = 0;
-    for (const Property& property : element.properties) {
-      least_bytes += header.text ? 1 : size_of(property.count_type.value_or(property.type));
-    }
-    const auto truncated = [&](std::uint64_t read) {
-      return Error(fmt::format(
-          "{}: the file is truncated or damaged: its header promises {} of '{}', it holds {}; "
-          "copy or export it again",
-          path, element.count, element.name, read));
-    };
-    if (element.properties.empty() && element.count > 0) {
-      throw Error(fmt::format("{}: element '{}' has no properties; export the mesh again", path,
-                              element.name));
-    }
-    if (least_bytes > 0 && element.count > body.left() / least_bytes + 1)
-      throw truncated(body.left() / least_bytes);
-
-    const bool vertices = element.name == "vertex";
-    const bool faces = element.name == "face";
-    if (vertices) {
-      std::array<bool, 3> seen{};
-      for (const Property& property : element.properties) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          if (property.count_type || property.name != std::string(1, static_cast<char>('x' + axis)))
-            continue;
-          seen[axis] = true;
-          mesh.stored_as_float32 = mesh.stored_as_float32 || property.type == Type::f32;
-        }
-      }
-      if (!seen[0] || !seen[1] || !seen[2]) {
-        throw Error(fmt::format("{}: the vertices lack x, y or z; export the mesh again", path));
-      }
-      mesh.vertices.reserve(element.count);
-      // A text file may carry more than the declared float; what it carries counts.
-      if (header.text) mesh.stored_as_float32 = false;
-    }
-    for (std::uint64_t i = 0; i < element.count; ++i) {
-      Eigen::Vector3d vertex = Eigen::Vector3d::Zero();
-      for (const Property& property : element.properties) {
-        double value = 0.0;
-        if (!property.count_type) {
-          if (!body.next(property.type, value)) throw truncated(i);
-          if (vertices && property.name.size() == 1 && property.name[0] >= 'x' &&
-              property.name[0] <= 'z') {
-            vertex[property.name[0] - 'x'] = value;
-          }
-          continue;
-        }
-        double count = 0.0;
-        if (!body.next(*property.count_type, count)) throw truncated(i);
-        const double most =
-            static_cast<double>(header.text ? body.left() : body.left() / size_of(property.type));
-        if (!(count >= 0.0 && count <= most)) throw truncated(i);
-        const bool corners =
-            faces && (property.name == "vertex_indices" || property.name == "vertex_index");
-        polygon.clear();
-        for (double k = 0.0; k < count; ++k) {
-          if (!body.next(property.type, value)) throw truncated(i);
-          if (!corners) continue;
-          if (!(value >= 0.0 && value < static_cast<double>(mesh.vertices.size())) ||
-              value != std::floor(value)) {
-            throw Error(fmt::format(
-                "{}: face {} refers to vertex {}, but there are {}; export the mesh again", path, i,
-                value, mesh.vertices.size()));
-          }
-          polygon.push_back(static_cast<std::uint32_t>(value));
-        }
-        for (std::size_t k = 2; k < polygon.size(); ++k) {
-          mesh.triangles.push_back({polygon[0], polygon[k - 1], polygon[k]});
-        }
-      }
-      if (vertices) mesh.vertices.push_back(vertex);
-    }
-  }
+  for (const Element& element : header.elements) read_element(element, header, path, body, mesh);
   add_origin(header.origin, mesh);
   mesh.object_of_triangle.assign(mesh.triangles.size(), 0);
   return mesh;

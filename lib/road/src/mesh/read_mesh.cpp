@@ -225,6 +225,69 @@ double float32_spacing(double magnitude) {
   return static_cast<double>(std::nextafter(value, std::numeric_limits<float>::infinity()) - value);
 }
 
+struct Bounds {
+  Eigen::Vector3d lowest, highest;
+};
+
+/// Only vertices in use count: exporters leave stray ones behind.
+Bounds bounds_of(const RawMesh& raw) {
+  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d highest = -lowest;
+  for (const auto& t : raw.triangles) {
+    for (const std::uint32_t index : t) {
+      lowest = lowest.cwiseMin(raw.vertices[index]);
+      highest = highest.cwiseMax(raw.vertices[index]);
+    }
+  }
+  return {lowest, highest};
+}
+
+/// Refuses a mesh that is no road's size, in units of the file.
+void check_extent(double extent, double unit_m, const MeshReadOptions& options,
+                  const std::string& path) {
+  const double scale = unit_m * options.scale;
+  if (!(extent * scale >= kSmallestMesh_m && extent * scale <= kLargestMesh_m)) {
+    std::string fitting;
+    for (const auto& [name, factor] : {std::pair{"mm", 0.001}, {"cm", 0.01}, {"m", 1.0}}) {
+      const double fitted_m = extent * factor * options.scale;
+      if (fitted_m >= 100.0 && fitted_m <= kLargestMesh_m)
+        fitting +=
+            fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name, fitted_m);
+    }
+    const std::string scaled =
+        options.scale == 1.0 ? "" : fmt::format(", times the scale {:g},", options.scale);
+    throw Error(fmt::format("{}: the mesh is {:.6g} {}{} across; wanted {:.0f} m to {:.0f} km; {}",
+                            path, extent, unit_name(unit_m), scaled, kSmallestMesh_m,
+                            kLargestMesh_m / 1000.0,
+                            fitting.empty() ? "check the file and its unit"
+                                            : "if the unit is another, give " + fitting));
+  }
+}
+
+/// Steps of coordinates that were stored as float32; refuses those that are too wide.
+double float32_resolution_m(const RawMesh& raw, const Bounds& bounds, double scale,
+                            const std::string& path, std::vector<std::string>& remarks) {
+  const Eigen::Vector3d centre = (bounds.lowest + bounds.highest) / 2.0;
+  const double magnitude =
+      raw.local_magnitude > 0.0 ? raw.local_magnitude * scale : centre.cwiseAbs().maxCoeff();
+  const double resolution_m = float32_spacing(magnitude);
+  const Eigen::Vector3d origin = local_origin(bounds.lowest, bounds.highest);
+  if (resolution_m > kWorstResolution_m) {
+    throw Error(fmt::format(
+        "{}: its coordinates (around {:.0f}, {:.0f} m) were stored as float32 and snap to {:.3g} "
+        "m; wanted at most {} m; subtract ({:.0f}, {:.0f}, 0) before exporting, or export .obj "
+        "or "
+        ".ply in double precision",
+        path, centre.x(), centre.y(), resolution_m, kWorstResolution_m, origin.x(), origin.y()));
+  }
+  if (resolution_m > kNotableResolution_m) {
+    remarks.push_back(fmt::format(
+        "the coordinates were stored as float32 far from the origin and snap to {:.1f} mm",
+        1000.0 * resolution_m));
+  }
+  return resolution_m;
+}
+
 }  // namespace
 
 Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshReadReport* report) {
@@ -243,35 +306,12 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
     for (Eigen::Vector3d& v : raw.vertices) v = Eigen::Vector3d(v.x(), -v.z(), v.y());
   }
 
-  // Only vertices in use count: exporters leave stray ones behind.
-  Eigen::Vector3d lowest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d highest = -lowest;
-  for (const auto& t : raw.triangles) {
-    for (const std::uint32_t index : t) {
-      lowest = lowest.cwiseMin(raw.vertices[index]);
-      highest = highest.cwiseMax(raw.vertices[index]);
-    }
-  }
+  Bounds bounds = bounds_of(raw);
+  auto& [lowest, highest] = bounds;
   double unit_m = metres_per(options.unit);
   if (options.unit == Unit::automatic && raw.metres_per_unit > 0.0) unit_m = raw.metres_per_unit;
   const double scale = unit_m * options.scale;
-  const double extent = (highest - lowest).head<2>().maxCoeff();
-  if (!(extent * scale >= kSmallestMesh_m && extent * scale <= kLargestMesh_m)) {
-    std::string fitting;
-    for (const auto& [name, factor] : {std::pair{"mm", 0.001}, {"cm", 0.01}, {"m", 1.0}}) {
-      const double fitted_m = extent * factor * options.scale;
-      if (fitted_m >= 100.0 && fitted_m <= kLargestMesh_m)
-        fitting +=
-            fmt::format("{}--unit {} ({:.0f} m)", fitting.empty() ? "" : " or ", name, fitted_m);
-    }
-    const std::string scaled =
-        options.scale == 1.0 ? "" : fmt::format(", times the scale {:g},", options.scale);
-    throw Error(fmt::format("{}: the mesh is {:.6g} {}{} across; wanted {:.0f} m to {:.0f} km; {}",
-                            path, extent, unit_name(unit_m), scaled, kSmallestMesh_m,
-                            kLargestMesh_m / 1000.0,
-                            fitting.empty() ? "check the file and its unit"
-                                            : "if the unit is another, give " + fitting));
-  }
+  check_extent((highest - lowest).head<2>().maxCoeff(), unit_m, options, path);
   lowest *= scale;
   highest *= scale;
   if (std::max(lowest.cwiseAbs().maxCoeff(), highest.cwiseAbs().maxCoeff()) >
@@ -282,30 +322,10 @@ Mesh read_mesh(const std::string& path, const MeshReadOptions& options, MeshRead
         path, highest.x(), highest.y(), highest.z()));
   }
 
-  double resolution_m = 0.0;
-  if (raw.stored_as_float32) {
-    const Eigen::Vector3d centre = (lowest + highest) / 2.0;
-    const double magnitude =
-        raw.local_magnitude > 0.0 ? raw.local_magnitude * scale : centre.cwiseAbs().maxCoeff();
-    resolution_m = float32_spacing(magnitude);
-    const Eigen::Vector3d origin = local_origin(lowest, highest);
-    if (resolution_m > kWorstResolution_m) {
-      throw Error(fmt::format(
-          "{}: its coordinates (around {:.0f}, {:.0f} m) were stored as float32 and snap to {:.3g} "
-          "m; wanted at most {} m; subtract ({:.0f}, {:.0f}, 0) before exporting, or export .obj "
-          "or "
-          ".ply in double precision",
-          path, centre.x(), centre.y(), resolution_m, kWorstResolution_m, origin.x(), origin.y()));
-    }
-    if (resolution_m > kNotableResolution_m) {
-      remarks.push_back(fmt::format(
-          "the coordinates were stored as float32 far from the origin and snap to {:.1f} mm",
-          1000.0 * resolution_m));
-    }
-  } else {
-    resolution_m = std::max(lowest.cwiseAbs().maxCoeff(), highest.cwiseAbs().maxCoeff()) * 1.2e-16;
-  }
-
+  const double resolution_m =
+      raw.stored_as_float32
+          ? float32_resolution_m(raw, bounds, scale, path, remarks)
+          : std::max(lowest.cwiseAbs().maxCoeff(), highest.cwiseAbs().maxCoeff()) * 1.2e-16;
   Mesh mesh;
   mesh.origin_m = local_origin(lowest, highest);
   mesh.vertices_m = std::move(raw.vertices);

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <unordered_map>
 
 #include "guide_rows.h"
 #include "road/error.h"
 #include "road/ray_surface.h"
+#include "road_looks.h"
 #include "stations.h"
 #include "wide_places.h"
 
@@ -21,10 +21,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRoadInside = 0.02;  // a look that is rarer under the guide is paint or a mistake
-constexpr double kRoadOutside = 2.0;  // the road's look is so many times rarer beside it
-constexpr double kBesideMain = 0.1;   // more of the places beside than the road's main look has
-constexpr double kNotPaint_m = 0.3;   // below the main look
 constexpr double kLayerShare =
     0.05;  // of the reach: the surface beside the road may lie so much higher or lower,
 constexpr double kSlope = 0.5;       // and this much more per metre beyond its border
@@ -32,96 +28,10 @@ constexpr double kFartherOn = 0.25;  // of the reach: a row may lie so much fart
 constexpr double kPaintShare = 0.001;  // of the reach, above the road: 30 mm
 constexpr double kNearBorder = 2.0;    // rays
 constexpr double kMostMissing = 0.3;   // of the rows may be without surface
-constexpr double kNamesKnow = 0.95;    // of the places under the guide are called road
 constexpr double kMissingIsDoubted = 0.05;
 constexpr double kUntoldIsDoubted = 0.3,
                  kUntoldIsSaid = 0.05;  // of the rows do not tell where the road ends
 constexpr double kEndsShare = 0.5;      // of the rows have to know where the road ends
-
-/// Look of every triangle, and the names of the looks.
-struct Looks {
-  std::vector<std::uint32_t> of_object;
-  std::vector<std::string> names;
-};
-
-Looks looks_of(const Mesh& mesh) {
-  const bool has_looks =
-      std::any_of(mesh.objects.begin(), mesh.objects.end(),
-                  [](const MeshObject& o) { return !o.material.empty() || !o.texture.empty(); });
-  Looks looks;
-  std::map<std::string, std::uint32_t> known;
-  for (const MeshObject& object : mesh.objects) {
-    const std::string name = !has_looks               ? object.name
-                             : object.texture.empty() ? object.material
-                             : object.material.empty()
-                                 ? object.texture
-                                 : object.material + " with " + object.texture;
-    const auto [at, added] =
-        known.try_emplace(name, static_cast<std::uint32_t>(looks.names.size()));
-    if (added) looks.names.push_back(name);
-    looks.of_object.push_back(at->second);
-  }
-  return looks;
-}
-
-/// Where names call nearly everything under the guide road, what they call otherwise is another
-/// look: pit lanes and aprons have the asphalt of the road. Whether they do.
-bool part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& mesh,
-                   const std::vector<std::uint32_t>& source,
-                   const std::vector<SurfaceClass>& by_names, Looks& looks,
-                   std::vector<std::uint32_t>& look_of_triangle) {
-  std::vector<std::uint32_t> is_named(source.size());
-  for (std::size_t k = 0; k < source.size(); ++k)
-    is_named[k] = by_names[source[k]] == SurfaceClass::road ? 1 : 0;
-  if (look_shares(guide, surface, is_named, 2).inside[1] < kNamesKnow) return false;
-  const auto count = static_cast<std::uint32_t>(looks.names.size());
-  for (std::uint32_t k = 0; k < count; ++k)
-    looks.names.push_back(looks.names[k] + " not called road");
-  for (std::size_t k = 0; k < source.size(); ++k)
-    if (is_named[k] == 0) {
-      look_of_triangle[k] += count;
-      looks.of_object[mesh.object_of_triangle[source[k]]] = look_of_triangle[k];
-    }
-  return true;
-}
-
-/// The looks that lie under the guide rather than beside it, along the whole of it and where they
-/// lie: sand that the road leads through for a while does not lie beside the rest of it.
-std::vector<bool> road_looks(const LookShares& shares) {
-  std::vector<bool> is_road(shares.inside.size(), false);
-  std::size_t main = 0;
-  const auto worth = [&](std::size_t k) {
-    return shares.inside[k] * shares.inside[k] / (shares.outside[k] + 0.05);
-  };
-  for (std::size_t k = 0; k < is_road.size(); ++k) {
-    if (worth(k) > worth(main)) main = k;
-    is_road[k] = shares.inside[k] >= kRoadInside &&
-                 shares.inside[k] > kRoadOutside * shares.outside[k] &&
-                 shares.inside_there[k] > kRoadOutside * shares.outside_there[k];
-  }
-  // What lies only where the road's main look lies too is paint on it, ground that goes on beneath
-  // it, or what carries it. Paint lies close to it, and not beside the road.
-  std::vector<double> alone(is_road.size(), 0.0), beneath(is_road.size(), 0.0);
-  const double each = 1.0 / static_cast<double>(std::max<std::size_t>(shares.places.size(), 1));
-  for (const auto& seen : shares.places)
-    for (const LookShares::Seen& one : seen) {
-      double above_m = std::numeric_limits<double>::quiet_NaN();  // the nearest main look
-      for (const LookShares::Seen& other : seen)
-        if (other.look == main && !(std::abs(other.z_m - one.z_m) >= std::abs(above_m)))
-          above_m = other.z_m - one.z_m;
-      if (std::isnan(above_m))
-        alone[one.look] += each;
-      else if (above_m > kNotPaint_m)
-        beneath[one.look] += each;
-    }
-  for (std::size_t k = 0; k < is_road.size(); ++k)
-    if (alone[k] < kRoadInside &&
-        (shares.outside_there[k] > shares.outside_there[main] + kBesideMain ||
-         beneath[k] > 0.5 * shares.inside[k]))
-      is_road[k] = false;
-  is_road[main] = true;
-  return is_road;
-}
 
 /// The rows near a place in plan.
 class RowsNear {
@@ -193,23 +103,19 @@ Missing missing_under(const GuideRows& all) {
                              place.y())};
 }
 
-}  // namespace
+/// The flat triangles of a mesh, with the looks of all.
+struct Ground {
+  Mesh mesh;
+  std::vector<std::uint32_t> source, look_of_triangle;  ///< of its triangles
+  Looks looks;
+};
 
-bool has_several_looks(const Mesh& mesh) {
-  return std::any_of(mesh.objects.begin(), mesh.objects.end(), [&](const MeshObject& object) {
-    return object.material != mesh.objects.front().material ||
-           object.texture != mesh.objects.front().texture;
-  });
-}
-
-GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m,
-                            const std::vector<bool>& flat,
-                            const std::vector<SurfaceClass>& by_names) {
-  Mesh ground;
+Ground flat_ground(const Mesh& mesh, const std::vector<bool>& flat) {
+  Ground out;
+  auto& [ground, source, look_of_triangle, looks] = out;
+  looks = looks_of(mesh);
   ground.origin_m = mesh.origin_m;
   ground.vertices_m = mesh.vertices_m;
-  std::vector<std::uint32_t> source, look_of_triangle;
-  Looks looks = looks_of(mesh);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!flat[t]) continue;
     ground.triangles.push_back(mesh.triangles[t]);
@@ -222,44 +128,21 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
         mesh.triangles.size()));
   ground.object_of_triangle.assign(source.size(), 0);
   ground.objects.resize(1);
-  const RaySurface surface(ground);
+  return out;
+}
 
-  const bool names_know =
-      part_by_names(guide, surface, mesh, source, by_names, looks, look_of_triangle);
-  const LookShares shares = look_shares(guide, surface, look_of_triangle, looks.names.size());
-  if (std::all_of(shares.inside.begin(), shares.inside.end(),
-                  [](double share) { return share == 0.0; }))
-    throw Error(
-        "no surface lies under the guide; check that both are in the same frame and that its "
-        "columns are x and y of the mesh "
-        "(--up and --unit say how the mesh is read)");
-  const std::vector<bool> is_road = road_looks(shares);
-  const auto looks_like_road = [&](std::uint32_t t) {
-    return static_cast<bool>(is_road[look_of_triangle[t]]);
-  };
-  GuideRows all = rows_along(guide, surface, looks_like_road);
-  const Missing missing = missing_under(all);
-  if (missing.share > kMostMissing)
-    throw NotUsable(missing.text +
-                    "; give a mesh that has it, or a guide that lies on what there is");
+/// Of the rows with surface: how many tell where the road ends.
+double share_told(const GuideRows& all) {
   const auto ends = std::count_if(all.rows.begin(), all.rows.end(),
                                   [](const GuideRow& row) { return row.is_usual; });
   const auto with_surface = std::count_if(all.rows.begin(), all.rows.end(),
                                           [](const GuideRow& row) { return row.has_surface; });
-  const double told =
-      static_cast<double>(ends) / static_cast<double>(std::max<std::ptrdiff_t>(with_surface, 1));
-  if (told < kEndsShare && !width_m)
-    throw Error(
-        fmt::format("under the guide the surface tells along {:.0f} % of it only, by its look, "
-                    "slope or border, where the "
-                    "road ends. If the guide lies beside the road, check its frame and the order "
-                    "of its columns; if the "
-                    "road is not to be seen on the mesh, say how wide it is (--guide-width-m W, "
-                    "guide_width_m in a recipe)",
-                    100.0 * told));
-  if (width_m) set_width(all, *width_m);
+  return static_cast<double>(ends) / static_cast<double>(std::max<std::ptrdiff_t>(with_surface, 1));
+}
 
-  GuidedClasses result;
+/// What is said of the road along the guide, and doubted.
+void remark_rows(const GuideRows& all, const Guide& guide, const std::vector<bool>& is_road,
+                 const Looks& looks, const Missing& missing, double told, GuidedClasses& result) {
   std::string names;
   for (std::size_t k = 0; k < is_road.size(); ++k)
     if (is_road[k]) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", looks.names[k]);
@@ -286,71 +169,152 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
                     "neighbours (forks, "
                     "wide places): there its middle is taken from them",
                     100.0 * (1.0 - told)));
+}
 
-  result.class_of_triangle.assign(mesh.triangles.size(), SurfaceClass::scenery);
-  const RowsNear near(all);
-  const auto inside = [&](const GuideRow& row, double offset_m, double more_m) {
-    const double low_m = row.is_usual ? row.right_m : row.middle_m - row.half_width_m;
-    const double high_m = row.is_usual ? row.left_m : row.middle_m + row.half_width_m;
-    return offset_m >= low_m - more_m && offset_m <= high_m + more_m;
-  };
-  const auto lies_on_road = [&](std::uint32_t t) {
-    for (int corner = 0; corner < 3; ++corner) {
-      const Vector3d p = mesh.origin_m + mesh.vertex(t, corner);
-      const std::size_t i = near.nearest(p).row;
-      if (i == all.rows.size()) return false;
-      const GuideRow& row = all.rows[i];
-      if (!inside(row, (p.head<2>() - row.at_m).dot(left_of(row.heading)),
-                  kNearBorder * all.across_m))
-        return false;
-    }
-    return true;
-  };
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const bool is_kerb = by_names[t] == SurfaceClass::kerb;
-    if (!flat[t] && !is_kerb) continue;
-    const Vector3d middle =
-        mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
-    const auto [i, is_beside] = near.nearest(middle);
-    if (i == all.rows.size()) continue;
-    const GuideRow& row = all.rows[i];
-    const double offset_m = (middle.head<2>() - row.at_m).dot(left_of(row.heading));
-    const bool looks_right = is_road[looks.of_object[mesh.object_of_triangle[t]]];
-    // Along its border, strips that names call otherwise are not the road's.
-    const double more_m = all.across_m * (looks_right ? 1.0 : names_know ? -kNearBorder : 0.0);
-    // Ground may rise or fall beside the road, not along it: what lies under a bridge is not the
-    // road of a row farther on.
-    bool is_road_here = flat[t] && !is_kerb && is_beside && inside(row, offset_m, more_m);
-    if (is_road_here && !looks_right) {
-      // Paint lies on the road, with all of its corners; what lies under it is ground that goes on
-      // below, what lies over it a thing that stands there.
-      const auto hits = surface.all_hits(middle.x(), middle.y());
-      is_road_here = std::none_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
-        const double above_m = middle.z() - hit.z_m;
-        const bool is_paint = above_m >= 0.0 && above_m <= kPaintShare * all.reach_m;
-        return looks_like_road(hit.triangle) && std::abs(above_m) < kLayerShare * all.reach_m &&
-               !(is_paint && lies_on_road(t));
-      });
-      if (!is_road_here) continue;
-    }
-    result.class_of_triangle[t] = is_road_here ? SurfaceClass::road
-                                  : is_kerb    ? SurfaceClass::kerb
-                                               : SurfaceClass::runoff;
+/// What tells whether a triangle is the road's.
+struct Road {
+  const Mesh& mesh;
+  const Ground& ground;
+  const RaySurface& surface;
+  const std::vector<bool>& is_road;  ///< of looks
+  const GuideRows& all;
+  RowsNear near;
+
+  bool looks_like_road(std::uint32_t t) const { return is_road[ground.look_of_triangle[t]]; }
+};
+
+bool is_inside(const GuideRow& row, double offset_m, double more_m) {
+  const double low_m = row.is_usual ? row.right_m : row.middle_m - row.half_width_m;
+  const double high_m = row.is_usual ? row.left_m : row.middle_m + row.half_width_m;
+  return offset_m >= low_m - more_m && offset_m <= high_m + more_m;
+}
+
+bool lies_on_road(const Road& road, std::uint32_t t) {
+  for (int corner = 0; corner < 3; ++corner) {
+    const Vector3d p = road.mesh.origin_m + road.mesh.vertex(t, corner);
+    const std::size_t i = road.near.nearest(p).row;
+    if (i == road.all.rows.size()) return false;
+    const GuideRow& row = road.all.rows[i];
+    if (!is_inside(row, (p.head<2>() - row.at_m).dot(left_of(row.heading)),
+                   kNearBorder * road.all.across_m))
+      return false;
   }
-  // Large triangles are hit by rays though their middles lie far away.
+  return true;
+}
+
+/// Paint lies on the road, with all of its corners; what lies under it is ground that goes on
+/// below, what lies over it a thing that stands there.
+bool is_paint_or_bare(const Road& road, std::uint32_t t, const Vector3d& middle) {
+  const auto hits = road.surface.all_hits(middle.x(), middle.y());
+  return std::none_of(hits.begin(), hits.end(), [&](const SurfaceHit& hit) {
+    const double above_m = middle.z() - hit.z_m;
+    const bool is_paint = above_m >= 0.0 && above_m <= kPaintShare * road.all.reach_m;
+    return road.looks_like_road(hit.triangle) &&
+           std::abs(above_m) < kLayerShare * road.all.reach_m &&
+           !(is_paint && lies_on_road(road, t));
+  });
+}
+
+/// The class of a triangle that is flat or a kerb; nothing where it lies far from the guide, or is
+/// no part of the ground.
+std::optional<SurfaceClass> class_of(const Road& road, std::uint32_t t, bool flat, bool is_kerb,
+                                     bool names_know) {
+  const auto& [mesh, ground, surface, is_road, all, near] = road;
+  const Vector3d middle =
+      mesh.origin_m + (mesh.vertex(t, 0) + mesh.vertex(t, 1) + mesh.vertex(t, 2)) / 3.0;
+  const auto [i, is_beside] = near.nearest(middle);
+  if (i == all.rows.size()) return std::nullopt;
+  const GuideRow& row = all.rows[i];
+  const double offset_m = (middle.head<2>() - row.at_m).dot(left_of(row.heading));
+  const bool looks_right = is_road[ground.looks.of_object[mesh.object_of_triangle[t]]];
+  // Along its border, strips that names call otherwise are not the road's.
+  const double more_m = all.across_m * (looks_right ? 1.0 : names_know ? -kNearBorder : 0.0);
+  // Ground may rise or fall beside the road, not along it: what lies under a bridge is not the
+  // road of a row farther on.
+  bool is_road_here = flat && !is_kerb && is_beside && is_inside(row, offset_m, more_m);
+  if (is_road_here && !looks_right) {
+    is_road_here = is_paint_or_bare(road, t, middle);
+    if (!is_road_here) return std::nullopt;
+  }
+  return is_road_here ? SurfaceClass::road : is_kerb ? SurfaceClass::kerb : SurfaceClass::runoff;
+}
+
+/// Large triangles are hit by rays though their middles lie far away.
+void take_hit_triangles(const Road& road, const std::vector<SurfaceClass>& by_names,
+                        GuidedClasses& result) {
+  const auto& [mesh, ground, surface, is_road, all, near] = road;
   for (const GuideRow& row : all.rows) {
     if (!row.has_surface) continue;
     const int most = static_cast<int>(std::lround(all.reach_m / all.across_m));
     for (int k = -most; k <= most; ++k) {
       const double offset_m = k * all.across_m;
-      if (!inside(row, offset_m, 0.0)) continue;
+      if (!is_inside(row, offset_m, 0.0)) continue;
       const Vector2d p = row.at_m + offset_m * left_of(row.heading);
       const auto hit = surface.nearest_hit(p.x(), p.y(), row.z_m, kLayerShare * all.reach_m);
-      if (hit && looks_like_road(hit->triangle) &&
-          by_names[source[hit->triangle]] != SurfaceClass::kerb)
-        result.class_of_triangle[source[hit->triangle]] = SurfaceClass::road;
+      if (hit && road.looks_like_road(hit->triangle) &&
+          by_names[ground.source[hit->triangle]] != SurfaceClass::kerb)
+        result.class_of_triangle[ground.source[hit->triangle]] = SurfaceClass::road;
     }
   }
+}
+
+}  // namespace
+
+bool has_several_looks(const Mesh& mesh) {
+  return std::any_of(mesh.objects.begin(), mesh.objects.end(), [&](const MeshObject& object) {
+    return object.material != mesh.objects.front().material ||
+           object.texture != mesh.objects.front().texture;
+  });
+}
+
+GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<double> width_m,
+                            const std::vector<bool>& flat,
+                            const std::vector<SurfaceClass>& by_names) {
+  Ground ground = flat_ground(mesh, flat);
+  const RaySurface surface(ground.mesh);
+
+  const bool names_know = part_by_names(guide, surface, mesh, ground.source, by_names, ground.looks,
+                                        ground.look_of_triangle);
+  const LookShares shares =
+      look_shares(guide, surface, ground.look_of_triangle, ground.looks.names.size());
+  if (std::all_of(shares.inside.begin(), shares.inside.end(),
+                  [](double share) { return share == 0.0; }))
+    throw Error(
+        "no surface lies under the guide; check that both are in the same frame and that its "
+        "columns are x and y of the mesh "
+        "(--up and --unit say how the mesh is read)");
+  const std::vector<bool> is_road = road_looks(shares);
+  const auto looks_like_road = [&](std::uint32_t t) {
+    return static_cast<bool>(is_road[ground.look_of_triangle[t]]);
+  };
+  GuideRows all = rows_along(guide, surface, looks_like_road);
+  const Missing missing = missing_under(all);
+  if (missing.share > kMostMissing)
+    throw NotUsable(missing.text +
+                    "; give a mesh that has it, or a guide that lies on what there is");
+  const double told = share_told(all);
+  if (told < kEndsShare && !width_m)
+    throw Error(
+        fmt::format("under the guide the surface tells along {:.0f} % of it only, by its look, "
+                    "slope or border, where the "
+                    "road ends. If the guide lies beside the road, check its frame and the order "
+                    "of its columns; if the "
+                    "road is not to be seen on the mesh, say how wide it is (--guide-width-m W, "
+                    "guide_width_m in a recipe)",
+                    100.0 * told));
+  if (width_m) set_width(all, *width_m);
+
+  GuidedClasses result;
+  remark_rows(all, guide, is_road, ground.looks, missing, told, result);
+  result.class_of_triangle.assign(mesh.triangles.size(), SurfaceClass::scenery);
+  const Road road{mesh, ground, surface, is_road, all, RowsNear(all)};
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const bool is_kerb = by_names[t] == SurfaceClass::kerb;
+    if (!flat[t] && !is_kerb) continue;
+    if (const auto is = class_of(road, t, flat[t], is_kerb, names_know))
+      result.class_of_triangle[t] = *is;
+  }
+  take_hit_triangles(road, by_names, result);
   return result;
 }
 
