@@ -135,9 +135,8 @@ class Asker {
   const std::string& path_;
 };
 
-}  // namespace
-
-int run_query(const QueryCommand& command, Terminal& terminal) {
+/// The points, from a file or a pipe.
+std::ifstream open_points(const QueryCommand& command) {
   const bool standard_input = command.points == "-";
   if (!standard_input) base::want_regular_file(command.points);
   std::ifstream points(standard_input ? "/dev/stdin" : command.points, std::ios::binary);
@@ -146,6 +145,13 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
         fmt::format("{}: cannot be opened: {}; give a CSV file with the columns x_m and "
                     "y_m (or u_m and v_m)",
                     command.points, std::strerror(errno)));
+  return points;
+}
+
+}  // namespace
+
+int run_query(const QueryCommand& command, Terminal& terminal) {
+  std::ifstream points = open_points(command);
   points.seekg(0, std::ios::end);
   const double size = std::max(1.0, static_cast<double>(points.tellg()));
   points.clear();  // a pipe has no end to look for
@@ -155,7 +161,7 @@ int run_query(const QueryCommand& command, Terminal& terminal) {
       throw road::Error(
           fmt::format("{}: cannot be read to its end; look at the disk or the program "
                       "that it comes from",
-                      standard_input ? "standard input" : command.points));
+                      command.points == "-" ? "standard input" : command.points));
   };
   std::string header;
   std::getline(points, header);

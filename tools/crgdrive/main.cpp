@@ -11,7 +11,8 @@ using command::add_choice, command::add_input, command::add_output_file, command
 void add_car_settings(CLI::App& app, crgdrive::CarOptions& car) {
   add_input(app, "--setup", car.setup_path, "Setup sheet, read after the vehicle's own");
   app.add_option("--set", car.settings, "group.key=value or term=amplitude; may be repeated");
-  add_choice(app, "--contact", car.contact, "In place of the vehicle's", {"single-point", "four-point", "strip"});
+  add_choice(app, "--contact", car.contact, "In place of the vehicle's",
+             {"single-point", "four-point", "strip"});
   add_choice(app, "--integrator", car.integrator, "Euler's method", {"semi-implicit", "explicit"});
   app.add_option("--step-s", car.step_s, "Length of a step, s")->check(CLI::Range(1e-5, 0.01));
 }
@@ -32,56 +33,63 @@ void add_live_options(CLI::App& app, crgdrive::LiveOptions& live) {
   app.add_option("--udp", live.udp, "host:port that gets every row of telemetry as JSON");
 }
 
-}  // namespace
+/// The command line that is made: its commands, and what the one that was chosen does.
+struct CommandLine {
+  CLI::App& app;
+  command::Terminal& terminal;
+  std::function<int()>& run;
+};
 
-int main(int argc, char** argv) {
-  CLI::App app{"Kerbstone's simulated car on an OpenCRG road", "crgdrive"};
-  app.require_subcommand(1);
-  command::Terminal terminal("crgdrive");
-  app.option_defaults()->always_capture_default();  // so that --help shows them
-  std::function<int()> run;
-
-  crgdrive::TyreCommand tyre;
+void add_tyre(const CommandLine& line, crgdrive::TyreCommand& tyre) {
   CLI::App* const tyre_app =
-      app.add_subcommand("tyre", "Steady-state forces of a .tir file at given points");
+      line.app.add_subcommand("tyre", "Steady-state forces of a .tir file at given points");
   add_input(*tyre_app, "--tir", tyre.tyre_path, "Tyre property file (Magic Formula 5.2, 6.1, 6.2)")
       ->required();
-  CLI::Option* const points = add_input(*tyre_app, "--points", tyre.points_path, "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]");
+  CLI::Option* const points =
+      add_input(*tyre_app, "--points", tyre.points_path,
+                "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]");
   CLI::Option* const forces =
-      add_output_file(*tyre_app, tyre.out_path, "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
+      add_output_file(*tyre_app, tyre.out_path,
+                      "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
           ->needs(points);
   points->needs(forces);
   add_output_file(*tyre_app, tyre.plots_path,
                   "Page to write, HTML: the curves at four loads, and combined slip", "--plots");
   add_choice(*tyre_app, "--alpha", tyre.alpha,
-             "tan: tan(alpha) in all formulas; angle: alpha in the pure side force", {"tan", "angle"});
+             "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
+             {"tan", "angle"});
   tyre_app->add_flag("--mirrored", tyre.mirrored, "The tyre on the other side of the car");
-  tyre_app->callback([&] {
+  tyre_app->callback([&, line] {
     if (tyre.points_path.empty() && tyre.plots_path.empty())
       throw CLI::ValidationError("tyre", "give --points with --output, or --plots");
-    run = [&] { return crgdrive::tyre(tyre, terminal); };
+    line.run = [&, line] { return crgdrive::tyre(tyre, line.terminal); };
   });
+}
 
-  CLI::App* const parameters_app = app.add_subcommand(
+void add_parameters(const CommandLine& line) {
+  CLI::App* const parameters_app = line.app.add_subcommand(
       "parameters", "Prints every parameter and term of a car: unit, default, bounds, meaning");
-  parameters_app->callback([&] { run = [&] { return crgdrive::parameters(terminal); }; });
+  parameters_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::parameters(line.terminal); }; });
+}
 
-  crgdrive::LapCommand lap;
-  CLI::App* const lap_app = app.add_subcommand("lap", "Laps of a road by the built-in driver");
+void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
+  CLI::App* const lap_app = line.app.add_subcommand("lap", "Laps of a road by the built-in driver");
   add_car_options(*lap_app, lap.car);
   add_live_options(*lap_app, lap.live);
   add_input(*lap_app, "--track", lap.track_path, "CRG file of the road")->required();
   add_input(*lap_app, "--friction", lap.friction_path,
-                      "CRG file of the same shape whose heights are grip factors");
+            "CRG file of the same shape whose heights are grip factors");
   add_output_file(*lap_app, lap.out_path,
                   "Telemetry to write, CSV; MCAP where the name ends in .mcap");
   add_input(*lap_app, "--devices", lap.devices_path,
-                      "Device configuration: telemetry as sensors measure it; without: ideal");
+            "Device configuration: telemetry as sensors measure it; without: ideal");
   add_input(*lap_app, "--opponent", lap.opponent_paths,
-             "Telemetry or log of a car on the same road, whose wake acts; may be repeated");
+            "Telemetry or log of a car on the same road, whose wake acts; may be repeated");
   lap_app
-      ->add_option("--opponent-ahead-s", lap.opponent_ahead_s,
-                   "The first opponent's log is this far ahead at the start, s; the next twice as far")
+      ->add_option(
+          "--opponent-ahead-s", lap.opponent_ahead_s,
+          "The first opponent's log is this far ahead at the start, s; the next twice as far")
       ->check(CLI::Range(-3600.0, 3600.0));
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
@@ -101,16 +109,19 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 50.0));
   lap_app->add_option("--rate-hz", lap.rate_hz, "Rows of telemetry per second")
       ->check(CLI::Range(0.1, 100000.0));
-  lap_app->callback([&] { run = [&] { return crgdrive::lap(lap, terminal); }; });
+  lap_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::lap(lap, line.terminal); }; });
+}
 
-  crgdrive::ReplayCommand replay;
+void add_replay(const CommandLine& line, crgdrive::ReplayCommand& replay) {
   CLI::App* const replay_app =
-      app.add_subcommand("replay", "Drives a recording's commands and compares");
+      line.app.add_subcommand("replay", "Drives a recording's commands and compares");
   add_car_options(*replay_app, replay.car);
   add_input(*replay_app, "--track", replay.track_path, "CRG file of the road")->required();
-  add_input(*replay_app, "--recording", replay.recording_path, "The log: CSV or of any maker")->required();
+  add_input(*replay_app, "--recording", replay.recording_path, "The log: CSV or of any maker")
+      ->required();
   add_input(*replay_app, "--mapping", replay.mapping_path,
-                         "mapping.yaml: which column is which channel; without: by their names");
+            "mapping.yaml: which column is which channel; without: by their names");
   add_input(*replay_app, "--friction", replay.friction_path,
             "CRG file of the same shape whose heights are grip factors");
   add_output_folder(*replay_app, replay.out_path,
@@ -134,30 +145,35 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(200.0, 1500.0));
   replay_app->add_option("--fuel-kg", replay.fuel_kg, "Fuel at the begin, kg")
       ->check(CLI::Range(0.0, 500.0));
-  replay_app->callback([&] { run = [&] { return crgdrive::replay(replay, terminal); }; });
+  replay_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::replay(replay, line.terminal); }; });
+}
 
-  crgdrive::ReportCommand report;
+void add_report(const CommandLine& line, crgdrive::ReportCommand& report) {
   CLI::App* const report_app =
-      app.add_subcommand("report", "Draws one or two drives along the road on a page");
+      line.app.add_subcommand("report", "Draws one or two drives along the road on a page");
   add_input(*report_app, "telemetry", report.telemetry, "Telemetry or recordings")
       ->required()
       ->expected(1, 2);
   add_input(*report_app, "--track", report.track_path, "CRG file of the road")->required();
   add_input(*report_app, "--mapping", report.mapping_path, "mapping.yaml of the first file");
   add_output_file(*report_app, report.out_path, "The page to write, HTML")->required();
-  report_app->callback([&] { run = [&] { return crgdrive::report(report, terminal); }; });
+  report_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::report(report, line.terminal); }; });
+}
 
-  crgdrive::ManoeuvreCommand manoeuvre;
-  CLI::App* const manoeuvre_app = app.add_subcommand("manoeuvre", "A standard manoeuvre");
+void add_manoeuvre(const CommandLine& line, crgdrive::ManoeuvreCommand& manoeuvre) {
+  CLI::App* const manoeuvre_app = line.app.add_subcommand("manoeuvre", "A standard manoeuvre");
   add_choice(*manoeuvre_app, "kind", manoeuvre.kind, "Which one",
-             {"step-steer", "sine", "chirp", "ramp", "braking", "coast-down", "kerb", "bump", "split-friction", "reverse"})
+             {"step-steer", "sine", "chirp", "ramp", "braking", "coast-down", "kerb", "bump",
+              "split-friction", "reverse"})
       ->required();
   add_car_options(*manoeuvre_app, manoeuvre.car);
   add_live_options(*manoeuvre_app, manoeuvre.live);
   add_output_file(*manoeuvre_app, manoeuvre.out_path,
                   "Telemetry to write, CSV; MCAP where the name ends in .mcap");
   add_input(*manoeuvre_app, "--devices", manoeuvre.devices_path,
-      "Device configuration: telemetry as sensors measure it; without: ideal");
+            "Device configuration: telemetry as sensors measure it; without: ideal");
   manoeuvre_app->add_option("--speed-mps", manoeuvre.speed_mps, "Speed at the start, m/s")
       ->check(CLI::Range(0.0, 120.0));
   manoeuvre_app->add_option("--seconds", manoeuvre.duration_s, "Duration, s")
@@ -178,29 +194,36 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 500.0));
   manoeuvre_app->add_option("--rate-hz", manoeuvre.rate_hz, "Rows of telemetry per second")
       ->check(CLI::Range(0.1, 100000.0));
-  manoeuvre_app->callback([&] { run = [&] { return crgdrive::manoeuvre(manoeuvre, terminal); }; });
+  manoeuvre_app->callback([&, line] {
+    line.run = [&, line] { return crgdrive::manoeuvre(manoeuvre, line.terminal); };
+  });
+}
 
-  crgdrive::TimingCommand timing;
-  CLI::App* const timing_app = app.add_subcommand("timing", "How long a step takes");
+void add_timing(const CommandLine& line, crgdrive::TimingCommand& timing) {
+  CLI::App* const timing_app = line.app.add_subcommand("timing", "How long a step takes");
   add_car_options(*timing_app, timing.car);
   add_input(*timing_app, "--track", timing.track_path,
             "CRG file to drive on; without: a plane (not for strip contact)");
   timing_app->add_option("--seconds", timing.seconds, "Simulated time, s")
       ->check(CLI::Range(0.01, 3600.0));
-  timing_app->callback([&] { run = [&] { return crgdrive::timing(timing, terminal); }; });
+  timing_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::timing(timing, line.terminal); }; });
+}
 
-  crgdrive::PolesCommand poles;
+void add_poles(const CommandLine& line, crgdrive::PolesCommand& poles) {
   CLI::App* const poles_app =
-      app.add_subcommand("poles", "Poles of the car rolling straight, and stable steps");
+      line.app.add_subcommand("poles", "Poles of the car rolling straight, and stable steps");
   add_car_options(*poles_app, poles.car);
   poles_app->add_option("--speed-mps", poles.speeds_mps, "Speeds to linearise at, m/s")
       ->check(CLI::Range(0.0, 150.0));
   poles_app->add_option("--steps-s", poles.steps_s, "Steps to judge, s")
       ->check(CLI::Range(1e-5, 0.01));
-  poles_app->callback([&] { run = [&] { return crgdrive::poles(poles, terminal); }; });
+  poles_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::poles(poles, line.terminal); }; });
+}
 
-  crgdrive::FmuCommand fmu;
-  CLI::App* const fmu_app = app.add_subcommand(
+void add_fmu(const CommandLine& line, crgdrive::FmuCommand& fmu) {
+  CLI::App* const fmu_app = line.app.add_subcommand(
       "fmu", "The car and a road as a Functional Mock-up Unit that other simulators drive");
   add_input(*fmu_app, "vehicle", fmu.car.vehicle_path, "vehicle.yaml")->required();
   add_input(*fmu_app, "--track", fmu.track_path, "CRG file of the road; without: a level plane");
@@ -209,7 +232,37 @@ int main(int argc, char** argv) {
   add_car_settings(*fmu_app, fmu.car);
   add_choice(*fmu_app, "--fmi", fmu.version, "Version of the standard", {"2", "3"});
   add_output_file(*fmu_app, fmu.out_path, "The unit to write, .fmu")->required();
-  fmu_app->callback([&] { run = [&] { return crgdrive::fmu(fmu, terminal); }; });
+  fmu_app->callback(
+      [&, line] { line.run = [&, line] { return crgdrive::fmu(fmu, line.terminal); }; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Kerbstone's simulated car on an OpenCRG road", "crgdrive"};
+  app.require_subcommand(1);
+  command::Terminal terminal("crgdrive");
+  app.option_defaults()->always_capture_default();  // so that --help shows them
+  std::function<int()> run;
+  const CommandLine line{app, terminal, run};
+
+  crgdrive::TyreCommand tyre;
+  add_tyre(line, tyre);
+  add_parameters(line);
+  crgdrive::LapCommand lap;
+  add_lap(line, lap);
+  crgdrive::ReplayCommand replay;
+  add_replay(line, replay);
+  crgdrive::ReportCommand report;
+  add_report(line, report);
+  crgdrive::ManoeuvreCommand manoeuvre;
+  add_manoeuvre(line, manoeuvre);
+  crgdrive::TimingCommand timing;
+  add_timing(line, timing);
+  crgdrive::PolesCommand poles;
+  add_poles(line, poles);
+  crgdrive::FmuCommand fmu;
+  add_fmu(line, fmu);
 
   return command::run(app, terminal, argc, argv, [&] { return run(); });
 }

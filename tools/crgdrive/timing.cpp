@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "load_car.h"
@@ -14,6 +15,56 @@
 #include "vehicle/step_swing.h"
 
 namespace crgdrive {
+namespace {
+
+/// Histogram with doubling bins up to the step itself, which is the line not to cross. `us`:
+/// sorted.
+void print_histogram(const std::vector<double>& us, double deadline, Terminal& terminal) {
+  double low = 0.0;
+  for (double high = 0.5; low < us.back(); low = high, high *= std::sqrt(2.0)) {
+    const auto n = static_cast<std::size_t>(std::upper_bound(us.begin(), us.end(), high) -
+                                            std::upper_bound(us.begin(), us.end(), low));
+    const bool line_here = low < deadline && high >= deadline;
+    if (n == 0 && !line_here) continue;
+    const auto width = static_cast<std::size_t>(
+        std::ceil(50.0 * static_cast<double>(n) / static_cast<double>(us.size())));
+    terminal.print(fmt::format("{:>9.1f} us |{:<50}| {}{}\n", high, std::string(width, '#'), n,
+                               line_here ? "  <- real time" : ""));
+  }
+}
+
+/// `us`: what the steps took.
+void print_times(std::vector<double> us, const vehicle::StepOptions& options,
+                 const vehicle::StepSwing& swing, Terminal& terminal) {
+  const std::size_t count = us.size();
+  const double total = std::accumulate(us.begin(), us.end(), 0.0);
+  const auto late = static_cast<std::size_t>(
+      std::count_if(us.begin(), us.end(), [&](double t) { return t > options.step_s * 1e6; }));
+  std::sort(us.begin(), us.end());
+  const auto quantile = [&](double share) {
+    return us[std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)))];
+  };
+  const double factor = static_cast<double>(count) * options.step_s * 1e6 / total;
+  if (terminal.json) {
+    terminal.print(fmt::format(
+        "{{\"median_us\": {:.4f}, \"p99_us\": {:.4f}, \"max_us\": {:.4f}, \"steps\": {}, "
+        "\"steps_late\": {}, "
+        "\"step_us\": {:g}, \"real_time_factor\": {:.2f}, \"step_swing\": {:.4g}}}\n",
+        quantile(0.5), quantile(0.99), us.back(), count, late, options.step_s * 1e6, factor,
+        swing.largest()));
+    return;
+  }
+  terminal.print(fmt::format(
+      "one step of {:g} ms: median {:.2f} us, p99 {:.2f} us, longest {:.1f} us; {} of {} steps "
+      "late; "
+      "{:.0f} times real time\n",
+      options.step_s * 1e3, quantile(0.5), quantile(0.99), us.back(), late, count, factor));
+  if (const std::string warning = swing.warning(options); !warning.empty())
+    terminal.print(warning + "\n");
+  print_histogram(us, options.step_s * 1e6, terminal);
+}
+
+}  // namespace
 
 int timing(const TimingCommand& command, Terminal& terminal) {
   const vehicle::Vehicle v = load_vehicle(command.car);
@@ -72,43 +123,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
                                              detail.wheel[0].road.v_m));
     swing.look(car, state, detail);
   }
-  const double total = std::accumulate(us.begin(), us.end(), 0.0);
-  const auto late = static_cast<std::size_t>(
-      std::count_if(us.begin(), us.end(), [&](double t) { return t > options.step_s * 1e6; }));
-  std::sort(us.begin(), us.end());
-  const auto quantile = [&](double share) {
-    return us[std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)))];
-  };
-  const double factor = static_cast<double>(count) * options.step_s * 1e6 / total;
-  if (terminal.json) {
-    terminal.print(fmt::format(
-        "{{\"median_us\": {:.4f}, \"p99_us\": {:.4f}, \"max_us\": {:.4f}, \"steps\": {}, "
-        "\"steps_late\": {}, "
-        "\"step_us\": {:g}, \"real_time_factor\": {:.2f}, \"step_swing\": {:.4g}}}\n",
-        quantile(0.5), quantile(0.99), us.back(), count, late, options.step_s * 1e6, factor,
-        swing.largest()));
-    return kOk;
-  }
-  terminal.print(fmt::format(
-      "one step of {:g} ms: median {:.2f} us, p99 {:.2f} us, longest {:.1f} us; {} of {} steps "
-      "late; "
-      "{:.0f} times real time\n",
-      options.step_s * 1e3, quantile(0.5), quantile(0.99), us.back(), late, count, factor));
-  if (const std::string warning = swing.warning(options); !warning.empty())
-    terminal.print(warning + "\n");
-  // Histogram with doubling bins up to the step itself, which is the line not to cross.
-  const double deadline = options.step_s * 1e6;
-  double low = 0.0;
-  for (double high = 0.5; low < us.back(); low = high, high *= std::sqrt(2.0)) {
-    const auto n = static_cast<std::size_t>(std::upper_bound(us.begin(), us.end(), high) -
-                                            std::upper_bound(us.begin(), us.end(), low));
-    const bool line_here = low < deadline && high >= deadline;
-    if (n == 0 && !line_here) continue;
-    const auto width = static_cast<std::size_t>(
-        std::ceil(50.0 * static_cast<double>(n) / static_cast<double>(count)));
-    terminal.print(fmt::format("{:>9.1f} us |{:<50}| {}{}\n", high, std::string(width, '#'), n,
-               line_here ? "  <- real time" : ""));
-  }
+  print_times(std::move(us), options, swing, terminal);
   return kOk;
 }
 

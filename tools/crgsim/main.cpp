@@ -24,25 +24,24 @@ void add_opponents(CLI::App& app, std::vector<std::string>& opponents) {
       ->allow_extra_args(false);
 }
 
-}  // namespace
+/// The command line that is made: its commands, and what the one that was chosen does.
+struct CommandLine {
+  CLI::App& app;
+  command::Terminal& terminal;
+  std::function<int()>& run;
+};
 
-int main(int argc, char** argv) {
-  CLI::App app{"Functional Mock-up Units (FMI 2.0 and 3.0, co-simulation), run", "crgsim"};
-  app.footer("Built " + about_dds() + ".");
-  app.require_subcommand(1);
-  command::Terminal terminal("crgsim");
-  app.option_defaults()->always_capture_default();  // so that --help shows them
-  std::function<int()> work;
-
-  crgsim::InfoCommand info;
+void add_info(const CommandLine& line, crgsim::InfoCommand& info) {
   CLI::App* const info_app =
-      app.add_subcommand("info", "Lists the variables of a unit; runs nothing of it");
+      line.app.add_subcommand("info", "Lists the variables of a unit; runs nothing of it");
   command::add_input(*info_app, "unit", info.unit_path, "The unit, .fmu")->required();
   info_app->footer("Example:\n  crgsim info car.fmu");
-  info_app->callback([&] { work = [&] { return crgsim::info(info, terminal); }; });
+  info_app->callback(
+      [&, line] { line.run = [&, line] { return crgsim::info(info, line.terminal); }; });
+}
 
-  crgsim::RunCommand run;
-  CLI::App* const run_app = app.add_subcommand(
+void add_run(const CommandLine& line, crgsim::RunCommand& run) {
+  CLI::App* const run_app = line.app.add_subcommand(
       "run", "Steps a unit and records its outputs; the unit's code runs in a process of its own");
   command::add_input(*run_app, "unit", run.unit_path, "The unit, .fmu")->required();
   command::add_output_file(*run_app, run.out_path, "CSV to write: time_s and a column per value")
@@ -68,10 +67,12 @@ int main(int argc, char** argv) {
   add_time("--step-s", run.step_s, "Communication step; 0.001 where the unit does not say");
   run_app->footer(
       "Example:\n  crgsim run car.fmu --inputs controls.csv --set start.speed=20 -o lap.csv");
-  run_app->callback([&] { work = [&] { return crgsim::run(run, terminal); }; });
+  run_app->callback(
+      [&, line] { line.run = [&, line] { return crgsim::run(run, line.terminal); }; });
+}
 
-  crgsim::ServeCommand serve;
-  CLI::App* const serve_app = app.add_subcommand(
+void add_serve(const CommandLine& line, crgsim::ServeCommand& serve) {
+  CLI::App* const serve_app = line.app.add_subcommand(
       "serve", "Steps a unit for a program that drives it: commands in, measurements out");
   command::add_input(*serve_app, "unit", serve.unit_path, "The unit, .fmu")->required();
   command::add_output_file(*serve_app, serve.out_path,
@@ -127,7 +128,27 @@ int main(int argc, char** argv) {
   serve_app->footer(
       "Example:\n  crgsim serve car.fmu --socket car.sock --lockstep --command input.throttle "
       "--measure car.vx");
-  serve_app->callback([&] { work = [&] { return crgsim::serve(serve, terminal); }; });
+  serve_app->callback(
+      [&, line] { line.run = [&, line] { return crgsim::serve(serve, line.terminal); }; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Functional Mock-up Units (FMI 2.0 and 3.0, co-simulation), run", "crgsim"};
+  app.footer("Built " + about_dds() + ".");
+  app.require_subcommand(1);
+  command::Terminal terminal("crgsim");
+  app.option_defaults()->always_capture_default();  // so that --help shows them
+  std::function<int()> work;
+  const CommandLine line{app, terminal, work};
+
+  crgsim::InfoCommand info;
+  add_info(line, info);
+  crgsim::RunCommand run;
+  add_run(line, run);
+  crgsim::ServeCommand serve;
+  add_serve(line, serve);
 
   return command::run(app, terminal, argc, argv, [&] { return work(); }, {"", "", about_dds()});
 }
