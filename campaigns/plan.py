@@ -299,7 +299,8 @@ class _Planner:
 
     def trials(self, where, value, threads):
         """Sets of blind trials: made, run, scored."""
-        section = _Section(where, value or {}, ("generator", "sets", "count", "first_seed", "waves"))
+        section = _Section(where, value or {}, ("program", "generator", "sets", "count", "first_seed", "waves"))
+        program_path = self.file(f"{where}: program", section.need("program", str, "the program blind_trials"))
         generator = self.file(f"{where}: generator", section.need("generator", str, "the program make_trials"))
         sets, count = section.count("sets", 1, 10000), section.count("count", 10, 9999)
         first = section.count("first_seed", 1, 10**9)
@@ -308,15 +309,15 @@ class _Planner:
             name, folder = f"seed{seed}", f"trials/seed{seed}"
             trials = [f"{folder}/{i:04d}" for i in range(count)]
             made = self.add("trials-make", name,
-                            ["crgexplain", "trials", "make", folder, "--generator", generator, f"--count={count}",
-                             f"--seed={seed}", *waves], [generator], clears=[folder],
+                            [program_path, "make", folder, "--generator", generator, f"--count={count}",
+                             f"--seed={seed}", *waves], [program_path, generator], clears=[folder],
                             outputs=[f"{folder}/SHA256SUMS", f"{folder}/sealed",
                                      *(f"{trial}/{file}" for trial in trials for file in ("run.csv", "track.crg",
                                                                                           "vehicle.yaml"))])
             found = [f"{trial}/findings.json" for trial in trials]
-            ran = self.add("trials-run", name, ["crgexplain", "trials", "run", folder, f"--threads={threads}"],
+            ran = self.add("trials-run", name, [program_path, "run", folder, f"--threads={threads}"],
                            after=[made], clears=found, outputs=found)
-            self.add("trials-score", name, ["crgexplain", "trials", "score", folder], after=[made, ran], clears=[],
+            self.add("trials-score", name, [program_path, "score", folder], after=[made, ran], clears=[],
                      outputs=[])
 
     def sweeps(self, where, value, _threads):

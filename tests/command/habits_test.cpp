@@ -134,8 +134,8 @@ TEST(Habits, TheShellCompletesCommandsFlagsWordsAndFiles) {
               ::testing::ElementsAre("step-steer"));
   EXPECT_THAT(completed(folder / "crgbuild", {"crgbuild", "info", folder / "ro"}),
               ::testing::ElementsAre(folder / "road.crg"));
-  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "trials", "s"}),
-              ::testing::ElementsAre("score"));
+  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "r"}),
+              ::testing::ElementsAre("run"));
 }
 
 TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {
@@ -193,8 +193,8 @@ class Called : public ::testing::Test {
     cli::write(f / "left.csv", "x_m,y_m\n0,5\n30,5\n60,5\n100,6\n");
     cli::write(f / "right.csv", "x_m,y_m\n0,-5\n30,-5\n60,-5\n100,-6\n");
     const std::string trials = f / "trials", trial = trials + "/0000/";
-    ASSERT_EQ(run_tool(places::crgexplain(), {"trials", "make", trials, "--generator",
-                                              places::make_trials(), "--count", "1"})
+    ASSERT_EQ(run_tool(places::blind_trials(),
+                       {"make", trials, "--generator", places::make_trials(), "--count", "1"})
                   .code,
               0);
     const std::string track = trial + "track.crg", car = trial + "vehicle.yaml",
@@ -280,10 +280,7 @@ class Called : public ::testing::Test {
         {"crgexplain",
          {{"map", log, "-o", f / "mapping.yaml"},
           {"run", "--track", track, "--vehicle", car, "--recordings", log, "--skip-simulation",
-           "--nulls", "100", "-o", f / "found"},
-          {"trials", "make", f / "more", "--generator", places::make_trials(), "--count", "1"},
-          {"trials", "run", trials},
-          {"trials", "score", trials}}},
+           "--nulls", "100", "-o", f / "found"}}},
         {"crgidentify",
          {{"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1", "-o",
            f / "fitted.tir"},

@@ -1,4 +1,4 @@
-// A small set of blind trials, through the tool.
+// A small set of blind trials, and crgexplain on it.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,9 +24,12 @@ int shell(const std::string& command) { return std::system(command.c_str()); }
 
 TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   const support::TemporaryFolder folder;
-  const std::string tool = places::crgexplain(), here = folder.path("t");
-  ASSERT_EQ(shell(tool + " trials make --generator " + places::make_trials() + " --count 3 --seed 139 " + here + " > " + folder.path("log")), 0);
-  ASSERT_EQ(shell(tool + " trials run " + here + " >> " + folder.path("log")), 0);
+  const std::string tool = places::crgexplain(), blind_trials = places::blind_trials(),
+                    here = folder.path("t");
+  ASSERT_EQ(shell(blind_trials + " make --generator " + places::make_trials() +
+                  " --count 3 --seed 139 " + here + " > " + folder.path("log")),
+            0);
+  ASSERT_EQ(shell(blind_trials + " run " + here + " >> " + folder.path("log")), 0);
   const auto findings = [&](const std::string& path) { return json::parse(folder.read(path)); };
   // What this set holds: 0 and 1 nothing, 2 brakes that are stronger than stated; 2 to 4 laps each.
   for (const char* id : {"0000", "0001", "0002"}) {
@@ -37,7 +40,8 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
     for (const char* list : {"tested", "untestable"})
       for (const json& item : found.at(list)) seen.insert(item.at("mechanism").get<std::string>());
     for (const json& item : found.at("parameters")) seen.insert(item.at("id").get<std::string>());
-    for (const std::string& mechanism : explain::mechanism_ids()) EXPECT_TRUE(seen.contains(mechanism)) << id << ": " << mechanism;
+    for (const std::string& mechanism : explain::mechanism_ids())
+      EXPECT_TRUE(seen.contains(mechanism)) << id << ": " << mechanism;
     EXPECT_LE(found.at("null_calibration").at("false_alarm_rate").get<double>(), 0.03) << id;
   }
   EXPECT_EQ(findings("t/0000/findings.json").at("verdict"), "none");
@@ -55,17 +59,17 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   EXPECT_NE(folder.read("again/vehicle.yaml"), folder.read("t/0002/vehicle.yaml"));
   EXPECT_THAT(folder.read("again/report.html"), ::testing::HasSubstr("parameter.brake_gain"));
 
-  ASSERT_EQ(shell(tool + " trials score " + here + " > " + folder.path("score")), 0);
-  EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| false alarm when nothing is missing | 0 of 2 |"));
+  ASSERT_EQ(shell(blind_trials + " score " + here + " > " + folder.path("score")), 0);
+  EXPECT_THAT(folder.read("score"),
+              ::testing::HasSubstr("| false alarm when nothing is missing | 0 of 2 |"));
   // A truth that was changed is refused.
   folder.file("t/sealed/0000.json", "{}");
-  EXPECT_NE(shell(tool + " trials score " + here + " > " + folder.path("log") + " 2>&1"), 0);
+  EXPECT_NE(shell(blind_trials + " score " + here + " > " + folder.path("log") + " 2>&1"), 0);
 }
 
-/// crgexplain trials WORDS...
-support::ToolRun trials(std::vector<std::string> words) {
-  words.insert(words.begin(), "trials");
-  return support::run_tool(places::crgexplain(), words);
+/// blind_trials WORDS...
+support::ToolRun trials(const std::vector<std::string>& words) {
+  return support::run_tool(places::blind_trials(), words);
 }
 
 TEST(Trials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
@@ -81,7 +85,7 @@ TEST(Trials, RecordingsThatCannotBeExplainedAreCountedAndTriedAgain) {
   EXPECT_EQ(ran.code, 3);
   EXPECT_EQ(json::parse(ran.out), (json{{"recordings", 2}, {"failed", 1}}));
   EXPECT_THAT(ran.err, ::testing::StartsWith(
-                           "crgexplain: " + here +
+                           "blind_trials: " + here +
                            ": 1 of 2 recordings could not be explained, the first because: " +
                            here + "/0001/run.csv"));
   EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
@@ -101,7 +105,7 @@ TEST(Trials, AGeneratorThatCannotBeStartedOrFailsIsNamed) {
   const auto expect_refused = [&](const std::string& generator, const std::string& why) {
     const support::ToolRun ran = trials({"make", "--generator", generator, folder.path("t")});
     EXPECT_EQ(ran.code, 1) << generator;
-    EXPECT_THAT(ran.err, ::testing::StartsWith("crgexplain: " + generator + ": " + why));
+    EXPECT_THAT(ran.err, ::testing::StartsWith("blind_trials: " + generator + ": " + why));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   };
   expect_refused(folder.path("missing"), "cannot be started: No such file or directory; give ");
@@ -124,7 +128,7 @@ TEST(Trials, AFileThatCannotBeWrittenEndsThemInOneLine) {
   const support::ToolRun ran = trials({"run", "--threads", "2", here});
   EXPECT_EQ(ran.code, 1);
   EXPECT_THAT(ran.err,
-              ::testing::StartsWith("crgexplain: " + here +
+              ::testing::StartsWith("blind_trials: " + here +
                                     "/0000/findings.json: cannot create a file in this folder"));
   EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
 }
@@ -132,29 +136,37 @@ TEST(Trials, AFileThatCannotBeWrittenEndsThemInOneLine) {
 TEST(Trials, LogsWithSuspensionAndDiscsAreExplainedBlindToo) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
   const support::TemporaryFolder folder;
-  const std::string tool = places::crgexplain(), here = folder.path("t");
-  ASSERT_EQ(shell(tool + " trials make --waves --generator " + places::make_trials() + " --count 5 --seed 101 " + here + " > " + folder.path("log")), 0);
-  ASSERT_EQ(shell(tool + " trials run " + here + " >> " + folder.path("log")), 0);
+  const std::string tool = places::crgexplain(), blind_trials = places::blind_trials(),
+                    here = folder.path("t");
+  ASSERT_EQ(shell(blind_trials + " make --waves --generator " + places::make_trials() +
+                  " --count 5 --seed 101 " + here + " > " + folder.path("log")),
+            0);
+  ASSERT_EQ(shell(blind_trials + " run " + here + " >> " + folder.path("log")), 0);
   // 0 to 3 nothing, 4 waves of some millimetres that the file does not have.
   for (const char* id : {"0000", "0001", "0002", "0003", "0004"}) {
     const json found = json::parse(folder.read(std::string("t/") + id + "/findings.json"));
     EXPECT_EQ(found.at("verdict"), std::string(id) == "0004" ? "explained" : "none") << id;
     for (const json& item : found.at("untestable"))
-      for (const char* tested : {"road.kerb_or_roughness", "vehicle.brake_disc_conductance"}) EXPECT_NE(item.at("mechanism"), tested) << id << ": " << item.at("reason");
+      for (const char* tested : {"road.kerb_or_roughness", "vehicle.brake_disc_conductance"})
+        EXPECT_NE(item.at("mechanism"), tested) << id << ": " << item.at("reason");
   }
-  ASSERT_EQ(shell(tool + " trials score " + here + " > " + folder.path("score")), 0);
+  ASSERT_EQ(shell(blind_trials + " score " + here + " > " + folder.path("score")), 0);
   EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| road.kerb_or_roughness | 1 of 1 |"));
-  EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| error of the amount, median of 0 | |  | | at most 15 % |"));
+  EXPECT_THAT(folder.read("score"),
+              ::testing::HasSubstr("| error of the amount, median of 0 | |  | | at most 15 % |"));
 }
 
 TEST(MapCommand, ListsEveryChannelWithUnitAndRate) {
   const support::TemporaryFolder folder;
   std::string log = "Time,Speed,GPS Latitude,GPS Longitude,Mood\ns,km/h,deg,deg,\n";
   for (int k = 0; k < 400; ++k)
-    log += fmt::format("{:.2f},{:.1f},{:.7f},{:.7f},{}\n", 0.05 * k, 100 + 20 * std::sin(0.02 * k), 43.8 + 1e-3 * std::sin(0.02 * k), 11.2 + 1e-3 * std::cos(0.02 * k), k % 7);
-  const std::string command = places::crgexplain() + " map " + folder.file("log.csv", log) + " -o " + folder.path("mapping.yaml");
+    log += fmt::format("{:.2f},{:.1f},{:.7f},{:.7f},{}\n", 0.05 * k, 100 + 20 * std::sin(0.02 * k),
+                       43.8 + 1e-3 * std::sin(0.02 * k), 11.2 + 1e-3 * std::cos(0.02 * k), k % 7);
+  const std::string command = places::crgexplain() + " map " + folder.file("log.csv", log) +
+                              " -o " + folder.path("mapping.yaml");
   ASSERT_EQ(shell(command + " --list > " + folder.path("list")), 0) << folder.read("list");
-  EXPECT_THAT(folder.read("list"), ::testing::ContainsRegex("Speed +km/h +20 +400 +80 +120  vx_mps"));
+  EXPECT_THAT(folder.read("list"),
+              ::testing::ContainsRegex("Speed +km/h +20 +400 +80 +120  vx_mps"));
   EXPECT_THAT(folder.read("list"), ::testing::ContainsRegex("Mood +20 +400 +0 +6  -"));
   ASSERT_EQ(shell(command + " --json > " + folder.path("json")), 0);
   const json channels = json::parse(folder.read("json")).at("channels");
@@ -169,9 +181,13 @@ TEST(Trials, ARealLogWithoutUnitsOfItsOwnIsMapped) {
   const std::string log = places::data() + "/recordings/putnam_run4_2.csv";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << "skipped: " << log << " is not there";
   const support::TemporaryFolder folder;
-  ASSERT_EQ(shell(places::crgexplain() + " map " + log + " -o " + folder.path("mapping.yaml") + " > " + folder.path("log")), 0);
+  ASSERT_EQ(shell(places::crgexplain() + " map " + log + " -o " + folder.path("mapping.yaml") +
+                  " > " + folder.path("log")),
+            0);
   EXPECT_THAT(folder.read("log"), ::testing::HasSubstr("15 of 16 columns used"));
-  EXPECT_THAT(folder.read("mapping.yaml"), ::testing::HasSubstr("\"wheel_fl(kmph)\": {channel: wheel_fl_mps, scale: 0.277777777778}"));
+  EXPECT_THAT(
+      folder.read("mapping.yaml"),
+      ::testing::HasSubstr("\"wheel_fl(kmph)\": {channel: wheel_fl_mps, scale: 0.277777777778}"));
 }
 
 TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
@@ -179,26 +195,42 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
   if (!std::filesystem::exists(log)) GTEST_SKIP() << "skipped: " << log << " is not there";
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "three minutes: KERBSTONE_HEAVY=1";
   const support::TemporaryFolder folder;
-  ASSERT_EQ(shell(places::crgbuild() + " from-edges " + data + "putnam_inner_bound.csv " + data + "putnam_outer_bound.csv -o " + folder.path("edges") + " > " + folder.path("log") + " 2>&1"), 0)
+  ASSERT_EQ(shell(places::crgbuild() + " from-edges " + data + "putnam_inner_bound.csv " + data +
+                  "putnam_outer_bound.csv -o " + folder.path("edges") + " > " + folder.path("log") +
+                  " 2>&1"),
+            0)
       << folder.read("log");
   const std::string car = places::source() + "/vehicles/av21/";
-  ASSERT_EQ(shell(places::crgexplain() + " run --skip-simulation --nulls 200 --hold-out 1 --track " + folder.path("edges/putnam.crg") + " --vehicle " + car + "vehicle.yaml --mapping " + car +
-                  "putnam_mapping.yaml --recordings " + log + " -o " + folder.path("out") + " > " + folder.path("log") + " 2>&1"),
-            0)
+  ASSERT_EQ(
+      shell(places::crgexplain() + " run --skip-simulation --nulls 200 --hold-out 1 --track " +
+            folder.path("edges/putnam.crg") + " --vehicle " + car + "vehicle.yaml --mapping " +
+            car + "putnam_mapping.yaml --recordings " + log + " -o " + folder.path("out") + " > " +
+            folder.path("log") + " 2>&1"),
+      0)
       << folder.read("log");
   const json found = json::parse(folder.read("out/findings.json"));
   // Yaw rate and forward acceleration are both logged behind a filter; other channels show it.
-  for (const auto& [column, channel, left] : {std::tuple{"omega(rad/s)", "yaw_rate", 0.75}, {"ax(m/s^2)", "ax", 0.4}}) {
-    const auto filtered = std::find_if(found.at("findings").begin(), found.at("findings").end(), [&](const json& f) { return f.at("mechanism") == "sensor.low_pass" && f.at("channel") == column; });
+  for (const auto& [column, channel, left] :
+       {std::tuple{"omega(rad/s)", "yaw_rate", 0.75}, {"ax(m/s^2)", "ax", 0.4}}) {
+    const auto filtered =
+        std::find_if(found.at("findings").begin(), found.at("findings").end(), [&](const json& f) {
+          return f.at("mechanism") == "sensor.low_pass" && f.at("channel") == column;
+        });
     ASSERT_NE(filtered, found.at("findings").end()) << column;
     const auto& held_out = filtered->at("held_out");
-    const auto shown = std::find_if(held_out.begin(), held_out.end(), [&](const json& h) { return h.at("channel") == channel; });
+    const auto shown = std::find_if(held_out.begin(), held_out.end(),
+                                    [&](const json& h) { return h.at("channel") == channel; });
     ASSERT_NE(shown, held_out.end()) << channel;
-    EXPECT_LT(shown->at("rmse_after").get<double>(), left * shown->at("rmse_before").get<double>()) << channel;
+    EXPECT_LT(shown->at("rmse_after").get<double>(), left * shown->at("rmse_before").get<double>())
+        << channel;
   }
   // What the log cannot show is listed.
-  for (const char* id : {"vehicle.brake_disc_conductance", "vehicle.multi_point_contact", "road.kerb_or_roughness", "sensor.lever_arm"})
-    EXPECT_TRUE(std::any_of(found.at("untestable").begin(), found.at("untestable").end(), [&](const json& u) { return u.at("mechanism") == id && !u.at("reason").empty(); })) << id;
+  for (const char* id : {"vehicle.brake_disc_conductance", "vehicle.multi_point_contact",
+                         "road.kerb_or_roughness", "sensor.lever_arm"})
+    EXPECT_TRUE(std::any_of(
+        found.at("untestable").begin(), found.at("untestable").end(),
+        [&](const json& u) { return u.at("mechanism") == id && !u.at("reason").empty(); }))
+        << id;
 }
 
 }  // namespace

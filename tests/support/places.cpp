@@ -13,6 +13,7 @@ std::string crgsim() { return CRGSIM; }
 std::string lidar2mesh() { return LIDAR2MESH; }
 std::string kerbstone() { return KERBSTONE; }
 std::string make_trials() { return MAKE_TRIALS; }
+std::string blind_trials() { return BLIND_TRIALS; }
 std::string kerbstone_car() { return KERBSTONE_CAR; }
 
 }  // namespace places

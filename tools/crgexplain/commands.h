@@ -30,14 +30,4 @@ struct RunCommand {
 };
 int run(const RunCommand& command, Terminal& terminal);
 
-struct TrialsCommand {
-  std::string what;       ///< make, run or score
-  std::string folder, generator;
-  bool waves = false;     ///< make: trials about short waves and brake discs
-  int count = 64;
-  long long seed = 1;
-  unsigned threads = 0;
-};
-int trials(const TrialsCommand& command, Terminal& terminal);
-
 }  // namespace crgexplain

@@ -12,45 +12,51 @@ int main(int argc, char** argv) {
   std::function<int()> run;
 
   crgexplain::MapCommand map;
-  CLI::App* const map_app = app.add_subcommand("map", "Proposes a mapping of a log's columns to the canonical channels");
-  add_input(*map_app, "log", map.log_path, "CSV, MoTeC .ld, Racelogic .vbo, iRacing .ibt, MCAP or rosbag2")->required();
+  CLI::App* const map_app =
+      app.add_subcommand("map", "Proposes a mapping of a log's columns to the canonical channels");
+  add_input(*map_app, "log", map.log_path,
+            "CSV, MoTeC .ld, Racelogic .vbo, iRacing .ibt, MCAP or rosbag2")
+      ->required();
   add_output_file(*map_app, map.out_path, "mapping.yaml to write")->required();
-  map_app->add_flag("--list", map.list, "Prints every channel of the log: unit, rate, samples, least and greatest value, what it becomes");
+  map_app->add_flag("--list", map.list,
+                    "Prints every channel of the log: unit, rate, samples, least and greatest "
+                    "value, what it becomes");
   map_app->callback([&] { run = [&] { return crgexplain::map(map, terminal); }; });
 
   crgexplain::RunCommand analysis;
-  CLI::App* const run_app = app.add_subcommand("run", "Locates, names and sizes what the simulation lacks");
+  CLI::App* const run_app =
+      app.add_subcommand("run", "Locates, names and sizes what the simulation lacks");
   add_input(*run_app, "--track", analysis.track_path, "CRG file of the road")->required();
-  add_input(*run_app, "--friction", analysis.friction_path, "CRG file of the same shape whose heights are grip factors");
-  add_input(*run_app, "--vehicle", analysis.vehicle_path, "vehicle.yaml of the simulated car")->required();
-  add_input(*run_app, "--recordings", analysis.recording_paths, "CSV files with the same columns, one header line each")->required();
-  add_input(*run_app, "--mapping", analysis.mapping_path, "Which column is which channel (crgexplain map proposes one); without: canonical columns");
-  run_app->add_option("--fuel-kg", analysis.fuel_kg, "Fuel at the begin of each log, kg, where none is logged: it burns as vehicle.yaml says")->check(CLI::Range(0.0, 500.0));
-  run_app->add_option("--hold-out", analysis.hold_out, "Laps (from 0, over all recordings) used only to judge the result")->delimiter(',')->check(CLI::Range(0, 100000));
-  run_app->add_option("--threads", analysis.threads, "0: all; never changes the result")->check(CLI::Range(0, 256));
-  run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")->check(CLI::Range(100, 100000));
-  run_app->add_flag("--skip-simulation", analysis.skip_simulation, "Do not drive the whole simulated car before and after");
-  add_output_folder(*run_app, analysis.out_path, "Folder for report.html, findings.json and the corrected inputs")->required();
+  add_input(*run_app, "--friction", analysis.friction_path,
+            "CRG file of the same shape whose heights are grip factors");
+  add_input(*run_app, "--vehicle", analysis.vehicle_path, "vehicle.yaml of the simulated car")
+      ->required();
+  add_input(*run_app, "--recordings", analysis.recording_paths,
+            "CSV files with the same columns, one header line each")
+      ->required();
+  add_input(
+      *run_app, "--mapping", analysis.mapping_path,
+      "Which column is which channel (crgexplain map proposes one); without: canonical columns");
+  run_app
+      ->add_option(
+          "--fuel-kg", analysis.fuel_kg,
+          "Fuel at the begin of each log, kg, where none is logged: it burns as vehicle.yaml says")
+      ->check(CLI::Range(0.0, 500.0));
+  run_app
+      ->add_option("--hold-out", analysis.hold_out,
+                   "Laps (from 0, over all recordings) used only to judge the result")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 100000));
+  run_app->add_option("--threads", analysis.threads, "0: all; never changes the result")
+      ->check(CLI::Range(0, 256));
+  run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")
+      ->check(CLI::Range(100, 100000));
+  run_app->add_flag("--skip-simulation", analysis.skip_simulation,
+                    "Do not drive the whole simulated car before and after");
+  add_output_folder(*run_app, analysis.out_path,
+                    "Folder for report.html, findings.json and the corrected inputs")
+      ->required();
   run_app->callback([&] { run = [&] { return crgexplain::run(analysis, terminal); }; });
-
-  crgexplain::TrialsCommand trials;
-  CLI::App* const trials_app = app.add_subcommand("trials", "Blind trials: recordings from another car with sealed truths");
-  trials_app->require_subcommand(1);
-  CLI::App* const make_app = trials_app->add_subcommand("make", "Draws recordings and seals the truths (SHA256SUMS)");
-  add_input(*make_app, "--generator", trials.generator, "The program make_trials of the tests")->required();
-  make_app->add_flag("--waves", trials.waves, "Logs with suspension and disc channels, about short waves, contact and discs");
-  make_app->add_option("--count", trials.count, "How many")->check(CLI::Range(1, 9999));
-  make_app->add_option("--seed", trials.seed, "Another seed, other trials");
-  CLI::App* const trial_run_app = trials_app->add_subcommand("run", "Explains every recording; sees no truth");
-  trial_run_app->add_option("--threads", trials.threads, "0: all")->check(CLI::Range(0, 256));
-  CLI::App* const score_app = trials_app->add_subcommand("score", "Opens the seals and prints how often it was right");
-  for (CLI::App* sub : {make_app, trial_run_app, score_app}) {
-    sub->add_option("folder", trials.folder, "Folder of the trials")->type_name(command::kFolder)->required();
-    sub->callback([&, sub] {
-      trials.what = sub->get_name();
-      run = [&] { return crgexplain::trials(trials, terminal); };
-    });
-  }
 
   return command::run(app, terminal, argc, argv, [&] { return run(); });
 }

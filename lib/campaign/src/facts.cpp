@@ -96,7 +96,7 @@ void add(std::vector<Fact>& facts, const Wanted& wanted, const json& found) {
   if (std::isfinite(fact.value) || !fact.text.empty()) facts.push_back(std::move(fact));
 }
 
-/// crgexplain trials score: hits and cases of each metric, which have names of their own.
+/// blind_trials score: hits and cases of each metric, which have names of their own.
 void add_score(std::vector<Fact>& facts, const json& said) {
   const json* const metrics = at(said, "/metrics");
   if (metrics == nullptr || !metrics->is_array()) return;

@@ -14,7 +14,7 @@ constexpr const char* kExitCodes =
 /// Commands that do something: those without further commands, in the order of their definition.
 std::vector<CLI::App*> leaves(CLI::App& app);
 
-/// The words that lead to a command, e.g. "trials make".
+/// The words that lead to a command, e.g. "info".
 std::string words_to(const CLI::App& leaf);
 
 /// A page for man(1), section 1.

@@ -60,7 +60,7 @@ int run(CLI::App& app, Terminal& terminal, int argc, char** argv, const std::fun
 /// (--threads, --json ...). Flags: "true" or "false"; an empty value: found from the inputs.
 std::vector<std::pair<std::string, std::string>> options_used(CLI::App& command);
 
-/// The command that was chosen, e.g. "crgexplain trials make".
+/// The command that was chosen, e.g. "crgexplain run".
 std::string chosen(const CLI::App& app);
 
 }  // namespace command
