@@ -9,6 +9,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "support/listed.h"
@@ -240,6 +241,25 @@ TEST(Layout, FilesAreShort) {
   }
   for (const auto& [name, reason] : known)
     ADD_FAILURE() << name << ": not there or short enough now; take it off tests/long_files.txt";
+}
+
+// What is wider is read by nobody without scrolling. The pages' scripts have a width of their own.
+TEST(Layout, LinesKeepToTheColumnsOfTheFormat) {
+  constexpr std::ptrdiff_t kColumns = 100;
+  for (const std::string& name : sources_of_lib_and_tools()) {
+    const std::string ending = fs::path(name).extension().string();
+    if (ending != ".cpp" && ending != ".h" && ending != ".def") continue;
+    if (name == "lib/opencrg/include/crgBaseLib.h") continue;  // a C header of others' names
+    std::istringstream lines(read(fs::path(places::source()) / name));
+    int number = 0;
+    for (std::string line; std::getline(lines, line);) {
+      ++number;
+      const auto columns = std::count_if(line.begin(), line.end(), [](char c) {
+        return (static_cast<unsigned char>(c) & 0xc0) != 0x80;  // no further byte of a letter
+      });
+      EXPECT_LE(columns, kColumns) << name << ":" << number;
+    }
+  }
 }
 
 TEST(Layout, ReportKnowsNeitherRoadNorCrg) {
