@@ -240,6 +240,26 @@ TEST(ActuatorFit, RefusesWhatSaysNothing) {
   std::vector<double> noise;
   for (int k = 0; k < 200; ++k) noise.push_back(random.normal());
   EXPECT_THAT(refusal(time, moving, noise), HasSubstr("the movement does not follow the command"));
+  // A single step does not tell three lags with a lead. The movement does follow, so that is
+  // not what is said.
+  std::vector<double> later, stepped, behind;
+  for (int k = 0; k < 400; ++k) {
+    later.push_back(0.01 * k);
+    stepped.push_back(k > 150 ? 1.0 : 0.0);
+    const double before = behind.empty() ? 0.0 : behind.back();
+    behind.push_back(before + 0.2 * (stepped.back() - before));
+  }
+  for (double& value : behind) value += 0.01 * random.normal();
+  identify::ActuatorFitOptions three;
+  three.order = ActuatorOrder{3, true, false};
+  try {
+    identify::fit_actuator(later, stepped, behind, three);
+    ADD_FAILURE() << "no refusal";
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the movement follows the command, but the record cannot "
+                                        "tell the numbers of 3 poles with a zero apart"));
+    EXPECT_THAT(error.what(), HasSubstr("state a smaller order (--order 1, or 0)"));
+  }
   std::vector<double> early(200, 0.0);
   early[3] = 1.0;
   EXPECT_THAT(refusal(time, early, noise), HasSubstr("in the first second or tenth"));

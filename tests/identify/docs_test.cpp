@@ -11,6 +11,7 @@
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "vehicle/magic_formula.h"
+#include "vehicle/table.h"
 #include "vehicle/tyre_file.h"
 
 namespace {
@@ -38,8 +39,9 @@ TEST(IdentifyDocs, EveryCommandRuns) {
     return fs::path(program).parent_path().string();
   };
   const std::string command =
-      fmt::format("cd '{}' && PATH='{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
-                  folder_of(places::crgdrive()), folder_of(places::crgidentify()));
+      fmt::format("cd '{}' && PATH='{}':'{}':'{}':\"$PATH\" bash all.sh > log 2>&1", folder.path(),
+                  folder_of(places::crgbuild()), folder_of(places::crgdrive()),
+                  folder_of(places::crgidentify()));
   ASSERT_EQ(std::system(command.c_str()), 0) << cli::read(folder / "log");
   const auto fitted = vehicle::read_tyre(folder / "fitted.tir").coefficients;
   const auto truth =
@@ -51,6 +53,18 @@ TEST(IdentifyDocs, EveryCommandRuns) {
   }
   EXPECT_THAT(cli::read(folder / "log"), ::testing::HasSubstr("Most useful next: "));
   EXPECT_THAT(cli::read(folder / "fitted.html"), ::testing::HasSubstr("90 % low"));
+
+  // The forces carry the car: what holds it up is its weight and what the air presses it down with.
+  const vehicle::Table forces = vehicle::read_table(folder / "forces/begin_forces.csv");
+  EXPECT_GT(forces.rows(), 300u);
+  for (std::size_t k = 0; k < forces.rows(); k += 50) {
+    const double load_n = (*forces.find("fz_front_n"))[k] + (*forces.find("fz_rear_n"))[k];
+    const double vx_mps = (*forces.find("vx_mps"))[k];
+    EXPECT_GT(load_n, 0.8 * 750.0 * 9.81);
+    EXPECT_LT(load_n, 1.3 * (750.0 * 9.81 + 0.6 * 2.9 * vx_mps * vx_mps));
+    EXPECT_GT((*forces.find("fy_front_sd_n"))[k], 0.0);
+  }
+  EXPECT_THAT(cli::read(folder / "log"), ::testing::HasSubstr("split by load and reference tyre"));
 
   // Slip angles that are 7 times too large: the forces fit, and the tyre is another.
   const std::string mend = fmt::format(

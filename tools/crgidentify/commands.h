@@ -42,4 +42,14 @@ struct ReduceCommand {
 };
 int reduce(const ReduceCommand& command, Terminal& terminal);
 
+struct ForcesCommand {
+  std::vector<std::string> recording_paths;
+  std::string vehicle_path, setup_path, track_path, friction_path, mapping_path, out_path;
+  std::vector<std::string> settings;  ///< name=value
+  double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0, step_ms = 2.0;
+  int noise_rounds = 8;
+  unsigned threads = 0;
+};
+int forces(const ForcesCommand& command, Terminal& terminal);
+
 }  // namespace crgidentify

@@ -122,6 +122,43 @@ void add_reduce(CLI::App& app, crgidentify::ReduceCommand& reduce, const Chosen&
       [&] { chosen([&](command::Terminal& t) { return crgidentify::reduce(reduce, t); }); });
 }
 
+void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen& chosen) {
+  CLI::App* const forces_app = app.add_subcommand(
+      "forces", "Estimates forces, slips and loads of every wheel of recorded drives");
+  command::add_input(*forces_app, "recordings", forces.recording_paths, "The logs")->required();
+  command::add_input(*forces_app, "--vehicle", forces.vehicle_path, "vehicle.yaml")->required();
+  command::add_input(*forces_app, "--track", forces.track_path, "CRG road")->required();
+  command::add_input(*forces_app, "--friction", forces.friction_path,
+                     "CRG whose heights are factors on the tyres' grip");
+  command::add_input(*forces_app, "--mapping", forces.mapping_path,
+                     "mapping.yaml: which column is which channel; without: by their names");
+  command::add_input(*forces_app, "--setup", forces.setup_path,
+                     "Setup sheet, read after the vehicle's own");
+  forces_app->add_option("--set", forces.settings,
+                         "name=value: a parameter or a term's amplitude; repeatable");
+  command::add_output_folder(*forces_app, forces.out_path,
+                             "Folder to write LOG_forces.csv of every log to")
+      ->required();
+  forces_app->add_option("--fuel-kg", forces.fuel_kg, "Fuel at the begin, where not recorded")
+      ->check(CLI::Range(0.0, 1000.0));
+  forces_app->add_option("--tyre-k", forces.tyre_k, "Tread temperature there")
+      ->check(CLI::Range(200.0, 600.0));
+  forces_app->add_option("--disc-k", forces.disc_k, "Disc temperature there")
+      ->check(CLI::Range(200.0, 1500.0));
+  forces_app->add_option("--step-ms", forces.step_ms, "Of the simulated car, at most")
+      ->check(CLI::Range(0.1, 4.0));
+  forces_app
+      ->add_option("--noise-rounds", forces.noise_rounds,
+                   "Rounds of estimating noises from the log; 0: as a first look says")
+      ->check(CLI::Range(0, 50));
+  forces_app->add_option("--threads", forces.threads, "0: all cores; the result is the same")
+      ->check(CLI::Range(0, 1024));
+  forces_app->footer(
+      "Example:\n  crgidentify forces lap.csv --vehicle vehicle.yaml --track road.crg -o forces");
+  forces_app->callback(
+      [&] { chosen([&](command::Terminal& t) { return crgidentify::forces(forces, t); }); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -138,5 +175,7 @@ int main(int argc, char** argv) {
   add_actuator(app, actuator, chosen);
   crgidentify::ReduceCommand reduce;
   add_reduce(app, reduce, chosen);
+  crgidentify::ForcesCommand forces;
+  add_forces(app, forces, chosen);
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

@@ -313,6 +313,31 @@ void write_values(const Record& record, const Fitted& fitted, ActuatorFit& fit) 
   }
 }
 
+/// Throws where the gain is not told from 0: because the movement is another's, or because it is
+/// bound up with the other numbers of the order.
+void require_gain(const Record& record, const ActuatorFit& fit) {
+  if (std::abs(fit.gain.value) > 3.0 * fit.gain.sd) return;
+  double n = 0.0, mean = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < record.movement.size(); ++i) {
+    if (record.block[i] < 0) continue;
+    n += 1.0;
+    mean += record.movement[i];
+    square += record.movement[i] * record.movement[i];
+  }
+  const double variance = square / n - mean * mean / (n * n);
+  const std::string gain =
+      fmt::format("the gain is {:.3g} +- {:.2g}", fit.gain.value, 1.645 * fit.gain.sd);
+  if (fit.rms * fit.rms > 0.5 * variance)
+    throw base::Error(
+        fmt::format("the movement does not follow the command: {}; other channels?", gain));
+  throw base::Error(fmt::format(
+      "the movement follows the command, but the record cannot tell the numbers of {} pole{}{}{} "
+      "apart: {}; state a smaller order (--order 1, or 0), or record a command that moves often, "
+      "slowly and fast",
+      fit.order.poles, fit.order.poles == 1 ? "" : "s", fit.order.zero ? " with a zero" : "",
+      fit.order.play ? " and play" : "", gain));
+}
+
 std::vector<std::complex<double>> poles_of(const ActuatorFit& fit) {
   std::vector<std::complex<double>> out;
   if (fit.order.poles >= 2) {
@@ -350,10 +375,7 @@ ActuatorFit fit_actuator(const std::vector<double>& time_s, const std::vector<do
                                       : choose_order(record, fit.hold, options.threads, fit.tried);
   fit.order = fitted.order;
   write_values(record, fitted, fit);
-  if (!(std::abs(fit.gain.value) > 3.0 * fit.gain.sd))
-    throw base::Error(fmt::format(
-        "the movement does not follow the command: the gain is {:.3g} +- {:.2g}; other channels?",
-        fit.gain.value, 1.645 * fit.gain.sd));
+  require_gain(record, fit);
   fit.poles_radps = poles_of(fit);
   Fitted plain;
   project(record, -1, record.command, plain);

@@ -1,0 +1,78 @@
+// Virtual telemetry: forces, slips and loads of every wheel of a recorded drive, by smoothing the
+// simulated car through the log.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "vehicle/car.h"
+#include "vehicle/recording.h"
+#include "vehicle/road.h"
+
+namespace identify {
+
+struct ForcesOptions {
+  double fuel_kg = 30.0, tyre_k = 360.0, disc_k = 500.0;  ///< at the begin, where not recorded
+  double imu_ahead_m = 0.0, imu_yaw_rad = 0.0;            ///< as vehicle::Mapping says
+  double step_s = 0.002;                                  ///< of the simulated car, at most
+  double least_mps = 5.0;        ///< slower rows are left out: slips are regularised there
+  int noise_rounds = 8;          ///< of estimating noises from the log; 0: as a first look says
+  double noise_sample_s = 32.0;  ///< of the log that these rounds look at
+  unsigned threads = 0;          ///< 0: all cores; the result is the same
+  base::Progress progress;
+};
+
+/// A number with its standard deviation, row by row; NaN where the row was left out.
+struct Estimated {
+  std::vector<double> value, sd;
+};
+
+struct WheelForces {
+  Estimated fx_n, fy_n, fz_n;  ///< along the wheel's heading, to its left, along the road's normal
+  Estimated kappa, alpha_rad;  ///< slips that the tyre feels, in the signs of a tyre file
+  Estimated camber_rad;        ///< against the road, positive to the right
+  std::vector<double> vx_mps, tyre_k;
+};
+
+/// What the log and the car said about one channel.
+struct ChannelUse {
+  std::string channel;
+  std::size_t rows = 0;
+  double noise = 0.0;  ///< standard deviation, estimated from the log
+};
+
+/// A part of the car whose difference from the vehicle file was followed, as shares: its
+/// mean, and the standard deviation about it that it was found to need.
+struct PartUse {
+  std::string part;
+  double mean = 0.0, freedom = 0.0;
+};
+
+struct Forces {
+  std::vector<double> time_s, u_m, v_m;
+  std::array<WheelForces, vehicle::kWheels> wheel;
+  std::array<Estimated, 2> axle_fx_n, axle_fy_n, axle_fz_n;  ///< sums over the axle's wheels
+  Estimated vx_mps, vy_mps, yaw_rate_radps, steer_rad, sideslip_rad;
+  std::vector<ChannelUse> channels;
+  std::vector<PartUse> parts;
+  std::vector<std::string> remarks;
+  std::size_t rows = 0;       ///< that have forces
+  std::size_t slow = 0;       ///< left out: standing or slower than least_mps
+  std::size_t unsettled = 0;  ///< left out: begin of a stretch
+  std::size_t lost = 0;       ///< left out: the simulated car could not follow
+  std::size_t off_road = 0;   ///< among `rows`: a wheel beside the road's grid or over a hole
+  std::size_t wild = 0, measurements = 0;  ///< numbers further than four deviations from expected
+};
+
+/// Needs x_m, y_m, yaw_rad, vx_mps, steer_rad and throttle (or their commands), positions in the
+/// road's frame; everything else that was recorded is used. Noises of channels, and how far tyres,
+/// brakes and engine may differ from the car's, are estimated from the log by expectation
+/// maximisation. Throws base::Error where channels are missing or no stretch can be followed. The
+/// same inputs give the same bytes for any number of threads.
+Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& road,
+                       const vehicle::Recording& recording, const ForcesOptions& options = {});
+
+}  // namespace identify

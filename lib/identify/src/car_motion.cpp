@@ -1,0 +1,182 @@
+#include "car_motion.h"
+
+#include <ceres/jet.h>
+
+#include <cmath>
+
+namespace identify {
+namespace {
+
+using vehicle::kWheels;
+using Jet = ceres::Jet<double, kMovingPlaces>;
+using P = vehicle::Parameter;
+
+vehicle::Car<Jet> lifted(const vehicle::Car<double>& car) {
+  vehicle::Parameters<Jet> p;
+  for (std::size_t i = 0; i < vehicle::kParameterCount; ++i)
+    p.value[i] = Jet(car.parameters.value[i]);
+  vehicle::Amplitudes<Jet> terms;
+  for (std::size_t i = 0; i < vehicle::kTermCount; ++i) terms.value[i] = Jet(car.terms.value[i]);
+  vehicle::Car<Jet> out = vehicle::make_car(*car.files, p, terms, car.contact, car.strip);
+  out.tyre_options = car.tyre_options;
+  return out;
+}
+
+/// A point whose every place has the derivative 1 by itself.
+struct JetPoint {
+  vehicle::State<Jet> state;
+  std::array<Jet, kMovingPlaces - kPlaceSteer> more;
+
+  explicit JetPoint(const CarPoint& p) {
+    for (std::size_t i = 0; i < vehicle::kStateSize; ++i) state[i] = Jet(p.state[i]);
+    for (std::size_t i = 0; i < kPlaceSteer; ++i)
+      state[kEstimatedStates[i]].v[static_cast<Eigen::Index>(i)] = 1.0;
+    for (std::size_t i = kPlaceSteer; i < kMovingPlaces; ++i)
+      at(i) = Jet(p.at(i), static_cast<int>(i));
+  }
+  Jet& at(std::size_t place) {
+    return place < kPlaceSteer ? state[kEstimatedStates[place]] : more[place - kPlaceSteer];
+  }
+};
+
+/// The car whose parts differ from the vehicle file as the point says.
+void set_parts(const vehicle::Car<double>& stated, JetPoint& x, vehicle::Car<Jet>& car) {
+  const auto scale = [&](P p, const Jet& share) {
+    car.parameters[p] = stated.parameters[p] * (1.0 + share);
+  };
+  scale(P::front_tyre_grip, x.at(kPlaceGrip));
+  scale(P::rear_tyre_grip, x.at(kPlaceGrip + 1));
+  scale(P::front_tyre_cornering_stiffness, x.at(kPlaceCornering));
+  scale(P::rear_tyre_cornering_stiffness, x.at(kPlaceCornering + 1));
+  scale(P::front_tyre_slip_stiffness, x.at(kPlaceSlipStiffness));
+  scale(P::rear_tyre_slip_stiffness, x.at(kPlaceSlipStiffness + 1));
+  scale(P::front_brake_area_m2, x.at(kPlaceBrakes));
+  scale(P::rear_brake_area_m2, x.at(kPlaceBrakes + 1));
+  scale(P::engine_torque, x.at(kPlaceDrive));
+}
+
+vehicle::Inputs<Jet> inputs_of(JetPoint& x, double later_s, int gear, int next_gear) {
+  vehicle::Inputs<Jet> in;
+  in.steer_rad = x.at(kPlaceSteer) + later_s * x.at(kPlaceSteerRate);
+  in.steer_rate_radps = x.at(kPlaceSteerRate);
+  in.throttle = x.at(kPlaceThrottle);
+  if (in.throttle < Jet(0.0)) in.throttle = Jet(0.0);
+  if (in.throttle > Jet(1.0)) in.throttle = Jet(1.0);
+  for (std::size_t i = 0; i < kWheels; ++i) in.brake_pa[i] = x.at(kPlaceBrake + i);
+  in.gear = gear;
+  in.next_gear = gear == 0 ? next_gear : 0;
+  return in;
+}
+
+/// What the accelerometer measures, in its own axes.
+vehicle::Vec3<Jet> felt(const vehicle::State<Jet>& s, const vehicle::State<Jet>& rate,
+                        const vehicle::Detail<Jet>& detail, const ImuPlace& imu) {
+  const vehicle::Vec3<Jet> arm{Jet(imu.ahead_m), Jet(0.0), Jet(0.0)};
+  const vehicle::Vec3<Jet> omega{s[vehicle::kRollRate], s[vehicle::kPitchRate],
+                                 s[vehicle::kYawRate]};
+  const vehicle::Vec3<Jet> turning{rate[vehicle::kRollRate], rate[vehicle::kPitchRate],
+                                   rate[vehicle::kYawRate]};
+  const vehicle::Vec3<Jet> f =
+      detail.specific_force_mps2 + cross(turning, arm) + cross(omega, cross(omega, arm));
+  const double c = std::cos(imu.yaw_rad), n = std::sin(imu.yaw_rad);
+  return {c * f.x + n * f.y, c * f.y - n * f.x, f.z};
+}
+
+bool sane(const vehicle::State<Jet>& s) {
+  for (std::size_t i = 0; i < vehicle::kStateSize; ++i)
+    if (!std::isfinite(s[i].a)) return false;
+  return std::abs(s[vehicle::kVx].a) < 200.0 && std::abs(s[vehicle::kVy].a) < 100.0 &&
+         std::abs(s[vehicle::kRoll].a) < 1.0 && std::abs(s[vehicle::kPitch].a) < 1.0;
+}
+
+}  // namespace
+
+struct CarMotion::Inside {
+  const vehicle::Car<double>& stated;
+  const vehicle::Road& road;
+  double most_step_s;
+  ImuPlace imu;
+  vehicle::Car<Jet> car;
+};
+
+CarMotion::CarMotion(const vehicle::Car<double>& car, const vehicle::Road& road, double most_step_s,
+                     const ImuPlace& imu)
+    : in_(std::make_unique<Inside>(Inside{car, road, most_step_s, imu, lifted(car)})) {}
+
+CarMotion::~CarMotion() = default;
+
+bool CarMotion::move(CarPoint& point, double dt_s, int gear, int next_gear, const PlaceVector& rest,
+                     vehicle::RoadCursors& cursors, PlaceMatrix& by) const {
+  JetPoint x(point);
+  vehicle::Car<Jet> car = in_->car;
+  set_parts(in_->stated, x, car);
+  const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / in_->most_step_s - 1e-9)));
+  vehicle::StepOptions step;
+  step.step_s = dt_s / steps;
+  vehicle::State<Jet> rate;
+  vehicle::Detail<Jet> detail;
+  for (int k = 0; k < steps; ++k) {
+    const vehicle::Inputs<Jet> in = inputs_of(x, (k + 0.5) * step.step_s, gear, next_gear);
+    vehicle::derivative(car, x.state, in, in_->road, cursors, rate, detail);
+    for (const auto& wheel : detail.wheel)
+      if (!std::isfinite(wheel.road.z_m)) return false;
+    vehicle::settle_frictions(car, step.step_s, rate, detail);
+    if (car.files->turbo == vehicle::Turbo::kFull) vehicle::settle_air(step.step_s, rate, detail);
+    vehicle::integrate(car, x.state, rate, detail, step);
+    if (!sane(x.state)) return false;
+  }
+  x.at(kPlaceSteer) += dt_s * x.at(kPlaceSteerRate);
+  x.at(kPlaceSteerRate) *= std::exp(-dt_s / kForgetSteer_s);
+  const double kept = std::exp(-dt_s / kForgetPart_s);
+  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
+    x.at(i) = kept * x.at(i) + (1.0 - kept) * rest[static_cast<Eigen::Index>(i)];
+  by.setIdentity();
+  for (std::size_t i = 0; i < kMovingPlaces; ++i) {
+    by.row(static_cast<Eigen::Index>(i)).head<kMovingPlaces>() = x.at(i).v.transpose();
+    point.at(i) = x.at(i).a;
+  }
+  for (std::size_t i = 0; i < vehicle::kStateSize; ++i) point.state[i] = x.state[i].a;
+  return by.allFinite();
+}
+
+Seen CarMotion::look(const CarPoint& point, int gear, vehicle::RoadCursors& cursors) const {
+  using std::atan;
+  JetPoint x(point);
+  vehicle::Car<Jet> car = in_->car;
+  set_parts(in_->stated, x, car);
+  vehicle::State<Jet> rate;
+  vehicle::Detail<Jet> d;
+  vehicle::derivative(car, x.state, inputs_of(x, 0.0, gear, 0), in_->road, cursors, rate, d);
+  Seen out;
+  const auto put = [&](std::size_t place, const Jet& value) {
+    out.value[place] = value.a;
+    out.by.row(static_cast<Eigen::Index>(place)) = value.v.transpose();
+  };
+  const vehicle::Vec3<Jet> f = felt(x.state, rate, d, in_->imu);
+  put(kSeenAx, f.x);
+  put(kSeenAy, f.y);
+  put(kSeenAz, f.z);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const vehicle::WheelDetail<Jet>& w = d.wheel[i];
+    put(seen_of(i, kSeenFx), w.fx_n);
+    put(seen_of(i, kSeenFy), w.fy_n);
+    put(seen_of(i, kSeenFz), w.fz_n);
+    put(seen_of(i, kSeenKappa), w.kappa);
+    put(seen_of(i, kSeenAlpha), atan(w.tan_alpha));
+    put(seen_of(i, kSeenCamber), w.camber_rad);
+    out.wheel_vx_mps[i] = w.vx_mps.a;
+    out.on_road = out.on_road && w.road.on_road;
+  }
+  return out;
+}
+
+CarPoint CarMotion::begin(const vehicle::StartOptions& options,
+                          vehicle::RoadCursors& cursors) const {
+  vehicle::Simulation<double> sim = vehicle::start(in_->stated, in_->road, options);
+  cursors = sim.cursors;
+  CarPoint out;
+  out.state = sim.state;
+  return out;
+}
+
+}  // namespace identify

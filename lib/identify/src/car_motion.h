@@ -1,0 +1,134 @@
+// The simulated car between two rows of a log, and what it looks like at one, with their
+// derivatives by everything that a smoother estimates. Ceres stays behind this header.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <memory>
+
+#include "vehicle/step.h"
+
+namespace identify {
+
+/// Places in the vector that is estimated: states of the car, what the driver does, how far the
+/// car's parts are from the vehicle file, and offsets of sensors.
+enum EstimatedPlace : std::size_t {
+  kPlaceOfCar = 0,
+  kPlaceSteer = 34,          ///< mean angle of the road wheels, rad
+  kPlaceSteerRate = 35,      ///< rad/s
+  kPlaceThrottle = 36,       ///< 0 to 1
+  kPlaceBrake = 37,          ///< four pressures, Pa
+  kPlaceParts = 41,          ///< of the car; the first two:
+  kPlaceGrip = 41,           ///< both axles' grip beyond the tyre file's, share
+  kPlaceCornering = 43,      ///< the same for their cornering stiffness
+  kPlaceSlipStiffness = 45,  ///< the same for their longitudinal stiffness
+  kPlaceBrakes = 47,         ///< the same for the brakes' torque
+  kPlaceDrive = 49,          ///< the same for the engine's torque
+  kMovingPlaces = 50,        ///< what moves the car ends here
+  kPlaceAxOffset = 50,       ///< m/s2
+  kPlaceAyOffset = 51,
+  kPlaceYawRateOffset = 52,  ///< rad/s
+  kPlaceSteerOffset = 53,    ///< rad
+  kPlaces = 54
+};
+
+/// The states of the car that are estimated, in the order of their places. The others
+/// (temperatures, fuel, the air path of a full turbo) only follow.
+inline constexpr std::array<std::size_t, kPlaceSteer> kEstimatedStates = [] {
+  std::array<std::size_t, kPlaceSteer> out{};
+  std::size_t n = 0;
+  for (std::size_t i = vehicle::kX; i <= vehicle::kYawRate; ++i) out[n++] = i;
+  for (const std::size_t group :
+       {vehicle::kTravel, vehicle::kTravelRate, vehicle::kSpin, vehicle::kSlipX, vehicle::kSlipY})
+    for (std::size_t i = 0; i < vehicle::kWheels; ++i) out[n++] = group + i;
+  out[n++] = vehicle::kEngine;
+  out[n++] = vehicle::kBoost;
+  return out;
+}();
+/// The place of an estimated state.
+constexpr std::size_t place_of(std::size_t state) {
+  for (std::size_t i = 0; i < kEstimatedStates.size(); ++i)
+    if (kEstimatedStates[i] == state) return i;
+  return kPlaces;
+}
+
+using PlaceVector = Eigen::Matrix<double, kPlaces, 1>;
+using PlaceMatrix = Eigen::Matrix<double, kPlaces, kPlaces>;
+
+/// The car and everything else that is estimated, at one moment.
+struct CarPoint {
+  vehicle::State<double> state{};
+  std::array<double, kPlaces - kPlaceSteer> more{};  ///< by place, from kPlaceSteer on
+
+  double& at(std::size_t place) {
+    return place < kPlaceSteer ? state[kEstimatedStates[place]] : more[place - kPlaceSteer];
+  }
+  double at(std::size_t place) const {
+    return place < kPlaceSteer ? state[kEstimatedStates[place]] : more[place - kPlaceSteer];
+  }
+};
+
+/// What is seen of the car at a moment: specific force, then six numbers per wheel.
+enum SeenPlace : std::size_t {
+  kSeenAx,
+  kSeenAy,
+  kSeenAz,    ///< m/s2, in the accelerometer's place and axes
+  kSeenWheel  ///< first wheel's first; then kSeenPerWheel for each
+};
+enum SeenOfWheel : std::size_t {
+  kSeenFx,
+  kSeenFy,
+  kSeenFz,
+  kSeenKappa,
+  kSeenAlpha,
+  kSeenCamber,
+  kSeenPerWheel
+};
+inline constexpr std::size_t kSeen = kSeenWheel + vehicle::kWheels * kSeenPerWheel;
+constexpr std::size_t seen_of(std::size_t wheel, SeenOfWheel what) {
+  return kSeenWheel + wheel * kSeenPerWheel + what;
+}
+
+struct Seen {
+  std::array<double, kSeen> value{};
+  Eigen::Matrix<double, kSeen, kMovingPlaces> by;  ///< derivatives
+  std::array<double, vehicle::kWheels> wheel_vx_mps{};
+  bool on_road = true;  ///< every wheel stands on the road
+};
+
+/// Where the accelerometer sits: ahead of the design centre of mass, its axes turned against the
+/// body's, counter-clockwise.
+struct ImuPlace {
+  double ahead_m = 0.0, yaw_rad = 0.0;
+};
+
+/// How long a part's difference from the vehicle file stays as it is, and a turning of the
+/// steering.
+inline constexpr double kForgetPart_s = 0.5, kForgetSteer_s = 0.5;
+
+/// The laws of lib/vehicle with their derivatives. Car and road must outlive it; may be shared
+/// between threads.
+class CarMotion {
+ public:
+  CarMotion(const vehicle::Car<double>& car, const vehicle::Road& road, double most_step_s,
+            const ImuPlace& imu = {});
+  ~CarMotion();
+
+  /// Moves the point on by `dt_s`, in equal steps of at most most_step_s, and gives d after /
+  /// d before. Parts return to what `rest` says of them. `next_gear`: the gear to come while `gear`
+  /// is 0. False where the car lost the road or ran away; the point is of no use then.
+  bool move(CarPoint& point, double dt_s, int gear, int next_gear, const PlaceVector& rest,
+            vehicle::RoadCursors& cursors, PlaceMatrix& by) const;
+
+  Seen look(const CarPoint& point, int gear, vehicle::RoadCursors& cursors) const;
+
+  /// A car that rolls at this place, before anything is known of it beyond its place and speed.
+  CarPoint begin(const vehicle::StartOptions& options, vehicle::RoadCursors& cursors) const;
+
+ private:
+  struct Inside;
+  std::unique_ptr<Inside> in_;
+};
+
+}  // namespace identify

@@ -1,0 +1,257 @@
+#include "car_smoother.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace identify {
+namespace {
+
+using Index = Eigen::Index;
+constexpr double kAround_s = 0.25, kEnough = 50.0;  // measurements that tell whether noises hold
+constexpr double kWild = 4.0;  // standard deviations from which a measurement counts less
+
+/// One number that was measured, as the filter took it.
+struct Update {
+  std::size_t sensor = 0;
+  PlaceVector gain, by;     ///< by: derivative of what is measured
+  double innovation = 0.0;  ///< against what the numbers before it left
+  double variance = 1.0;    ///< of the innovation
+  double first = 0.0;       ///< measured minus predicted, at the prediction
+  bool wild = false;
+};
+
+/// A row as the filter left it behind.
+struct Passed {
+  CarPoint predicted;
+  PlaceMatrix covariance;  ///< of the prediction
+  PlaceMatrix by;          ///< d this row / d the row before
+  std::vector<Update> updates;
+  double squares = 0.0;  ///< of the innovations over their variances, before wild ones were tamed
+};
+
+/// What a sensor should show at the point, and its derivative.
+double expected(const Sensor& sensor, const CarPoint& point, const Seen& seen, PlaceVector& by) {
+  by.setZero();
+  double value = 0.0;
+  if (sensor.seen) {
+    by.head<kMovingPlaces>() = seen.by.row(static_cast<Index>(sensor.place)).transpose();
+    value = seen.value[sensor.place];
+  } else {
+    by[static_cast<Index>(sensor.place)] = 1.0;
+    value = point.at(sensor.place);
+  }
+  if (sensor.offset < kPlaces) {
+    by[static_cast<Index>(sensor.offset)] += 1.0;
+    value += point.at(sensor.offset);
+  }
+  return value;
+}
+
+/// Takes the row's measurements one after the other; `covariance` becomes that after them, the
+/// return value is how far the point moves.
+PlaceVector take(const std::vector<Sensor>& sensors, const SmootherRow& row, const Seen& seen,
+                 Passed& passed, PlaceMatrix& covariance) {
+  PlaceVector moved = PlaceVector::Zero();
+  for (const Measured& m : row.measured) {
+    const Sensor& sensor = sensors[m.sensor];
+    Update u;
+    u.sensor = m.sensor;
+    u.first = m.value - expected(sensor, passed.predicted, seen, u.by);
+    u.innovation = u.first - u.by.dot(moved);
+    const PlaceVector spread = covariance * u.by;
+    u.variance = u.by.dot(spread) + sensor.deviation * sensor.deviation;
+    passed.squares += std::min(u.innovation * u.innovation / u.variance, kWild * kWild);
+    u.wild = std::abs(u.innovation) > kWild * std::sqrt(u.variance);
+    if (u.wild) u.variance = u.innovation * u.innovation / (kWild * kWild);
+    u.gain = spread / u.variance;
+    moved += u.innovation * u.gain;
+    // Joseph's form: what rounding does to the gain counts in the second order only.
+    covariance.noalias() -= u.gain * spread.transpose();
+    covariance.noalias() -= spread * u.gain.transpose();
+    covariance.noalias() += (u.variance * u.gain) * u.gain.transpose();
+    passed.updates.push_back(u);
+  }
+  covariance = 0.5 * (covariance + covariance.transpose()).eval();
+  return moved;
+}
+
+void move_by(CarPoint& point, const PlaceVector& by) {
+  for (std::size_t i = 0; i < kPlaces; ++i) point.at(i) += by[static_cast<Index>(i)];
+}
+
+bool any_seen(const std::vector<Sensor>& sensors, const SmootherRow& row) {
+  return std::any_of(row.measured.begin(), row.measured.end(),
+                     [&](const Measured& m) { return sensors[m.sensor].seen; });
+}
+
+double deviation(double variance) { return std::sqrt(std::max(0.0, variance)); }
+
+/// Everything that is told of a row at its smoothed point.
+void describe(SmoothedRow& out, const PlaceMatrix& covariance) {
+  for (std::size_t i = 0; i < kPlaces; ++i)
+    out.point_sd[i] = deviation(covariance(static_cast<Index>(i), static_cast<Index>(i)));
+  const auto moving = covariance.topLeftCorner<kMovingPlaces, kMovingPlaces>();
+  const Eigen::Matrix<double, kSeen, kMovingPlaces> spread = out.seen.by * moving;
+  for (std::size_t i = 0; i < kSeen; ++i)
+    out.seen_sd[i] =
+        deviation(spread.row(static_cast<Index>(i)).dot(out.seen.by.row(static_cast<Index>(i))));
+  for (std::size_t a = 0; a < 2; ++a)
+    for (const SeenOfWheel what : {kSeenFx, kSeenFy, kSeenFz}) {
+      const std::size_t left = seen_of(2 * a, what), right = seen_of(2 * a + 1, what);
+      out.axle[a][what] = out.seen.value[left] + out.seen.value[right];
+      const auto both =
+          (out.seen.by.row(static_cast<Index>(left)) + out.seen.by.row(static_cast<Index>(right)))
+              .eval();
+      out.axle_sd[a][what] = deviation((both * moving).dot(both));
+    }
+}
+
+/// From a row to the next one; a change of gear lies between them.
+bool pass(const CarMotion& motion, const SmootherRow& last, const SmootherRow& next,
+          const PlaceVector& rest, CarPoint& point, vehicle::RoadCursors& cursors,
+          PlaceMatrix& by) {
+  const double dt = next.time_s - last.time_s;
+  if (last.gear == next.gear)
+    return motion.move(point, dt, last.gear, last.next_gear, rest, cursors, by);
+  PlaceMatrix second;
+  if (!motion.move(point, 0.5 * dt, last.gear, last.next_gear, rest, cursors, by) ||
+      !motion.move(point, 0.5 * dt, next.gear, next.next_gear, rest, cursors, second))
+    return false;
+  by = (second * by).eval();
+  return true;
+}
+
+/// Factors on the deviations of all rows: above 1 where, a quarter of a second around, measurements
+/// are further from the filtered car than their noises say (R. T. Birge, The calculation of errors
+/// by the method of least squares, 1932): on kerbs, and where the car is another.
+std::vector<double> doubts(const std::vector<SmootherRow>& rows,
+                           const std::vector<Passed>& passed) {
+  std::vector<double> out(rows.size(), 1.0);
+  std::size_t from = 0, to = 0;
+  double squares = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (; to < rows.size() && rows[to].time_s <= rows[k].time_s + kAround_s; ++to) {
+      squares += passed[to].squares;
+      count += static_cast<double>(passed[to].updates.size());
+    }
+    for (; rows[from].time_s < rows[k].time_s - kAround_s; ++from) {
+      squares -= passed[from].squares;
+      count -= static_cast<double>(passed[from].updates.size());
+    }
+    if (count >= kEnough) out[k] = std::sqrt(std::max(1.0, squares / count));
+  }
+  return out;
+}
+
+void widen(SmoothedRow& row, double factor) {
+  for (double& sd : row.point_sd) sd *= factor;
+  for (double& sd : row.seen_sd) sd *= factor;
+  for (auto& axle : row.axle_sd)
+    for (double& sd : axle) sd *= factor;
+}
+
+bool filter(const CarMotion& motion, const std::vector<Sensor>& sensors,
+            const std::vector<SmootherRow>& rows, const SmootherBegin& begin,
+            vehicle::RoadCursors& cursors, std::vector<Passed>& passed) {
+  CarPoint point = begin.point;
+  PlaceMatrix covariance = begin.sd.cwiseAbs2().asDiagonal();
+  passed.resize(rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    Passed& now = passed[k];
+    if (k > 0) {
+      if (!pass(motion, rows[k - 1], rows[k], begin.rest, point, cursors, now.by)) return false;
+      const PlaceMatrix half = now.by * covariance;
+      covariance.noalias() = half * now.by.transpose();
+      covariance.diagonal() += rows[k].noise;
+    }
+    now.predicted = point;
+    now.covariance = covariance;
+    Seen seen;
+    if (any_seen(sensors, rows[k])) seen = motion.look(point, rows[k].gear, cursors);
+    move_by(point, take(sensors, rows[k], seen, now, covariance));
+    if (!covariance.allFinite()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void NoiseSums::add(const NoiseSums& other) {
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    came_in[i] += other.came_in[i];
+    assumed[i] += other.assumed[i];
+    part[i] += other.part[i];
+    part_weight[i] += other.part_weight[i];
+  }
+  measured.resize(std::max(measured.size(), other.measured.size()));
+  count.resize(measured.size());
+  for (std::size_t i = 0; i < other.measured.size(); ++i) {
+    measured[i] += other.measured[i];
+    count[i] += other.count[i];
+  }
+  wild += other.wild;
+}
+
+Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
+                const std::vector<SmootherRow>& rows, const SmootherBegin& begin,
+                vehicle::RoadCursors cursors) {
+  Smoothed out;
+  std::vector<Passed> passed;
+  if (!filter(motion, sensors, rows, begin, cursors, passed)) return out;
+  out.row.resize(rows.size());
+  out.sums.measured.assign(sensors.size(), 0.0);
+  out.sums.count.assign(sensors.size(), 0);
+  const std::vector<double> doubt = doubts(rows, passed);
+  PlaceVector pull = PlaceVector::Zero();  // what the rows from here on say, and how firmly
+  PlaceMatrix firm = PlaceMatrix::Zero();
+  for (std::size_t k = rows.size(); k-- > 0;) {
+    const Passed& now = passed[k];
+    for (auto u = now.updates.rbegin(); u != now.updates.rend(); ++u) {
+      const PlaceVector across = firm * u->gain;
+      const double along = u->gain.dot(across) + 1.0 / u->variance;
+      firm.noalias() -= across * u->by.transpose();
+      firm.noalias() -= u->by * across.transpose();
+      firm.noalias() += (along * u->by) * u->by.transpose();
+      pull -= (u->gain.dot(pull) + u->innovation / u->variance) * u->by;
+    }
+    firm = 0.5 * (firm + firm.transpose()).eval();
+    const PlaceVector moved = -(now.covariance * pull);
+    const PlaceMatrix half = now.covariance * firm;
+    PlaceMatrix covariance = now.covariance;
+    covariance.noalias() -= half * now.covariance;
+    SmoothedRow& row = out.row[k];
+    row.point = now.predicted;
+    move_by(row.point, moved);
+    row.seen = motion.look(row.point, rows[k].gear, cursors);
+    describe(row, covariance);
+    for (const Update& u : now.updates) {
+      if (u.wild) {
+        ++out.sums.wild;
+        continue;
+      }
+      const double left = u.first - u.by.dot(moved);
+      out.sums.measured[u.sensor] += left * left + std::max(0.0, u.by.dot(covariance * u.by));
+      ++out.sums.count[u.sensor];
+    }
+    for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i) {
+      const double known =
+          std::max(0.0, 1.0 - std::pow(row.point_sd[i] / begin.sd[static_cast<Index>(i)], 2));
+      out.sums.part[i] += known * row.point.at(i);
+      out.sums.part_weight[i] += known;
+    }
+    widen(row, doubt[k]);
+    if (k == 0) break;
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+      const auto at = static_cast<Index>(i);
+      const double q = rows[k].noise[at];
+      out.sums.came_in[i] += q * q * (pull[at] * pull[at] - firm(at, at)) + q;
+      out.sums.assumed[i] += q;
+    }
+    pull = (now.by.transpose() * pull).eval();
+    const PlaceMatrix carried = firm * now.by;
+    firm.noalias() = now.by.transpose() * carried;
+  }
+  return out;
+}
+
+}  // namespace identify

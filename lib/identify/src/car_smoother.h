@@ -1,0 +1,77 @@
+// Rauch-Tung-Striebel smoothing of a stretch of a log by the simulated car.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "car_motion.h"
+
+namespace identify {
+
+/// A channel of the log and what of the car it measures.
+struct Sensor {
+  std::string channel;
+  bool seen = false;  ///< whether `place` is a SeenPlace, otherwise an EstimatedPlace
+  std::size_t place = 0;
+  std::size_t offset = kPlaces;  ///< place of its offset; kPlaces: none
+  double deviation = 0.0;        ///< of its noise, in the channel's unit
+  double own_deviation = 0.0;    ///< of what is noise from row to row
+};
+
+struct Measured {
+  std::size_t sensor = 0;
+  double value = 0.0;
+};
+
+struct SmootherRow {
+  double time_s = 0.0;
+  int gear = 1, next_gear = 1;  ///< until the next row; next_gear: the one to come while 0
+  std::vector<Measured> measured;
+  PlaceVector noise;  ///< variance that came in since the row before
+};
+
+/// How a stretch begins, and where its parts tend to.
+struct SmootherBegin {
+  CarPoint point;    ///< at the first row
+  PlaceVector sd;    ///< of it
+  PlaceVector rest;  ///< of the car's parts
+};
+
+/// What is known of a row by the whole stretch.
+struct SmoothedRow {
+  CarPoint point;
+  Seen seen;
+  std::array<double, kPlaces> point_sd{};
+  std::array<double, kSeen> seen_sd{};
+  /// Of both axles: sums of kSeenFx, kSeenFy, kSeenFz over its wheels.
+  std::array<std::array<double, 3>, 2> axle{}, axle_sd{};
+};
+
+/// Sums for estimating noises: what they are by the smoothed stretch, and what was assumed.
+struct NoiseSums {
+  std::array<double, kPlaces> came_in{}, assumed{};
+  std::vector<double> measured;  ///< per sensor: squares of what is left, with their variance
+  std::vector<std::size_t> count;
+  /// Of the car's parts: their mean, each row counted by how well it knows the part.
+  std::array<double, kPlaces> part{}, part_weight{};
+  std::size_t wild = 0;  ///< measurements further than four deviations: they count less
+  void add(const NoiseSums& other);
+};
+
+struct Smoothed {
+  std::vector<SmoothedRow> row;  ///< empty: the car left the road or ran away
+  NoiseSums sums;
+};
+
+/// The rows of one stretch without a gap; a gear changes half-way between two rows. Extended Kalman
+/// filter forwards, then the modified Bryson-Fraser form of the smoother (G. J. Bierman, Fixed
+/// interval smoothing with discrete measurements, 1973), which needs no inverse of a covariance.
+/// Measurements further than four standard deviations from what was
+/// expected count as that far away; where many are off, the deviations of all rows around grow.
+Smoothed smooth(const CarMotion& motion, const std::vector<Sensor>& sensors,
+                const std::vector<SmootherRow>& rows, const SmootherBegin& begin,
+                vehicle::RoadCursors cursors);
+
+}  // namespace identify

@@ -1,0 +1,331 @@
+#include "force_channels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "vehicle/driver.h"
+
+namespace identify {
+namespace {
+
+using Index = Eigen::Index;
+using vehicle::kWheels;
+using P = vehicle::Parameter;
+constexpr std::array<const char*, kWheels> kWheelNames{"fl", "fr", "rl", "rr"};
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Reads channels one by one into sensors and the rows' measurements.
+class Reader {
+ public:
+  Reader(const vehicle::Recording& recording, ForceChannels& out)
+      : recording_(recording), out_(out) {}
+
+  /// Adds a channel that was recorded; `least` is the smallest noise that is believed.
+  bool add(const std::string& channel, bool seen, std::size_t place, double least,
+           std::size_t offset = kPlaces, double scale = 1.0) {
+    const std::vector<double>* const values = recording_.table.find(channel);
+    if (values == nullptr) return false;
+    std::vector<double> scaled = *values;
+    for (double& v : scaled) v *= scale;
+    const std::size_t sensor = out_.sensors.size();
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < scaled.size(); ++k) {
+      if (!std::isfinite(scaled[k])) continue;
+      out_.rows[k].measured.push_back({sensor, scaled[k]});
+      ++count;
+    }
+    if (count == 0) return false;
+    const double noise = std::max(least, noise_of(scaled));
+    out_.sensors.push_back({channel, seen, place, offset, noise, noise});
+    return true;
+  }
+
+  void need(bool found, const char* what) const {
+    if (!found)
+      throw base::Error(fmt::format(
+          "the recording has no channel {}; forces need it: name its column in a mapping", what));
+  }
+
+ private:
+  const vehicle::Recording& recording_;
+  ForceChannels& out_;
+};
+
+void read_driver(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+                 Reader& reader, ForceChannels& out) {
+  if (!reader.add("steer_rad", false, kPlaceSteer, 5e-5, kPlaceSteerOffset)) {
+    reader.need(reader.add("steer_command_rad", false, kPlaceSteer, 5e-5, kPlaceSteerOffset,
+                           1.0 / car.parameters[P::steering_ratio]),
+                "steer_rad");
+    out.said.emplace_back("steer_command_rad stands for the angle of the road wheels");
+  }
+  if (!reader.add("throttle", false, kPlaceThrottle, 0.002)) {
+    reader.need(reader.add("throttle_command", false, kPlaceThrottle, 0.002, kPlaces,
+                           car.parameters[P::throttle_gain]),
+                "throttle");
+    out.said.emplace_back("throttle_command stands for the throttle");
+  }
+  const double gain = car.parameters[P::brake_gain];
+  bool any = false;
+  for (std::size_t i = 0; i < kWheels; ++i)
+    any =
+        reader.add(fmt::format("brake_{}_pa", kWheelNames[i]), false, kPlaceBrake + i, 2e3) || any;
+  if (any) return;
+  const bool one = recording.table.find("brake_pa") != nullptr;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const std::string own = fmt::format("brake_{}_command_pa", kWheelNames[i]);
+    any = (one ? reader.add("brake_pa", false, kPlaceBrake + i, 2e3)
+               : reader.add(own, false, kPlaceBrake + i, 2e3, kPlaces, gain)) ||
+          any;
+  }
+  if (!any && recording.table.find("brake_command_pa") != nullptr)
+    for (std::size_t i = 0; i < kWheels; ++i)
+      any = reader.add("brake_command_pa", false, kPlaceBrake + i, 2e3, kPlaces, gain) || any;
+  if (!any)
+    out.said.emplace_back(
+        "no brake pressure was recorded: braking is followed by what it does, and is not told "
+        "from drag or engine drag; which axle brakes is not known");
+  else if (one)
+    out.said.emplace_back("brake_pa stands for the pressure at all wheels");
+  else
+    out.said.emplace_back("brake commands stand for the pressures");
+}
+
+void read_car(Reader& reader) {
+  reader.need(reader.add("x_m", false, place_of(vehicle::kX), 0.001), "x_m");
+  reader.need(reader.add("y_m", false, place_of(vehicle::kY), 0.001), "y_m");
+  reader.need(reader.add("yaw_rad", false, place_of(vehicle::kYaw), 1e-4), "yaw_rad");
+  reader.need(reader.add("vx_mps", false, place_of(vehicle::kVx), 0.003), "vx_mps");
+  reader.add("vy_mps", false, place_of(vehicle::kVy), 0.003);
+  reader.add("roll_rate_radps", false, place_of(vehicle::kRollRate), 5e-4);
+  reader.add("pitch_rate_radps", false, place_of(vehicle::kPitchRate), 5e-4);
+  reader.add("yaw_rate_radps", false, place_of(vehicle::kYawRate), 2e-4, kPlaceYawRateOffset);
+  reader.add("ax_mps2", true, kSeenAx, 0.01, kPlaceAxOffset);
+  reader.add("ay_mps2", true, kSeenAy, 0.01, kPlaceAyOffset);
+  reader.add("az_mps2", true, kSeenAz, 0.02);
+  reader.add("engine_radps", false, place_of(vehicle::kEngine), 0.3);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    reader.add(fmt::format("wheel_{}_radps", kWheelNames[i]), false, place_of(vehicle::kSpin + i),
+               0.02);
+    reader.add(fmt::format("suspension_{}_m", kWheelNames[i]), false,
+               place_of(vehicle::kTravel + i), 5e-5);
+    reader.add(fmt::format("fz_{}_n", kWheelNames[i]), true, seen_of(i, kSeenFz), 5.0);
+  }
+}
+
+/// The gear of every row, by the channel, else by the speeds of engine and wheels, else the one
+/// that the car would choose.
+std::vector<int> gears(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+                       std::vector<std::string>& said) {
+  const std::vector<double>& time = *recording.table.find("time_s");
+  std::vector<int> out(time.size(), 1);
+  const auto filled = [&](const std::string& name) {
+    const std::vector<double>* const column = recording.table.find(name);
+    std::vector<double> values =
+        column == nullptr ? std::vector<double>{} : vehicle::fill_gaps(time, *column);
+    if (!values.empty() && std::isnan(values.front())) values.clear();
+    return values;
+  };
+  if (const std::vector<double>* const gear = recording.table.find("gear")) {
+    double last = kNaN;
+    for (const double g : *gear)
+      if (std::isfinite(g) && !std::isfinite(last)) last = g;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      if (std::isfinite((*gear)[k])) last = (*gear)[k];
+      out[k] = std::isfinite(last) ? std::clamp(static_cast<int>(std::lround(last)), -1, 6) : 1;
+    }
+    return out;
+  }
+  const std::vector<double> engine = filled("engine_radps"), left = filled("wheel_rl_radps"),
+                            right = filled("wheel_rr_radps"), vx = filled("vx_mps");
+  const bool speeds = !engine.empty() && !left.empty() && !right.empty();
+  said.emplace_back(speeds ? "no gear was recorded: it is told by the speeds of engine and wheels"
+                           : "no gear was recorded: the one that the built-in driver would choose");
+  int now = vehicle::choose_gear(car, vx.front(), 6);
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (!speeds) {
+      now = vehicle::choose_gear(car, vx[k], now);
+    } else {
+      const double turning = 0.5 * (left[k] + right[k]);
+      double nearest = 0.08;
+      for (int g = 1; g <= 6; ++g) {
+        const double ratio = vehicle::overall_ratio(car.parameters, g);
+        if (ratio <= 0.0 || turning < 1.0) continue;
+        const double off = std::abs(engine[k] / (ratio * turning) - 1.0);
+        if (off < nearest) {
+          nearest = off;
+          now = g;
+        }
+      }
+    }
+    out[k] = now;
+  }
+  return out;
+}
+
+void set_gears(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+               ForceChannels& out) {
+  const std::vector<int> gear = gears(recording, car, out.said);
+  // A log that never shows neutral shows the gear that was asked for: the shift follows.
+  const bool neutral = std::find(gear.begin(), gear.end(), 0) != gear.end();
+  const double shift_s = car.parameters[P::gearbox_shift_s];
+  double changed_s = -1e9;
+  int next = gear.back();
+  for (std::size_t k = 0; k < gear.size(); ++k) {
+    SmootherRow& row = out.rows[k];
+    if (k > 0 && gear[k] != gear[k - 1]) changed_s = row.time_s;
+    row.gear = row.next_gear = gear[k];
+    if (!neutral && row.time_s - changed_s < shift_s) row.gear = 0;
+  }
+  for (std::size_t k = gear.size(); neutral && k-- > 0;) {
+    if (gear[k] != 0) next = gear[k];
+    out.rows[k].next_gear = next;
+  }
+}
+
+/// Variance of the steps of a channel from row to row, over a quarter of a second to either side,
+/// without that of its noise.
+std::vector<double> step_variance(const std::vector<double>& values, double noise, double step_s) {
+  const auto reach = static_cast<std::size_t>(std::max(2.0, std::round(0.06 / step_s)));
+  std::vector<double> out(values.size(), 0.0);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const std::size_t from = k > reach ? k - reach : 0, to = std::min(values.size() - 1, k + reach);
+    double sum = 0.0;
+    for (std::size_t i = from + 1; i <= to; ++i) sum += std::pow(values[i] - values[i - 1], 2);
+    if (to > from)
+      out[k] = std::max(0.0, sum / static_cast<double>(to - from) - 2.0 * noise * noise);
+  }
+  return out;
+}
+
+/// When between two rows the gear changed is not known: half the clutch's torque may have acted for
+/// that much longer or shorter.
+void add_shift(const vehicle::Car<double>& car, SmootherRow& row, int gear_before, double dt_s) {
+  const double about_s = dt_s / std::sqrt(12.0);
+  const double clutch_nm = 0.5 * car.parameters[P::clutch_torque_nm];
+  const int gear = row.gear != 0 ? row.gear : gear_before;
+  const double ratio = std::abs(vehicle::overall_ratio(car.parameters, gear));
+  const double engine = about_s * clutch_nm / car.parameters[P::engine_inertia_kgm2];
+  const double wheel =
+      about_s * 0.5 * clutch_nm * ratio / car.parameters[P::rear_wheel_inertia_kgm2];
+  const double patch = 0.5 * dt_s * wheel * car.static_radius_m[1];
+  row.noise[static_cast<Index>(place_of(vehicle::kEngine))] += engine * engine;
+  for (std::size_t i = 2; i < kWheels; ++i) {
+    row.noise[static_cast<Index>(place_of(vehicle::kSpin + i))] += wheel * wheel;
+    row.noise[static_cast<Index>(place_of(vehicle::kSlipX + i))] += patch * patch;
+  }
+}
+
+/// The driver's feet move as the recorded channels do; shifts throw the engine's speed about.
+void set_noises(const vehicle::Recording& recording, const vehicle::Car<double>& car,
+                ForceChannels& out) {
+  const PlaceVector per_second = noise_per_second();
+  const std::vector<double>& time = *recording.table.find("time_s");
+  std::vector<std::vector<double>> moves(kPlaces);
+  for (const Sensor& s : out.sensors) {
+    if (s.seen || s.place < kPlaceThrottle || s.place >= kPlaceParts) continue;
+    const std::vector<double> filled = vehicle::fill_gaps(time, *recording.table.find(s.channel));
+    moves[s.place] = step_variance(filled, s.deviation, recording.step_s);
+  }
+  for (std::size_t k = 0; k < out.rows.size(); ++k) {
+    SmootherRow& row = out.rows[k];
+    const double dt = k == 0
+                          ? recording.step_s
+                          : std::min(row.time_s - out.rows[k - 1].time_s, 2.5 * recording.step_s);
+    row.noise = dt * per_second;
+    for (std::size_t place = kPlaceThrottle; place < kPlaceParts; ++place)
+      if (!moves[place].empty())
+        row.noise[static_cast<Index>(place)] =
+            std::max(moves[place][k], 0.01 * dt * per_second[static_cast<Index>(place)]);
+    if (k > 0 && row.gear != out.rows[k - 1].gear) add_shift(car, row, out.rows[k - 1].gear, dt);
+  }
+}
+
+}  // namespace
+
+double noise_of(const std::vector<double>& values) {
+  std::vector<double> known;
+  for (const double v : values)
+    if (std::isfinite(v)) known.push_back(v);
+  if (known.size() < 20) return 0.0;
+  std::vector<double> third;
+  for (std::size_t k = 3; k < known.size(); ++k)
+    third.push_back(std::abs(known[k] - 3.0 * known[k - 1] + 3.0 * known[k - 2] - known[k - 3]));
+  const auto middle = third.begin() + static_cast<std::ptrdiff_t>(third.size() / 2);
+  std::nth_element(third.begin(), middle, third.end());
+  return 1.4826 * *middle / std::sqrt(20.0);
+}
+
+PlaceVector begin_deviations() {
+  PlaceVector sd = PlaceVector::Constant(1.0);
+  const auto set = [&](std::size_t state, std::size_t count, double value) {
+    for (std::size_t i = 0; i < count; ++i) sd[static_cast<Index>(place_of(state + i))] = value;
+  };
+  set(vehicle::kX, 2, 0.3);
+  set(vehicle::kZ, 1, 0.01);
+  set(vehicle::kRoll, 2, 0.01);
+  set(vehicle::kYaw, 1, 0.03);
+  set(vehicle::kVx, 2, 0.5);
+  set(vehicle::kVz, 1, 0.1);
+  set(vehicle::kRollRate, 3, 0.1);
+  set(vehicle::kTravel, 4, 0.01);
+  set(vehicle::kTravelRate, 4, 0.05);
+  set(vehicle::kSpin, 4, 3.0);
+  set(vehicle::kSlipX, 8, 0.01);
+  set(vehicle::kEngine, 1, 30.0);
+  set(vehicle::kBoost, 1, 0.3);
+  sd[kPlaceSteer] = 0.02;
+  sd[kPlaceSteerRate] = 0.3;
+  sd[kPlaceThrottle] = 0.1;
+  for (std::size_t i = kPlaceBrake; i < kPlaceParts; ++i) sd[static_cast<Index>(i)] = 3e5;
+  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i) sd[static_cast<Index>(i)] = 0.03;
+  sd[kPlaceAxOffset] = sd[kPlaceAyOffset] = 0.1;
+  sd[kPlaceYawRateOffset] = 0.003;
+  sd[kPlaceSteerOffset] = 0.001;
+  return sd;
+}
+
+PlaceVector noise_per_second() {
+  PlaceVector sd = PlaceVector::Zero();
+  const auto set = [&](std::size_t state, std::size_t count, double value) {
+    for (std::size_t i = 0; i < count; ++i) sd[static_cast<Index>(place_of(state + i))] = value;
+  };
+  set(vehicle::kX, 3, 1e-3);
+  set(vehicle::kRoll, 3, 1e-4);
+  set(vehicle::kVx, 2, 3e-3);
+  set(vehicle::kVz, 1, 0.01);
+  set(vehicle::kRollRate, 3, 2e-3);
+  set(vehicle::kTravel, 4, 1e-4);
+  set(vehicle::kTravelRate, 4, 0.02);
+  set(vehicle::kSpin, 4, 0.1);
+  set(vehicle::kSlipX, 8, 1e-5);
+  set(vehicle::kEngine, 1, 1.0);
+  set(vehicle::kBoost, 1, 0.02);
+  sd[kPlaceSteerRate] = 2.0;
+  sd[kPlaceThrottle] = 1.0;
+  for (std::size_t i = kPlaceBrake; i < kPlaceParts; ++i) sd[static_cast<Index>(i)] = 5e6;
+  for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
+    sd[static_cast<Index>(i)] = 0.03 * std::sqrt(2.0 / kForgetPart_s);
+  return sd.cwiseAbs2();
+}
+
+ForceChannels read_force_channels(const vehicle::Recording& recording,
+                                  const vehicle::Car<double>& car) {
+  ForceChannels out;
+  const std::vector<double>& time = *recording.table.find("time_s");
+  out.rows.resize(time.size());
+  for (std::size_t k = 0; k < time.size(); ++k) out.rows[k].time_s = time[k];
+  Reader reader(recording, out);
+  read_car(reader);
+  read_driver(recording, car, reader, out);
+  set_gears(recording, car, out);
+  set_noises(recording, car, out);
+  return out;
+}
+
+}  // namespace identify

@@ -1,0 +1,34 @@
+// A log as a smoother takes it: what each channel measures, how noisy it is, what happens between
+// rows. Private to forces.cpp.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "car_smoother.h"
+#include "vehicle/recording.h"
+
+namespace identify {
+
+struct ForceChannels {
+  std::vector<Sensor> sensors;
+  std::vector<SmootherRow> rows;  ///< one per row of the recording
+  std::vector<std::string> said;  ///< sentences: what drives what, what was assumed
+};
+
+/// The channels of a recording that say something about the car. Noises are those of third
+/// differences; noise that comes into the driver's actions follows how these move. Throws
+/// base::Error where one that is needed is missing.
+ForceChannels read_force_channels(const vehicle::Recording& recording,
+                                  const vehicle::Car<double>& car);
+
+/// Standard deviation of white noise on the values of a channel that is smooth otherwise, by its
+/// third differences; NaN are skipped, 0 where there are fewer than 20 values.
+double noise_of(const std::vector<double>& values);
+
+/// What each estimated number is uncertain by at a begin, and the variance that comes into it per
+/// second.
+PlaceVector begin_deviations();
+PlaceVector noise_per_second();
+
+}  // namespace identify

@@ -1,0 +1,232 @@
+#include "identify/forces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <optional>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "force_pieces.h"
+
+namespace identify {
+namespace {
+
+using Index = Eigen::Index;
+using vehicle::kWheels;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFarFromNoise = 4.0;  // times its own noise, of which a channel is spoken
+void make_room(Forces& out, const std::vector<double>& time) {
+  const std::size_t n = time.size();
+  out.time_s = time;
+  const auto room = [&](Estimated& e) {
+    e.value.assign(n, kNaN);
+    e.sd.assign(n, kNaN);
+  };
+  out.u_m.assign(n, kNaN);
+  out.v_m.assign(n, kNaN);
+  for (WheelForces& w : out.wheel) {
+    for (Estimated* e : {&w.fx_n, &w.fy_n, &w.fz_n, &w.kappa, &w.alpha_rad, &w.camber_rad})
+      room(*e);
+    w.vx_mps.assign(n, kNaN);
+    w.tyre_k.assign(n, kNaN);
+  }
+  for (std::size_t a = 0; a < 2; ++a)
+    for (Estimated* e : {&out.axle_fx_n[a], &out.axle_fy_n[a], &out.axle_fz_n[a]}) room(*e);
+  for (Estimated* e :
+       {&out.vx_mps, &out.vy_mps, &out.yaw_rate_radps, &out.steer_rad, &out.sideslip_rad})
+    room(*e);
+}
+
+/// `off`: how far the side force of each axle is from the tyre file's, as a share.
+void write_row(Forces& out, std::size_t k, const SmoothedRow& row,
+               const std::array<double, 2>& off) {
+  const auto put = [&](Estimated& e, double value, double sd) {
+    e.value[k] = value;
+    e.sd[k] = sd;
+  };
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    WheelForces& w = out.wheel[i];
+    const auto seen = [&](Estimated& e, SeenOfWheel what) {
+      put(e, row.seen.value[seen_of(i, what)], row.seen_sd[seen_of(i, what)]);
+    };
+    seen(w.fx_n, kSeenFx);
+    seen(w.fy_n, kSeenFy);
+    seen(w.fz_n, kSeenFz);
+    seen(w.kappa, kSeenKappa);
+    seen(w.alpha_rad, kSeenAlpha);
+    seen(w.camber_rad, kSeenCamber);
+    w.vx_mps[k] = row.seen.wheel_vx_mps[i];
+    w.tyre_k[k] = row.point.state[vehicle::kTyre + i];
+  }
+  for (std::size_t a = 0; a < 2; ++a) {
+    put(out.axle_fx_n[a], row.axle[a][kSeenFx], row.axle_sd[a][kSeenFx]);
+    put(out.axle_fy_n[a], row.axle[a][kSeenFy], row.axle_sd[a][kSeenFy]);
+    put(out.axle_fz_n[a], row.axle[a][kSeenFz], row.axle_sd[a][kSeenFz]);
+  }
+  const auto state = [&](Estimated& e, std::size_t place) {
+    put(e, row.point.at(place), row.point_sd[place]);
+  };
+  state(out.vx_mps, place_of(vehicle::kVx));
+  state(out.vy_mps, place_of(vehicle::kVy));
+  state(out.yaw_rate_radps, place_of(vehicle::kYawRate));
+  state(out.steer_rad, kPlaceSteer);
+  const double vx = row.point.state[vehicle::kVx], vy = row.point.state[vehicle::kVy];
+  put(out.sideslip_rad, std::atan2(vy, vx),
+      row.point_sd[place_of(vehicle::kVy)] / std::max(1.0, vx));
+  // Which wheel of an axle holds how much of the side force is the tyre file's word: as far as that
+  // is off for the axle, a quarter as far it may be off between the wheels.
+  for (std::size_t a = 0; a < 2; ++a) {
+    const double left = out.wheel[2 * a].fy_n.value[k], right = out.wheel[2 * a + 1].fy_n.value[k];
+    const double both = std::abs(left) + std::abs(right);
+    const double about = both > 0.0 ? 0.25 * off[a] * std::abs(left * right) / both : 0.0;
+    for (std::size_t i = 2 * a; i < 2 * a + 2; ++i)
+      out.wheel[i].fy_n.sd[k] = std::hypot(out.wheel[i].fy_n.sd[k], about);
+  }
+  if (!row.seen.on_road) ++out.off_road;
+  ++out.rows;
+}
+
+struct PartName {
+  std::size_t place;
+  const char* name;
+};
+constexpr std::array<PartName, 9> kParts{
+    {{kPlaceGrip, "grip of the front tyres"},
+     {kPlaceGrip + 1, "grip of the rear tyres"},
+     {kPlaceCornering, "cornering stiffness of the front tyres"},
+     {kPlaceCornering + 1, "cornering stiffness of the rear tyres"},
+     {kPlaceSlipStiffness, "slip stiffness of the front tyres"},
+     {kPlaceSlipStiffness + 1, "slip stiffness of the rear tyres"},
+     {kPlaceBrakes, "torque of the front brakes"},
+     {kPlaceBrakes + 1, "torque of the rear brakes"},
+     {kPlaceDrive, "torque of the engine"}}};
+
+/// The rows that a piece keeps. Where the car cannot follow, each half is tried by itself, down to
+/// a second; rows without a value stay.
+std::vector<std::optional<SmoothedRow>> keep(const Work& work, const Piece& piece,
+                                             std::size_t& wild) {
+  const std::size_t count = piece.end - piece.begin;
+  const Smoothed s = smooth_piece(work, piece);
+  wild += s.sums.wild;
+  std::vector<std::optional<SmoothedRow>> out;
+  if (!s.row.empty()) {
+    const auto at = [&](std::size_t k) {
+      return s.row.begin() + static_cast<std::ptrdiff_t>(k - piece.from);
+    };
+    out.assign(at(piece.begin), at(piece.end));
+    return out;
+  }
+  if (static_cast<double>(count) * work.recording.step_s < 2.0) {
+    out.resize(count);
+    return out;
+  }
+  const std::size_t middle = piece.begin + count / 2, lead = piece.begin - piece.from,
+                    tail = piece.to - piece.end;
+  out = keep(work, {piece.from, piece.begin, middle, std::min(middle + tail, piece.to)}, wild);
+  const std::size_t from = std::max(piece.from, middle - lead);
+  const auto second = keep(work, {from, middle, piece.end, piece.to}, wild);
+  out.insert(out.end(), second.begin(), second.end());
+  return out;
+}
+
+/// Every piece smoothed, its kept rows only.
+std::vector<std::vector<std::optional<SmoothedRow>>> smooth_all(const Work& work,
+                                                                const std::vector<Piece>& pieces,
+                                                                Forces& out) {
+  std::vector<std::vector<std::optional<SmoothedRow>>> kept(pieces.size());
+  std::vector<std::size_t> wild(pieces.size());
+  std::mutex mutex;
+  std::size_t finished = 0;
+  base::parallel_for(pieces.size(), 1, work.options.threads, [&](std::size_t b, std::size_t e) {
+    for (std::size_t i = b; i < e; ++i) {
+      const Piece& piece = pieces[i];
+      kept[i] = keep(work, piece, wild[i]);
+      const std::lock_guard lock(mutex);
+      ++finished;
+      if (work.options.progress)
+        work.options.progress("forces",
+                              static_cast<double>(finished) / static_cast<double>(pieces.size()));
+    }
+  });
+  for (const std::size_t one : wild) out.wild += one;
+  return kept;
+}
+
+/// How far each axle's side force is from that of the tyre file with mean grip and stiffness.
+std::array<double, 2> side_off(const Work& work) {
+  std::array<double, 2> off{};
+  for (std::size_t a = 0; a < 2; ++a)
+    for (const std::size_t part : {kPlaceGrip + a, kPlaceCornering + a}) {
+      off[a] = std::max(off[a], work.begin_sd[static_cast<Index>(part)]);
+    }
+  return off;
+}
+
+void describe_use(const Work& work, Forces& out) {
+  for (const PartName& part : kParts)
+    out.parts.push_back({part.name, work.rest[static_cast<Index>(part.place)],
+                         work.begin_sd[static_cast<Index>(part.place)]});
+  for (const Sensor& s : work.channels.sensors) {
+    std::size_t rows = 0;
+    for (const double v : *work.recording.table.find(s.channel)) rows += std::isfinite(v) ? 1 : 0;
+    out.channels.push_back({s.channel, rows, s.deviation});
+    out.measurements += rows;
+  }
+  out.remarks = work.channels.said;
+  for (const Sensor& s : work.channels.sensors)
+    if (s.deviation > kFarFromNoise * s.own_deviation)
+      out.remarks.push_back(fmt::format(
+          "{} is off by {:.3g} from what the car of the vehicle file would have shown, where its "
+          "own noise is {:.3g}: its scale, sign, delay or place, or that part of the car",
+          s.channel, s.deviation, s.own_deviation));
+}
+
+void place_rows(const Work& work, const vehicle::Road& road, Forces& out) {
+  std::optional<vehicle::RoadTracker> tracker;
+  if (road.surface() != nullptr) tracker.emplace(*road.surface());
+  for (std::size_t k = 0; k < out.time_s.size(); ++k) {
+    const crg::UV place =
+        tracker ? tracker->at(work.x_m[k], work.y_m[k]) : crg::UV{work.x_m[k], work.y_m[k]};
+    out.u_m[k] = place.u_m;
+    out.v_m[k] = place.v_m;
+  }
+}
+
+}  // namespace
+
+Forces estimate_forces(const vehicle::Car<double>& car, const vehicle::Road& road,
+                       const vehicle::Recording& recording, const ForcesOptions& options) {
+  const CarMotion motion(car, road, options.step_s, {options.imu_ahead_m, options.imu_yaw_rad});
+  Work work = make_work(motion, car, road, recording, options);
+  Forces out;
+  const std::vector<Piece> pieces = pieces_of(work, out);
+  if (pieces.empty())
+    throw base::Error(fmt::format(
+        "no second of the recording without a gap in which the car is faster than {:g} m/s",
+        options.least_mps));
+  learn_noises(work, pieces);
+  make_room(out, *recording.table.find("time_s"));
+  const std::array<double, 2> off = side_off(work);
+  const auto kept = smooth_all(work, pieces, out);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    for (std::size_t k = 0; k < kept[i].size(); ++k) {
+      if (kept[i][k])
+        write_row(out, pieces[i].begin + k, *kept[i][k], off);
+      else
+        ++out.lost;
+    }
+  }
+  if (out.rows == 0)
+    throw base::Error(
+        "the simulated car could not follow any piece of the recording: see whether car, road and "
+        "the mapping's signs are those of this log (crgdrive replay shows it)");
+  describe_use(work, out);
+  place_rows(work, road, out);
+  return out;
+}
+
+}  // namespace identify

@@ -1,0 +1,166 @@
+// The smoother against what it must give: the truth from a log without noise, derivatives that are
+// those of differences, and the algebra of one measurement.
+#include "car_smoother.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/places.h"
+#include "vehicle/vehicle_file.h"
+
+namespace {
+
+using identify::CarMotion, identify::CarPoint, identify::PlaceMatrix, identify::PlaceVector;
+using namespace vehicle;  // NOLINT: names of one library
+
+struct Racer {
+  Vehicle vehicle = read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  Car<double> car = make_car(vehicle.files, vehicle.parameters, vehicle.terms);
+  Road road{0.02, -0.03};
+  CarMotion motion{car, road, 0.001};
+};
+
+/// In a bend on the throttle, springs settled.
+CarPoint cornering(const Racer& racer, RoadCursors& cursors) {
+  StartOptions start;
+  start.speed_mps = 35.0;
+  start.gear = 3;
+  CarPoint p = racer.motion.begin(start, cursors);
+  p.at(identify::kPlaceSteer) = 0.03;
+  p.at(identify::kPlaceThrottle) = 0.3;
+  PlaceMatrix by;
+  for (int k = 0; k < 50; ++k)
+    EXPECT_TRUE(racer.motion.move(p, 0.01, 3, 3, PlaceVector::Zero(), cursors, by));
+  return p;
+}
+
+TEST(CarMotion, MovesTheCarOfTheLibrary) {
+  Racer racer;
+  for (const Term t : {Term::steering_actuator, Term::steering_friction, Term::throttle_actuator})
+    racer.car.terms[t] = 0.0;
+  RoadCursors cursors;
+  StartOptions begin;
+  begin.speed_mps = 35.0;
+  begin.gear = 3;
+  CarPoint p = racer.motion.begin(begin, cursors);
+  p.at(identify::kPlaceSteer) = 0.03;
+  p.at(identify::kPlaceThrottle) = 0.3;
+  Simulation<double> sim = start(racer.car, racer.road, begin);
+  Controls<double> controls;
+  controls.steer_command_rad = 0.03 * racer.car.parameters[Parameter::steering_ratio];
+  controls.throttle_command = 0.3;
+  controls.gear_command = 3;
+  Detail<double> detail{};
+  PlaceMatrix by;
+  for (int k = 0; k < 100; ++k) {
+    ASSERT_TRUE(racer.motion.move(p, 0.005, 3, 3, PlaceVector::Zero(), cursors, by));
+    for (int n = 0; n < 5; ++n)
+      ASSERT_TRUE(step(racer.car, sim, controls, racer.road, StepOptions{}, detail).ok());
+  }
+  EXPECT_GT(std::abs(sim.state[kVy]), 0.1);
+  for (std::size_t i = 0; i < kStateSize; ++i)
+    EXPECT_NEAR(p.state[i], sim.state[i], 1e-6 * (1.0 + std::abs(sim.state[i]))) << state_name(i);
+}
+
+TEST(CarMotion, DerivativesAreThoseOfDifferences) {
+  const Racer racer;
+  RoadCursors cursors;
+  const CarPoint at = cornering(racer, cursors);
+  PlaceMatrix by, unused;
+  CarPoint moved = at;
+  ASSERT_TRUE(racer.motion.move(moved, 0.01, 3, 3, PlaceVector::Zero(), cursors, by));
+  const identify::Seen seen = racer.motion.look(at, 3, cursors);
+  for (std::size_t place = 0; place < identify::kMovingPlaces; ++place) {
+    const double h = place >= identify::kPlaceBrake && place < identify::kPlaceParts
+                         ? 1e3
+                         : 1e-6 * (1.0 + 10.0 * std::abs(at.at(place)));
+    CarPoint more = at, less = at;
+    more.at(place) += h;
+    less.at(place) -= h;
+    const identify::Seen up = racer.motion.look(more, 3, cursors),
+                         down = racer.motion.look(less, 3, cursors);
+    ASSERT_TRUE(racer.motion.move(more, 0.01, 3, 3, PlaceVector::Zero(), cursors, unused));
+    ASSERT_TRUE(racer.motion.move(less, 0.01, 3, 3, PlaceVector::Zero(), cursors, unused));
+    if (place >= identify::kPlaceBrake && place < identify::kPlaceParts) continue;  // a kink at 0
+    const auto column = static_cast<Eigen::Index>(place);
+    for (std::size_t i = 0; i < identify::kMovingPlaces; ++i) {
+      const double slope = (more.at(i) - less.at(i)) / (2.0 * h);
+      EXPECT_NEAR(by(static_cast<Eigen::Index>(i), column), slope,
+                  2e-3 * (std::abs(slope) + 1e-3 + 1e-9 * std::abs(moved.at(i)) / h))
+          << i << " by " << place;
+    }
+    for (std::size_t i = 0; i < identify::kSeen; ++i) {
+      const double slope = (up.value[i] - down.value[i]) / (2.0 * h);
+      EXPECT_NEAR(seen.by(static_cast<Eigen::Index>(i), column), slope,
+                  2e-3 * (std::abs(slope) + 1e-2 + 1e-9 * std::abs(seen.value[i]) / h))
+          << "seen " << i << " by " << place;
+    }
+  }
+}
+
+/// Rows every 10 ms that measure these of the truth's places exactly.
+std::vector<identify::SmootherRow> exact_rows(const Racer& racer, CarPoint truth,
+                                              const std::vector<identify::Sensor>& sensors,
+                                              int count, std::vector<CarPoint>& points) {
+  RoadCursors cursors;
+  std::vector<identify::SmootherRow> rows;
+  PlaceMatrix by;
+  for (int k = 0; k < count; ++k) {
+    if (k > 0) racer.motion.move(truth, 0.01, 3, 3, PlaceVector::Zero(), cursors, by);
+    identify::SmootherRow row;
+    row.time_s = 0.01 * k;
+    row.gear = row.next_gear = 3;
+    row.noise = PlaceVector::Constant(1e-14);
+    for (std::size_t s = 0; s < sensors.size(); ++s)
+      row.measured.push_back({s, truth.at(sensors[s].place)});
+    rows.push_back(row);
+    points.push_back(truth);
+  }
+  return rows;
+}
+
+TEST(CarSmoother, FindsTheTruthFromExactMeasurements) {
+  const Racer racer;
+  RoadCursors cursors;
+  const CarPoint truth = cornering(racer, cursors);
+  const std::vector<identify::Sensor> sensors{
+      {"vx_mps", false, identify::place_of(kVx), identify::kPlaces, 1e-3, 1e-3},
+      {"yaw_rate_radps", false, identify::place_of(kYawRate), identify::kPlaces, 1e-4, 1e-4},
+      {"steer_rad", false, identify::kPlaceSteer, identify::kPlaces, 1e-5, 1e-5}};
+  std::vector<CarPoint> points;
+  std::vector<identify::SmootherRow> rows = exact_rows(racer, truth, sensors, 60, points);
+  rows[30].measured[1].value += 0.5;  // a spike of the gyro
+  identify::SmootherBegin begin{truth, PlaceVector::Constant(1e-8), PlaceVector::Zero()};
+  // The lateral speed is not measured and begins wrong.
+  const auto vy = identify::place_of(kVy);
+  begin.point.at(vy) += 0.1;
+  begin.sd[static_cast<Eigen::Index>(vy)] = 0.3;
+  const identify::Smoothed s = identify::smooth(racer.motion, sensors, rows, begin, RoadCursors{});
+  ASSERT_EQ(s.row.size(), rows.size());
+  EXPECT_EQ(s.sums.wild, 1u);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    EXPECT_NEAR(s.row[k].point.at(vy), points[k].at(vy), 0.004) << k;
+    EXPECT_LT(s.row[k].point_sd[vy], 0.01) << k;
+  }
+}
+
+TEST(CarSmoother, OneMeasurementCountsAsItsPrecisionSays) {
+  const Racer racer;
+  RoadCursors cursors;
+  const CarPoint at = cornering(racer, cursors);
+  const std::vector<identify::Sensor> sensors{
+      {"vx_mps", false, identify::place_of(kVx), identify::kPlaces, 0.3, 0.3}};
+  std::vector<CarPoint> points;
+  std::vector<identify::SmootherRow> rows = exact_rows(racer, at, sensors, 1, points);
+  rows[0].measured[0].value += 1.0;
+  identify::SmootherBegin begin{at, PlaceVector::Constant(1e-6), PlaceVector::Zero()};
+  const auto vx = identify::place_of(kVx);
+  begin.sd[static_cast<Eigen::Index>(vx)] = 0.4;
+  const identify::Smoothed s = identify::smooth(racer.motion, sensors, rows, begin, RoadCursors{});
+  // Precisions add: 0.4 and 0.3 make 0.24; the mean is weighted by them.
+  EXPECT_NEAR(s.row[0].point.at(vx) - at.at(vx), 0.16 / (0.16 + 0.09), 1e-6);
+  EXPECT_NEAR(s.row[0].point_sd[vx], 0.24, 1e-6);
+}
+
+}  // namespace

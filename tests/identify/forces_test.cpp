@@ -1,0 +1,211 @@
+// Forces of every wheel from a noisy log, against what truly happened.
+#include "identify/forces.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "base/error.h"
+#include "crg/file.h"
+#include "identify/proving_road.h"
+#include "recorded_drive.h"
+#include "support/places.h"
+#include "support/run_crgbuild.h"
+#include "vehicle/vehicle_file.h"
+
+namespace {
+
+using identify::Forces, identify::ForcesOptions;
+using test_drive::Comparison, test_drive::Drive;
+using vehicle::kWheels;
+using P = vehicle::Parameter;
+
+struct Racer {
+  vehicle::Vehicle vehicle =
+      vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  vehicle::Car<double> car =
+      make_car(vehicle.files, vehicle.parameters, vehicle.terms, vehicle.contact);
+  crg::Surface surface{identify::proving_road()};
+  vehicle::Road road{surface};
+};
+
+constexpr std::array<const char*, 6> kQuantities{"fx", "fy", "fz", "kappa", "alpha", "camber"};
+
+/// Shares of the peak for forces; alpha in degrees.
+struct Bounds {
+  double axle_fy = 0.03, wheel_fy = 0.06, fx = 0.05, alpha_deg = 0.15;
+};
+
+/// What the test is about: errors below the bounds. Returns the share of all numbers inside their
+/// 90 % intervals; says every one of them where KERBSTONE_HEAVY is set.
+double judge(const Forces& f, const Drive& drive, const Bounds& bounds) {
+  double inside = 0.0;
+  std::size_t count = 0;
+  const bool loud = std::getenv("KERBSTONE_HEAVY") != nullptr;
+  const auto look = [&](const std::string& name, const identify::Estimated& e, const auto& truth) {
+    const Comparison c = test_drive::compare(e, drive.wheel.size(), truth);
+    if (loud)
+      fmt::print("{:12} rmse {:9.4g}, {:5.2f} % of the peak; {:5.1f} % of {} inside\n", name,
+                 c.rmse, 100.0 * c.rmse / c.peak, 100.0 * c.inside, c.rows);
+    inside += c.inside;
+    ++count;
+    return c;
+  };
+  for (std::size_t a = 0; a < 2; ++a) {
+    const auto sum = [&](std::size_t what) {
+      return [&, what](std::size_t k) {
+        return drive.wheel[k][2 * a][what] + drive.wheel[k][2 * a + 1][what];
+      };
+    };
+    const Comparison fx = look(fmt::format("fx of axle {}", a), f.axle_fx_n[a], sum(0));
+    const Comparison fy = look(fmt::format("fy of axle {}", a), f.axle_fy_n[a], sum(1));
+    EXPECT_LT(fx.rmse, bounds.fx * fx.peak) << a;
+    EXPECT_LT(fy.rmse, bounds.axle_fy * fy.peak) << a;
+  }
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const identify::WheelForces& w = f.wheel[i];
+    const std::array<const identify::Estimated*, 6> all{&w.fx_n,  &w.fy_n,      &w.fz_n,
+                                                        &w.kappa, &w.alpha_rad, &w.camber_rad};
+    for (std::size_t q = 0; q < all.size(); ++q) {
+      const Comparison c = look(fmt::format("{} of wheel {}", kQuantities[q], i), *all[q],
+                                [&](std::size_t k) { return drive.wheel[k][i][q]; });
+      if (q == 0) {
+        EXPECT_LT(c.rmse, bounds.fx * c.peak) << i;
+      }
+      if (q == 1) {
+        EXPECT_LT(c.rmse, bounds.wheel_fy * c.peak) << i;
+      }
+      if (q == 4) {
+        EXPECT_LT(c.rmse * 180.0 / 3.14159265, bounds.alpha_deg) << i;
+      }
+    }
+  }
+  if (loud) fmt::print("inside their 90 % intervals: {:.1f} %\n", 100.0 * inside / count);
+  return inside / static_cast<double>(count);
+}
+
+TEST(Forces, AreThoseOfTheDrivenCar) {
+  const Racer racer;
+  const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 9.0);
+  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 3), "log");
+  ForcesOptions options;
+  options.noise_rounds = 3;
+  const Forces f = identify::estimate_forces(racer.car, racer.road, recording, options);
+  EXPECT_EQ(f.rows + f.unsettled, f.time_s.size());
+  EXPECT_EQ(f.lost, 0u);
+  EXPECT_LT(f.wild, f.measurements / 100);
+  const double inside = judge(f, drive, {});
+  // Few rows, which follow each other: the whole measure is that of the laps below.
+  EXPECT_GT(inside, 0.82);
+  EXPECT_LT(inside, 0.98);
+  EXPECT_TRUE(f.remarks.empty()) << f.remarks.front();
+  // Noises are found from the log.
+  for (const identify::ChannelUse& c : f.channels) {
+    if (c.channel == "yaw_rate_radps") {
+      EXPECT_NEAR(c.noise, 0.005, 0.001);
+    }
+    if (c.channel == "wheel_fl_radps") {
+      EXPECT_NEAR(c.noise, 0.1, 0.02);
+    }
+    if (c.channel == "suspension_rr_m") {
+      EXPECT_NEAR(c.noise, 3e-4, 6e-5);
+    }
+  }
+}
+
+TEST(Forces, AreTheSameWithAnyNumberOfThreads) {
+  const Racer racer;
+  const Drive drive = test_drive::drive_car(racer.car, racer.road, 40, 1, 18.0);
+  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 3), "log");
+  ForcesOptions options;
+  options.noise_rounds = 0;
+  options.step_s = 0.004;
+  options.threads = 1;
+  const Forces one = identify::estimate_forces(racer.car, racer.road, recording, options);
+  options.threads = 3;
+  const Forces three = identify::estimate_forces(racer.car, racer.road, recording, options);
+  EXPECT_GT(one.rows, 400u);
+  for (std::size_t k = 0; k < one.time_s.size(); ++k) {
+    if (std::isnan(one.wheel[2].fy_n.value[k])) continue;
+    EXPECT_EQ(one.wheel[2].fy_n.value[k], three.wheel[2].fy_n.value[k]);
+    EXPECT_EQ(one.axle_fx_n[1].sd[k], three.axle_fx_n[1].sd[k]);
+  }
+}
+
+TEST(Forces, OfAnAxleDoNotHangOnTheReferenceTyre) {
+  Racer racer;
+  const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 8.0);
+  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 4), "log");
+  for (const P p : {P::front_tyre_grip, P::rear_tyre_grip}) racer.vehicle.parameters[p] *= 1.08;
+  for (const P p : {P::front_tyre_cornering_stiffness, P::rear_tyre_cornering_stiffness})
+    racer.vehicle.parameters[p] *= 0.9;
+  const auto stated = make_car(racer.vehicle.files, racer.vehicle.parameters, racer.vehicle.terms,
+                               racer.vehicle.contact);
+  ForcesOptions options;
+  options.noise_rounds = 4;
+  const Forces f = identify::estimate_forces(stated, racer.road, recording, options);
+  judge(f, drive, {});
+  // And it says that the tyres are others.
+  for (const identify::PartUse& part : f.parts)
+    if (part.part == "cornering stiffness of the front tyres") {
+      EXPECT_GT(part.mean, 0.05);
+    }
+}
+
+TEST(Forces, RefusesWhatItCannotUse) {
+  const Racer racer;
+  const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 2.0);
+  const vehicle::Table log = test_drive::logged(drive, true, 5);
+  const auto message = [&](const vehicle::Table& table) -> std::string {
+    try {
+      identify::estimate_forces(racer.car, racer.road, vehicle::make_recording(table, "log"));
+    } catch (const base::Error& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  vehicle::Table without;
+  for (std::size_t i = 0; i < log.names.size(); ++i)
+    if (log.names[i] != "throttle") without.add(log.names[i], log.columns[i]);
+  EXPECT_THAT(message(without), ::testing::HasSubstr("has no channel throttle; forces need it"));
+  vehicle::Table elsewhere = log;
+  for (std::size_t i = 0; i < log.names.size(); ++i)
+    if (log.names[i] == "y_m")
+      for (double& y : elsewhere.columns[i]) y += 500.0;
+  EXPECT_THAT(message(elsewhere), ::testing::HasSubstr("lie beside the road"));
+  vehicle::Table slow = log;
+  for (std::size_t i = 0; i < log.names.size(); ++i)
+    if (log.names[i] == "vx_mps")
+      for (double& v : slow.columns[i]) v = 2.0 + 1e-3 * v;
+  EXPECT_THAT(message(slow), ::testing::HasSubstr("faster than 5 m/s"));
+}
+
+// Six laps of the demo circuit, 100 Hz with an optical sensor and 50 Hz without: the table of
+// docs/accuracy.md.
+TEST(Forces, OfSixLapsHoldTheirIntervals) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr)
+    GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
+  const Racer racer;
+  const cli::Folder folder;
+  const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
+  ASSERT_EQ(cli::crgbuild({"synth", ring, "-o", folder / "demo"}).code, 0);
+  const crg::Surface surface(crg::read(folder / "demo/kerbstone-ring_truth.crg"));
+  const vehicle::Road road(surface);
+  for (const bool optical : {true, false}) {
+    const Drive drive = test_drive::drive_car(racer.car, road, optical ? 10 : 20, 6, 1000.0);
+    const auto recording = vehicle::make_recording(test_drive::logged(drive, optical, 6), "log");
+    const Forces f = identify::estimate_forces(racer.car, road, recording);
+    fmt::print("{} Hz, {} optical sensor: {} rows of {:.0f} s, {} lost, {} of {} wild\n",
+               optical ? 100 : 50, optical ? "with" : "without", f.rows, f.time_s.back(), f.lost,
+               f.wild, f.measurements);
+    Bounds bounds;
+    if (!optical) bounds.alpha_deg = 0.4;
+    const double inside = judge(f, drive, bounds);
+    EXPECT_GT(inside, 0.85);
+    EXPECT_LT(inside, 0.95);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,204 @@
+#include "identify/forces.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "base/error.h"
+#include "base/json_text.h"
+#include "base/one_line.h"
+#include "base/output_set.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
+#include "commands.h"
+#include "identify/forces_files.h"
+#include "vehicle/road_file.h"
+#include "vehicle/vehicle_file.h"
+
+namespace crgidentify {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+vehicle::Vehicle load(const ForcesCommand& command) {
+  vehicle::Vehicle v = vehicle::read_vehicle(command.vehicle_path);
+  if (!command.setup_path.empty()) vehicle::read_setup(v, command.setup_path);
+  for (const std::string& setting : command.settings) vehicle::apply_setting(v, setting, "--set");
+  return v;
+}
+
+/// DIR/NAME_forces.csv for each log; throws base::Error where two logs have one name.
+std::vector<std::string> names_of(const ForcesCommand& command) {
+  std::vector<std::string> out;
+  std::set<std::string> used;
+  for (const std::string& path : command.recording_paths) {
+    const std::string name = fs::path(path).stem().string() + "_forces.csv";
+    if (!used.insert(name).second)
+      throw base::Error(fmt::format(
+          "two logs would be written to {}: give them other names, or other folders", name));
+    out.push_back((fs::path(command.out_path) / name).string());
+  }
+  return out;
+}
+
+/// Largest size and root mean square of the standard deviation.
+std::pair<double, double> size_of(const identify::Estimated& e) {
+  double most = 0.0, square = 0.0;
+  std::size_t rows = 0;
+  for (std::size_t k = 0; k < e.value.size(); ++k) {
+    if (!std::isfinite(e.value[k])) continue;
+    most = std::max(most, std::abs(e.value[k]));
+    square += e.sd[k] * e.sd[k];
+    ++rows;
+  }
+  return {most, std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, rows)))};
+}
+
+struct Line {
+  std::string name, unit;
+  const identify::Estimated* e;
+};
+
+std::vector<Line> lines_of(const identify::Forces& f) {
+  std::vector<Line> out;
+  for (std::size_t a = 0; a < 2; ++a) {
+    const std::string axle = a == 0 ? "front" : "rear";
+    out.push_back({"fy of the " + axle + " axle", "N", &f.axle_fy_n[a]});
+    out.push_back({"fx of the " + axle + " axle", "N", &f.axle_fx_n[a]});
+  }
+  const char* const names[] = {"fl", "fr", "rl", "rr"};
+  for (std::size_t i = 0; i < vehicle::kWheels; ++i) {
+    const std::string wheel = names[i];
+    out.push_back({"fy_" + wheel, "N", &f.wheel[i].fy_n});
+    out.push_back({"fx_" + wheel, "N", &f.wheel[i].fx_n});
+    out.push_back({"fz_" + wheel, "N", &f.wheel[i].fz_n});
+    out.push_back({"kappa_" + wheel, "1", &f.wheel[i].kappa});
+    out.push_back({"alpha_" + wheel, "rad", &f.wheel[i].alpha_rad});
+  }
+  out.push_back({"sideslip", "rad", &f.sideslip_rad});
+  return out;
+}
+
+std::string left_out(const identify::Forces& f) {
+  std::string out;
+  const auto say = [&](std::size_t rows, const char* why) {
+    if (rows > 0) out += fmt::format("; {} {}", rows, why);
+  };
+  say(f.slow, "too slow");
+  say(f.unsettled, "at the begin of a stretch");
+  say(f.lost, "where the simulated car could not follow");
+  return out;
+}
+
+std::string said(const std::string& log, const std::string& written, const identify::Forces& f) {
+  std::string out =
+      fmt::format("{}: forces for {} of {} rows{}\n", log, f.rows, f.time_s.size(), left_out(f));
+  for (const std::string& remark : f.remarks) out += fmt::format("  {}\n", remark);
+  if (f.off_road > 0)
+    out += fmt::format("  {} rows with a wheel beside the road or over a hole\n", f.off_road);
+  if (50 * f.wild > f.measurements)
+    out += fmt::format(
+        "  {:.1f} % of the measurements are far from what the car does: car, road or mapping are "
+        "not those of this log everywhere, and the intervals are too narrow\n",
+        100.0 * static_cast<double>(f.wild) / static_cast<double>(f.measurements));
+  out += fmt::format("{:34} {:>10} {:>12}\n", "", "largest", "sd (rms)");
+  for (const Line& line : lines_of(f)) {
+    const auto [most, sd] = size_of(*line.e);
+    out += fmt::format("{:34} {:10.4g} {:12.3g} {}\n", line.name, most, sd, line.unit);
+  }
+  out += fmt::format("{:34} {:>10} {:>12}\n", "what parts differ by from the files", "mean",
+                     "about it");
+  for (const identify::PartUse& part : f.parts)
+    out += fmt::format("{:34} {:9.1f}% {:11.1f}%\n", part.part, 100.0 * part.mean,
+                       100.0 * part.freedom);
+  out += "what the columns rest on:\n";
+  for (const auto& [columns, basis] : forces_basis(f))
+    out += fmt::format("  {}: {}\n", columns, basis);
+  return out + fmt::format("-> {}\n", written);
+}
+
+ordered_json numbers(const std::string& log, const std::string& written,
+                     const identify::Forces& f) {
+  ordered_json out{{"log", log},           {"forces", written},
+                   {"rows", f.rows},       {"rows_of_log", f.time_s.size()},
+                   {"slow", f.slow},       {"unsettled", f.unsettled},
+                   {"lost", f.lost},       {"off_road", f.off_road},
+                   {"wild", f.wild},       {"measurements", f.measurements},
+                   {"remarks", f.remarks}, {"quantities", ordered_json::array()}};
+  for (const Line& line : lines_of(f)) {
+    const auto [most, sd] = size_of(*line.e);
+    out["quantities"].push_back(
+        {{"name", line.name}, {"unit", line.unit}, {"largest", most}, {"sd_rms", sd}});
+  }
+  for (const identify::PartUse& part : f.parts)
+    out["parts"].push_back({{"part", part.part}, {"mean", part.mean}, {"freedom", part.freedom}});
+  for (const identify::ChannelUse& c : f.channels)
+    out["channels"].push_back({{"channel", c.channel}, {"rows", c.rows}, {"noise", c.noise}});
+  for (const auto& [columns, basis] : forces_basis(f))
+    out["basis"].push_back({{"columns", columns}, {"rests_on", basis}});
+  return out;
+}
+
+std::string file_text(const ForcesCommand& command, const std::string& log,
+                      const identify::Forces& f) {
+  std::string out = "# crgidentify forces\n";
+  std::vector<std::string> from{log, command.vehicle_path, command.track_path};
+  for (const std::string& path : {command.friction_path, command.mapping_path, command.setup_path})
+    if (!path.empty()) from.push_back(path);
+  for (const std::string& path : from)
+    out += fmt::format("# from {} sha256 {}\n", base::one_line(path), base::sha256_of_file(path));
+  for (const std::string& setting : command.settings)
+    out += fmt::format("# set {}\n", base::one_line(setting));
+  for (const auto& [columns, basis] : forces_basis(f))
+    out += fmt::format("# {}: {}\n", columns, basis);
+  return out + vehicle::format_table(forces_table(f), 7);
+}
+
+}  // namespace
+
+int forces(const ForcesCommand& command, Terminal& terminal) {
+  terminal.start("reading");
+  const std::vector<std::string> written = names_of(command);
+  const vehicle::Vehicle v = load(command);
+  const vehicle::Car<double> car = make_car(v.files, v.parameters, v.terms, v.contact);
+  const vehicle::RoadFiles road = vehicle::read_road(command.track_path, command.friction_path);
+  if (!road.remark.empty()) terminal.remark(road.remark);
+  vehicle::Mapping mapping;
+  if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
+  identify::ForcesOptions options;
+  options.fuel_kg = command.fuel_kg;
+  options.tyre_k = command.tyre_k;
+  options.disc_k = command.disc_k;
+  options.step_s = 1e-3 * command.step_ms;
+  options.imu_ahead_m = mapping.imu_ahead_m;
+  options.imu_yaw_rad = mapping.imu_yaw_rad;
+  options.noise_rounds = command.noise_rounds;
+  options.threads = command.threads;
+  options.progress = terminal.progress();
+  ordered_json json = ordered_json::array();
+  fs::create_directories(command.out_path);
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    const std::string& log = command.recording_paths[i];
+    const vehicle::Recording recording = vehicle::read_recording(log, mapping);
+    const identify::Forces f = [&] {
+      try {
+        return identify::estimate_forces(car, vehicle::Road(road.surface), recording, options);
+      } catch (const base::Error& e) {
+        throw base::Error(fmt::format("{}: {}", log, e.what()));
+      }
+    }();
+    base::write_file(written[i], file_text(command, log, f));
+    if (terminal.json)
+      json.push_back(numbers(log, written[i], f));
+    else
+      terminal.print(said(log, written[i], f));
+  }
+  if (terminal.json) terminal.print(base::json_text(json));
+  return kOk;
+}
+
+}  // namespace crgidentify
