@@ -97,6 +97,15 @@ TEST(FileCommands, ExportWritesOneFormatAtATimeBesideTheCrg) {
   const Ran mesh = crgbuild({"export", folder / "road.crg", "--mesh", "-o", folder / "road.ply"});
   EXPECT_EQ(mesh.code, 0) << mesh.err;
   EXPECT_THAT(mesh.out, HasSubstr("triangles, z up"));
+  const Ran map =
+      crgbuild({"export", folder / "road.crg", "--heightmap", "-o", folder / "road.png"});
+  EXPECT_EQ(map.code, 0) << map.err;
+  EXPECT_THAT(map.out, HasSubstr("mm at most between them"));
+  EXPECT_THAT(read(folder / "road.png.json"), HasSubstr("\"file\": \"road.png\""));
+  const Ran tiff =
+      crgbuild({"export", folder / "road.crg", "--heightmap", "-o", folder / "road.tif"});
+  EXPECT_EQ(tiff.code, 1);
+  EXPECT_THAT(tiff.err, HasSubstr("wanted .png or .raw"));
   const Ran two = crgbuild({"export", folder / "road.crg", "--xodr", "--svg", "-o", folder / "x"});
   EXPECT_EQ(two.code, 2);
   EXPECT_THAT(two.err, HasSubstr("one format is wanted"));

@@ -186,8 +186,8 @@ int run_transform(const TransformCommand& command, Terminal& terminal);
 struct ExportCommand {
   std::string crg, output, friction_crg;
   bool tum = false, xodr = false, rdf = false, geojson = false, kml = false, svg = false,
-       mesh = false;
-  double step_m = 0.5;  ///< of rows, for triangles
+       mesh = false, heightmap = false, mat = false;
+  double step_m = 0.5;  ///< of rows, for triangles; of samples, for heightmaps
 };
 int run_export(const ExportCommand& command, Terminal& terminal);
 

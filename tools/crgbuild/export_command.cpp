@@ -16,6 +16,8 @@
 #include "road/error.h"
 #include "road/export_mesh.h"
 #include "road/export_road.h"
+#include "road/height_raster.h"
+#include "road/matlab_file.h"
 #include "road/track_widths.h"
 
 namespace crgbuild {
@@ -80,6 +82,65 @@ Written write_mesh(const crg::Surface& road, const ExportCommand& command) {
           {fmt::format("what lies between rows {} m apart", command.step_m)}};
 }
 
+/// Two files, for no height map says where it lies: the facts first, so that no map is without.
+Written write_heightmap(const crg::Surface& road, const ExportCommand& command) {
+  const std::string ending = base::ending_of(command.output);
+  if (ending != ".png" && ending != ".raw")
+    throw road::Error(fmt::format(
+        "{}: the ending of the output says which format heights are written in; wanted .png or "
+        ".raw",
+        command.output));
+  const road::HeightRaster raster = road::height_raster(road, command.step_m);
+  const road::RasterLoss loss = road::raster_loss(raster, road);
+  const std::string beside = command.output + ".json";
+  nlohmann::ordered_json facts = {{"version", 1},
+                                  {"file", fs::path(command.output).filename().string()},
+                                  {"columns", raster.columns},
+                                  {"rows", raster.rows},
+                                  {"rows_go", "south"},
+                                  {"cell_m", raster.cell_m},
+                                  {"x_m", raster.x_m},
+                                  {"y_m", raster.y_m},
+                                  {"z_m", raster.z_m},
+                                  {"z_step_m", raster.z_step_m},
+                                  {"no_road", 0}};
+  if (ending == ".raw") facts["byte_order"] = "little";
+  base::write_file(beside, base::json_text(facts));
+  base::write_file(command.output,
+                   ending == ".png" ? road::png_bytes(raster) : road::raw_bytes(raster));
+  std::vector<std::string> lost{
+      fmt::format("{:.2f} mm at samples", 1e3 * loss.at_samples_m),
+      fmt::format("{:.1f} mm at most between them, {:.2f} mm in the mean (root of squares)",
+                  1e3 * loss.between_samples_m, 1e3 * loss.rms_m),
+      fmt::format("{:.1f} % of the road, within a sample of its edges", 1e2 * loss.nodes_without),
+      fmt::format("{:.2f} % of the road, below or above another leg",
+                  1e2 * loss.nodes_of_other_legs)};
+  return {"heightmap",
+          fmt::format("{} x {} samples {} m apart, levels of {:.4g} mm; where it lies: {}",
+                      raster.columns, raster.rows, raster.cell_m, 1e3 * raster.z_step_m, beside),
+          {{"facts", beside},
+           {"columns", raster.columns},
+           {"rows", raster.rows},
+           {"z_step_m", raster.z_step_m},
+           {"error_between_samples_m", loss.between_samples_m},
+           {"error_rms_m", loss.rms_m},
+           {"nodes_without_share", loss.nodes_without},
+           {"nodes_of_other_legs_share", loss.nodes_of_other_legs}},
+          std::move(lost)};
+}
+
+Written write_mat(const crg::Surface& road, const std::string& output) {
+  const std::string bytes = road::matlab_file(road);
+  base::write_file(output, bytes);
+  return {
+      "mat",
+      fmt::format("{} bytes; x_m, y_m, heading_rad, v_m, z_m(row, column), u_begin_m, u_step_m, "
+                  "closed",
+                  bytes.size()),
+      {{"bytes", bytes.size()}},
+      {"the header's texts, options and projection"}};
+}
+
 Written write_text(const crg::Surface& road, const ExportCommand& command) {
   const std::string name = fs::path(command.crg).stem().string();
   const road::NamedFiles files{seen_from(command.output, command.crg),
@@ -99,9 +160,11 @@ Written write_text(const crg::Surface& road, const ExportCommand& command) {
 int run_export(const ExportCommand& command, Terminal& terminal) {
   const crg::Surface road(crg::read(command.crg));
   if (!command.friction_crg.empty()) crg::read(command.friction_crg);  // that it is one
-  const Written written = command.tum    ? write_tum(road, command.output)
-                          : command.mesh ? write_mesh(road, command)
-                                         : write_text(road, command);
+  const Written written = command.tum         ? write_tum(road, command.output)
+                          : command.mesh      ? write_mesh(road, command)
+                          : command.heightmap ? write_heightmap(road, command)
+                          : command.mat       ? write_mat(road, command.output)
+                                              : write_text(road, command);
   if (terminal.json) {
     nlohmann::ordered_json out;
     out["file"] = command.output;

@@ -371,21 +371,27 @@ void define_export(CLI::App& app, Commands& c) {
   exported->add_flag("--svg", c.export_road.svg, "the same as a drawing, 1 unit a metre");
   exported->add_flag("--tum", c.export_road.tum,
                      "CSV of racing line programs: x_m,y_m,w_tr_right_m,w_tr_left_m, no heights");
+  exported->add_flag("--heightmap", c.export_road.heightmap,
+                     "16 bits a sample, by the ending: .png or .raw; beside it a .json says where");
+  exported->add_flag("--mat", c.export_road.mat,
+                     "MATLAB level 5: line and heights as variables, 8 bytes a number");
   add_input(*exported, "--friction", c.export_road.friction_crg,
             "for --xodr and --rdf: a CRG whose heights are friction coefficients");
   exported
-      ->add_option("--step-m", c.export_road.step_m,
-                   "for --mesh: distance of the rows along the road")
+      ->add_option(
+          "--step-m", c.export_road.step_m,
+          "for --mesh: distance of the rows along the road; for --heightmap: of the samples")
       ->check(CLI::Range(0.001, 100.0))
       ->capture_default_str();
   const ExportCommand& wanted = c.export_road;
   exported->callback([&wanted] {
     if (wanted.xodr + wanted.rdf + wanted.mesh + wanted.geojson + wanted.kml + wanted.svg +
-            wanted.tum !=
+            wanted.tum + wanted.heightmap + wanted.mat !=
         1)
       throw CLI::ValidationError(
           "export",
-          "one format is wanted: --xodr, --rdf, --mesh, --geojson, --kml, --svg or --tum");
+          "one format is wanted: --xodr, --rdf, --mesh, --heightmap, --mat, --geojson, --kml, "
+          "--svg or --tum");
     if (!wanted.friction_crg.empty() && !wanted.xodr && !wanted.rdf)
       throw CLI::ValidationError("--friction",
                                  "goes with --xodr and --rdf: the other formats name no CRG");
@@ -395,6 +401,7 @@ void define_export(CLI::App& app, Commands& c) {
       "the last column before the first NaN.\n\n"
       "Examples:\n  crgbuild export out/track.crg --xodr -o out/track.xodr\n"
       "  crgbuild export out/track.crg --mesh -o track.glb\n"
+      "  crgbuild export out/track.crg --heightmap --step-m 0.25 -o track.png\n"
       "  crgbuild export out/track.crg --tum -o track.csv");
 }
 

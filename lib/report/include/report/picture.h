@@ -25,4 +25,8 @@ Picture decode_png(std::string_view bytes);
 /// writer for 15 % more bytes. Throws std::invalid_argument.
 std::string encode_png(int width_px, int height_px, std::span<const std::uint8_t> pixels);
 
+/// 16 bits a pixel, shades of grey, without a gamma: numbers more than a picture. Throws
+/// std::invalid_argument.
+std::string encode_grey_png(int width_px, int height_px, std::span<const std::uint16_t> pixels);
+
 }  // namespace report
