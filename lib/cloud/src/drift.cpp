@@ -10,7 +10,8 @@
 namespace cloud {
 namespace {
 
-constexpr int kRounds = 24;  // steps shrink by a third each; grass too low to tell needs 20
+constexpr int kRounds = 24;         // steps shrink by a third each; grass too low to tell needs 20
+constexpr int kRoundsRefined = 16;  // at least, after that
 constexpr int kRoundsWithoutBase = 40, kLeastWithoutBase = 20;  // long roads bend slowly
 // Without a base nothing damps the steps: slopes of the road, which lag behind by one, swing.
 constexpr double kStepWithoutBase = 0.5;
@@ -19,6 +20,11 @@ constexpr double kMovesWithoutBase = 0.01;
 /// Where the base lies farther off than this it is not believed, round by round; then three of its
 /// own deviations.
 constexpr double kBaseScales_m[] = {0.1, 0.05, 0.025, 0.012, 0.006, 0.003};
+/// As long as the points do not say that the base as a whole is tilted, it is by no more than this
+/// part of what it may be. (The stated deviations know that it may.)
+constexpr double kTilted = 0.03;
+constexpr double kNearly_m = 0.001;  // poses that move by less in a round are nearly right
+constexpr double kRoad_m = 10.0;     // over this width a tilt may be all of what the base is off by
 constexpr double kLeastBaseStddev_m = 0.0001;
 
 /// Slope and bend of the correction at a section, from its neighbours in the piece.
@@ -163,11 +169,11 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
                still_rad =
                    options.trust_base ? 2e-5 : kMovesWithoutBase * options.drift_rad_per_100m;
   double measured = 1.0;
+  const double tilt = options.base_stddev_m / (kRoad_m / std::sqrt(12.0));
   // The first estimate need not be settled: a correction that bends within a section is only nearly
   // taken out of its cells.
-  const int begin = again ? kSchedule - 2 : 0, end = !again               ? kSchedule + 1
-                                                     : options.trust_base ? kRounds
-                                                                          : kRoundsWithoutBase;
+  const int begin = again ? kSchedule - 2 : 0;
+  int end = !again ? kSchedule + 1 : options.trust_base ? kRounds : kRoundsWithoutBase;
   for (int round = begin; round < end && !report.converged; ++round) {
     problem.linearise(drift.correction);
     const std::vector<Correction> last = drift.correction;
@@ -183,6 +189,8 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
                    own_slope = std::clamp(facts.node_slope_mad, 2e-5, 0.002);
       scales.node_m = std::max(3.0 * own_node, round > 0 ? wanted : 1.0);
       scales.node_slope = std::max(3.0 * own_slope, round > 0 ? 0.3 * wanted : 0.3);
+      scales.common_slope = problem.is_fine() ? 3.0 * kTilted * tilt : 1.0;
+      scales.common_slope_stddev = problem.is_fine() ? scales.common_slope / 3.0 : 1e-6;
       scales.node_stddev_m = scales.node_m / 3.0,
       scales.node_slope_stddev = scales.node_slope / 3.0;
       scales.view_m = std::max({4.0 * facts.view_mad_m, wanted, 0.001});
@@ -220,11 +228,14 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
     }
     ++report.iterations;
     report.last_move_m = moved;
-    report.converged = round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
+    const bool fine = problem.is_fine() || !options.trust_base || !again;
+    if (again && !fine && round >= kSchedule && moved < kNearly_m)
+      problem.refine(), end = std::max(end, round + kRoundsRefined);
+    report.converged = fine && round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
                        moved < std::max(2e-4, still_m) && turned < std::max(2e-5, still_rad);
   }
   if (!again) return drift;
-  problem.deviations(drift);
+  problem.deviations(tilt, drift);
   if (!options.trust_base && before.size() == n && !sections.list.front().ahead.isZero())
     take_word_of_trajectory(sections, frame, options, drift);
 
@@ -232,6 +243,8 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   facts = problem.facts(drift.correction, scales);
   report.rms_after_m = facts.residual_m, report.pass_rms_after_m = facts.between_passes_m;
   report.inlier_share = facts.believed;
+  report.base_tilt = problem.common_slope(),
+  report.base_tilt_stddev = problem.common_slope_stddev();
   report.base_stddev_m = scales.base_stddev_m, report.base_together = scales.base_together;
   report.view_stddev_factor = std::sqrt(scales.view_factor),
   report.view_together = scales.view_together;

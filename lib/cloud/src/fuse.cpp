@@ -215,8 +215,6 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
       noise.push_back(std::sqrt(std::max(0.0f, sums.height2[k] / sums.points[k] - mean * mean) *
                                 sums.points[k] / (sums.points[k] - 1.0f)));
     }
-  double typical_noise = 0.005;
-  if (!noise.empty()) typical_noise = static_cast<double>(base::median(std::move(noise)));
   // Nodes with few points lie farther away, where points scatter more than where many fall.
   double few_square = 0.0, few_freedom = 0.0;
   for (std::size_t k = 0; k < sums.points.size(); ++k) {
@@ -226,9 +224,12 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
     few_square += std::max(0.0, static_cast<double>(sums.height2[k]) - n * mean * mean);
     few_freedom += n - 1.0;
   }
+  const bool few_tell = few_freedom >= 100.0;
+  double typical_noise = few_tell ? std::sqrt(few_square / few_freedom) : 0.005;
+  if (noise.size() >= (few_tell ? 100u : 1u))
+    typical_noise = static_cast<double>(base::median(std::move(noise)));
   const double noise2 = typical_noise * typical_noise,
-               few_noise2 =
-                   few_freedom < 100.0 ? noise2 : std::max(noise2, few_square / few_freedom);
+               few_noise2 = few_tell ? std::max(noise2, few_square / few_freedom) : noise2;
   const auto least = static_cast<float>(options.min_points);
   const auto excess = [&](std::size_t row, double v) {
     const auto along = static_cast<std::size_t>(static_cast<double>(row) * frame.u_step_m() /
@@ -298,24 +299,25 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
         }
         // Blades from nothing to twice their mean stand 1.7 deviations above the ground on average.
         variance += 3.0 * static_cast<double>(excess(i, v));
+        double in_common = 0.0;  // with the base, which holds the poses
         if (left.seen) {
           const double lever = v - left.v_m;
-          variance += left.var_height + 2.0 * lever * left.cov_height_slope +
-                      lever * lever * left.var_slope;
+          in_common += left.var_height + 2.0 * lever * left.cov_height_slope +
+                       lever * lever * left.var_slope;
           const Eigen::Vector2d slope = frame.gradient({static_cast<double>(i), v}, 0.15);
           if (slope.allFinite()) {
             const Eigen::Vector2d ahead = frame.ahead(static_cast<double>(i));
             const double along = slope.dot(ahead),
                          across = slope.y() * ahead.x() - slope.x() * ahead.y();
-            variance += along * along * left.var_along + across * across * left.var_across;
+            in_common += along * along * left.var_along + across * across * left.var_across;
           }
         }
         // A base that the points contradict is as uncertain as it is wrong.
-        const double base_variance =
-            std::max(options.base_stddev_m * options.base_stddev_m, mean * mean - variance);
+        const double base_variance = std::max(options.base_stddev_m * options.base_stddev_m,
+                                              mean * mean - variance - in_common);
         const double weight = base_variance / (base_variance + variance);
         set(static_cast<float>(static_cast<double>(z) + weight * mean),
-            std::sqrt(weight * variance), how);
+            std::sqrt(weight * variance + in_common), how);
       }
     }
   });

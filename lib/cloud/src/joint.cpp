@@ -50,13 +50,21 @@ double JointProblem::nodes_of(std::size_t cell, std::size_t& before, std::size_t
   return share;
 }
 
+double JointProblem::v_of(std::size_t cell) const {
+  return frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m;
+}
+
 double JointProblem::even_error(std::size_t cell) const {
   std::size_t before = 0, after = 0;
-  const double share = nodes_of(cell, before, after);
-  const double v =
-      frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m;
+  const double share = nodes_of(cell, before, after), v = v_of(cell);
   return (1.0 - share) * (nodes_[before].height_m + v * nodes_[before].slope) +
          share * (nodes_[after].height_m + v * nodes_[after].slope);
+}
+
+Eigen::Vector4d JointProblem::within_cell(const View& view, double share, double v_m) const {
+  const auto on = static_cast<double>(view.on), beside = static_cast<double>(view.beside_m),
+             there = v_m + beside;
+  return {-on, (1.0 - share) * beside - on * there, on, share * beside + on * there};
 }
 
 void JointProblem::linearise(const std::vector<Correction>& at) {
@@ -85,10 +93,17 @@ void JointProblem::linearise(const std::vector<Correction>& at) {
             // Where the road has another shape than the base, its cells have a slope of their own:
             // views stand for the middle of the cell.
             const Eigen::Vector2d slope = slope_of(i, j);
-            const double beyond = slope.x() * (a - static_cast<double>(i) - 0.5) * kSectionCell_m +
-                                  slope.y() * (b - static_cast<double>(j) - 0.5) * kSectionCell_m;
+            const double on = a - static_cast<double>(i) - 0.5,
+                         beside = b - static_cast<double>(j) - 0.5;
+            const double beyond = (slope.x() * on + slope.y() * beside) * kSectionCell_m;
+            view.beside_m = view.on = 0.0f;
+            if (fine_) {
+              view.beside_m = static_cast<float>(beside * kSectionCell_m);
+              view.on = static_cast<float>(on / (0.5 * static_cast<double>(rows_per_stretch_)));
+            }
             const Eigen::Vector2d ahead = frame_.ahead(place->row);
-            g += slope.x() * ahead + slope.y() * Eigen::Vector2d(-ahead.y(), ahead.x());
+            g += slope.x() * ahead + (slope.y() + (fine_ ? even_slope(i) : 0.0)) *
+                                         Eigen::Vector2d(-ahead.y(), ahead.x());
             const Eigen::Vector3d normal(-g.x(), -g.y(), 1.0),
                 arm = p - section.position_m - at[s].head<3>();
             const Eigen::Vector3d moment = arm.cross(normal);
@@ -117,11 +132,19 @@ void JointProblem::linearise(const std::vector<Correction>& at) {
       order_[begin[views_[i].cell]++] = static_cast<std::uint32_t>(i);
 }
 
+double JointProblem::even_slope(std::size_t i) const {
+  std::size_t before = 0, after = 0;
+  const double share = nodes_of(i * across_, before, after);
+  return (1.0 - share) * nodes_[before].slope + share * nodes_[after].slope;
+}
+
 Eigen::Vector2d JointProblem::slope_of(std::size_t i, std::size_t j) const {
   if (!weighed_) return Eigen::Vector2d::Zero();
   const auto between = [&](std::size_t a, std::size_t b) {
     const float p = cells_[a].height_m, q = cells_[b].height_m;
-    return p == 0.0f || q == 0.0f ? 0.0 : static_cast<double>(q - p) / (2.0 * kSectionCell_m);
+    if (p == 0.0f || q == 0.0f) return 0.0;
+    const double even = fine_ ? even_error(b) - even_error(a) : 0.0;
+    return (static_cast<double>(q - p) - even) / (2.0 * kSectionCell_m);
   };
   const std::size_t before = i > 0             ? i - 1
                              : frame_.closed() ? along_ - 1
@@ -138,24 +161,33 @@ double JointProblem::residual_of(const View& view, const std::vector<Correction>
   const Correction& b = now[view.section];
   double r = static_cast<double>(view.residual_m);
   for (int k = 0; k < 6; ++k) r += static_cast<double>(view.jacobian[k]) * (b[k] - a[k]);
-  return r;
+  std::size_t before = 0, after = 0;
+  const double share = nodes_of(view.cell, before, after);
+  const Eigen::Vector4d within = within_cell(view, share, v_of(view.cell));
+  return r - within[0] * nodes_[before].height_m - within[1] * nodes_[before].slope -
+         within[2] * nodes_[after].height_m - within[3] * nodes_[after].slope;
+}
+
+void JointProblem::unknowns_of(std::size_t stretch, Stretch& out) const {
+  out.sections.clear();
+  std::vector<std::uint8_t> sees(sections_.list.size(), 0);
+  for (std::size_t k = stretch_begin_[stretch]; k < stretch_begin_[stretch + 1]; ++k)
+    sees[views_[order_[k]].section] = 1;
+  for (std::size_t k = 0; k < sees.size(); ++k)
+    if (sees[k] != 0) out.sections.push_back(static_cast<std::uint32_t>(k));
+  out.nodes.clear();
+  for (std::size_t k = 2 * stretch; k <= 2 * stretch + 2; ++k)
+    out.nodes.push_back(frame_.closed() && k > 0 && k * rows_per_stretch_ / 2 >= along_
+                            ? 0
+                            : static_cast<std::uint32_t>(k));
 }
 
 void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& now,
                             const JointScales& scales, Stretch& out) {
   const std::size_t from = stretch_begin_[stretch], to = stretch_begin_[stretch + 1];
-  out.sections.clear();
-  std::vector<std::uint8_t> sees(sections_.list.size(), 0);
-  for (std::size_t k = from; k < to; ++k) sees[views_[order_[k]].section] = 1;
-  for (std::size_t k = 0; k < sees.size(); ++k)
-    if (sees[k] != 0) out.sections.push_back(static_cast<std::uint32_t>(k));
-  out.nodes.clear();
+  unknowns_of(stretch, out);
   const auto first_node = static_cast<Eigen::Index>(6 * out.sections.size());
   const Eigen::Index dimension = first_node + 6;  // three nodes
-  for (std::size_t k = 2 * stretch; k <= 2 * stretch + 2; ++k)
-    out.nodes.push_back(frame_.closed() && k > 0 && k * rows_per_stretch_ / 2 >= along_
-                            ? 0
-                            : static_cast<std::uint32_t>(k));
   out.matrix.setZero(dimension, dimension), out.right.setZero(dimension);
   constexpr Eigen::Index kBatch = 256;
   Eigen::MatrixXd gone = Eigen::MatrixXd::Zero(dimension, kBatch);  // what the cells take away
@@ -190,6 +222,9 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
     const double prior = static_cast<double>(cell.believed) /
                          (scales.base_stddev_m * scales.base_stddev_m * scales.base_together);
     const double whole = total * view_scale + prior;
+    std::size_t before = 0, after = 0;
+    const double share = nodes_of(index, before, after), v = v_of(index);
+    const Eigen::Index node = first_node + 2 * static_cast<Eigen::Index>(before - 2 * stretch);
     double pull = 0.0;
     for (std::size_t i = k; i < end; ++i) {
       const View& view = views_[order_[i]];
@@ -200,22 +235,23 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
       Correction j;
       for (int n = 0; n < 6; ++n) j[n] = static_cast<double>(view.jacobian[n]);
       const double w = weights[i - k];
+      // A view tells of the base's even error at its own place, not in the middle of its cell.
+      const Eigen::Vector4d within = -within_cell(view, share, v);
       out.matrix.block<6, 6>(at, at).noalias() += w * j * j.transpose();
+      out.matrix.block<4, 6>(node, at).noalias() += w * within * j.transpose();
+      out.matrix.block<4, 4>(node, node).noalias() += w * within * within.transpose();
       out.right.segment<6>(at) -= w * residuals[i - k] * j;
+      out.right.segment<4>(node) -= w * residuals[i - k] * within;
       gone.col(column).segment<6>(at) += w / std::sqrt(whole) * j;
+      gone.col(column).segment<4>(node) += w / std::sqrt(whole) * within;
       pull += w * residuals[i - k];
     }
     // The base is one more observer; what it states is off by its even error.
-    std::size_t before = 0, after = 0;
-    const double share = nodes_of(index, before, after);
-    const double v =
-        frame_.v_m().front() + (static_cast<double>(index % across_) + 0.5) * kSectionCell_m;
     Eigen::Vector4d j;
     j << 1.0 - share, (1.0 - share) * v, share, share * v;
-    const Eigen::Index at = first_node + 2 * static_cast<Eigen::Index>(before - 2 * stretch);
-    out.matrix.block<4, 4>(at, at).noalias() += prior * j * j.transpose();
-    out.right.segment<4>(at) -= prior * even * j;
-    gone.col(column).segment<4>(at) += prior / std::sqrt(whole) * j;
+    out.matrix.block<4, 4>(node, node).noalias() += prior * j * j.transpose();
+    out.right.segment<4>(node) -= prior * even * j;
+    gone.col(column).segment<4>(node) += prior / std::sqrt(whole) * j;
     pull += prior * even;
     out.right += pull / std::sqrt(whole) * gone.col(column);
     if (++column == kBatch) take();
@@ -224,76 +260,13 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
   take();
 }
 
-void JointProblem::add_prior(std::vector<Eigen::Triplet<double>>& entries) const {
-  const auto n = static_cast<std::ptrdiff_t>(sections_.list.size());
-  const auto penalise = [&](std::initializer_list<std::pair<std::ptrdiff_t, double>> terms, int k,
-                            double sigma) {
-    for (const auto& [i, a] : terms)
-      for (const auto& [j, b] : terms)
-        if (i >= j)
-          entries.emplace_back(static_cast<int>(6 * i + k), static_cast<int>(6 * j + k),
-                               a * b / (sigma * sigma));
-  };
-  // Without a base the trajectory is all that says where the road lies: what all poses have in
-  // common is as good as 100 m of its drift.
-  const double root = std::sqrt(std::max(1.0, static_cast<double>(n)));
-  const double own[] = {root * options_.drift_m_per_100m, root * options_.drift_rad_per_100m};
-  for (std::ptrdiff_t i = 0; i < n; ++i)
-    for (int k = 0; k < 6; ++k) {
-      // Slopes averaged over 50 m by a raised cosine: an rms change of 1 over 100 m is a slope of
-      // 1/53 per m whose own slope is 0.073 of it per m.
-      const double slope = (k < 3 ? options_.drift_m_per_100m : options_.drift_rad_per_100m) / 53.0;
-      const double h = kSectionLength_m;
-      penalise({{i, 1.0}}, k, options_.trust_base ? (k < 3 ? 3.0 : 0.03) : own[k < 3 ? 0 : 1]);
-      const auto together = [&](std::ptrdiff_t a) {
-        return a < n && sections_.list[static_cast<std::size_t>(a)].piece ==
-                            sections_.list[static_cast<std::size_t>(i)].piece;
-      };
-      if (together(i + 1)) penalise({{i, -1.0}, {i + 1, 1.0}}, k, slope * h);
-      if (together(i + 2))
-        penalise({{i, 1.0}, {i + 1, -2.0}, {i + 2, 1.0}}, k, 0.073 * slope * h * h);
-    }
-}
-
-void JointProblem::hold_as_a_whole(std::vector<Correction>& now) const {
-  const std::size_t n = now.size();
-  if (n == 0) return;
-  std::vector<Eigen::Triplet<double>> entries;
-  add_prior(entries);
-  const auto dimension = static_cast<Eigen::Index>(6 * n);
-  Eigen::SparseMatrix<double> lower(dimension, dimension);
-  lower.setFromTriplets(entries.begin(), entries.end());
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Section& section : sections_.list) middle += section.position_m;
-  middle /= static_cast<double>(n);
-  Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(dimension, 6);  // moves and turns of everything
-  Eigen::VectorXd sum(dimension);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Section& section = sections_.list[i];
-    const auto at = static_cast<Eigen::Index>(6 * i);
-    whole.block<3, 3>(at, 0).setIdentity();
-    for (int k = 0; k < 3; ++k)
-      whole.block<3, 1>(at, 3 + k) = Eigen::Vector3d::Unit(k).cross(section.position_m - middle);
-    whole.block<3, 3>(at + 3, 3) = section.axes.transpose();
-    sum.segment<6>(at) = now[i] + before_[i];
-  }
-  const Eigen::MatrixXd stiff = lower.selfadjointView<Eigen::Lower>() * whole;
-  const Eigen::Matrix<double, 6, 1> move =
-      (whole.transpose() * stiff).ldlt().solve(stiff.transpose() * sum);
-  const Eigen::VectorXd step = whole * move;
-  for (std::size_t i = 0; i < n; ++i) now[i] -= step.segment<6>(static_cast<Eigen::Index>(6 * i));
-}
-
 std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
                                             const JointScales& scales) {
-  const std::size_t n = sections_.list.size(), unknowns = 6 * n + 2 * nodes_.size();
-  for (Node& node : nodes_) {
-    node.height_weight = geman_mcclure(node.height_m, scales.node_m);
-    node.slope_weight = geman_mcclure(node.slope, scales.node_slope);
-  }
+  const std::size_t n = sections_.list.size(), common = 6 * n + 2 * nodes_.size(),
+                    unknowns = common + 1;
   // Blocks of the lower triangle by row, two unknowns each; summed in the order of the stretches.
   using Block = Eigen::Matrix2d;
-  std::vector<std::vector<std::pair<std::uint32_t, Block>>> blocks(unknowns / 2);
+  std::vector<std::vector<std::pair<std::uint32_t, Block>>> blocks(common / 2);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(unknowns));
   constexpr std::size_t kAtOnce = 16;
   std::vector<Stretch> batch(kAtOnce);
@@ -330,14 +303,7 @@ std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
   weighed_ = true;
   std::vector<Eigen::Triplet<double>> prior;
   add_prior(prior);
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    const int at = static_cast<int>(6 * n + 2 * k);
-    prior.emplace_back(
-        at, at, 1.0 + nodes_[k].height_weight / (scales.node_stddev_m * scales.node_stddev_m));
-    prior.emplace_back(
-        at + 1, at + 1,
-        100.0 + nodes_[k].slope_weight / (scales.node_slope_stddev * scales.node_slope_stddev));
-  }
+  add_prior_of_base(scales, prior);
   // The right side so far is the gradient at `now`; the prior's is that of `now` itself.
   const auto value_of = [&](int i) {
     const auto at = static_cast<std::size_t>(i);
@@ -345,6 +311,7 @@ std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
       const auto e = static_cast<Eigen::Index>(at % 6);
       return now[at / 6][e] + before_[at / 6][e];
     }
+    if (at == common) return common_slope_;
     const Node& node = nodes_[(at - 6 * n) / 2];
     return at % 2 == 0 ? node.height_m : node.slope;
   };
@@ -361,10 +328,9 @@ std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
                                block(i, j));
     blocks[a].clear();
   }
-  Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(unknowns),
-                                     static_cast<Eigen::Index>(unknowns));
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  solver_.compute(matrix);
+  matrix_.resize(static_cast<Eigen::Index>(unknowns), static_cast<Eigen::Index>(unknowns));
+  matrix_.setFromTriplets(entries.begin(), entries.end());
+  solver_.compute(matrix_);
   const Eigen::VectorXd step = solver_.solve(right);
   std::vector<Correction> next = now;
   for (std::size_t i = 0; i < n; ++i) next[i] += step.segment<6>(static_cast<Eigen::Index>(6 * i));
@@ -372,6 +338,7 @@ std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
     const auto at = static_cast<Eigen::Index>(6 * n + 2 * k);
     nodes_[k].height_m += step[at], nodes_[k].slope += step[at + 1];
   }
+  common_slope_ += step[static_cast<Eigen::Index>(common)];
   return next;
 }
 

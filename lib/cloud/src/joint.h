@@ -13,7 +13,8 @@ struct View {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   float jacobian[6];
   float residual_m = 0.0f;
-  float weight = 0.0f;  ///< 1 / variance assumed at first
+  float weight = 0.0f;               ///< 1 / variance assumed at first
+  float beside_m = 0.0f, on = 0.0f;  ///< from the cell's middle: across, and along in node spacings
   std::uint32_t cell = kNone, section = 0;
 };
 
@@ -23,7 +24,9 @@ struct JointScales {
   double base_stddev_m = 0.03;             ///< of the base's cells that are believed
   double node_m = 0.1, node_slope = 0.03;  ///< the same for its even error
   double node_stddev_m = 0.03, node_slope_stddev = 0.01;
-  double view_factor = 1.0;  ///< variance of views over 1 / weight
+  double common_slope = 0.03,
+         common_slope_stddev = 0.01;  ///< of the cross slope that all nodes share
+  double view_factor = 1.0;           ///< variance of views over 1 / weight
   /// How many cells' worth of error comes at once, as errors of neighbours go together.
   double base_together = 1.0, view_together = 1.0;
 };
@@ -31,10 +34,10 @@ struct JointScales {
 /// What one look at the residuals tells about the scales.
 struct JointFacts {
   double base_mad_m = 0.0;  ///< robust deviation of cells from the base, less its even error
-  double node_mad_m = 0.0, node_slope_mad = 0.0;  ///< of that
+  double node_mad_m = 0.0, node_slope_mad = 0.0;  ///< of that; slopes about what they share
   double view_mad = 0.0;    ///< of views from their cells, in assumed deviations
   double view_mad_m = 0.0;  ///< the same in metres
-  double residual_m = 0.0;  ///< of views from the base
+  double residual_m = 0.0;  ///< of views from the base, tilted as a whole as it should be
   double between_passes_m = 0.0;
   double believed = 0.0;  ///< share of the cells whose base is believed
 };
@@ -62,8 +65,14 @@ class JointProblem {
   /// Without a base the points tell nothing about where the road lies and how it is turned as a
   /// whole: moves all poses together to where the trajectory's stiffness wants them.
   void hold_as_a_whole(std::vector<Correction>& now) const;
-  /// From the factorisation of the last solve.
-  void deviations(Drift& drift) const;
+  /// From the normal equations of the last solve, with a whole road that may be tilted by so much.
+  void deviations(double common_slope_stddev, Drift& drift);
+  /// Once the poses are nearly right: the base may be tilted as a whole, and views know of its even
+  /// error within their cells. (Far away these freedoms lead astray.)
+  void refine();
+  bool is_fine() const { return fine_; }
+  double common_slope() const { return common_slope_; }
+  double common_slope_stddev() const { return common_slope_stddev_; }
   /// Share of a section's views that lie on cells whose base is believed.
   double believed_share(std::size_t section) const;
 
@@ -81,17 +90,28 @@ class JointProblem {
   };
   /// The node before a cell, the one after it, and the share of the latter.
   double nodes_of(std::size_t cell, std::size_t& before, std::size_t& after) const;
-  /// Even error of the base at a cell.
+  /// Even error of the base at the middle of a cell.
   double even_error(std::size_t cell) const;
+  /// How the even error at a view's own place differs from that at the middle of its cell, by the
+  /// height and slope of the node before and of the node after.
+  Eigen::Vector4d within_cell(const View& view, double share, double v_m) const;
+  double v_of(std::size_t cell) const;
   double residual_of(const View& view, const std::vector<Correction>& now) const;
+  /// The sections that see a stretch, and its nodes.
+  void unknowns_of(std::size_t stretch, Stretch& out) const;
   void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,
                 Stretch& out);
   /// Means of the cells' views at these corrections; 0 without views.
   std::vector<float> heights_at(const std::vector<Correction>& now,
                                 const JointScales& scales) const;
+  /// Of the base's even error, across the road.
+  double even_slope(std::size_t i) const;
+  /// Of a cell's height over that, along and across the road, from its neighbours.
   Eigen::Vector2d slope_of(std::size_t i, std::size_t j) const;
   double points_of(std::uint32_t view) const;
   void add_prior(std::vector<Eigen::Triplet<double>>& entries) const;
+  /// Robust weights of the nodes and of the tilt, and what they say.
+  void add_prior_of_base(const JointScales& scales, std::vector<Eigen::Triplet<double>>& entries);
 
   const Sections& sections_;
   const RoadFrame& frame_;
@@ -103,9 +123,12 @@ class JointProblem {
   std::vector<std::uint32_t> order_;        ///< of views by cell
   std::vector<std::size_t> stretch_begin_;  ///< into order_
   std::vector<Cell> cells_;
-  std::vector<Node> nodes_;  ///< every half stretch; linear between them
+  std::vector<Node> nodes_;    ///< every half stretch; linear between them
+  double common_slope_ = 0.0;  ///< of the base's even error: the whole road tilted
   std::vector<Correction> at_, before_;
-  bool weighed_ = false;
+  bool weighed_ = false, fine_ = false;
+  double common_weight_ = 0.0, common_slope_stddev_ = 0.0;  ///< of its prior, in matrix_; found
+  Eigen::SparseMatrix<double> matrix_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;
 };
 

@@ -47,7 +47,7 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
         if (weighed_)
           w *= geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
         sum += w * r, weights += w;
-        residuals.push_back(static_cast<float>(std::abs(r)));
+        residuals.push_back(static_cast<float>(std::abs(r - common_slope_ * v)));
       }
       const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
       cells.push_back(static_cast<float>(std::abs(uneven)));
@@ -72,7 +72,7 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
   for (const Node& node : nodes_)
     if (node.height_m != 0.0)
       heights.push_back(static_cast<float>(std::abs(node.height_m))),
-          slopes.push_back(static_cast<float>(std::abs(node.slope)));
+          slopes.push_back(static_cast<float>(std::abs(node.slope - common_slope_)));
   JointFacts facts;
   const auto typical = [](std::vector<float>& values) {
     return 1.4826 * static_cast<double>(base::median_or(0.0f, std::move(values)));
@@ -90,7 +90,8 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
 std::vector<float> JointProblem::heights_at(const std::vector<Correction>& now,
                                             const JointScales& scales) const {
   std::vector<float> heights(cells_.size(), 0.0f);
-  if (options_.trust_base) {  // it damps the steps, and weights that wait for them do so too
+  // While the poses still move a base damps the steps, and weights that wait for them do so too.
+  if (options_.trust_base && !fine_) {
     for (std::size_t k = 0; k < cells_.size(); ++k) heights[k] = cells_[k].height_m;
     return heights;
   }
@@ -167,9 +168,15 @@ double JointProblem::believed_share(std::size_t section) const {
   return all > 0.0 ? believed / all : 0.0;
 }
 
-void JointProblem::deviations(Drift& drift) const {
+void JointProblem::deviations(double common_slope_stddev, Drift& drift) {
   const std::size_t n = sections_.list.size();
-  const auto dimension = static_cast<Eigen::Index>(6 * n + 2 * nodes_.size());
+  const Eigen::Index dimension = matrix_.rows(), common = dimension - 1;
+  matrix_.coeffRef(common, common) +=
+      1.0 / (common_slope_stddev * common_slope_stddev) - common_weight_;
+  solver_.compute(matrix_);
+  Eigen::VectorXd tilted = Eigen::VectorXd::Zero(dimension);
+  tilted[common] = 1.0;
+  common_slope_stddev_ = std::sqrt(std::max(0.0, solver_.solve(tilted)[common]));
   drift.stddev.assign(n, Correction::Zero());
   base::parallel_for(n, 4, options_.threads, [&](std::size_t from, std::size_t to) {
     Eigen::MatrixXd unit(dimension, 6);

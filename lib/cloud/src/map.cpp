@@ -108,16 +108,21 @@ void look_at_views(const MapOptions& options, MapReport& report) {
   (options.trust_base ? report.faults : report.remarks).push_back(text);
 }
 
-/// In trials intervals of 90 % of such a drive held 59 % of the nodes.
-void look_at_density(const MapOptions& options, MapReport& report) {
-  constexpr std::size_t kThin = 3000;  // points looked at per section; those trials: 1050
-  if (!options.trust_base || !options.correct_drift || report.passes > 1 ||
-      report.looked_at > kThin * report.sections)
-    return;
-  report.remarks.push_back(
-      "thin scans of one drive: an even error of the base, as of its banking, can hardly be told "
-      "from the car's own height and roll, and the stated deviations may be half of what they "
-      "should be; a second drive would tell");
+/// A base that is tilted as a whole, and one that may be.
+void look_at_tilt(const MapOptions& options, MapReport& report) {
+  constexpr double kMuch = 5e-4, kUnknown = 1e-3;
+  if (!options.trust_base || !options.correct_drift) return;
+  if (report.base_tilt_stddev > kUnknown)
+    report.remarks.push_back(fmt::format(
+        "nothing on this stretch tells a base that is tilted as a whole from the sensor's own "
+        "roll: the cross slope is the base's, to {:.1f} mrad (as --base-stddev-m says; the stated "
+        "deviations hold it); a stretch with a bend would tell",
+        1e3 * report.base_tilt_stddev));
+  else if (std::abs(report.base_tilt) > std::max(kMuch, 3.0 * report.base_tilt_stddev))
+    report.remarks.push_back(
+        fmt::format("the base as a whole is tilted: {:.2f} +- {:.2f} mrad are missing in its cross "
+                    "slope (more height to the left); corrected",
+                    1e3 * report.base_tilt, 1e3 * report.base_tilt_stddev));
 }
 
 /// What all corrections have in common is no drift: words for what was corrected.
@@ -232,7 +237,7 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
     result.corrected.push_back(straightened.poses);
     if (options.trust_base) look_at_common(sections, placed.poses, options, report);
     look_at_views(options, report);
-    look_at_density(options, report);
+    look_at_tilt(options, report);
   }
   if (options.correct_drift && options.trust_base && report.rms_after_m > 0.05)
     throw Misfit(fmt::format(

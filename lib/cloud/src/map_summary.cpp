@@ -36,6 +36,8 @@ std::string map_summary_json(const MapReport& r) {
                                         {"passes", r.passes},
                                         {"inlier_share", r.inlier_share},
                                         {"base_stddev_m", r.base_stddev_m},
+                                        {"base_tilt", r.base_tilt},
+                                        {"base_tilt_stddev", r.base_tilt_stddev},
                                         {"base_together", r.base_together},
                                         {"view_stddev_factor", r.view_stddev_factor},
                                         {"view_together", r.view_together},

@@ -55,9 +55,10 @@ struct MapReport {
   std::size_t sections = 0, passes = 0;
   double rms_before_m = 0.0, rms_after_m = 0.0;  ///< robust, of cells against the base
   double pass_rms_before_m = 0.0,
-         pass_rms_after_m = 0.0;    ///< cells seen in two passes; 0 with one pass
-  double inlier_share = 0.0;        ///< cells whose base is believed
-  double base_stddev_m = 0.0;       ///< of those, found
+         pass_rms_after_m = 0.0;                   ///< cells seen in two passes; 0 with one pass
+  double inlier_share = 0.0;                       ///< cells whose base is believed
+  double base_stddev_m = 0.0;                      ///< of those, found
+  double base_tilt = 0.0, base_tilt_stddev = 0.0;  ///< cross slope that the whole base lacks
   double view_stddev_factor = 1.0;  ///< scatter of a cell's views over what was assumed
   double base_together = 1.0, view_together = 1.0;  ///< cells whose errors come as one
   std::array<double, 6> typical_stddev{};  ///< median over stations: x, y, z, roll, pitch, yaw
