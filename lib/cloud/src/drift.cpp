@@ -10,7 +10,8 @@
 namespace cloud {
 namespace {
 
-constexpr int kRounds = 24;  // steps shrink by a third each; grass too low to tell needs 20
+constexpr int kRounds = 24;         // steps shrink by a third each; grass too low to tell needs 20
+constexpr int kRoundsRefined = 16;  // at least, after that
 constexpr int kRoundsWithoutBase = 40, kLeastWithoutBase = 20;  // long roads bend slowly
 // Without a base nothing damps the steps: slopes of the road, which lag behind by one, swing.
 constexpr double kStepWithoutBase = 0.5;
@@ -21,8 +22,9 @@ constexpr double kMovesWithoutBase = 0.01;
 constexpr double kBaseScales_m[] = {0.1, 0.05, 0.025, 0.012, 0.006, 0.003};
 /// As long as the points do not say that the base as a whole is tilted, it is by no more than this
 /// part of what it may be. (The stated deviations know that it may.)
-constexpr double kTilted = 0.1;
-constexpr double kRoad_m = 10.0;  // over this width a tilt may be all of what the base is off by
+constexpr double kTilted = 0.03;
+constexpr double kNearly_m = 0.001;  // poses that move by less in a round are nearly right
+constexpr double kRoad_m = 10.0;     // over this width a tilt may be all of what the base is off by
 constexpr double kLeastBaseStddev_m = 0.0001;
 
 /// Slope and bend of the correction at a section, from its neighbours in the piece.
@@ -170,9 +172,8 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
   const double tilt = options.base_stddev_m / (kRoad_m / std::sqrt(12.0));
   // The first estimate need not be settled: a correction that bends within a section is only nearly
   // taken out of its cells.
-  const int begin = again ? kSchedule - 2 : 0, end = !again               ? kSchedule + 1
-                                                     : options.trust_base ? kRounds
-                                                                          : kRoundsWithoutBase;
+  const int begin = again ? kSchedule - 2 : 0;
+  int end = !again ? kSchedule + 1 : options.trust_base ? kRounds : kRoundsWithoutBase;
   for (int round = begin; round < end && !report.converged; ++round) {
     problem.linearise(drift.correction);
     const std::vector<Correction> last = drift.correction;
@@ -188,8 +189,8 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
                    own_slope = std::clamp(facts.node_slope_mad, 2e-5, 0.002);
       scales.node_m = std::max(3.0 * own_node, round > 0 ? wanted : 1.0);
       scales.node_slope = std::max(3.0 * own_slope, round > 0 ? 0.3 * wanted : 0.3);
-      scales.common_slope = std::max(3.0 * kTilted * tilt, round > 0 ? 0.3 * wanted : 0.3);
-      scales.common_slope_stddev = scales.common_slope / 3.0;
+      scales.common_slope = problem.is_fine() ? 3.0 * kTilted * tilt : 1.0;
+      scales.common_slope_stddev = problem.is_fine() ? scales.common_slope / 3.0 : 1e-6;
       scales.node_stddev_m = scales.node_m / 3.0,
       scales.node_slope_stddev = scales.node_slope / 3.0;
       scales.view_m = std::max({4.0 * facts.view_mad_m, wanted, 0.001});
@@ -227,7 +228,10 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
     }
     ++report.iterations;
     report.last_move_m = moved;
-    report.converged = round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
+    const bool fine = problem.is_fine() || !options.trust_base || !again;
+    if (again && !fine && round >= kSchedule && moved < kNearly_m)
+      problem.refine(), end = std::max(end, round + kRoundsRefined);
+    report.converged = fine && round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
                        moved < std::max(2e-4, still_m) && turned < std::max(2e-5, still_rad);
   }
   if (!again) return drift;

@@ -96,13 +96,14 @@ void JointProblem::linearise(const std::vector<Correction>& at) {
             const double on = a - static_cast<double>(i) - 0.5,
                          beside = b - static_cast<double>(j) - 0.5;
             const double beyond = (slope.x() * on + slope.y() * beside) * kSectionCell_m;
-            if (options_.trust_base) {  // without a base its even error stays nought
+            view.beside_m = view.on = 0.0f;
+            if (fine_) {
               view.beside_m = static_cast<float>(beside * kSectionCell_m);
               view.on = static_cast<float>(on / (0.5 * static_cast<double>(rows_per_stretch_)));
             }
             const Eigen::Vector2d ahead = frame_.ahead(place->row);
-            g += slope.x() * ahead +
-                 (slope.y() + even_slope(i)) * Eigen::Vector2d(-ahead.y(), ahead.x());
+            g += slope.x() * ahead + (slope.y() + (fine_ ? even_slope(i) : 0.0)) *
+                                         Eigen::Vector2d(-ahead.y(), ahead.x());
             const Eigen::Vector3d normal(-g.x(), -g.y(), 1.0),
                 arm = p - section.position_m - at[s].head<3>();
             const Eigen::Vector3d moment = arm.cross(normal);
@@ -142,7 +143,8 @@ Eigen::Vector2d JointProblem::slope_of(std::size_t i, std::size_t j) const {
   const auto between = [&](std::size_t a, std::size_t b) {
     const float p = cells_[a].height_m, q = cells_[b].height_m;
     if (p == 0.0f || q == 0.0f) return 0.0;
-    return (static_cast<double>(q - p) - even_error(b) + even_error(a)) / (2.0 * kSectionCell_m);
+    const double even = fine_ ? even_error(b) - even_error(a) : 0.0;
+    return (static_cast<double>(q - p) - even) / (2.0 * kSectionCell_m);
   };
   const std::size_t before = i > 0             ? i - 1
                              : frame_.closed() ? along_ - 1

@@ -67,6 +67,10 @@ class JointProblem {
   void hold_as_a_whole(std::vector<Correction>& now) const;
   /// From the normal equations of the last solve, with a whole road that may be tilted by so much.
   void deviations(double common_slope_stddev, Drift& drift);
+  /// Once the poses are nearly right: the base may be tilted as a whole, and views know of its even
+  /// error within their cells. (Far away these freedoms lead astray.)
+  void refine();
+  bool is_fine() const { return fine_; }
   double common_slope() const { return common_slope_; }
   double common_slope_stddev() const { return common_slope_stddev_; }
   /// Share of a section's views that lie on cells whose base is believed.
@@ -122,7 +126,7 @@ class JointProblem {
   std::vector<Node> nodes_;    ///< every half stretch; linear between them
   double common_slope_ = 0.0;  ///< of the base's even error: the whole road tilted
   std::vector<Correction> at_, before_;
-  bool weighed_ = false;
+  bool weighed_ = false, fine_ = false;
   double common_weight_ = 0.0, common_slope_stddev_ = 0.0;  ///< of its prior, in matrix_; found
   Eigen::SparseMatrix<double> matrix_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;

@@ -90,6 +90,11 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
 std::vector<float> JointProblem::heights_at(const std::vector<Correction>& now,
                                             const JointScales& scales) const {
   std::vector<float> heights(cells_.size(), 0.0f);
+  // While the poses still move a base damps the steps, and weights that wait for them do so too.
+  if (options_.trust_base && !fine_) {
+    for (std::size_t k = 0; k < cells_.size(); ++k) heights[k] = cells_[k].height_m;
+    return heights;
+  }
   for (std::size_t k = 0; k < order_.size();) {
     const std::uint32_t cell = views_[order_[k]].cell;
     double sum = 0.0, weights = 0.0;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/statistics.h"
 #include "joint.h"
 
 namespace cloud {
@@ -21,7 +22,7 @@ void JointProblem::add_prior(std::vector<Eigen::Triplet<double>>& entries) const
   // known about the roll that they have in common, however many they are.
   const double root = std::sqrt(std::max(1.0, static_cast<double>(n)));
   const auto own = [&](int k) {
-    if (options_.trust_base) return k < 3 ? 3.0 : k == 3 ? root * 0.03 : 0.03;
+    if (options_.trust_base) return k < 3 ? 3.0 : k == 3 && fine_ ? root * 0.03 : 0.03;
     return root * (k < 3 ? options_.drift_m_per_100m : options_.drift_rad_per_100m);
   };
   for (std::ptrdiff_t i = 0; i < n; ++i)
@@ -68,6 +69,15 @@ void JointProblem::hold_as_a_whole(std::vector<Correction>& now) const {
       (whole.transpose() * stiff).ldlt().solve(stiff.transpose() * sum);
   const Eigen::VectorXd step = whole * move;
   for (std::size_t i = 0; i < n; ++i) now[i] -= step.segment<6>(static_cast<Eigen::Index>(6 * i));
+}
+
+void JointProblem::refine() {
+  if (fine_ || !options_.trust_base) return;
+  fine_ = true;
+  std::vector<double> slopes;
+  for (const Node& node : nodes_)
+    if (node.height_m != 0.0) slopes.push_back(node.slope);
+  common_slope_ = base::median_or(0.0, std::move(slopes));
 }
 
 void JointProblem::add_prior_of_base(const JointScales& scales,
