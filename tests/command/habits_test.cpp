@@ -199,6 +199,11 @@ class Called : public ::testing::Test {
               0);
     const std::string track = trial + "track.crg", car = trial + "vehicle.yaml",
                       log = trial + "run.csv";
+    // Its first two seconds.
+    std::istringstream whole(cli::read(log));
+    std::string begin, line;
+    for (int i = 0; i < 200 && std::getline(whole, line); ++i) begin += line + "\n";
+    cli::write(f / "begin.csv", begin);
     const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
     cli::write(f / "fz.csv", "fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n3000,0.05,0.02,0,30\n");
     std::string bench = "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,fy_n\n";
@@ -285,6 +290,8 @@ class Called : public ::testing::Test {
          {{"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1", "-o",
            f / "fitted.tir"},
           {"actuator", f / "steering.csv", "-o", f / "sheet.txt"},
+          {"forces", f / "begin.csv", "--vehicle", car, "--track", track, "--noise-rounds", "0",
+           "-o", f / "forces"},
           {"reduce", "--vehicle", car, "--speeds", "2", "--slips", "6", "--pressing", "1",
            "--most-mps", "40", "--most-lap-share", "1", "--most-limit-share", "1", "-o",
            f / "control.yaml"}}},
