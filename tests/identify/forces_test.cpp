@@ -101,6 +101,7 @@ TEST(Forces, AreThoseOfTheDrivenCar) {
   EXPECT_GT(inside, 0.82);
   EXPECT_LT(inside, 0.98);
   EXPECT_TRUE(f.remarks.empty()) << f.remarks.front();
+  EXPECT_TRUE(f.doubts.empty()) << f.doubts.front();
   // Noises are found from the log.
   for (const identify::ChannelUse& c : f.channels) {
     if (c.channel == "yaw_rate_radps") {
@@ -180,6 +181,18 @@ TEST(Forces, RefusesWhatItCannotUse) {
     if (log.names[i] == "vx_mps")
       for (double& v : slow.columns[i]) v = 2.0 + 1e-3 * v;
   EXPECT_THAT(message(slow), ::testing::HasSubstr("faster than 5 m/s"));
+}
+
+TEST(Forces, OfWheelsThatRollOtherwiseAreNotToBeUsed) {
+  const Racer racer;
+  const Drive drive = test_drive::drive_car(racer.car, racer.road, 20, 1, 4.0);
+  vehicle::Table log = test_drive::logged(drive, true, 5);
+  for (std::size_t i = 0; i < log.names.size(); ++i)
+    if (log.names[i].starts_with("wheel_") && log.names[i].ends_with("_radps"))
+      for (double& speed : log.columns[i]) speed *= 1.15;
+  const identify::Forces f =
+      identify::estimate_forces(racer.car, racer.road, vehicle::make_recording(log, "log"));
+  EXPECT_FALSE(f.doubts.empty());
 }
 
 // Six laps of the demo circuit, 100 Hz with an optical sensor and 50 Hz without: the table of

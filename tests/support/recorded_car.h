@@ -1,17 +1,39 @@
-// The car of the recordings of another simulator, TUMFTM Open-Car-Dynamics (ocd_trials), as a car
-// of lib/vehicle.
+// The recordings of another simulator, TUMFTM Open-Car-Dynamics (ocd_trials), and their car as a
+// car of lib/vehicle.
 #pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 
 #include "vehicle/car.h"
+#include "vehicle/recording.h"
 #include "vehicle/tyre_file.h"
 #include "vehicle/vehicle_file.h"
 
 namespace support {
+
+/// A log (.csv.xz) as canonical channels; travel is negative when compressed there.
+inline vehicle::Recording recorded_log(const std::string& packed) {
+  const std::string csv =
+      (std::filesystem::temp_directory_path() / fmt::format("recorded_log_{}.csv", ::getpid()))
+          .string();
+  if (std::system(fmt::format("xz -dc '{}' > '{}'", packed, csv).c_str()) != 0)
+    throw std::runtime_error(packed + ": xz failed");
+  vehicle::Table table = vehicle::read_table(csv);
+  std::filesystem::remove(csv);
+  for (std::size_t c = 0; c < table.names.size(); ++c)
+    if (table.names[c].starts_with("suspension_"))
+      for (double& value : table.columns[c]) value = -value;
+  return vehicle::make_recording(table, packed);
+}
 
 /// The stated car of nominal/vehicle.yaml with the factors by which the recorded one differs.
 struct RecordedCar {

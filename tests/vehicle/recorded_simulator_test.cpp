@@ -2,7 +2,6 @@
 // true parameters, driven by the recorded controls with crgdrive's own replay.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -21,21 +20,6 @@
 namespace {
 
 using namespace vehicle;  // NOLINT: a test of this library
-
-/// A log as canonical channels; travel is negative when compressed there.
-Recording read_log_of(const std::string& packed) {
-  const std::string csv = (std::filesystem::temp_directory_path() /
-                           fmt::format("recorded_simulator_{}.csv", ::getpid()))
-                              .string();
-  const int ended = std::system(fmt::format("xz -dc '{}' > '{}'", packed, csv).c_str());
-  EXPECT_EQ(ended, 0) << packed;
-  Table table = read_table(csv);
-  std::filesystem::remove(csv);
-  for (std::size_t c = 0; c < table.names.size(); ++c)
-    if (table.names[c].starts_with("suspension_"))
-      for (double& value : table.columns[c]) value = -value;
-  return make_recording(table, packed);
-}
 
 /// "fz_fl_n" -> "fz" and so on: one row for four wheels.
 std::string group(const std::string& channel) {
@@ -106,7 +90,7 @@ TEST(RecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
   for (const nlohmann::json& trial : truth.at("trials")) {
     const std::string id = trial.at("id");
     if (trial.at("class") != "none" || (!heavy && id != "t01")) continue;
-    const Recording recording = read_log_of(folder + "/" + id + ".csv.xz");
+    const Recording recording = support::recorded_log(folder + "/" + id + ".csv.xz");
     const Recording noisy = noisier(recording, noise, 1);
     support::RecordedCar stated = support::recorded_car(folder, trial.at("parameter_factors"));
     for (const bool whole : {true, false}) {

@@ -24,13 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-vehicle::Vehicle load(const ForcesCommand& command) {
-  vehicle::Vehicle v = vehicle::read_vehicle(command.vehicle_path);
-  if (!command.setup_path.empty()) vehicle::read_setup(v, command.setup_path);
-  for (const std::string& setting : command.settings) vehicle::apply_setting(v, setting, "--set");
-  return v;
-}
-
 /// DIR/NAME_forces.csv for each log; throws base::Error where two logs have one name.
 std::vector<std::string> names_of(const ForcesCommand& command) {
   std::vector<std::string> out;
@@ -100,11 +93,6 @@ std::string said(const std::string& log, const std::string& written, const ident
   for (const std::string& remark : f.remarks) out += fmt::format("  {}\n", remark);
   if (f.off_road > 0)
     out += fmt::format("  {} rows with a wheel beside the road or over a hole\n", f.off_road);
-  if (50 * f.wild > f.measurements)
-    out += fmt::format(
-        "  {:.1f} % of the measurements are far from what the car does: car, road or mapping are "
-        "not those of this log everywhere, and the intervals are too narrow\n",
-        100.0 * static_cast<double>(f.wild) / static_cast<double>(f.measurements));
   out += fmt::format("{:34} {:>10} {:>12}\n", "", "largest", "sd (rms)");
   for (const Line& line : lines_of(f)) {
     const auto [most, sd] = size_of(*line.e);
@@ -118,17 +106,25 @@ std::string said(const std::string& log, const std::string& written, const ident
   out += "what the columns rest on:\n";
   for (const auto& [columns, basis] : forces_basis(f))
     out += fmt::format("  {}: {}\n", columns, basis);
+  for (const std::string& doubt : f.doubts) out += fmt::format("not to be used: {}\n", doubt);
   return out + fmt::format("-> {}\n", written);
 }
 
 ordered_json numbers(const std::string& log, const std::string& written,
                      const identify::Forces& f) {
-  ordered_json out{{"log", log},           {"forces", written},
-                   {"rows", f.rows},       {"rows_of_log", f.time_s.size()},
-                   {"slow", f.slow},       {"unsettled", f.unsettled},
-                   {"lost", f.lost},       {"off_road", f.off_road},
-                   {"wild", f.wild},       {"measurements", f.measurements},
-                   {"remarks", f.remarks}, {"quantities", ordered_json::array()}};
+  ordered_json out{{"log", log},
+                   {"forces", written},
+                   {"rows", f.rows},
+                   {"rows_of_log", f.time_s.size()},
+                   {"slow", f.slow},
+                   {"unsettled", f.unsettled},
+                   {"lost", f.lost},
+                   {"off_road", f.off_road},
+                   {"wild", f.wild},
+                   {"measurements", f.measurements},
+                   {"remarks", f.remarks},
+                   {"doubts", f.doubts},
+                   {"quantities", ordered_json::array()}};
   for (const Line& line : lines_of(f)) {
     const auto [most, sd] = size_of(*line.e);
     out["quantities"].push_back(
@@ -155,6 +151,8 @@ std::string file_text(const ForcesCommand& command, const std::string& log,
     out += fmt::format("# set {}\n", base::one_line(setting));
   for (const auto& [columns, basis] : forces_basis(f))
     out += fmt::format("# {}: {}\n", columns, basis);
+  for (const std::string& doubt : f.doubts)
+    out += fmt::format("# not to be used: {}\n", base::one_line(doubt));
   return out + vehicle::format_table(forces_table(f), 7);
 }
 
@@ -163,7 +161,8 @@ std::string file_text(const ForcesCommand& command, const std::string& log,
 int forces(const ForcesCommand& command, Terminal& terminal) {
   terminal.start("reading");
   const std::vector<std::string> written = names_of(command);
-  const vehicle::Vehicle v = load(command);
+  const vehicle::Vehicle v =
+      vehicle::read_vehicle(command.vehicle_path, command.setup_path, command.settings);
   const vehicle::Car<double> car = make_car(v.files, v.parameters, v.terms, v.contact);
   const vehicle::RoadFiles road = vehicle::read_road(command.track_path, command.friction_path);
   if (!road.remark.empty()) terminal.remark(road.remark);
@@ -179,6 +178,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
   options.noise_rounds = command.noise_rounds;
   options.threads = command.threads;
   options.progress = terminal.progress();
+  bool doubted = false;
   ordered_json json = ordered_json::array();
   fs::create_directories(command.out_path);
   for (std::size_t i = 0; i < written.size(); ++i) {
@@ -191,6 +191,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
         throw base::Error(fmt::format("{}: {}", log, e.what()));
       }
     }();
+    doubted = doubted || !f.doubts.empty();
     base::write_file(written[i], file_text(command, log, f));
     if (terminal.json)
       json.push_back(numbers(log, written[i], f));
@@ -198,7 +199,7 @@ int forces(const ForcesCommand& command, Terminal& terminal) {
       terminal.print(said(log, written[i], f));
   }
   if (terminal.json) terminal.print(base::json_text(json));
-  return kOk;
+  return doubted ? command::kNotValid : kOk;
 }
 
 }  // namespace crgidentify

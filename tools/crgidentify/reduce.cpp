@@ -20,13 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-vehicle::Vehicle load(const ReduceCommand& command) {
-  vehicle::Vehicle v = vehicle::read_vehicle(command.vehicle_path);
-  if (!command.setup_path.empty()) vehicle::read_setup(v, command.setup_path);
-  for (const std::string& setting : command.settings) vehicle::apply_setting(v, setting, "--set");
-  return v;
-}
-
 /// control.yaml -> control, for its neighbours.
 std::string stem_of(const std::string& path) {
   const fs::path p(path);
@@ -83,7 +76,8 @@ std::string said(const identify::Reduction& r, const identify::LapError& lap) {
 
 int reduce(const ReduceCommand& command, Terminal& terminal) {
   terminal.start("reading");
-  const vehicle::Vehicle v = load(command);
+  const vehicle::Vehicle v =
+      vehicle::read_vehicle(command.vehicle_path, command.setup_path, command.settings);
   const vehicle::Car<double> car = make_car(v.files, v.parameters, v.terms, v.contact);
   std::optional<crg::Surface> surface;
   if (command.track_path.empty()) {

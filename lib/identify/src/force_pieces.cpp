@@ -125,7 +125,8 @@ void move_noises(Work& work, const NoiseSums& sums, std::vector<LearntNoise>& le
   }
   for (std::size_t i = kPlaceParts; i < kMovingPlaces; ++i)
     if (sums.part_weight[i] > 0.0)
-      work.rest[static_cast<Index>(i)] = std::clamp(sums.part[i] / sums.part_weight[i], -0.6, 0.6);
+      work.rest[static_cast<Index>(i)] =
+          std::clamp(sums.part[i] / sums.part_weight[i], -kMostOff, kMostOff);
   for (std::size_t i = 0; i < work.channels.sensors.size() && i < sums.count.size(); ++i) {
     Sensor& s = work.channels.sensors[i];
     const bool feet = !s.seen && s.place >= kPlaceThrottle && s.place < kPlaceParts;

@@ -10,6 +10,9 @@
 
 namespace identify {
 
+/// A part of the car is followed no further than this share off the vehicle file.
+constexpr double kMostOff = 0.6;
+
 /// Rows [from, to) are smoothed, [begin, end) of them are kept.
 struct Piece {
   std::size_t from = 0, begin = 0, end = 0, to = 0;

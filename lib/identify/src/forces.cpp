@@ -179,10 +179,26 @@ void describe_use(const Work& work, Forces& out) {
   out.remarks = work.channels.said;
   for (const Sensor& s : work.channels.sensors)
     if (s.deviation > kFarFromNoise * s.own_deviation)
-      out.remarks.push_back(fmt::format(
+      out.doubts.push_back(fmt::format(
           "{} is off by {:.3g} from what the car of the vehicle file would have shown, where its "
           "own noise is {:.3g}: its scale, sign, delay or place, or that part of the car",
           s.channel, s.deviation, s.own_deviation));
+  for (const PartUse& part : out.parts)
+    if (std::abs(part.mean) >= kMostOff)
+      out.doubts.push_back(
+          fmt::format("{} would have to differ from the vehicle file by {:.0f} % or more: another "
+                      "car, or a channel in other units",
+                      part.part, 100.0 * part.mean));
+  if (50 * out.wild > out.measurements)
+    out.doubts.push_back(fmt::format(
+        "{:.1f} % of the measurements are far from what the car does: car, road or mapping are not "
+        "those of this log everywhere, and the intervals are too narrow",
+        100.0 * static_cast<double>(out.wild) / static_cast<double>(out.measurements)));
+  if (10 * out.lost > out.rows + out.lost)
+    out.doubts.push_back(
+        fmt::format("the simulated car could not follow {} of {} rows: see whether car, road and "
+                    "the mapping's signs are those of this log (crgdrive replay shows it)",
+                    out.lost, out.rows + out.lost));
 }
 
 void place_rows(const Work& work, const vehicle::Road& road, Forces& out) {

@@ -252,4 +252,12 @@ Vehicle read_vehicle(const std::string& path) {
   return vehicle;
 }
 
+Vehicle read_vehicle(const std::string& path, const std::string& setup_path,
+                     const std::vector<std::string>& settings) {
+  Vehicle vehicle = read_vehicle(path);
+  if (!setup_path.empty()) read_setup(vehicle, setup_path);
+  for (const std::string& setting : settings) apply_setting(vehicle, setting, "--set");
+  return vehicle;
+}
+
 }  // namespace vehicle

@@ -59,6 +59,7 @@ struct Forces {
   std::vector<ChannelUse> channels;
   std::vector<PartUse> parts;
   std::vector<std::string> remarks;
+  std::vector<std::string> doubts;  ///< why these forces must not be used; empty: none was found
   std::size_t rows = 0;       ///< that have forces
   std::size_t slow = 0;       ///< left out: standing or slower than least_mps
   std::size_t unsettled = 0;  ///< left out: begin of a stretch

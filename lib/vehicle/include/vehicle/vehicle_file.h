@@ -36,4 +36,9 @@ void apply_setting(Vehicle& vehicle, std::string_view setting, const std::string
 /// Error with file:line.
 void read_setup(Vehicle& vehicle, const std::string& path);
 
+/// The three together, as the command line has them: the file, the setup sheet where `setup_path`
+/// names one, then each "name=value" of --set. Throws Error as they do.
+Vehicle read_vehicle(const std::string& path, const std::string& setup_path,
+                     const std::vector<std::string>& settings);
+
 }  // namespace vehicle

@@ -1,0 +1,114 @@
+// Forces from recordings of a simulator that shares nothing with this project, TUMFTM
+// Open-Car-Dynamics: wheel loads and lateral speed are kept from the estimate and compared with it.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/read_file.h"
+#include "identify/forces.h"
+#include "support/places.h"
+#include "support/recorded_car.h"
+
+namespace {
+
+using nlohmann::json;
+
+/// The first `longest_s` of a log without the channels that the estimate is compared with.
+vehicle::Recording without_truth(const vehicle::Recording& log, double longest_s) {
+  const std::vector<double>& time = *log.table.find("time_s");
+  const auto rows =
+      std::upper_bound(time.begin(), time.end(), time.front() + longest_s) - time.begin();
+  vehicle::Table out;
+  for (std::size_t c = 0; c < log.table.names.size(); ++c) {
+    const std::string& name = log.table.names[c];
+    if (name == "vy_mps" || name.starts_with("fz_")) continue;
+    const std::vector<double>& column = log.table.columns[c];
+    out.add(name, {column.begin(), column.begin() + rows});
+  }
+  return vehicle::make_recording(out, "seen");
+}
+
+struct Compared {
+  double rmse = 0.0, inside = 0.0, most = 0.0;
+};
+
+/// Against a measured channel of white noise `noise`, which counts in the interval and is taken out
+/// of the root mean square.
+Compared compare(const identify::Estimated& e, const std::vector<double>& measured, double noise) {
+  double square = 0.0, inside = 0.0, n = 0.0;
+  Compared out;
+  for (std::size_t k = 0; k < e.value.size(); ++k) {
+    if (!std::isfinite(e.value[k]) || !std::isfinite(measured[k])) continue;
+    const double error = e.value[k] - measured[k];
+    square += error * error;
+    inside += std::abs(error) < 1.645 * std::hypot(e.sd[k], noise) ? 1.0 : 0.0;
+    out.most = std::max(out.most, std::abs(measured[k]));
+    n += 1.0;
+  }
+  EXPECT_GT(n, 100.0);
+  out.rmse = std::sqrt(std::max(0.0, square / n - noise * noise));
+  out.inside = inside / n;
+  return out;
+}
+
+TEST(ForcesOfOthers, LoadsAndLateralSpeedAreThoseThatWereKeptBack) {
+  const std::string folder = places::data() + "/ocd_trials";
+  if (!std::filesystem::exists(folder + "/truth.json"))
+    GTEST_SKIP() << "no recordings of Open-Car-Dynamics here";
+  const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
+  const json truth = json::parse(base::read_file(folder + "/truth.json", 1u << 24));
+  const json& noise = truth.at("noise_sd");
+  for (const json& trial : truth.at("trials")) {
+    const std::string id = trial.at("id");
+    if (trial.at("class") != "none" || (!heavy && id != "t01")) continue;
+    SCOPED_TRACE(id);
+    const vehicle::Recording log = support::recorded_log(folder + "/" + id + ".csv.xz");
+    const vehicle::Recording seen = without_truth(log, heavy ? 90.0 : 20.0);
+    json as_stated = trial.at("parameter_factors");
+    for (auto& [name, factor] : as_stated.items()) factor = 1.0;
+    for (const bool true_car : {true, false}) {
+      support::RecordedCar stated =
+          support::recorded_car(folder, true_car ? trial.at("parameter_factors") : as_stated);
+      // The other simulator's wheels act on the body by their forces only.
+      stated.terms[vehicle::Term::gyroscopic] = stated.terms[vehicle::Term::wheel_reaction] = 0.0;
+      const vehicle::Car<double> car =
+          vehicle::make_car(stated.files, stated.parameters, stated.terms);
+      identify::ForcesOptions options;
+      options.fuel_kg = 0.0;
+      if (!heavy) options.noise_rounds = 2;
+      const identify::Forces f = identify::estimate_forces(car, vehicle::Road(), seen, options);
+      EXPECT_GT(f.rows, 9 * seen.table.rows() / 10);
+      fmt::print("{} {}: {} of {} rows, {:.2f} % wild\n", id, true_car ? "true car" : "stated car",
+                 f.rows, seen.table.rows(),
+                 100.0 * static_cast<double>(f.wild) / static_cast<double>(f.measurements));
+      EXPECT_TRUE(f.doubts.empty()) << f.doubts.front();
+      const std::array<const char*, 4> names{"fl", "fr", "rl", "rr"};
+      for (std::size_t i = 0; i < 4; ++i)
+        if (const auto* const fz = log.table.find(fmt::format("fz_{}_n", names[i]))) {
+          const Compared c = compare(f.wheel[i].fz_n, *fz, noise.at("fz").get<double>());
+          fmt::print("  fz_{}: {:.0f} N of {:.0f}, inside {:.1f} %\n", names[i], c.rmse, c.most,
+                     100.0 * c.inside);
+          // 33 N at most where parameters are true; loads rest on mass and its place.
+          if (true_car) {
+            EXPECT_LT(c.rmse, 50.0);
+            EXPECT_NEAR(c.inside, 0.9, 0.05);
+          }
+        }
+      if (const auto* const vy = log.table.find("vy_mps")) {
+        const Compared c = compare(f.vy_mps, *vy, noise.at("vy_mps").get<double>());
+        fmt::print("  vy: {:.3f} m/s, inside {:.1f} %\n", c.rmse, 100.0 * c.inside);
+        EXPECT_LT(c.rmse, 0.05);  // 0.032 at most
+        EXPECT_NEAR(c.inside, 0.9, 0.05);
+      }
+    }
+  }
+}
+
+}  // namespace
