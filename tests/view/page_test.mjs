@@ -30,7 +30,7 @@ function check(condition, text) {
 }
 function run(program, words, cwd) {
   const ran = spawnSync(program, words, { cwd, encoding: 'utf8' });
-  if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.stderr}`);
+  if (ran.status !== 0) throw new Error(`${program} ${words.join(" ")}: ${ran.error ?? ran.stderr}`);
   return ran;
 }
 
@@ -66,13 +66,9 @@ page.on('request', (request) => { if (!request.url().startsWith(address) && !/^(
 page.on('dialog', (dialog) => { problems.push(`dialog: ${dialog.message()}`); dialog.dismiss(); });
 
 const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
-const recipe = () => readFileSync(join(shown, 'track.yaml'), 'utf8');
 // The page writes a little after it shows.
-async function written(test) {
-  const end = Date.now() + kPatience_ms;
-  while (!test(recipe()) && Date.now() < end) await page.waitForTimeout(20);
-  return test(recipe());
-}
+const written = () => page.waitForSelector('[data-role="recipe"]:not([data-written="no"])', { state: 'attached' });
+const recipe = () => readFileSync(join(shown, 'track.yaml'), 'utf8');
 const until = (test, argument) => page.waitForFunction(test, argument, { timeout: kPatience_ms });
 const said = (text) => until((word) => document.querySelector('[data-part="track"] [data-role="note"]')?.textContent.includes(word), text);
 const jobsEnded = (count) => until((n) => document.querySelectorAll('[data-job]').length >= Math.min(n, 4) && !document.querySelector('[data-job][data-state="running"]'), count);
@@ -98,6 +94,7 @@ try {
   await page.mouse.click(box.x + 0.5 * box.width, box.y + 0.5 * box.height);
   await said('Saved.');
   const clicked = [await page.inputValue('[data-role="x"]'), await page.inputValue('[data-role="y"]')].map(Number);
+  await written();
   const line = recipe().match(/^start_near_m: \[(.*), (.*)\] {3}# wrong/m);
   check(line && Math.hypot(line[1] - clicked[0], line[2] - clicked[1]) < 0.02, `the click is in the file, its comment kept: ${recipe()}`);
   check(recipe().replace(/^start_near_m.*$/m, '') === recipeText.replace(/^start_near_m.*$/m, ''), 'nothing else of the recipe has changed');
@@ -105,13 +102,14 @@ try {
   // Undo, then the same by keyboard alone.
   await page.click('[data-role="undo"]');
   await until((text) => document.querySelector('[data-role="recipe"]').value === text, recipeText);
-  await said('Saved.');
-  check(await written((text) => text === recipeText), 'undo gives the file back as it was');
+  await written();
+  check(recipe() === recipeText, 'undo gives the file back as it was');
   await page.fill('[data-role="x"]', '0');
   await page.fill('[data-role="y"]', '0');
   await page.press('[data-role="y"]', 'Enter');
   await until(() => document.querySelector('[data-role="recipe"]').value.includes('start_near_m: [0, 0]'));
-  check(await written((text) => text.includes('start_near_m: [0, 0]   # wrong')), 'typed coordinates set the start');
+  await written();
+  check(recipe().includes('start_near_m: [0, 0]   # wrong'), 'typed coordinates set the start');
   await page.focus('.stage canvas');
   for (let k = 0; k < 3; ++k) await page.keyboard.press('ArrowRight');
   await page.click('[data-tool="look"]');
@@ -125,14 +123,14 @@ try {
   const object = (await read('chosen')).split(':')[0];
   await page.click('[data-class="runoff"]');
   await until((name) => document.querySelector('[data-role="recipe"]').value.includes(`^${name}$`), object);
-  await said('Reading');
-  await until(() => document.querySelector('[data-role="note"]').textContent === '');
+  await written();
   check(new RegExp(`name_rules:\\n  - \\{object: '\\^${object}\\$', class: runoff\\}`).test(recipe()), `the rule is in the recipe: ${recipe()}`);
   await page.fill('input[aria-label="Find an object"]', object);
-  check((await page.innerText('.objects tbody')).includes('runoff'), 'and the object is what the rule says');
+  await until(() => document.querySelector('.objects tbody').textContent.includes('runoff'));  // what the rule says
   await page.click('[data-role="undo"]');
   await until(() => !document.querySelector('.objects tbody').textContent.includes('runoff'));
-  check(await written((text) => !text.includes('name_rules')), 'undo takes the rule away, and the object is a kerb again');
+  await written();
+  check(!recipe().includes('name_rules'), 'undo takes the rule away, and the object is a kerb again');
 
   // Build by keyboard; the files are those of the command, byte for byte.
   await page.focus('[data-role="build"]');
@@ -161,7 +159,7 @@ try {
   await page.fill('[data-role="grip"]', '0.55');
   const corners = [await lookAt(pixelOf([30, 2])), await lookAt(pixelOf([60, -2]))];
   await until(() => document.querySelector('[data-role="recipe"]').value.includes('friction_zones'));
-  await said('Saved.');
+  await written();
   check(/^friction_zones: track.friction.csv\nfriction: true$/m.test(recipe()), `the zones are in the recipe: ${recipe()}`);
   writeFileSync(join(dir, 'corners.csv'), `x_m,y_m\n${corners.map((corner) => corner.join(',')).join('\n')}\n`);
   run(crgbuild, ['query', 'out/shown/ring.crg', '--points', join(dir, 'corners.csv'), '-o', join(dir, 'uv.csv'), '-q'], shown);
@@ -179,6 +177,7 @@ try {
   await page.selectOption('[data-role="zone-kind"]', 'kerb');
   await page.click('[data-role="add-zone"]');
   await page.waitForSelector('[data-away="kerb"]');
+  await written();
   check(readFileSync(join(shown, 'track.kerbs.csv'), 'utf8') === 'u_begin_m,u_end_m,v_begin_m,v_end_m,kerb\n2400,10.5,-6,-5,1\n' && recipe().includes('kerb_zones: track.kerbs.csv'), 'the kerb is in the file');
   await picture('zones');
   await accessible('zones');
@@ -208,14 +207,14 @@ try {
     await page.click('[data-role="add-point"]');
     await page.waitForSelector(`[data-role="points"] tbody tr:nth-child(${x === 0 ? 1 : 2})`);
   }
-  await said('Saved.');
+  await written();
   const points = readFileSync(join(shown, 'track.control_points.csv'), 'utf8').trim().split('\n').map((row) => row.split(','));
   // The circuit rises from 2.0 m at u = 0 to 2.6 m at u = 250 (its own file says so); facets are 4 m long.
   check(points[0].join() === 'name,mesh_x_m,mesh_y_m,mesh_z_m,x_m,y_m,z_m' && points.length === 3 && Math.abs(Number(points[1][3]) - 2.0) < 0.03 && points[2][4] === '500060' && recipe().includes('control_points: track.control_points.csv'), `control points are in their file: ${points.join(' | ')}`);
   await page.click('[data-role="undo"]');
   await page.click('[data-role="undo"]');
   await until((text) => document.querySelector('[data-role="recipe"]').value === text, recipeText.replace('[400, 300]', '[0, 0]'));
-  await said('Saved.');
+  await written();
 
   // A guide drawn by keyboard and mouse: places on the first straight and the last corner.
   await page.click('[data-tool="guide"]');
@@ -229,10 +228,11 @@ try {
   await page.click('[data-role="undo"]');
   await page.click('[data-role="use"]');
   await until(() => document.querySelector('[data-role="recipe"]').value.includes('guide: track.guide.csv'));
+  await written();
   check(readFileSync(join(shown, 'track.guide.csv'), 'utf8') === 'x_m,y_m\n10.000,5.000\n60.000,35.000\n110.000,65.000\n', 'the guide is what was drawn');
-  await page.waitForTimeout(300);
   await page.click('[data-role="undo"]');
-  check(await written((text) => !text.includes('guide')), 'undo takes the guide away');
+  await written();
+  check(!recipe().includes('guide'), 'undo takes the guide away');
 
   // A whole task by keyboard alone: a wrong start, a guide, a false kerb, built again, compared (KERBSTONE_HEAVY=1: it takes as long as all the rest).
   if (isHeavy) {
@@ -291,7 +291,7 @@ try {
     await enter('[data-role="kerbs-and-grip"] > summary');
     await enter('[data-role="no-kerb"]');
     await until(() => document.querySelector('[data-role="recipe"]').value.includes('kerb_zones: keys.kerbs.csv'));
-    await said('Saved.');
+    await written();
     await enter('[data-role="build"]');
     await until((count) => document.querySelectorAll('[data-kerb]').length === count, found.length - 1);
     const left = keysSummary().kerb.kerbs;
@@ -328,9 +328,10 @@ try {
     await enter('[data-tab="track"]');
     await enter('[data-id="0/track.yaml"]');
     await until((text) => document.querySelector('[data-role="recipe"]').value === text, recipe());
-    await until(() => document.querySelector('[data-part="track"] [data-role="note"]').textContent === '');
+    await until(() => document.querySelector('[data-part="track"] [data-role="reading"]').textContent === '');
   }
 
+  await written();
   // Somebody else changes the recipe meanwhile: nothing is overwritten.
   writeFileSync(join(shown, 'track.yaml'), `${recipe()}# by another program\n`);
   await page.click('[data-role="reverse"]');
@@ -347,7 +348,7 @@ try {
     await until((text) => document.querySelector('[data-role="recipe"]').value === text, recipe());
     await page.click('[data-role="reverse"]');
     await until(() => document.querySelector('[data-role="recipe"]').value.includes('reverse: true'));
-    await said('Saved.');
+    await written();
     await second.click('[data-role="reverse"]');
     await second.waitForFunction(() => document.querySelector('[data-role="note"]').textContent.includes('has changed meanwhile'), null, { timeout: kPatience_ms });
     await second.close();
@@ -373,7 +374,7 @@ try {
   await page.reload();
   await page.waitForSelector('html[data-ready="yes"]');
   await page.click('[data-id="0/wrong.yaml"]');
-  await said('wrong.yaml:2');
+  await until(() => document.querySelector('[data-role="reading"]').textContent.includes('wrong.yaml:2'));
   // A bare mesh gets a recipe.
   await page.click('[data-id="0/meshes/kerbstone-ring.obj"]');
   await page.waitForSelector('[data-role="make-recipe"]:visible');
@@ -522,11 +523,12 @@ try {
   await jobsEnded(1);
 
   // No room left (files may not be longer than 50 kB): what cannot be written is said, and what was there stays.
-  await until(() => document.querySelector('[data-part="track"] [data-role="note"].bad'));
+  await until(() => document.querySelector('[data-part="track"] [data-role="reading"].bad'));
   const kept = recipe();
   await page.fill('[data-role="recipe"]', `${kept}# ${'x'.repeat(200000)}\n`);
   await page.click('[data-role="save"]');
   await said('track.yaml');
+  await written();
   check(recipe() === kept, `a recipe that could not be written is as it was: ${await read('note')}`);
   await page.click('[data-tab="road"]');
   await page.click('[data-id="0/out/shown/ring.crg"]');

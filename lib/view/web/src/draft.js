@@ -6,18 +6,24 @@ import { getText, putText } from './server.js';
 export function makeDraft(say, changed = () => {}) {
   const box = el('textarea', { spellcheck: 'false', 'aria-label': 'Recipe (track.yaml)', 'data-role': 'recipe' });
   const before = [];  // {text, file?, was?}: the recipe before, and the file's text before
-  let id = null, mark = null, saved = '', working = Promise.resolve();
+  let id = null, mark = null, saved = '', working = Promise.resolve(), waiting = 0;
+
+  /// How many changes the file does not have yet: the box shows them before they are written.
+  const count = (change) => { waiting += change; box.dataset.written = waiting === 0 ? 'yes' : 'no'; };
 
   /// One after another: each needs the mark of the one before.
   function queue(work) {
     const of = id;
+    count(1);
     working = working.then(async () => {
-      if (of !== id) return;
       try {
+        if (of !== id) return;
         await work();
         say('Saved.', 'good');
       } catch (error) {
         say(error.message, 'bad');
+      } finally {
+        count(-1);
       }
     });
     return working;

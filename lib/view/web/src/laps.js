@@ -62,7 +62,8 @@ export function ascending(at, values, first, last) {
 }
 
 export function makeLaps({ entriesOf }) {
-  const logs = [];  // {id, info, names: {time, x, y}, data, laps, lap}
+  const order = [];  // ids in the order in which they were chosen: the first colour is that of the first
+  const logs = [];  // those of them that are here: {id, info, names: {time, x, y}, data, laps, lap}
   const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
   const chosen = el('div', { class: 'tools' });
   const channel = el('select', { 'aria-label': 'Channel', 'data-role': 'channel' });
@@ -81,21 +82,28 @@ export function makeLaps({ entriesOf }) {
   const guess = (log, kind) => log.info.channels.find((each) => guesses[kind].test(each.name))?.name ?? null;
   const unitOf = (log, name) => log.info.channels.find((each) => each.name === name)?.unit ?? '';
 
+  function takeAway(id) {
+    for (const [list, at] of [[order, order.indexOf(id)], [logs, logs.findIndex((log) => log.id === id)]]) if (at >= 0) list.splice(at, 1);
+  }
+
   async function toggle(id) {
-    const at = logs.findIndex((log) => log.id === id);
-    if (at >= 0) logs.splice(at, 1);
+    if (order.includes(id)) takeAway(id);
     else {
-      if (logs.length === kMost) logs.shift();
+      if (order.length === kMost) takeAway(order[0]);
+      order.push(id);
       let info;
       try {
         info = await getJson('log', { id });
       } catch (error) {
+        takeAway(id);
         say(error.message);
         return;
       }
+      if (!order.includes(id) || logs.some((log) => log.id === id)) return;
       const log = { id, info, names: {}, lap: 0 };
       for (const kind of ['time', 'x', 'y']) log.names[kind] = guess(log, kind);
       logs.push(log);
+      logs.sort((a, b) => order.indexOf(a.id) - order.indexOf(b.id));
     }
     fill();
     await draw();

@@ -30,8 +30,11 @@ const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 /// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it.
 export function makeTrack({ openRoad, changed }) {
   let id = null, recipeId = null, tool = 'look', points = [], part = null, sheet = null, roadId = null;
-  const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
-  const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
+  // Two lines: a mesh that has been read must not take away what was said of a change meanwhile.
+  const [[note, say], [reading, sayOfMesh]] = ['note', 'reading'].map((role) => {
+    const box = el('p', { class: 'small', role: 'status', 'data-role': role });
+    return [box, (text, kind = 'muted') => { box.className = `small ${kind}`; box.textContent = text; }];
+  });
   const draft = makeDraft(say, () => { zones.refresh(); controls.refresh(); });
   const hint = el('span', { class: 'muted' });
   const facts = el('div', { class: 'small', 'data-role': 'facts' });
@@ -152,7 +155,7 @@ export function makeTrack({ openRoad, changed }) {
   /// The mesh, as the recipe that was saved says.
   async function look() {
     const of = id;
-    say('Reading the mesh …');
+    sayOfMesh('Reading the mesh …');
     const wish = { do: 'preview', input: recipeId ?? id }, failed = (error) => ({ exit_code: 1, messages: error.message });
     let done = false;
     // Large meshes: first as they are, in grey.
@@ -166,7 +169,7 @@ export function makeTrack({ openRoad, changed }) {
     done = true;
     clearTimeout(early);
     if (of !== id) return;
-    if (job.exit_code !== 0) { say(job.messages || 'The mesh could not be read.', 'bad'); return; }
+    if (job.exit_code !== 0) { sayOfMesh(job.messages || 'The mesh could not be read.', 'bad'); return; }
     const told = await stage.setMesh(await getBytes('output', { job: job.id }));
     if (of !== id || !told) return;
     part = null;
@@ -176,7 +179,7 @@ export function makeTrack({ openRoad, changed }) {
       el('p', {}, `${count(told.triangles_in)} triangles${told.triangles_shown < told.triangles_in ? ` (${count(told.triangles_shown)} shown)` : ''}, ${count(told.objects.length)} objects; up: ${told.up}, unit: ${told.unit}${told.told_by ? `; road told by ${told.told_by}` : ''}.`),
       told.refusal ? el('p', { class: 'bad', 'data-role': 'refusal' }, told.refusal) : '',
       told.remarks.length > 0 ? el('details', {}, el('summary', {}, told.remarks.length === 1 ? 'One remark' : `${told.remarks.length} remarks`), el('ul', {}, told.remarks.map((remark) => el('li', {}, remark)))) : '');
-    say('');
+    sayOfMesh('');
   }
 
   async function build() {
@@ -256,7 +259,7 @@ export function makeTrack({ openRoad, changed }) {
       el('div', { class: 'tools' }, el('button', { type: 'button', 'data-role': 'build', onclick: build }, el('strong', {}, 'Build')),
         el('button', { type: 'button', 'data-role': 'stretch', title: 'Builds the part of the road that is in view and compares it with the road that was built', onclick: buildStretch }, 'Stretch in view'),
         el('button', { type: 'button', 'data-role': 'look', onclick: look }, 'Read the mesh again'), make),
-      note, pictures, el('h2', {}, 'Recipe'), draft.box,
+      note, reading, pictures, el('h2', {}, 'Recipe'), draft.box,
       el('div', { class: 'tools' }, el('button', { type: 'button', 'data-role': 'save', onclick: () => draft.save() }, 'Save')),
       zones.root, controls.root,
       el('h2', {}, 'Mesh'), facts, el('h2', {}, 'Objects'), chosen, el('div', { class: 'tools' }, classButtons), filter, list));
@@ -280,6 +283,8 @@ export function makeTrack({ openRoad, changed }) {
     setRoad(null, null, null);
     pictures.replaceChildren();
     facts.replaceChildren();
+    say('');
+    sayOfMesh('');
     recipeId = next.endsWith('.yaml') ? next : null;
     make.hidden = recipeId !== null;
     reverse.disabled = recipeId === null;
