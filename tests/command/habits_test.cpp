@@ -341,6 +341,33 @@ TEST_F(Called, EveryCommandIs) {
           << tool.name << " " << joined(words) << " is not tried";
 }
 
+/// NaN compares with no bound, so it passes between all of them.
+TEST_F(Called, WhatIsNoNumberIsRefused) {
+  std::size_t numbers = 0;
+  const std::regex number(
+      "\n  (?:-[a-z],)?(--[a-z0-9-]+) "
+      "(?:[^ ]+ or )?(?:[-0-9.e+]+ to [-0-9.e+]+|above 0|0 or more|a number)(?=[ =\n])");
+  for (const Tool& tool : all_tools())
+    for (const Words& call : calls_[tool.name]) {
+      const std::string help = run_tool(tool.path, call + Words{"--help"}).out;
+      EXPECT_THAT(help, Not(HasSubstr("FLOAT")));
+      for (std::sregex_iterator i(help.begin(), help.end(), number), end; i != end; ++i)
+        for (const char* value : {"nan", "-inf"}) {
+          const std::string flag = (*i)[1];
+          SCOPED_TRACE(fmt::format("{} {} {}={}", tool.name, call.front(), flag, value));
+          ++numbers;
+          Words wrong = call;
+          const auto given = std::find(wrong.begin(), wrong.end(), flag);
+          if (given != wrong.end()) wrong.erase(given, given + 2);
+          const ToolRun ran = run_tool(tool.path, wrong + Words{flag + "=" + value});
+          EXPECT_EQ(ran.code, 2) << ran.err;
+          expect_one_line(tool, ran.err);
+          EXPECT_THAT(ran.err, HasSubstr(flag + ": "));
+        }
+    }
+  EXPECT_GE(numbers, 200u);
+}
+
 TEST_F(Called, PrintsJsonNothingWhenQuietAndFailsOnAFullDisk) {
   for (const Tool& tool : all_tools())
     for (const Words& call : calls_[tool.name]) {

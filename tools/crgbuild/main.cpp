@@ -452,8 +452,7 @@ void define_file_tools(CLI::App& app, Commands& c) {
   synth
       ->add_option("--facet-m", c.synth.facet_m,
                    "length of facets on straights; 10 is coarse [0.5]")
-      ->check(CLI::Range(0.05, 50.0).description(""))
-      ->type_name("0.05 to 50");
+      ->check(CLI::Range(0.05, 50.0));
   add_choice(*synth, "--names", c.synth.names, "how objects are called [plain]",
              {"plain", "torcs", "ac", "none"});
   synth->footer("Example:\n  crgbuild synth tracks/kerbstone-ring/circuit.yaml -o out/demo");

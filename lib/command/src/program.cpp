@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <new>
 
@@ -104,15 +105,31 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error, const Adv
   return error.what();
 }
 
-/// "0 to 256" in place of "UINT:INT in [0 - 256]".
-void show_bounds(CLI::Option& option) {
-  const std::string type = option.get_type_name();
+/// "0 to 256" in place of "UINT:INT in [0 - 256]"; empty: not one of a number.
+std::string bounds_of(const std::string& type) {
+  if (type == "FLOAT") return "a number";
+  if (type == "FLOAT:POSITIVE") return "above 0";
+  if (type == "FLOAT:NONNEGATIVE") return "0 or more";
   const std::size_t begin = type.find(" in ["), between = type.find(" - ", begin),
                     end = type.find(']', between);
-  if (end == std::string::npos) return;
-  option.get_validator(0)->description("");
-  option.type_name(type.substr(begin + 5, between - begin - 5) + " to " +
-                   type.substr(between + 3, end - between - 3));
+  if (end == std::string::npos) return "";
+  return type.substr(begin + 5, between - begin - 5) + " to " +
+         type.substr(between + 3, end - between - 3);
+}
+
+/// Shows bounds in plain words, and refuses what is no number: NaN is within all bounds of CLI11.
+void mend_number(CLI::Option& option) {
+  const std::string type = option.get_type_name(), bounds = bounds_of(type);
+  if (bounds.empty()) return;
+  if (type != "FLOAT") option.get_validator(0)->description("");
+  option.type_name(bounds);
+  option.check(CLI::Validator(
+      [bounds](const std::string& text) {
+        double value = 0;
+        const bool endless = CLI::detail::lexical_cast(text, value) && !std::isfinite(value);
+        return endless ? fmt::format("'{}' seen, {} wanted", one_line(text), bounds) : "";
+      },
+      ""));
 }
 
 void add_everywhere(CLI::App& app, Terminal& terminal) {
@@ -128,7 +145,7 @@ void add_everywhere(CLI::App& app, Terminal& terminal) {
     at.footer(at.get_footer() + (at.get_footer().empty() ? "" : "\n\n") + kExitCodes);
   };
   for (CLI::App* leaf : leaves(app)) {
-    for (CLI::Option* option : leaf->get_options()) show_bounds(*option);
+    for (CLI::Option* option : leaf->get_options()) mend_number(*option);
     for (CLI::App* at = leaf; at != nullptr; at = at->get_parent()) at->fallthrough();
     if (leaf->get_option_no_throw("--output") == nullptr)
       leaf->add_option_function<std::string>(

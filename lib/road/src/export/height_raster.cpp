@@ -105,9 +105,10 @@ HeightRaster height_raster(const crg::Surface& road, double cell_m) {
   for (std::size_t k = 0; k < above_m.size(); ++k) {
     above_m[k] = std::numeric_limits<float>::quiet_NaN();
     if (near[k] == 0) continue;
+    const std::size_t row = k / raster.columns, column = k % raster.columns;
     const crg::Sample sample =
-        road.at_xy(raster.x_m + static_cast<double>(k % raster.columns) * cell_m,
-                   raster.y_m - static_cast<double>(k / raster.columns) * cell_m, cursor);
+        road.at_xy(raster.x_m + static_cast<double>(column) * cell_m,
+                   raster.y_m - static_cast<double>(row) * cell_m, cursor);
     if (!sample.inside || !sample.valid) continue;
     above_m[k] = static_cast<float>(sample.z_m - zero_m);
     least = std::min(least, above_m[k]);
