@@ -134,8 +134,7 @@ TEST(Habits, TheShellCompletesCommandsFlagsWordsAndFiles) {
               ::testing::ElementsAre("step-steer"));
   EXPECT_THAT(completed(folder / "crgbuild", {"crgbuild", "info", folder / "ro"}),
               ::testing::ElementsAre(folder / "road.crg"));
-  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "r"}),
-              ::testing::ElementsAre("run"));
+  EXPECT_THAT(completed(folder / "crgexplain", {"crgexplain", "r"}), ::testing::ElementsAre("run"));
 }
 
 TEST(Habits, AWrongCommandLineIsOneLineThatHelps) {
@@ -212,7 +211,8 @@ class Called : public ::testing::Test {
     cli::write(f / "fz.csv", "fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n3000,0.05,0.02,0,30\n");
     std::string bench = "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,fy_n\n";
     for (int i = -40; i <= 40; ++i)
-      bench += fmt::format("3000,0,{0},0,30,{1}\n", 0.005 * i, -4000.0 * std::sin(0.5 * std::atan(0.2 * i)));
+      bench += fmt::format("3000,0,{0},0,30,{1}\n", 0.005 * i,
+                           -4000.0 * std::sin(0.5 * std::atan(0.2 * i)));
     cli::write(f / "bench.csv", bench);
     // A steering that follows its command a little later.
     std::string steering = "time_s,steer_command_rad,steer_rad\n";
@@ -239,11 +239,11 @@ class Called : public ::testing::Test {
       survey += cell[0] + "," + cell[1] + "," + cell[4] + "\n";
     }
     cli::write(f / "survey.csv", survey);
-    ASSERT_EQ(run_tool(places::crgdrive(),
-                       {"fmu", places::source() + "/vehicles/open_wheel/vehicle.yaml", "-o",
-                        f / "unit.fmu"})
-                  .code,
-              0);
+    ASSERT_EQ(
+        run_tool(places::crgdrive(), {"fmu", places::source() + "/vehicles/open_wheel/vehicle.yaml",
+                                      "-o", f / "unit.fmu"})
+            .code,
+        0);
     std::filesystem::create_directory(f / "campaign");
     cli::write(f / "campaign/plan.json", R"({"name": "none", "jobs": []})");
     std::filesystem::create_directory(f / "long_campaign");
@@ -300,7 +300,8 @@ class Called : public ::testing::Test {
            "--most-mps", "40", "--most-lap-share", "1", "--most-limit-share", "1", "-o",
            f / "control.yaml"}}},
         {"crgsim",
-         {{"info", f / "unit.fmu"}, {"run", f / "unit.fmu", "--stop-s", "0.1", "-o", f / "run.csv"},
+         {{"info", f / "unit.fmu"},
+          {"run", f / "unit.fmu", "--stop-s", "0.1", "-o", f / "run.csv"},
           {"serve", f / "unit.fmu", "--socket", f / "car.sock", "--command", "input.throttle",
            "--measure", "car.vx", "--stop-s", "0.1", "-o", f / "served.csv"}}},
         {"lidar2mesh",
@@ -314,8 +315,7 @@ class Called : public ::testing::Test {
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
           {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
         {"kerbstone",
-         {{"collect", f / "campaign"},
-          {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
+         {{"collect", f / "campaign"}, {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
     };
   }
   static void TearDownTestSuite() {
@@ -550,24 +550,25 @@ TEST_F(Called, OutIsTakenForOutput) {
 
 /// Commands that last, one of each tool.
 std::map<std::string, Words> long_calls(const Folder& f, const std::string& trial) {
-  return {{"crgbuild",
-           {"build", f / "s.obj", "-o", f / "long", "--u-step-m", "0.01", "--v-step-m", "0.02",
-            "--force", "--validate-points", "20000000"}},
-          {"crgdrive",
-           {"manoeuvre", "sine", "--vehicle", trial + "vehicle.yaml", "--seconds", "600",
-            "--rate-hz", "1000", "-o", f / "long.csv"}},
-          {"crgexplain",
-           {"run", "--track", trial + "track.crg", "--vehicle", trial + "vehicle.yaml",
-            "--recordings", trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
-          {"crgidentify",
-           {"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1000", "-o",
-            f / "long.tir"}},
-          {"crgsim",
-           {"run", f / "unit.fmu", "--stop-s", "600", "--record", "car.u", "-o", f / "long_run.csv"}},
-          {"lidar2mesh",
-           {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o",
-            f / "long_scans", "--beams", "200", "--azimuths", "4000"}},
-          {"kerbstone", {"collect", f / "long_campaign"}}};
+  return {
+      {"crgbuild",
+       {"build", f / "s.obj", "-o", f / "long", "--u-step-m", "0.01", "--v-step-m", "0.02",
+        "--force", "--validate-points", "20000000"}},
+      {"crgdrive",
+       {"manoeuvre", "sine", "--vehicle", trial + "vehicle.yaml", "--seconds", "600", "--rate-hz",
+        "1000", "-o", f / "long.csv"}},
+      {"crgexplain",
+       {"run", "--track", trial + "track.crg", "--vehicle", trial + "vehicle.yaml", "--recordings",
+        trial + "run.csv", "--nulls", "100000", "-o", f / "long_found"}},
+      {"crgidentify",
+       {"tyre", f / "bench.csv", "--reference", trial + "front.tir", "--starts", "1000", "-o",
+        f / "long.tir"}},
+      {"crgsim",
+       {"run", f / "unit.fmu", "--stop-s", "600", "--record", "car.u", "-o", f / "long_run.csv"}},
+      {"lidar2mesh",
+       {"synth", places::source() + "/tracks/kerbstone-ring/circuit.yaml", "-o", f / "long_scans",
+        "--beams", "200", "--azimuths", "4000"}},
+      {"kerbstone", {"collect", f / "long_campaign"}}};
 }
 
 TEST_F(Called, ATerminalSeesProgressThatIsWipedOnCtrlC) {

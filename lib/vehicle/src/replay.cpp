@@ -309,9 +309,10 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
     last = sim;
   }
   if (out.windows == 0)
-    throw Error(
-        fmt::format("nothing to replay: {} windows standing, {} stretches shorter than {} s",
-                    out.standing, out.too_short, options.settle_s + kShortest_s));
+    throw Error(fmt::format(
+        "nothing to replay: in {} pieces the car stands, {} are shorter than {} s; give "
+        "a recording of a longer drive without gaps",
+        out.standing, out.too_short, options.settle_s + kShortest_s));
   out.errors = errors.finish();
   sum_up_push(out);
   return out;
