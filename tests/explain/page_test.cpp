@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "support/page_claims.h"
+
 namespace explain {
 namespace {
 
@@ -89,6 +91,62 @@ TEST(FindingsPage, SaysHowSureWithTheFiguresThatEachKindHas) {
       HasSubstr("How sure: score 30.0 where 5.0 is needed, gain of 11.5 on laps left out.</p>"));
   EXPECT_THAT(page_of("vehicle", 12, 0, 80, 0.75),
               HasSubstr("How sure: gain of 80 on laps left out, better in 75 % of them.</p>"));
+}
+
+/// Something in every list, with signs that markup has too, and numbers that JSON does not have.
+Findings full() {
+  Findings f;
+  f.verdict = Verdict::kTie;
+  f.laps = 7;
+  f.null_replicates = 2000;
+  f.null_false_alarm = 0.0134;
+  f.threshold = 4.937;
+  f.recorded_lap_s = {91.234, 89.871, 90.5};
+  f.simulated_lap_before_s = 88.046;
+  f.simulated_lap_after_s = 89.114;
+  Finding x;
+  x.mechanism = "sensor.gain";
+  x.channel = "gyro <z> & co";
+  x.kind = "sensor";
+  x.physics = "the scale of a sensor is off";
+  x.equation = "m = k x";
+  x.parameters = {{"gain", "1", 1.02345678, 1.01, 1.0312}, {"second", "1/s", -3.4e-7, NAN, 2e10}};
+  for (int k = 0; k < 11; ++k) x.where.push_back({100.0 * k + 0.4, 100.0 * k + 37.7, {}});
+  x.rivals = {{"sensor.bias", "gyro <z> & co", "turn the other way", 3.0, false},
+              {"vehicle.mass", "", "", 1.0, true}};
+  x.statistic = -12.34, x.threshold = 4.9, x.cv_gain = 123.4, x.stability = 0.95;
+  x.held_out = {{"vx_mps", "m/s", 0.6, 0.123456, 0.0987654, 0.05, 0.3219, 1.1, false},
+                {"yaw_rate_radps", "rad/s", 0.0, 0.5, 0.25, -0.02, 0.7, 0.6, true}};
+  Finding let_go = x;
+  let_go.mechanism = "parameter.mass", let_go.channel = "", let_go.kind = "parameter";
+  let_go.threshold = 0, let_go.where.clear(), let_go.rivals.clear(), let_go.parameters.pop_back();
+  f.findings = {x, let_go};
+  f.unexplained = {{"forward force", "speed", "m/s2", {{10, 25.6, {}}}, 0.123, 0.01, -0.3217},
+                   {"yaw", "u", "1", {}, 0.5, 0.01, 1e-7}};
+  f.mismatches = {{"ay", "turning left", "m/s2", {{3.2, 50, {1}}}, -1.23456, 3.3e-5, 0.447}};
+  f.parameters = {{"mass", "mass", "kg", 700, 712.3456, 700.1, 724.9, true, false},
+                  {"grip", "grip", "1", 1, 1.1, 1.0, 1.2, false, true},
+                  {"drag", "drag", "1", 1, 1.1, 1.0, 1.2, false, false}};
+  f.evidence = {{"vehicle.fuel_burn", "", "mass lost", 0.0156, 16.7, -2, "kg/s", "", 0.02},
+                {"road.banking", "", "slope", -0.0123, -6.2, 4.44, "1", ", u 0 to 40 m", 0.001},
+                {"environment.wind", "", "speed", 0.3, 1.1, 0.04, "m/s", "", 0.1}};
+  f.untestable = {{"vehicle.differential", "no wheel speeds & \"no\" loads"}};
+  return f;
+}
+
+TEST(FindingsPage, SaysWhatFindingsJsonSays) {
+  Findings f = full();
+  const auto says_it = [&] {
+    support::expect_page_says(nlohmann::json::parse(findings_json(f)), findings_page(f, {}, "t"));
+  };
+  says_it();
+  f.verdict = Verdict::kExplained, f.findings.erase(f.findings.begin());
+  says_it();
+  f.verdict = Verdict::kNone, f.findings.clear(), f.unexplained.clear();
+  says_it();
+  f.verdict = Verdict::kNone, f.evidence.clear(), f.mismatches.clear(), f.parameters.clear();
+  f.recorded_lap_s.clear(), f.simulated_lap_after_s = 0;
+  says_it();
 }
 
 }  // namespace

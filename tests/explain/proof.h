@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "support/page_claims.h"
 #include "support/places.h"
 #include "support/temporary_folder.h"
 
@@ -40,7 +41,9 @@ class Proof {
                                 files, folder.path(out), more, folder.path("log"))),
               0)
         << folder.read("log");
-    return json::parse(folder.read(out + "/findings.json"));
+    json found = json::parse(folder.read(out + "/findings.json"));
+    support::expect_page_says(found, folder.read(out + "/report.html"));
+    return found;
   }
   /// Runs the command that the last explain() printed after these words.
   int printed(const std::string& words, const std::string& more) {

@@ -245,8 +245,15 @@ bool Analysis::add_by_cost(Findings& out) {
   }
   // The table of what was tested says what counted.
   std::erase_if(out.evidence, [&](const Evidence& e) { return is_of(e, u) && e.detail == u.name; });
-  out.evidence.push_back(
-      {u.id, u.channel, u.name, x.saved.amount, found.statistic, found.cv_gain, u.unit});
+  out.evidence.push_back({u.id,
+                          u.channel,
+                          u.name,
+                          x.saved.amount,
+                          found.statistic,
+                          found.cv_gain,
+                          u.unit,
+                          {},
+                          u.least});
   Accepted a;
   a.unknown = x.unknown;
   a.amount = x.saved.amount;

@@ -151,7 +151,7 @@ void Analysis::list_evidence(Findings& out, const Trial& trial) const {
     const Unknown& u = inventory_.unknowns[t.unknown];
     // A stretch of road counts in the stage that sees all of it.
     if (trial.stage == Stage::kSensors && u.along_road) continue;
-    Evidence e{u.id, u.channel, u.name, t.amount, t.test.z, 0.0, u.unit};
+    Evidence e{u.id, u.channel, u.name, t.amount, t.test.z, 0.0, u.unit, {}, u.least};
     if (t.gain > selection::kWorthALook) e.cv_gain = total(gains(trial, t)).sum;
     if (u.along_road)
       e.place = fmt::format(", u {:.0f} to {:.0f} m", t.test.begin * kCell_m, t.test.end * kCell_m);

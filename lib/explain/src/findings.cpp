@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
+#include "selection.h"
 
 namespace explain {
 namespace {
@@ -132,6 +133,20 @@ Json tested(const Findings& f) {
   return list;
 }
 
+Json seen(const Findings& f) {
+  Json list = Json::array();
+  for (const Seen& s : seen_and_not_named(f))
+    list.push_back({{"mechanism", s.mechanism},
+                    {"channel", s.channel.empty() ? Json(nullptr) : Json(s.channel)},
+                    {"detail", s.detail},
+                    {"amount", number(s.amount)},
+                    {"unit", s.unit},
+                    {"ci90", {number(s.low), number(s.high)}},
+                    {"statistic", number(s.statistic)},
+                    {"why", s.why}});
+  return list;
+}
+
 Json lap_times(const Findings& f) {
   Json lap_s{
       {"recorded", Json::array()}, {"simulated_before", nullptr}, {"simulated_after", nullptr}};
@@ -169,10 +184,13 @@ std::string findings_json(const Findings& f) {
   for (const Untestable& u : f.untestable)
     root["untestable"].push_back({{"mechanism", u.mechanism}, {"reason", u.reason}});
   root["unexplained"] = unexplained(f);
+  root["seen"] = seen(f);
   root["tested"] = tested(f);
   root["null_calibration"] = {{"replicates", f.null_replicates},
                               {"threshold", number(f.threshold)},
                               {"false_alarm_rate", number(f.null_false_alarm)}};
+  root["other_cars"] = {{"recordings", selection::kOtherCars},
+                        {"alarms", selection::kOtherCarsAlarmed}};
   root["laps"] = f.laps;
   root["lap_s"] = lap_times(f);
   root["remarks"] = Json::array();

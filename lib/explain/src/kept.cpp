@@ -31,7 +31,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Untestable, mechanism, reason)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Unexplained, channel, locked_to, unit, where, share, p_adjusted,
                                    size)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Evidence, mechanism, channel, detail, amount, statistic, cv_gain,
-                                   unit, place)
+                                   unit, place, least)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Trace, channel, unit, u_m, before, after, lap)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrivenTrace::Side, u_m, recorded, simulated)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrivenTrace, channel, unit, lap, before, after)

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "report/plot_page.h"
+#include "selection.h"
 
 namespace explain {
 namespace {
@@ -48,9 +49,13 @@ std::string table(const std::string& title, const std::string& words, const std:
 }
 
 /// Colour of the box and what the word means.
-std::pair<const char*, const char*> meaning_of(Verdict verdict) {
-  switch (verdict) {
+std::pair<const char*, const char*> meaning_of(const Findings& f) {
+  switch (f.verdict) {
     case Verdict::kNone:
+      if (!seen_and_not_named(f).empty())
+        return {"good",
+                "Nothing is missing that counts. What was seen, and is too small or too unsure to "
+                "be named, stands below."};
       return {"good", "Nothing is missing that these recordings can show."};
     case Verdict::kExplained:
       return {"good", "What was found explains everything significant."};
@@ -64,13 +69,15 @@ std::pair<const char*, const char*> meaning_of(Verdict verdict) {
 }
 
 std::string verdict_of(const Findings& f) {
-  const auto [colour, meaning] = meaning_of(f.verdict);
+  const auto [colour, meaning] = meaning_of(f);
   std::string out = fmt::format("<section class='verdict {}'><strong>{}</strong>{}", colour,
                                 name_of(f.verdict), meaning);
   out += fmt::format(
-      "<p>{} laps. Of {} null replicates of these recordings the limits would have let {:.1f} % "
-      "pass.</p>",
-      f.laps, f.null_replicates, 100 * f.null_false_alarm);
+      "<p>{} laps. False alarms by noise: of {} null replicates of these recordings the limits "
+      "would have let {:.1f} % pass. By errors of the model: {} of {} recordings of another "
+      "simulator's cars in which nothing is missing raised an alarm.</p>",
+      f.laps, f.null_replicates, 100 * f.null_false_alarm, selection::kOtherCarsAlarmed,
+      selection::kOtherCars);
   if (!f.recorded_lap_s.empty())
     out += fmt::format("<p>Whole laps as recorded: {:.2f} to {:.2f} s.",
                        *std::min_element(f.recorded_lap_s.begin(), f.recorded_lap_s.end()),
@@ -258,6 +265,20 @@ std::string unexplained(const std::vector<Unexplained>& list) {
                rows);
 }
 
+std::string seen(const std::vector<Seen>& list) {
+  std::string rows;
+  for (const Seen& s : list)
+    rows += "<tr>" + cell(named(s.mechanism, s.channel)) + cell(s.detail) +
+            number_cell(figure(s.amount) + " " + unit_of(s.unit)) +
+            number_cell(figure(s.low) + " to " + figure(s.high)) +
+            number_cell(fmt::format("{:.1f}", std::abs(s.statistic))) + cell(s.why);
+  return table("Seen, and not named",
+               "Each alone, at the first step; the intervals go by the score alone.",
+               "<th>mechanism<th>what<th class=n>amount<th class=n>90 %<th class=n>score<th>why it "
+               "is not named",
+               rows);
+}
+
 std::string parameters(const std::vector<ParameterValue>& list) {
   std::string rows;
   for (const ParameterValue& p : list)
@@ -366,6 +387,7 @@ std::string findings_page(const Findings& f, const std::vector<Signals>& logs,
     if (const Map map(logs.front()); !map.empty()) out += map.draw(f);
   for (const Finding& x : f.findings) out += found(x);
   out += unexplained(f.unexplained);
+  if (const std::vector<Seen> list = seen_and_not_named(f); !list.empty()) out += seen(list);
   const std::vector<HeldOut>& proof = f.findings.empty() ? f.held_out : f.findings.front().held_out;
   if (!proof.empty()) out += held_out(proof, f.remarks);
   if (!f.mismatches.empty()) out += mismatches(f.mismatches);

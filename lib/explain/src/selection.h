@@ -32,6 +32,15 @@ inline constexpr double kNullQuantile = 0.9955;
 /// any effect. Shown by: OtherSimulator.
 inline constexpr double kMargin = 1.25;
 
+/// What noise does not show: errors of the model itself. Recordings of cars of another simulator
+/// with nothing missing, on which these numbers were looked at, and how many of them raised an
+/// alarm. The page prints it beside the share of the null replicates. Shown by: OtherSimulator.
+inline constexpr int kOtherCars = 10, kOtherCarsAlarmed = 0;
+
+/// Standard deviations from which something that is not named is listed as seen. From: noise alone
+/// reaches it in one of a thousand.
+inline constexpr double kSeen = 3.3;
+
 // ---- A mechanism by its score ----------------------------------------------------------------
 
 /// Findings of one stage at most. From: judgement; trials hold two effects at most.

@@ -79,6 +79,13 @@ struct Evidence {
   double amount = 0.0, statistic = 0.0, cv_gain = 0.0;
   std::string unit;
   std::string place{};  ///< of a stretch of road: what detail goes on with
+  double least = 0.0;   ///< smaller amounts are not worth a finding
+};
+/// Something that stands out of the noise of these recordings and is not named, and why not.
+struct Seen {
+  std::string mechanism, channel, detail, unit, why;
+  double amount = 0.0, low = 0.0, high = 0.0;  ///< 90 %, by the score alone
+  double statistic = 0.0;                      ///< standard deviations
 };
 
 /// Whether an item of an analysis (finding, rival, untestable) is about this mechanism.
@@ -154,6 +161,11 @@ struct Findings {
   double simulated_lap_before_s = 0.0,
          simulated_lap_after_s = 0.0;  ///< of the built-in driver; 0: not driven
 };
+
+/// Of what was tried at the first step and is neither found nor a rival of what was: all whose
+/// score is beyond what its own noise gives in one of a thousand, the most telling first. A stretch
+/// of road is the best of many places: it stands out beyond the threshold only.
+std::vector<Seen> seen_and_not_named(const Findings& findings);
 
 /// findings.json. Numbers are rounded to 7 digits; the same findings give the same bytes.
 std::string findings_json(const Findings& findings);
