@@ -11,7 +11,9 @@
 
 #include "crg/file.h"
 #include "crg/roads.h"
+#include "report/picture.h"
 #include "support/cloud_files.h"
+#include "support/coloured_ring.h"
 #include "support/laz_file.h"
 #include "support/mesh_files.h"
 
@@ -83,6 +85,14 @@ Crg small(bool closed) {
   return crg;
 }
 
+void save_pictures() {
+  save_as("picture", "grass.png", support::png_of(support::kGrass, 12, 9));
+  save_as("picture", "asphalt.jpg", support::jpeg_of(support::kAsphalt, 12, 19));
+  std::vector<std::uint8_t> rgba;
+  for (int k = 0; k < 4 * 5 * 3; ++k) rgba.push_back(static_cast<std::uint8_t>(17 * k));
+  save_as("picture", "leaf.png", report::encode_png(5, 3, rgba));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -91,6 +101,7 @@ int main(int argc, char** argv) {
   std::filesystem::create_directories(folder + "/crg");
   save_clouds();
   save_meshes();
+  save_pictures();
   const char* names[] = {"krbi", "kdbi", "lrfi", "ldfi"};
   for (int format = 0; format < 4; ++format) {
     save(std::string("open_") + names[format], to_bytes(small(false), static_cast<Format>(format)));

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "road/mesh.h"
 
@@ -70,7 +71,8 @@ inline std::string as_acc(const road::Mesh& mesh,
   std::string text =
       "AC3Db\nMATERIAL \"\" rgb 0.4 0.4 0.4 amb 0.8 0.8 0.8 emis 0.4 0.4 0.4 spec 0.5 0.5 0.5 shi "
       "50 trans 0\n"
-      "OBJECT world\nkids 1\nOBJECT group\nname \"TKMN1_g\"\nkids 2\n";
+      "OBJECT world\nkids 1\nOBJECT group\nname \"TKMN1_g\"\nkids " +
+      std::to_string(mesh.objects.size()) + "\n";
   for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
     text += fmt::format(
         "OBJECT poly\nname \"{}\"\ntexture \"{}\" base\ntexture \"shadow.rgb\" tiled\n"
@@ -172,9 +174,10 @@ inline std::string as_ply(const road::Mesh& mesh, const std::string& format,
   return bytes;
 }
 
-/// Binary glTF with one node per object, moved by `offset` through the node's translation.
-inline std::string as_glb(const road::Mesh& mesh) {
-  std::string buffer, nodes, meshes, accessors, views, materials, children;
+/// Binary glTF with one node per object, moved by `offset` through the node's translation. With the
+/// bytes of a PNG or JPEG for each object: in its buffer, as the object's base texture.
+inline std::string as_glb(const road::Mesh& mesh, const std::vector<std::string>& pictures = {}) {
+  std::string buffer, nodes, meshes, accessors, views, materials, children, images, textures;
   for (std::uint32_t object = 0; object < mesh.objects.size(); ++object) {
     std::string positions;
     std::size_t count = 0;
@@ -197,12 +200,30 @@ inline std::string as_glb(const road::Mesh& mesh) {
         "{}{{\"name\":\"m{}\",\"primitives\":[{{\"attributes\":{{\"POSITION\":{}}},\"material\":{}}"
         "}]}}",
         comma, object, object, object);
-    materials += fmt::format("{}{{\"name\":\"{}\"}}", comma, mesh.objects[object].material);
+    const std::string look =
+        pictures.empty()
+            ? ""
+            : fmt::format(",\"pbrMetallicRoughness\":{{\"baseColorTexture\":{{\"index\":{}}}}}",
+                          object);
+    materials += fmt::format("{}{{\"name\":\"{}\"{}}}", comma, mesh.objects[object].material, look);
     nodes += fmt::format("{{\"name\":\"{}\",\"mesh\":{},\"translation\":[0,5,0]}},",
                          mesh.objects[object].name, object);
     children += fmt::format("{}{}", comma, object);
     buffer += positions;
   }
+  for (std::size_t k = 0; k < pictures.size(); ++k) {
+    const char* comma = k == 0 ? "" : ",";
+    views += fmt::format(",{{\"buffer\":0,\"byteOffset\":{},\"byteLength\":{}}}", buffer.size(),
+                         pictures[k].size());
+    images +=
+        fmt::format("{}{{\"bufferView\":{},\"mimeType\":\"image/{}\"}}", comma,
+                    mesh.objects.size() + k, pictures[k].starts_with("\xff") ? "jpeg" : "png");
+    textures += fmt::format("{}{{\"source\":{}}}", comma, k);
+    buffer += pictures[k];
+    while (buffer.size() % 4 != 0) buffer += '\0';
+  }
+  if (!pictures.empty())
+    materials += fmt::format("],\"images\":[{}],\"textures\":[{}", images, textures);
   std::string json = fmt::format(
       "{{\"asset\":{{\"version\":\"2.0\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[{}]}}],\"nodes\":[{"
       "}{{\"name\":\"root\",\"children\":[{}]}}],"

@@ -103,15 +103,17 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
   const road::Progress progress = terminal.progress();
   progress("read", 0.0);
   road::CleanReport clean_report;
-  const road::Mesh mesh = road::read_mesh(recipe.mesh_path, recipe.read);
+  const road::Mesh mesh =
+      road::read_mesh(recipe.mesh_path, road::read_to_clean(recipe.read, recipe.clean));
   progress("clean", 0.5);
   const road::RoadMesh road = road::clean(mesh, recipe.clean, &clean_report);
   road::write_road_mesh(road, command.output);
   std::string text = fmt::format("kept {} of {} triangles ({})\n", clean_report.triangles_kept,
                                  clean_report.triangles_in,
-                                 clean_report.by_guide   ? "by the guide"
-                                 : clean_report.by_names ? "by names"
-                                                         : "by shape");
+                                 clean_report.by_guide    ? "by the guide"
+                                 : clean_report.by_names  ? "by names"
+                                 : clean_report.by_colour ? "by colour"
+                                                          : "by shape");
   for (const auto& [name, count] : clean_report.kept)
     text += fmt::format("  {}: {}\n", name, count);
   for (const auto& [reason, count] : clean_report.dropped)

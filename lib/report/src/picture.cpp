@@ -7,16 +7,16 @@
 
 namespace report {
 
-Picture decode_png(std::string_view bytes) {
+Picture decode_png(std::string_view bytes, std::size_t most_pixels) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   if (!png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()))
     throw std::invalid_argument(std::string("no PNG: ") + image.message);
-  if (static_cast<std::size_t>(image.width) * image.height > kMaxPicturePixels) {
+  if (static_cast<std::size_t>(image.width) * image.height > most_pixels) {
     const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
     png_image_free(&image);
     throw std::invalid_argument("a picture of " + size + " pixels; wanted at most " +
-                                std::to_string(kMaxPicturePixels) + " in all");
+                                std::to_string(most_pixels) + " in all");
   }
   image.format = PNG_FORMAT_RGBA;
   Picture picture{static_cast<int>(image.width), static_cast<int>(image.height),

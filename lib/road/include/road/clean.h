@@ -10,6 +10,7 @@
 
 #include "road/guide.h"
 #include "road/mesh.h"
+#include "road/read_mesh.h"
 
 namespace road {
 
@@ -34,6 +35,7 @@ std::vector<NameRule> default_name_rules();
 
 /// What tells road from scenery. `automatic`: the names, unless geometry alone disagrees with them
 /// and finds the more plausible road.
+/// `no` leaves out colours too.
 enum class UseNames : std::uint8_t { automatic, yes, no };
 
 struct CleanOptions {
@@ -75,6 +77,7 @@ struct CleanReport {
   std::size_t boundary_loops = 0;
   std::size_t components = 0;  ///< connected components of the drivable surface before filtering
   bool by_names = false;       ///< false: geometry alone, or a guide
+  bool by_colour = false;      ///< names tell nothing, and colours tell more than geometry
   bool by_guide = false;       ///< along a guide or a route
   std::vector<std::string>
       doubts;  ///< what along the guide speaks against the road: for doubts_about()
@@ -92,10 +95,16 @@ struct RoadMesh {
   std::optional<Guide> guide;  ///< along which it was found, where one or a route was given
 };
 
+/// How to read a mesh that shall be cleaned: with the colours of its objects where names count and
+/// none calls an object road.
+MeshReadOptions read_to_clean(MeshReadOptions read, const CleanOptions& options);
+
 /// Drops everything a wheel does not drive on: trees, stands, gantries, barriers, terrain beyond
 /// them. By names where the mesh has them; a piece of road under a misleading name (start strip) is
 /// kept when it fills a gap of the named road, an underside of a bridge named as road is dropped.
 /// By geometry alone otherwise: connected nearly horizontal surface that forms the longest strip.
+/// Where no name tells the road and the objects have colours, these may tell it more exactly: what
+/// is grey between ground of other colours.
 /// Throws Error when nothing drivable is left (says what was seen), or when two separate circuits
 /// of similar size are present (says where they lie and how to choose: `near_m`).
 /// Throws Error when a guide and a route are given, or a width without either.

@@ -4,16 +4,25 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace road {
+
+/// Red, green and blue in linear light, 0 to 1.
+using LinearColour = std::array<float, 3>;
 
 /// One object of the source file with one material, as the exporting program named them.
 struct MeshObject {
   std::string name;  ///< empty where the format has no names
   std::string material;
   std::string texture;  ///< file name of the base texture
+  /// Mean colour of its surface, where it was asked for (MeshReadOptions::want_colours) and is
+  /// known: the mean of the base texture's pixels in linear light, by their opacity, times the
+  /// material's base colour; without a texture that colour alone. White, and greys as light as
+  /// exporters write where nobody chose one, are no base colour.
+  std::optional<LinearColour> colour = {};
 };
 
 /// Triangles with shared or unshared vertices. Map position = origin_m + vertex.

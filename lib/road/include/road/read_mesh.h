@@ -1,6 +1,7 @@
 // Reads a simulator's track mesh into metres, z up. assimp stays private to the source file.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -51,6 +52,10 @@ struct MeshReadOptions {
   /// so that a crash of the foreign reader, or taking far too long, is a refusal. false, for
   /// debuggers and fuzzers: in this one.
   bool own_process = true;
+  /// Asked once with the objects that the file holds: whether their colours are wanted. Pictures
+  /// are read only then (PNG and JPEG, beside the mesh or in it); one that cannot be read leaves
+  /// its objects without colour, with one remark for all. Empty: never.
+  std::function<bool(const std::vector<MeshObject>&)> want_colours = {};
 };
 
 /// A file that a mesh refers to.

@@ -74,7 +74,7 @@ Prepared prepare(const Recipe& recipe, BuildSummary& summary) {
 
 Mesh read(Prepared& prepared, BuildSummary& summary) {
   Recipe& recipe = prepared.recipe;
-  Mesh mesh = read_mesh(recipe.mesh_path, recipe.read, &summary.read);
+  Mesh mesh = read_mesh(recipe.mesh_path, read_to_clean(recipe.read, recipe.clean), &summary.read);
   for (const MeshFile& file : summary.read.files)
     summary.inputs.push_back({kMeshFile, file.path, file.sha256});
   if (prepared.tilt_and_scale.is_identity()) return mesh;

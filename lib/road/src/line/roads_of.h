@@ -13,8 +13,8 @@ struct Roads {
   Mesh surface;
 };
 
-/// What names call road, and what looks like road by its shape, as far as the options let names
-/// count; those without any road left out.
+/// What names call road, or colour plainly shows where they call nothing so, and what looks like
+/// road by its shape, as far as the options let names count; those without any road left out.
 std::vector<Roads> roads_of(const Mesh& mesh, const CleanOptions& options);
 
 }  // namespace road

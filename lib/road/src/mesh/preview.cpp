@@ -102,7 +102,10 @@ CleanReport cleaned_by(Recipe recipe, const Mesh& mesh, Preview& out) {
   try {
     set_guide(recipe, place_mesh(recipe));
     clean(mesh, recipe.clean, &report);
-    out.told_by = report.by_guide ? "guide" : report.by_names ? "names" : "shape";
+    out.told_by = report.by_guide    ? "guide"
+                  : report.by_names  ? "names"
+                  : report.by_colour ? "colour"
+                                     : "shape";
     return report;
   } catch (const Error& refused) {
     out.refusal = refused.what();
@@ -115,7 +118,7 @@ CleanReport cleaned_by(Recipe recipe, const Mesh& mesh, Preview& out) {
 Preview preview(const Recipe& given, std::size_t most, PreviewClasses classes) {
   Preview out;
   MeshReadReport read;
-  const Mesh mesh = read_mesh(given.mesh_path, given.read, &read);
+  const Mesh mesh = read_mesh(given.mesh_path, read_to_clean(given.read, given.clean), &read);
   CleanReport cleaned;
   if (classes == PreviewClasses::cleaned) cleaned = cleaned_by(given, mesh, out);
   out.origin_m = mesh.origin_m;

@@ -15,12 +15,24 @@
 
 namespace road {
 
+/// What a material says of the colour of its objects, before pictures are read.
+struct BaseLook {
+  std::string picture;                 ///< as the file names it, folders and all; empty: none
+  std::optional<LinearColour> colour;  ///< nothing: not stated, or nobody's choice
+};
+
+/// A stated colour, unless it is white or as light a grey as exporters write where nobody chose
+/// one. `is_linear`: else it is coded as sRGB.
+std::optional<LinearColour> base_colour(const std::array<double, 3>& stated, bool is_linear);
+
 /// Triangles in the file's own axes and unit, absolute coordinates in double.
 struct RawMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> object_of_triangle;
   std::vector<MeshObject> objects;
+  std::vector<BaseLook> looks;                ///< until the colours are put
+  std::vector<std::uint32_t> look_of_object;  ///< index into looks; empty where there are none
   bool stored_as_float32 = false;  ///< the coordinates went through float32 inside the file
   double local_magnitude =
       0.0;  ///< |coordinate| that float32 had to carry, typical (centre of the box)
@@ -51,7 +63,8 @@ using MaterialLibrary = std::function<std::optional<std::string>(const std::stri
 RawMesh read_obj(std::string_view bytes, const std::string& path, const MaterialLibrary& library);
 
 /// The same, with lists of materials that lie where the mesh may refer to (see read_with_assimp).
-RawMesh read_obj_file(std::string_view bytes, const std::string& path, bool allow_outside,
+RawMesh read_obj_file(std::string_view bytes, const std::string& path,
+                      const MeshReadOptions& options,
                       const std::function<void(std::size_t)>& opened);
 
 /// Cuts a polygon into triangles by ears; points and lines give none. assimp's own step for this
@@ -69,10 +82,10 @@ std::optional<std::string> without_draco(std::string_view bytes, const std::stri
                                          const BufferFile& buffer_file);
 
 /// Any other format. Files that the mesh refers to are read only below its folder unless
-/// `allow_outside`: one with geometry refuses the mesh, one for looks is a remark. Calls `opened`
-/// with the size of each. Throws Error; damaged files may crash it.
+/// the options say otherwise: one with geometry refuses the mesh, one for looks is a remark. Calls
+/// `opened` with the size of each. Throws Error; damaged files may crash it.
 RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
-                         const Eigen::Vector3d& origin, bool allow_outside,
+                         const Eigen::Vector3d& origin, const MeshReadOptions& options,
                          const std::function<void(std::size_t)>& opened);
 
 /// Runs `read` in a child of this process and gives what it gives or throws; its crash, or its

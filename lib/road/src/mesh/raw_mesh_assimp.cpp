@@ -61,15 +61,22 @@ std::string material_name(const aiMaterial& material) {
   return text == AI_DEFAULT_MATERIAL_NAME ? std::string() : text;
 }
 
-std::string texture_name(const aiMaterial& material) {
+BaseLook look_of(const aiMaterial& material) {
+  BaseLook look;
   aiString file;
   for (const aiTextureType type : {aiTextureType_DIFFUSE, aiTextureType_BASE_COLOR}) {
     if (material.GetTexture(type, 0, &file) == aiReturn_SUCCESS) {
-      const std::string text = file.C_Str();
-      return text.substr(text.find_last_of("/\\") + 1);
+      look.picture = file.C_Str();
+      break;
     }
   }
-  return {};
+  aiColor4D stated;
+  const bool is_linear = material.Get(AI_MATKEY_BASE_COLOR, stated) == aiReturn_SUCCESS;  // glTF
+  if (is_linear || material.Get(AI_MATKEY_COLOR_DIFFUSE, stated) == aiReturn_SUCCESS)
+    look.colour = base_colour({static_cast<double>(stated.r), static_cast<double>(stated.g),
+                               static_cast<double>(stated.b)},
+                              is_linear);
+  return look;
 }
 
 Eigen::Matrix4d to_eigen(const aiMatrix4x4& m) {
@@ -152,9 +159,12 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
   mesh.stored_as_float32 = true;
   Bounds bounds;
   std::vector<std::string> materials, textures;
+  mesh.looks.emplace_back();  // of parts without material
   for (unsigned int i = 0; i < scene.mNumMaterials; ++i) {
     materials.push_back(material_name(*scene.mMaterials[i]));
-    textures.push_back(texture_name(*scene.mMaterials[i]));
+    mesh.looks.push_back(look_of(*scene.mMaterials[i]));
+    const std::string& picture = mesh.looks.back().picture;
+    textures.push_back(picture.substr(picture.find_last_of("/\\") + 1));
   }
   struct Visit {
     const aiNode* node;
@@ -181,6 +191,7 @@ RawMesh flatten(const aiScene& scene, const Eigen::Vector3d& origin, const std::
       const bool has_material = part.mMaterialIndex < scene.mNumMaterials;
       mesh.objects.push_back({name, has_material ? materials[part.mMaterialIndex] : "",
                               has_material ? textures[part.mMaterialIndex] : ""});
+      mesh.look_of_object.push_back(has_material ? part.mMaterialIndex + 1 : 0);
       add_part(part, visit.T_world_node, origin, name, path, mesh, bounds);
     }
   }
@@ -213,9 +224,9 @@ void remark_missing(const std::string& path, const std::vector<MeshFile>& files,
 }  // namespace
 
 RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
-                         const Eigen::Vector3d& origin, bool allow_outside,
+                         const Eigen::Vector3d& origin, const MeshReadOptions& options,
                          const std::function<void(std::size_t)>& opened) {
-  Companions companions(path, allow_outside, opened);
+  Companions companions(path, options.allow_outside, opened);
   // Where the path goes up, assimp looks for what belongs to the mesh in places that nobody named.
   const bool goes_up = path.find("..") != std::string::npos;
   const std::string own =
@@ -265,6 +276,14 @@ RawMesh read_with_assimp(std::string_view bytes, const std::string& path,
     remark_missing(own, companions.files(), mesh.remarks);
   }
   mesh.files = companions.files();
+  if (options.want_colours && options.want_colours(mesh.objects)) {
+    const auto embedded = [&](const std::string& name) -> std::optional<std::string_view> {
+      const aiTexture* texture = scene->GetEmbeddedTexture(name.c_str());
+      if (texture == nullptr || texture->mHeight != 0) return std::nullopt;  // none, or no file
+      return std::string_view(reinterpret_cast<const char*>(texture->pcData), texture->mWidth);
+    };
+    put_colours(path, options.allow_outside, opened, embedded, mesh);
+  }
   return mesh;
 }
 

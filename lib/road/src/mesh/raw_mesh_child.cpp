@@ -73,6 +73,7 @@ class Sender {
   void operator()(const std::string& text) { (*this)(text.size()), put(text.data(), text.size()); }
   void operator()(const MeshObject& object) {
     (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+    (*this)(object.colour.has_value()), (*this)(object.colour.value_or(LinearColour{}));
   }
   void operator()(const MeshFile& file) { (*this)(file.path), (*this)(file.sha256); }
   template <typename T>
@@ -131,6 +132,10 @@ struct Receiver {
   }
   void operator()(MeshObject& object) {
     (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+    bool has_colour = false;
+    LinearColour colour{};
+    (*this)(has_colour), (*this)(colour);
+    object.colour = has_colour ? std::optional(colour) : std::nullopt;
   }
   void operator()(MeshFile& file) { (*this)(file.path), (*this)(file.sha256); }
   template <typename T>

@@ -57,10 +57,10 @@ bool Companions::exists(const std::string& path) {
   return false;
 }
 
-std::optional<std::string> Companions::read(const std::string& path) {
+std::optional<std::string> Companions::read(const std::string& path, std::size_t most_bytes) {
   if (!exists(path)) return std::nullopt;
   try {
-    std::string content = base::read_file(path, kLargestMeshFile);
+    std::string content = base::read_file(path, most_bytes);
     if (opened_) opened_(content.size());
     add(path, base::sha256(content));
     return content;
@@ -94,9 +94,10 @@ std::string remark_on_missing(const std::string& names) {
       names);
 }
 
-RawMesh read_obj_file(std::string_view bytes, const std::string& path, bool allow_outside,
+RawMesh read_obj_file(std::string_view bytes, const std::string& path,
+                      const MeshReadOptions& options,
                       const std::function<void(std::size_t)>& opened) {
-  Companions companions(path, allow_outside, opened);
+  Companions companions(path, options.allow_outside, opened);
   const fs::path folder = fs::path(path).parent_path();
   std::string missing;
   RawMesh mesh = read_obj(bytes, path, [&](const std::string& name) {
@@ -120,6 +121,8 @@ RawMesh read_obj_file(std::string_view bytes, const std::string& path, bool allo
     mesh.remarks.push_back(remark_on_missing(missing));
   }
   mesh.files = companions.files();
+  if (options.want_colours && options.want_colours(mesh.objects))
+    put_colours(path, options.allow_outside, opened, {}, mesh);
   return mesh;
 }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "raw_mesh.h"
@@ -24,7 +25,8 @@ class Companions {
   bool exists(const std::string& path);
 
   /// Its bytes, or nothing: it is not there, may not be read or cannot be; which of them is kept.
-  std::optional<std::string> read(const std::string& path);
+  std::optional<std::string> read(const std::string& path,
+                                  std::size_t most_bytes = kLargestMeshFile);
 
   /// Throws for a file with geometry that lies outside; gives a remark for each that is for looks
   /// only.
@@ -47,6 +49,16 @@ class Companions {
   std::vector<MeshFile> files_;
   std::vector<std::string> problems_, outside_;
 };
+
+/// What a mesh calls a picture -> its bytes, where the mesh file itself holds it.
+using EmbeddedPicture = std::function<std::optional<std::string_view>(const std::string& name)>;
+
+/// Gives the objects their colours from their looks, reads pictures for it, adds these to the files
+/// of the mesh and one remark where some tell no colour. The bytes and pixels of all together are
+/// bounded; never throws for a picture.
+void put_colours(const std::string& mesh_path, bool allow_outside,
+                 const std::function<void(std::size_t)>& opened, const EmbeddedPicture& embedded,
+                 RawMesh& mesh);
 
 /// The remark on files that are missing; `names` are joined by commas.
 std::string remark_on_missing(const std::string& names);

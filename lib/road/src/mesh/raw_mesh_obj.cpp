@@ -31,7 +31,7 @@ std::string name_of(std::string_view rest) {
   return base::one_line(std::string(base::trimmed(rest).substr(0, kLongestName)));
 }
 
-/// The file that a map_Kd line names, without its folders and the options before it.
+/// The file that a map_Kd line names, without the options before it.
 std::string texture_of(std::string_view rest) {
   while (true) {
     std::string_view after = rest;
@@ -48,12 +48,21 @@ std::string texture_of(std::string_view rest) {
     }
     rest = after;
   }
-  rest = base::trimmed(rest);
-  return name_of(rest.substr(rest.find_last_of("/\\") + 1));
+  return name_of(rest);
 }
 
-/// Material -> its base texture. What else a list of materials says is not used.
-void add_textures(std::string_view text, std::map<std::string, std::string>& textures) {
+std::optional<LinearColour> colour_of(std::string_view rest) {
+  std::array<double, 3> rgb{};
+  for (double& part : rgb) {
+    const auto number = base::to_number<double>(base::take_word(rest));
+    if (!number) return std::nullopt;
+    part = *number;
+  }
+  return base_colour(rgb, false);
+}
+
+/// Material -> its base texture and colour. What else a list of materials says is not used.
+void add_looks(std::string_view text, std::map<std::string, BaseLook>& looks) {
   base::Lines lines(text);
   std::string_view line;
   std::string material;
@@ -63,7 +72,9 @@ void add_textures(std::string_view text, std::map<std::string, std::string>& tex
     if (is_word(word, "newmtl")) {
       material = name_of(rest);
     } else if (is_word(word, "map_kd") && !material.empty()) {
-      textures[material] = texture_of(rest);
+      looks[material].picture = texture_of(rest);
+    } else if (is_word(word, "kd") && !material.empty()) {
+      looks[material].colour = colour_of(rest);
     }
   }
 }
@@ -96,10 +107,7 @@ class ObjReader {
     }
     check_end();
     cut_polygons();
-    for (MeshObject& object : mesh_.objects) {
-      const auto texture = textures_.find(object.material);
-      if (texture != textures_.end()) object.texture = texture->second;
-    }
+    put_looks();
     mesh_.stored_as_float32 = bounds_.float32_quantised();
     return std::move(mesh_);
   }
@@ -172,7 +180,7 @@ class ObjReader {
 
   void add_library(const std::string& name) {
     if (name.empty() || !libraries_.insert(name).second) return;
-    if (const auto text = library_(name)) add_textures(*text, textures_);
+    if (const auto text = library_(name)) add_looks(*text, looks_);
   }
 
   void check_end() const {
@@ -190,6 +198,22 @@ class ObjReader {
       throw Error(fmt::format(
           "{}:{}: a face has corner {}, but there are {} vertices; export the mesh again", path_,
           largest_index_line_, largest_index_, mesh_.vertices.size()));
+    }
+  }
+
+  /// Only now: materials may stand behind the faces.
+  void put_looks() {
+    std::map<std::string, std::uint32_t> number;
+    mesh_.looks.emplace_back();  // of materials that no list has
+    for (const auto& [material, look] : looks_) {
+      number.emplace(material, static_cast<std::uint32_t>(mesh_.looks.size()));
+      mesh_.looks.push_back(look);
+    }
+    for (MeshObject& object : mesh_.objects) {
+      const auto known = number.find(object.material);
+      mesh_.look_of_object.push_back(known == number.end() ? 0 : known->second);
+      const std::string& picture = mesh_.looks[mesh_.look_of_object.back()].picture;
+      object.texture = picture.substr(picture.find_last_of("/\\") + 1);
     }
   }
 
@@ -219,7 +243,7 @@ class ObjReader {
   std::string name_, material_;    ///< in force
   std::uint32_t current_ = kNone;  ///< the object of both; none before a face of it
   std::map<std::pair<std::string, std::string>, std::uint32_t> numbers_;
-  std::map<std::string, std::string> textures_;
+  std::map<std::string, BaseLook> looks_;
   std::set<std::string> libraries_;
   std::vector<Face> faces_;
   std::vector<std::uint32_t> corners_;  ///< of all faces, counted from 0

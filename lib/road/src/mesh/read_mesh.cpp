@@ -81,7 +81,7 @@ RawMesh read_foreign(std::string_view bytes, const std::string& path, const Eige
                      const MeshReadOptions& options) {
   check_nesting(bytes, path);
   return read_apart(bytes, path, options, [&](const Opened& opened) {
-    return read_with_assimp(bytes, path, origin, options.allow_outside, opened);
+    return read_with_assimp(bytes, path, origin, options, opened);
   });
 }
 
@@ -92,7 +92,7 @@ RawMesh read_raw(const std::string& path, const MeshReadOptions& options) {
   if (extension == ".ply") return read_ply(bytes, path);
   if (extension == ".obj") {
     return read_apart(bytes, path, options, [&](const Opened& opened) {
-      return read_obj_file(bytes, path, options.allow_outside, opened);
+      return read_obj_file(bytes, path, options, opened);
     });
   }
   if (extension == ".ac" || extension == ".acc") {

@@ -275,8 +275,12 @@ GuidedClasses classes_along(const Mesh& mesh, const Guide& guide, std::optional<
 
   const bool names_know = part_by_names(guide, surface, mesh, ground.source, by_names, ground.looks,
                                         ground.look_of_triangle);
-  const LookShares shares =
-      look_shares(guide, surface, ground.look_of_triangle, ground.looks.names.size());
+  const auto shares_now = [&] {
+    return look_shares(guide, surface, ground.look_of_triangle, ground.looks.names.size());
+  };
+  LookShares shares = shares_now();
+  if (!names_know && join_rare_looks(mesh, shares, ground.looks, ground.look_of_triangle))
+    shares = shares_now();
   if (std::all_of(shares.inside.begin(), shares.inside.end(),
                   [](double share) { return share == 0.0; }))
     throw Error(

@@ -38,6 +38,8 @@ struct Writer {
   }
   void operator()(const MeshObject& object) {
     (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+    (*this)(object.colour.has_value());
+    for (const float part : object.colour.value_or(LinearColour{})) (*this)(part);
   }
   void operator()(const std::optional<Guide>& guide) {
     (*this)(guide.has_value());
@@ -89,6 +91,11 @@ struct Reader {
   void operator()(Eigen::Vector3d& v) { take(v.data(), 3 * sizeof(double)); }
   void operator()(MeshObject& object) {
     (*this)(object.name), (*this)(object.material), (*this)(object.texture);
+    bool has_colour = false;
+    LinearColour colour{};
+    (*this)(has_colour);
+    for (float& part : colour) (*this)(part);
+    object.colour = has_colour ? std::optional(colour) : std::nullopt;
   }
   void operator()(std::optional<Guide>& guide) {
     bool has_guide = false;
@@ -124,8 +131,8 @@ void each(Archive& a, Value& cleaned) {
       a(r.weld_tolerance_m), a(r.vertices_snapped);
   a(r.snap_tolerance_m), a(r.faces_turned), a(r.bridging_triangles), a(r.bridged_m),
       a(r.non_manifold_edges), a(r.boundary_loops), a(r.components);
-  a(r.by_names), a(r.by_guide), a(r.doubts), a(r.road_agreement), a(r.class_of_triangle),
-      a(r.remarks);
+  a(r.by_names), a(r.by_colour), a(r.by_guide), a(r.doubts), a(r.road_agreement),
+      a(r.class_of_triangle), a(r.remarks);
 }
 
 bool is_whole(const Mesh& mesh, const std::vector<SurfaceClass>& class_of_triangle) {

@@ -86,14 +86,16 @@ double agreement(const Mesh& mesh, const std::vector<SurfaceClass>& a,
 }
 
 Triangles look_at(const Mesh& mesh, const CleanOptions& options) {
-  NameTable table(options.name_rules, convention_of(mesh, options.name_rules));
+  NameTable table(options.name_rules, convention_of(mesh.objects, options.name_rules));
+  Triangles triangles;
   std::vector<SurfaceClass> class_of_object;
   class_of_object.reserve(mesh.objects.size());
   for (const MeshObject& object : mesh.objects) {
-    class_of_object.push_back(table.class_of(object).value_or(SurfaceClass::scenery));
+    const auto told = table.class_of(object);
+    triangles.is_named.push_back(told.has_value());
+    class_of_object.push_back(told.value_or(SurfaceClass::scenery));
   }
   const double min_cosine = std::cos(options.max_slope_deg * std::numbers::pi / 180.0);
-  Triangles triangles;
   triangles.by_names.resize(mesh.triangles.size());
   triangles.flat.resize(mesh.triangles.size());
   triangles.empty.resize(mesh.triangles.size());

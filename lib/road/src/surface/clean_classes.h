@@ -12,6 +12,7 @@ namespace road {
 struct Triangles {
   std::vector<bool> empty, flat;
   std::vector<SurfaceClass> by_names;
+  std::vector<bool> is_named;  ///< of each object: a name rule tells its class
   bool has_named_road = false;
 };
 

@@ -49,7 +49,8 @@ std::optional<SurfaceClass> NameTable::class_of(const MeshObject& object) {
   return std::nullopt;
 }
 
-std::string convention_of(const Mesh& mesh, const std::vector<NameRule>& rules) {
+std::string convention_of(const std::vector<MeshObject>& objects,
+                          const std::vector<NameRule>& rules) {
   std::vector<std::string> conventions;
   for (const NameRule& rule : rules) {
     if (!rule.convention.empty() &&
@@ -59,11 +60,22 @@ std::string convention_of(const Mesh& mesh, const std::vector<NameRule>& rules) 
   }
   for (const std::string& convention : conventions) {
     NameTable table(rules, convention);
-    for (const MeshObject& object : mesh.objects) {
+    for (const MeshObject& object : objects) {
       if (table.class_of(object) == SurfaceClass::road) return convention;
     }
   }
   return {};
+}
+
+MeshReadOptions read_to_clean(MeshReadOptions read, const CleanOptions& options) {
+  if (options.use_names == UseNames::no) return read;
+  read.want_colours = [rules = options.name_rules](const std::vector<MeshObject>& objects) {
+    NameTable table(rules, convention_of(objects, rules));
+    return std::none_of(objects.begin(), objects.end(), [&](const MeshObject& object) {
+      return table.class_of(object) == SurfaceClass::road;
+    });
+  };
+  return read;
 }
 
 }  // namespace road

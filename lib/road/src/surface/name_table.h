@@ -30,7 +30,8 @@ class NameTable {
   std::vector<Rule> compiled_;
 };
 
-/// The first naming convention of the table one of whose road rules matches an object of the mesh.
-std::string convention_of(const Mesh& mesh, const std::vector<NameRule>& rules);
+/// The first naming convention of the table one of whose road rules matches one of the objects.
+std::string convention_of(const std::vector<MeshObject>& objects,
+                          const std::vector<NameRule>& rules);
 
 }  // namespace road

@@ -4,6 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <string>
+
+#include "colour_tone.h"
 
 namespace road {
 namespace {
@@ -53,6 +57,28 @@ bool part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& me
       looks.of_object[mesh.object_of_triangle[source[k]]] = look_of_triangle[k];
     }
   return true;
+}
+
+bool join_rare_looks(const Mesh& mesh, const LookShares& shares, Looks& looks,
+                     std::vector<std::uint32_t>& look_of_triangle) {
+  const std::vector<std::uint32_t> groups = colour_groups(mesh.objects);
+  std::map<std::uint32_t, std::uint32_t> look_of_group;
+  std::vector<std::uint32_t> becomes(looks.names.size());
+  std::iota(becomes.begin(), becomes.end(), 0U);
+  std::map<std::uint32_t, std::size_t> joined;
+  std::vector<bool> is_seen(looks.names.size(), false);
+  for (std::size_t i = 0; i < mesh.objects.size(); ++i) {
+    const std::uint32_t look = looks.of_object[i];
+    if (is_seen[look] || groups[i] == kNoGroup || shares.inside[look] >= kRoadInside) continue;
+    is_seen[look] = true;
+    becomes[look] = look_of_group.try_emplace(groups[i], look).first->second;
+    if (becomes[look] != look) ++joined[becomes[look]];
+  }
+  for (std::uint32_t& look : looks.of_object) look = becomes[look];
+  for (std::uint32_t& look : look_of_triangle) look = becomes[look];
+  for (const auto& [look, count] : joined)
+    looks.names[look] += " and " + std::to_string(count) + " of its colour";
+  return !joined.empty();
 }
 
 std::vector<bool> road_looks(const LookShares& shares) {

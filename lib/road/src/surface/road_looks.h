@@ -26,6 +26,11 @@ bool part_by_names(const Guide& guide, const RaySurface& surface, const Mesh& me
                    const std::vector<SurfaceClass>& by_names, Looks& looks,
                    std::vector<std::uint32_t>& look_of_triangle);
 
+/// Looks of which each lies under so little of the guide that it tells nothing (a picture for each
+/// piece of road) become one where their colours are alike. Whether any did.
+bool join_rare_looks(const Mesh& mesh, const LookShares& shares, Looks& looks,
+                     std::vector<std::uint32_t>& look_of_triangle);
+
 /// The looks that lie under the guide rather than beside it, along the whole of it and where they
 /// lie: sand that the road leads through for a while does not lie beside the rest of it.
 std::vector<bool> road_looks(const LookShares& shares);

@@ -1,0 +1,134 @@
+// Roads that a surface may show, and the more plausible of those that names and shape tell.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/statistics.h"
+#include "cleaning.h"
+#include "road/error.h"
+#include "road_graph.h"
+
+namespace road {
+namespace {
+
+// Shape is taken where it shows this much more road than the names do.
+constexpr double kClearlyMore = 1.1;
+/// The same where names find a closed road and little else: a verge round a circuit is closed and
+/// longer than its road, by 1.31 on 400 m with its middle 20 m outside.
+constexpr double kMuchMore = 1.5, kAllOfTheNamed = 0.8;
+// The longest piece of missing road that a look at the whole takes for a gap.
+constexpr double kRoadGap_m = 12.0;
+// Of flat ground beyond this multiple of the road only a part can be road.
+constexpr double kMuchGround = 4.0;
+// All of the ground is a road when its longest way covers this much of it, this slim or slimmer.
+constexpr double kAllOfIt = 0.9;
+constexpr double kRingSlimness = 0.1;
+// A road by its shape that is narrower than this share of a ring this wide may be a lane of it.
+constexpr double kLaneShare = 0.6;
+constexpr double kWideRing_m = 16.0;
+
+}  // namespace
+
+double RoadShown::worth() const { return length_m * (closed ? 1.0 : 0.6) * std::sqrt(share); }
+
+std::string text_of(const RoadShown& shown) {
+  return shown.length_m == 0.0
+             ? std::string("no road")
+             : fmt::format("{} road of about {:.0f} m ({:.0f} % of what looks like road)",
+                           shown.closed ? "a closed" : "an open", shown.length_m,
+                           100.0 * shown.share);
+}
+
+RoadShown road_shown(const Soup& soup) {
+  const RoadGraph graph = road_graph(surface_of(soup));
+  const std::vector<RoadWay> ways = road_ways(graph, kRoadGap_m, 1);
+  if (ways.empty()) return {};
+  double way_m2 = 0.0;
+  const auto& points = ways[0].points_m;
+  for (std::size_t i = 1; i < points.size(); ++i)
+    way_m2 += 2.0 * ways[0].half_width_m[i] * (points[i] - points[i - 1]).head<2>().norm();
+  return {ways[0].length_m, std::min(1.0, way_m2 / graph.area_m2),
+          2.0 * base::median(ways[0].half_width_m), ways[0].closed};
+}
+
+Cleaning clean_by_shape(const Mesh& mesh, const Triangles& triangles,
+                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
+                        const CleanReport& facts) {
+  double flat_m2 = 0.0, road_m2 = 0.0;
+  std::vector<SurfaceClass> all_flat(mesh.triangles.size(), SurfaceClass::scenery);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!triangles.flat[t]) continue;
+    const double area_m2 =
+        0.5 * std::abs(area_vector(mesh.vertex(t, 0), mesh.vertex(t, 1), mesh.vertex(t, 2)).z());
+    all_flat[t] = SurfaceClass::road;
+    flat_m2 += area_m2;
+    if (by_shape[t] == SurfaceClass::road) road_m2 += area_m2;
+  }
+  std::optional<Cleaning> shaped;
+  std::optional<Error> refused;
+  try {
+    shaped = clean_classes(mesh, triangles, std::move(by_shape), options, facts, true);
+  } catch (const Error& error) {
+    refused = error;
+  }
+  std::optional<Cleaning> whole;
+  if (road_m2 == 0.0 || road_m2 > flat_m2 / kMuchGround) {
+    try {
+      whole = clean_classes(mesh, triangles, std::move(all_flat), options, facts, true);
+    } catch (const Error&) {  // no road then
+    }
+  }
+  const RoadShown ground = whole ? road_shown(whole->soup) : RoadShown{};
+  const bool is_ring =
+      ground.closed && ground.share > kAllOfIt && ground.width_m < kRingSlimness * ground.length_m;
+  const RoadShown strip = shaped ? road_shown(shaped->soup) : RoadShown{};
+  if (is_ring && !strip.closed) {
+    whole->facts.remarks.push_back(fmt::format(
+        "all of the flat ground is one closed road of about {:.0f} m, {:.1f} m wide; its shape "
+        "alone tells no narrower road on it",
+        ground.length_m, ground.width_m));
+    return std::move(*whole);
+  }
+  if (!shaped) throw *refused;
+  if (is_ring && strip.width_m < kLaneShare * ground.width_m && ground.width_m < kWideRing_m)
+    shaped->facts.doubts.push_back(fmt::format(
+        "by its shape the road is {:.1f} m wide, on flat ground that is itself a closed road, "
+        "{:.1f} m wide: it may be one lane of it; take all of it by a rough line along its middle "
+        "(--guide FILE), or, if the line is right all the same, say so with --line-is-right",
+        strip.width_m, ground.width_m));
+  return std::move(*shaped);
+}
+
+Cleaning more_plausible(const Mesh& mesh, const Triangles& triangles,
+                        std::vector<SurfaceClass> by_shape, const CleanOptions& options,
+                        const CleanReport& facts) {
+  CleanReport shape_facts = facts;
+  shape_facts.by_names = false;
+  std::optional<Cleaning> shaped;
+  try {
+    shaped = clean_by_shape(mesh, triangles, std::move(by_shape), options, shape_facts);
+  } catch (const Error&) {  // shape finds nothing: then it is for the names to say what is wrong
+  }
+  const RoadShown by_form = shaped ? road_shown(shaped->soup) : RoadShown{};
+  std::optional<Cleaning> named;
+  try {
+    named = clean_classes(mesh, triangles, triangles.by_names, options, facts, true);
+  } catch (const Error& refused) {
+    if (by_form.length_m == 0.0) throw;
+    throw Error(fmt::format("{}; shape alone finds {}", refused.what(), text_of(by_form)));
+  }
+  const RoadShown by_name = road_shown(named->soup);
+  const bool whole = by_name.closed && by_name.share > kAllOfTheNamed;
+  const bool take_shape = by_form.worth() > (whole ? kMuchMore : kClearlyMore) * by_name.worth();
+  Cleaning& taken = take_shape ? *shaped : *named;
+  taken.facts.remarks.push_back(fmt::format(
+      "names and shape disagree about what is road: by names {}, by shape {}; taken by {} "
+      "(--use-names {} takes the other)",
+      text_of(by_name), text_of(by_form), take_shape ? "shape" : "names",
+      take_shape ? "true" : "false"));
+  return std::move(taken);
+}
+
+}  // namespace road
