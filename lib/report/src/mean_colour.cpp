@@ -46,11 +46,6 @@ std::size_t pixels_of_jpeg(std::string_view bytes) {
 
 }  // namespace
 
-double linear_light(double coded_255) {
-  const double coded = std::clamp(coded_255 / 255.0, 0.0, 1.0);
-  return coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4);
-}
-
 std::array<double, 3> mean_colour(std::string_view bytes, std::size_t& pixels_left) {
   const bool is_png = bytes.starts_with(kPng);
   if (!is_png && !bytes.starts_with(kJpeg)) throw std::invalid_argument("no PNG or JPEG");
