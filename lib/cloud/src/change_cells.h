@@ -59,7 +59,7 @@ struct Held {
 
 using HeldCells = std::unordered_map<Key, Held, KeyHash>;
 
-/// The first kKept points, then each of the later ones in place of any with the right chance: a
+/// The first 64 points, then each of the later ones in place of any with the right chance: a
 /// fair draw, the same for the same cloud.
 void hold(HeldCells& cells, const Eigen::Vector3d& p, double cell_m, std::size_t which);
 
