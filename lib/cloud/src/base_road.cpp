@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "base/parallel.h"
 #include "base/statistics.h"
@@ -24,12 +26,18 @@ constexpr double kSticksOut_m = 0.15;  // of the cells around: cars, noise far b
 struct Cells {
   std::size_t along = 0, across = 0;
   bool closed = false;
+  double rows_each = 1.0;  ///< of the grid, per cell along the road
   std::vector<float> z;
   float at(std::ptrdiff_t i, std::ptrdiff_t j) const {
     const auto n = static_cast<std::ptrdiff_t>(along);
     if (closed) i = (i % n + n) % n;
     if (i < 0 || i >= n || j < 0 || j >= static_cast<std::ptrdiff_t>(across)) return kNaN;
     return z[static_cast<std::size_t>(i) * across + static_cast<std::size_t>(j)];
+  }
+  std::uint32_t number_at(const GridPlace& place, double v_max_m) const {
+    const auto i = std::min(static_cast<std::size_t>(place.row / rows_each), along - 1),
+               j = static_cast<std::size_t>((place.v_m + v_max_m) / kCell_m);
+    return static_cast<std::uint32_t>(i * across + std::min(j, across - 1));
   }
 };
 
@@ -101,6 +109,180 @@ crg::Grid smoothed(const crg::Grid& grid, bool closed, unsigned threads) {
   return from;
 }
 
+/// Of height 0, as wide as the options want it.
+crg::Grid flat_grid(const crg::ReferenceLine& reference, const BaseRoadOptions& options) {
+  crg::Grid grid;
+  grid.u_begin_m = 0.0, grid.u_step_m = reference.u_step_m;
+  const auto half = static_cast<int>(options.v_max_m / options.v_step_m + 0.5);
+  for (int j = -half; j <= half; ++j) grid.v_m.push_back(options.v_step_m * j);
+  grid.z_m.assign(reference.x_m.size() * grid.v_m.size(), 0.0f);
+  return grid;
+}
+
+/// Of a line, per row of the road along it.
+struct LineHeights {
+  double origin_m = 0.0;  ///< of its beginning; heights of cells are relative to it
+  std::vector<double> z_m;
+};
+
+std::vector<double> heights_along(const road::Centreline& line, const RoadFrame& frame) {
+  std::vector<double> z_m(frame.rows());
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < z_m.size(); ++i) {
+    const Eigen::Vector2d p = frame.node_position(i, 0.0);
+    while (next + 1 < line.points_m.size() && (line.points_m[next + 1].head<2>() - p).norm() <=
+                                                  (line.points_m[next].head<2>() - p).norm())
+      ++next;
+    z_m[i] = line.points_m[next].z();
+  }
+  return z_m;
+}
+
+/// Cells along the road without a point yet.
+Cells empty_cells(const RoadFrame& frame, const BaseRoadOptions& options) {
+  Cells cells;
+  cells.closed = frame.closed();
+  cells.along = std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kCell_m));
+  cells.across = static_cast<std::size_t>(2.0 * options.v_max_m / kCell_m) + 1;
+  cells.rows_each = static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);
+  cells.z.assign(cells.along * cells.across, kNaN);
+  return cells;
+}
+
+/// Where the sensor was, as rows of the road; legs that cross do not mix.
+std::vector<double> rows_of_poses(const Trajectory& trajectory, const RoadFrame& frame) {
+  std::vector<double> rows;
+  double row = 0.0;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    const Eigen::Vector3d& p = trajectory.position_m[i];
+    std::optional<GridPlace> place;
+    if (i > 0 && trajectory.piece[i] == trajectory.piece[i - 1])
+      place = frame.project(p.x(), p.y(), row);
+    if (!place) place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
+    if (place) row = place->row;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// A point in the map frame and where to look for its place; negative: anywhere.
+struct Posed {
+  Eigen::Vector3d map_m;
+  double row = -1.0;
+};
+
+/// Brings the points of a chunk into the map frame, one after the other.
+class Poser {
+ public:
+  /// `trajectory` null: they are there already.
+  Poser(const Trajectory* trajectory, const std::vector<double>& pose_rows)
+      : trajectory_(trajectory), pose_rows_(pose_rows) {}
+  /// `last_row`: of the point before. Nothing outside the trajectory's time.
+  std::optional<Posed> operator()(const Cloud& chunk, std::size_t k, double last_row) {
+    const Eigen::Vector3d p = chunk.origin_m + chunk.point(k);
+    if (trajectory_ == nullptr) return Posed{p, last_row};
+    PosedInstant pose;
+    if (!pose_at(*trajectory_, chunk.time_s[k], hint_, pose)) return std::nullopt;
+    return Posed{pose.position_m + pose.orientation * p, pose_rows_[hint_]};
+  }
+
+ private:
+  const Trajectory* trajectory_;
+  const std::vector<double>& pose_rows_;
+  std::size_t hint_ = 0;
+};
+
+/// Place on the road, no farther beside its line than that. `search`: where it is not near the row,
+/// anywhere on the road.
+std::optional<GridPlace> place_of(const Posed& point, const RoadFrame& frame, double v_max_m,
+                                  bool search) {
+  const double x = point.map_m.x(), y = point.map_m.y();
+  std::optional<GridPlace> place;
+  if (point.row >= 0.0) place = frame.project(x, y, point.row);
+  if (search && (!place || std::abs(place->v_m) > v_max_m))
+    place = frame.project(x, y, frame.nearest_row(x, y));
+  if (place && std::abs(place->v_m) > v_max_m) place.reset();
+  return place;
+}
+
+/// The lowest point of each cell, of those about as high as the line. Throws Error where hardly any
+/// are, or without times that a trajectory wants.
+Cells lowest_of(const CloudSource& scans, const RoadFrame& frame, const LineHeights& line,
+                const Trajectory* trajectory, const BaseRoadOptions& options) {
+  struct Seen {
+    std::uint32_t cell;
+    float z;
+  };
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  Cells cells = empty_cells(frame, options);
+  std::vector<double> pose_rows;
+  if (trajectory != nullptr) pose_rows = rows_of_poses(*trajectory, frame);
+  std::vector<Seen> seen;
+  std::size_t points = 0, found = 0;
+  scans([&](Cloud&& chunk) {
+    if (trajectory != nullptr && chunk.time_s.empty())
+      throw Error(
+          "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
+          "is wanted, or --frame map for a registered cloud");
+    seen.assign(chunk.size(), {kNone, 0.0f});
+    base::parallel_for(chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
+      Poser pose(trajectory, pose_rows);
+      double row = -1.0;
+      for (std::size_t k = from; k < to; ++k) {
+        const std::optional<Posed> point = pose(chunk, k, row);
+        if (!point) continue;
+        const std::optional<GridPlace> place =
+            place_of(*point, frame, options.v_max_m, trajectory == nullptr);
+        if (!place) continue;
+        row = place->row;
+        const double z = point->map_m.z(),
+                     above = z - line.z_m[static_cast<std::size_t>(place->row)];
+        if (!(above > -options.below_m && above < options.above_m)) continue;
+        seen[k] = {cells.number_at(*place, options.v_max_m), static_cast<float>(z - line.origin_m)};
+      }
+    });
+    points += chunk.size();
+    for (const Seen& s : seen)
+      if (s.cell != kNone) cells.z[s.cell] = std::fmin(cells.z[s.cell], s.z), ++found;
+  });
+  if (found < 100)
+    throw Error(
+        fmt::format("{} of {} points lie within {} m beside the line and {} m under it; frame, "
+                    "clock or unit of "
+                    "line and points differ",
+                    found, points, options.v_max_m, options.below_m));
+  return cells;
+}
+
+/// Between the middles of the four cells around; NaN where these hardly have any.
+float between_cells(const Cells& cells, double along, double across, double origin_m) {
+  const double i = std::floor(along), j = std::floor(across), on = along - i, beside = across - j;
+  double sum = 0.0, weights = 0.0;
+  for (int m = 0; m < 2; ++m)
+    for (int n = 0; n < 2; ++n) {
+      const float z =
+          cells.at(static_cast<std::ptrdiff_t>(i) + m, static_cast<std::ptrdiff_t>(j) + n);
+      const double w = (m == 0 ? 1.0 - on : on) * (n == 0 ? 1.0 - beside : beside);
+      if (std::isfinite(z)) sum += w * static_cast<double>(z), weights += w;
+    }
+  return weights > 0.2 ? static_cast<float>(sum / weights + origin_m) : kNaN;
+}
+
+/// Heights of all nodes; the last row of a closed road is its first.
+void fill_grid(const Cells& cells, const BaseRoadOptions& options, double origin_m,
+               crg::Grid& grid) {
+  const std::size_t rows = grid.rows(), columns = grid.columns();
+  base::parallel_for(rows, 64, options.threads, [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i)
+      for (std::size_t j = 0; j < columns; ++j)
+        grid.z_m[i * columns + j] =
+            between_cells(cells, static_cast<double>(i) / cells.rows_each - 0.5,
+                          (grid.v_m[j] + options.v_max_m) / kCell_m - 0.5, origin_m);
+  });
+  if (cells.closed)
+    for (std::size_t j = 0; j < columns; ++j) grid.z_m[(rows - 1) * columns + j] = grid.z_m[j];
+}
+
 }  // namespace
 
 road::Centreline driven_line(const Trajectory& trajectory) {
@@ -133,117 +315,12 @@ crg::Crg base_from_points(const CloudSource& scans, const road::Centreline& line
   road::ReferenceLineOptions line_options;
   line_options.u_step_m = options.u_step_m;
   const crg::ReferenceLine reference = road::fit_reference_line(line, line_options);
-  crg::Grid grid;
-  grid.u_begin_m = 0.0, grid.u_step_m = reference.u_step_m;
-  const auto half = static_cast<int>(options.v_max_m / options.v_step_m + 0.5);
-  for (int j = -half; j <= half; ++j) grid.v_m.push_back(options.v_step_m * j);
-  const std::size_t rows = reference.x_m.size(), columns = grid.v_m.size();
-  grid.z_m.assign(rows * columns, 0.0f);
+  crg::Grid grid = flat_grid(reference, options);
   const RoadFrame frame(road::track_crg(reference, grid));  // flat: only its (u, v) is used
-  const double origin = line.points_m.front().z();
-  // Height of the line per row.
-  std::vector<double> line_z(rows);
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < rows; ++i) {
-    const Eigen::Vector2d p = frame.node_position(i, 0.0);
-    while (next + 1 < line.points_m.size() && (line.points_m[next + 1].head<2>() - p).norm() <=
-                                                  (line.points_m[next].head<2>() - p).norm())
-      ++next;
-    line_z[i] = line.points_m[next].z();
-  }
-  Cells cells;
-  cells.closed = frame.closed();
-  cells.along = std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kCell_m));
-  cells.across = static_cast<std::size_t>(2.0 * options.v_max_m / kCell_m) + 1;
-  cells.z.assign(cells.along * cells.across, std::numeric_limits<float>::infinity());
-  const double rows_per_cell =
-      static_cast<double>(frame.rows() - 1) / static_cast<double>(cells.along);
-  struct Seen {
-    std::uint32_t cell;
-    float z;
-  };
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<Seen> seen;
-  std::size_t points = 0, found = 0;
-  std::vector<double> pose_row;  // where the sensor was; legs that cross do not mix
-  if (trajectory != nullptr) {
-    double row = 0.0;
-    for (std::size_t i = 0; i < trajectory->size(); ++i) {
-      const Eigen::Vector3d& p = trajectory->position_m[i];
-      std::optional<GridPlace> place;
-      if (i > 0 && trajectory->piece[i] == trajectory->piece[i - 1])
-        place = frame.project(p.x(), p.y(), row);
-      if (!place) place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
-      if (place) row = place->row;
-      pose_row.push_back(row);
-    }
-  }
-  scans([&](Cloud&& chunk) {
-    if (trajectory != nullptr && chunk.time_s.empty())
-      throw Error(
-          "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
-          "is wanted, or --frame map for a registered cloud");
-    seen.assign(chunk.size(), {kNone, 0.0f});
-    base::parallel_for(chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
-      std::size_t hint = 0;
-      double row = -1.0;
-      for (std::size_t k = from; k < to; ++k) {
-        Eigen::Vector3d p = chunk.origin_m + chunk.point(k);
-        if (trajectory != nullptr) {
-          PosedInstant pose;
-          if (!pose_at(*trajectory, chunk.time_s[k], hint, pose)) continue;
-          p = pose.position_m + pose.orientation * p;
-          row = pose_row[hint];
-        }
-        std::optional<GridPlace> place;
-        if (row >= 0.0) place = frame.project(p.x(), p.y(), row);
-        if (trajectory == nullptr && (!place || std::abs(place->v_m) > options.v_max_m))
-          place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
-        if (!place || std::abs(place->v_m) > options.v_max_m) continue;
-        row = place->row;
-        const double above = p.z() - line_z[static_cast<std::size_t>(place->row)];
-        if (!(above > -options.below_m && above < options.above_m)) continue;
-        const auto i =
-            std::min(static_cast<std::size_t>(place->row / rows_per_cell), cells.along - 1);
-        const auto j = static_cast<std::size_t>((place->v_m + options.v_max_m) / kCell_m);
-        seen[k] = {static_cast<std::uint32_t>(i * cells.across + std::min(j, cells.across - 1)),
-                   static_cast<float>(p.z() - origin)};
-      }
-    });
-    points += chunk.size();
-    for (const Seen& s : seen)
-      if (s.cell != kNone) cells.z[s.cell] = std::min(cells.z[s.cell], s.z), ++found;
-  });
-  if (found < 100)
-    throw Error(
-        fmt::format("{} of {} points lie within {} m beside the line and {} m under it; frame, "
-                    "clock or unit of "
-                    "line and points differ",
-                    found, points, options.v_max_m, options.below_m));
-  for (float& z : cells.z)
-    if (!std::isfinite(z)) z = kNaN;
+  const LineHeights heights{line.points_m.front().z(), heights_along(line, frame)};
+  Cells cells = lowest_of(scans, frame, heights, trajectory, options);
   calm(cells, options.threads);
-  base::parallel_for(rows, 64, options.threads, [&](std::size_t from, std::size_t to) {
-    for (std::size_t i = from; i < to; ++i)
-      for (std::size_t j = 0; j < columns; ++j) {
-        const double a = static_cast<double>(i) / rows_per_cell - 0.5,
-                     b = (grid.v_m[j] + options.v_max_m) / kCell_m - 0.5;
-        const double fa = std::floor(a), fb = std::floor(b);
-        double sum = 0.0, weights = 0.0;
-        for (int m = 0; m < 2; ++m)
-          for (int n = 0; n < 2; ++n) {
-            const float z =
-                cells.at(static_cast<std::ptrdiff_t>(fa) + m, static_cast<std::ptrdiff_t>(fb) + n);
-            const double w =
-                (m == 0 ? 1.0 - (a - fa) : a - fa) * (n == 0 ? 1.0 - (b - fb) : b - fb);
-            if (std::isfinite(z)) sum += w * static_cast<double>(z), weights += w;
-          }
-        grid.z_m[i * columns + j] =
-            weights > 0.2 ? static_cast<float>(sum / weights + origin) : kNaN;
-      }
-  });
-  if (frame.closed())
-    for (std::size_t j = 0; j < columns; ++j) grid.z_m[(rows - 1) * columns + j] = grid.z_m[j];
+  fill_grid(cells, options, heights.origin_m, grid);
   return road::track_crg(reference, std::move(grid));
 }
 

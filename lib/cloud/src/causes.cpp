@@ -7,6 +7,9 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
+#include <tuple>
+#include <utility>
 
 #include "base/parallel.h"
 #include "base/statistics.h"
@@ -72,12 +75,34 @@ std::vector<double> rows_of(const Trajectory& poses, const RoadFrame& frame) {
   return rows;
 }
 
+/// A point over the base, as seen from the sensor.
+struct Seen {
+  double a, b, height;
+};
+
+/// Of the heights that were driven together, by a plane that what stands out does not pull.
+Eigen::Vector3d plane_through(const std::vector<Seen>& seen) {
+  Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+  for (int round = 0; round < 4; ++round) {
+    std::vector<double> off;
+    for (const Seen& s : seen)
+      off.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
+    const double scale = round == 0 ? kInfinity : 3.0 * std::max(0.002, base::median(off));
+    Eigen::Matrix3d matrix = 1e-6 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const Seen& s : seen) {
+      const Eigen::Vector3d j(1.0, s.a, s.b);
+      const double r = (s.height - plane.dot(j)) / scale, w = 1.0 / ((1.0 + r * r) * (1.0 + r * r));
+      matrix += w * j * j.transpose(), right += w * s.height * j;
+    }
+    plane = matrix.ldlt().solve(right);
+  }
+  return plane;
+}
+
 /// Median distance of the points from the base; infinite where too few lie on it.
 double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
                   const Trajectory& poses, const std::vector<double>& rows, const Trial& trial) {
-  struct Seen {
-    double a, b, height;
-  };
   std::map<long, std::vector<Seen>> groups;
   std::size_t hint = 0, near = 0;
   for (const Sample& sample : samples) {
@@ -97,23 +122,9 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
   }
   std::vector<double> distances;
   for (auto& [index, seen] : groups) {
-    Eigen::Vector3d plane = Eigen::Vector3d::Zero();
     if (seen.size() < 20) continue;
-    for (int round = 0; round < 4 && trial.with_planes; ++round) {
-      std::vector<double> off;
-      for (const Seen& s : seen)
-        off.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
-      const double scale = round == 0 ? kInfinity : 3.0 * std::max(0.002, base::median(off));
-      Eigen::Matrix3d matrix = 1e-6 * Eigen::Matrix3d::Identity();
-      Eigen::Vector3d right = Eigen::Vector3d::Zero();
-      for (const Seen& s : seen) {
-        const Eigen::Vector3d j(1.0, s.a, s.b);
-        const double r = (s.height - plane.dot(j)) / scale,
-                     w = 1.0 / ((1.0 + r * r) * (1.0 + r * r));
-        matrix += w * j * j.transpose(), right += w * s.height * j;
-      }
-      plane = matrix.ldlt().solve(right);
-    }
+    const Eigen::Vector3d plane =
+        trial.with_planes ? plane_through(seen) : Eigen::Vector3d::Zero().eval();
     for (const Seen& s : seen)
       distances.push_back(std::abs(s.height - plane.dot(Eigen::Vector3d(1.0, s.a, s.b))));
   }
@@ -122,124 +133,150 @@ double distance_m(const std::vector<Sample>& samples, const RoadFrame& frame,
   return base::median(distances);
 }
 
-}  // namespace
+/// A trial and what it gave.
+struct Tried {
+  Trial trial;
+  double distance_m = kInfinity;
+};
 
-std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
-                          const Trajectory& trajectory, const MapOptions& options) {
-  const std::vector<Sample> samples = samples_of(scans);
-  if (samples.size() < 1000) return {};
-  const std::vector<double> rows = rows_of(trajectory, frame);
-  const auto measure_all = [&](const std::vector<Trial>& trials) {
+/// What trials are made on.
+class Bench {
+ public:
+  Bench(std::vector<Sample> samples, const RoadFrame& frame, const Trajectory& poses,
+        unsigned threads)
+      : samples_(std::move(samples)),
+        frame_(frame),
+        poses_(poses),
+        rows_(rows_of(poses, frame)),
+        threads_(threads) {}
+
+  const std::vector<Sample>& samples() const { return samples_; }
+  const Trajectory& poses() const { return poses_; }
+
+  std::vector<double> distances_of(const std::vector<Trial>& trials) const {
     std::vector<double> found(trials.size());
-    base::parallel_for(trials.size(), 1, options.threads, [&](std::size_t from, std::size_t to) {
-      for (std::size_t k = from; k < to; ++k) {
-        if (trials[k].poses_times == 1.0) {
-          found[k] = distance_m(samples, frame, trajectory, rows, trials[k]);
-          continue;
-        }
-        Trajectory poses = trajectory;
-        for (Eigen::Vector3d& p : poses.position_m) p *= trials[k].poses_times;
-        measure(poses);
-        found[k] = distance_m(samples, frame, poses, rows_of(poses, frame), trials[k]);
-      }
+    base::parallel_for(trials.size(), 1, threads_, [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) found[k] = distance_of(trials[k]);
     });
     return found;
-  };
-  /// The best of trials, and its distance.
-  const auto best_of = [&](const std::vector<Trial>& trials, double& best) {
-    const std::vector<double> found = measure_all(trials);
+  }
+
+  /// The first of those that bring the points closest.
+  Tried best_of(const std::vector<Trial>& trials) const {
+    const std::vector<double> found = distances_of(trials);
     const auto least = std::min_element(found.begin(), found.end());
-    best = *least;
-    return trials[static_cast<std::size_t>(least - found.begin())];
-  };
-  Trial straight;
-  straight.with_planes = false;
-  const std::vector<double> as_is = measure_all({Trial{}, straight});
-  struct Cause {
-    double share, distance_m;
-    bool with_planes;
-    std::string text;
-  };
-  std::vector<Cause> causes;
-  const auto consider = [&](const Trial& trial, double found, std::string text) {
-    const double before = as_is[trial.with_planes ? 0 : 1];
-    if (std::isfinite(found) && found < kBetter * before && found < 0.25)
-      causes.push_back({std::isfinite(before) ? found / before : 0.0, found, trial.with_planes,
-                        std::move(text)});
-  };
-  double found = 0.0;
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  const auto turned = [&](double deg, int axis, bool with_planes) {
-    Trial trial;
-    trial.turn = Eigen::AngleAxisd(deg * kDegree, Eigen::Vector3d::Unit(axis)).toRotationMatrix();
-    trial.with_planes = with_planes;
-    return trial;
-  };
-  const auto yaw_of = [&](const Trial& t) {
-    return std::atan2(t.turn(1, 0), t.turn(0, 0)) / kDegree;
-  };
+    return {trials[static_cast<std::size_t>(least - found.begin())], *least};
+  }
+
+ private:
+  double distance_of(const Trial& trial) const {
+    if (trial.poses_times == 1.0) return distance_m(samples_, frame_, poses_, rows_, trial);
+    Trajectory poses = poses_;
+    for (Eigen::Vector3d& p : poses.position_m) p *= trial.poses_times;
+    measure(poses);
+    return distance_m(samples_, frame_, poses, rows_of(poses, frame_), trial);
+  }
+
+  std::vector<Sample> samples_;
+  const RoadFrame& frame_;
+  const Trajectory& poses_;
+  std::vector<double> rows_;
+  unsigned threads_;
+};
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Trial turned(double deg, int axis, bool with_planes) {
+  Trial trial;
+  trial.turn = Eigen::AngleAxisd(deg * kDegree, Eigen::Vector3d::Unit(axis)).toRotationMatrix();
+  trial.with_planes = with_planes;
+  return trial;
+}
+
+double yaw_deg(const Trial& trial) {
+  return std::atan2(trial.turn(1, 0), trial.turn(0, 0)) / kDegree;
+}
+
+/// What may be wrong, in words, and the trial that mends it.
+struct Cause {
+  Tried tried;
+  std::string text;
+};
+
+/// All round by 15 degrees, then by one about the best.
+Cause try_yaw(const Bench& bench) {
   std::vector<Trial> trials;
   for (int deg = -165; deg <= 180; deg += 15)
     if (deg != 0) trials.push_back(turned(deg, 2, true));
-  Trial best = best_of(trials, found);
-  trials = {best};
+  const Trial coarse = bench.best_of(trials).trial;
+  trials = {coarse};
   for (int deg = -8; deg <= 8; ++deg)
-    if (std::abs(yaw_of(best) + deg) > 0.5) trials.push_back(turned(yaw_of(best) + deg, 2, true));
-  best = best_of(trials, found);
-  consider(best, found,
-           fmt::format("the sensor turned by {:.0f} deg in yaw (--extrinsic)", yaw_of(best)));
-  for (const auto& [axis, name] : {std::pair{0, "roll"}, {1, "pitch"}}) {
-    std::vector<double> degrees;
-    for (const double deg : {-90.0, -20.0, -15.0, -10.0, -5.0, 5.0, 10.0, 15.0, 20.0, 90.0, 180.0})
-      degrees.push_back(deg);
-    trials.clear();
-    for (const double deg : degrees) trials.push_back(turned(deg, axis, false));
-    const std::vector<double> all = measure_all(trials);
-    const auto least =
-        static_cast<std::size_t>(std::min_element(all.begin(), all.end()) - all.begin());
-    consider(
-        trials[least], all[least],
-        fmt::format("the sensor turned by {:.0f} deg in {} (--extrinsic)", degrees[least], name));
-  }
-  const auto clock_around = [&](double begin_s) {
-    trials.clear();
-    for (int k = -100; k <= 100; ++k) {
-      trials.emplace_back();
-      trials.back().late_s = begin_s + 0.05 * k;
-    }
-    Trial clock = best_of(trials, found);
-    const double middle = clock.late_s;
-    trials = {clock};
-    for (int k = -9; k <= 9; ++k) {
-      trials.emplace_back();
-      trials.back().late_s = middle + 0.005 * k;
-    }
-    clock = best_of(trials, found);
-    consider(clock, found,
-             fmt::format("{:+.3f} s on the times of the points, or {:+.3f} s on time_s of the "
-                         "trajectory",
-                         clock.late_s, -clock.late_s));
+    if (std::abs(yaw_deg(coarse) + deg) > 0.5)
+      trials.push_back(turned(yaw_deg(coarse) + deg, 2, true));
+  const Tried best = bench.best_of(trials);
+  return {best,
+          fmt::format("the sensor turned by {:.0f} deg in yaw (--extrinsic)", yaw_deg(best.trial))};
+}
+
+/// By 5 degrees and by quarter turns. A plane would take the turn for a slope.
+Cause try_tilt(const Bench& bench, int axis, const char* name) {
+  const std::vector<double> degrees{-90.0, -20.0, -15.0, -10.0, -5.0, 5.0,
+                                    10.0,  15.0,  20.0,  90.0,  180.0};
+  std::vector<Trial> trials;
+  for (const double deg : degrees) trials.push_back(turned(deg, axis, false));
+  const std::vector<double> all = bench.distances_of(trials);
+  const auto least =
+      static_cast<std::size_t>(std::min_element(all.begin(), all.end()) - all.begin());
+  return {{trials[least], all[least]},
+          fmt::format("the sensor turned by {:.0f} deg in {} (--extrinsic)", degrees[least], name)};
+}
+
+/// 5 s to both sides of `middle_s`, then by 5 ms about the best.
+Cause try_clock(const Bench& bench, double middle_s) {
+  const auto later = [](double seconds) {
+    Trial trial;
+    trial.late_s = seconds;
+    return trial;
   };
-  clock_around(0.0);
+  std::vector<Trial> trials;
+  for (int k = -100; k <= 100; ++k) trials.push_back(later(middle_s + 0.05 * k));
+  const Trial coarse = bench.best_of(trials).trial;
+  trials = {coarse};
+  for (int k = -9; k <= 9; ++k) trials.push_back(later(coarse.late_s + 0.005 * k));
+  const Tried best = bench.best_of(trials);
+  return {best, fmt::format("{:+.3f} s on the times of the points, or {:+.3f} s on time_s of the "
+                            "trajectory",
+                            best.trial.late_s, -best.trial.late_s)};
+}
+
+/// What makes points and trajectory begin together, where a tenth of the points lies outside its
+/// time.
+std::optional<double> equal_beginnings_s(const Bench& bench) {
+  const std::vector<double>& times = bench.poses().time_s;
   double begin_s = kInfinity, outside = 0.0;
-  for (const Sample& sample : samples) {
+  for (const Sample& sample : bench.samples()) {
     begin_s = std::min(begin_s, sample.time_s);
-    outside +=
-        sample.time_s < trajectory.time_s.front() || sample.time_s > trajectory.time_s.back();
+    outside += sample.time_s < times.front() || sample.time_s > times.back();
   }
-  if (outside > 0.1 * static_cast<double>(samples.size()))
-    clock_around(trajectory.time_s.front() - begin_s);
-  for (const auto& [axis, name] : {std::pair{0, "ahead"}, {1, "to the left"}, {2, "up"}}) {
-    trials.clear();
-    for (const double m : {-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0}) {
-      trials.emplace_back();
-      trials.back().shift_m = m * Eigen::Vector3d::Unit(axis);
-      trials.back().with_planes = axis < 2;
-    }
-    best = best_of(trials, found);
-    consider(best, found,
-             fmt::format("the sensor {:+.2f} m {} (--extrinsic)", best.shift_m[axis], name));
+  if (!(outside > 0.1 * static_cast<double>(bench.samples().size()))) return std::nullopt;
+  return times.front() - begin_s;
+}
+
+Cause try_place(const Bench& bench, int axis, const char* name) {
+  std::vector<Trial> trials;
+  for (const double m : {-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0}) {
+    trials.emplace_back();
+    trials.back().shift_m = m * Eigen::Vector3d::Unit(axis);
+    trials.back().with_planes = axis < 2;
   }
+  const Tried best = bench.best_of(trials);
+  return {best,
+          fmt::format("the sensor {:+.2f} m {} (--extrinsic)", best.trial.shift_m[axis], name)};
+}
+
+/// Points, and poses, in another unit than is said.
+std::vector<Cause> try_units(const Bench& bench) {
+  std::vector<Cause> causes;
   for (const auto& [factor, was, is] : {std::tuple{0.3048, "m", "ft"},
                                         {1.0 / 0.3048, "ft", "m"},
                                         {0.01, "m", "cm"},
@@ -251,26 +288,76 @@ std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
     Trial points, poses;
     points.points_times = poses.poses_times = factor;
     points.with_planes = poses.with_planes = false;
-    const std::vector<double> both = measure_all({points, poses});
-    consider(points, both[0], fmt::format("points in {} instead of {} (--cloud-unit)", is, was));
-    consider(poses, both[1], fmt::format("poses in {} instead of {}", is, was));
+    const std::vector<double> both = bench.distances_of({points, poses});
+    causes.push_back(
+        {{points, both[0]}, fmt::format("points in {} instead of {} (--cloud-unit)", is, was)});
+    causes.push_back({{poses, both[1]}, fmt::format("poses in {} instead of {}", is, was)});
   }
+  return causes;
+}
+
+std::vector<Cause> try_all(const Bench& bench) {
+  std::vector<Cause> causes{try_yaw(bench), try_tilt(bench, 0, "roll"), try_tilt(bench, 1, "pitch"),
+                            try_clock(bench, 0.0)};
+  if (const std::optional<double> late_s = equal_beginnings_s(bench))
+    causes.push_back(try_clock(bench, *late_s));
+  for (const auto& [axis, name] : {std::pair{0, "ahead"}, {1, "to the left"}, {2, "up"}})
+    causes.push_back(try_place(bench, axis, name));
+  for (Cause& cause : try_units(bench)) causes.push_back(std::move(cause));
+  return causes;
+}
+
+/// Distances without any change, with planes and without: what trials are compared with.
+struct AsIs {
+  double with_planes = kInfinity, straight = kInfinity;
+  double of(const Trial& trial) const { return trial.with_planes ? with_planes : straight; }
+};
+
+AsIs as_it_is(const Bench& bench) {
+  Trial straight;
+  straight.with_planes = false;
+  const std::vector<double> found = bench.distances_of({Trial{}, straight});
+  return {found[0], found[1]};
+}
+
+/// Those that bring the points much closer, the best first.
+std::vector<Cause> much_better(std::vector<Cause> causes, const AsIs& as_is) {
+  std::erase_if(causes, [&](const Cause& cause) {
+    const double found = cause.tried.distance_m;
+    return !(std::isfinite(found) && found < kBetter * as_is.of(cause.tried.trial) && found < 0.25);
+  });
+  const auto share = [&](const Cause& cause) {
+    const double before = as_is.of(cause.tried.trial);
+    return std::isfinite(before) ? cause.tried.distance_m / before : 0.0;
+  };
   std::stable_sort(causes.begin(), causes.end(),
-                   [](const Cause& a, const Cause& b) { return a.share < b.share; });
+                   [&](const Cause& a, const Cause& b) { return share(a) < share(b); });
+  return causes;
+}
+
+}  // namespace
+
+std::string likely_causes(const CloudSource& scans, const RoadFrame& frame,
+                          const Trajectory& trajectory, const MapOptions& options) {
+  std::vector<Sample> samples = samples_of(scans);
+  if (samples.size() < 1000) return {};
+  const Bench bench(std::move(samples), frame, trajectory, options.threads);
+  const AsIs as_is = as_it_is(bench);
+  const std::vector<Cause> causes = much_better(try_all(bench), as_is);
   std::string text = fmt::format(
       "tried with {} points: the sensor turned in yaw, roll and pitch, its place by 1 m, the clock "
       "by 5 s, units",
-      samples.size());
+      bench.samples().size());
   if (causes.empty())
     return text +
            "; nothing of it fits better: look at the frame of the poses, the height datum, "
            "and whether base and scans show the same place";
   text += "; better, the best first:";
   for (std::size_t k = 0; k < std::min<std::size_t>(3, causes.size()); ++k) {
-    const double before = as_is[causes[k].with_planes ? 0 : 1];
+    const double before = as_is.of(causes[k].tried.trial);
     text +=
         fmt::format("{} {} ({:.0f} mm from the base{})", k == 0 ? "" : ";", causes[k].text,
-                    1e3 * causes[k].distance_m,
+                    1e3 * causes[k].tried.distance_m,
                     std::isfinite(before) ? fmt::format(" instead of {:.0f}", 1e3 * before) : "");
   }
   return text;

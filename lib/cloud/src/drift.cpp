@@ -20,6 +20,7 @@ constexpr double kMovesWithoutBase = 0.01;
 /// Where the base lies farther off than this it is not believed, round by round; then three of its
 /// own deviations.
 constexpr double kBaseScales_m[] = {0.1, 0.05, 0.025, 0.012, 0.006, 0.003};
+constexpr int kSchedule = std::size(kBaseScales_m);
 /// As long as the points do not say that the base as a whole is tilted, it is by no more than this
 /// part of what it may be. (The stated deviations know that it may.)
 constexpr double kTilted = 0.03;
@@ -102,6 +103,119 @@ void take_word_of_trajectory(const Sections& sections, const RoadFrame& frame,
                    std::sqrt(times[stretch_of(sections.list[s])] * (k < 3 ? place2 : turn2)));
 }
 
+/// Scales for the next step of a round: wide at first, then as what was seen scatters.
+JointScales scales_by(const JointFacts& facts, JointScales scales, int round,
+                      const MapOptions& options) {
+  const double own = std::clamp(facts.base_mad_m, kLeastBaseStddev_m, options.base_stddev_m);
+  const double wanted = round < kSchedule ? kBaseScales_m[round] : 0.0;
+  scales.base_m = std::max(3.0 * own, wanted);
+  scales.base_stddev_m = scales.base_m / 3.0;
+  const double own_node = std::clamp(facts.node_mad_m, 2e-4, 0.5 * options.base_stddev_m),
+               own_slope = std::clamp(facts.node_slope_mad, 2e-5, 0.002);
+  scales.node_m = std::max(3.0 * own_node, round > 0 ? wanted : 1.0);
+  scales.node_slope = std::max(3.0 * own_slope, round > 0 ? 0.3 * wanted : 0.3);
+  scales.node_stddev_m = scales.node_m / 3.0, scales.node_slope_stddev = scales.node_slope / 3.0;
+  scales.view_m = std::max({4.0 * facts.view_mad_m, wanted, 0.001});
+  if (round > 0) scales.view_factor = std::clamp(facts.view_mad * facts.view_mad, 0.05, 100.0);
+  return scales;
+}
+
+/// How much comes together: a part of the way from the old to the new, as factors.
+JointScales nearer_together(const JointScales& old, JointScales scales, double part) {
+  scales.base_together =
+      old.base_together * std::pow(scales.base_together / old.base_together, part);
+  scales.view_together =
+      old.view_together * std::pow(scales.view_together / old.view_together, part);
+  return scales;
+}
+
+/// Goes only a part of the way from the last corrections to the new ones.
+void step_back(const std::vector<Correction>& last, std::vector<Correction>& now) {
+  for (std::size_t i = 0; i < now.size(); ++i)
+    now[i] = last[i] + kStepWithoutBase * (now[i] - last[i]);
+}
+
+/// How far the poses of a section moved in a round.
+struct Move {
+  double height_m = 0.0, turn_rad = 0.0;
+};
+
+/// The largest of all sections with data. `apart_from_common`: nothing holds what all poses have in
+/// common, it may go on moving.
+Move largest_move(const Sections& sections, const std::vector<Correction>& last,
+                  const std::vector<Correction>& now, bool apart_from_common) {
+  Correction common = Correction::Zero();
+  if (apart_from_common) {
+    for (std::size_t i = 0; i < now.size(); ++i) common += now[i] - last[i];
+    common /= static_cast<double>(now.size());
+  }
+  Move move;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (!sections.list[i].has_data()) continue;
+    const Correction change = now[i] - last[i] - common;
+    move.height_m = std::max(move.height_m, std::abs(change[2]));
+    move.turn_rad = std::max({move.turn_rad, std::abs(change[3]), std::abs(change[4])});
+  }
+  return move;
+}
+
+bool is_still(const Move& move, const MapOptions& options) {
+  if (options.trust_base) return move.height_m < 2e-4 && move.turn_rad < 2e-5;
+  return move.height_m < std::max(2e-4, kMovesWithoutBase * options.drift_m_per_100m) &&
+         move.turn_rad < std::max(2e-5, kMovesWithoutBase * options.drift_rad_per_100m);
+}
+
+/// What is left between points, base and passes.
+void report_fit(const JointProblem& problem, const JointFacts& facts, const JointScales& scales,
+                MapReport& report) {
+  report.rms_after_m = facts.residual_m, report.pass_rms_after_m = facts.between_passes_m;
+  report.inlier_share = facts.believed;
+  report.base_tilt = problem.common_slope(),
+  report.base_tilt_stddev = problem.common_slope_stddev();
+  report.base_stddev_m = scales.base_stddev_m, report.base_together = scales.base_together;
+  report.view_stddev_factor = std::sqrt(scales.view_factor),
+  report.view_together = scales.view_together;
+}
+
+/// The drift along the way: all that was taken out of the poses, `before` too.
+void report_stations(const Sections& sections, const RoadFrame& frame,
+                     const std::vector<Correction>& before, const Drift& drift,
+                     const JointProblem& problem, MapReport& report) {
+  for (std::size_t i = 0; i < sections.list.size(); ++i) {
+    const Section& section = sections.list[i];
+    if (!section.has_data()) continue;
+    ++report.sections;
+    report.passes = std::max(report.passes, static_cast<std::size_t>(section.pass) + 1);
+    DriftStation station;
+    station.piece = section.piece, station.pass = section.pass;
+    station.driven_m = sections.centre_m[i],
+    station.u_m = frame.u_begin_m() + section.row * frame.u_step_m();
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto e = static_cast<Eigen::Index>(k);
+      station.correction[k] = before[i][e] + drift.correction[i][e],
+      station.stddev[k] = drift.stddev[i][e];
+    }
+    station.base_believed = problem.believed_share(i);
+    report.drift.push_back(station);
+  }
+}
+
+/// Typical deviations of the poses, and which directions the data hardly fixes.
+void report_deviations(const Sections& sections, const Drift& drift, const MapOptions& options,
+                       MapReport& report) {
+  const char* const names[] = {"x", "y", "z", "roll", "pitch", "yaw"};
+  for (std::size_t k = 0; k < 6; ++k) {
+    std::vector<double> deviations;
+    for (std::size_t i = 0; i < sections.list.size(); ++i)
+      if (sections.list[i].has_data())
+        deviations.push_back(drift.stddev[i][static_cast<Eigen::Index>(k)]);
+    report.typical_stddev[k] = base::median_or(0.0, deviations);
+    if (k < 3 && !options.trust_base) continue;  // the trajectory's word, and stated as such
+    if (report.typical_stddev[k] > (k < 2 ? 0.05 : k == 2 ? 0.02 : 0.005))
+      report.unfixed.push_back(names[k]);
+  }
+}
+
 }  // namespace
 
 Correction correction_at(const Sections& sections, const std::vector<Correction>& corrections,
@@ -156,20 +270,14 @@ Eigen::Vector3d Mover::operator()(const SectionCell& cell) const {
 
 Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
                      const std::vector<Correction>& before, MapReport& report) {
-  const std::size_t n = sections.list.size();
-  Drift drift;
-  drift.correction.assign(n, Correction::Zero());
-  JointProblem problem(sections, frame, options, before);
   const bool again = !before.empty();
+  Drift drift;
+  drift.correction.assign(sections.list.size(), Correction::Zero());
+  JointProblem problem(sections, frame, options, before);
   JointScales scales;
-  JointFacts facts;
-  constexpr int kSchedule = std::size(kBaseScales_m);
-  report.converged = false;
-  const double still_m = options.trust_base ? 2e-4 : kMovesWithoutBase * options.drift_m_per_100m,
-               still_rad =
-                   options.trust_base ? 2e-5 : kMovesWithoutBase * options.drift_rad_per_100m;
-  double measured = 1.0;
   const double tilt = options.base_stddev_m / (kRoad_m / std::sqrt(12.0));
+  double measured = 1.0;
+  report.converged = false;
   // The first estimate need not be settled: a correction that bends within a section is only nearly
   // taken out of its cells.
   const int begin = again ? kSchedule - 2 : 0;
@@ -178,102 +286,40 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
     problem.linearise(drift.correction);
     const std::vector<Correction> last = drift.correction;
     for (int step = 0; step < 2; ++step) {
-      facts = problem.facts(drift.correction, scales);
+      const JointFacts facts = problem.facts(drift.correction, scales);
       if (!again && round == 0 && step == 0)
         report.rms_before_m = facts.residual_m, report.pass_rms_before_m = facts.between_passes_m;
-      const double own = std::clamp(facts.base_mad_m, kLeastBaseStddev_m, options.base_stddev_m);
-      const double wanted = round < kSchedule ? kBaseScales_m[round] : 0.0;
-      scales.base_m = std::max(3.0 * own, wanted);
-      scales.base_stddev_m = scales.base_m / 3.0;
-      const double own_node = std::clamp(facts.node_mad_m, 2e-4, 0.5 * options.base_stddev_m),
-                   own_slope = std::clamp(facts.node_slope_mad, 2e-5, 0.002);
-      scales.node_m = std::max(3.0 * own_node, round > 0 ? wanted : 1.0);
-      scales.node_slope = std::max(3.0 * own_slope, round > 0 ? 0.3 * wanted : 0.3);
+      scales = scales_by(facts, scales, round, options);
       scales.common_slope = problem.is_fine() ? 3.0 * kTilted * tilt : 1.0;
       scales.common_slope_stddev = problem.is_fine() ? scales.common_slope / 3.0 : 1e-6;
-      scales.node_stddev_m = scales.node_m / 3.0,
-      scales.node_slope_stddev = scales.node_slope / 3.0;
-      scales.view_m = std::max({4.0 * facts.view_mad_m, wanted, 0.001});
-      if (round > 0) scales.view_factor = std::clamp(facts.view_mad * facts.view_mad, 0.05, 100.0);
       if (round >= kSchedule) {
         const JointScales old = scales;
         problem.measure_together(drift.correction, scales);
         // Without a base they follow every small move of the whole: a mean of what was measured.
-        if (!options.trust_base) {
-          const double part = std::max(0.15, 1.0 / ++measured);
-          scales.base_together =
-              old.base_together * std::pow(scales.base_together / old.base_together, part);
-          scales.view_together =
-              old.view_together * std::pow(scales.view_together / old.view_together, part);
-        }
+        if (!options.trust_base)
+          scales = nearer_together(old, scales, std::max(0.15, 1.0 / ++measured));
       }
       drift.correction = problem.solve(drift.correction, scales);
       if (!options.trust_base) problem.hold_as_a_whole(drift.correction);
     }
-    if (!options.trust_base && round > kSchedule)
-      for (std::size_t i = 0; i < n; ++i)
-        drift.correction[i] = last[i] + kStepWithoutBase * (drift.correction[i] - last[i]);
-    double moved = 0.0, turned = 0.0;
-    // Without a base nothing holds what all poses have in common: it may go on moving.
-    Correction common = Correction::Zero();
-    if (!options.trust_base) {
-      for (std::size_t i = 0; i < n; ++i) common += drift.correction[i] - last[i];
-      common /= static_cast<double>(n);
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!sections.list[i].has_data()) continue;
-      const Correction change = drift.correction[i] - last[i] - common;
-      moved = std::max(moved, std::abs(change[2])),
-      turned = std::max({turned, std::abs(change[3]), std::abs(change[4])});
-    }
+    if (!options.trust_base && round > kSchedule) step_back(last, drift.correction);
+    const Move move = largest_move(sections, last, drift.correction, !options.trust_base);
     ++report.iterations;
-    report.last_move_m = moved;
+    report.last_move_m = move.height_m;
     const bool fine = problem.is_fine() || !options.trust_base || !again;
-    if (again && !fine && round >= kSchedule && moved < kNearly_m)
+    if (again && !fine && round >= kSchedule && move.height_m < kNearly_m)
       problem.refine(), end = std::max(end, round + kRoundsRefined);
     report.converged = fine && round > (options.trust_base ? kSchedule : kLeastWithoutBase) &&
-                       moved < std::max(2e-4, still_m) && turned < std::max(2e-5, still_rad);
+                       is_still(move, options);
   }
   if (!again) return drift;
   problem.deviations(tilt, drift);
-  if (!options.trust_base && before.size() == n && !sections.list.front().ahead.isZero())
+  if (!options.trust_base && before.size() == sections.list.size() &&
+      !sections.list.front().ahead.isZero())
     take_word_of_trajectory(sections, frame, options, drift);
-
-  // The report.
-  facts = problem.facts(drift.correction, scales);
-  report.rms_after_m = facts.residual_m, report.pass_rms_after_m = facts.between_passes_m;
-  report.inlier_share = facts.believed;
-  report.base_tilt = problem.common_slope(),
-  report.base_tilt_stddev = problem.common_slope_stddev();
-  report.base_stddev_m = scales.base_stddev_m, report.base_together = scales.base_together;
-  report.view_stddev_factor = std::sqrt(scales.view_factor),
-  report.view_together = scales.view_together;
-  std::array<std::vector<double>, 6> deviations;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Section& section = sections.list[i];
-    if (!section.has_data()) continue;
-    ++report.sections;
-    report.passes = std::max(report.passes, static_cast<std::size_t>(section.pass) + 1);
-    DriftStation station;
-    station.piece = section.piece, station.pass = section.pass;
-    station.driven_m = sections.centre_m[i],
-    station.u_m = frame.u_begin_m() + section.row * frame.u_step_m();
-    for (std::size_t k = 0; k < 6; ++k) {
-      const auto e = static_cast<Eigen::Index>(k);
-      station.correction[k] = before[i][e] + drift.correction[i][e],
-      station.stddev[k] = drift.stddev[i][e];
-      deviations[k].push_back(drift.stddev[i][e]);
-    }
-    station.base_believed = problem.believed_share(i);
-    report.drift.push_back(station);
-  }
-  const char* const names[] = {"x", "y", "z", "roll", "pitch", "yaw"};
-  for (std::size_t k = 0; k < 6; ++k) {
-    report.typical_stddev[k] = base::median_or(0.0, deviations[k]);
-    if (k < 3 && !options.trust_base) continue;  // the trajectory's word, and stated as such
-    if (report.typical_stddev[k] > (k < 2 ? 0.05 : k == 2 ? 0.02 : 0.005))
-      report.unfixed.push_back(names[k]);
-  }
+  report_fit(problem, problem.facts(drift.correction, scales), scales, report);
+  report_stations(sections, frame, before, drift, problem, report);
+  report_deviations(sections, drift, options, report);
   return drift;
 }
 

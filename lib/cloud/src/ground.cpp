@@ -234,31 +234,41 @@ std::vector<std::uint8_t> objects_on(const Cells& cells, const std::vector<doubl
   return object;
 }
 
-}  // namespace
+/// Squares of one cell over the points of a cloud, from its lowest x and y on.
+struct Raster {
+  double x0, y0, cell_m;
+  std::int64_t tile_cells;  ///< of a tile's side
 
-std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOptions& options) {
-  if (cloud.size() == 0) return {};
-  const double x0 = *std::min_element(cloud.x_m.begin(), cloud.x_m.end()),
-               y0 = *std::min_element(cloud.y_m.begin(), cloud.y_m.end());
-  const auto index = [&](double from, double to) {
-    return static_cast<std::int64_t>((to - from) / options.cell_m);
-  };
-  const auto windows = static_cast<std::int64_t>(std::ceil(options.max_window_m / options.cell_m));
-  // The largest window, eroded and dilated, sees this far; narrower gaps are bridged.
-  const std::int64_t tile_cells = 2 * std::max<std::int64_t>(8, windows);
-  std::int64_t rows = 0, columns = 0;
-  const auto tile_of = [&](std::size_t k) {
-    return Tile{index(y0, cloud.y_m[k]) / tile_cells, index(x0, cloud.x_m[k]) / tile_cells};
-  };
-  std::vector<Tile> tiles;
-  for (std::size_t k = 0; k < cloud.size(); ++k) {
-    rows = std::max(rows, index(y0, cloud.y_m[k]) + 1),
-    columns = std::max(columns, index(x0, cloud.x_m[k]) + 1);
-    tiles.push_back(tile_of(k));
+  Raster(const Cloud& cloud, double side_m, std::int64_t cells_of_tile)
+      : x0(*std::min_element(cloud.x_m.begin(), cloud.x_m.end())),
+        y0(*std::min_element(cloud.y_m.begin(), cloud.y_m.end())),
+        cell_m(side_m),
+        tile_cells(cells_of_tile) {}
+  std::int64_t index(double from, double to) const {
+    return static_cast<std::int64_t>((to - from) / cell_m);
   }
+  std::int64_t row(double y) const { return index(y0, y); }
+  std::int64_t column(double x) const { return index(x0, x); }
+  Tile tile_of(double x, double y) const { return {row(y) / tile_cells, column(x) / tile_cells}; }
+  /// From the middle of its cell.
+  double beside(double from, double to) const {
+    return to - from - (static_cast<double>(index(from, to)) + 0.5) * cell_m;
+  }
+};
+
+/// The tiles of all points, sorted; one for each point.
+std::vector<Tile> tiles_of(const Cloud& cloud, const Raster& raster) {
+  std::vector<Tile> tiles;
+  for (std::size_t k = 0; k < cloud.size(); ++k)
+    tiles.push_back(raster.tile_of(cloud.x_m[k], cloud.y_m[k]));
   std::sort(tiles.begin(), tiles.end());
-  // A point alone, without another in a tile whose surroundings meet its own, has nothing to be
-  // compared with and is ground; a raster would say the same with much more work.
+  return tiles;
+}
+
+/// A point alone, without another in a tile whose surroundings meet its own, has nothing to be
+/// compared with and is ground; a raster would say the same with much more work. Throws Error where
+/// most are.
+std::vector<Tile> lonely_of(const std::vector<Tile>& tiles, const Raster& raster) {
   std::vector<Tile> lonely;
   for (std::size_t k = 0; k < tiles.size(); ++k)
     if (alone(tiles, k)) lonely.push_back(tiles[k]);
@@ -266,28 +276,57 @@ std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOption
     throw Error(fmt::format(
         "{} of {} points have no other point within {:g} m: too few to tell ground; is the unit "
         "right? If so, give a larger window",
-        lonely.size(), tiles.size(), 2.0 * static_cast<double>(tile_cells) * options.cell_m));
+        lonely.size(), tiles.size(), 2.0 * static_cast<double>(raster.tile_cells) * raster.cell_m));
+  return lonely;
+}
+
+/// The cells around all points but those of lonely tiles.
+Cells cells_of(std::vector<Tile> tiles, const std::vector<Tile>& lonely, const Cloud& cloud,
+               const Raster& raster) {
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
   std::vector<Tile> together;
   std::set_difference(tiles.begin(), tiles.end(), lonely.begin(), lonely.end(),
                       std::back_inserter(together));
-  const Cells cells = cells_around(together, tile_cells, rows, columns, options.cell_m);
-  std::vector<std::uint32_t> cell_of(cloud.size());
-  std::vector<double> z(cells.size(), kInf);
+  const double x1 = *std::max_element(cloud.x_m.begin(), cloud.x_m.end()),
+               y1 = *std::max_element(cloud.y_m.begin(), cloud.y_m.end());
+  return cells_around(together, raster.tile_cells, raster.row(y1) + 1, raster.column(x1) + 1,
+                      raster.cell_m);
+}
+
+/// The cell of each point; kNone for those of lonely tiles.
+std::vector<std::uint32_t> cell_of_points(const Cloud& cloud, const Raster& raster,
+                                          const std::vector<Tile>& lonely, const Cells& cells) {
+  std::vector<std::uint32_t> cell_of(cloud.size(), kNone);
   for (std::size_t k = 0; k < cloud.size(); ++k) {
-    cell_of[k] = kNone;
-    if (std::binary_search(lonely.begin(), lonely.end(), tile_of(k))) continue;
-    cell_of[k] = cells.at(index(y0, cloud.y_m[k]), index(x0, cloud.x_m[k]));
-    z[cell_of[k]] = std::min(z[cell_of[k]], cloud.z_m[k]);
+    const double x = cloud.x_m[k], y = cloud.y_m[k];
+    if (!std::binary_search(lonely.begin(), lonely.end(), raster.tile_of(x, y)))
+      cell_of[k] = cells.at(raster.row(y), raster.column(x));
   }
+  return cell_of;
+}
+
+/// The lowest point of each cell; infinite without one.
+std::vector<double> lowest_in(const Cells& cells, const std::vector<std::uint32_t>& cell_of,
+                              const Cloud& cloud) {
+  std::vector<double> z(cells.size(), kInf);
+  for (std::size_t k = 0; k < cloud.size(); ++k)
+    if (cell_of[k] != kNone) z[cell_of[k]] = std::min(z[cell_of[k]], cloud.z_m[k]);
+  return z;
+}
+
+/// Points far below everything around: the filter of objects upside down, with one small window.
+std::vector<std::uint8_t> pits_in(const Cells& cells, std::vector<double> z, double cell_m) {
+  for (double& value : z) value = -value;
+  return objects_on(cells, z, 5.0 / cell_m, 1, cell_m);
+}
+
+/// The surface of the ground at the cells: without objects and pits, which are bridged.
+std::vector<double> ground_surface(const Cells& cells, std::vector<double> z, std::int64_t windows,
+                                   const GroundOptions& options) {
   std::vector<std::uint8_t> known(cells.size());
   for (std::size_t k = 0; k < known.size(); ++k) known[k] = std::isfinite(z[k]) ? 1 : 0;
   fill(cells, known, z);
-  // Points far below everything around: the same filter upside down, with one small window.
-  std::vector<double> turned = z;
-  for (double& value : turned) value = -value;
-  const std::vector<std::uint8_t> pits =
-      objects_on(cells, turned, 5.0 / options.cell_m, 1, options.cell_m);
+  const std::vector<std::uint8_t> pits = pits_in(cells, z, options.cell_m);
   const std::vector<std::uint8_t> objects =
       objects_on(cells, z, options.slope, windows, options.cell_m, [&](double share) {
         if (options.progress) options.progress("ground", 0.3 + 0.5 * share);
@@ -295,26 +334,41 @@ std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOption
   for (std::size_t k = 0; k < known.size(); ++k)
     if (objects[k] || pits[k]) known[k] = 0;
   fill(cells, known, z);
-  std::vector<std::uint8_t> ground(cloud.size(), 0);
+  return z;
+}
+
+/// Per metre along x and y, from the neighbours of a cell.
+Eigen::Vector2d slope_at(const Cells& cells, const std::vector<double>& z, std::uint32_t cell,
+                         double cell_m) {
+  const auto slope = [&](std::uint32_t forth, std::uint32_t back) {
+    return (z[forth != kNone ? forth : cell] - z[back != kNone ? back : cell]) / (2.0 * cell_m);
+  };
+  return {slope(cells.right[cell], cells.left[cell]), slope(cells.down[cell], cells.up[cell])};
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> classify_ground(const Cloud& cloud, const GroundOptions& options) {
+  if (cloud.size() == 0) return {};
+  const auto windows = static_cast<std::int64_t>(std::ceil(options.max_window_m / options.cell_m));
+  // The largest window, eroded and dilated, sees this far; narrower gaps are bridged.
+  const Raster raster(cloud, options.cell_m, 2 * std::max<std::int64_t>(8, windows));
+  const std::vector<Tile> tiles = tiles_of(cloud, raster), lonely = lonely_of(tiles, raster);
+  const Cells cells = cells_of(tiles, lonely, cloud, raster);
+  const std::vector<std::uint32_t> cell_of = cell_of_points(cloud, raster, lonely, cells);
+  const std::vector<double> z =
+      ground_surface(cells, lowest_in(cells, cell_of, cloud), windows, options);
+  std::vector<std::uint8_t> ground(cloud.size(), 1);
   for (std::size_t k = 0; k < cloud.size(); ++k) {
     const std::uint32_t cell = cell_of[k];
-    if (cell == kNone) {
-      ground[k] = 1;
-      continue;
-    }
-    const auto slope = [&](std::uint32_t forth, std::uint32_t back) {
-      return (z[forth != kNone ? forth : cell] - z[back != kNone ? back : cell]) /
-             (2.0 * options.cell_m);
-    };
-    const double gx = slope(cells.right[cell], cells.left[cell]),
-                 gy = slope(cells.down[cell], cells.up[cell]);
+    if (cell == kNone) continue;
     // The surface at the point itself, by the slope of its cell.
-    const auto beside = [&](double from, double to) {
-      return to - from - (static_cast<double>(index(from, to)) + 0.5) * options.cell_m;
-    };
-    const double limit = options.height_m + options.height_per_slope_m * std::hypot(gx, gy);
+    const Eigen::Vector2d slope = slope_at(cells, z, cell, options.cell_m);
+    const double limit =
+        options.height_m + options.height_per_slope_m * std::hypot(slope.x(), slope.y());
     const double above =
-        cloud.z_m[k] - (z[cell] + gx * beside(x0, cloud.x_m[k]) + gy * beside(y0, cloud.y_m[k]));
+        cloud.z_m[k] - (z[cell] + slope.x() * raster.beside(raster.x0, cloud.x_m[k]) +
+                        slope.y() * raster.beside(raster.y0, cloud.y_m[k]));
     ground[k] = std::abs(above) <= limit ? 1 : 0;
   }
   return ground;

@@ -22,6 +22,58 @@ struct JointProblem::Stretch {
   Eigen::VectorXd right;
 };
 
+/// Those of all stretches, summed in their order. The common slope is the last unknown.
+struct JointProblem::Equations {
+  using Block = Eigen::Matrix2d;
+  /// Blocks of the lower triangle by row, two unknowns each: column and block.
+  std::vector<std::vector<std::pair<std::uint32_t, Block>>> blocks;
+  Eigen::VectorXd right;
+
+  explicit Equations(std::size_t unknowns_but_common)
+      : blocks(unknowns_but_common / 2),
+        right(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(unknowns_but_common + 1))) {}
+
+  /// `sections`: of the whole problem; their unknowns come first.
+  void add(const Stretch& stretch, std::size_t sections) {
+    std::vector<std::uint32_t> pairs;  // of unknowns
+    for (const std::uint32_t section : stretch.sections)
+      for (std::uint32_t e = 0; e < 3; ++e) pairs.push_back(3 * section + e);
+    for (const std::uint32_t node : stretch.nodes)
+      pairs.push_back(static_cast<std::uint32_t>(3 * sections) + node);
+    for (std::size_t a = 0; a < pairs.size(); ++a) {
+      right.segment<2>(static_cast<Eigen::Index>(2 * pairs[a])) +=
+          stretch.right.segment<2>(static_cast<Eigen::Index>(2 * a));
+      for (std::size_t b = 0; b <= a; ++b) {
+        Block block = stretch.matrix.block<2, 2>(static_cast<Eigen::Index>(2 * a),
+                                                 static_cast<Eigen::Index>(2 * b));
+        if (a == b) block(0, 1) = block(1, 0);
+        if (pairs[a] < pairs[b]) block.transposeInPlace();
+        add(block, std::max(pairs[a], pairs[b]), std::min(pairs[a], pairs[b]));
+      }
+    }
+  }
+
+  void add(const Block& block, std::uint32_t row_number, std::uint32_t column) {
+    auto& row = blocks[row_number];
+    auto found = std::find_if(row.begin(), row.end(),
+                              [column](const auto& entry) { return entry.first == column; });
+    if (found == row.end()) found = row.insert(row.end(), {column, Block::Zero()});
+    found->second += block;
+  }
+
+  /// The lower triangle's entries; no block is left.
+  void move_blocks_to(std::vector<Eigen::Triplet<double>>& entries) {
+    for (std::size_t a = 0; a < blocks.size(); ++a) {
+      for (const auto& [b, block] : blocks[a])
+        for (int i = 0; i < 2; ++i)
+          for (int j = 0; j < (a == b ? i + 1 : 2); ++j)
+            entries.emplace_back(static_cast<int>(2 * a) + i, static_cast<int>(2 * b) + j,
+                                 block(i, j));
+      blocks[a].clear();
+    }
+  }
+};
+
 JointProblem::JointProblem(const Sections& sections, const RoadFrame& frame,
                            const MapOptions& options, std::vector<Correction> before)
     : sections_(sections), frame_(frame), options_(options), before_(std::move(before)) {
@@ -260,14 +312,10 @@ void JointProblem::assemble(std::size_t stretch, const std::vector<Correction>& 
   take();
 }
 
-std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
-                                            const JointScales& scales) {
-  const std::size_t n = sections_.list.size(), common = 6 * n + 2 * nodes_.size(),
-                    unknowns = common + 1;
-  // Blocks of the lower triangle by row, two unknowns each; summed in the order of the stretches.
-  using Block = Eigen::Matrix2d;
-  std::vector<std::vector<std::pair<std::uint32_t, Block>>> blocks(common / 2);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(unknowns));
+JointProblem::Equations JointProblem::assemble_all(const std::vector<Correction>& now,
+                                                   const JointScales& scales) {
+  const std::size_t sections = sections_.list.size();
+  Equations all(6 * sections + 2 * nodes_.size());
   constexpr std::size_t kAtOnce = 16;
   std::vector<Stretch> batch(kAtOnce);
   for (std::size_t first = 0; first < stretches_; first += kAtOnce) {
@@ -275,71 +323,53 @@ std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
     base::parallel_for(count, 1, options_.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = from; k < to; ++k) assemble(first + k, now, scales, batch[k]);
     });
-    for (std::size_t k = 0; k < count; ++k) {
-      const Stretch& stretch = batch[k];
-      std::vector<std::uint32_t> pairs;  // of unknowns
-      for (const std::uint32_t section : stretch.sections)
-        for (std::uint32_t e = 0; e < 3; ++e) pairs.push_back(3 * section + e);
-      for (const std::uint32_t node : stretch.nodes)
-        pairs.push_back(static_cast<std::uint32_t>(3 * n) + node);
-      for (std::size_t a = 0; a < pairs.size(); ++a) {
-        right.segment<2>(static_cast<Eigen::Index>(2 * pairs[a])) +=
-            stretch.right.segment<2>(static_cast<Eigen::Index>(2 * a));
-        for (std::size_t b = 0; b <= a; ++b) {
-          Block block = stretch.matrix.block<2, 2>(static_cast<Eigen::Index>(2 * a),
-                                                   static_cast<Eigen::Index>(2 * b));
-          if (a == b) block(0, 1) = block(1, 0);
-          std::uint32_t p = pairs[a], q = pairs[b];
-          if (p < q) std::swap(p, q), block.transposeInPlace();
-          auto& row = blocks[p];
-          auto found = std::find_if(row.begin(), row.end(),
-                                    [q](const auto& entry) { return entry.first == q; });
-          if (found == row.end()) found = row.insert(row.end(), {q, Block::Zero()});
-          found->second += block;
-        }
-      }
-    }
+    for (std::size_t k = 0; k < count; ++k) all.add(batch[k], sections);
   }
-  weighed_ = true;
-  std::vector<Eigen::Triplet<double>> prior;
-  add_prior(prior);
-  add_prior_of_base(scales, prior);
-  // The right side so far is the gradient at `now`; the prior's is that of `now` itself.
-  const auto value_of = [&](int i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (at < 6 * n) {
-      const auto e = static_cast<Eigen::Index>(at % 6);
-      return now[at / 6][e] + before_[at / 6][e];
-    }
-    if (at == common) return common_slope_;
-    const Node& node = nodes_[(at - 6 * n) / 2];
-    return at % 2 == 0 ? node.height_m : node.slope;
-  };
-  for (const auto& entry : prior) {
-    right[entry.row()] -= entry.value() * value_of(entry.col());
-    if (entry.row() != entry.col()) right[entry.col()] -= entry.value() * value_of(entry.row());
+  return all;
+}
+
+double JointProblem::value_of(std::size_t unknown, const std::vector<Correction>& now) const {
+  const std::size_t first_node = 6 * sections_.list.size(), common = first_node + 2 * nodes_.size();
+  if (unknown < first_node) {
+    const auto e = static_cast<Eigen::Index>(unknown % 6);
+    return now[unknown / 6][e] + before_[unknown / 6][e];
   }
-  std::vector<Eigen::Triplet<double>>& entries = prior;
-  for (std::size_t a = 0; a < blocks.size(); ++a) {
-    for (const auto& [b, block] : blocks[a])
-      for (int i = 0; i < 2; ++i)
-        for (int j = 0; j < (a == b ? i + 1 : 2); ++j)
-          entries.emplace_back(static_cast<int>(2 * a) + i, static_cast<int>(2 * b) + j,
-                               block(i, j));
-    blocks[a].clear();
-  }
-  matrix_.resize(static_cast<Eigen::Index>(unknowns), static_cast<Eigen::Index>(unknowns));
-  matrix_.setFromTriplets(entries.begin(), entries.end());
-  solver_.compute(matrix_);
-  const Eigen::VectorXd step = solver_.solve(right);
-  std::vector<Correction> next = now;
-  for (std::size_t i = 0; i < n; ++i) next[i] += step.segment<6>(static_cast<Eigen::Index>(6 * i));
+  if (unknown == common) return common_slope_;
+  const Node& node = nodes_[(unknown - first_node) / 2];
+  return unknown % 2 == 0 ? node.height_m : node.slope;
+}
+
+std::vector<Correction> JointProblem::stepped(std::vector<Correction> now,
+                                              const Eigen::VectorXd& step) {
+  for (std::size_t i = 0; i < now.size(); ++i)
+    now[i] += step.segment<6>(static_cast<Eigen::Index>(6 * i));
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    const auto at = static_cast<Eigen::Index>(6 * n + 2 * k);
+    const auto at = static_cast<Eigen::Index>(6 * now.size() + 2 * k);
     nodes_[k].height_m += step[at], nodes_[k].slope += step[at + 1];
   }
-  common_slope_ += step[static_cast<Eigen::Index>(common)];
-  return next;
+  common_slope_ += step[static_cast<Eigen::Index>(6 * now.size() + 2 * nodes_.size())];
+  return now;
+}
+
+std::vector<Correction> JointProblem::solve(const std::vector<Correction>& now,
+                                            const JointScales& scales) {
+  Equations equations = assemble_all(now, scales);
+  weighed_ = true;
+  std::vector<Eigen::Triplet<double>> entries;
+  add_prior(entries);
+  add_prior_of_base(scales, entries);
+  // The right side so far is the gradient at `now`; the prior's is that of `now` itself.
+  Eigen::VectorXd& right = equations.right;
+  const auto value = [&](int i) { return value_of(static_cast<std::size_t>(i), now); };
+  for (const auto& entry : entries) {
+    right[entry.row()] -= entry.value() * value(entry.col());
+    if (entry.row() != entry.col()) right[entry.col()] -= entry.value() * value(entry.row());
+  }
+  equations.move_blocks_to(entries);
+  matrix_.resize(right.size(), right.size());
+  matrix_.setFromTriplets(entries.begin(), entries.end());
+  solver_.compute(matrix_);
+  return stepped(now, solver_.solve(right));
 }
 
 }  // namespace cloud

@@ -79,6 +79,7 @@ class JointProblem {
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   struct Stretch;
+  struct Equations;
   /// Error of the base that is even over metres: height and cross slope at a place along the road.
   struct Node {
     double height_m = 0.0, slope = 0.0;
@@ -101,6 +102,12 @@ class JointProblem {
   void unknowns_of(std::size_t stretch, Stretch& out) const;
   void assemble(std::size_t stretch, const std::vector<Correction>& now, const JointScales& scales,
                 Stretch& out);
+  /// All stretches at these corrections, without what is known before; new weights.
+  Equations assemble_all(const std::vector<Correction>& now, const JointScales& scales);
+  /// Unknown of that number: the sections' corrections in all, the nodes, the common slope.
+  double value_of(std::size_t unknown, const std::vector<Correction>& now) const;
+  /// The corrections after a step of all unknowns; nodes and common slope take theirs.
+  std::vector<Correction> stepped(std::vector<Correction> now, const Eigen::VectorXd& step);
   /// Means of the cells' views at these corrections; 0 without views.
   std::vector<float> heights_at(const std::vector<Correction>& now,
                                 const JointScales& scales) const;

@@ -135,88 +135,124 @@ std::string_view read_variable_records(std::string_view bytes, std::size_t begin
   return laszip;
 }
 
+/// What the header says of the points.
+struct Header {
+  int major = 0, minor = 0, format = 0;  ///< the latter of the points, without marks
+  bool packed = false;
+  std::size_t size = 0, data = 0, variable_records = 0, length = 0;  ///< length: of a point
+  std::uint64_t points = 0;
+};
+
+Error fail(const std::string& name, const std::string& text) { return Error(name + ": " + text); }
+
+/// Throws where it contradicts itself or the file.
+Header read_header(std::string_view bytes, const std::string& name) {
+  if (bytes.size() < 227)
+    throw fail(name, fmt::format("LAS header truncated: {} bytes seen, 227 wanted; copy the file "
+                                 "again",
+                                 bytes.size()));
+  Header out;
+  out.major = at<std::uint8_t>(bytes, 24), out.minor = at<std::uint8_t>(bytes, 25);
+  if (out.major != 1 || out.minor > 4)
+    throw fail(name,
+               fmt::format("LAS version {}.{} seen, 1.0 to 1.4 wanted", out.major, out.minor));
+  out.size = at<std::uint16_t>(bytes, 94), out.data = at<std::uint32_t>(bytes, 96);
+  out.variable_records = at<std::uint32_t>(bytes, 100);
+  const int marked_format = at<std::uint8_t>(bytes, 104);
+  out.packed = marked_format & 0xC0, out.format = marked_format & 0x3F;
+  if (out.format > 10)
+    throw fail(name, fmt::format("point format {} seen, 0 to 10 wanted", out.format));
+  out.length = at<std::uint16_t>(bytes, 105);
+  if (out.length < kFormats[out.format].length)
+    throw fail(name, fmt::format("point format {} wants records of {} bytes, the header says {}",
+                                 out.format, kFormats[out.format].length, out.length));
+  if (out.size < 227 || out.size > bytes.size() || out.data < out.size || out.data > bytes.size())
+    throw fail(
+        name, fmt::format("corrupt header: header of {} bytes, points at byte {}, file of {} bytes",
+                          out.size, out.data, bytes.size()));
+  out.points = at<std::uint32_t>(bytes, 107);
+  if (out.minor == 4 && out.size >= 375) {
+    const auto points64 = at<std::uint64_t>(bytes, 247);
+    if (points64 != 0) out.points = points64;
+  }
+  if (out.points == 0) throw fail(name, "no points in this file");
+  return out;
+}
+
+std::shared_ptr<LazReader> unpacker(std::string_view bytes, const Header& header,
+                                    std::string_view laszip, const std::string& name) {
+  const int format = header.format;
+  if (format == 4 || format == 5 || format > 8)
+    throw fail(name,
+               fmt::format("compressed points of format {} with waveforms are not read; leave "
+                           "those out, as with 'las2las -i in.laz -set_point_type {} -o "
+                           "out.laz'",
+                           format,
+                           format == 4   ? 1
+                           : format == 5 ? 3
+                           : format == 9 ? 6
+                                         : 8));
+  if (laszip.empty())
+    throw fail(name,
+               "its points are marked as compressed, but there is no record 'laszip encoded'; "
+               "copy the file again");
+  return std::make_shared<LazReader>(
+      bytes, LazLayout{laszip, format, header.data, header.length, header.points}, name);
+}
+
+/// x, y or z, of records that begin at `begin`.
+Field coordinate(std::string_view bytes, std::size_t axis, std::size_t begin, std::size_t length,
+                 const std::string& name) {
+  Field field{static_cast<Role>(axis), FieldType::i32, begin + 4 * axis, length};
+  field.scale = at<double>(bytes, 131 + 8 * axis);
+  field.add = at<double>(bytes, 155 + 8 * axis);
+  if (!std::isfinite(field.scale) || field.scale == 0.0 || !std::isfinite(field.add))
+    throw fail(name,
+               fmt::format(
+                   "scale {} and offset {} of axis {} seen, finite numbers wanted, the scale not 0",
+                   field.scale, field.add, "xyz"[axis]));
+  return field;
+}
+
+std::vector<Field> fields_of(std::string_view bytes, const Header& header, std::size_t begin,
+                             const std::string& name) {
+  const std::size_t length = header.length, time = kFormats[header.format].time;
+  std::vector<Field> fields;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    fields.push_back(coordinate(bytes, axis, begin, length, name));
+  fields.push_back({Role::intensity, FieldType::u16, begin + 12, length});
+  Field classes{Role::classification, FieldType::u8, begin + (header.format < 6 ? 15u : 16u),
+                length};
+  if (header.format < 6) classes.mask = 0x1f;  // the upper bits are flags
+  fields.push_back(classes);
+  if (time != 0) fields.push_back({Role::time, FieldType::f64, begin + time, length});
+  return fields;
+}
+
 }  // namespace
 
 Records las_records(std::string_view bytes, const std::string& name, CloudReadReport& report) {
-  const auto fail = [&](const std::string& text) { return Error(name + ": " + text); };
-  if (bytes.size() < 227)
-    throw fail(fmt::format("LAS header truncated: {} bytes seen, 227 wanted; copy the file again",
-                           bytes.size()));
-  const int major = at<std::uint8_t>(bytes, 24), minor = at<std::uint8_t>(bytes, 25);
-  if (major != 1 || minor > 4)
-    throw fail(fmt::format("LAS version {}.{} seen, 1.0 to 1.4 wanted", major, minor));
-  const std::size_t header = at<std::uint16_t>(bytes, 94), data = at<std::uint32_t>(bytes, 96);
-  const std::size_t vlrs = at<std::uint32_t>(bytes, 100);
-  int format = at<std::uint8_t>(bytes, 104);
-  const bool packed = format & 0xC0;
-  format &= 0x3F;
-  if (format > 10) throw fail(fmt::format("point format {} seen, 0 to 10 wanted", format));
-  const std::size_t length = at<std::uint16_t>(bytes, 105);
-  const PointFormat& layout = kFormats[format];
-  if (length < layout.length)
-    throw fail(fmt::format("point format {} wants records of {} bytes, the header says {}", format,
-                           layout.length, length));
-  if (header < 227 || header > bytes.size() || data < header || data > bytes.size())
-    throw fail(
-        fmt::format("corrupt header: header of {} bytes, points at byte {}, file of {} bytes",
-                    header, data, bytes.size()));
-  std::uint64_t count = at<std::uint32_t>(bytes, 107);
-  if (minor == 4 && header >= 375) {
-    const auto count64 = at<std::uint64_t>(bytes, 247);
-    if (count64 != 0) count = count64;
-  }
-  if (count == 0) throw fail("no points in this file");
+  const Header header = read_header(bytes, name);
   std::string_view laszip;
   try {
-    laszip = read_variable_records(bytes, header, vlrs, data, report);
+    laszip =
+        read_variable_records(bytes, header.size, header.variable_records, header.data, report);
   } catch (const Error& error) {
-    throw fail(error.what());
+    throw fail(name, error.what());
   }
   Records records;
   records.bytes = bytes;
-  records.count = count;
-  std::size_t begin = data;
-  if (packed || !laszip.empty()) {
-    if (format == 4 || format == 5 || format > 8)
-      throw fail(
-          fmt::format("compressed points of format {} with waveforms are not read; leave "
-                      "those out, as with 'las2las -i in.laz -set_point_type {} -o out.laz'",
-                      format,
-                      format == 4   ? 1
-                      : format == 5 ? 3
-                      : format == 9 ? 6
-                                    : 8));
-    if (laszip.empty())
-      throw fail(
-          "its points are marked as compressed, but there is no record 'laszip encoded'; "
-          "copy the file again");
-    records.laz =
-        std::make_shared<LazReader>(bytes, LazLayout{laszip, format, data, length, count}, name);
-    begin = 0;
-  } else if (const std::size_t room = (bytes.size() - data) / length; count > room) {
-    throw fail(fmt::format(
-        "truncated: the header promises {} points, {} fit into the {} bytes; copy the file again",
-        count, room, bytes.size()));
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    Field field{static_cast<Role>(axis), FieldType::i32, begin + 4 * static_cast<std::size_t>(axis),
-                length};
-    field.scale = at<double>(bytes, 131 + 8 * static_cast<std::size_t>(axis));
-    field.add = at<double>(bytes, 155 + 8 * static_cast<std::size_t>(axis));
-    if (!std::isfinite(field.scale) || field.scale == 0.0 || !std::isfinite(field.add))
-      throw fail(fmt::format(
-          "scale {} and offset {} of axis {} seen, finite numbers wanted, the scale not 0",
-          field.scale, field.add, "xyz"[axis]));
-    records.fields.push_back(field);
-  }
-  records.fields.push_back({Role::intensity, FieldType::u16, begin + 12, length});
-  Field classes{Role::classification, FieldType::u8, begin + (format < 6 ? 15u : 16u), length};
-  if (format < 6) classes.mask = 0x1f;  // the upper bits are flags
-  records.fields.push_back(classes);
-  if (layout.time != 0)
-    records.fields.push_back({Role::time, FieldType::f64, begin + layout.time, length});
-  report.format =
-      fmt::format("{} {}.{}, point format {}", records.laz ? "LAZ" : "LAS", major, minor, format);
+  records.count = header.points;
+  const std::size_t room = (bytes.size() - header.data) / header.length;
+  if (header.packed || !laszip.empty())
+    records.laz = unpacker(bytes, header, laszip, name);
+  else if (header.points > room)
+    throw fail(name, fmt::format("truncated: the header promises {} points, {} fit into the {} "
+                                 "bytes; copy the file again",
+                                 header.points, room, bytes.size()));
+  records.fields = fields_of(bytes, header, records.laz ? 0 : header.data, name);
+  report.format = fmt::format("{} {}.{}, point format {}", records.laz ? "LAZ" : "LAS",
+                              header.major, header.minor, header.format);
   return records;
 }
 

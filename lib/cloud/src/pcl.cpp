@@ -27,6 +27,7 @@
 #include <thread>
 
 #include "cloud/error.h"
+#include "local_origin.h"
 
 namespace cloud {
 namespace {
@@ -42,13 +43,6 @@ unsigned threads_of(unsigned threads) {
   return threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
 }
 
-/// Of all points, in the map frame.
-Eigen::Vector3d middle_of(const Cloud& cloud) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < cloud.size(); ++i) sum += cloud.point(i);
-  return cloud.origin_m + sum / static_cast<double>(std::max<std::size_t>(1, cloud.size()));
-}
-
 Points::Ptr points_of(const Cloud& cloud, const Eigen::Vector3d& origin) {
   auto out = std::make_shared<Points>();
   out->reserve(cloud.size());
@@ -58,18 +52,6 @@ Points::Ptr points_of(const Cloud& cloud, const Eigen::Vector3d& origin) {
     out->push_back(Point(p.x(), p.y(), p.z()));
   }
   return out;
-}
-
-/// From coordinates about one origin each to the map frame of both.
-Eigen::Isometry3d in_map(const Eigen::Matrix4f& found, const Eigen::Vector3d& target_origin,
-                         const Eigen::Vector3d& source_origin) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  // A rotation to the last bit of double, which float32 is not.
-  const Eigen::Matrix3d turn = found.topLeftCorner<3, 3>().cast<double>();
-  T.linear() = Eigen::Quaterniond(turn).normalized().toRotationMatrix();
-  T.translation() =
-      found.topRightCorner<3, 1>().cast<double>() + target_origin - T.linear() * source_origin;
-  return T;
 }
 
 /// What each block of 1000 x 1000 x 1000 cubes holds, thinned by itself: `each` gets the block's
@@ -138,6 +120,57 @@ class Gicp : public pcl::GeneralizedIterativeClosestPoint<Point, Point> {
 std::vector<std::uint8_t> marked(const pcl::Indices& indices, std::size_t size) {
   std::vector<std::uint8_t> out(size, 0);
   for (const auto index : indices) out[static_cast<std::size_t>(index)] = 1;
+  return out;
+}
+
+/// Cubes with so many points of the second cloud and none of the first near them; means of these
+/// points.
+std::vector<OctreeChange> cubes_of_second_alone(const Points::Ptr& first, const Points::Ptr& second,
+                                                double cube_m, std::size_t min_points) {
+  pcl::octree::OctreePointCloudChangeDetector<Point> octree(cube_m);
+  // Both clouds in one box, so that their cubes are the same.
+  Eigen::Vector4f low, high, low2, high2;
+  pcl::getMinMax3D(*first, low, high);
+  pcl::getMinMax3D(*second, low2, high2);
+  low = low.cwiseMin(low2), high = high.cwiseMax(high2);
+  octree.defineBoundingBox(static_cast<double>(low.x()), static_cast<double>(low.y()),
+                           static_cast<double>(low.z()), static_cast<double>(high.x()),
+                           static_cast<double>(high.y()), static_cast<double>(high.z()));
+  octree.setInputCloud(first);
+  octree.addPointsFromInputCloud();
+  octree.switchBuffers();
+  octree.setInputCloud(second);
+  octree.addPointsFromInputCloud();
+  pcl::Indices indices;
+  octree.getPointIndicesFromNewVoxels(indices, static_cast<pcl::uindex_t>(min_points));
+  // A surface that runs along the side of a cube is on both sides of it.
+  pcl::KdTreeFLANN<Point> tree;
+  tree.setInputCloud(first);
+  pcl::Indices nearest(1);
+  std::vector<float> distance2(1);
+  // The points of a cube together again.
+  std::map<std::array<std::int64_t, 3>, OctreeChange> cubes;
+  double least_x = 0.0, least_y = 0.0, least_z = 0.0, most_x = 0.0, most_y = 0.0, most_z = 0.0;
+  octree.getBoundingBox(least_x, least_y, least_z, most_x, most_y, most_z);
+  for (const auto index : indices) {
+    const Point& point = (*second)[static_cast<std::size_t>(index)];
+    if (tree.nearestKSearch(point, 1, nearest, distance2) == 0 ||
+        static_cast<double>(distance2[0]) < 0.25 * cube_m * cube_m)
+      continue;
+    const Eigen::Vector3d p = point.getVector3fMap().cast<double>();
+    const auto part = [&](double value, double least) {
+      return static_cast<std::int64_t>(std::floor((value - least) / cube_m));
+    };
+    OctreeChange& cube = cubes[{part(p.x(), least_x), part(p.y(), least_y), part(p.z(), least_z)}];
+    cube.x_m += p.x(), cube.y_m += p.y(), cube.z_m += p.z(), cube.points += 1;
+  }
+  std::vector<OctreeChange> out;
+  for (auto& [key, cube] : cubes) {
+    if (cube.points < min_points) continue;
+    const auto n = static_cast<double>(cube.points);
+    cube.x_m /= n, cube.y_m /= n, cube.z_m /= n;
+    out.push_back(cube);
+  }
   return out;
 }
 
@@ -346,60 +379,18 @@ std::vector<std::uint8_t> ground_by_pcl(const Cloud& cloud, const PclGroundOptio
 std::vector<OctreeChange> octree_changes(const Cloud& before, const Cloud& after, double cube_m,
                                          std::size_t min_points) {
   quiet();
-  std::vector<OctreeChange> out;
-  if (before.size() == 0 || after.size() == 0) return out;
+  if (before.size() == 0 || after.size() == 0) return {};
   const Eigen::Vector3d origin = middle_of(before);
   const Points::Ptr old_points = points_of(before, origin), new_points = points_of(after, origin);
-  for (const bool appeared : {true, false}) {
-    const Points::Ptr& from = appeared ? old_points : new_points;
-    const Points::Ptr& to = appeared ? new_points : old_points;
-    pcl::octree::OctreePointCloudChangeDetector<Point> octree(cube_m);
-    // Both clouds in one box, so that their cubes are the same.
-    Eigen::Vector4f low, high, low2, high2;
-    pcl::getMinMax3D(*from, low, high);
-    pcl::getMinMax3D(*to, low2, high2);
-    low = low.cwiseMin(low2), high = high.cwiseMax(high2);
-    octree.defineBoundingBox(static_cast<double>(low.x()), static_cast<double>(low.y()),
-                             static_cast<double>(low.z()), static_cast<double>(high.x()),
-                             static_cast<double>(high.y()), static_cast<double>(high.z()));
-    octree.setInputCloud(from);
-    octree.addPointsFromInputCloud();
-    octree.switchBuffers();
-    octree.setInputCloud(to);
-    octree.addPointsFromInputCloud();
-    pcl::Indices indices;
-    octree.getPointIndicesFromNewVoxels(indices, static_cast<pcl::uindex_t>(min_points));
-    // A surface that runs along the side of a cube is on both sides of it.
-    pcl::KdTreeFLANN<Point> tree;
-    tree.setInputCloud(from);
-    pcl::Indices nearest(1);
-    std::vector<float> distance2(1);
-    // The points of a cube together again.
-    std::map<std::array<std::int64_t, 3>, OctreeChange> cubes;
-    double least_x = 0.0, least_y = 0.0, least_z = 0.0, most_x = 0.0, most_y = 0.0, most_z = 0.0;
-    octree.getBoundingBox(least_x, least_y, least_z, most_x, most_y, most_z);
-    for (const auto index : indices) {
-      const Point& point = (*to)[static_cast<std::size_t>(index)];
-      if (tree.nearestKSearch(point, 1, nearest, distance2) == 0 ||
-          static_cast<double>(distance2[0]) < 0.25 * cube_m * cube_m)
-        continue;
-      const Eigen::Vector3d p = point.getVector3fMap().cast<double>();
-      const auto part = [&](double value, double least) {
-        return static_cast<std::int64_t>(std::floor((value - least) / cube_m));
-      };
-      OctreeChange& cube =
-          cubes[{part(p.x(), least_x), part(p.y(), least_y), part(p.z(), least_z)}];
-      cube.x_m += p.x(), cube.y_m += p.y(), cube.z_m += p.z();
-      cube.points += 1, cube.appeared = appeared;
-    }
-    for (auto& [key, cube] : cubes) {
-      if (cube.points < min_points) continue;
-      const auto n = static_cast<double>(cube.points);
-      cube.x_m = origin.x() + cube.x_m / n, cube.y_m = origin.y() + cube.y_m / n,
-      cube.z_m = origin.z() + cube.z_m / n;
+  std::vector<OctreeChange> out;
+  for (const bool appeared : {true, false})
+    for (OctreeChange cube :
+         appeared ? cubes_of_second_alone(old_points, new_points, cube_m, min_points)
+                  : cubes_of_second_alone(new_points, old_points, cube_m, min_points)) {
+      cube.x_m += origin.x(), cube.y_m += origin.y(), cube.z_m += origin.z();
+      cube.appeared = appeared;
       out.push_back(cube);
     }
-  }
   return out;
 }
 

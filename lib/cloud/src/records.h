@@ -24,6 +24,11 @@ Role role_of(std::string name);
 
 /// For coordinates in degrees: what was seen, and the way out.
 [[noreturn]] void refuse_degrees(const std::string& seen);
+/// The same for a file with such a column.
+[[noreturn]] void refuse_angle(const std::string& name, const std::string& column);
+
+/// Throws Error naming `name` unless there is one of x, of y and of z.
+void require_xyz(const std::vector<Role>& roles, const std::string& name);
 
 struct Records;
 /// "origin_m X Y Z" in a comment of the header, as write_cloud() leaves it: added to x, y, z.

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <cstdint>
 #include <nanoflann.hpp>
+#include <optional>
 #include <unordered_map>
+#include <utility>
 
 #include "base/parallel.h"
 #include "cloud/error.h"
@@ -93,6 +95,72 @@ Points normals_of(const Points& points, const Tree& tree, std::size_t neighbours
   return normals;
 }
 
+constexpr double kPlainReach_m = 1.0;
+constexpr std::size_t kManyPoints = 3000;  // enough to find the way
+constexpr double kThickness =
+    1e-3;  // of a surface against its extent, as variances (Segal et al. 2009)
+
+/// Points with the normals of their surface, and a tree of them.
+class Surface {
+ public:
+  Surface(Points points, const RegisterOptions& options)
+      : points_(std::move(points)),
+        tree_(3, adaptor_, nanoflann::KDTreeSingleIndexAdaptorParams(10)),
+        // Farther, points are of other surfaces. 20 of one surface lie within 3 voxels.
+        normals_(normals_of(points_, tree_, static_cast<std::size_t>(options.neighbours),
+                            std::max(options.max_distance_m, 10.0 * options.voxel_m),
+                            options.threads)) {}
+  Surface(const Surface&) = delete;
+  Surface& operator=(const Surface&) = delete;
+
+  std::size_t size() const { return points_.size(); }
+  const Eigen::Vector3d& point(std::size_t i) const { return points_[i]; }
+  const Eigen::Vector3d& normal(std::size_t i) const { return normals_[i]; }
+  /// The nearest point, where it lies within reach and has a normal.
+  std::optional<std::size_t> nearest(const Eigen::Vector3d& to, double reach_m) const {
+    std::size_t near = 0;
+    double distance2 = 0.0;
+    if (tree_.knnSearch(to.data(), 1, &near, &distance2) == 0 || distance2 > reach_m * reach_m ||
+        normals_[near].isZero())
+      return std::nullopt;
+    return near;
+  }
+
+ private:
+  Points points_;
+  Adaptor adaptor_{points_};
+  Tree tree_;
+  Points normals_;
+};
+
+/// What the motion turns about: its arms are in units of the radius.
+struct Pivot {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double radius_m = 1e-3;
+};
+
+/// The middle of what lies near the target: the rest says nothing about the motion, and a few stray
+/// points far away would make every turn look like none.
+Pivot pivot_of(const Surface& target, const Surface& source, const RegisterOptions& options) {
+  std::vector<std::uint8_t> meets(source.size(), 0);
+  base::parallel_for(source.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      meets[i] =
+          target.nearest(source.point(i), options.max_distance_m) && !source.normal(i).isZero() ? 1
+                                                                                                : 0;
+  });
+  const auto meeting =
+      std::max(1.0, static_cast<double>(std::count(meets.begin(), meets.end(), 1)));
+  Pivot pivot;
+  for (std::size_t i = 0; i < source.size(); ++i)
+    if (meets[i]) pivot.middle += source.point(i) / meeting;
+  double radius2 = 0.0;
+  for (std::size_t i = 0; i < source.size(); ++i)
+    if (meets[i]) radius2 += (source.point(i) - pivot.middle).squaredNorm() / meeting;
+  pivot.radius_m = std::max(1e-3, std::sqrt(radius2));
+  return pivot;
+}
+
 struct Pair {
   bool used = false;
   double residual2 = 0.0;  ///< squared distance along the target's normal
@@ -100,56 +168,103 @@ struct Pair {
   Vector6 right = Vector6::Zero();
 };
 
-constexpr double kPlainReach_m = 1.0;
-constexpr std::size_t kManyPoints = 3000;  // enough to find the way
-constexpr double kThickness =
-    1e-3;  // of a surface against its extent, as variances (Segal et al. 2009)
+/// Of the source's point i, moved by T, and the target's nearest. `loss_m` is the width of Cauchy's
+/// loss, with which surfaces that only one cloud has lose their pull; 0: none.
+Pair pair_of(const Surface& target, const Surface& source, std::size_t i,
+             const Eigen::Isometry3d& T, const Pivot& pivot, double reach_m, double loss_m) {
+  Pair pair;
+  const Eigen::Vector3d p = T * source.point(i);
+  const std::optional<std::size_t> near = target.nearest(p, reach_m);
+  if (!near || source.normal(i).isZero()) return pair;
+  // Both surfaces are thin along their normals and open along themselves: pairs whose normals
+  // disagree hold the motion less.
+  const Eigen::Vector3d &normal = target.normal(*near), turned = T.linear() * source.normal(i),
+                        off = p - target.point(*near);
+  const Eigen::Matrix3d spread =
+      2.0 * Eigen::Matrix3d::Identity() -
+      (1.0 - kThickness) * (normal * normal.transpose() + turned * turned.transpose());
+  const Eigen::Matrix3d weight = kThickness * spread.inverse();
+  Eigen::Matrix<double, 3, 6> jacobian;
+  const Eigen::Vector3d arm = (p - pivot.middle) / pivot.radius_m;
+  jacobian << Eigen::Matrix3d::Identity(),
+      (Eigen::Matrix3d() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0)
+          .finished();
+  pair.used = true;
+  pair.residual2 = std::pow(normal.dot(off), 2);
+  const double robust = loss_m > 0.0 ? 1.0 / (1.0 + pair.residual2 / std::pow(loss_m, 2)) : 1.0;
+  pair.information = robust * jacobian.transpose() * weight * jacobian;
+  pair.right = -robust * jacobian.transpose() * weight * off;
+  return pair;
+}
+
+/// Sums over all pairs.
+struct PairSums {
+  std::size_t pairs = 0;
+  double residual2 = 0.0;
+  Matrix6 information = Matrix6::Zero();
+  Vector6 right = Vector6::Zero();
+};
+
+PairSums sums_of(const std::vector<Pair>& pairs) {
+  PairSums sums;
+  for (const Pair& pair : pairs) {
+    if (!pair.used) continue;
+    sums.information += pair.information;
+    sums.right += pair.right;
+    sums.residual2 += pair.residual2;
+    ++sums.pairs;
+  }
+  return sums;
+}
+
+/// The step of x, y, z and turns (in units of the pivot's radius); none along what the pairs do not
+/// fix. Reports what they tell of each direction.
+Vector6 step_of(const PairSums& sums, RegisterReport& facts) {
+  const auto pairs = static_cast<double>(sums.pairs);
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information / pairs);
+  Vector6 step = Vector6::Zero();
+  facts.unfixed.clear();
+  const char* const names[] = {"x", "y", "z", "about x", "about y", "about z"};
+  for (int k = 0; k < 6; ++k) {
+    facts.information[static_cast<std::size_t>(k)] = solver.eigenvalues()[k];
+    const Vector6 direction = solver.eigenvectors().col(k);
+    // Surfaces alone, held by their thickness, would give a direction 2e-3 of the best one's
+    // information.
+    if (solver.eigenvalues()[k] < 5e-3 * solver.eigenvalues()[5]) {
+      Eigen::Index largest = 0;
+      direction.cwiseAbs().maxCoeff(&largest);
+      facts.unfixed.push_back(fmt::format("mostly {} ({:.2f} {:.2f} {:.2f} | {:.2f} {:.2f} {:.2f})",
+                                          names[largest], direction[0], direction[1], direction[2],
+                                          direction[3], direction[4], direction[5]));
+      continue;
+    }
+    step += direction * (direction.dot(sums.right) / pairs / solver.eigenvalues()[k]);
+  }
+  return step;
+}
+
+/// A motion that moves the pivot's middle and turns about it.
+Eigen::Isometry3d motion_about(const Pivot& pivot, const Eigen::Vector3d& move_m,
+                               const Eigen::Vector3d& turn_rad) {
+  Eigen::Isometry3d change = Eigen::Isometry3d::Identity();
+  if (turn_rad.norm() > 0.0)
+    change.linear() = Eigen::AngleAxisd(turn_rad.norm(), turn_rad.normalized()).toRotationMatrix();
+  change.translation() = move_m + pivot.middle - change.linear() * pivot.middle;
+  return change;
+}
 
 }  // namespace
 
 Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
                                   const RegisterOptions& options, RegisterReport* report) {
-  const Points to = thinned(target, target.origin_m, options.voxel_m),
-               from = moved(thinned(source, target.origin_m, options.voxel_m), options.start,
-                            target.origin_m);
+  const Surface to(thinned(target, target.origin_m, options.voxel_m), options),
+      from(moved(thinned(source, target.origin_m, options.voxel_m), options.start, target.origin_m),
+           options);
   RegisterReport unused;
   RegisterReport& facts = report != nullptr ? *report : unused;
   facts = {};
   facts.points = from.size();
-  const Adaptor adaptor{to};
-  const Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  // Farther, points are of other surfaces. 20 of one surface lie within 3 voxels.
-  const double normal_reach = std::max(options.max_distance_m, 10.0 * options.voxel_m);
-  const Points normals = normals_of(to, tree, static_cast<std::size_t>(options.neighbours),
-                                    normal_reach, options.threads);
-  const Adaptor source_adaptor{from};
-  const Tree source_tree(3, source_adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  const Points source_normals =
-      normals_of(from, source_tree, static_cast<std::size_t>(options.neighbours), normal_reach,
-                 options.threads);
-  // Turned about the middle of what lies near the target: the rest says nothing about the motion,
-  // and a few stray points far away would make every turn look like none.
-  std::vector<std::uint8_t> meets(from.size(), 0);
-  base::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      std::size_t near = 0;
-      double distance2 = 0.0;
-      meets[i] = tree.knnSearch(from[i].data(), 1, &near, &distance2) > 0 &&
-                         distance2 <= options.max_distance_m * options.max_distance_m &&
-                         !normals[near].isZero() && !source_normals[i].isZero()
-                     ? 1
-                     : 0;
-    }
-  });
-  const auto meeting =
-      std::max(1.0, static_cast<double>(std::count(meets.begin(), meets.end(), 1)));
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i)
-    if (meets[i]) middle += from[i] / meeting;
-  double radius2 = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i)
-    if (meets[i]) radius2 += (from[i] - middle).squaredNorm() / meeting;
-  const double radius = std::max(1e-3, std::sqrt(radius2));
+  const Pivot pivot = pivot_of(to, from, options);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   std::vector<Pair> pairs(from.size());
   // Nearer, pairs of a wrong side would be let go too early.
@@ -165,90 +280,31 @@ Eigen::Isometry3d register_clouds(const Cloud& target, const Cloud& source,
     base::parallel_for(from.size(), 512, options.threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         pairs[i].used = false;
-        if (i % every != 0) continue;
-        const Eigen::Vector3d p = T * from[i];
-        std::size_t near = 0;
-        double distance2 = 0.0;
-        if (tree.knnSearch(p.data(), 1, &near, &distance2) == 0 || distance2 > reach * reach ||
-            normals[near].isZero() || source_normals[i].isZero())
-          continue;
-        // Both surfaces are thin along their normals and open along themselves: pairs whose normals
-        // disagree hold the motion less.
-        const Eigen::Vector3d turned = T.linear() * source_normals[i], off = p - to[near];
-        const Eigen::Matrix3d spread =
-            2.0 * Eigen::Matrix3d::Identity() -
-            (1.0 - kThickness) *
-                (normals[near] * normals[near].transpose() + turned * turned.transpose());
-        const Eigen::Matrix3d weight = kThickness * spread.inverse();
-        Eigen::Matrix<double, 3, 6> jacobian;
-        const Eigen::Vector3d arm = (p - middle) / radius;
-        jacobian << Eigen::Matrix3d::Identity(),
-            (Eigen::Matrix3d() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0)
-                .finished();
-        pairs[i].used = true;
-        pairs[i].residual2 = std::pow(normals[near].dot(off), 2);
-        // Cauchy: surfaces that only one cloud has lose their pull.
-        const double robust =
-            loss ? 1.0 / (1.0 + pairs[i].residual2 / std::pow(0.05 * reach, 2)) : 1.0;
-        pairs[i].information = robust * jacobian.transpose() * weight * jacobian;
-        pairs[i].right = -robust * jacobian.transpose() * weight * off;
+        if (i % every == 0)
+          pairs[i] = pair_of(to, from, i, T, pivot, reach, loss ? 0.05 * reach : 0.0);
       }
     });
-    Matrix6 h = Matrix6::Zero();
-    Vector6 b = Vector6::Zero();
-    double sum = 0.0;
-    facts.inliers = 0;
-    for (const Pair& pair : pairs) {
-      if (!pair.used) continue;
-      h += pair.information;
-      b += pair.right;
-      sum += pair.residual2;
-      ++facts.inliers;
-    }
+    const PairSums sums = sums_of(pairs);
+    facts.inliers = sums.pairs;
     if (facts.inliers < 100)
       throw Error(
           fmt::format("the clouds do not overlap: {} of {} points have a neighbour on a plane "
                       "within {} m; 100 wanted",
                       facts.inliers, from.size(), reach));
-    const double rms = std::sqrt(sum / static_cast<double>(facts.inliers));
-    if (facts.iterations == 1) facts.rms_before_m = rms;
-    facts.rms_after_m = rms;
-    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(h / static_cast<double>(facts.inliers));
-    Vector6 step = Vector6::Zero();
-    facts.unfixed.clear();
-    const char* const names[] = {"x", "y", "z", "about x", "about y", "about z"};
-    for (int k = 0; k < 6; ++k) {
-      facts.information[static_cast<std::size_t>(k)] = solver.eigenvalues()[k];
-      const Vector6 direction = solver.eigenvectors().col(k);
-      // Surfaces alone, held by their thickness, would give a direction 2e-3 of the best one's
-      // information.
-      if (solver.eigenvalues()[k] < 5e-3 * solver.eigenvalues()[5]) {
-        Eigen::Index largest = 0;
-        direction.cwiseAbs().maxCoeff(&largest);
-        facts.unfixed.push_back(fmt::format(
-            "mostly {} ({:.2f} {:.2f} {:.2f} | {:.2f} {:.2f} {:.2f})", names[largest], direction[0],
-            direction[1], direction[2], direction[3], direction[4], direction[5]));
-        continue;
-      }
-      step += direction *
-              (direction.dot(b) / static_cast<double>(facts.inliers) / solver.eigenvalues()[k]);
+    facts.rms_after_m = std::sqrt(sums.residual2 / static_cast<double>(sums.pairs));
+    if (facts.iterations == 1) facts.rms_before_m = facts.rms_after_m;
+    const Vector6 step = step_of(sums, facts);
+    const Eigen::Vector3d move = step.head<3>(), turn = step.tail<3>() / pivot.radius_m;
+    T = motion_about(pivot, move, turn) * T;
+    if (!(move.norm() < (last ? 1e-4 : 5e-3) && turn.norm() < (last ? 1e-5 : 5e-4))) continue;
+    if (last) {
+      facts.converged = true;
+      break;
     }
-    const Eigen::Vector3d turn = step.tail<3>() / radius;
-    Eigen::Isometry3d change = Eigen::Isometry3d::Identity();
-    if (turn.norm() > 0.0)
-      change.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-    change.translation() = step.head<3>() + middle - change.linear() * middle;
-    T = change * T;
-    if (step.head<3>().norm() < (last ? 1e-4 : 5e-3) && turn.norm() < (last ? 1e-5 : 5e-4)) {
-      if (last) {
-        facts.converged = true;
-        break;
-      }
-      if (reach <= narrowest)
-        loss = false, reach = std::min(options.max_distance_m, std::max(narrowest, kPlainReach_m));
-      else
-        reach = std::max(narrowest, 0.6 * reach);
-    }
+    if (reach <= narrowest)
+      loss = false, reach = std::min(options.max_distance_m, std::max(narrowest, kPlainReach_m));
+    else
+      reach = std::max(narrowest, 0.6 * reach);
   }
   facts.iterations = std::min(facts.iterations, options.max_iterations);
   // Back from the target's local origin to the map frame.

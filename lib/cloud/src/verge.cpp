@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 namespace cloud {
 namespace {
@@ -157,89 +159,119 @@ void mark(Column* row, std::size_t across) {
   look_beyond(row, across);
 }
 
-}  // namespace
-
-std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting) {
-  forget_thin_cells(sections);
-  const auto across =
-      static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
-  const auto along = static_cast<std::size_t>(frame.length_m() / kVergeStretch_m) + 1;
-  std::vector<Column> columns(along * across);
+/// Columns of the road, kVergeStretch_m along and kSectionCell_m across, row after row.
+struct Columns {
+  std::size_t along = 0, across = 0;
+  std::vector<Column> all;
+  /// What the lane scatters by the angle of view, m^2, as its freedom knows it.
   std::array<double, kAngles> measure{}, freedom{};
-  std::vector<std::vector<Where>> where(sections.list.size());
-  std::vector<double> lane_square(along, 0.0), lane_expected(along, 0.0);
   bool with_sensor = false;
-  for (std::size_t s = 0; s < sections.list.size(); ++s) {
-    const Section& section = sections.list[s];
-    for (const SectionCell& cell : section.cells) {
-      const Eigen::Vector3d p = section.position_m + Eigen::Vector3d(static_cast<double>(cell.x_m),
-                                                                     static_cast<double>(cell.y_m),
-                                                                     static_cast<double>(cell.z_m));
-      const std::optional<GridPlace> place = frame.project(p.x(), p.y(), section.row);
-      where[s].emplace_back();
-      if (!place) continue;
-      const double b = (place->v_m - frame.v_m().front()) / kSectionCell_m;
-      if (!(b >= 0.0 && b < static_cast<double>(across))) continue;
-      const std::size_t at =
-          std::min(static_cast<std::size_t>(place->row * frame.u_step_m() / kVergeStretch_m),
-                   along - 1) *
-              across +
-          static_cast<std::size_t>(b);
-      where[s].back().column = at;
-      Column& column = columns[at];
-      column.points += static_cast<double>(cell.points);
-      const double bend = 0.5 * (frame.height({place->row, place->v_m - 0.25}) +
-                                 frame.height({place->row, place->v_m + 0.25})) -
-                          frame.height(*place);
-      if (std::isfinite(bend)) column.relief_m = std::max(column.relief_m, std::abs(bend));
-      column.freedom += static_cast<double>(cell.freedom);
-      column.square_m2 += static_cast<double>(cell.square_m2);
-      with_sensor |= cell.sine2 > 0.0f;
-      if (cell.sine2 > 0.0f && std::abs(place->v_m - section.v_m) < kLane_m) {
-        where[s].back().in_lane = true;
-        column.lane += static_cast<double>(cell.points);
-        measure[angle_of(cell)] += static_cast<double>(cell.square_m2);
-        freedom[angle_of(cell)] += static_cast<double>(cell.freedom);
-      }
-    }
+
+  explicit Columns(const RoadFrame& frame)
+      : along(static_cast<std::size_t>(frame.length_m() / kVergeStretch_m) + 1),
+        across(
+            static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) +
+            1),
+        all(along * across) {}
+
+  template <typename Each>
+  void each_row(const Each& each) {
+    for (std::size_t i = 0; i < along; ++i) each(all.data() + i * across, across);
   }
+  /// Counts the cells of all sections; where each lies.
+  std::vector<std::vector<Where>> gather(const Sections& sections, const RoadFrame& frame);
+  /// What each should scatter as the lane does, at the same angle of view.
+  void expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where);
+  /// Without a sensor: as the calmest quarter of all does.
+  void expect_by_calmest();
+  /// The freedom of cells that scatter by themselves.
+  void count_scattering(const Sections& sections, const std::vector<std::vector<Where>>& where);
+
+ private:
+  Where add(const SectionCell& cell, const Section& section, const RoadFrame& frame);
+};
+
+Where Columns::add(const SectionCell& cell, const Section& section, const RoadFrame& frame) {
+  Where where;
+  const Eigen::Vector3d p = section.position_m + Eigen::Vector3d(static_cast<double>(cell.x_m),
+                                                                 static_cast<double>(cell.y_m),
+                                                                 static_cast<double>(cell.z_m));
+  const std::optional<GridPlace> place = frame.project(p.x(), p.y(), section.row);
+  if (!place) return where;
+  const double b = (place->v_m - frame.v_m().front()) / kSectionCell_m;
+  if (!(b >= 0.0 && b < static_cast<double>(across))) return where;
+  const std::size_t row = std::min(
+      static_cast<std::size_t>(place->row * frame.u_step_m() / kVergeStretch_m), along - 1);
+  where.column = row * across + static_cast<std::size_t>(b);
+  Column& column = all[where.column];
+  column.points += static_cast<double>(cell.points);
+  const double bend = 0.5 * (frame.height({place->row, place->v_m - 0.25}) +
+                             frame.height({place->row, place->v_m + 0.25})) -
+                      frame.height(*place);
+  if (std::isfinite(bend)) column.relief_m = std::max(column.relief_m, std::abs(bend));
+  column.freedom += static_cast<double>(cell.freedom);
+  column.square_m2 += static_cast<double>(cell.square_m2);
+  with_sensor |= cell.sine2 > 0.0f;
+  if (cell.sine2 > 0.0f && std::abs(place->v_m - section.v_m) < kLane_m) {
+    where.in_lane = true;
+    column.lane += static_cast<double>(cell.points);
+    measure[angle_of(cell)] += static_cast<double>(cell.square_m2);
+    freedom[angle_of(cell)] += static_cast<double>(cell.freedom);
+  }
+  return where;
+}
+
+std::vector<std::vector<Where>> Columns::gather(const Sections& sections, const RoadFrame& frame) {
+  std::vector<std::vector<Where>> where(sections.list.size());
+  for (std::size_t s = 0; s < sections.list.size(); ++s)
+    for (const SectionCell& cell : sections.list[s].cells)
+      where[s].push_back(add(cell, sections.list[s], frame));
   for (std::size_t k = 0; k < kAngles; ++k) measure[k] /= std::max(1.0, freedom[k]);
-  if (with_sensor) {
-    fill(measure, freedom);
-    for (std::size_t s = 0; s < sections.list.size(); ++s)
-      for (std::size_t k = 0; k < where[s].size(); ++k) {
-        const SectionCell& cell = sections.list[s].cells[k];
-        const Where& at = where[s][k];
-        if (at.column == Where::kNone) continue;
-        columns[at.column].expected_m2 +=
-            static_cast<double>(cell.freedom) * measure[angle_of(cell)];
-        if (!at.in_lane) continue;
-        lane_square[at.column / across] += static_cast<double>(cell.square_m2);
-        lane_expected[at.column / across] +=
-            static_cast<double>(cell.freedom) * measure[angle_of(cell)];
-      }
-    // Where the poses are still off, as at the ends of the drive, the lane itself scatters more
-    // than elsewhere, and what lies beside it yet more.
-    for (std::size_t i = 0; i < along; ++i) {
-      double square = 0.0, expected = 0.0;
-      for (std::size_t k = i - std::min<std::size_t>(i, 1); k <= std::min(i + 1, along - 1); ++k)
-        square += lane_square[k], expected += lane_expected[k];
-      const double more = expected > 0.0 ? std::max(1.0, square / expected) : 1.0;
-      for (std::size_t j = 0; j < across; ++j) columns[i * across + j].expected_m2 *= more * more;
+  return where;
+}
+
+void Columns::expect_by_lane(const Sections& sections,
+                             const std::vector<std::vector<Where>>& where) {
+  fill(measure, freedom);
+  std::vector<double> lane_square(along, 0.0), lane_expected(along, 0.0);
+  for (std::size_t s = 0; s < sections.list.size(); ++s)
+    for (std::size_t k = 0; k < where[s].size(); ++k) {
+      const SectionCell& cell = sections.list[s].cells[k];
+      const Where& at = where[s][k];
+      if (at.column == Where::kNone) continue;
+      const double expected_m2 = static_cast<double>(cell.freedom) * measure[angle_of(cell)];
+      all[at.column].expected_m2 += expected_m2;
+      if (!at.in_lane) continue;
+      lane_square[at.column / across] += static_cast<double>(cell.square_m2);
+      lane_expected[at.column / across] += expected_m2;
     }
-  } else {
-    std::vector<double> scatters;
-    for (const Column& column : columns)
-      if (column.freedom >= kEnoughFreedom) scatters.push_back(column.square_m2 / column.freedom);
-    std::sort(scatters.begin(), scatters.end());
-    const double calm_m2 = scatters.empty() ? 0.0 : scatters[scatters.size() / 4];
-    for (Column& column : columns)
-      column.expected_m2 = column.freedom * calm_m2, column.lane = column.points;
+  // Where the poses are still off, as at the ends of the drive, the lane itself scatters more
+  // than elsewhere, and what lies beside it yet more.
+  for (std::size_t i = 0; i < along; ++i) {
+    double square = 0.0, expected = 0.0;
+    for (std::size_t k = i - std::min<std::size_t>(i, 1); k <= std::min(i + 1, along - 1); ++k)
+      square += lane_square[k], expected += lane_expected[k];
+    const double more = expected > 0.0 ? std::max(1.0, square / expected) : 1.0;
+    for (std::size_t j = 0; j < across; ++j) all[i * across + j].expected_m2 *= more * more;
   }
+}
+
+void Columns::expect_by_calmest() {
+  std::vector<double> scatters;
+  for (const Column& column : all)
+    if (column.freedom >= kEnoughFreedom) scatters.push_back(column.square_m2 / column.freedom);
+  std::sort(scatters.begin(), scatters.end());
+  const double calm_m2 = scatters.empty() ? 0.0 : scatters[scatters.size() / 4];
+  for (Column& column : all)
+    column.expected_m2 = column.freedom * calm_m2, column.lane = column.points;
+}
+
+void Columns::count_scattering(const Sections& sections,
+                               const std::vector<std::vector<Where>>& where) {
   for (std::size_t s = 0; s < sections.list.size(); ++s)
     for (std::size_t k = 0; k < where[s].size(); ++k) {
       if (where[s][k].column == Where::kNone) continue;
-      Column& column = columns[where[s][k].column];
+      Column& column = all[where[s][k].column];
       const SectionCell& cell = sections.list[s].cells[k];
       const auto own = static_cast<double>(cell.freedom);
       if (static_cast<double>(cell.square_m2) >
@@ -247,18 +279,22 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
                  kFloorBeside_m * kFloorBeside_m))
         column.scattering += own;
     }
-  judge(columns, along, across, frame.closed(), drifting ? kDriftingFloor_m : kFloor_m);
-  for (std::size_t i = 0; i < along; ++i) mark(columns.data() + i * across, across);
-  if (!drifting) {
-    for (int round = 0; round < kGrow; ++round) grow(columns, along, across, frame.closed());
-    for (std::size_t i = 0; i < along; ++i) look_beyond(columns.data() + i * across, across);
-  }
-  for (std::size_t i = 0; i < along; ++i) follow_grass(columns.data() + i * across, across);
-  sections.excess_m2.assign(columns.size(), 0.0f);
+}
+
+/// How much more than expected calm columns scatter, m^2.
+std::vector<float> excess_of(const std::vector<Column>& columns) {
+  std::vector<float> excess(columns.size(), 0.0f);
   for (std::size_t k = 0; k < columns.size(); ++k)
     if (columns[k].is == Column::calm && columns[k].freedom >= kEnoughFreedom)
-      sections.excess_m2[k] = static_cast<float>(
+      excess[k] = static_cast<float>(
           std::max(0.0, columns[k].square_m2 - 1.2 * columns[k].expected_m2) / columns[k].freedom);
+  return excess;
+}
+
+/// Cells on grass, and those that are no surface; marks what lies beyond grass. Returns how many
+/// points were on grass.
+std::size_t take_out(const std::vector<std::vector<Where>>& where,
+                     const std::vector<Column>& columns, Sections& sections) {
   double on_grass = 0.0;
   for (std::size_t s = 0; s < sections.list.size(); ++s) {
     std::vector<SectionCell>& cells = sections.list[s].cells;
@@ -278,6 +314,29 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
     cells.resize(kept);
   }
   return static_cast<std::size_t>(on_grass);
+}
+
+}  // namespace
+
+std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting) {
+  forget_thin_cells(sections);
+  Columns road(frame);
+  const std::vector<std::vector<Where>> where = road.gather(sections, frame);
+  if (road.with_sensor)
+    road.expect_by_lane(sections, where);
+  else
+    road.expect_by_calmest();
+  road.count_scattering(sections, where);
+  judge(road.all, road.along, road.across, frame.closed(), drifting ? kDriftingFloor_m : kFloor_m);
+  road.each_row(mark);
+  if (!drifting) {
+    for (int round = 0; round < kGrow; ++round)
+      grow(road.all, road.along, road.across, frame.closed());
+    road.each_row(look_beyond);
+  }
+  road.each_row(follow_grass);
+  sections.excess_m2 = excess_of(road.all);
+  return take_out(where, road.all, sections);
 }
 
 }  // namespace cloud

@@ -1,0 +1,42 @@
+// From raw values of a file to chunks of a cloud.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cloud/read_cloud.h"
+
+namespace cloud {
+
+constexpr std::size_t kRoles = 6;
+
+/// Raw values of a chunk, one array per role; empty where the file has no such field.
+struct Raw {
+  std::vector<double> of[kRoles];
+  std::size_t size = 0;
+};
+
+/// Units, origin, points that are not numbers; then the sink.
+class Emitter {
+ public:
+  Emitter(const std::string& name, const CloudReadOptions& options, CloudReadReport& report,
+          const ChunkSink& sink);
+  /// `share`: how much of the file these and those before are.
+  void operator()(const Raw& raw, double share);
+  /// Throws Error where no point was handed out.
+  void finish() const;
+
+ private:
+  void look_for_degrees(const Raw& raw);
+  void hand_out(const Raw& raw);
+
+  const std::string& name_;
+  const CloudReadOptions& options_;
+  CloudReadReport& report_;
+  const ChunkSink& sink_;
+  std::optional<Eigen::Vector3d> origin_;
+  bool looked_ = false;
+};
+
+}  // namespace cloud

@@ -1,0 +1,93 @@
+#include "map_scans.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "cloud/error.h"
+#include "cloud/read_cloud.h"
+
+namespace lidar2mesh {
+namespace {
+
+double bytes_of(const std::string& file) {
+  return static_cast<double>(std::filesystem::file_size(file));
+}
+
+/// The points no farther from the sensor than this.
+cloud::Cloud within(cloud::Cloud&& cloud, double range_m) {
+  std::size_t kept = 0;
+  const auto keep = [&](auto& values, std::size_t k) {
+    if (!values.empty()) values[kept] = values[k];
+  };
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    if (!((cloud.origin_m + cloud.point(k)).norm() <= range_m)) continue;
+    keep(cloud.x_m, k), keep(cloud.y_m, k), keep(cloud.z_m, k);
+    keep(cloud.time_s, k), keep(cloud.intensity, k), keep(cloud.classification, k);
+    ++kept;
+  }
+  const auto cut = [&](auto& values) {
+    if (!values.empty()) values.resize(kept);
+  };
+  cut(cloud.time_s), cut(cloud.intensity), cut(cloud.classification);
+  cut(cloud.x_m), cut(cloud.y_m), cut(cloud.z_m);
+  return std::move(cloud);
+}
+
+}  // namespace
+
+bool points_lie_in_map(const MapCommand& command) {
+  const bool in_map =
+      command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
+  if (!in_map && command.trajectory.empty())
+    throw cloud::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
+  if (in_map && command.max_range_m)
+    throw cloud::Error(
+        "--max-range-m wants points in the sensor's frame: those in the map frame do not say from "
+        "where they were measured");
+  return in_map;
+}
+
+std::vector<std::string> scan_files(const MapCommand& command) {
+  std::vector<std::string> files;
+  for (const std::string& scan : command.scans)
+    for (const std::string& file : cloud::cloud_files(scan)) files.push_back(file);
+  return files;
+}
+
+MapScans::MapScans(const MapCommand& command, std::vector<std::string> files,
+                   base::Progress progress)
+    : command_(command), files_(std::move(files)), progress_(std::move(progress)) {
+  options_.metres_per_unit = metres_per_unit(command.unit);
+  options_.progress = [this](double share) { show(share); };
+  for (const std::string& file : files_) bytes_in_all_ += bytes_of(file);
+}
+
+cloud::CloudSource MapScans::source() {
+  return [this](const cloud::ChunkSink& sink) { read(sink); };
+}
+
+void MapScans::enter(const std::string& stage, double begin_share, double end_share) {
+  stage_ = stage, stage_begin_ = begin_share, stage_end_ = end_share;
+}
+
+void MapScans::show(double share_of_file) const {
+  const double done = (bytes_before_ + share_of_file * bytes_here_) / bytes_in_all_;
+  progress_(stage_, stage_begin_ + (stage_end_ - stage_begin_) * done);
+}
+
+void MapScans::read(const cloud::ChunkSink& sink) {
+  const auto near = [&](cloud::Cloud&& chunk) {
+    if (command_.max_range_m) chunk = within(std::move(chunk), *command_.max_range_m);
+    if (chunk.size() > 0) sink(std::move(chunk));
+  };
+  remarks_.clear();
+  bytes_before_ = 0.0;
+  for (const std::string& file : files_) {
+    bytes_here_ = bytes_of(file);
+    for (const std::string& remark : cloud::read_chunks(file, options_, near).remarks)
+      remarks_.push_back(file + ": " + remark);
+    bytes_before_ += bytes_here_;
+  }
+}
+
+}  // namespace lidar2mesh
