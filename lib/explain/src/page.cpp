@@ -220,16 +220,12 @@ std::string held_out(const std::vector<HeldOut>& list, const std::vector<Remark>
             number_cell(fmt::format("{:.1f} to {:.1f} %", 100 * h.drop_low, 100 * h.drop_high));
   return table(
       "Laps that were not used",
-      std::string("RMS errors. Before: the stated car with its parameters refitted on the other "
-                  "laps. After: "
-                  "the same with "
-                  "what was found. Trivial: nothing changes within the time (at once: the stated "
-                  "car without "
-                  "refit). One "
-                  "relation: measured motion against that relation alone; whole simulated car: "
-                  "lib/vehicle on "
-                  "the "
-                  "recorded commands from recorded states.") +
+      std::string(
+          "RMS errors. Before: the stated car with its parameters refitted on the other laps. "
+          "After: the same with what was found. Trivial: nothing changes within the time (at once: "
+          "the stated car without refit). One relation: measured motion against that relation "
+          "alone; whole simulated car: lib/vehicle on the recorded commands from recorded "
+          "states.") +
           refits,
       "<th>judged by<th>channel<th>unit<th class=n>horizon, s<th class=n>before<th class=n>after"
       "<th class=n>trivial<th class=n>drop, 90 %",
