@@ -1,5 +1,7 @@
 #include "map_scans.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <utility>
 
@@ -85,7 +87,7 @@ void MapScans::read(const cloud::ChunkSink& sink) {
   for (const std::string& file : files_) {
     bytes_here_ = bytes_of(file);
     for (const std::string& remark : cloud::read_chunks(file, options_, near).remarks)
-      remarks_.push_back(file + ": " + remark);
+      remarks_.push_back(fmt::format("{}: {}", file, remark));
     bytes_before_ += bytes_here_;
   }
 }

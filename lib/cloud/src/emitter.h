@@ -1,6 +1,7 @@
 // From raw values of a file to chunks of a cloud.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,7 +14,7 @@ constexpr std::size_t kRoles = 6;
 
 /// Raw values of a chunk, one array per role; empty where the file has no such field.
 struct Raw {
-  std::vector<double> of[kRoles];
+  std::array<std::vector<double>, kRoles> of;
   std::size_t size = 0;
 };
 

@@ -8,7 +8,7 @@
 namespace report {
 
 /// The most pixels that mean_colour() takes of one picture: 64 MB.
-constexpr std::size_t kMostPixels = 4096 * 4096;
+constexpr std::size_t kMostPixels = std::size_t{4096} * 4096;
 
 /// Of a coded value of 0 to 255 (sRGB): linear light, 0 to 1.
 double linear_light(double coded_255);
