@@ -52,7 +52,7 @@ Found find(const std::string& path, road::CleanOptions options = {}) {
 }
 
 void expect_road(const Found& found, const std::string& what) {
-  EXPECT_TRUE(found.report.by_colour) << what;
+  EXPECT_EQ(road::told_by(found.report), "colour") << what;
   EXPECT_THAT(found.doubts, IsEmpty()) << what;
   EXPECT_TRUE(found.line.closed) << what;
   EXPECT_NEAR(found.line.length_m, support::kRingLength_m, 0.5) << what;
@@ -75,6 +75,16 @@ TEST(CleanByColour, WithoutPicturesIsDoubtedAsBefore) {
   const Found found = find(path);
   EXPECT_FALSE(found.report.by_colour);
   EXPECT_THAT(found.doubts, ElementsAre(HasSubstr("may be the road and this one its verge")));
+}
+
+// A ring of one colour along one side is as much a road as the grey one.
+TEST(CleanByColour, GroundOfOneColourAsWideAsARoadLeavesItToShapeWithItsDoubt) {
+  const TemporaryFolder folder;
+  const Found found =
+      find(support::coloured_obj(folder, {{-5, 5, kAsphalt}, {5, 9, kEarth}, {-12, -5, kGrass}}));
+  EXPECT_EQ(road::told_by(found.report), "shape");
+  EXPECT_THAT(found.doubts, ElementsAre(HasSubstr("may be the road and this one its verge")));
+  EXPECT_NEAR(found.width_m, 10.0, 0.1);
 }
 
 TEST(CleanByColour, TellsTheRoadOfAGlbWithPicturesInIt) {

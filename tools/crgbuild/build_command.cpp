@@ -134,7 +134,7 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
   std::string text = fmt::format(
       "{}: {} road of {:.1f} m, {:.1f} to {:.1f} m wide, with kerbs and run-off {:.1f} to {:.1f} "
       "m\n"
-      "  kept {} of {} triangles ({})\n"
+      "  kept {} of {} triangles (by {})\n"
       "  grid {} x {} nodes, {:.4g} x {:.4g} m; {} holes, {} filled, {} folds trimmed\n"
       "  {} kerbs; smoothing moved the road by at most {:.2f} mm{}\n"
       "  against the mesh at {} points: 99 % within {:.2f} mm, the largest error {:.2f} mm\n"
@@ -144,15 +144,12 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
       number(width.at("width_min_m")), number(width.at("width_max_m")),
       number(grid.at("width_min_m")), number(grid.at("width_max_m")),
       clean.at("triangles_kept").get<std::size_t>(), clean.at("triangles_in").get<std::size_t>(),
-      clean.at("by_guide").get<bool>()   ? "by the guide"
-      : clean.at("by_names").get<bool>() ? "by names"
-                                         : "by shape",
-      grid.at("rows").get<std::size_t>(), grid.at("columns").get<std::size_t>(),
-      number(grid.at("u_step_m")), number(grid.at("v_step_max_m")),
-      grid.at("holes").get<std::size_t>(), sample.at("filled").get<std::size_t>(),
-      sample.at("folds").size(), s.at("kerb").at("kerbs").size(),
-      1e3 * number(s.at("smooth").at("largest_change_road_m")), smoothed_waves(s.at("smooth")),
-      validation.at("points").get<std::size_t>(),
+      clean.at("told_by").get<std::string>(), grid.at("rows").get<std::size_t>(),
+      grid.at("columns").get<std::size_t>(), number(grid.at("u_step_m")),
+      number(grid.at("v_step_max_m")), grid.at("holes").get<std::size_t>(),
+      sample.at("filled").get<std::size_t>(), sample.at("folds").size(),
+      s.at("kerb").at("kerbs").size(), 1e3 * number(s.at("smooth").at("largest_change_road_m")),
+      smoothed_waves(s.at("smooth")), validation.at("points").get<std::size_t>(),
       1e3 * number(validation.at("z_error_m").at("p99")),
       1e3 * number(validation.at("z_error_m").at("max")), cost_text(result), result.crg_path,
       result.picture_path, result.summary_path);

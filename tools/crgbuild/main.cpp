@@ -422,9 +422,7 @@ void define_file_tools(CLI::App& app, Commands& c) {
       "CSV: x_m,y_m,u_m,v_m,z_m,heading_rad,curvature_1pm,dzdx,dzdy; cells are empty where "
       "there is no road")
       ->required();
-  query->add_option("--threads", c.query.threads, "0: all cores")
-      ->type_name("0 to 1024")
-      ->check(CLI::Range(0, 1024).description(""));
+  query->add_option("--threads", c.query.threads, "0: all cores")->check(CLI::Range(0, 1024));
   CLI::Option* none =
       query->add_flag("--no-modifiers", c.query.no_modifiers, "apply no modifiers of the file");
   query

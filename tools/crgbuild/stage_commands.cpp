@@ -108,12 +108,8 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
   progress("clean", 0.5);
   const road::RoadMesh road = road::clean(mesh, recipe.clean, &clean_report);
   road::write_road_mesh(road, command.output);
-  std::string text = fmt::format("kept {} of {} triangles ({})\n", clean_report.triangles_kept,
-                                 clean_report.triangles_in,
-                                 clean_report.by_guide    ? "by the guide"
-                                 : clean_report.by_names  ? "by names"
-                                 : clean_report.by_colour ? "by colour"
-                                                          : "by shape");
+  std::string text = fmt::format("kept {} of {} triangles (by {})\n", clean_report.triangles_kept,
+                                 clean_report.triangles_in, road::told_by(clean_report));
   for (const auto& [name, count] : clean_report.kept)
     text += fmt::format("  {}: {}\n", name, count);
   for (const auto& [reason, count] : clean_report.dropped)
@@ -126,6 +122,7 @@ int run_clean(const CleanCommand& command, Terminal& terminal) {
           {"triangles_dropped_by_reason", clean_report.dropped},
           {"by_names", clean_report.by_names},
           {"by_guide", clean_report.by_guide},
+          {"told_by", road::told_by(clean_report)},
           {"vertices_welded", clean_report.vertices_welded},
           {"remarks", clean_report.remarks}},
          text + "surface  " + command.output + "\n");

@@ -32,7 +32,8 @@ std::string why_not(const Findings& f, const Evidence& e) {
         "as much without any effect",
         std::abs(e.statistic), f.threshold);
   if (!(e.cv_gain > 0)) return "does not help on laps left out";
-  return "what was found explains it, or it is not the same from lap to lap";
+  return f.findings.empty() ? "not the same everywhere, or more than it can be"
+                            : "what was found explains it, or it is not the same everywhere";
 }
 
 }  // namespace

@@ -88,6 +88,9 @@ struct CleanReport {
   std::vector<std::string> remarks;
 };
 
+/// "the guide", "names", "colour" or "shape": what told road from scenery.
+std::string told_by(const CleanReport& report);
+
 /// The drivable surface: welded, faces turned up, class per triangle (road, kerb or runoff only).
 struct RoadMesh {
   Mesh mesh;

@@ -27,7 +27,7 @@ struct Preview {
   std::vector<PreviewPart> parts;  ///< by object, then by class
   std::size_t triangles_in = 0, triangles_shown = 0;
   std::string up, unit;
-  std::string told_by;  ///< "names", "shape" or "guide"; empty where refused or not asked for
+  std::string told_by;  ///< as told_by() of cleaning has it; empty where refused or not asked for
   std::string refusal;  ///< why cleaning refused the mesh; empty where it did not
   std::vector<std::string> remarks;  ///< of reading and cleaning
 };

@@ -49,6 +49,7 @@ Json json_of(const CleanReport& report) {
           {"triangles_dropped_by_reason", report.dropped},
           {"by_names", report.by_names},
           {"by_guide", report.by_guide},
+          {"told_by", told_by(report)},
           {"road_agreement", report.road_agreement ? Json(*report.road_agreement) : Json(nullptr)},
           {"vertices_welded", report.vertices_welded},
           {"weld_tolerance_m", report.weld_tolerance_m},

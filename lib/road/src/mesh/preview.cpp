@@ -102,10 +102,7 @@ CleanReport cleaned_by(Recipe recipe, const Mesh& mesh, Preview& out) {
   try {
     set_guide(recipe, place_mesh(recipe));
     clean(mesh, recipe.clean, &report);
-    out.told_by = report.by_guide    ? "guide"
-                  : report.by_names  ? "names"
-                  : report.by_colour ? "colour"
-                                     : "shape";
+    out.told_by = told_by(report);
     return report;
   } catch (const Error& refused) {
     out.refusal = refused.what();

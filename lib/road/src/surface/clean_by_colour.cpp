@@ -212,10 +212,10 @@ Cleaning clean_by_colour_or_shape(const Mesh& mesh, const Triangles& triangles,
                   by_colour.width_m, text_of(by_form), by_form.width_m);
   if (is_same || by_colour.worth() > kMuchMore * by_form.worth()) {
     CleanReport& taken = coloured.cleaning.facts;
-    taken.remarks.push_back(
-        fmt::format("road told by colour, since no name tells it: what is grey between ground of "
-                    "other colours; {} (--use-names false takes the road by shape)",
-                    both));
+    taken.remarks.push_back(fmt::format(
+        "road told by colour, since no name tells it: what is grey between ground of other "
+        "colours; {}",
+        shaped ? both + " (--use-names false takes the road by shape)" : "shape tells none"));
     if (!is_same && !by_colour.closed)
       taken.doubts.push_back(fmt::format(
           "colour alone tells the road, and it is open: {}; it may be a part of it", both));

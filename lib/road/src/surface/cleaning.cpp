@@ -17,6 +17,13 @@ constexpr double kTornHeight_m = 0.005;
 
 }  // namespace
 
+std::string told_by(const CleanReport& report) {
+  return report.by_guide    ? "the guide"
+         : report.by_names  ? "names"
+         : report.by_colour ? "colour"
+                            : "shape";
+}
+
 Cleaning clean_classes(const Mesh& mesh, const Triangles& triangles,
                        std::vector<SurfaceClass> class_of_triangle, const CleanOptions& options,
                        CleanReport facts, bool doubtful, Keep keep) {
