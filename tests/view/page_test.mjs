@@ -365,6 +365,7 @@ try {
     builder = children.find((pid) => { try { return readFileSync(`/proc/${pid}/cmdline`, 'utf8').includes('build\0track.yaml'); } catch { return false; } }) ?? '';
     await page.waitForTimeout(10);
   }
+  if (!builder) throw new Error('the build that is to be ended was not seen');  // 0 would be the test's own group
   process.kill(Number(builder), 'SIGKILL');
   await said('signal 9');
   check(readFileSync(join(shown, 'out/shown/ring.crg')).equals(roadBefore), 'a build that was ended leaves the road as it was');

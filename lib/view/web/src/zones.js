@@ -33,7 +33,7 @@ export function zoneBetween([u0, v0], [u1, v1], length, closed) {
 /// `placeOf([x, y])` resolves to {u_m, v_m} on the road that was built; `sheet()` is that road or null.
 export function makeZones({ draft, stage, say, placeOf, sheet }) {
   const zones = { kerb: [], friction: [] };
-  let kind = 'kerb', kerbs = [], pad = [0.1, 0.1], corner = null, shown = null;
+  let kind = 'kerb', kerbs = [], pad = [0.1, 0.1], corner = null, shown = null, refreshes = 0;
   const grip = el('input', { type: 'number', min: 0, max: 3, step: 0.05, value: 0.6, 'aria-label': 'Grip of a zone, against dry asphalt', 'data-role': 'grip' });
   const lowest = el('input', { type: 'number', min: 0, max: 1, step: 'any', 'aria-label': 'Kerbs lower than this are not refined, in metres', 'data-role': 'lowest' });
   const inputs = fields.map((name) => el('input', { type: 'number', step: 'any', required: '', 'aria-label': name.replace('_m', ' / m').replaceAll('_', ' '), 'data-zone': name }));
@@ -110,10 +110,11 @@ export function makeZones({ draft, stage, say, placeOf, sheet }) {
     undo() { const had = corner !== null; corner = null; return had; },
     /// The recipe says something else now.
     async refresh() {
-      const text = draft.text;
-      lowest.value = valueOf(text, 'kerb_min_height_m') ?? '';
+      const text = draft.text, turn = ++refreshes;
+      if (document.activeElement !== lowest) lowest.value = valueOf(text, 'kerb_min_height_m') ?? '';  // else somebody types there
       for (const [name, { key, column }] of Object.entries(kinds)) {
         const path = draft.id === null ? undefined : valueOf(text, key), read = path ? await draft.read(path) : null;
+        if (turn !== refreshes) return;  // the recipe has changed since then
         try {
           zones[name] = read === null ? [] : zonesOf(read, column);
         } catch (error) {
