@@ -147,33 +147,14 @@ Window same_stretch(const std::vector<Station>& stations, std::size_t k, double 
   return window;
 }
 
-}  // namespace
+// The end of a closed track prolonged over its gap: it competes like a cell.
+struct Prolonged {
+  Point2 middle;
+  double length_m;
+};
 
-void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m,
-                       double u_step_m, bool joined, const Closing& closing) {
-  const double reach_m = std::max(std::abs(v_right_m), std::abs(v_left_m));
-  std::size_t run = 1;
-  while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
-  std::vector<Station> stations;
-  for (std::size_t begin = 0; begin < segments.size(); begin += run) {
-    stations.push_back(
-        make_station(segments, begin, std::min(begin + run, segments.size()), reach_m, joined));
-  }
-  const std::size_t count = stations.size();
-  double span = 0.0, stretch = 1.0;
-  for (const Station& station : stations) {
-    span = std::max(span, station.span_m);
-    stretch = std::max(stretch, station.stretch);
-  }
-  // Beyond this distance no other run can compete for a point within reach_m.
-  const double far = reach_m * (1.0 + std::min(stretch, 2.0)) + 2.0 * span;
-  const Neighbourhood neighbourhood(stations, far);
-  // The ends of a closed track prolonged over its gap compete like cells; near a long one nothing
-  // is certain.
-  struct Prolonged {
-    Point2 middle;
-    double length_m;
-  };
+std::vector<Prolonged> prolonged_ends(std::span<const SegmentRecord> segments,
+                                      const Closing& closing) {
   const SegmentFrame &at_start = segments.front().frame, &at_end = segments.back().frame;
   std::vector<Prolonged> ends;
   if (closing.before_start_m > 0.0)
@@ -181,61 +162,128 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   if (closing.after_end_m > 0.0)
     ends.push_back(
         {at_end.point(at_end.length_m + 0.5 * closing.after_end_m, 0.0), closing.after_end_m});
+  return ends;
+}
+
+// |v| up to which a point is certain, on either side.
+struct Certain {
+  double left_m, right_m;
+};
+
+// Up to the folds of the own stretch.
+Certain before_folds(const std::vector<Station>& stations, std::size_t k, const Window& window,
+                     double reach_m) {
+  const std::size_t count = stations.size();
+  Certain certain{reach_m, reach_m};
+  for (std::size_t w = 0; w <= window.before + window.after; ++w) {
+    const Station& other = stations[(k + count - window.before + w) % count];
+    certain.left_m = std::min(certain.left_m, kFoldShare * other.fold_left_m);
+    certain.right_m = std::min(certain.right_m, kFoldShare * other.fold_right_m);
+  }
+  return certain;
+}
+
+// Not into what another station's run may claim.
+void keep_from(const Station& here, const Station& other, double reach_m, Certain& certain) {
+  const double dx = other.x_m - here.x_m, dy = other.y_m - here.y_m;
+  const double across = -dx * here.sin + dy * here.cos;
+  const double slack = here.span_m + other.span_m;
+  const double growth = std::max(here.stretch, other.stretch) + here.turn_rad;
+  const double squared = dx * dx + dy * dy - slack * slack;
+  // |other - point|^2 > (growth |v| + slack)^2 for all |v| up to the bound.
+  const auto bound = [&](double side) {
+    const double rate = 2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
+    if (squared <= 0.0) return 0.0;
+    return rate <= 0.0 ? reach_m : squared / rate;
+  };
+  certain.left_m = std::min(certain.left_m, bound(1.0));
+  certain.right_m = std::min(certain.right_m, bound(-1.0));
+}
+
+// Not into what any station outside the own stretch may claim. What would cost more than `budget`
+// pairs stays uncertain, as does all after it: the budget is then 0.
+void keep_from_others(const std::vector<Station>& stations, std::size_t k, const Window& window,
+                      const Neighbourhood& neighbourhood, double reach_m, std::size_t& budget,
+                      Certain& certain) {
+  const std::size_t count = stations.size();
+  neighbourhood.around(stations[k], [&](const std::uint32_t* first, const std::uint32_t* last) {
+    if (static_cast<std::size_t>(last - first) > budget) {
+      budget = 0;
+      certain = {0.0, 0.0};
+      return;
+    }
+    budget -= static_cast<std::size_t>(last - first);
+    for (; first != last; ++first) {
+      const std::size_t ahead = (*first + count - k) % count;
+      if (ahead <= window.after || count - ahead <= window.before) continue;
+      keep_from(stations[k], stations[*first], reach_m, certain);
+    }
+  });
+}
+
+std::vector<Station> make_stations(std::span<const SegmentRecord> segments, std::size_t run,
+                                   double reach_m, bool joined) {
+  std::vector<Station> stations;
+  for (std::size_t begin = 0; begin < segments.size(); begin += run) {
+    stations.push_back(
+        make_station(segments, begin, std::min(begin + run, segments.size()), reach_m, joined));
+  }
+  return stations;
+}
+
+// Beyond this distance no other run can compete for a point within reach_m.
+double farthest_rival_m(const std::vector<Station>& stations, double reach_m) {
+  double span = 0.0, stretch = 1.0;
+  for (const Station& station : stations) {
+    span = std::max(span, station.span_m);
+    stretch = std::max(stretch, station.stretch);
+  }
+  return reach_m * (1.0 + std::min(stretch, 2.0)) + 2.0 * span;
+}
+
+void write_certain(std::span<SegmentRecord> segments, const Certain& certain, double v_right_m,
+                   double v_left_m, double reach_m) {
+  const float right =
+      inward(std::max(v_right_m, certain.right_m < reach_m ? -0.999 * certain.right_m : v_right_m));
+  const float left =
+      inward(std::min(v_left_m, certain.left_m < reach_m ? 0.999 * certain.left_m : v_left_m));
+  for (SegmentRecord& segment : segments) {
+    segment.certain_right_m = right;
+    segment.certain_left_m = left;
+  }
+}
+
+}  // namespace
+
+void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, double v_left_m,
+                       double u_step_m, bool joined, const Closing& closing) {
+  const double reach_m = std::max(std::abs(v_right_m), std::abs(v_left_m));
+  std::size_t run = 1;
+  while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
+  const std::vector<Station> stations = make_stations(segments, run, reach_m, joined);
+  const std::size_t count = stations.size();
+  const double far_m = farthest_rival_m(stations, reach_m);
+  const Neighbourhood neighbourhood(stations, far_m);
+  const std::vector<Prolonged> ends = prolonged_ends(segments, closing);
   // Tangled input would cost count^2; what is not measured within the budget stays uncertain.
   std::size_t budget = 4096 + 1024 * count;
   for (std::size_t k = 0; k < count; ++k) {
     const Station& here = stations[k];
     if (budget == 0 || here.stretch > 2.0 || here.turn_rad > kWindowTurn_rad) continue;
     const Window window = same_stretch(stations, k, reach_m, joined);
-    double left = reach_m, right = reach_m;
-    for (std::size_t w = 0; w <= window.before + window.after; ++w) {
-      const Station& other = stations[(k + count - window.before + w) % count];
-      left = std::min(left, kFoldShare * other.fold_left_m);
-      right = std::min(right, kFoldShare * other.fold_right_m);
-    }
-    neighbourhood.around(here, [&](const std::uint32_t* first, const std::uint32_t* last) {
-      if (static_cast<std::size_t>(last - first) > budget) {
-        budget = 0;
-        left = right = 0.0;
-        return;
-      }
-      budget -= static_cast<std::size_t>(last - first);
-      for (; first != last; ++first) {
-        const std::size_t ahead = (*first + count - k) % count;
-        if (ahead <= window.after || count - ahead <= window.before) continue;
-        const Station& other = stations[*first];
-        const double dx = other.x_m - here.x_m, dy = other.y_m - here.y_m;
-        const double across = -dx * here.sin + dy * here.cos;
-        const double slack = here.span_m + other.span_m;
-        const double growth = std::max(here.stretch, other.stretch) + here.turn_rad;
-        const double squared = dx * dx + dy * dy - slack * slack;
-        // |other - point|^2 > (growth |v| + slack)^2 for all |v| up to the bound.
-        const auto bound = [&](double side) {
-          const double rate =
-              2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
-          if (squared <= 0.0) return 0.0;
-          return rate <= 0.0 ? reach_m : squared / rate;
-        };
-        left = std::min(left, bound(1.0));
-        right = std::min(right, bound(-1.0));
-      }
-    });
+    Certain certain = before_folds(stations, k, window, reach_m);
+    keep_from_others(stations, k, window, neighbourhood, reach_m, budget, certain);
     for (const Prolonged& end : ends) {
       // Shorter than a row and part of the same stretch: no more than one cell among others.
       if (end.length_m <= u_step_m && (k <= window.before || count - 1 - k <= window.after))
         continue;
+      // Near a long one nothing is certain.
       const double dx = end.middle.x_m - here.x_m, dy = end.middle.y_m - here.y_m;
-      if (std::hypot(dx, dy) - 0.5 * end.length_m <= far) left = right = 0.0;
+      if (std::hypot(dx, dy) - 0.5 * end.length_m <= far_m) certain = {0.0, 0.0};
     }
-    if (left <= 0.0 || right <= 0.0) continue;
-    const float certain_right =
-        inward(std::max(v_right_m, right < reach_m ? -0.999 * right : v_right_m));
-    const float certain_left = inward(std::min(v_left_m, left < reach_m ? 0.999 * left : v_left_m));
-    for (SegmentRecord& segment :
-         segments.subspan(k * run, std::min(run, segments.size() - k * run))) {
-      segment.certain_right_m = certain_right;
-      segment.certain_left_m = certain_left;
-    }
+    if (certain.left_m <= 0.0 || certain.right_m <= 0.0) continue;
+    write_certain(segments.subspan(k * run, std::min(run, segments.size() - k * run)), certain,
+                  v_right_m, v_left_m, reach_m);
   }
 }
 

@@ -11,6 +11,8 @@ namespace crg {
 #if defined(__x86_64__)
 
 #define KERBSTONE_AVX2 __attribute__((target("avx2")))
+// Parts of one loop's body: a call would pass vectors through memory.
+#define KERBSTONE_AVX2_INLINE __attribute__((target("avx2"), always_inline)) inline
 
 namespace {
 
@@ -55,33 +57,39 @@ KERBSTONE_AVX2 inline Pairs pairs(const float* const node[4], std::size_t offset
           _mm256_cvtps_pd(_mm_shuffle_ps(first, last, 0xDD))};
 }
 
-}  // namespace
+// The segment that each wheel is expected on.
+struct Rows {
+  __m256d steps;  // from the last one
+  __m256i segment;
+  alignas(32) std::size_t of[4];
+};
 
-bool four_wheels_available() noexcept { return __builtin_cpu_supports("avx2"); }
-
-KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& heights,
-                                     const Point2* points, Cursor* cursors, double* z_m) noexcept {
-  static_assert(sizeof(Cursor) == 32 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 &&
-                sizeof(LineNode) == 16);
-  const auto cursor_at = [&](int k) { return reinterpret_cast<double*>(cursors + k); };
-  const Four cursor = loaded(cursor_at(0), cursor_at(1), cursor_at(2), cursor_at(3));
+// False: one of them is outside the line.
+KERBSTONE_AVX2_INLINE bool expected_rows(const Four& cursor, std::size_t segments, Rows& rows) {
   const __m256d large = _mm256_set1_pd(kLarge);
   const __m256d sum =
       _mm256_add_pd(_mm256_add_pd(_mm256_sub_pd(cursor.b, _mm256_set1_pd(kHalf)), cursor.c), large);
-  const __m256d steps = _mm256_sub_pd(sum, large);
-  const __m256i segment =
+  rows.steps = _mm256_sub_pd(sum, large);
+  rows.segment =
       _mm256_add_epi64(_mm256_castpd_si256(cursor.a),
                        _mm256_sub_epi64(_mm256_castpd_si256(sum), _mm256_castpd_si256(large)));
   const __m256i in_range = _mm256_and_si256(
-      _mm256_cmpgt_epi64(_mm256_set1_epi64x(static_cast<long long>(locator.segments())), segment),
-      _mm256_cmpgt_epi64(segment, _mm256_set1_epi64x(-1)));
+      _mm256_cmpgt_epi64(_mm256_set1_epi64x(static_cast<long long>(segments)), rows.segment),
+      _mm256_cmpgt_epi64(rows.segment, _mm256_set1_epi64x(-1)));
   if (_mm256_movemask_pd(_mm256_castsi256_pd(in_range)) != 15) return false;
-  alignas(32) std::size_t row[4];
-  _mm256_store_si256(reinterpret_cast<__m256i*>(row), segment);
+  _mm256_store_si256(reinterpret_cast<__m256i*>(rows.of), rows.segment);
+  return true;
+}
 
-  const auto record = [&](int k) {
-    return reinterpret_cast<const double*>(locator.records() + row[k]);
-  };
+// Where each wheel is on its segment.
+struct Places {
+  __m256d fraction, v_m;
+};
+
+// False: one of them is not certain to be on the expected segment.
+KERBSTONE_AVX2_INLINE bool places_on(const SegmentRecord* records, const Rows& rows,
+                                     const Point2* points, Places& places) {
+  const auto record = [&](int k) { return reinterpret_cast<const double*>(records + rows.of[k]); };
   const Four front = loaded(record(0), record(1), record(2), record(3));
   const Four back = loaded(record(0) + 4, record(1) + 4, record(2) + 4, record(3) + 4);
   const double* xy = reinterpret_cast<const double*>(points);
@@ -106,10 +114,16 @@ KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& 
                     _mm256_cmp_pd(fraction, _mm256_set1_pd(1.0 - kNearMitre), _CMP_LT_OQ));
   const __m256d across =
       _mm256_and_pd(_mm256_cmp_pd(v, right, _CMP_GE_OQ), _mm256_cmp_pd(v, left, _CMP_LE_OQ));
-  if (_mm256_movemask_pd(_mm256_and_pd(along, across)) != 15) return false;
+  places = {fraction, v};
+  return _mm256_movemask_pd(_mm256_and_pd(along, across)) == 15;
+}
 
-  const __m256d columns = _mm256_mul_pd(_mm256_sub_pd(v, _mm256_set1_pd(heights.v_right_m())),
-                                        _mm256_set1_pd(heights.per_v_step()));
+// Heights of the road there; NaN where it has none. `advance`: in rows, since the last query.
+KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, const Rows& rows,
+                                         const Places& places, __m256d advance) {
+  const __m256d columns =
+      _mm256_mul_pd(_mm256_sub_pd(places.v_m, _mm256_set1_pd(heights.v_right_m())),
+                    _mm256_set1_pd(heights.per_v_step()));
   const __m128i column = _mm_min_epi32(_mm256_cvttpd_epi32(columns),
                                        _mm_set1_epi32(static_cast<int>(heights.columns()) - 2));
   const __m256d fv = _mm256_sub_pd(columns, _mm256_cvtepi32_pd(column));
@@ -117,25 +131,44 @@ KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& 
   _mm_store_si128(reinterpret_cast<__m128i*>(column_of), column);
   const float* node[4];
   for (int k = 0; k < 4; ++k)
-    node[k] = heights.node(row[k], static_cast<std::size_t>(column_of[k]));
-  const __m256d advance = _mm256_add_pd(_mm256_sub_pd(steps, cursor.b), fraction);
+    node[k] = heights.node(rows.of[k], static_cast<std::size_t>(column_of[k]));
   const int backwards = _mm256_movemask_pd(advance);
   for (int k = 0; k < 4; ++k)
     prefetch_row(node[k],
                  (backwards & (1 << k)) != 0 ? -heights.ahead_bytes() : heights.ahead_bytes());
 
   const Pairs low = pairs(node, 0), high = pairs(node, heights.columns());
-  const __m256d grid =
-      between(between(low.right, low.left, fv), between(high.right, high.left, fv), fraction);
+  const __m256d grid = between(between(low.right, low.left, fv), between(high.right, high.left, fv),
+                               places.fraction);
   const auto line_at = [&](int k) {
-    return reinterpret_cast<const double*>(heights.line() + row[k]);
+    return reinterpret_cast<const double*>(heights.line() + rows.of[k]);
   };
   const Four line = loaded(line_at(0), line_at(1), line_at(2), line_at(3));
-  const __m256d z = _mm256_add_pd(_mm256_add_pd(grid, between(line.a, line.c, fraction)),
-                                  _mm256_mul_pd(between(line.b, line.d, fraction), v));
+  return _mm256_add_pd(_mm256_add_pd(grid, between(line.a, line.c, places.fraction)),
+                       _mm256_mul_pd(between(line.b, line.d, places.fraction), places.v_m));
+}
+
+}  // namespace
+
+bool four_wheels_available() noexcept { return __builtin_cpu_supports("avx2"); }
+
+KERBSTONE_AVX2 bool z_of_four_wheels(const Locator& locator, const HeightField& heights,
+                                     const Point2* points, Cursor* cursors, double* z_m) noexcept {
+  static_assert(sizeof(Cursor) == 32 && sizeof(Point2) == 16 && sizeof(SegmentRecord) == 64 &&
+                sizeof(LineNode) == 16);
+  const auto cursor_at = [&](int k) { return reinterpret_cast<double*>(cursors + k); };
+  const Four cursor = loaded(cursor_at(0), cursor_at(1), cursor_at(2), cursor_at(3));
+  Rows rows;
+  Places places;
+  if (!expected_rows(cursor, locator.segments(), rows) ||
+      !places_on(locator.records(), rows, points, places))
+    return false;
+  const __m256d advance = _mm256_add_pd(_mm256_sub_pd(rows.steps, cursor.b), places.fraction);
+  const __m256d z = heights_at(heights, rows, places, advance);
   if (_mm256_movemask_pd(_mm256_cmp_pd(z, z, _CMP_UNORD_Q)) != 0) return false;
   _mm256_storeu_pd(z_m, z);
-  const Four moved = transposed({_mm256_castsi256_pd(segment), fraction, advance, advance});
+  const Four moved =
+      transposed({_mm256_castsi256_pd(rows.segment), places.fraction, advance, advance});
   _mm256_storeu_pd(cursor_at(0), moved.a);
   _mm256_storeu_pd(cursor_at(1), moved.b);
   _mm256_storeu_pd(cursor_at(2), moved.c);
