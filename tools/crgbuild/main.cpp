@@ -11,14 +11,16 @@ namespace {
 
 using command::add_choice, command::add_input, command::add_output_file, command::add_output_folder;
 
+enum class Keys { of_these, of_all_but_these };
+
 /// One flag per recipe key of these stages, or of these names: u_step_m becomes --u-step-m.
 void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
-                      std::initializer_list<const char*> stages) {
+                      std::initializer_list<const char*> stages, Keys keys = Keys::of_these) {
   const auto listed = [&](const std::string& word) {
     return std::find(stages.begin(), stages.end(), word) != stages.end();
   };
   for (const road::RecipeKey& key : road::recipe_keys()) {
-    if (!listed(key.stage) && !listed(key.name)) continue;
+    if ((listed(key.stage) || listed(key.name)) != (keys == Keys::of_these)) continue;
     const std::string shown = key.show(road::Recipe{});
     std::string text = key.meaning;
     const bool alone = is_switch(key);
@@ -89,9 +91,7 @@ void define_main_way(CLI::App& app, Commands& c) {
   add_input(*build, "input", c.build.input, kMeshHelp)->required();
   add_output_folder(*build, c.build.output_dir, "folder for the results, made if missing")
       ->required();
-  add_recipe_flags(*build, c.build.flags,
-                   {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
-                    "smooth", "patch", "friction", "align", "validate"});
+  add_recipe_flags(*build, c.build.flags, {"input"}, Keys::of_all_but_these);
   CLI::App* name = build;
   name->add_option_function<std::string>(
           "--name", [&c](const std::string& v) { c.build.flags.emplace_back("name", v); },
@@ -193,9 +193,8 @@ void define_stretch(CLI::App& app, Commands& c) {
                       "folder of a build of the same mesh: its cleaned mesh is taken where nothing "
                       "that it depends on has changed");
   add_output_file(*stretch, c.stretch.output, "the road, .crg")->required();
-  add_recipe_flags(*stretch, c.stretch.flags,
-                   {"output", "read", "clean", "centreline", "reference_line", "sample", "kerb",
-                    "smooth", "align"});
+  add_recipe_flags(*stretch, c.stretch.flags, {"input", "patch", "friction", "validate"},
+                   Keys::of_all_but_these);
   stretch->footer(
       "To look at what a change of a recipe does. The heights are those of the whole road; within "
       "half a\n"

@@ -9,6 +9,7 @@
 
 #include "crg/file.h"
 #include "road/align.h"
+#include "road/by_type.h"
 #include "road/centreline.h"
 #include "road/clean.h"
 #include "road/friction.h"
@@ -36,7 +37,8 @@ struct Recipe {
   PatchOptions patch;
   SmoothOptions smooth;
   FrictionOptions friction;
-  std::optional<std::string> guide_path;          ///< read by place_guide()
+  ByType more;                            ///< options that a stage has for itself, see src/stages
+  std::optional<std::string> guide_path;  ///< read by place_guide()
   std::optional<std::string> guide_mapping_path;  ///< where the guide is a log
   std::optional<std::string> control_points_path;
   std::optional<std::string> trajectory_path;

@@ -10,6 +10,7 @@
 #include "base/write_file.h"
 #include "build_steps.h"
 #include "clean_cache.h"
+#include "grid_stage.h"
 #include "road/error.h"
 #include "road/gaps.h"
 #include "road/missing_piece.h"
@@ -148,30 +149,6 @@ SampledGrid sampled_grid(const Recipe& recipe, const std::optional<URange>& stre
   return sampled;
 }
 
-/// What is done to the heights once they are sampled; the grip has the same nodes.
-void finish_grid(const Recipe& recipe, const Prepared& prepared, const RaySurface& surface,
-                 Stages& stage, Built& built) {
-  BuildSummary& summary = built.summary;
-  built.sampled = stage("kerb", [&] {
-    return refine_kerbs(std::move(built.sampled), surface, built.road, built.line,
-                        prepared.recipe.kerb, &summary.kerb);
-  });
-  stage("smooth", [&] {
-    SmoothOptions smoothing = recipe.smooth;
-    smoothing.closed = built.line.closed;
-    smooth(built.sampled, smoothing, &summary.smooth);
-  });
-  built.patches = stage("patch", [&] {
-    return patch_kerbs(built.sampled, surface, built.road, built.line, summary.kerb.kerbs,
-                       recipe.patch);
-  });
-  if (prepared.paint)
-    built.friction = stage("friction", [&] {
-      return friction_grid(built.sampled, surface, built.road, built.line, recipe.friction,
-                           *prepared.paint, recipe.sample.threads, &summary.friction);
-    });
-}
-
 void put_on_the_earth(const Recipe& recipe, Built& built) {
   std::optional<Placement>& placement = built.summary.placement;
   if (recipe.trajectory_path)
@@ -248,7 +225,11 @@ Built build(const Recipe& recipe, const std::vector<InputFile>& inputs,
       stage("sample", [&] { return sampled_grid(recipe, options.stretch, surface, built); });
   if (options.keep_before && built.sampled.grid.z_m.size() <= kMaxBeforeNodes)
     built.before = built.sampled.grid;
-  finish_grid(recipe, prepared, surface, stage, built);
+  for (const GridStage& grid_stage : grid_stages())
+    if (grid_stage.wanted == nullptr || grid_stage.wanted(recipe))
+      stage(grid_stage.name, [&] {
+        grid_stage.run({prepared.recipe, prepared.paint, surface, built});
+      });
   if (!recipe.line_is_right && !options.stretch)
     built.doubts = stage("doubt", [&] {
       auto doubts = doubts_about(built.centreline, surface, built.mesh, summary.clean);

@@ -108,35 +108,6 @@ Json json_of(const SampleReport& report) {
           {"remarks", remarks}};
 }
 
-Json json_of(const KerbReport& report) {
-  Json kerbs = Json::array();
-  for (const Kerb& kerb : report.kerbs)
-    kerbs.push_back({{"u_begin_m", kerb.u_begin_m},
-                     {"u_end_m", kerb.u_end_m},
-                     {"v_begin_m", kerb.v_begin_m},
-                     {"v_end_m", kerb.v_end_m},
-                     {"height_m", kerb.height_m}});
-  return {{"cells", report.cells}, {"columns_added", report.columns_added}, {"kerbs", kerbs}};
-}
-
-Json json_of(const SmoothReport& report, const SmoothOptions& options) {
-  Json bands = Json::array();
-  for (const SmoothedBand& band : report.bands)
-    bands.push_back(
-        {{"n_cpm", band.n_cpm}, {"before_m3", band.before_m3}, {"after_m3", band.after_m3}});
-  return {{"window_m", options.window_u_m},
-          {"window_v_m", options.window_v_m},
-          {"largest_change_road_m", report.largest_change_road_m},
-          {"largest_change_u_m", report.largest_change_u_m},
-          {"largest_change_v_m", report.largest_change_v_m},
-          {"largest_change_kerb_m", report.largest_change_kerb_m},
-          {"nodes_at_bound", report.nodes_at_bound},
-          {"halved_waves_m", report.halved_waves_m ? Json{report.halved_waves_m->shortest_m,
-                                                          report.halved_waves_m->longest_m}
-                                                   : Json(nullptr)},
-          {"wheel_path_psd", bands}};
-}
-
 Json json_of(const Placement& placement) {
   const AlignReport& report = placement.align;
   const Eigen::Vector3d& t = report.T_global_mesh.translation_m;
@@ -227,9 +198,6 @@ Json json_of(const ValidateReport& report, const ValidateLimits& limits) {
           {"remarks", report.remarks}};
 }
 
-std::string json_text(const SmoothReport& report, const SmoothOptions& options) {
-  return base::json_text(json_of(report, options));
-}
 std::string json_text(const GeoEnds& ends) { return base::json_text(json_of(ends)); }
 std::string json_text(const Placement& placement) { return base::json_text(json_of(placement)); }
 std::string json_text(const ValidateReport& report, const ValidateLimits& limits) {

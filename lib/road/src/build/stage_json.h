@@ -19,8 +19,6 @@ Json json_of(const CentrelineReport& report);
 Json json_of(const ReferenceLineReport& report);
 Json json_of(const std::vector<URange>& ranges);
 Json json_of(const SampleReport& report);
-Json json_of(const KerbReport& report);
-Json json_of(const SmoothReport& report, const SmoothOptions& options);
 Json json_of(const Placement& placement);
 Json json_of(const GridReport& report);
 Json json_of(const GeoEnds& ends);

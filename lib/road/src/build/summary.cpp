@@ -7,6 +7,7 @@
 
 #include "base/json_text.h"
 #include "base/sha256.h"
+#include "grid_stage.h"
 #include "road/error.h"
 #include "stage_json.h"
 
@@ -61,21 +62,7 @@ std::string summary_json(const BuildSummary& summary) {
   out["centreline"] = json_of(summary.centreline);
   out["reference_line"] = json_of(summary.reference_line);
   out["sample"] = json_of(summary.sample);
-  out["kerb"] = json_of(summary.kerb);
-  out["smooth"] = json_of(summary.smooth, summary.recipe.smooth);
-  out["patches"] = Json::array();
-  for (const PatchFile& patch : summary.patches)
-    out["patches"].push_back({{"file", patch.file},
-                              {"u_begin_m", patch.u_begin_m},
-                              {"u_end_m", patch.u_end_m},
-                              {"v_begin_m", patch.v_begin_m},
-                              {"v_end_m", patch.v_end_m},
-                              {"u_step_m", patch.u_step_m},
-                              {"z_error_p95_before_m", patch.error_before_m},
-                              {"z_error_p95_m", patch.error_m}});
-  out["friction"] = summary.friction_file.empty()
-                        ? Json(nullptr)
-                        : Json{{"file", summary.friction_file}, {"nodes", summary.friction.nodes}};
+  for (const GridStage& stage : grid_stages()) stage.report(summary, out);
   out["align"] = summary.placement ? json_of(*summary.placement) : Json(nullptr);
   out["grid"] = json_of(summary.grid);
   out["wgs84"] = json_of(summary.wgs84);
