@@ -24,6 +24,17 @@ export function table(heads, rows, attributes = {}) {
     el('tbody', {}, rows.map((row) => el('tr', {}, row.map((value) => cell('td', value)))))));
 }
 
+/// Fills a list anew. Where the keyboard was in it, it stays: at what has the same words, or at what is in its place now.
+export function refill(box, ...children) {
+  const stops = () => [...box.querySelectorAll('button, input, select, a[href], summary')];
+  const words = (each) => `${each.tagName} ${each.getAttribute('aria-label') ?? each.textContent}`;
+  const before = stops(), place = before.indexOf(document.activeElement), held = place < 0 ? '' : words(before[place]);
+  box.replaceChildren(...children);
+  if (place < 0) return;
+  const now = stops();
+  (now.find((each) => words(each) === held) ?? now[Math.min(place, now.length - 1)])?.focus({ preventScroll: true });
+}
+
 export function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }

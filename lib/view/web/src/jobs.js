@@ -1,5 +1,5 @@
 // The commands that run: what, how far, how they ended. One line each, the newest first.
-import { el } from '../../../report/web/src/dom.js';
+import { el, refill } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { getJson, startJob, stopJob } from './server.js';
 
@@ -47,7 +47,7 @@ async function look() {
   const newest = [...jobs].reverse(), now = JSON.stringify([newest, showing]);
   if (now !== shown) {  // else whoever reads it would lose what was opened or marked
     shown = now;
-    box.replaceChildren(...rowsOf(newest));
+    refill(box, ...rowsOf(newest));
   }
   for (const job of jobs) {
     if (job.running || !waiting.has(job.id)) continue;

@@ -1,5 +1,5 @@
 // Recordings and drives over one another: any channels over time, distance or a road's u, where they differ most, and a map.
-import { el } from '../../../report/web/src/dom.js';
+import { el, refill } from '../../../report/web/src/dom.js';
 import { limitsOf, scaleOf } from '../../../report/web/src/colour.js';
 import { show } from '../../../report/web/src/format.js';
 import { line, makeChart, plainAxes, refreshCharts } from '../../../report/web/src/charts.js';
@@ -121,7 +121,7 @@ export function makeLaps({ entriesOf }) {
     road.value = roads.some((entry) => entry.id === keptRoad) ? keptRoad : '';
     if (logs.length > 1 && names.length === 0) say('These recordings have no channel of the same name; crgexplain map renames channels.');
     else say('');
-    chosen.replaceChildren(...logs.map((log, k) => {
+    refill(chosen, ...logs.map((log, k) => {
       const select = (kind) => {
         const box = el('select', { 'aria-label': `${kind} of ${log.id}` }, el('option', { value: '' }, '–'), log.info.channels.map((each) => el('option', { value: each.name }, each.name)));
         box.value = log.names[kind] ?? '';

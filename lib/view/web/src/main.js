@@ -1,5 +1,5 @@
 // The page of kerbstone view: what lies in the folders on the left, one part beside it, the commands below.
-import { el } from '../../../report/web/src/dom.js';
+import { el, refill } from '../../../report/web/src/dom.js';
 import { refreshCharts } from '../../../report/web/src/charts.js';
 import { makeFindings } from './findings.js';
 import { makeJobs } from './jobs.js';
@@ -45,7 +45,7 @@ function main() {
   function fillList() {
     const word = search.value.toLowerCase(), current = part === 'laps' ? laps.chosen() : [opened];
     const groups = parts[part][1].map((kind) => [kind, listing.entries.filter((entry) => entry.kind === kind && entry.id.toLowerCase().includes(word))]);
-    list.replaceChildren(...groups.filter(([, entries]) => entries.length > 0).flatMap(([kind, entries]) => [el('h2', {}, headings[kind]),
+    refill(list, ...groups.filter(([, entries]) => entries.length > 0).flatMap(([kind, entries]) => [el('h2', {}, headings[kind]),
       el('ul', {}, entries.slice(0, 300).map((entry) => el('li', {}, el('button', { type: 'button', 'data-id': entry.id, 'aria-current': String(current.includes(entry.id)), onclick: () => (part === 'laps' ? laps.toggle(entry.id).then(fillList) : show(part, entry.id)) },
         entry.id.slice(entry.id.indexOf('/') + 1)))), entries.length > 300 ? el('li', { class: 'muted' }, `and ${entries.length - 300} more; search`) : null)]));
     if (list.childElementCount === 0) list.append(el('p', { class: 'muted small' }, `Nothing for this part in ${listing.folders.join(', ')}.`));

@@ -1,5 +1,5 @@
 // Control points: places of the mesh and where they are on a map, in metres or in degrees.
-import { el, table } from '../../../report/web/src/dom.js';
+import { el, refill, table } from '../../../report/web/src/dom.js';
 import { valueOf, withPath } from './recipe.js';
 
 const ofMesh = ['mesh_x_m', 'mesh_y_m', 'mesh_z_m'];
@@ -39,7 +39,7 @@ export function makePoints({ draft, say }) {
     unit.disabled = known.points.length > 0;
     label();
     showPlace();
-    list.replaceChildren(known.points.length > 0 ? table(['point', 'of the mesh', 'of the map', ''], known.points.map((values, k) => [known.names[k], values.slice(0, 3).map((value) => value.toFixed(1)).join(', '), values.slice(3).join(', '),
+    refill(list, known.points.length > 0 ? table(['point', 'of the mesh', 'of the map', ''], known.points.map((values, k) => [known.names[k], values.slice(0, 3).map((value) => value.toFixed(1)).join(', '), values.slice(3).join(', '),
       el('button', { type: 'button', 'aria-label': `Take away ${known.names[k]}`, onclick: () => store(known.points.filter((_, other) => other !== k), known.names.filter((_, other) => other !== k)) }, 'Take away')])) : '',
     known.points.length === 1 ? el('p', { class: 'muted small' }, 'Two points at least are needed.') : '');
   }

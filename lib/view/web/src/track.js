@@ -1,5 +1,5 @@
 // A mesh and its recipe: look, set, build, look again.
-import { el } from '../../../report/web/src/dom.js';
+import { el, refill } from '../../../report/web/src/dom.js';
 import { count, show } from '../../../report/web/src/format.js';
 import { endOf, run } from './jobs.js';
 import { makeDraft } from './draft.js';
@@ -100,7 +100,7 @@ export function makeTrack({ openRoad, changed }) {
       el('td', {}, each.material),
       el('td', { class: 'class' }, el('span', { class: 'swatch', style: `background:${classColours[each.class]}` }), each.class),
       el('td', { class: 'number' }, count(Math.round(each.area_m2)))));
-    list.replaceChildren(el('table', {}, el('thead', {}, el('tr', {}, ['object', 'material', 'class', 'area / m²'].map((head, k) => el('th', k === 3 ? { class: 'number' } : {}, head)))), el('tbody', {}, rows)),
+    refill(list, el('table', {}, el('thead', {}, el('tr', {}, ['object', 'material', 'class', 'area / m²'].map((head, k) => el('th', k === 3 ? { class: 'number' } : {}, head)))), el('tbody', {}, rows)),
       shown.length > 200 ? el('p', { class: 'muted small' }, `and ${shown.length - 200} smaller ones`) : '');
     chosen.textContent = part ? `${part.name || 'nameless'}: ${part.class}, ${show(part.area_m2, 4)} m², ${count(part.triangles)} triangles` : 'No object chosen.';
     for (const button of classButtons) button.disabled = !part || !(part.name || part.material);

@@ -1,6 +1,6 @@
 // Rectangles in u and v over the road that was built: kerbs that are none, kerbs that were missed, grip; and the
 // kerbs that were found.
-import { el, table } from '../../../report/web/src/dom.js';
+import { el, refill, table } from '../../../report/web/src/dom.js';
 import { show } from '../../../report/web/src/format.js';
 import { valueOf, withPath, withValue } from './recipe.js';
 
@@ -59,9 +59,9 @@ export function makeZones({ draft, stage, say, placeOf, sheet }) {
   function fill() {
     const rows = Object.entries(zones).flatMap(([name, each]) => each.map((zone, k) => [el('button', { type: 'button', class: 'place', onclick: () => look(zone) }, uAndV(zone)), kinds[name].says(zone[4]),
       el('button', { type: 'button', 'aria-label': `Take away ${kinds[name].says(zone[4])}, ${uAndV(zone)}`, 'data-away': name, onclick: () => store(name, each.filter((_, other) => other !== k)) }, 'Take away')]));
-    list.replaceChildren(rows.length > 0 ? table(['zone', 'is', ''], rows) : el('p', { class: 'muted small' }, 'No zones yet.'));
+    refill(list, rows.length > 0 ? table(['zone', 'is', ''], rows) : el('p', { class: 'muted small' }, 'No zones yet.'));
     found.hidden = kerbs.length === 0;
-    found.replaceChildren(table(['kerbs that were found', 'height / mm', ''], kerbs.slice(0, kMostKerbs).map((kerb) => [
+    refill(found, table(['kerbs that were found', 'height / mm', ''], kerbs.slice(0, kMostKerbs).map((kerb) => [
       el('button', { type: 'button', class: 'place', 'data-kerb': '', onclick: () => look(kerb.zone) }, uAndV(kerb.zone)), { number: show(1000 * kerb.height_m, 3) },
       el('button', { type: 'button', 'data-role': 'no-kerb', 'aria-label': `No kerb: ${uAndV(kerb.zone)}`, onclick: () => add('kerb', [kerb.zone[0] - pad[0], kerb.zone[1] + pad[0], kerb.zone[2] - pad[1], kerb.zone[3] + pad[1], 0]) }, 'No kerb')])));
     if (kerbs.length > kMostKerbs) found.append(el('p', { class: 'muted small' }, `and ${kerbs.length - kMostKerbs} more`));
