@@ -4,10 +4,10 @@
 
 namespace road {
 
-GridStage kerb_stage(), smooth_stage(), patch_stage(), friction_stage();
+GridStage kerb_stage(), smooth_stage(), patch_stage(), roughen(), friction_stage();
 
 const std::vector<GridStage>& grid_stages() {
-  static const std::vector<GridStage> all{kerb_stage(), smooth_stage(), patch_stage(),
+  static const std::vector<GridStage> all{kerb_stage(), smooth_stage(), patch_stage(), roughen(),
                                           friction_stage()};
   return all;
 }
