@@ -57,8 +57,8 @@ void check(const Roughen& options, const crg::Grid& grid, const crg::ReferenceLi
         fmt::format("roughness_longest_wave_m is {:g} and roughness_shortest_wave_m {:g}: the "
                     "longest must be longer",
                     options.longest_wave_m, options.shortest_wave_m));
-  // Steps are rounded to what a file can say.
-  if (options.shortest_wave_m < (1.0 - 1e-6) * kRowsPerWave * step_m)
+  // Steps are stretched a little so that a closed road closes.
+  if (options.shortest_wave_m < 0.99 * kRowsPerWave * step_m)
     throw Error(
         fmt::format("roughness_shortest_wave_m is {:g}, but a grid with steps of {:.4g} m holds "
                     "waves of {:.4g} m and longer; raise it, or give smaller --u-step-m and "
