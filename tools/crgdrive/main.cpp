@@ -47,7 +47,7 @@ void add_tyre(const CommandLine& line, crgdrive::TyreCommand& tyre) {
       ->required();
   CLI::Option* const points =
       add_input(*tyre_app, "--points", tyre.points_path,
-                "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]");
+                "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa][,turn_1pm]");
   CLI::Option* const forces =
       add_output_file(*tyre_app, tyre.out_path,
                       "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
