@@ -40,6 +40,27 @@ struct Discrete {
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
 };
 
+/// What friction leaves of the pressures and of the throttle.
+template <class T>
+void hold_back(const Car<T>& car, Discrete<T>& d, Inputs<T>& in) {
+  using P = Parameter;
+  const Parameters<T>& p = car.parameters;
+  if (!is_exactly_zero(car.terms[Term::throttle_friction]) &&
+      (!is_exactly_zero(p[P::throttle_friction]) || !is_exactly_zero(p[P::throttle_breakaway]))) {
+    laws::stick(in.throttle, T(car.terms[Term::throttle_friction] * p[P::throttle_friction]),
+                T(car.terms[Term::throttle_friction] * p[P::throttle_breakaway]), d.throttle_stick);
+    in.throttle = d.throttle_stick.output;
+  }
+  const bool sticks =
+      !is_exactly_zero(car.terms[Term::brake_friction]) &&
+      (!is_exactly_zero(p[P::brake_friction_pa]) || !is_exactly_zero(p[P::brake_breakaway_pa]));
+  for (std::size_t i = 0; i < kWheels && sticks; ++i) {
+    laws::stick(in.brake_pa[i], T(car.terms[Term::brake_friction] * p[P::brake_friction_pa]),
+                T(car.terms[Term::brake_friction] * p[P::brake_breakaway_pa]), d.brake_stick[i]);
+    in.brake_pa[i] = d.brake_stick[i].output;
+  }
+}
+
 /// Moves actuators and gearbox on by one step and returns what the car gets during it.
 template <class T>
 Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls, double step_s) {
@@ -82,24 +103,11 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   in.throttle =
       through(d.throttle, Term::throttle_actuator,
               T(p[P::throttle_gain] * controls.throttle_command), P::throttle_dead_time_s);
-  if (!is_exactly_zero(car.terms[Term::throttle_friction]) &&
-      (!is_exactly_zero(p[P::throttle_friction]) || !is_exactly_zero(p[P::throttle_breakaway]))) {
-    laws::stick(in.throttle, T(car.terms[Term::throttle_friction] * p[P::throttle_friction]),
-                T(car.terms[Term::throttle_friction] * p[P::throttle_breakaway]), d.throttle_stick);
-    in.throttle = d.throttle_stick.output;
-  }
   for (std::size_t i = 0; i < kWheels; ++i)
     in.brake_pa[i] =
         through(d.brake[i], Term::brake_actuator,
                 T(p[P::brake_gain] * controls.brake_command_pa[i]), P::brake_dead_time_s);
-  const bool sticks =
-      !is_exactly_zero(car.terms[Term::brake_friction]) &&
-      (!is_exactly_zero(p[P::brake_friction_pa]) || !is_exactly_zero(p[P::brake_breakaway_pa]));
-  for (std::size_t i = 0; i < kWheels && sticks; ++i) {
-    laws::stick(in.brake_pa[i], T(car.terms[Term::brake_friction] * p[P::brake_friction_pa]),
-                T(car.terms[Term::brake_friction] * p[P::brake_breakaway_pa]), d.brake_stick[i]);
-    in.brake_pa[i] = d.brake_stick[i].output;
-  }
+  hold_back(car, d, in);
   in.clutch = controls.clutch_command;
   in.hold_n = controls.hold_n;
   in.opponent = controls.opponent;
