@@ -17,6 +17,28 @@
 namespace crgdrive {
 namespace {
 
+/// What turning about the vertical alone does, at each load.
+report::Plot turning(const char* title, const char* y_name, const vehicle::TyreCoefficients& tyre,
+                     const vehicle::TyreOptions& options, const std::array<double, 4>& loads_n,
+                     double vehicle::TyreForces<double>::*member) {
+  constexpr int kPoints = 200;
+  constexpr double kMostTurn_1pm = 2.0;
+  report::Plot plot{title, "turning over speed, 1/m", y_name, {}};
+  for (const double fz_n : loads_n) {
+    report::PlotLine line{fmt::format("{:.0f} N", fz_n), {}, {}};
+    for (int i = -kPoints; i <= kPoints; ++i) {
+      vehicle::TyreInput<double> in;
+      in.fz_n = fz_n;
+      in.vx_mps = tyre.nominal_speed_mps;
+      in.turn_1pm = kMostTurn_1pm * i / kPoints;
+      line.x.push_back(in.turn_1pm);
+      line.y.push_back(vehicle::tyre_forces(tyre, in, {}, options).*member);
+    }
+    plot.lines.push_back(std::move(line));
+  }
+  return plot;
+}
+
 /// Curves of pure slip at four loads, and what slip in the other direction leaves of them.
 std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
                    const vehicle::TyreOptions& options) {
@@ -24,13 +46,12 @@ std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
   const double nominal_n = tyre.lfzo * tyre.nominal_load_n;
   // Within the file's range; a file without one reaches 1.6 times its nominal load.
   const double most_n = std::clamp(tyre.fz_max_n, nominal_n, 1.6 * nominal_n);
-  const auto forces = [&](double fz_n, double kappa, double alpha_rad, double turn_1pm = 0.0) {
+  const auto forces = [&](double fz_n, double kappa, double alpha_rad) {
     vehicle::TyreInput<double> in;
     in.fz_n = fz_n;
     in.kappa = kappa;
     in.tan_alpha = std::tan(alpha_rad);
     in.vx_mps = tyre.nominal_speed_mps;
-    in.turn_1pm = turn_1pm;
     return vehicle::tyre_forces(tyre, in, {}, options);
   };
   using Forces = vehicle::TyreForces<double>;
@@ -85,17 +106,10 @@ std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
   page.plots.push_back(combined("Side force with longitudinal slip, nominal load", "kappa", "N",
                                 [](const Forces& f) { return f.fy_n; }));
   if (vehicle::has_turn_slip(tyre)) {
-    const auto turning = [&](const char* title, const char* y_name, double Forces::*member) {
-      constexpr double kMostTurn_1pm = 2.0;
-      report::Plot plot{title, "turning over speed, 1/m", y_name, {}};
-      for (const double fz_n : loads_n)
-        plot.lines.push_back(line(
-            fmt::format("{:.0f} N", fz_n), kMostTurn_1pm, [](double turn) { return turn; },
-            [&](double turn) { return forces(fz_n, 0.0, 0.0, turn).*member; }));
-      return plot;
-    };
-    page.plots.push_back(turning("Side force by turn slip alone", "N", &Forces::fy_n));
-    page.plots.push_back(turning("Aligning moment by turn slip alone", "N m", &Forces::mz_nm));
+    page.plots.push_back(
+        turning("Side force by turn slip alone", "N", tyre, options, loads_n, &Forces::fy_n));
+    page.plots.push_back(turning("Aligning moment by turn slip alone", "N m", tyre, options,
+                                 loads_n, &Forces::mz_nm));
   }
   return report::plot_page(page);
 }
