@@ -73,6 +73,7 @@ TEST(SavedState, NoFieldOfTheSimulationIsForgotten) {
                                  [](auto& s) { s.discrete.stuck_steer_rad += 1; },
                                  [](auto& s) { s.discrete.last_steer_rad += 1; },
                                  [](auto& s) { s.discrete.steer_stick.output += 1; },
+                                 [](auto& s) { s.discrete.throttle_stick.output += 1; },
                                  [](auto& s) { s.discrete.steer_stick.drive += 1; },
                                  [](auto& s) { s.discrete.steer_stick.moving += 1; },
                                  [](auto& s) { s.discrete.played_steer_rad += 1; },
@@ -87,7 +88,7 @@ TEST(SavedState, NoFieldOfTheSimulationIsForgotten) {
   }
   // A new member must be written too: this is what there is today.
   EXPECT_EQ(sizeof(vehicle::Discrete<double>), 6 * sizeof(vehicle::laws::Actuator<double>) +
-                                                   5 * sizeof(vehicle::laws::Stick<double>) +
+                                                   6 * sizeof(vehicle::laws::Stick<double>) +
                                                    6 * sizeof(double));
 }
 
@@ -100,8 +101,8 @@ TEST(SavedState, RefusesWhatIsNone) {
   for (std::size_t size = 0; size < bytes.size(); size += 97)
     EXPECT_NE(message(bytes.substr(0, size)), "taken");
   std::string newer = bytes;
-  newer[14] = 2;
-  EXPECT_THAT(message(newer), HasSubstr("version 2, wanted 1"));
+  newer[14] = 3;
+  EXPECT_THAT(message(newer), HasSubstr("version 3, wanted 2"));
   SavedState wrong = some_state();
   wrong.simulation.discrete.gear = 7;
   EXPECT_THAT(message(fmu::to_bytes(wrong, "{a}")), HasSubstr("a gear"));

@@ -86,6 +86,7 @@ Inputs<T> drive_actuators(const Car<T>& car, int steps) {
   for (int i = 0; i < steps; ++i) {
     Controls<T> c;
     c.steer_command_rad = T(0.05 * std::sin(0.02 * i));
+    c.throttle_command = T(0.5 - 0.5 * std::cos(0.015 * i));
     for (T& pressure : c.brake_command_pa) pressure = T(2e6 * (1 - std::cos(0.015 * i)));
     in = actuate(car, d, c, 0.001);
   }
@@ -116,6 +117,33 @@ TEST(ActuatorFriction, HoldsSteeringAndBrakesBack) {
   EXPECT_NEAR(off.steer_rad, before.steer_rad, 1e-15);
 }
 
+// The same of the throttle, by hand: opening, it is behind by its friction; at rest it stays shut
+// until friction and break-away are overcome; closing, it is ahead. Switched off: as asked.
+TEST(ActuatorFriction, HoldsTheThrottleBack) {
+  const CarFiles files = test_car_files();
+  Parameters<double> p = default_parameters();
+  Amplitudes<double> terms = default_amplitudes();
+  terms[Term::throttle_actuator] = 0.0;
+  const auto at = [&](int steps) {
+    return drive_actuators(make_car(files, p, terms), steps).throttle;
+  };
+  const auto asked = [](int steps) { return 0.5 - 0.5 * std::cos(0.015 * (steps - 1)); };
+  EXPECT_EQ(at(100), asked(100));
+  p[P::throttle_friction] = 0.02;
+  p[P::throttle_breakaway] = 0.03;
+  EXPECT_LT(asked(30), 0.05);
+  EXPECT_EQ(at(30), 0.0);
+  EXPECT_GT(asked(32), 0.05);
+  EXPECT_NEAR(at(32), asked(32) - 0.02, 1e-15);
+  EXPECT_NEAR(at(150), asked(150) - 0.02, 1e-15);
+  EXPECT_NEAR(at(211), asked(211) - 0.02, 1e-4);  // turns at step 210: sticks
+  EXPECT_NEAR(at(330), asked(330) + 0.02, 1e-15);
+  terms[Term::throttle_friction] = 0.5;
+  EXPECT_NEAR(at(150), asked(150) - 0.01, 1e-15);
+  terms[Term::throttle_friction] = 0.0;
+  EXPECT_EQ(at(150), asked(150));
+}
+
 TEST(ActuatorFriction, HasExactDerivatives) {
   using Jet = ceres::Jet<double, 1>;
   const CarFiles files = test_car_files();
@@ -124,8 +152,10 @@ TEST(ActuatorFriction, HasExactDerivatives) {
   p[P::steering_backlash_rad] = 0.004;
   p[P::brake_friction_pa] = 5e4;
   p[P::brake_breakaway_pa] = 1e5;
+  p[P::throttle_friction] = 0.02;
+  p[P::throttle_breakaway] = 0.01;
   for (const P which : {P::steering_friction_rad, P::steering_backlash_rad, P::brake_friction_pa,
-                        P::steering_lag_s}) {
+                        P::steering_lag_s, P::throttle_friction, P::throttle_lag_s}) {
     Parameters<Jet> pj;
     Amplitudes<Jet> tj;
     const Amplitudes<double> terms = default_amplitudes();
@@ -143,7 +173,9 @@ TEST(ActuatorFriction, HasExactDerivatives) {
     const double brake = (a.brake_pa[2] - b.brake_pa[2]) / (2 * h);
     EXPECT_NEAR(jet.steer_rad.v[0], steer, 1e-5 * std::abs(steer) + 1e-9);
     EXPECT_NEAR(jet.brake_pa[2].v[0], brake, 1e-5 * std::abs(brake) + 1e-6);
-    EXPECT_NE(steer + brake, 0.0);
+    const double throttle = (a.throttle - b.throttle) / (2 * h);
+    EXPECT_NEAR(jet.throttle.v[0], throttle, 1e-5 * std::abs(throttle) + 1e-9);
+    EXPECT_NE(std::abs(steer) + std::abs(brake) + std::abs(throttle), 0.0);
   }
 }
 

@@ -112,8 +112,10 @@ template <std::size_t T>
 void expect_absent_when_off(CarFiles files) {
   constexpr Term kTerm = static_cast<Term>(T);
   if (kTerm == Term::compressor_map || kTerm == Term::intercooler || kTerm == Term::wastegate ||
-      kTerm == Term::overrun_valve) {
+      kTerm == Term::overrun_valve || kTerm == Term::turbine_map) {
     files.turbo = Turbo::kFull;
+    files.turbine_flow = {{100, 600}, {1.0, 3.0}, {2.0, 9.0, 2.0, 8.0}};
+    files.turbine_efficiency = {{100, 600}, {1.0, 3.0}, {0.5, 0.6, 0.6, 0.7}};
     files.compressor_kgps = {{5000, 20000}, {1.0, 3.0}, {0.1, 0.0, 0.4, 0.2}};
   }
   std::mt19937 random(3);
@@ -144,7 +146,8 @@ void expect_absent_when_off(CarFiles files) {
   const Term term = static_cast<Term>(T);
   const bool between_steps = term == Term::steering_actuator || term == Term::steering_friction ||
                              term == Term::throttle_actuator || term == Term::brake_actuator ||
-                             term == Term::steering_backlash || term == Term::brake_friction;
+                             term == Term::steering_backlash || term == Term::brake_friction ||
+                             term == Term::throttle_friction;
   const bool flat_friction = term == Term::road_friction;  // the plane has grip 1 everywhere
   EXPECT_EQ(matters, !between_steps && !flat_friction) << term_list()[T].name;
 }

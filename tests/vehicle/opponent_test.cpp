@@ -131,4 +131,68 @@ TEST(Opponent, SecondCarGainsInTheWakeOfTheFirstAndRepeatsToTheByte) {
   EXPECT_NEAR(ahead_m, 0.5 * first.telemetry.find("vx_mps")->front(), 1.0);
 }
 
+/// All columns but those of the wake.
+std::string drive_of(const LapResult& result) {
+  Table out;
+  for (std::size_t i = 0; i < result.telemetry.names.size(); ++i)
+    if (!result.telemetry.names[i].starts_with("wake_"))
+      out.add(result.telemetry.names[i], result.telemetry.columns[i]);
+  return format_table(out, 17);
+}
+
+// Two simulated cars in one run. Without slipstream each drives its single lap to the byte, also
+// after the other has left; with it the one behind is faster on the straights than alone.
+TEST(Opponent, TwoCarsInOneRun) {
+  const Vehicle v = read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  Amplitudes<double> calm = v.terms;
+  calm[Term::aero_slipstream] = 0.0;
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const Car<double> alone = make_car(v.files, v.parameters, calm);
+  const crg::Surface surface(stadium(400.0, 60.0));
+  const Road road(surface);
+  LapOptions behind, ahead;
+  behind.laps = ahead.laps = 2;
+  ahead.ahead_m = 12.0;
+  const LapResult single = drive_laps(alone, road, behind), other = drive_laps(alone, road, ahead);
+  const std::vector<Entrant> without{{&alone, behind}, {&alone, ahead}};
+  const std::vector<LapResult> apart = drive_together(without, road);
+  ASSERT_TRUE(apart[0].complete && apart[1].complete) << apart[0].problem << apart[1].problem;
+  EXPECT_EQ(drive_of(apart[0]), drive_of(single));
+  EXPECT_EQ(drive_of(apart[1]), drive_of(other));
+  EXPECT_NEAR(apart[0].telemetry.find("wake_x_m")->front(), 12.0, 0.2);
+  EXPECT_NEAR(apart[1].telemetry.find("wake_x_m")->front(), -12.0, 0.2);
+
+  const std::vector<Entrant> both{{&car, behind}, {&car, ahead}};
+  const std::vector<LapResult> towed = drive_together(both, road);
+  const std::vector<LapResult> again = drive_together(both, road);
+  ASSERT_TRUE(towed[0].complete && towed[1].complete) << towed[0].problem << towed[1].problem;
+  EXPECT_GT(towed[0].top_mps, single.top_mps + 0.5);
+  EXPECT_LT(towed[0].lap_s[1], single.lap_s[1] - 0.05);
+  EXPECT_LT(towed[0].nearest_m, apart[0].nearest_m);
+  EXPECT_EQ(towed[0].nearest_m, towed[1].nearest_m);
+  for (const std::size_t i : {0u, 1u})
+    EXPECT_EQ(format_table(towed[i].telemetry, 17), format_table(again[i].telemetry, 17));
+  // In which order they are named changes nothing.
+  const std::vector<Entrant> turned{{&car, ahead}, {&car, behind}};
+  EXPECT_EQ(format_table(drive_together(turned, road)[1].telemetry, 17),
+            format_table(towed[0].telemetry, 17));
+  RecordProperty("gain_s", std::to_string(single.lap_s[1] - towed[0].lap_s[1]));
+  RecordProperty("gain_mps", std::to_string(towed[0].top_mps - single.top_mps));
+}
+
+TEST(Opponent, CarsOfOneRunAreRefusedThatCannotGoTogether) {
+  const CarFiles files = test_car_files();
+  const Car<double> car = make_car(files, default_parameters(), default_amplitudes());
+  const crg::Surface surface(stadium());
+  LapOptions other;
+  other.step.step_s = 0.0005;
+  const std::vector<Entrant> steps{{&car, {}}, {&car, other}};
+  EXPECT_THAT([&] { drive_together(steps, Road(surface)); },
+              ::testing::ThrowsMessage<Error>(::testing::HasSubstr("one step for all cars")));
+  other = {};
+  other.ahead_m = 400.0;
+  EXPECT_THAT([&] { drive_laps(car, Road(surface), other); },
+              ::testing::ThrowsMessage<Error>(::testing::HasSubstr("a quarter of the line")));
+}
+
 }  // namespace

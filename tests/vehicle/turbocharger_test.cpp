@@ -32,8 +32,9 @@ laws::TurboRates<double> rates(const Car<double>& car, const laws::TurboState<do
   const auto& t = car.terms;
   return laws::turbocharged<double>(
       laws::turbo_parameters(car.parameters),
-      {t[Term::compressor_map], t[Term::wastegate], t[Term::overrun_valve], t[Term::intercooler]},
-      s, engine_radps, throttle, 1.0, car.files->compressor_kgps, car.files->compressor_efficiency);
+      {t[Term::compressor_map], t[Term::wastegate], t[Term::overrun_valve], t[Term::intercooler],
+       t[Term::turbine_map]},
+      s, engine_radps, throttle, 1.0, dynamics::turbo_maps(*car.files));
 }
 
 // The isentropic nozzle of St. Venant and Wantzel for air.
@@ -77,7 +78,7 @@ TEST(Turbocharger, CompressesByHeadAndFlowOfItsWheel) {
   EXPECT_NEAR(p.air_pa, rho * 287 * 295, 1e-6);
   const double area = std::numbers::pi / 4 * 0.056 * 0.056;
   const auto at = [&](double pressure) {
-    return laws::compressor<double>(p, shaft, pressure, {}, {}, 0.0);
+    return laws::compressor<double>(p, shaft, pressure, {{}, {}, {}, {}}, 0.0);
   };
   // Without a rise of pressure: the flow coefficient alone.
   EXPECT_NEAR(at(p.air_pa).kgps, rho * area * tip * 0.30, 1e-9);
@@ -99,6 +100,8 @@ TEST(Turbocharger, TakesFlowAndEfficiencyFromItsMap) {
   CarFiles files = turbo_files();
   files.compressor_kgps = {{10000, 16000}, {1.0, 2.0, 3.0}, {0.2, 0.1, 0.0, 0.35, 0.25, 0.1}};
   files.compressor_efficiency = {{10000, 16000}, {1.0, 3.0}, {0.6, 0.7, 0.65, 0.75}};
+  files.turbine_flow = {{100, 900}, {1.0, 4.0}, {2.0, 11.0, 1.0, 10.0}};
+  files.turbine_efficiency = {{100, 900}, {1.0, 4.0}, {0.5, 0.6, 0.6, 0.7}};
   Amplitudes<double> terms = default_amplitudes();
   terms[Term::intercooler] = 0.0;
   const Car<double> car = make_car(files, default_parameters(), terms);
@@ -187,8 +190,8 @@ TEST(Turbocharger, DifferentiatesLikeCentralDifferences) {
   files.compressor_efficiency = {{10000, 16000}, {1.0, 3.0}, {0.6, 0.7, 0.65, 0.75}};
   Parameters<double> p = default_parameters();
   Amplitudes<double> terms = default_amplitudes();
-  for (const Term t :
-       {Term::compressor_map, Term::wastegate, Term::overrun_valve, Term::intercooler})
+  for (const Term t : {Term::compressor_map, Term::wastegate, Term::overrun_valve,
+                       Term::intercooler, Term::turbine_map})
     terms[t] = 0.6;
   std::mt19937 random(3);
   struct Point {
@@ -210,8 +213,9 @@ TEST(Turbocharger, DifferentiatesLikeCentralDifferences) {
       const bool of_engine = name.starts_with("engine.") || name.starts_with("intake.") ||
                              name.starts_with("compressor") || name.starts_with("turb") ||
                              name == "wastegate" || name == "overrun_valve" ||
-                             name == "intercooler" || name == "aero.density_kgpm3" ||
-                             name == "environment.temperature_k" || name == "fuel.energy_jpkg";
+                             name == "intercooler" || name == "turbine_map" ||
+                             name == "aero.density_kgpm3" || name == "environment.temperature_k" ||
+                             name == "fuel.energy_jpkg";
       if (!of_engine || name == "turbo_lag") continue;
       Parameters<Jet> pj;
       Amplitudes<Jet> tj;
@@ -277,8 +281,8 @@ struct Bench {
 };
 
 Bench bench(double rpm, const StepOptions& options, const Amplitudes<double>& terms,
-            double close_s = 1e9, const Parameters<double>& p = default_parameters()) {
-  const CarFiles files = turbo_files();
+            double close_s = 1e9, const Parameters<double>& p = default_parameters(),
+            const CarFiles& files = turbo_files()) {
   Amplitudes<double> own = terms;
   own[Term::throttle_actuator] = 0.0;
   const Car<double> car = make_car(files, p, own);
@@ -412,10 +416,67 @@ TEST(Turbocharger, LetsTheChargeOutByTheOverrunValve) {
   EXPECT_LT(with.first, without.first - 2e4);
 }
 
+// A map of the turbine by hand: reduced flow 9 kg sqrt(K)/(s MPa) and efficiency 0.65 everywhere.
+TEST(Turbocharger, TurbineFollowsItsMap) {
+  CarFiles files = turbo_files();
+  files.turbine_flow = {{0, 1000}, {1.0, 4.0}, {9.0, 9.0, 9.0, 9.0}};
+  files.turbine_efficiency = {{0, 1000}, {1.0, 4.0}, {0.65, 0.65, 0.65, 0.65}};
+  Amplitudes<double> terms = default_amplitudes();
+  const Car<double> car = make_car(files, default_parameters(), terms);
+  const laws::TurboState<double> s{1.7e5, 2.0e5, 2.1e5, 14000};
+  const auto r = rates(car, s, 450, 0.7);
+  const double air_pa = 1.2 * 287 * 295;
+  EXPECT_NEAR(r.turbine_kgps, 9e-6 * 2.1e5 / std::sqrt(r.exhaust_k), 1e-12);
+  const double isentropic = 1150 * r.exhaust_k * (1 - std::pow(air_pa / 2.1e5, 287.0 / 1150.0));
+  EXPECT_NEAR(r.turbine_w, 0.65 * r.turbine_kgps * isentropic, 1e-6 * r.turbine_w);
+  EXPECT_NEAR(r.shaft_nm * 14000, r.turbine_w - r.compressor_w - r.bearing_w, 1e-6);
+  terms[Term::turbine_map] = 0.0;
+  const auto off = rates(make_car(files, default_parameters(), terms), s, 450, 0.7);
+  const CarFiles plain = turbo_files();
+  const auto closed = rates(make_car(plain, default_parameters(), terms), s, 450, 0.7);
+  EXPECT_EQ(off.turbine_w, closed.turbine_w);
+  EXPECT_EQ(off.exhaust_paps, closed.exhaust_paps);
+  EXPECT_GT(std::abs(r.turbine_w - closed.turbine_w), 1.0);
+  terms[Term::turbine_map] = 0.25;  // a quarter of the way, flow first
+  const auto part = rates(make_car(files, default_parameters(), terms), s, 450, 0.7);
+  EXPECT_NEAR(part.turbine_kgps,
+              closed.turbine_kgps + 0.25 * (r.turbine_kgps - closed.turbine_kgps), 1e-12);
+}
+
+// A map that flows and turns as a maker's does: the engine settles, without swings, at two steps.
+TEST(Turbocharger, RunsOnATurbineMap) {
+  const auto at_least = [](double step_s) {
+    CarFiles files = turbo_files();
+    files.turbine_flow = {{100, 300, 600},
+                          {1.0, 1.3, 1.8, 2.5, 4.0},
+                          {0, 8, 11, 12, 12.2, 0, 7, 10.5, 11.8, 12.1, 0, 6, 10, 11.5, 12}};
+    files.turbine_efficiency = {{100, 300, 600},
+                                {1.0, 1.5, 2.5, 4.0},
+                                {0.5, 0.45, 0.35, 0.3, 0.6, 0.66, 0.6, 0.5, 0.4, 0.6, 0.68, 0.62}};
+    return bench(3500, {step_s, Integrator::kSemiImplicit}, default_amplitudes(), 1e9,
+                 default_parameters(), files);
+  };
+  const Bench coarse = at_least(0.001), fine = at_least(0.0002);
+  EXPECT_GT(fine.most_nm, 250.0);
+  EXPECT_NEAR(coarse.most_nm / fine.most_nm, 1.0, 1e-3);
+  EXPECT_NEAR(coarse.rise_s / fine.rise_s, 1.0, 0.03);
+  EXPECT_LT(coarse.largest_swing, 1e-4);
+}
+
+// The surge line is the reader's: below it, in no flow, is surge; without a line nothing is said.
+TEST(Turbocharger, TellsSurgeByItsLine) {
+  const Map1 line{{1.0, 2.0, 3.0}, {0.01, 0.03, 0.06}};
+  EXPECT_TRUE(laws::surges(line, 0.0449, 2.5));
+  EXPECT_FALSE(laws::surges(line, 0.0451, 2.5));
+  EXPECT_TRUE(laws::surges(line, -0.01, 1.0));
+  EXPECT_FALSE(laws::surges({}, -0.01, 2.5));
+}
+
 // What changes the energy of car and shaft are the powers, and step by step their work.
 TEST(Turbocharger, ClosesTheEnergyAccount) {
   using Jet = ceres::Jet<double, 1>;
-  const CarFiles files = turbo_files();
+  CarFiles files = turbo_files();
+  files.turbine_efficiency = {{100, 900}, {1.0, 4.0}, {0.5, 0.6, 0.6, 0.7}};
   const Car<double> car = make_car(files, default_parameters(), default_amplitudes());
   std::mt19937 random(9);
   const State<double> s = random_state(random);

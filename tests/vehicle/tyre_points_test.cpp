@@ -1,5 +1,6 @@
 #include "vehicle/tyre_points.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -11,7 +12,7 @@
 
 #include "base/write_file.h"
 #include "support/places.h"
-#include "tyre_files.h"
+#include "test_car.h"
 #include "vehicle/error.h"
 
 namespace {
@@ -46,6 +47,64 @@ TEST(TyrePoints, NamesWhatIsMissing) {
               HasSubstr("point 1 has an empty cell"));
   EXPECT_THAT(message("fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n1,0,2,0,0\n"),
               HasSubstr("right angle"));
+}
+
+// The sample file's numbers of TurnSlip.FollowsThePublishedEquations, written down in another
+// language, here by the columns of a table.
+TEST(TyrePoints, TurnSlipFollowsThePublishedEquations) {
+  const std::string file = places::data() + "/tyre/sample_mf62.tir";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "no " << file;
+  const auto points = vehicle::parse_table(
+      "turn_1pm,fz_n,kappa,alpha_rad,gamma_rad,vx_mps\n0.2,4000,0,0,0,10\n50,4000,0,0,0,10\n"
+      "0.5,3000,0.05,-0.08,0,10\n-1,5500,-0.1,0.05,0.06,10\n3,2000,0,0.12,-0.05,10\n",
+      "p");
+  const auto out = vehicle::evaluate_tyre(vehicle::read_tyre(file).coefficients, points, "p");
+  constexpr double kFx_n[] = {32.741584, -189.962912, 1986.331585, -5275.481294, 1.423754};
+  constexpr double kFy_n[] = {-711.420454, -24.964568, 2434.250570, -838.524179, -1900.769242};
+  constexpr double kMz_nm[] = {-66.291052, -191.443759, -15.990959, 16.320815, -12.537203};
+  for (std::size_t i = 0; i < out.rows(); ++i) {
+    EXPECT_NEAR((*out.find("fx_n"))[i], kFx_n[i], 1e-3) << i;
+    EXPECT_NEAR((*out.find("fy_n"))[i], kFy_n[i], 1e-3) << i;
+    EXPECT_NEAR((*out.find("mz_nm"))[i], kMz_nm[i], 1e-4) << i;
+  }
+}
+
+// Equations (4.88) to (4.90) say that a little turning is what a little inclination is: R0 turn
+// counts as (1 - epsilon) sin gamma. The inclined tyre, asked without turning, runs through the
+// formulas that know no turn slip.
+TEST(TyrePoints, SmallTurningActsAsAnInclination) {
+  vehicle::TyreCoefficients tyre = test_car_files().tyre[0];
+  tyre.pvy1 = tyre.pvy2 = tyre.phy1 = tyre.phy2 = 0.0;  // a tyre without ply steer
+  tyre.pdyp4 = 0.0;                                     // its root is no slope
+  const double gamma = 1e-4;
+  const double turn_1pm = (1.0 - tyre.pecp1) * gamma / tyre.unloaded_radius_m;
+  std::string text = "fz_n,kappa,alpha_rad,gamma_rad,vx_mps,turn_1pm\n";
+  for (const double fz_n : {1500.0, 3000.0, 4500.0})
+    text += fmt::format("{0},0,0,{1},20,0\n{0},0,0,0,20,{2}\n", fz_n, gamma, turn_1pm);
+  const auto out = vehicle::evaluate_tyre(tyre, vehicle::parse_table(text, "p"), "p");
+  const auto& fy_n = *out.find("fy_n");
+  for (std::size_t i = 0; i < out.rows(); i += 2) {
+    EXPECT_GT(std::abs(fy_n[i]), 0.05);
+    EXPECT_NEAR(fy_n[i + 1], fy_n[i], 2e-3 * std::abs(fy_n[i])) << i;
+  }
+}
+
+TEST(TyrePoints, TurningATyreWithoutTurnSlipIsRefused) {
+  const auto at = [](const char* turn) {
+    return vehicle::parse_table(
+        std::string("fz_n,kappa,alpha_rad,gamma_rad,vx_mps,turn_1pm\n3000,0,0.1,0,20,") + turn +
+            "\n",
+        "p.csv");
+  };
+  try {
+    vehicle::evaluate_tyre(test_tyre(), at("0.2"), "p.csv");
+    FAIL() << "not refused";
+  } catch (const vehicle::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("p.csv: point 1 has turn_1pm = 0.2"));
+    EXPECT_THAT(error.what(), HasSubstr("QCRP1"));
+  }
+  EXPECT_NE((*vehicle::evaluate_tyre(test_tyre(), at("0"), "p").find("fy_n"))[0], 0.0);
+  EXPECT_THROW(vehicle::evaluate_tyre(test_car_files().tyre[0], at(""), "p"), vehicle::Error);
 }
 
 TEST(TyrePoints, RunFromTheCommandLine) {

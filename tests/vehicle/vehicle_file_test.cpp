@@ -77,6 +77,29 @@ TEST_F(VehicleFile, ReadsATurbochargerAndItsMaps) {
   EXPECT_EQ(read_vehicle(path("vehicle.yaml")).files.turbo, Turbo::kFirstOrder);
 }
 
+TEST_F(VehicleFile, ReadsTurbineSurgeAndSteeringMaps) {
+  base::write_file(path("flow.csv"),
+                   "speed_radps_per_root_k:expansion_ratio,1,2\n100,2,9\n600,1,8\n");
+  base::write_file(path("efficiency.csv"),
+                   "speed_radps_per_root_k:expansion_ratio,1,2\n100,0.5,0.6\n600,0.6,0.7\n");
+  base::write_file(path("surge.csv"), "pressure_ratio,flow_kgps\n1,0.01\n3,0.06\n");
+  base::write_file(path("rack.csv"), "steer_command_rad,steer_rad\n-5,-0.4\n0,0\n5,0.45\n");
+  const std::string maps =
+      "  turbine_flow: flow.csv\n  turbine_efficiency: efficiency.csv\n"
+      "  compressor_surge_kgps: surge.csv\n  steering: rack.csv\n";
+  EXPECT_EQ(refusal(text() + maps + "turbo: full\n"), "");
+  const Vehicle v = read_vehicle(path("vehicle.yaml"));
+  EXPECT_EQ(v.files.turbine_flow.z[1], 9.0);
+  EXPECT_EQ(v.files.turbine_efficiency.z[3], 0.7);
+  EXPECT_EQ(v.files.compressor_surge_kgps.y[1], 0.06);
+  EXPECT_EQ(v.files.steering.y[2], 0.45);
+  EXPECT_THAT(refusal(text() + maps + "parameters: {steering.ratio: 14}\n"),
+              HasSubstr("steering.ratio = 14 beside a steering map"));
+  base::write_file(path("flow.csv"),
+                   "speed_radps_per_root_k:expansion_ratio,1,2\n100,2e-3,9e-3\n600,0,8e-3\n");
+  EXPECT_THAT(refusal(text() + maps), HasSubstr("kg sqrt(K)/(s MPa)"));
+}
+
 TEST_F(VehicleFile, ReadsACarWithParametersTermsAndSetup) {
   base::write_file(path("setup.txt"),
                    "# camber\nfront.camber_rad = -0.03 # more\n\nrear.toe_rad=+0.001\n");

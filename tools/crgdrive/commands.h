@@ -47,6 +47,9 @@ struct LapCommand {
   std::string track_path, friction_path, out_path, devices_path;
   std::vector<std::string> opponent_paths;  ///< logs of other cars
   double opponent_ahead_s = 1.0;
+  std::string second_path, second_out_path;  ///< another simulated car; empty: none
+  double second_ahead_m = 15.0;
+  double second_grip_usage = 0.75;
   int laps = 1;
   bool standing = false;
   double tyre_k = 360.0, disc_k = 500.0, fuel_kg = 30.0;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/json_text.h"
 #include "live.h"
@@ -25,6 +26,11 @@ std::string sentences(const vehicle::LapResult& result) {
       result.top_mps, result.furthest_off_line_m, result.least_edge_m, result.steps_off_road,
       result.steps, 100.0 * result.step_swing);
   if (!result.swing_warning.empty()) text += result.swing_warning + "\n";
+  if (result.surge_s > 0.0)
+    text += fmt::format(
+        "the compressor was below its surge line for {:.2f} s; no surge cycle is modelled, so "
+        "pressures there are too calm\n",
+        result.surge_s);
   const double sum = result.energy_j.sum();
   text += fmt::format(
       "energy: engine {:.1f} kJ, drag {:.1f}, brakes {:.1f}, tyres {:.1f}, driveline {:.1f}, "
@@ -37,7 +43,7 @@ std::string sentences(const vehicle::LapResult& result) {
   return text;
 }
 
-nlohmann::ordered_json numbers(const LapCommand& command, const vehicle::LapResult& result) {
+nlohmann::ordered_json numbers(const std::string& out_path, const vehicle::LapResult& result) {
   const vehicle::Powers<double>& e = result.energy_j;
   return {{"complete", result.complete},
           {"lap_s", result.lap_s},
@@ -57,15 +63,12 @@ nlohmann::ordered_json numbers(const LapCommand& command, const vehicle::LapResu
             {"dampers", e.damper},
             {"sum", e.sum()},
             {"change", result.energy_change_j}}},
-          {"telemetry", command.out_path}};
+          {"surge_s", result.surge_s},
+          {"telemetry", out_path}};
 }
 
-}  // namespace
-
-int lap(const LapCommand& command, Terminal& terminal) {
-  const vehicle::Vehicle v = load_vehicle(command.car);
-  const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
-  const crg::Surface surface = read_road(command.track_path, command.friction_path, terminal);
+/// What the command says of a run, without what lives as long as the run.
+vehicle::LapOptions lap_options(const LapCommand& command) {
   vehicle::LapOptions options;
   options.laps = command.laps;
   options.standing = command.standing;
@@ -76,42 +79,96 @@ int lap(const LapCommand& command, Terminal& terminal) {
   options.speed.begin_mps = command.begin_mps;
   options.line.margin_m = command.margin_m;
   options.step = step_options(command.car);
-  options.progress = terminal.progress();
-  Live live(command.live);
-  if (live.wanted()) options.on_row = [&](const vehicle::Table& table) { live.row(table); };
-  options.record_every = command.out_path.empty() && !live.wanted()
-                             ? 0
-                             : steps_per_row(command.rate_hz, options.step.step_s, terminal);
-
   for (std::size_t i = 0; i < command.opponent_paths.size(); ++i) {
     const std::string& path = command.opponent_paths[i];
     options.opponents.push_back(vehicle::make_opponent(
         vehicle::read_log(path), static_cast<double>(i + 1) * command.opponent_ahead_s, path));
   }
+  return options;
+}
+
+/// The telemetry of one car of the run, with all files that had a part in it.
+void write_drive(const LapCommand& command, const std::string& out_path, const vehicle::Vehicle& v,
+                 const CarOptions& car, const std::vector<std::string>& others,
+                 const vehicle::LapResult& result) {
+  if (out_path.empty()) return;
+  std::vector<std::string> files{command.track_path};
+  if (!command.friction_path.empty()) files.push_back(command.friction_path);
+  if (!command.devices_path.empty()) files.push_back(command.devices_path);
+  files.insert(files.end(), command.opponent_paths.begin(), command.opponent_paths.end());
+  files.insert(files.end(), others.begin(), others.end());
+  std::string from = provenance("lap", v, car, files) +
+                     fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n", command.fuel_kg,
+                                 command.tyre_k, command.disc_k);
+  if (!command.opponent_paths.empty())
+    from += fmt::format("# opponents {:g} s ahead\n", command.opponent_ahead_s);
+  if (!command.second_path.empty())
+    from += fmt::format("# two cars, the second begins {:g} m ahead, grip usage {:g} and {:g}\n",
+                        command.second_ahead_m, command.grip_usage, command.second_grip_usage);
+  write_telemetry(out_path, from, result.telemetry);
+}
+
+}  // namespace
+
+int lap(const LapCommand& command, Terminal& terminal) {
+  const vehicle::Vehicle v = load_vehicle(command.car);
+  const auto car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
+  const crg::Surface surface = read_road(command.track_path, command.friction_path, terminal);
+  std::vector<vehicle::Entrant> entrants{{&car, lap_options(command)}};
+  vehicle::LapOptions& options = entrants.front().options;
+  options.progress = terminal.progress();
+  Live live(command.live);
+  if (live.wanted()) options.on_row = [&](const vehicle::Table& table) { live.row(table); };
+  const std::size_t every = steps_per_row(command.rate_hz, options.step.step_s, terminal);
+  options.record_every = command.out_path.empty() && !live.wanted() ? 0 : every;
   vehicle::DeviceFile devices;
   if (!command.devices_path.empty()) {
     devices = vehicle::read_devices(command.devices_path);
     options.devices = &devices;
   }
 
-  const vehicle::LapResult result = vehicle::drive_laps(car, vehicle::Road(surface), options);
-  if (terminal.json)
-    terminal.print(base::json_text(numbers(command, result)));
-  else
-    terminal.print(sentences(result));
-  if (!command.out_path.empty()) {
-    std::vector<std::string> files{command.track_path};
-    if (!command.friction_path.empty()) files.push_back(command.friction_path);
-    if (!command.devices_path.empty()) files.push_back(command.devices_path);
-    files.insert(files.end(), command.opponent_paths.begin(), command.opponent_paths.end());
-    std::string from = provenance("lap", v, command.car, files) +
-                       fmt::format("# start fuel_kg={:g} tyre_k={:g} disc_k={:g}\n",
-                                   command.fuel_kg, command.tyre_k, command.disc_k);
-    if (!command.opponent_paths.empty())
-      from += fmt::format("# opponents {:g} s ahead\n", command.opponent_ahead_s);
-    write_telemetry(command.out_path, from, result.telemetry);
+  CarOptions second_options = command.car;  // its step and contact; settings are the first car's
+  second_options.vehicle_path = command.second_path;
+  second_options.setup_path.clear();
+  second_options.settings.clear();
+  vehicle::Vehicle second_v;
+  std::optional<vehicle::Car<double>> second;
+  if (!command.second_path.empty()) {
+    second_v = load_vehicle(second_options);
+    second =
+        vehicle::make_car(second_v.files, second_v.parameters, second_v.terms, second_v.contact);
+    vehicle::LapOptions other = lap_options(command);
+    other.ahead_m = command.second_ahead_m;
+    other.speed.grip_usage = command.second_grip_usage;
+    other.record_every = command.second_out_path.empty() ? 0 : every;
+    other.devices = options.devices;
+    entrants.push_back({&*second, std::move(other)});
   }
-  if (!result.complete) throw vehicle::Error(result.problem);
+
+  const auto results = vehicle::drive_together(entrants, vehicle::Road(surface));
+  const vehicle::LapResult& result = results.front();
+  if (terminal.json) {
+    nlohmann::ordered_json told = numbers(command.out_path, result);
+    if (second) {
+      told["nearest_m"] = result.nearest_m;
+      told["second"] = numbers(command.second_out_path, results.back());
+    }
+    terminal.print(base::json_text(told));
+  } else if (second) {
+    terminal.print("first car\n" + sentences(result) + "second car\n" + sentences(results.back()) +
+                   fmt::format("the cars' centres came within {:.1f} m; cars do not touch\n",
+                               result.nearest_m));
+  } else {
+    terminal.print(sentences(result));
+  }
+  write_drive(command, command.out_path, v, command.car, second_v.read_files, result);
+  if (second)
+    write_drive(command, command.second_out_path, second_v, second_options, v.read_files,
+                results.back());
+  for (std::size_t i = 0; i < results.size(); ++i)
+    if (!results[i].complete)
+      throw vehicle::Error((second ? (i == 0 ? "first car: " : "second car: ") : "") +
+                           results[i].problem);
   return kOk;
 }
 

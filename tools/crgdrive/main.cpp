@@ -47,7 +47,7 @@ void add_tyre(const CommandLine& line, crgdrive::TyreCommand& tyre) {
       ->required();
   CLI::Option* const points =
       add_input(*tyre_app, "--points", tyre.points_path,
-                "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa]");
+                "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa][,turn_1pm]");
   CLI::Option* const forces =
       add_output_file(*tyre_app, tyre.out_path,
                       "CSV to write: the points and fx_n,fy_n,mz_nm,mx_nm,my_nm")
@@ -91,6 +91,23 @@ void add_lap(const CommandLine& line, crgdrive::LapCommand& lap) {
           "--opponent-ahead-s", lap.opponent_ahead_s,
           "The first opponent's log is this far ahead at the start, s; the next twice as far")
       ->check(CLI::Range(-3600.0, 3600.0));
+  CLI::Option* const second =
+      add_input(*lap_app, "--second", lap.second_path,
+                "Vehicle file of another car, driven in the same run by its own driver; each is in "
+                "the other's slipstream");
+  add_output_file(*lap_app, lap.second_out_path, "Telemetry of the second car to write",
+                  "--second-output")
+      ->needs(second);
+  lap_app
+      ->add_option("--second-ahead-m", lap.second_ahead_m,
+                   "The second car begins this far ahead of the first, m")
+      ->needs(second)
+      ->check(CLI::Range(0.0, 1000.0));
+  lap_app
+      ->add_option("--second-grip-usage", lap.second_grip_usage,
+                   "Share of the tyres' grip the second car's driver uses")
+      ->needs(second)
+      ->check(CLI::Range(0.05, 1.2));
   lap_app->add_option("--laps", lap.laps, "Laps of a closed road")->check(CLI::Range(1, 1000));
   lap_app->add_flag("--standing", lap.standing, "Start from standstill");
   lap_app

@@ -17,6 +17,28 @@
 namespace crgdrive {
 namespace {
 
+/// What turning about the vertical alone does, at each load.
+report::Plot turning(const char* title, const char* y_name, const vehicle::TyreCoefficients& tyre,
+                     const vehicle::TyreOptions& options, const std::array<double, 4>& loads_n,
+                     double vehicle::TyreForces<double>::*member) {
+  constexpr int kPoints = 200;
+  constexpr double kMostTurn_1pm = 2.0;
+  report::Plot plot{title, "turning over speed, 1/m", y_name, {}};
+  for (const double fz_n : loads_n) {
+    report::PlotLine line{fmt::format("{:.0f} N", fz_n), {}, {}};
+    for (int i = -kPoints; i <= kPoints; ++i) {
+      vehicle::TyreInput<double> in;
+      in.fz_n = fz_n;
+      in.vx_mps = tyre.nominal_speed_mps;
+      in.turn_1pm = kMostTurn_1pm * i / kPoints;
+      line.x.push_back(in.turn_1pm);
+      line.y.push_back(vehicle::tyre_forces(tyre, in, {}, options).*member);
+    }
+    plot.lines.push_back(std::move(line));
+  }
+  return plot;
+}
+
 /// Curves of pure slip at four loads, and what slip in the other direction leaves of them.
 std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
                    const vehicle::TyreOptions& options) {
@@ -83,6 +105,12 @@ std::string curves(const TyreCommand& command, const vehicle::TyreFile& file,
                                 [](const Forces& f) { return f.fx_n; }));
   page.plots.push_back(combined("Side force with longitudinal slip, nominal load", "kappa", "N",
                                 [](const Forces& f) { return f.fy_n; }));
+  if (vehicle::has_turn_slip(tyre)) {
+    page.plots.push_back(
+        turning("Side force by turn slip alone", "N", tyre, options, loads_n, &Forces::fy_n));
+    page.plots.push_back(turning("Aligning moment by turn slip alone", "N m", tyre, options,
+                                 loads_n, &Forces::mz_nm));
+  }
   return report::plot_page(page);
 }
 

@@ -65,6 +65,11 @@ int run(const RunCommand& command, Terminal& terminal) {
   if (!std::isfinite(command.fuel_kg))
     throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
   const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
+  if (!car.files.steering.empty())
+    throw vehicle::Error(fmt::format(
+        "{}: has a steering map, but crgexplain reckons with a constant ratio; wanted a vehicle "
+        "with steering.ratio alone, and logs with the road wheels' angle steer_rad",
+        command.vehicle_path));
   const std::vector<std::string> inputs = inputs_of(command, car);
   refuse_to_overwrite(inputs, command.out_path);
   const Road road = read_road(command.track_path, command.friction_path);

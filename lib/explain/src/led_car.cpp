@@ -60,7 +60,8 @@ vehicle::Car<double> car_with(const Signals& s, const vehicle::Vehicle& stated,
   if (!s.commanded[kSteer])
     for (const Term t : {Term::steering_actuator, Term::steering_friction, Term::steering_backlash})
       past(t);
-  if (!s.commanded[kThrottle]) past(Term::throttle_actuator);
+  if (!s.commanded[kThrottle])
+    for (const Term t : {Term::throttle_actuator, Term::throttle_friction}) past(t);
   if (!s.commanded[kBrakeFront]) past(Term::brake_actuator);
   q[P::rear_tyre_slip_stiffness] *= set.slip;
   terms[Term::wheel_reaction] += set.reaction;

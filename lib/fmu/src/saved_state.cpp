@@ -13,7 +13,7 @@ namespace fmu {
 namespace {
 
 constexpr std::string_view kMagic = "kerbstone car ";
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 
 /// Appends little-endian words.
 class Writer {
@@ -103,6 +103,7 @@ void each_field_of_simulation(Archive& archive, Simulation& sim) {
   each_field_of_stick(archive, d.steer_stick);
   archive.number(d.played_steer_rad);
   for (auto& stick : d.brake_stick) each_field_of_stick(archive, stick);
+  each_field_of_stick(archive, d.throttle_stick);
   small(archive, d.gear);
   small(archive, d.gear_wanted);
   archive.number(d.shift_left_s);

@@ -59,6 +59,10 @@ class Reader {
 void read_driver(const vehicle::Recording& recording, const vehicle::Car<double>& car,
                  Reader& reader, ForceChannels& out) {
   if (!reader.add("steer_rad", false, kPlaceSteer, 5e-5, kPlaceSteerOffset)) {
+    if (!car.files->steering.empty())
+      throw base::Error(
+          "the vehicle has a steering map and the recording has no steer_rad; forces take "
+          "steer_command_rad by a constant ratio only: wanted the road wheels' angle");
     reader.need(reader.add("steer_command_rad", false, kPlaceSteer, 5e-5, kPlaceSteerOffset,
                            1.0 / car.parameters[P::steering_ratio]),
                 "steer_rad");

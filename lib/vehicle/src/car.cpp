@@ -38,6 +38,70 @@ Cams make_cams(const StripShape& strip, double unloaded_radius_m, double patch_l
   return out;
 }
 
+namespace {
+
+/// The map of a rack can be gone back, has straight ahead within it, and is not scaled twice.
+void check_rack(const Map1& rack, double ratio) {
+  check_map(rack, "steering map");
+  if (rack.empty()) return;
+  if (rack.x.size() < 2) throw Error("steering map: one place, wanted at least two places");
+  for (std::size_t i = 1; i < rack.y.size(); ++i)
+    if (!(rack.y[i] > rack.y[i - 1]))
+      throw Error(
+          fmt::format("steering map: steer_rad must ascend; value {} is {}, the one before {}",
+                      i + 1, rack.y[i], rack.y[i - 1]));
+  if (!(rack.x.front() < 0.0 && rack.x.back() > 0.0 && rack.y.front() < 0.0 && rack.y.back() > 0.0))
+    throw Error("steering map: wanted places left and right of straight ahead, 0 between them");
+  if (!(ratio >= 0.5 && ratio <= 2.0))
+    throw Error(fmt::format(
+        "steering.ratio = {} beside a steering map, which has the ratio already; wanted 0.5 to 2 "
+        "(1: as mapped)",
+        ratio));
+  for (const double end : {rack.y.front(), rack.y.back()})
+    if (!(std::abs(end / ratio) < 1.5))
+      throw Error(fmt::format(
+          "steering map: steer_rad = {} over steering.ratio = {}, wanted less than a right angle",
+          end, ratio));
+}
+
+/// Every map there is has axes and values that can be.
+void check_maps(const CarFiles& files) {
+  if (files.engine_torque_nm.empty()) throw Error("the car has no engine map");
+  check_map(files.engine_torque_nm, "engine map");
+  check_map(files.damper_n[0], "front damper map");
+  check_map(files.damper_n[1], "rear damper map");
+  check_map(files.drag_factor, "drag map");
+  check_map(files.front_lift_factor, "front lift map");
+  check_map(files.rear_lift_factor, "rear lift map");
+  check_map(files.yaw_drag_factor, "drag over yaw map");
+  check_map(files.yaw_lift_factor, "lift over yaw map");
+  check_map(files.wake_drag_factor, "slipstream drag map");
+  check_map(files.wake_lift_factor, "slipstream lift map");
+  check_map(files.pad_friction, "pad friction map");
+  check_map(files.compressor_kgps, "compressor flow map");
+  check_map(files.compressor_efficiency, "compressor efficiency map");
+  check_map(files.compressor_surge_kgps, "compressor surge line");
+  check_map(files.turbine_flow, "turbine flow map");
+  check_map(files.turbine_efficiency, "turbine efficiency map");
+  const auto within = [](const std::vector<double>& values, double low, double high,
+                         const char* what) {
+    for (const double value : values)
+      if (!(value >= low && value <= high))
+        throw Error(fmt::format("{}: {}, wanted {:g} to {:g}", what, value, low, high));
+  };
+  within(files.compressor_efficiency.z, 0.05, 1.0, "compressor efficiency map");
+  within(files.turbine_efficiency.z, 0.0, 1.0, "turbine efficiency map");
+  // 0.5: a nozzle of 4 mm; a map in kg sqrt(K)/(s kPa) lies below it.
+  within(files.turbine_flow.z, 0.0, 500.0, "turbine flow map");
+  if (const auto& flow = files.turbine_flow.z;
+      !flow.empty() && !(*std::max_element(flow.begin(), flow.end()) > 0.5))
+    throw Error(fmt::format(
+        "turbine flow map: at most {}, wanted above 0.5; its unit is kg sqrt(K)/(s MPa)",
+        *std::max_element(flow.begin(), flow.end())));
+}
+
+}  // namespace
+
 void check_car(const CarFiles& files, const Parameters<double>& p,
                const Amplitudes<double>& terms) {
   using P = Parameter;
@@ -98,23 +162,8 @@ void check_car(const CarFiles& files, const Parameters<double>& p,
   inertia(P::chassis_pitch_inertia_kgm2, iy);
   inertia(P::chassis_yaw_inertia_kgm2, iz);
 
-  if (files.engine_torque_nm.empty()) throw Error("the car has no engine map");
-  check_map(files.engine_torque_nm, "engine map");
-  check_map(files.damper_n[0], "front damper map");
-  check_map(files.damper_n[1], "rear damper map");
-  check_map(files.drag_factor, "drag map");
-  check_map(files.front_lift_factor, "front lift map");
-  check_map(files.rear_lift_factor, "rear lift map");
-  check_map(files.yaw_drag_factor, "drag over yaw map");
-  check_map(files.yaw_lift_factor, "lift over yaw map");
-  check_map(files.wake_drag_factor, "slipstream drag map");
-  check_map(files.wake_lift_factor, "slipstream lift map");
-  check_map(files.pad_friction, "pad friction map");
-  check_map(files.compressor_kgps, "compressor flow map");
-  check_map(files.compressor_efficiency, "compressor efficiency map");
-  for (const double efficiency : files.compressor_efficiency.z)
-    if (!(efficiency >= 0.05 && efficiency <= 1.0))
-      throw Error(fmt::format("compressor efficiency map: {}, wanted 0.05 to 1", efficiency));
+  check_maps(files);
+  check_rack(files.steering, p[P::steering_ratio]);
 }
 
 }  // namespace vehicle

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "vehicle/steady_engine.h"
+
 namespace vehicle {
 namespace {
 
@@ -107,18 +109,35 @@ double steer(const Driver& driver, const RacingLine& line, const Car<double>& ca
   const double understeer = understeer_of(car, detail);
   // A tail that comes round turns the car faster than the arc asks: he steers against it.
   const double against = o.yaw_damping * wheelbase * (arc - state[kYawRate] / std::max(vx, 5.0));
-  return p[P::steering_ratio] *
-         std::clamp(arc * (wheelbase + understeer * vx * vx) + against, -0.45, 0.45);
+  return laws::steering_command(
+      car.files->steering, p[P::steering_ratio],
+      std::clamp(arc * (wheelbase + understeer * vx * vx) + against, -0.45, 0.45));
+}
+
+/// An engine that lacks boost gives less than its throttle does in the long run: he presses on
+/// until it gives what he wants, over a fifth of a second, by no more than what the engine has at
+/// all.
+void press_for_boost(Driver& driver, double wanted_nm, double given_nm, double most_nm) {
+  constexpr double kSoon_s = 0.2;
+  driver.missing_nm =
+      std::clamp(driver.missing_nm + driver.options.step_s / kSoon_s * (wanted_nm - given_nm), 0.0,
+                 std::max(0.0, most_nm));
 }
 
 /// Throttle for a force; `gain` is force per torque of the engine, `closed` its torque without
 /// throttle. A foot moves in a tenth of a second.
-double press_throttle(Driver& driver, const Car<double>& car, const State<double>& state,
-                      const Detail<double>& detail, double force, double gain, double closed) {
+double press_throttle(Driver& driver, const RacingLine& line, const Car<double>& car,
+                      const State<double>& state, const Detail<double>& detail, double force,
+                      double gain, double closed) {
   const DriverOptions& o = driver.options;
-  const double full = laws::map_torque(car.parameters[Parameter::engine_torque],
-                                       car.files->engine_torque_nm, state[kEngine], 1.0);
+  const double factor = car.parameters[Parameter::engine_torque];
+  const double full = laws::map_torque(factor, engine_map(car, line), state[kEngine], 1.0);
   double throttle = std::clamp((force / gain - closed) / std::max(1.0, full - closed), 0.0, 1.0);
+  if (!line.engine_torque_nm.empty()) {
+    const double wanted_nm = force / gain / factor;
+    press_for_boost(driver, wanted_nm, detail.turbo.engine_nm, (full - closed) / factor);
+    throttle = throttle_for(line.engine_torque_nm, state[kEngine], wanted_nm + driver.missing_nm);
+  }
   if (force < gain * closed) throttle = 0.0;
   const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);
   if (spin > o.slip_drive)
@@ -188,8 +207,8 @@ Controls<double> drive(Driver& driver, const RacingLine& line, const Car<double>
   const double gain =
       ratio_of(car, driver.gear) * p[P::gearbox_efficiency] / car.static_radius_m[1];
   const double closed =
-      laws::map_torque(p[P::engine_torque], car.files->engine_torque_nm, state[kEngine], 0.0);
-  out.throttle_command = press_throttle(driver, car, state, detail, force, gain, closed);
+      laws::map_torque(p[P::engine_torque], engine_map(car, line), state[kEngine], 0.0);
+  out.throttle_command = press_throttle(driver, line, car, state, detail, force, gain, closed);
   const double braking = std::max(0.0, gain * closed - force - 0.02 * mass);
   if (braking > 0.0 && wanted < vx + 0.5)
     out.brake_command_pa = press_brakes(driver, car, detail, braking);

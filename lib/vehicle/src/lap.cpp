@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <optional>
 
 #include "vehicle/error.h"
+#include "vehicle/laws/turbocharger.h"
 #include "vehicle/step_swing.h"
 #include "vehicle/work.h"
 
@@ -63,12 +65,17 @@ Begin begin_on(const RacingLine& line, const crg::Surface& surface, const Car<do
                const LapOptions& options) {
   Begin out;
   std::size_t& first = out.station;
-  double ahead_m = line.closed ? 0.0 : tail_of(car);
+  double ahead_m = (line.closed ? 0.0 : tail_of(car)) + options.ahead_m;
+  if (!(ahead_m >= 0.0 && ahead_m < 0.25 * line.length_m))
+    throw Error(
+        fmt::format("a car that begins {:g} m ahead; wanted 0 to {:.0f} m, a quarter of "
+                    "the line",
+                    options.ahead_m, 0.25 * line.length_m));
   while (first + 2 < line.s_m.size() && line.s_m[first + 1] <= ahead_m) ++first;
   ahead_m -= line.s_m[first];
   const std::size_t next = (first + 1) % line.x_m.size();
   const double heading_rad =
-      line.closed ? line.heading_rad[0]
+      line.closed ? line.heading_rad[first]
                   : std::atan2(line.y_m[next] - line.y_m[first], line.x_m[next] - line.x_m[first]);
   StartOptions& begin = out.start;
   begin.x_m = line.x_m[first] + ahead_m * std::cos(heading_rad);
@@ -87,6 +94,7 @@ Begin begin_on(const RacingLine& line, const crg::Surface& surface, const Car<do
 Driver driver_on(const RacingLine& line, const Begin& begin, const LapOptions& options) {
   Driver driver;
   driver.options = options.driver;
+  driver.options.step_s = options.step.step_s;
   driver.gear = begin.start.gear;
   driver.station = begin.station;
   driver.s_m = line.s_m[begin.station];
@@ -180,85 +188,170 @@ void plan_next(const Car<double>& car, const State<double>& state, SpeedOptions&
   plan_speed(line, car, plan);
 }
 
+/// A car under way: what it has, what it did.
+class LapRun {
+ public:
+  LapRun(const Car<double>& car, const Road& road, const LapOptions& options, bool among_others)
+      : car_(car),
+        road_(road),
+        options_(options),
+        surface_(*road.surface()),
+        line_(line_for(surface_, options)),
+        plan_(options.speed),
+        recorder_(options.devices, options.record_every, options.step.step_s, options.on_row),
+        tracker_(surface_),
+        clock_(line_, options.step.step_s, nose_of(car)),
+        laps_(line_.closed ? options.laps : 1),
+        among_others_(among_others) {
+    plan_.tyre_k = options.tyre_k;
+    plan_.fuel_kg = options.fuel_kg;
+    plan_.standing_start = options.standing;
+    plan_speed(line_, car, plan_);
+    const Begin begin = begin_on(line_, surface_, car, options);
+    sim_ = start(car, road, begin.start);
+    driver_ = driver_on(line_, begin, options);
+    const auto& v_m = surface_.file().grid.v_m;
+    out_.least_edge_m = v_m.back() - v_m.front();
+    energy_begin_ = energy(car, sim_.state);
+  }
+  LapRun(const LapRun&) = delete;
+  LapRun& operator=(const LapRun&) = delete;
+
+  bool under_way() const {
+    return out_.problem.empty() && static_cast<int>(out_.lap_s.size()) < laps_;
+  }
+  OpponentPlace place() const { return {sim_.state[kX], sim_.state[kY]}; }
+
+  /// One step, with other cars where they are now.
+  void advance(std::span<const OpponentPlace> others) {
+    const State<double> before = sim_.state;
+    const double time_s = sim_.time_s;
+    Controls<double> controls = drive(driver_, line_, car_, sim_.state, detail_);
+    feel_wake(nearest_wake(options_.opponents, time_s, others, sim_.state), controls);
+    const StepResult result = step(car_, sim_, controls, road_, options_.step, detail_);
+    ++out_.steps;
+    const RoadPoint& under = detail_.wheel[0].road;
+    if (!result.ok()) {
+      out_.problem = describe(result, time_s, under.u_m, under.v_m);
+      return;
+    }
+    add(out_.energy_j, work_of_step(car_, before, sim_.state, detail_, options_.step));
+    swing_.look(car_, before, detail_);
+    note(before, others);
+    if (recorder_.wants_step()) {
+      const crg::UV place = tracker_.at(
+          before[kX], before[kY], before[kZ] - car_.parameters[Parameter::chassis_cog_height_m]);
+      wakes_.note(controls);
+      recorder_.record(time_s, before, detail_, controls, place.u_m, place.v_m);
+    }
+    end_laps(time_s, off_line_m(line_, driver_.station, before), before[kVx]);
+  }
+
+  /// What came of it.
+  LapResult finish() {
+    out_.step_swing = swing_.largest();
+    out_.swing_warning = swing_.warning(options_.step);
+    out_.complete = static_cast<int>(out_.lap_s.size()) == laps_;
+    out_.energy_change_j = energy(car_, sim_.state) - energy_begin_;
+    out_.telemetry = recorder_.table();
+    if ((among_others_ || !options_.opponents.empty()) && options_.devices == nullptr)
+      wakes_.add_to(out_);
+    return std::move(out_);
+  }
+
+ private:
+  void note(const State<double>& before, std::span<const OpponentPlace> others) {
+    note_wheels(detail_, surface_.file().grid.v_m, out_);
+    out_.top_mps = std::max(out_.top_mps, before[kVx]);
+    for (const OpponentPlace& other : others)
+      out_.nearest_m =
+          std::min(out_.nearest_m, std::hypot(other.x_m - before[kX], other.y_m - before[kY]));
+    if (car_.files->turbo == Turbo::kFull &&
+        laws::surges(car_.files->compressor_surge_kgps, detail_.turbo.compressor_kgps,
+                     before[kCharge] / laws::air_pressure(car_.parameters)))
+      out_.surge_s += options_.step.step_s;
+  }
+
+  void end_laps(double time_s, double away_m, double vx_mps) {
+    out_.furthest_off_line_m = std::max(out_.furthest_off_line_m, away_m);
+    const double u_m = detail_.wheel[0].road.u_m;
+    if (away_m > 30.0) {
+      out_.problem =
+          fmt::format("the car left the line by 30 m at t = {:.2f} s, u = {:.1f} m", time_s, u_m);
+      return;
+    }
+    if (const std::optional<double> lap_s = clock_.look(driver_, time_s)) {
+      out_.lap_s.push_back(*lap_s);
+      if (under_way()) plan_next(car_, sim_.state, plan_, line_);
+    }
+    if (options_.progress && out_.steps % 4096 == 0)
+      options_.progress(
+          fmt::format("lap {} of {}", out_.lap_s.size() + 1, laps_),
+          (static_cast<double>(out_.lap_s.size()) + driver_.s_m / line_.length_m) / laps_);
+    if (time_s - clock_.lap_begin_s() > options_.longest_s)
+      out_.problem =
+          fmt::format("no lap within {:.0f} s; the car is at u = {:.1f} m with {:.2f} m/s",
+                      options_.longest_s, u_m, vx_mps);
+  }
+
+  const Car<double>& car_;
+  const Road& road_;
+  const LapOptions& options_;
+  const crg::Surface& surface_;
+  RacingLine line_;
+  SpeedOptions plan_;
+  RunRecorder recorder_;
+  RoadTracker tracker_;
+  LapClock clock_;
+  Simulation<double> sim_{};
+  Driver driver_;
+  Detail<double> detail_{};
+  WakeColumns wakes_;
+  StepSwing swing_;
+  double energy_begin_ = 0.0;
+  LapResult out_;
+  int laps_;
+  bool among_others_;
+};
+
 }  // namespace
 
-LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions& options) {
+std::vector<LapResult> drive_together(std::span<const Entrant> cars, const Road& road) {
   if (road.surface() == nullptr) throw Error("a lap needs a CRG road");
-  check_step(car.parameters, options.step);
-  const crg::Surface& surface = *road.surface();
-  if (options.progress) options.progress("racing line", 0.0);
-  RacingLine line = line_for(surface, options);
-  SpeedOptions plan = options.speed;
-  plan.tyre_k = options.tyre_k;
-  plan.fuel_kg = options.fuel_kg;
-  plan.standing_start = options.standing;
-  plan_speed(line, car, plan);
-
-  const Begin begin = begin_on(line, surface, car, options);
-  Simulation<double> sim = start(car, road, begin.start);
-  Driver driver = driver_on(line, begin, options);
-
-  LapResult out;
-  const auto& v_m = surface.file().grid.v_m;
-  out.least_edge_m = v_m.back() - v_m.front();
-  RunRecorder recorder(options.devices, options.record_every, options.step.step_s, options.on_row);
-  Detail<double> detail{};
-  WakeColumns wakes;
-  StepSwing swing;
-  RoadTracker tracker(surface);
-  const double energy_begin = energy(car, sim.state);
-  LapClock clock(line, options.step.step_s, nose_of(car));
-  const int laps = line.closed ? options.laps : 1;
-  while (static_cast<int>(out.lap_s.size()) < laps) {
-    const State<double> before = sim.state;
-    const double time_s = sim.time_s;
-    Controls<double> controls = drive(driver, line, car, sim.state, detail);
-    feel_wake(nearest_wake(options.opponents, time_s, sim.state), controls);
-    const StepResult result = step(car, sim, controls, road, options.step, detail);
-    ++out.steps;
-    const RoadPoint& under = detail.wheel[0].road;
-    if (!result.ok()) {
-      out.problem = describe(result, time_s, under.u_m, under.v_m);
-      break;
+  for (const Entrant& entrant : cars) {
+    check_step(entrant.car->parameters, entrant.options.step);
+    if (entrant.options.step.step_s != cars.front().options.step.step_s)
+      throw Error(fmt::format("steps of {} and {} s in one run; wanted one step for all cars",
+                              cars.front().options.step.step_s, entrant.options.step.step_s));
+  }
+  std::deque<LapRun> runs;
+  for (const Entrant& entrant : cars) {
+    if (entrant.options.progress) entrant.options.progress("racing line", 0.0);
+    runs.emplace_back(*entrant.car, road, entrant.options, cars.size() > 1);
+  }
+  std::vector<std::vector<OpponentPlace>> others(runs.size());
+  for (bool goes_on = true; goes_on;) {
+    goes_on = false;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      others[i].clear();
+      for (std::size_t k = 0; k < runs.size(); ++k)
+        if (k != i && runs[k].under_way()) others[i].push_back(runs[k].place());
     }
-    add(out.energy_j, work_of_step(car, before, sim.state, detail, options.step));
-    swing.look(car, before, detail);
-    note_wheels(detail, v_m, out);
-    out.top_mps = std::max(out.top_mps, before[kVx]);
-    const double away = off_line_m(line, driver.station, before);
-    out.furthest_off_line_m = std::max(out.furthest_off_line_m, away);
-    if (recorder.wants_step()) {
-      const crg::UV place = tracker.at(
-          before[kX], before[kY], before[kZ] - car.parameters[Parameter::chassis_cog_height_m]);
-      wakes.note(controls);
-      recorder.record(time_s, before, detail, controls, place.u_m, place.v_m);
-    }
-    if (away > 30.0) {
-      out.problem = fmt::format("the car left the line by 30 m at t = {:.2f} s, u = {:.1f} m",
-                                time_s, under.u_m);
-      break;
-    }
-    if (const std::optional<double> lap_s = clock.look(driver, time_s)) {
-      out.lap_s.push_back(*lap_s);
-      if (static_cast<int>(out.lap_s.size()) < laps) plan_next(car, sim.state, plan, line);
-    }
-    if (options.progress && out.steps % 4096 == 0)
-      options.progress(fmt::format("lap {} of {}", out.lap_s.size() + 1, laps),
-                       (static_cast<double>(out.lap_s.size()) + driver.s_m / line.length_m) / laps);
-    if (time_s - clock.lap_begin_s() > options.longest_s) {
-      out.problem =
-          fmt::format("no lap within {:.0f} s; the car is at u = {:.1f} m with {:.2f} m/s",
-                      options.longest_s, under.u_m, before[kVx]);
-      break;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (!runs[i].under_way()) continue;
+      runs[i].advance(others[i]);
+      goes_on = true;
     }
   }
-  out.step_swing = swing.largest();
-  out.swing_warning = swing.warning(options.step);
-  out.complete = static_cast<int>(out.lap_s.size()) == laps;
-  out.energy_change_j = energy(car, sim.state) - energy_begin;
-  out.telemetry = recorder.table();
-  if (!options.opponents.empty() && options.devices == nullptr) wakes.add_to(out);
+  std::vector<LapResult> out;
+  out.reserve(runs.size());
+  for (LapRun& run : runs) out.push_back(run.finish());
   return out;
+}
+
+LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions& options) {
+  const Entrant alone{&car, options};
+  return std::move(drive_together({&alone, 1}, road).front());
 }
 
 }  // namespace vehicle

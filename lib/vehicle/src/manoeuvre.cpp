@@ -106,11 +106,14 @@ Controls<double> controls_at(const Car<double>& car, const Manoeuvre& m, double 
   if (!in_neutral(m))
     c.throttle_command =
         std::clamp(0.25 + 0.25 * (m.speed_mps - (backward ? -before[kVx] : before[kVx])), 0.0, 1.0);
-  const double ratio = car.parameters[Parameter::steering_ratio];
+  const auto command = [&](double road_wheel_rad) {
+    return laws::steering_command(car.files->steering, car.parameters[Parameter::steering_ratio],
+                                  road_wheel_rad);
+  };
   if (!backward)
-    c.steer_command_rad = steer_at(m, t - kBegin_s) * ratio;
+    c.steer_command_rad = command(steer_at(m, t - kBegin_s));
   else if (t >= 0.5 * m.duration_s)
-    c.steer_command_rad = m.steer_rad * ratio;
+    c.steer_command_rad = command(m.steer_rad);
   if (brakes(m) && t - kBegin_s >= 0.0)
     c.brake_command_pa = {m.pressure_pa, m.pressure_pa, 0.6 * m.pressure_pa, 0.6 * m.pressure_pa};
   return c;

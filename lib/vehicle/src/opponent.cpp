@@ -58,14 +58,19 @@ void take_nearer(std::optional<Wake>& nearest, const OpponentPlace& other,
 
 std::optional<Wake> nearest_wake(std::span<const OpponentPlace> places,
                                  const State<double>& state) {
-  std::optional<Wake> nearest;
-  for (const OpponentPlace& place : places) take_nearer(nearest, place, state);
-  return nearest;
+  return nearest_wake({}, 0.0, places, state);
 }
 
 std::optional<Wake> nearest_wake(std::span<const Opponent> opponents, double time_s,
                                  const State<double>& state) {
+  return nearest_wake(opponents, time_s, {}, state);
+}
+
+std::optional<Wake> nearest_wake(std::span<const Opponent> opponents, double time_s,
+                                 std::span<const OpponentPlace> places,
+                                 const State<double>& state) {
   std::optional<Wake> nearest;
+  for (const OpponentPlace& place : places) take_nearer(nearest, place, state);
   for (const Opponent& other : opponents) {
     const std::vector<double>& t = other.time_s;
     if (t.size() < 2 || time_s < t.front() || time_s > t.back()) continue;

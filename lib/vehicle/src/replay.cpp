@@ -12,6 +12,7 @@
 #include "replay_path.h"
 #include "replay_windows.h"
 #include "vehicle/error.h"
+#include "vehicle/steady_engine.h"
 #include "vehicle/step_swing.h"
 #include "vehicle/telemetry.h"
 
@@ -78,6 +79,7 @@ struct Replay {
   Commands commands;
   Motion motion;
   RecordedStates states;
+  Map2 engine_torque_nm;  ///< what the driver takes for the engine; empty: the car's map
 
   const std::vector<double>& time() const { return source.time; }
 };
@@ -123,7 +125,9 @@ class Pilot {
                 replay.motion.yaw_rad, replay.commands.steer_command_rad,
                 window.settle,         stretch_end(replay.recording, window)},
         driver_(driver_at(line_, begin.x_m, begin.y_m, begin.gear, replay.options.driver_options)),
-        gear_(begin.gear) {}
+        gear_(begin.gear) {
+    driver_.options.step_s = replay.options.step.step_s;
+  }
 
   /// `row`: the recorded row before t; `detail`: of the step before.
   Controls<double> controls(std::size_t row, double t, const State<double>& state,
@@ -152,8 +156,10 @@ class Pilot {
     const bool followed = replay.options.driver ||
                           (replay.options.closed_path && replay.commands.steer_command_rad.empty());
     if (!followed) return {};
-    return recorded_line(replay.motion.x_m, replay.motion.y_m, replay.motion.vx_mps,
-                         {window.stretch_begin, stretch_end(replay.recording, window)});
+    RacingLine line = recorded_line(replay.motion.x_m, replay.motion.y_m, replay.motion.vx_mps,
+                                    {window.stretch_begin, stretch_end(replay.recording, window)});
+    line.engine_torque_nm = replay.engine_torque_nm;
+    return line;
   }
 
   const Replay& replay_;
@@ -281,11 +287,12 @@ ReplayResult replay(const Car<double>& stated, const Road& road, const Recording
   check_step(stated.parameters, options.step);
   const Source source{recording, *recording.table.find("time_s")};
   ReplayResult out;
-  Replay replay{road, recording, options, source, stated, {}, {}, {}};
+  Replay replay{road, recording, options, source, stated, {}, {}, {}, {}};
   replay.commands = read_commands(source, options, replay.car, out.driven_by);
   replay.motion = {source.need("x_m"), source.need("y_m"), source.need("yaw_rad"),
                    source.need("vx_mps"), source.channel("z_m")};
   replay.states = recorded_states(source);
+  if (options.driver) replay.engine_torque_nm = steady_engine(replay.car);
   ReplayErrors errors(source);
   for (const std::string& name : telemetry_channels()) out.telemetry.add(name, {});
   out.telemetry.add("hold_n", {});

@@ -24,8 +24,10 @@ void read_steering(const Source& source, const ReplayOptions& options, Car<doubl
   if (!out.steer_command_rad.empty()) {
     said.push_back(std::string("steer_command_rad steers") + how);
   } else {
-    out.steer_command_rad =
-        scaled(source.channel("steer_rad"), car.parameters[Parameter::steering_ratio]);
+    out.steer_command_rad = source.channel("steer_rad");
+    for (double& angle : out.steer_command_rad)
+      angle = laws::steering_command(car.files->steering, car.parameters[Parameter::steering_ratio],
+                                     angle);
     car.terms[Term::steering_actuator] = 0.0;
     car.terms[Term::steering_friction] = 0.0;
     if (!out.steer_command_rad.empty())
@@ -51,6 +53,7 @@ void read_throttle(const Source& source, Car<double>& car, Commands& out,
     if (out.throttle_command.empty())
       throw Error("the recording has neither throttle_command nor throttle; a replay needs one");
     car.terms[Term::throttle_actuator] = 0.0;
+    car.terms[Term::throttle_friction] = 0.0;
     said.emplace_back("the measured throttle drives, past the throttle actuator");
   }
 }

@@ -32,8 +32,12 @@ double PathKeeper::steer(const Car<double>& car, const State<double>& s,
   const double ahead_m = options.preview_m + options.preview_s * std::max(0.0, s[kVx]);
   const double arc_1pm =
       -2.0 * (offset_m + ahead_m * (s[kYaw] - yaw_rad[row])) / (ahead_m * ahead_m);
-  return steer_rad[row] + car.parameters[Parameter::steering_ratio] * arc_1pm *
-                              car.parameters[Parameter::chassis_wheelbase_m];
+  const double ratio = car.parameters[Parameter::steering_ratio];
+  const double wheelbase_m = car.parameters[Parameter::chassis_wheelbase_m];
+  const Map1& rack = car.files->steering;
+  if (rack.empty()) return steer_rad[row] + ratio * arc_1pm * wheelbase_m;
+  return laws::steering_command(
+      rack, ratio, laws::road_wheel_angle(rack, ratio, steer_rad[row]) + arc_1pm * wheelbase_m);
 }
 
 Driver driver_at(const RacingLine& line, double x_m, double y_m, int gear,

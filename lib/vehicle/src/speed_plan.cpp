@@ -9,6 +9,7 @@
 #include "vehicle/laws/tyre_heat.h"
 #include "vehicle/magic_formula.h"
 #include "vehicle/racing_line.h"
+#include "vehicle/steady_engine.h"
 
 namespace vehicle {
 namespace {
@@ -78,7 +79,7 @@ class SpeedLimits {
           p_.value[static_cast<std::size_t>(P::gearbox_ratio_1) + k] * p_[P::gearbox_final];
       const double speed_e = ratio * v / radius;
       if (ratio <= 0.0 || speed_e > p_[P::engine_limit_radps]) continue;
-      best = std::max(best, laws::map_torque(p_[P::engine_torque], car_.files->engine_torque_nm,
+      best = std::max(best, laws::map_torque(p_[P::engine_torque], engine_map(car_, line_),
                                              std::max(speed_e, p_[P::clutch_full_radps]), 1.0) *
                                 ratio * p_[P::gearbox_efficiency] / radius);
     }
@@ -117,6 +118,7 @@ class SpeedLimits {
 }  // namespace
 
 void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& options) {
+  line.engine_torque_nm = steady_engine(car);
   const SpeedLimits limits(line, car, options);
   const std::size_t n = line.v_m.size();
   std::vector<double>& speed = line.speed_mps;

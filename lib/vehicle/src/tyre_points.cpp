@@ -22,21 +22,32 @@ Table evaluate_tyre(const TyreCoefficients& tyre, const Table& points, const std
   const auto& gamma_rad = column("gamma_rad");
   const auto& vx_mps = column("vx_mps");
   const auto* pressure_pa = points.find("pressure_pa");
+  const auto* turn_1pm = points.find("turn_1pm");
 
   Table out = points;
   std::array<std::vector<double>, 5> results;
   for (auto& result : results) result.reserve(points.rows());
   for (std::size_t i = 0; i < points.rows(); ++i) {
-    const double values[] = {fz_n[i],      kappa[i],  alpha_rad[i],
-                             gamma_rad[i], vx_mps[i], pressure_pa ? (*pressure_pa)[i] : 0.0};
+    const double values[] = {fz_n[i],
+                             kappa[i],
+                             alpha_rad[i],
+                             gamma_rad[i],
+                             vx_mps[i],
+                             pressure_pa ? (*pressure_pa)[i] : 0.0,
+                             turn_1pm ? (*turn_1pm)[i] : 0.0};
     for (const double value : values)
       if (std::isnan(value))
         throw Error(fmt::format("{}: point {} has an empty cell", name, i + 1));
     if (!(std::abs(alpha_rad[i]) < std::numbers::pi / 2))
       throw Error(fmt::format("{}: point {} has alpha_rad = {}, wanted less than a right angle",
                               name, i + 1, alpha_rad[i]));
-    const TyreInput<double> in{fz_n[i],      kappa[i],  std::tan(alpha_rad[i]),
-                               gamma_rad[i], vx_mps[i], values[5]};
+    if (values[6] != 0.0 && !has_turn_slip(tyre))
+      throw Error(fmt::format(
+          "{}: point {} has turn_1pm = {}, but the tyre file has no turn slip (6.x with QCRP1, "
+          "QDRP1, PHYP1, PHYP2 above 0, QDRP1 below 2); wanted 0, or no such column",
+          name, i + 1, values[6]));
+    const TyreInput<double> in{fz_n[i],   kappa[i], std::tan(alpha_rad[i]), gamma_rad[i], vx_mps[i],
+                               values[5], values[6]};
     const TyreForces<double> f = tyre_forces(tyre, in, {}, options);
     const double row[] = {f.fx_n, f.fy_n, f.mz_nm, f.mx_nm, f.my_nm};
     for (std::size_t k = 0; k < results.size(); ++k) results[k].push_back(row[k]);

@@ -147,7 +147,8 @@ void read_maps(const Section& maps, const std::string& path, Vehicle& vehicle) {
   maps.allow({"engine_torque_nm", "front_damper_n", "rear_damper_n", "drag_factor",
               "front_lift_factor", "rear_lift_factor", "yaw_drag_factor", "yaw_lift_factor",
               "wake_drag_factor", "wake_lift_factor", "pad_friction", "compressor_kgps",
-              "compressor_efficiency"});
+              "compressor_efficiency", "compressor_surge_kgps", "turbine_flow",
+              "turbine_efficiency", "steering"});
   CarFiles& f = vehicle.files;
   const auto map1 = [&](Map1& map, const char* key, const char* x, const char* value) {
     if (maps.has(key)) map = read_map1(file_beside(path, maps.text(key), vehicle), x, value);
@@ -171,6 +172,11 @@ void read_maps(const Section& maps, const std::string& path, Vehicle& vehicle) {
   map2(f.compressor_kgps, "compressor_kgps", "shaft_radps", "pressure_ratio", "flow_kgps");
   map2(f.compressor_efficiency, "compressor_efficiency", "shaft_radps", "pressure_ratio",
        "efficiency");
+  map1(f.compressor_surge_kgps, "compressor_surge_kgps", "pressure_ratio", "flow_kgps");
+  constexpr const char* kReduced = "speed_radps_per_root_k";
+  map2(f.turbine_flow, "turbine_flow", kReduced, "expansion_ratio", "flow_kgps_root_k_per_mpa");
+  map2(f.turbine_efficiency, "turbine_efficiency", kReduced, "expansion_ratio", "efficiency");
+  map1(f.steering, "steering", "steer_command_rad", "steer_rad");
 }
 
 }  // namespace

@@ -7,13 +7,14 @@
 #include "vehicle/car.h"
 #include "vehicle/laws/actuator.h"
 #include "vehicle/laws/actuator_friction.h"
+#include "vehicle/laws/steering.h"
 
 namespace vehicle {
 
 /// What a driver, a log or a script asks of the car.
 template <class T>
 struct Controls {
-  T steer_command_rad = T(0);  ///< mean road wheel angle times steering.ratio
+  T steer_command_rad = T(0);  ///< mean road wheel angle times steering.ratio, or by its map
   T throttle_command = T(0);   ///< 0 to 1
   std::array<T, kWheels> brake_command_pa{};
   int gear_command = 1;     ///< 1 to 6, 0 neutral, -1 reverse
@@ -33,10 +34,32 @@ struct Discrete {
   laws::Stick<T> steer_stick;  ///< the same with a break-away
   T played_steer_rad = T(0);   ///< where backlash leaves the road wheels
   std::array<laws::Stick<T>, kWheels> brake_stick;
+  laws::Stick<T> throttle_stick;
   int gear = 1, gear_wanted = 1;
   double shift_left_s = 0.0;
   std::int64_t step = 0;  ///< steps taken; also the place in every ring
 };
+
+/// What friction leaves of the pressures and of the throttle.
+template <class T>
+void hold_back(const Car<T>& car, Discrete<T>& d, Inputs<T>& in) {
+  using P = Parameter;
+  const Parameters<T>& p = car.parameters;
+  if (!is_exactly_zero(car.terms[Term::throttle_friction]) &&
+      (!is_exactly_zero(p[P::throttle_friction]) || !is_exactly_zero(p[P::throttle_breakaway]))) {
+    laws::stick(in.throttle, T(car.terms[Term::throttle_friction] * p[P::throttle_friction]),
+                T(car.terms[Term::throttle_friction] * p[P::throttle_breakaway]), d.throttle_stick);
+    in.throttle = d.throttle_stick.output;
+  }
+  const bool sticks =
+      !is_exactly_zero(car.terms[Term::brake_friction]) &&
+      (!is_exactly_zero(p[P::brake_friction_pa]) || !is_exactly_zero(p[P::brake_breakaway_pa]));
+  for (std::size_t i = 0; i < kWheels && sticks; ++i) {
+    laws::stick(in.brake_pa[i], T(car.terms[Term::brake_friction] * p[P::brake_friction_pa]),
+                T(car.terms[Term::brake_friction] * p[P::brake_breakaway_pa]), d.brake_stick[i]);
+    in.brake_pa[i] = d.brake_stick[i].output;
+  }
+}
 
 /// Moves actuators and gearbox on by one step and returns what the car gets during it.
 template <class T>
@@ -51,9 +74,10 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     return T(command + car.terms[term] * (moved - command));
   };
   Inputs<T> in;
-  in.steer_rad =
-      through(d.steer, Term::steering_actuator,
-              T(controls.steer_command_rad / p[P::steering_ratio]), P::steering_dead_time_s);
+  in.steer_rad = through(
+      d.steer, Term::steering_actuator,
+      laws::road_wheel_angle(car.files->steering, p[P::steering_ratio], controls.steer_command_rad),
+      P::steering_dead_time_s);
   if (!is_exactly_zero(car.terms[Term::steering_friction])) {
     // The wheels stay where they are until the actuator is ahead of them by the friction width.
     const T width = car.terms[Term::steering_friction] * p[P::steering_friction_rad];
@@ -83,14 +107,7 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
     in.brake_pa[i] =
         through(d.brake[i], Term::brake_actuator,
                 T(p[P::brake_gain] * controls.brake_command_pa[i]), P::brake_dead_time_s);
-  const bool sticks =
-      !is_exactly_zero(car.terms[Term::brake_friction]) &&
-      (!is_exactly_zero(p[P::brake_friction_pa]) || !is_exactly_zero(p[P::brake_breakaway_pa]));
-  for (std::size_t i = 0; i < kWheels && sticks; ++i) {
-    laws::stick(in.brake_pa[i], T(car.terms[Term::brake_friction] * p[P::brake_friction_pa]),
-                T(car.terms[Term::brake_friction] * p[P::brake_breakaway_pa]), d.brake_stick[i]);
-    in.brake_pa[i] = d.brake_stick[i].output;
-  }
+  hold_back(car, d, in);
   in.clutch = controls.clutch_command;
   in.hold_n = controls.hold_n;
   in.opponent = controls.opponent;

@@ -31,7 +31,12 @@ struct CarFiles {
   Turbo turbo = Turbo::kFirstOrder;
   Map2 compressor_kgps, compressor_efficiency;  ///< over shaft speed rad/s and pressure ratio;
                                                 ///< empty: the closed form
-  Map2 engine_torque_nm;                        ///< over engine speed rad/s and throttle; required
+  Map2 turbine_flow, turbine_efficiency;        ///< over shaft speed over the root of the
+                                                ///< temperature, rad/(s sqrt K), and expansion
+                                                ///< ratio; flow in kg sqrt K/(s MPa)
+  Map1 compressor_surge_kgps;                   ///< least flow without surge over pressure ratio
+  Map1 steering;  ///< mean road wheel angle over the command, rad; empty: steering.ratio alone
+  Map2 engine_torque_nm;         ///< over engine speed rad/s and throttle; required
   std::array<Map1, 2> damper_n;  ///< over speed m/s, bump positive; empty: the damping parameters
   Map2 drag_factor;              ///< over front and rear ride height, m; empty: 1
   Map2 front_lift_factor, rear_lift_factor;  ///< the same

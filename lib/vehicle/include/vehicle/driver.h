@@ -17,6 +17,7 @@ struct DriverOptions {
   double slip_drive = 0.09;     ///< wheel slip above which he lifts
   double slip_brake = 0.09;     ///< wheel slip above which he releases a wheel's brake
   double full_brake_pa = 8e6;
+  double step_s = 0.001;  ///< how often he is asked
 };
 
 /// Closes path and speed; a plain value, so that copying it with the Simulation restarts both.
@@ -26,6 +27,7 @@ struct Driver {
   std::size_t station = 0;
   double drift_m2 = 0.0;  ///< distance left of the line, summed over the way
   double throttle = 0.0;
+  double missing_nm = 0.0;  ///< full turbocharged engine: torque asked on top while boost is built
   int gear = 1;
 };
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@ namespace vehicle {
 struct LapOptions {
   int laps = 1;
   bool standing = false;  ///< from standstill; otherwise at the profile's speed
+  double ahead_m = 0.0;   ///< begins this much further along its line than a car does otherwise
   double tyre_k = 360.0;  ///< of the tyres at the start
   double disc_k = 500.0;  ///< of the brake discs at the start
   double fuel_kg = 30.0;
@@ -41,6 +44,9 @@ struct LapResult {
   double step_swing = 0.0;    ///< StepSwing::largest()
   std::string swing_warning;  ///< StepSwing::warning()
   std::size_t steps = 0;
+  double surge_s = 0.0;  ///< compressor below the surge line of its map (compressor_surge_kgps)
+  /// Least distance of its centre to that of another car of the run; cars do not touch.
+  double nearest_m = std::numeric_limits<double>::infinity();
   Powers<double> energy_j;       ///< what each power added up to, over all laps
   double energy_change_j = 0.0;  ///< change of the car's energy over the same steps
   Table telemetry;
@@ -50,5 +56,18 @@ struct LapResult {
 /// end. The same arguments give the same result to the bit. Throws Error when no line can be
 /// planned, and when several laps of an open road are asked for.
 LapResult drive_laps(const Car<double>& car, const Road& road, const LapOptions& options = {});
+
+/// A car of a run with others.
+struct Entrant {
+  const Car<double>* car = nullptr;
+  LapOptions options;
+};
+
+/// Drives several cars at once, each by its own driver, step by step together: before each step
+/// each sees where all the others are, whose wakes act like those of opponents. A car that has
+/// driven its laps, or whose run ended, leaves the road. Cars do not touch one another and their
+/// drivers do not see one another. One result per car; the same arguments give the same results to
+/// the bit. Throws Error as drive_laps, and where the cars' steps differ.
+std::vector<LapResult> drive_together(std::span<const Entrant> cars, const Road& road);
 
 }  // namespace vehicle

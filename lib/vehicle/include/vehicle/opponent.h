@@ -36,6 +36,10 @@ struct OpponentPlace {
 /// there is none. Allocates nothing.
 std::optional<Wake> nearest_wake(std::span<const OpponentPlace> places, const State<double>& state);
 
+/// The same of all opponents on the road at `time_s` and of cars that are at `places` now.
+std::optional<Wake> nearest_wake(std::span<const Opponent> opponents, double time_s,
+                                 std::span<const OpponentPlace> places, const State<double>& state);
+
 /// Of all opponents on the road at `time_s` the nearest one ahead of the car; where none is ahead,
 /// the nearest; empty where none is on the road. Allocates nothing.
 std::optional<Wake> nearest_wake(std::span<const Opponent> opponents, double time_s,

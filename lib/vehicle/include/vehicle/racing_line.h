@@ -23,6 +23,9 @@ struct RacingLine {
   std::vector<double> grade;          ///< m/m along the path
   std::vector<double> vertical_curvature_1pm;  ///< of the path seen from the side, dip positive
   std::vector<double> speed_mps;               ///< filled by plan_speed
+  /// What the driver takes for the engine, N m over rad/s and throttle (steady_engine.h), filled by
+  /// plan_speed; empty: the car's engine map.
+  Map2 engine_torque_nm;
 };
 
 struct RacingLineOptions {
@@ -45,7 +48,8 @@ struct SpeedOptions {
   double begin_mps = 0.0;  ///< open road: speed at its begin; 0: as fast as the engine holds there
 };
 
-/// Fills line.speed_mps: everywhere at most what the car can corner, brake and accelerate with,
+/// Fills line.engine_torque_nm where the car has the full turbocharged engine, and line.speed_mps:
+/// everywhere at most what the car can corner, brake and accelerate with,
 /// from its own tyres, mass, drag, downforce and engine, quasi-statically, with bank, grade and
 /// vertical curvature of the road.
 void plan_speed(RacingLine& line, const Car<double>& car, const SpeedOptions& options);

@@ -11,18 +11,23 @@
 
 namespace vehicle::dynamics {
 
+inline laws::TurboMaps turbo_maps(const CarFiles& files) {
+  return {files.compressor_kgps, files.compressor_efficiency, files.turbine_flow,
+          files.turbine_efficiency};
+}
+
 /// Torque of the full turbocharged engine and the rates of its air path.
 template <class T, TermSet Built>
 T breathe(Evaluation<T, Built>& e, const T& throttle, const T& fuelled) {
   const State<T>& s = e.s;
   Detail<T>& detail = e.detail;
   const laws::TurboParameters<T> path = laws::turbo_parameters(e.p);
-  detail.turbo = laws::turbocharged<T>(path,
-                                       {e.amount(Term::compressor_map), e.amount(Term::wastegate),
-                                        e.amount(Term::overrun_valve), e.amount(Term::intercooler)},
-                                       {s[kManifold], s[kCharge], s[kExhaust], s[kTurbo]},
-                                       s[kEngine], throttle, fuelled, e.files.compressor_kgps,
-                                       e.files.compressor_efficiency);
+  detail.turbo = laws::turbocharged<T>(
+      path,
+      {e.amount(Term::compressor_map), e.amount(Term::wastegate), e.amount(Term::overrun_valve),
+       e.amount(Term::intercooler), e.amount(Term::turbine_map)},
+      {s[kManifold], s[kCharge], s[kExhaust], s[kTurbo]}, s[kEngine], throttle, fuelled,
+      turbo_maps(e.files));
   detail.boost = (s[kCharge] - path.air_pa) / path.wastegate_pa;
   e.out[kManifold] = detail.turbo.manifold_paps;
   e.out[kCharge] = detail.turbo.charge_paps;

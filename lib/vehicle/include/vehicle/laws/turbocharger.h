@@ -5,8 +5,10 @@
 // Engine Systems, 2nd edition 2010, chapter 2, with their approximation of the isentropic nozzle.
 // Turbine flow: Stodola's ellipse; turbine efficiency: a parabola over the blade speed ratio, as
 // there. Compressor: the head falls from that of no flow with the square of the flow (ideal head
-// less a friction loss), efficiency a parabola over the flow coefficient; where a map is given,
-// flow and efficiency are the map's.
+// less a friction loss), efficiency a parabola over the flow coefficient. Where a map is given,
+// flow and efficiency are the map's; maps of turbines are over reduced speed and expansion ratio,
+// flows reduced too: N. Watson and M. S. Janota, Turbocharging the Internal Combustion Engine,
+// 1982.
 #pragma once
 
 #include <cmath>
@@ -144,7 +146,12 @@ TurboParameters<T> turbo_parameters(const Parameters<T>& p) {
 /// How much acts of what can be switched, 0 to 1.
 template <class T>
 struct TurboAmounts {
-  T map, wastegate, overrun, intercooler;
+  T map, wastegate, overrun, intercooler, turbine_map;
+};
+
+/// The maps of a turbocharger; an empty one leaves the closed form.
+struct TurboMaps {
+  const Map2 &compressor_kgps, &compressor_efficiency, &turbine_flow, &turbine_efficiency;
 };
 
 template <class T>
@@ -182,8 +189,9 @@ struct Compressor {
 };
 template <class T>
 Compressor<T> compressor(const TurboParameters<T>& p, const T& shaft_radps, const T& behind_pa,
-                         const Map2& flow_map, const Map2& efficiency_map, const T& mapped) {
+                         const TurboMaps& maps, const T& mapped) {
   using std::pow;
+  const Map2 &flow_map = maps.compressor_kgps, &efficiency_map = maps.compressor_efficiency;
   constexpr double kExponent = kGas / kAirHeat;
   const T ratio = behind_pa / p.air_pa;
   const T power = pow(ratio, kExponent);
@@ -212,15 +220,55 @@ Compressor<T> compressor(const TurboParameters<T>& p, const T& shaft_radps, cons
   return out;
 }
 
+/// True where a compressor gives less than its surge line asks at a pressure ratio. What happens
+/// there is not modelled as a cycle: the flow just falls or turns.
+inline bool surges(const Map1& least_kgps, double kgps, double pressure_ratio) {
+  return !least_kgps.empty() && kgps < evaluate(least_kgps, pressure_ratio);
+}
+
 /// Turbine and wastegate: flows, the turbine's torque, and how fast both flows grow with the
 /// pressure before them.
 template <class T>
 struct Turbine {
   T kgps, wastegate_kgps, torque_nm, per_pa;
 };
+
+/// What the maps leave of the closed form: the turbine's flow times the root of the temperature
+/// over the pressure before it is the map's, its power is the isentropic one times the map's
+/// efficiency. Below 500 rad/s the torque is that of its power at 500.
+template <class T>
+void map_turbine(const TurboMaps& maps, const T& mapped, const T& expansion_ratio,
+                 const T& exhaust_pa, const T& exhaust_k, const T& shaft_radps, const T& air_pa,
+                 Turbine<T>& out) {
+  using std::pow;
+  using std::sqrt;
+  const T root_k = sqrt(exhaust_k), reduced_radps = shaft_radps / root_k;
+  if (!maps.turbine_flow.empty()) {
+    constexpr double kFurther = 1e-3, kPerMega = 1e-6;
+    const T reduced = kPerMega * evaluate(maps.turbine_flow, reduced_radps, expansion_ratio);
+    const T further =
+        kPerMega * evaluate(maps.turbine_flow, reduced_radps, T(expansion_ratio + kFurther));
+    const T kgps = reduced * exhaust_pa / root_k;
+    const T per_pa = (reduced + (further - reduced) / kFurther * exhaust_pa / air_pa) / root_k;
+    if (out.kgps > T(0)) out.torque_nm *= 1.0 + mapped * (kgps / out.kgps - 1.0);
+    out.kgps += mapped * (kgps - out.kgps);
+    out.per_pa += mapped * ((per_pa > T(0) ? per_pa : T(0)) - out.per_pa);
+  }
+  if (!maps.turbine_efficiency.empty()) {
+    const T efficiency = evaluate(maps.turbine_efficiency, reduced_radps, expansion_ratio);
+    const T expansion_jpkg =
+        kExhaustHeat * exhaust_k * (1.0 - pow(expansion_ratio, -kGas / kExhaustHeat));
+    const T per_radps = shaft_radps > T(500) ? shaft_radps : T(500);
+    const T torque_nm =
+        expansion_ratio > T(1) ? T(out.kgps * efficiency * expansion_jpkg / per_radps) : T(0);
+    out.torque_nm += mapped * (torque_nm - out.torque_nm);
+  }
+}
+
 template <class T>
 Turbine<T> turbine(const TurboParameters<T>& p, const T& wastegate, const T& charge_pa,
-                   const T& exhaust_pa, const T& exhaust_k, const T& shaft_radps) {
+                   const T& exhaust_pa, const T& exhaust_k, const T& shaft_radps,
+                   const TurboMaps& maps, const T& mapped) {
   using std::pow;
   using std::sqrt;
   Turbine<T> out{T(0), T(0), T(0), T(0)};
@@ -229,14 +277,6 @@ Turbine<T> turbine(const TurboParameters<T>& p, const T& wastegate, const T& cha
   const Sloped<T> ellipse = soft_root(T(1.0 - ratio * ratio), 0.04);
   out.kgps = scale * exhaust_pa * ellipse.value;
   out.per_pa = scale * (ellipse.value + 2.0 * ratio * ratio * ellipse.slope);
-  if (!is_exactly_zero(wastegate)) {
-    const Sloped<T> open =
-        soft_step(T((charge_pa - p.air_pa - p.wastegate_pa) / p.wastegate_range_pa));
-    const Flow<T> past = nozzle(T(wastegate * open.value * p.wastegate_m2), exhaust_pa, p.air_pa,
-                                exhaust_k, p.air_k);
-    out.wastegate_kgps = past.kgps;
-    out.per_pa += past.per_before;
-  }
   if (out.kgps > T(0)) {
     const T expansion_jpkg = kExhaustHeat * exhaust_k * (1.0 - pow(ratio, kGas / kExhaustHeat));
     const T jet_mps = soft_root(T(2.0 * expansion_jpkg), 2500.0).value;
@@ -244,6 +284,17 @@ Turbine<T> turbine(const TurboParameters<T>& p, const T& wastegate, const T& cha
     out.torque_nm =
         out.kgps * p.turbine_efficiency * radius_m *
         (jet_mps / p.blade_ratio - radius_m * shaft_radps / (2.0 * p.blade_ratio * p.blade_ratio));
+  }
+  if (!is_exactly_zero(mapped))
+    map_turbine(maps, mapped, T(exhaust_pa / p.air_pa), exhaust_pa, exhaust_k, shaft_radps,
+                p.air_pa, out);
+  if (!is_exactly_zero(wastegate)) {
+    const Sloped<T> open =
+        soft_step(T((charge_pa - p.air_pa - p.wastegate_pa) / p.wastegate_range_pa));
+    const Flow<T> past = nozzle(T(wastegate * open.value * p.wastegate_m2), exhaust_pa, p.air_pa,
+                                exhaust_k, p.air_k);
+    out.wastegate_kgps = past.kgps;
+    out.per_pa += past.per_before;
   }
   return out;
 }
@@ -254,7 +305,7 @@ Turbine<T> turbine(const TurboParameters<T>& p, const T& wastegate, const T& cha
 template <class T>
 TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& amount,
                            const TurboState<T>& s, const T& engine_radps, const T& throttle,
-                           const T& fuelled, const Map2& flow_map, const Map2& efficiency_map) {
+                           const T& fuelled, const TurboMaps& maps) {
   using std::cos;
   using std::pow;
   constexpr double kPi = 3.141592653589793;
@@ -265,7 +316,7 @@ TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& a
   TurboRates<T> out;
 
   // Compressor and intercooler.
-  const Compressor<T> c = compressor(p, shaft, charge_pa, flow_map, efficiency_map, amount.map);
+  const Compressor<T> c = compressor(p, shaft, charge_pa, maps, amount.map);
   out.compressor_kgps = c.kgps;
   const T heated_k = at_least(T(c.isentropic_jpkg / c.efficiency), 0.0) / kAirHeat;
   out.charge_k = p.air_k + (1.0 - amount.intercooler * p.cooler) * heated_k;
@@ -303,7 +354,8 @@ TurboRates<T> turbocharged(const TurboParameters<T>& p, const TurboAmounts<T>& a
                                      (1.0 - p.indicated - p.coolant_share) /
                                      ((1.0 + fuel_per_air) * kExhaustHeat);
 
-  const Turbine<T> t = turbine(p, amount.wastegate, charge_pa, exhaust_pa, out.exhaust_k, shaft);
+  const Turbine<T> t = turbine(p, amount.wastegate, charge_pa, exhaust_pa, out.exhaust_k, shaft,
+                               maps, amount.turbine_map);
   out.turbine_kgps = t.kgps;
   out.wastegate_kgps = t.wastegate_kgps;
 
