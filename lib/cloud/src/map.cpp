@@ -16,6 +16,9 @@
 namespace cloud {
 namespace {
 
+// The second look turns poses by a third of this, or by about half of what the base is tilted.
+constexpr double kTurnedMuch_rad = 0.001;
+
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -93,6 +96,14 @@ Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections
             .normalized();
   }
   return out;
+}
+
+/// Roll and pitch of the section that was turned most.
+double largest_turn_rad(const Drift& drift) {
+  double largest = 0.0;
+  for (const Correction& c : drift.correction)
+    largest = std::max({largest, std::abs(c[3]), std::abs(c[4])});
+  return largest;
 }
 
 /// Places that see the same ground should agree whatever the drift is.
@@ -220,16 +231,26 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
   if (options.correct_drift) {
     stage("drift", 0.25);
     drift = estimate_drift(sections, frame, options, {}, report);
-    std::vector<Correction> first = drift.correction;
-    if (trajectory != nullptr) {
-      // Once more with that taken out of every point, for what a section's means do not show.
-      straightened.poses = corrected_trajectory(placed, sections, drift);
-      stage("look at the straightened points", 0.4);
+    std::vector<Correction> taken_out = drift.correction;
+    const auto look_again = [&] {  // with that taken out of every point
+      straightened.poses = corrected_trajectory(straightened, sections, drift);
       sections = collect_sections(source, frame, &straightened, options, false);
+    };
+    if (trajectory != nullptr) {
+      // Once more, for what a section's means do not show.
+      stage("look at the straightened points", 0.4);
+      look_again();
     } else {
-      std::fill(first.begin(), first.end(), Correction::Zero());
+      std::fill(taken_out.begin(), taken_out.end(), Correction::Zero());
     }
-    drift = estimate_drift(sections, frame, options, first, report);
+    drift = estimate_drift(sections, frame, options, taken_out, report);
+    if (trajectory != nullptr && options.trust_base && largest_turn_rad(drift) > kTurnedMuch_rad) {
+      // The poses had followed a tilted base: cells were gathered with another roll than they have.
+      for (std::size_t i = 0; i < taken_out.size(); ++i) taken_out[i] += drift.correction[i];
+      stage("look at the points turned back", 0.5);
+      look_again();
+      drift = estimate_drift(sections, frame, options, taken_out, report, report.base_tilt);
+    }
   }
   report.on_grass = sections.on_grass;
   if (trajectory != nullptr) {
