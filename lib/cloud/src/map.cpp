@@ -18,6 +18,7 @@ namespace {
 
 // The second look turns poses by a third of this, or by about half of what the base is tilted.
 constexpr double kTurnedMuch_rad = 0.001;
+constexpr double kTiltedMuch = 5e-4;  // of a base, as a slope across
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
@@ -121,7 +122,7 @@ void look_at_views(const MapOptions& options, MapReport& report) {
 
 /// A base that is tilted as a whole, and one that may be.
 void look_at_tilt(const MapOptions& options, MapReport& report) {
-  constexpr double kMuch = 5e-4, kUnknown = 1e-3;
+  constexpr double kUnknown = 1e-3;
   if (!options.trust_base || !options.correct_drift) return;
   if (report.base_tilt_stddev > kUnknown)
     report.remarks.push_back(fmt::format(
@@ -129,7 +130,7 @@ void look_at_tilt(const MapOptions& options, MapReport& report) {
         "roll: the cross slope is the base's, to {:.1f} mrad (as --base-stddev-m says; the stated "
         "deviations hold it); a stretch with a bend would tell",
         1e3 * report.base_tilt_stddev));
-  else if (std::abs(report.base_tilt) > std::max(kMuch, 3.0 * report.base_tilt_stddev))
+  else if (std::abs(report.base_tilt) > std::max(kTiltedMuch, 3.0 * report.base_tilt_stddev))
     report.remarks.push_back(
         fmt::format("the base as a whole is tilted: {:.2f} +- {:.2f} mrad are missing in its cross "
                     "slope (more height to the left); corrected",
@@ -245,11 +246,14 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
     }
     drift = estimate_drift(sections, frame, options, taken_out, report);
     if (trajectory != nullptr && options.trust_base && largest_turn_rad(drift) > kTurnedMuch_rad) {
-      // The poses had followed a tilted base: cells were gathered with another roll than they have.
+      // The poses had followed a tilted base, or drifted much at an end: cells were gathered with
+      // another attitude than they have.
       for (std::size_t i = 0; i < taken_out.size(); ++i) taken_out[i] += drift.correction[i];
       stage("look at the points turned back", 0.5);
       look_again();
-      drift = estimate_drift(sections, frame, options, taken_out, report, report.base_tilt);
+      std::optional<double> base_tilt;
+      if (std::abs(report.base_tilt) > kTiltedMuch) base_tilt = report.base_tilt;
+      drift = estimate_drift(sections, frame, options, taken_out, report, base_tilt);
     }
   }
   report.on_grass = sections.on_grass;
