@@ -203,6 +203,34 @@ void look_at_common(const Sections& sections, const Trajectory& poses, const Map
   report.remarks.push_back("all poses were moved on average by " + text + "; corrected");
 }
 
+/// The drift that is left in `sections`, which are gathered again as often as that is wanted, and
+/// in `straightened`, which all but that is taken out of. Null: no trajectory.
+Drift take_out_drift(const CloudSource& source, const RoadFrame& frame, const MapOptions& options,
+                     RoadTrajectory* straightened, Sections& sections, MapReport& report) {
+  Drift drift = estimate_drift(sections, frame, options, {}, report);
+  std::vector<Correction> taken_out = drift.correction;
+  if (straightened == nullptr) {
+    std::fill(taken_out.begin(), taken_out.end(), Correction::Zero());
+    return estimate_drift(sections, frame, options, taken_out, report);
+  }
+  const auto look_again = [&](const char* what, double share) {
+    if (options.progress) options.progress(what, share);
+    straightened->poses = corrected_trajectory(*straightened, sections, drift);
+    sections = collect_sections(source, frame, straightened, options, false);
+  };
+  // Once more, for what a section's means do not show.
+  look_again("look at the straightened points", 0.4);
+  drift = estimate_drift(sections, frame, options, taken_out, report);
+  if (!options.trust_base || largest_turn_rad(drift) <= kTurnedMuch_rad) return drift;
+  // The poses had followed a tilted base, or drifted much at an end: cells were gathered with
+  // another attitude than they have.
+  for (std::size_t i = 0; i < taken_out.size(); ++i) taken_out[i] += drift.correction[i];
+  look_again("look at the points turned back", 0.5);
+  std::optional<double> base_tilt;
+  if (std::abs(report.base_tilt) > kTiltedMuch) base_tilt = report.base_tilt;
+  return estimate_drift(sections, frame, options, taken_out, report, base_tilt);
+}
+
 MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const RoadFrame& frame,
                       const Trajectory* trajectory, const MapOptions& options) {
   MapResult result;
@@ -231,30 +259,8 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
   RoadTrajectory straightened = placed;
   if (options.correct_drift) {
     stage("drift", 0.25);
-    drift = estimate_drift(sections, frame, options, {}, report);
-    std::vector<Correction> taken_out = drift.correction;
-    const auto look_again = [&] {  // with that taken out of every point
-      straightened.poses = corrected_trajectory(straightened, sections, drift);
-      sections = collect_sections(source, frame, &straightened, options, false);
-    };
-    if (trajectory != nullptr) {
-      // Once more, for what a section's means do not show.
-      stage("look at the straightened points", 0.4);
-      look_again();
-    } else {
-      std::fill(taken_out.begin(), taken_out.end(), Correction::Zero());
-    }
-    drift = estimate_drift(sections, frame, options, taken_out, report);
-    if (trajectory != nullptr && options.trust_base && largest_turn_rad(drift) > kTurnedMuch_rad) {
-      // The poses had followed a tilted base, or drifted much at an end: cells were gathered with
-      // another attitude than they have.
-      for (std::size_t i = 0; i < taken_out.size(); ++i) taken_out[i] += drift.correction[i];
-      stage("look at the points turned back", 0.5);
-      look_again();
-      std::optional<double> base_tilt;
-      if (std::abs(report.base_tilt) > kTiltedMuch) base_tilt = report.base_tilt;
-      drift = estimate_drift(sections, frame, options, taken_out, report, base_tilt);
-    }
+    drift = take_out_drift(source, frame, options, trajectory != nullptr ? &straightened : nullptr,
+                           sections, report);
   }
   report.on_grass = sections.on_grass;
   if (trajectory != nullptr) {
