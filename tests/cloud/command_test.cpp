@@ -271,9 +271,10 @@ TEST(Command, RangePointsAndNodesAreAsTold) {
 TEST(Command, TheDemoMendsARoad) {
   const support::TemporaryFolder folder;
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
-  Ran ran = lidar2mesh(folder, "synth '" + places::source() +
-                                   "/tracks/kerbstone-ring/circuit.yaml' -o " + at("scans") +
-                                   " --from-m 290 --to-m 370 --azimuths 128 --grass-m 0.03");
+  Ran ran = lidar2mesh(folder,
+                       "synth '" + places::source() + "/tracks/kerbstone-ring/circuit.yaml' -o " +
+                           at("scans") +
+                           " --from-m 290 --to-m 370 --azimuths 128 --grass-m 0.03 --scenery-m 12");
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("base.crg: no kerbs, no bumps"));
   ran = lidar2mesh(folder, "map " + at("scans") + " --trajectory " + at("scans/trajectory.csv") +

@@ -43,7 +43,10 @@ support::TrialError refine(const support::TrialRoads& roads, const Case& c, MapR
 TEST(Grass, BesideTheRoadLeavesTheRoadAlone) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const support::TrialRoads roads = support::trial_roads();
-  std::vector<Case> cases = {{0.005, 1, 0, 1.0}, {0.024, 4, 0, 1.0}, {0.060, 5, 2, 1.0}};
+  // The last one: a trajectory that drifts much at its beginning; 80.5 % held before cells were
+  // gathered again where the second look turned poses.
+  std::vector<Case> cases = {
+      {0.005, 1, 0, 1.0}, {0.024, 4, 0, 1.0}, {0.060, 5, 2, 1.0}, {0.005, 8, 2, 1.0}};
   if (heavy) {
     cases.clear();
     for (const double mean_m : {0.0, 0.0025, 0.005, 0.01, 0.015, 0.024, 0.04, 0.06, 0.12})

@@ -88,21 +88,30 @@ std::string row(const char* what, double slope, const Drive& drive, const Outcom
 TEST(TiltedBase, InABendIsFoundByThinScansOfOneDrive) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const crg::Crg truth = demo_road();
-  for (const double slope :
-       heavy ? std::vector<double>{0.0, 0.003, -0.006, 0.006} : std::vector<double>{0.006})
-    for (std::uint64_t seed = 1; seed <= (heavy ? 8u : 2u); ++seed) {
-      Drive drive;
-      drive.seed = seed;
-      const Outcome out = refine(truth, tilted(truth, slope), drive);
-      SCOPED_TRACE(row("bend", slope, drive, out));
-      EXPECT_TRUE(out.report.converged);
-      EXPECT_GT(out.nodes, 10000.0);
-      EXPECT_LT(out.rmse_m, 0.003);
-      EXPECT_GT(out.within_90, 0.85);
-      EXPECT_LT(out.within_90, 0.95);
-      EXPECT_NEAR(out.report.base_tilt, -slope, 4.0 * out.report.base_tilt_stddev);
-      EXPECT_LT(out.report.base_tilt_stddev, 0.0005);
-    }
+  struct Case {
+    double slope;
+    std::uint64_t seed;
+  };
+  // The last one held 72.6 % while cells were not gathered again after the poses had turned back.
+  std::vector<Case> cases = {{0.006, 1}, {0.006, 2}, {0.0175, 14}};
+  if (heavy) {
+    cases.clear();
+    for (const double slope : {0.0, 0.003, -0.006, 0.006, 0.012, 0.0175, 0.025})
+      for (std::uint64_t seed = 1; seed <= 8; ++seed) cases.push_back({slope, seed});
+  }
+  for (const auto& [slope, seed] : cases) {
+    Drive drive;
+    drive.seed = seed;
+    const Outcome out = refine(truth, tilted(truth, slope), drive);
+    SCOPED_TRACE(row("bend", slope, drive, out));
+    EXPECT_TRUE(out.report.converged);
+    EXPECT_GT(out.nodes, 10000.0);
+    EXPECT_LT(out.rmse_m, 0.003);
+    EXPECT_GT(out.within_90, 0.85);
+    EXPECT_LT(out.within_90, 0.95);
+    EXPECT_NEAR(out.report.base_tilt, -slope, 4.0 * out.report.base_tilt_stddev);
+    EXPECT_LT(out.report.base_tilt_stddev, 0.0005);
+  }
 }
 
 // On a straight the sensor's roll and the base's tilt look alike, however dense the scans are: 1.2
@@ -124,6 +133,27 @@ TEST(TiltedBase, OnAStraightIsStatedAsUnknown) {
       EXPECT_THAT(out.report.remarks,
                   ::testing::Contains(::testing::HasSubstr("a stretch with a bend would tell")));
     }
+}
+
+// The tilt is one error of the whole road: in one road all nodes are inside the interval or most
+// are not. Over bases whose heights are off by 20 mm rms over 10 m, as is stated, 90 % are.
+TEST(TiltedBase, OnAStraightIntervalsHoldOverBasesAsGoodAsStated) {
+  const crg::Crg truth = demo_road();
+  const double deviation = 0.02 / (10.0 / std::sqrt(12.0));
+  double within = 0.0, count = 0.0;
+  // Middles of ten equally likely parts of how far a normal deviate lies from zero.
+  for (const double times :
+       {0.063, 0.189, 0.319, 0.454, 0.598, 0.755, 0.935, 1.150, 1.440, 1.960}) {
+    Drive drive;
+    drive.u_begin_m = 20.0, drive.u_end_m = 140.0;
+    const double slope = times * deviation;
+    const Outcome out = refine(truth, tilted(truth, slope), drive);
+    row("straight", slope, drive, out);
+    EXPECT_TRUE(out.report.converged) << slope;
+    within += out.within_90, count += 1.0;
+  }
+  EXPECT_GT(within / count, 0.85);
+  EXPECT_LT(within / count, 0.95);
 }
 
 }  // namespace

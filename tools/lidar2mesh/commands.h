@@ -59,7 +59,7 @@ struct SynthCommand {
   std::string road, output_dir;
   int laps = 2, beams = 64, azimuths = 1024, cars = 2;
   double u_begin_m = 0.0, u_end_m = 0.0, speed_mps = 20.0, noise_m = 0.005, drift_m = 0.05,
-         drift_rad = 0.002, grass_m = 0.0;
+         drift_rad = 0.002, grass_m = 0.0, scenery_m = 0.0;
   std::vector<double> v_m;
   std::uint64_t seed = 1;
   unsigned threads = 0;

@@ -162,13 +162,18 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   synth->add_option("--cars", c.cars, "other cars in view [2]")->check(CLI::Range(0, 20));
   synth->add_option("--grass-m", c.grass_m, "height of grass beyond 8 m from the middle [0]")
       ->check(CLI::Range(0.0, 2.0));
+  synth
+      ->add_option("--scenery-m", c.scenery_m,
+                   "a tree, pole or wall on each side every so many metres, 9 to 11.5 m from the "
+                   "middle [none]")
+      ->check(CLI::Range(1.0, 1000.0));
   synth->add_option("--seed", c.seed, "[1]");
   synth->add_option("--threads", c.threads, "[all cores]");
   synth->footer(
       "For a circuit.yaml also base.crg: the same without kerbs and bumps, banking 0.006 m/m "
       "off.\n\n"
       "Example:\n  lidar2mesh synth tracks/kerbstone-ring/circuit.yaml -o scans --from-m 380 "
-      "--to-m 500");
+      "--to-m 500 --grass-m 0.03 --scenery-m 12");
   synth->callback([&, synth] {
     c.options = command::options_used(*synth);
     run = [&] { return run_synth(c, terminal); };

@@ -35,8 +35,9 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
   options.speed_mps = command.speed_mps;
   options.range_noise_m = command.noise_m, options.drift_m_per_100m = command.drift_m,
   options.drift_rad_per_100m = command.drift_rad;
-  options.grass_height_m = command.grass_m, options.seed = command.seed,
-  options.threads = command.threads, options.progress = terminal.progress();
+  options.grass_height_m = command.grass_m, options.scenery_every_m = command.scenery_m,
+  options.seed = command.seed, options.threads = command.threads,
+  options.progress = terminal.progress();
   if (!command.v_m.empty()) options.v_m = command.v_m;
   const cloud::ScanSynthReport made = cloud::synth_scans(road, command.output_dir, options);
   const std::string truth = command.output_dir + "/truth.crg";
@@ -47,6 +48,7 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
     nlohmann::ordered_json out = head_of(hashed("road", command.road), command.options);
     out.update(nlohmann::ordered_json{{"points", made.points},
                                       {"share_on_cars", made.share_on_cars},
+                                      {"share_on_scenery", made.share_on_scenery},
                                       {"scans", made.scan_paths},
                                       {"trajectory", made.trajectory_path},
                                       {"truth_trajectory", made.truth_path},
@@ -55,10 +57,11 @@ int run_synth(const SynthCommand& command, Terminal& terminal) {
     terminal.print(base::json_text(out));
     return kOk;
   }
-  terminal.print(fmt::format(
-      "{} points in {} files, {:.1f} % on other cars\ntrajectory  {}\ntruth       {}, {}\n",
-      made.points, made.scan_paths.size(), 100.0 * made.share_on_cars, made.trajectory_path,
-      made.truth_path, truth));
+  terminal.print(
+      fmt::format("{} points in {} files, {:.1f} % on other cars, {:.1f} % on trees, poles and "
+                  "walls\ntrajectory  {}\ntruth       {}, {}\n",
+                  made.points, made.scan_paths.size(), 100.0 * made.share_on_cars,
+                  100.0 * made.share_on_scenery, made.trajectory_path, made.truth_path, truth));
   if (circuit)
     terminal.print(fmt::format(
         "base        {}: no kerbs, no bumps, banking 0.006 m/m off, for 'map --base'\n", base));

@@ -181,6 +181,7 @@ void report_fit(const JointProblem& problem, const JointFacts& facts, const Join
 void report_stations(const Sections& sections, const RoadFrame& frame,
                      const std::vector<Correction>& before, const Drift& drift,
                      const JointProblem& problem, MapReport& report) {
+  report.drift.clear(), report.sections = 0;
   for (std::size_t i = 0; i < sections.list.size(); ++i) {
     const Section& section = sections.list[i];
     if (!section.has_data()) continue;
@@ -269,11 +270,13 @@ Eigen::Vector3d Mover::operator()(const SectionCell& cell) const {
 }
 
 Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
-                     const std::vector<Correction>& before, MapReport& report) {
+                     const std::vector<Correction>& before, MapReport& report,
+                     std::optional<double> base_tilt) {
   const bool again = !before.empty();
   Drift drift;
   drift.correction.assign(sections.list.size(), Correction::Zero());
   JointProblem problem(sections, frame, options, before);
+  if (base_tilt) problem.refine_at(*base_tilt);
   JointScales scales;
   const double tilt = options.base_stddev_m / (kRoad_m / std::sqrt(12.0));
   double measured = 1.0;

@@ -1,6 +1,8 @@
 // The drift of a trajectory as a smooth function of the distance driven, estimated from sections.
 #pragma once
 
+#include <optional>
+
 #include "sections.h"
 
 namespace cloud {
@@ -28,9 +30,11 @@ struct Drift {
 /// non-convexity (Yang et al. 2020, "Graduated non-convexity for robust spatial perception") with
 /// the loss of Geman and McClure: a missing banking, bump or kerb loses its weight. Fills in the
 /// report's drift part. `before`: corrections that the sections' poses already have, from an
-/// estimate with the same sections; then the answer is what is left of the drift.
+/// estimate with the same sections; then the answer is what is left of the drift. `base_tilt`: what
+/// that estimate found; then poses and tilt are nearly right from the beginning.
 Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const MapOptions& options,
-                     const std::vector<Correction>& before, MapReport& report);
+                     const std::vector<Correction>& before, MapReport& report,
+                     std::optional<double> base_tilt = {});
 
 /// The correction between the middles of sections of one piece: cubic through them.
 Correction correction_at(const Sections& sections, const std::vector<Correction>& corrections,

@@ -70,6 +70,8 @@ class JointProblem {
   /// Once the poses are nearly right: the base may be tilted as a whole, and views know of its even
   /// error within their cells. (Far away these freedoms lead astray.)
   void refine();
+  /// The same from the beginning, as an estimate before found the tilt.
+  void refine_at(double base_tilt);
   bool is_fine() const { return fine_; }
   double common_slope() const { return common_slope_; }
   double common_slope_stddev() const { return common_slope_stddev_; }

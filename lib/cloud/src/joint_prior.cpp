@@ -80,6 +80,11 @@ void JointProblem::refine() {
   common_slope_ = base::median_or(0.0, std::move(slopes));
 }
 
+void JointProblem::refine_at(double base_tilt) {
+  fine_ = true, common_slope_ = base_tilt;
+  for (Node& node : nodes_) node.slope = base_tilt;
+}
+
 void JointProblem::add_prior_of_base(const JointScales& scales,
                                      std::vector<Eigen::Triplet<double>>& entries) {
   for (Node& node : nodes_) {

@@ -16,6 +16,10 @@
 namespace cloud {
 namespace {
 
+// The second look turns poses by a third of this, or by about half of what the base is tilted.
+constexpr double kTurnedMuch_rad = 0.001;
+constexpr double kTiltedMuch = 5e-4;  // of a base, as a slope across
+
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -95,6 +99,14 @@ Trajectory corrected_trajectory(const RoadTrajectory& trajectory, const Sections
   return out;
 }
 
+/// Roll and pitch of the section that was turned most.
+double largest_turn_rad(const Drift& drift) {
+  double largest = 0.0;
+  for (const Correction& c : drift.correction)
+    largest = std::max({largest, std::abs(c[3]), std::abs(c[4])});
+  return largest;
+}
+
 /// Places that see the same ground should agree whatever the drift is.
 void look_at_views(const MapOptions& options, MapReport& report) {
   // In trials 1.0 to 1.5, and 30 with a clock that is 50 ms off; without a base 3 to 6, and 20.
@@ -110,7 +122,7 @@ void look_at_views(const MapOptions& options, MapReport& report) {
 
 /// A base that is tilted as a whole, and one that may be.
 void look_at_tilt(const MapOptions& options, MapReport& report) {
-  constexpr double kMuch = 5e-4, kUnknown = 1e-3;
+  constexpr double kUnknown = 1e-3;
   if (!options.trust_base || !options.correct_drift) return;
   if (report.base_tilt_stddev > kUnknown)
     report.remarks.push_back(fmt::format(
@@ -118,7 +130,7 @@ void look_at_tilt(const MapOptions& options, MapReport& report) {
         "roll: the cross slope is the base's, to {:.1f} mrad (as --base-stddev-m says; the stated "
         "deviations hold it); a stretch with a bend would tell",
         1e3 * report.base_tilt_stddev));
-  else if (std::abs(report.base_tilt) > std::max(kMuch, 3.0 * report.base_tilt_stddev))
+  else if (std::abs(report.base_tilt) > std::max(kTiltedMuch, 3.0 * report.base_tilt_stddev))
     report.remarks.push_back(
         fmt::format("the base as a whole is tilted: {:.2f} +- {:.2f} mrad are missing in its cross "
                     "slope (more height to the left); corrected",
@@ -191,6 +203,34 @@ void look_at_common(const Sections& sections, const Trajectory& poses, const Map
   report.remarks.push_back("all poses were moved on average by " + text + "; corrected");
 }
 
+/// The drift that is left in `sections`, which are gathered again as often as that is wanted, and
+/// in `straightened`, which all but that is taken out of. Null: no trajectory.
+Drift take_out_drift(const CloudSource& source, const RoadFrame& frame, const MapOptions& options,
+                     RoadTrajectory* straightened, Sections& sections, MapReport& report) {
+  Drift drift = estimate_drift(sections, frame, options, {}, report);
+  std::vector<Correction> taken_out = drift.correction;
+  if (straightened == nullptr) {
+    std::fill(taken_out.begin(), taken_out.end(), Correction::Zero());
+    return estimate_drift(sections, frame, options, taken_out, report);
+  }
+  const auto look_again = [&](const char* what, double share) {
+    if (options.progress) options.progress(what, share);
+    straightened->poses = corrected_trajectory(*straightened, sections, drift);
+    sections = collect_sections(source, frame, straightened, options, false);
+  };
+  // Once more, for what a section's means do not show.
+  look_again("look at the straightened points", 0.4);
+  drift = estimate_drift(sections, frame, options, taken_out, report);
+  if (!options.trust_base || largest_turn_rad(drift) <= kTurnedMuch_rad) return drift;
+  // The poses had followed a tilted base, or drifted much at an end: cells were gathered with
+  // another attitude than they have.
+  for (std::size_t i = 0; i < taken_out.size(); ++i) taken_out[i] += drift.correction[i];
+  look_again("look at the points turned back", 0.5);
+  std::optional<double> base_tilt;
+  if (std::abs(report.base_tilt) > kTiltedMuch) base_tilt = report.base_tilt;
+  return estimate_drift(sections, frame, options, taken_out, report, base_tilt);
+}
+
 MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const RoadFrame& frame,
                       const Trajectory* trajectory, const MapOptions& options) {
   MapResult result;
@@ -219,17 +259,8 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
   RoadTrajectory straightened = placed;
   if (options.correct_drift) {
     stage("drift", 0.25);
-    drift = estimate_drift(sections, frame, options, {}, report);
-    std::vector<Correction> first = drift.correction;
-    if (trajectory != nullptr) {
-      // Once more with that taken out of every point, for what a section's means do not show.
-      straightened.poses = corrected_trajectory(placed, sections, drift);
-      stage("look at the straightened points", 0.4);
-      sections = collect_sections(source, frame, &straightened, options, false);
-    } else {
-      std::fill(first.begin(), first.end(), Correction::Zero());
-    }
-    drift = estimate_drift(sections, frame, options, first, report);
+    drift = take_out_drift(source, frame, options, trajectory != nullptr ? &straightened : nullptr,
+                           sections, report);
   }
   report.on_grass = sections.on_grass;
   if (trajectory != nullptr) {

@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "causes.h"
 #include "cloud/error.h"
+#include "standing.h"
 #include "verge.h"
 
 namespace cloud {
@@ -49,7 +50,10 @@ double about_plane(const Sum& s) {
 class Collector {
  public:
   Collector(const RoadFrame& frame, const MapOptions& options, Sections& sections)
-      : frame_(frame), options_(options), sections_(sections) {
+      : frame_(frame),
+        options_(options),
+        sections_(sections),
+        standing_(frame, sections.list.size()) {
     across_ =
         static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
     along_ = static_cast<std::size_t>(2.0 * kReach_m / kSectionCell_m);
@@ -85,6 +89,7 @@ class Collector {
   void close_all() {
     for (auto& [index, open] : open_) close(index, open);
     open_.clear();
+    standing_.leave_out_feet(sections_);
   }
 
  private:
@@ -124,11 +129,15 @@ class Collector {
       for (std::size_t j = 0; j < across_; ++j) {
         const Sum& sum = open.sums[i * across_ + j];
         if (sum.points < 2) continue;
+        const double ahead_m = (static_cast<double>(i) + 0.5) * kSectionCell_m - kReach_m;
+        const std::size_t road_cell = standing_.cell_at(open.row, ahead_m, j);
         if (near_obstacle(open, i, j)) {
+          standing_.saw_standing(road_cell);
           sections_.on_obstacles += sum.points;
           continue;
         }
         const double n = sum.points;
+        standing_.keep(index, road_cell, sum.height / n);
         section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
                                  static_cast<float>(sum.z / n), static_cast<float>(n),
                                  static_cast<float>(sum.driven / n),
@@ -148,6 +157,7 @@ class Collector {
   const RoadFrame& frame_;
   const MapOptions& options_;
   Sections& sections_;
+  Standing standing_;
   std::size_t across_ = 0, along_ = 0, clock_ = 0;
   std::map<std::size_t, OpenSection> open_;
 };

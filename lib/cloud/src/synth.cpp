@@ -14,6 +14,7 @@
 #include "base/write_file.h"
 #include "cloud/error.h"
 #include "cloud/road_frame.h"
+#include "scenery.h"
 
 namespace cloud {
 namespace {
@@ -21,11 +22,6 @@ namespace {
 constexpr double kPoseStep_s = 0.01;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// A box on wheels in front of (or behind) the sensor's car.
-struct OtherCar {
-  Eigen::Vector3d middle_m;  ///< of the box
-  Eigen::Vector2d heading;
-};
 constexpr double kCarLength_m = 4.5, kCarWidth_m = 1.9, kCarHeight_m = 1.25, kCarClearance_m = 0.15;
 
 /// Random functions of distance: slopes averaged over `smooth_m`, scaled to the wanted change over
@@ -58,8 +54,9 @@ std::vector<double> drift(std::size_t steps, double smooth_m, double per_100m,
 
 struct Drive {
   Trajectory truth, drifted;
-  std::vector<double> row, v_m;  ///< of each pose
-  std::vector<std::vector<OtherCar>> cars;
+  std::vector<double> row, v_m;        ///< of each pose
+  std::vector<std::vector<Box>> cars;  ///< others, in front and behind
+  Scenery scenery;
 };
 
 Eigen::Quaterniond attitude(const RoadFrame& frame, const GridPlace& place) {
@@ -125,7 +122,7 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
                    turn.norm(), turn.norm() > 0 ? turn.normalized() : Eigen::Vector3d::UnitX())))
               .normalized());
       drive.row.push_back(row), drive.v_m.push_back(v);
-      std::vector<OtherCar> others;
+      std::vector<Box> others;
       for (int c = 0; c < options.cars; ++c) {
         const double gap = 10.0 + 4.0 * std::sin(0.35 * time + 2.1 * c);
         const double other_row = frame.wrapped(
@@ -141,35 +138,16 @@ Drive drive(const RoadFrame& frame, const ScanSynthOptions& options) {
         others.push_back(
             {Eigen::Vector3d(spot.x(), spot.y(),
                              ground + frame.z_origin_m() + kCarClearance_m + 0.5 * kCarHeight_m),
-             {std::cos(heading), std::sin(heading)}});
+             {std::cos(heading), std::sin(heading)},
+             {0.5 * kCarLength_m, 0.5 * kCarWidth_m, 0.5 * kCarHeight_m}});
       }
       drive.cars.push_back(std::move(others));
     }
     time += 5.0;  // the car stops between laps; a piece of its own in the trajectory
   }
   measure(drive.truth), measure(drive.drifted);
+  drive.scenery = scenery_along(frame, options.scenery_every_m, options.grass_from_m, options.seed);
   return drive;
-}
-
-/// Distance to a car's box along a ray; infinite where it passes by.
-double distance_to(const OtherCar& car, const Eigen::Vector3d& from, const Eigen::Vector3d& along) {
-  const Eigen::Vector3d d = from - car.middle_m;
-  const auto turned = [&](const Eigen::Vector3d& p) {
-    return Eigen::Vector3d(p.x() * car.heading.x() + p.y() * car.heading.y(),
-                           p.y() * car.heading.x() - p.x() * car.heading.y(), p.z());
-  };
-  const Eigen::Vector3d p = turned(d), a = turned(along),
-                        half(0.5 * kCarLength_m, 0.5 * kCarWidth_m, 0.5 * kCarHeight_m);
-  double near = 0.0, far = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < 3; ++k) {
-    if (std::abs(a[k]) < 1e-12) {
-      if (std::abs(p[k]) > half[k]) return std::numeric_limits<double>::infinity();
-      continue;
-    }
-    const double t1 = (-half[k] - p[k]) / a[k], t2 = (half[k] - p[k]) / a[k];
-    near = std::max(near, std::min(t1, t2)), far = std::min(far, std::max(t1, t2));
-  }
-  return near <= far && near > 0.0 ? near : std::numeric_limits<double>::infinity();
 }
 
 /// Range of the first crossing of the ray with the road; NaN without one.
@@ -221,7 +199,7 @@ void put(std::string& bytes, T value) {
 
 struct Shots {
   std::string bytes;
-  std::size_t points = 0, on_cars = 0;
+  std::size_t points = 0, on_cars = 0, on_scenery = 0;
 };
 
 /// All shots of one pose interval.
@@ -232,6 +210,8 @@ Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i,
   const double t0 = drive.truth.time_s[i], t1 = drive.truth.time_s[i + 1];
   if (t1 - t0 > 0.5) return shots;
   base::Random random(options.seed * 0x9E3779B97F4A7C15ULL + i);
+  const Scenery scenery =
+      near_of(drive.scenery, drive.truth.position_m[i], options.range_max_m + 1.0);
   const auto first = static_cast<std::int64_t>(std::ceil(t0 * shots_per_s)),
              last = static_cast<std::int64_t>(std::ceil(t1 * shots_per_s));
   for (std::int64_t shot = first; shot < last; ++shot) {
@@ -252,11 +232,14 @@ Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i,
       GridPlace hit;
       double range = range_to_road(frame, pose.position_m, along, options.range_max_m, row, hit);
       double car = std::numeric_limits<double>::infinity();
-      for (const OtherCar& other : drive.cars[i])
+      for (const Box& other : drive.cars[i])
         car = std::min(car, distance_to(other, pose.position_m, along));
-      const bool on_car = car < options.range_max_m && (!std::isfinite(range) || car < range);
-      if (on_car) {
-        range = car;
+      const double beside = distance_to(scenery, pose.position_m, along, random);
+      const double thing = std::min(car, beside);
+      const bool on_thing = thing < options.range_max_m && !(thing >= range);
+      const bool on_car = on_thing && car <= beside;
+      if (on_thing) {
+        range = thing;
       } else if (std::isfinite(range)) {
         if (options.beam_divergence_rad > 0.0) {  // mean over a footprint of five samples along it
           const double reach = range * options.beam_divergence_rad / 2.0 / -along.z();
@@ -283,7 +266,7 @@ Shots shoot(const RoadFrame& frame, const Drive& drive, std::size_t i,
           put(shots.bytes, static_cast<float>(p.z()));
       put(shots.bytes, time);
       ++shots.points;
-      shots.on_cars += on_car ? 1 : 0;
+      shots.on_cars += on_car ? 1 : 0, shots.on_scenery += on_thing && !on_car ? 1 : 0;
     }
   }
   return shots;
@@ -297,6 +280,10 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
       options.azimuths < 1)
     throw Error(
         "laps, lateral places, beams and azimuths must be one or more, the speed above 0.1 m/s");
+  if (options.scenery_every_m != 0.0 && !(options.scenery_every_m >= 1.0))
+    throw Error(
+        fmt::format("scenery every {} m seen; 1 m or more wanted, or 0 for a road without scenery",
+                    options.scenery_every_m));
   const RoadFrame frame(road);
   const Drive driven = drive(frame, options);
   std::error_code problem;
@@ -310,7 +297,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
   write_trajectory(driven.drifted, report.trajectory_path);
   write_trajectory(driven.truth, report.truth_path);
   std::string bytes;
-  std::size_t points = 0, on_cars = 0;
+  std::size_t points = 0, on_cars = 0, on_scenery = 0;
   const auto flush = [&] {
     if (points == 0) return;
     const std::string path =
@@ -337,6 +324,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
     });
     for (const Shots& shots : batch) {
       bytes += shots.bytes, points += shots.points, on_cars += shots.on_cars;
+      on_scenery += shots.on_scenery;
       if (points >= options.points_per_file) flush();
     }
   }
@@ -344,6 +332,7 @@ ScanSynthReport synth_scans(const crg::Crg& road, const std::string& output_dir,
   if (report.points == 0)
     throw Error("no shot met the road; is the road narrower than the car's place?");
   report.share_on_cars = static_cast<double>(on_cars) / static_cast<double>(report.points);
+  report.share_on_scenery = static_cast<double>(on_scenery) / static_cast<double>(report.points);
   return report;
 }
 

@@ -83,7 +83,7 @@ struct MapResult {
   MapReport report;
 };
 
-/// Hands out the scans, always the same chunks in the same order; it is called twice.
+/// Hands out the scans, always the same chunks in the same order; it is called two to four times.
 using CloudSource = std::function<void(const ChunkSink&)>;
 
 /// The whole way. `base`: the road to refine; `trajectory` null: points are in the map frame, else

@@ -27,10 +27,12 @@ struct ScanSynthOptions {
   double drift_m_per_100m = 0.05;       ///< rms change of x, y and z over 100 m driven
   double drift_rad_per_100m = 0.002;    ///< the same of roll, pitch and yaw
   double drift_smooth_m = 50.0;         ///< the drift's slope is averaged over this length
-  int cars = 2;                 ///< others that drive in front and behind: the first two 6 to 14 m
-                                ///< away, each further pair 9 m farther
-  double grass_height_m = 0.0;  ///< blades up to this high beyond grass_from_m
-  double grass_from_m = 8.0;    ///< |v| where grass begins
+  int cars = 2;                  ///< others that drive in front and behind: the first two 6 to 14 m
+                                 ///< away, each further pair 9 m farther
+  double grass_height_m = 0.0;   ///< blades up to this high beyond grass_from_m
+  double grass_from_m = 8.0;     ///< |v| where grass begins
+  double scenery_every_m = 0.0;  ///< a tree, pole or wall on each side every so many metres, 1 to
+                                 ///< 3.5 m beyond grass_from_m; 0: none
   std::uint64_t seed = 1;
   std::size_t points_per_file = 2'000'000;
   unsigned threads = 0;  ///< any number gives the same bytes
@@ -43,7 +45,7 @@ struct ScanSynthReport {
   std::string trajectory_path;  ///< DIR/trajectory.csv: with drift, as a car would state it
   std::string truth_path;       ///< DIR/truth_trajectory.csv: without
   std::size_t points = 0;
-  double share_on_cars = 0.0;
+  double share_on_cars = 0.0, share_on_scenery = 0.0;
 };
 
 /// Heights come from the road's grid by bilinear interpolation. Files appear whole or not at all.
