@@ -119,7 +119,7 @@ TEST(WrongInputs, AreRefusedOrNamed) {
       {"yaw 5 deg", "-4.99 deg in yaw"},
       {"yaw 90 deg", "-90 deg in yaw"},
       {"yaw 180 deg", "180 deg in yaw"},
-      {"pitch 5 deg", "-4.81 deg in pitch"},  // the drift has 0.2 of its own
+      {"pitch 5 deg", "-4.81 deg in pitch"},  // drift and noise of these poses are in it
       {"roll 20 deg", "-20 deg in roll"},
       {"clock 0.05 s", "+0.050 s on the times of the points"},
       {"clock 2 s", "+2.000 s on"},
