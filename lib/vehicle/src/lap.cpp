@@ -192,14 +192,14 @@ void plan_next(const Car<double>& car, const State<double>& state, SpeedOptions&
 class LapRun {
  public:
   LapRun(const Car<double>& car, const Road& road, const LapOptions& options, bool among_others)
-      : car_(car),
+      : tracker_(*road.surface()),
+        car_(car),
         road_(road),
         options_(options),
         surface_(*road.surface()),
         line_(line_for(surface_, options)),
         plan_(options.speed),
         recorder_(options.devices, options.record_every, options.step.step_s, options.on_row),
-        tracker_(surface_),
         clock_(line_, options.step.step_s, nose_of(car)),
         laps_(line_.closed ? options.laps : 1),
         among_others_(among_others) {
@@ -294,6 +294,8 @@ class LapRun {
                       options_.longest_s, u_m, vx_mps);
   }
 
+  RoadTracker tracker_;
+  Simulation<double> sim_{};
   const Car<double>& car_;
   const Road& road_;
   const LapOptions& options_;
@@ -301,9 +303,7 @@ class LapRun {
   RacingLine line_;
   SpeedOptions plan_;
   RunRecorder recorder_;
-  RoadTracker tracker_;
   LapClock clock_;
-  Simulation<double> sim_{};
   Driver driver_;
   Detail<double> detail_{};
   WakeColumns wakes_;
