@@ -29,6 +29,9 @@ struct Built {
   std::optional<crg::Grid> before;  ///< before kerb refinement and smoothing, where it was wanted
   std::vector<KerbPatch> patches;
   std::optional<crg::Grid> friction;
+  /// Of every node, what a stage added to the height of the mesh because the recipe asks for it;
+  /// empty: nothing. The check of the written file leaves it out.
+  std::vector<float> added_m;
   std::vector<std::string> doubts;  ///< whether this is the road that is meant (doubts_about())
   BuildSummary summary;             ///< what the stages said; its outputs are those of write()
   std::vector<StageSeconds> seconds;

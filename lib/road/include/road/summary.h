@@ -101,9 +101,6 @@ struct BuildSummary {
   std::string friction_file;  ///< beside the road; empty: none
   FrictionReport friction;
   ByType more;  ///< what a stage has for itself, see src/stages
-  /// What stages added to the heights of the mesh because the recipe asks for it: 99 % of the nodes
-  /// were moved by no more. Validation has room for it.
-  double added_p99_m = 0.0;
   std::optional<Placement> placement;  ///< empty: the file is in the mesh's own frame
   GridReport grid;                     ///< of the written file
   GeoEnds wgs84;                       ///< of the written file

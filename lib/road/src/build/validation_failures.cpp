@@ -9,7 +9,6 @@ ValidateLimits limits_of(const BuildSummary& summary) {
   ValidateLimits limits = summary.recipe.limits;
   if (summary.centreline.length_m > 0.0)
     limits.max_share_without_mesh += summary.clean.bridged_m / summary.centreline.length_m;
-  limits.max_z_error_p99_m += summary.added_p99_m;
   return limits;
 }
 

@@ -7,9 +7,11 @@
 #include "base/write_file.h"
 #include "build_steps.h"
 #include "crg/file.h"
+#include "crg/surface.h"
 #include "road/built.h"
 #include "road/error.h"
 #include "road/place.h"
+#include "road/ray_surface.h"
 #include "road/road_mesh_file.h"
 
 namespace road {
@@ -76,7 +78,9 @@ ValidateReport validate_written(const Built& built, const base::OutputSet& outpu
   const Recipe& recipe = built.summary.recipe;
   ValidateOptions options = recipe.validate;
   if (built.summary.placement) options.T_global_mesh = built.summary.placement->align.T_global_mesh;
-  ValidateReport report = validate(outputs.staged(road_name(recipe)), built.mesh, options);
+  crg::Crg file = crg::read(outputs.staged(road_name(recipe)));
+  for (std::size_t k = 0; k < built.added_m.size(); ++k) file.grid.z_m[k] -= built.added_m[k];
+  ValidateReport report = validate(crg::Surface(std::move(file)), RaySurface(built.mesh), options);
   report.doubts = built.doubts;
   return report;
 }

@@ -23,7 +23,7 @@ struct Roughen {
 };
 
 struct Roughened {
-  double rms_m = 0.0, p99_m = 0.0, largest_m = 0.0;
+  double rms_m = 0.0, largest_m = 0.0;
 };
 
 void add_keys(std::vector<RecipeKey>& keys) {
@@ -69,23 +69,25 @@ void check(const Roughen& options, const crg::Grid& grid, const crg::ReferenceLi
                             options.longest_wave_m, whole_length_m));
 }
 
-/// Adds to every node with a height. The n-th row lies at u_begin_m + n u_step_m of the whole road.
-void add(const Roughness& roughness, double u_begin_m, double u_step_m, unsigned threads,
-         crg::Grid& grid, std::vector<double>* added_m = nullptr) {
+/// Adds to every node with a height, and gives what it added: 0 where there is none. The n-th row
+/// lies at u_begin_m + n u_step_m of the whole road.
+std::vector<float> add(const Roughness& roughness, double u_begin_m, double u_step_m,
+                       unsigned threads, crg::Grid& grid) {
   const std::size_t columns = grid.v_m.size(), rows = grid.z_m.size() / columns;
-  std::vector<double> height_m(grid.z_m.size(), 0.0);
+  std::vector<float> added_m(grid.z_m.size(), 0.0F);
   base::parallel_for(rows, 64, threads, [&](std::size_t begin, std::size_t end) {
-    std::vector<double> u_m;
+    std::vector<double> u_m, height_m((end - begin) * columns, 0.0);
     for (std::size_t i = begin; i < end; ++i)
       u_m.push_back(u_begin_m + static_cast<double>(i) * u_step_m);
-    roughness.add_grid(u_m, grid.v_m,
-                       std::span(height_m).subspan(begin * columns, (end - begin) * columns));
+    roughness.add_grid(u_m, grid.v_m, height_m);
+    for (std::size_t k = 0; k < height_m.size(); ++k) {
+      float& z_m = grid.z_m[begin * columns + k];
+      if (std::isnan(z_m)) continue;
+      added_m[begin * columns + k] = static_cast<float>(height_m[k]);
+      z_m += added_m[begin * columns + k];
+    }
   });
-  for (std::size_t k = 0; k < grid.z_m.size(); ++k) {
-    if (std::isnan(grid.z_m[k])) continue;
-    grid.z_m[k] = static_cast<float>(static_cast<double>(grid.z_m[k]) + height_m[k]);
-    if (added_m != nullptr) added_m->push_back(std::abs(height_m[k]));
-  }
+  return added_m;
 }
 
 void run(const GridWork& work) {
@@ -101,27 +103,26 @@ void run(const GridWork& work) {
                              .n_max_cpm = 1.0 / options.shortest_wave_m},
                             whole_length_m);
   const unsigned threads = work.recipe.sample.threads;
-  std::vector<double> added_m;
-  add(roughness, built.line.u_begin_m, built.line.u_step_m, threads, built.sampled.grid, &added_m);
+  built.added_m =
+      add(roughness, built.line.u_begin_m, built.line.u_step_m, threads, built.sampled.grid);
   for (KerbPatch& patch : built.patches)
     add(roughness, patch.u_begin_m, patch.line.u_step_m, threads, patch.grid);
-  if (added_m.empty()) return;
-  Roughened& report = built.summary.more.of<Roughened>();
-  double sum2 = 0.0;
-  for (const double one : added_m) sum2 += one * one;
-  report.rms_m = std::sqrt(sum2 / static_cast<double>(added_m.size()));
-  report.largest_m = *std::max_element(added_m.begin(), added_m.end());
-  const auto p99 =
-      added_m.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(added_m.size() - 1));
-  std::nth_element(added_m.begin(), p99, added_m.end());
-  report.p99_m = *p99;
-  built.summary.added_p99_m += report.p99_m;
+  Roughened& done = built.summary.more.of<Roughened>();
+  double sum2 = 0.0, nodes = 0.0;
+  for (std::size_t k = 0; k < built.added_m.size(); ++k) {
+    if (std::isnan(built.sampled.grid.z_m[k])) continue;
+    const auto one = static_cast<double>(built.added_m[k]);
+    sum2 += one * one;
+    nodes += 1.0;
+    done.largest_m = std::max(done.largest_m, std::abs(one));
+  }
+  if (nodes > 0.0) done.rms_m = std::sqrt(sum2 / nodes);
 }
 
 void report(const BuildSummary& summary, Json& out) {
   if (!wanted(summary.recipe)) return void(out["roughen"] = nullptr);
   const Roughened& done = summary.more.of<Roughened>();
-  out["roughen"] = {{"rms_m", done.rms_m}, {"p99_m", done.p99_m}, {"largest_m", done.largest_m}};
+  out["roughen"] = {{"rms_m", done.rms_m}, {"largest_m", done.largest_m}};
 }
 
 }  // namespace
