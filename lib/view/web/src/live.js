@@ -47,7 +47,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
   const bar = (name) => { const fill = el('div', { class: 'fill' }); return { fill, row: el('div', { class: 'gauge' }, el('span', {}, name), el('div', { class: 'tube' }, fill)) }; };
   const bars = Object.fromEntries([['throttle', 'Throttle'], ['brake', 'Brake'], ['steer', 'Steering'], ...wheels.map((wheel) => [wheel, `Load ${wheel}`])].map(([key, name]) => [key, bar(name)]));
   const button = (role, text, action) => el('button', { type: 'button', 'data-role': role, onclick: action }, text);
-  const startButton = button('start', el('strong', {}, 'Start'), start), endButton = button('end', 'End', end), resetButton = button('reset', 'Back to the start', () => send({ reset: {} }));
+  const startButton = button('start', el('strong', {}, 'Start'), start), endButton = button('end', 'End', end), resetButton = button('reset', 'Back to the start', () => { drive.wants.reset = {}; });
   const pauseButton = el('button', { type: 'button', 'data-role': 'pause', 'aria-pressed': 'false', onclick: () => {
     drive.paused = !drive.paused;
     pauseButton.setAttribute('aria-pressed', String(drive.paused));
@@ -79,7 +79,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
   async function start() {
     say('Starting …');
     const of = unit;
-    drive = { sequence: 0, pedals: { steer: 0, throttle: 0, brake: 0 }, gear: 1, shifted: 0, last: performance.now(), paused: false, lapBegin: null, lapU: null, times: [], job: null, result: null };
+    drive = { sequence: 0, pedals: { steer: 0, throttle: 0, brake: 0 }, gear: 1, shifted: 0, last: performance.now(), paused: false, lapBegin: null, lapU: null, times: [], job: null, result: null, wants: {} };
     const mine = drive;
     buttons();
     canvas.focus();
@@ -104,15 +104,18 @@ export function makeLive({ changed, entriesOf, openLap }) {
   function end() {
     if (!drive) return;
     drive.ended = true;
-    send({ end: true });
+    drive.wants.end = true;
   }
 
-  function send(more) {
-    if (!drive?.job) return Promise.resolve(null);
-    const { pedals, gear } = drive, brake = kBrake_pa * pedals.brake;
+  /// One message after the other: of two on the way at once the later may arrive first, and the earlier counts no more.
+  async function send(mine) {
+    const { pedals, gear, wants } = mine, brake = kBrake_pa * pedals.brake;
     const set = { 'input.steering': pedals.steer, 'input.throttle': pedals.throttle, 'input.gear': gear, 'input.brake.fl': brake, 'input.brake.fr': brake, 'input.brake.rl': 0.6 * brake, 'input.brake.rr': 0.6 * brake };
-    drive.sequence += 1;
-    return tellDrive(drive.job, { sequence: drive.sequence, set, pause: drive.paused, ...more }).catch(() => null);
+    mine.sequence += 1;
+    mine.wants = {};
+    const measured = await tellDrive(mine.job, { sequence: mine.sequence, set, pause: mine.paused, ...wants }).catch(() => null);
+    if (measured === null) mine.wants = { ...wants, ...mine.wants };
+    return measured;
   }
 
   let waits = false;
@@ -124,7 +127,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
     const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000);
     if (gear !== mine.gear) { mine.gear = gear; mine.shifted = now; }
     waits = true;
-    const measured = await send({});
+    const measured = await send(mine);
     waits = false;
     if (drive !== mine || !measured?.values) return;
     mine.seen = measured;
