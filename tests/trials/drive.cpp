@@ -33,8 +33,10 @@ Commands arriving(const Variant& v, const std::vector<Commands>& history, double
   used.throttle = std::min(1.0, late(v.throttle_dead_s).throttle * v.throttle_gain);
   used.brake_pa = late(v.brake_dead_s).brake_pa;
   const double wanted = late(v.steer_dead_s).steer * v.steer_gain;
-  steer = v.steer_lag_s > 0 ? steer + (wanted - steer) * (1 - std::exp(-kStep_s / v.steer_lag_s))
+  const double pulled = v.steer_lag_s > 0
+                            ? steer + (wanted - steer) * (1 - std::exp(-kStep_s / v.steer_lag_s))
                             : wanted;
+  steer = std::clamp(steer, pulled - 0.5 * v.steer_play_rad, pulled + 0.5 * v.steer_play_rad);
   used.steer = steer;
   return used;
 }

@@ -12,6 +12,7 @@ struct Variant {
   TruthCar car;
   double throttle_dead_s = 0, brake_dead_s = 0, steer_dead_s = 0, steer_lag_s = 0;
   double throttle_gain = 1, steer_gain = 1;
+  double steer_play_rad = 0;     ///< of the road wheels, from end to end; not together with the lag
   const Track* track = nullptr;  ///< heights of its own; null: those of the track driven on
 };
 

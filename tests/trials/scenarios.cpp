@@ -261,6 +261,13 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
          t.truth.throttle_dead_s = 0.08;
          return t;
        }},
+      {"play",
+       [] {
+         Trial t = plain("play");
+         t.commands = true;
+         t.truth.steer_play_rad = 0.008;
+         return t;
+       }},
       {"slippery", [] {
          Trial t = plain("slippery");
          const double l = t.track.length_m;

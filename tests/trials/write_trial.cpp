@@ -110,8 +110,9 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
     write_road(track, track, car, folder / "sealed" / (trial.name + ".crg"));
   write_car(stated_car(trial, dice), here);
 
-  const std::vector<Column> all =
-      columns({.body = trial.ride.has_value(), .discs = trial.discs.has_value()});
+  const std::vector<Column> all = columns({.commands = trial.commands,
+                                           .body = trial.ride.has_value(),
+                                           .discs = trial.discs.has_value()});
   write(here / "run.csv", csv(d.row, all, trial.hz, car.effects, dice));
   if (trial.experiment)
     write(here / "experiment.csv", csv(drive(trial.truth, track, *trial.experiment, nullptr).row,

@@ -25,6 +25,7 @@ struct Trial {
   std::vector<std::string> alike;
   std::optional<Track> stated_track;  ///< the road as the simulation has it, where it differs
   std::optional<Ride> ride;           ///< suspension, wheel loads, body rates in the log
+  bool commands = false;              ///< of the driver, logged by the names that they have
   std::optional<Discs> discs;         ///< disc temperatures in the log
   std::vector<std::string> without;   ///< terms that the stated car has switched off
   std::optional<Style> experiment;    ///< a second drive: experiment.csv
