@@ -288,6 +288,9 @@ TEST_P(WriteCarAgain, NothingIsMissingAnyMore) {
   } else if (std::string(GetParam().scenario) == "late") {
     EXPECT_NEAR(car.parameters[P::throttle_dead_time_s], 0.08, 0.15 * 0.08);
     EXPECT_THAT(proof.folder.read("out/mapping.yaml"), HasSubstr("throttle_command"));
+  } else if (std::string(GetParam().scenario) == "play") {
+    EXPECT_EQ(car.terms[Term::steering_backlash], 1);
+    EXPECT_NEAR(car.parameters[P::steering_backlash_rad], 0.008, 0.15 * 0.008);
   } else if (std::string(GetParam().scenario) == "burn") {
     // The log lasts 215 s: what burns over it was taken from the mass.
     const vehicle::Vehicle stated = vehicle::read_vehicle(proof.path("vehicle.yaml"));
@@ -314,6 +317,7 @@ INSTANTIATE_TEST_SUITE_P(SecondCar, WriteCarAgain,
                                            RoundTrip{"downforce", "vehicle.aero_downforce"},
                                            RoundTrip{"coupled", "vehicle.differential"},
                                            RoundTrip{"late", "vehicle.throttle_dead_time"},
+                                           RoundTrip{"play", "vehicle.steering_backlash"},
                                            RoundTrip{"burn", "vehicle.fuel_burn"},
                                            RoundTrip{"radius", "parameter.wheel_radius"},
                                            RoundTrip{"load", "vehicle.tyre_load_sensitivity"},

@@ -1,9 +1,12 @@
-// Commands that act late: dead times of throttle, brake and steering, a lag of the steering.
+// What lies between commands and car: dead times of throttle, brake and steering, a lag of the
+// steering and its free play.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 
 #include "car_changes.h"
+#include "effect.h"
 #include "listing.h"
 #include "mapping_changes.h"
 
@@ -67,6 +70,30 @@ void list_steering_lag(const Listing& l) {
             [](Setting& s, double v) { s.steer_lag_s += v; });
 }
 
+constexpr const char* kBacklash = "vehicle.steering_backlash";
+
+double stated_play_rad(const vehicle::Vehicle& car) {
+  return car.terms[Term::steering_backlash] * car.parameters[P::steering_backlash_rad];
+}
+
+/// To the play that the stated car has, an amount adds.
+constexpr Effect kPlay{[](vehicle::Car<double>& car, const Acting& a) {
+  double& play_rad = car.parameters[P::steering_backlash_rad];
+  play_rad = std::max(0.0, car.terms[Term::steering_backlash] * play_rad + a.amount[0]);
+  car.terms[Term::steering_backlash] = 1.0;
+}};
+
+void list_steering_backlash(const Listing& l) {
+  if (!l.lateral) return untestable(l, kBacklash, kNoSlip);
+  if (!commanded(l.logs, kSteer))
+    return untestable(l, kBacklash, "the log has the road wheels' angle itself, behind the play");
+  candidate(l, kBacklash, {"steering.backlash_rad", "rad", 0.004, 0.001, true},
+            {"the road wheels stay until the steering has crossed its free play",
+             "|command / ratio - delta| <= play / 2",
+             "slow sine steer: the slower, the less a lag delays; play delays as much as before"},
+            [](Setting& s, double v) { s.act(kPlay, v); });
+}
+
 /// An actuator that the stated car lacks is a pure delay or lag; to one that it has, the finding
 /// adds.
 void add_to(CarChanges& out, const Finding& f, const Actuator& late, P to, double amount) {
@@ -94,6 +121,11 @@ void write_dead_time(CarChanges& out, const Finding& f) {
 /// Two lags in a row of half the time are as late as the one that was found.
 void write_lag(CarChanges& out, const Finding& f) {
   add_to(out, f, kSteeringActuator, kSteeringActuator.lag, 0.5 * f.parameters[0].value);
+}
+
+void write_steering_backlash(CarChanges& out, const Finding& f) {
+  out.set(Term::steering_backlash, 1);
+  out.set(P::steering_backlash_rad, stated_play_rad(out.car) + f.parameters[0].value);
 }
 
 /// Measured behind the actuator of this channel.
@@ -150,7 +182,11 @@ std::vector<Mechanism> late_steering() {
            .list = list_steering_lag,
            .most = 0.5,
            .write_car = write_lag,
-           .write_mapping = write_mapping<kSteeringActuator>}};
+           .write_mapping = write_mapping<kSteeringActuator>},
+          {.id = kBacklash,
+           .list = list_steering_backlash,
+           .most = 0.05,
+           .write_car = write_steering_backlash}};
 }
 
 }  // namespace explain
