@@ -8,6 +8,7 @@
 
 #include "mechanisms/effect.h"
 #include "refit_car.h"
+#include "vehicle/laws/steering.h"
 #include "vehicle/step.h"
 
 namespace explain {
@@ -164,15 +165,18 @@ class Drive {
     p[P::rear_lift_area_m2] = lift_[1] * now.lift;
     vehicle::Controls<double> c;
     c.gear_command = by_.gear[near];
-    c.steer_command_rad =
-        between(by_.steer, i, share) * (s_.commanded[kSteer] ? 1.0 : p[P::steering_ratio]);
+    c.steer_command_rad = between(by_.steer, i, share);
+    if (!s_.commanded[kSteer])
+      c.steer_command_rad = vehicle::laws::steering_command(files_.steering, p[P::steering_ratio],
+                                                            c.steer_command_rad);
     if (!by_.throttle.empty())
       c.throttle_command =
           between(by_.throttle, i, share) / (s_.commanded[kThrottle] ? 1.0 : p[P::throttle_gain]);
     if (!by_.brake_front_pa.empty()) {
-      const double front = brake(by_.brake_front_pa, i, share);
-      const double rear = brake(by_.brake_rear_pa, i, share);
-      c.brake_command_pa = {front, front, rear, rear};
+      c.brake_command_pa = {brake(by_.brake_front_pa, by_.brake_front_apart_pa, 0.5, i, share),
+                            brake(by_.brake_front_pa, by_.brake_front_apart_pa, -0.5, i, share),
+                            brake(by_.brake_rear_pa, by_.brake_rear_apart_pa, 0.5, i, share),
+                            brake(by_.brake_rear_pa, by_.brake_rear_apart_pa, -0.5, i, share)};
     }
     const vehicle::State<double> before = s;
     if (!vehicle::step(car_, sim_, c, road_, options_, detail_).ok()) return false;
@@ -201,10 +205,13 @@ class Drive {
   }
 
  private:
-  double brake(const std::vector<double>& pa, std::size_t i, double share) const {
+  /// `side`: 0.5 left, -0.5 right.
+  double brake(const std::vector<double>& mean_pa, const std::vector<double>& apart_pa, double side,
+               std::size_t i, double share) const {
     // The logger's noise around 0 would brake: only one side of it counts.
     constexpr double kLeast_pa = 3e4;
-    const double x = between(pa, i, share);
+    const double x =
+        between(mean_pa, i, share) + (apart_pa.empty() ? 0.0 : side * between(apart_pa, i, share));
     return x > kLeast_pa ? x / stated_gain_ : 0.0;
   }
 
@@ -256,8 +263,10 @@ bool same_drive(const KnownDrive& known, const Setting& setting, const Lead& by)
          (!k.vy_known || same(k.vy_mps, by.vy_mps)) && same(k.yaw_radps, by.yaw_radps) &&
          same(k.yaw_rad, by.yaw_rad) && same(k.steer, by.steer) && same(k.throttle, by.throttle) &&
          same(k.brake_front_pa, by.brake_front_pa) && same(k.brake_rear_pa, by.brake_rear_pa) &&
-         same(k.gear, by.gear) && same(k.gravity_mps2, by.gravity_mps2) &&
-         same(k.fuel_kg, by.fuel_kg) && of_the_car(known.setting) == of_the_car(setting);
+         same(k.brake_front_apart_pa, by.brake_front_apart_pa) &&
+         same(k.brake_rear_apart_pa, by.brake_rear_apart_pa) && same(k.gear, by.gear) &&
+         same(k.gravity_mps2, by.gravity_mps2) && same(k.fuel_kg, by.fuel_kg) &&
+         of_the_car(known.setting) == of_the_car(setting);
 }
 
 Led lead(const Signals& s, const vehicle::Vehicle& stated, const Setting& set, const Lead& by) {

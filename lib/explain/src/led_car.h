@@ -13,7 +13,9 @@ struct Lead {
   bool vy_known = false;      ///< false: the car finds its own side slip
   std::vector<double> steer;  ///< what the steering is asked, or the road wheels have, rad
   std::vector<double> throttle, brake_front_pa, brake_rear_pa;  ///< empty: none
-  std::vector<int> gear;                                        ///< 1 to 6
+  std::vector<double> brake_front_apart_pa,
+      brake_rear_apart_pa;           ///< left minus right; empty: no difference
+  std::vector<int> gear;             ///< 1 to 6
   std::vector<double> gravity_mps2;  ///< with what crests, dips and banked turns add
   std::vector<double> fuel_kg;       ///< on board
   double reserve_kg = 0.0;           ///< of the stated mass that can burn: so much more is on board

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "vehicle/error.h"
+#include "vehicle/road.h"
 
 namespace explain {
 namespace {
@@ -98,12 +99,16 @@ void count_laps(Signals& s) {
   }
 }
 
-/// Slopes over a car's length and track, not of single cells, under a car at x, y that goes along
-/// (cx, cy).
-void put_slopes(Signals& s, std::size_t i, const crg::Surface& surface, double x, double y,
-                double cx, double cy, crg::Cursor& cursor) {
+/// Slopes over a car's length and track, not of single cells, under a car that goes along (cx, cy)
+/// and is where the tracker says: on this leg of a road that crosses itself.
+void put_slopes(Signals& s, std::size_t i, const crg::Surface& surface,
+                const vehicle::RoadTracker::Place& under, double cx, double cy) {
+  vehicle::RoadTracker beside(surface);
   const auto z = [&](double ahead, double left) {
-    return surface.z_at_xy(x + ahead * cx - left * cy, y + ahead * cy + left * cx, cursor);
+    beside.go_on_from(under);
+    const crg::UV at =
+        beside.at(under.x_m + ahead * cx - left * cy, under.y_m + ahead * cy + left * cx);
+    return surface.z_at_uv(at.u_m, at.v_m);
   };
   const double here = z(0, 0), front = z(2, 0), back = z(-2, 0), left = z(0, 0.8),
                right = z(0, -0.8);
@@ -128,14 +133,15 @@ Driven put_road(Signals& s, const crg::Surface& surface) {
        {&s.u_m, &s.v_m, &s.grade, &s.bank, &s.curvature_v, &s.heading_rad, &s.line_curvature_1pm})
     v->assign(s.n, kNaN);
   s.grip.assign(s.n, 1.0);
-  crg::Cursor cursor, slopes;
+  vehicle::RoadTracker tracker(surface);
   Driven driven;
   for (std::size_t i = 0; i < s.n; ++i) {
     const double x = s.x[kX][i], y = s.x[kY][i];
     const double speed = std::hypot(s.dx[kX][i], s.dx[kY][i]);
     if (!std::isfinite(x) || !std::isfinite(y) || !(speed > 3)) continue;
     ++driven.moving;
-    const crg::Sample at = surface.at_xy(x, y, cursor);
+    const crg::UV place = tracker.at(x, y);
+    const crg::Sample at = surface.at_uv(place.u_m, place.v_m);
     const double margin = 3.0;
     if (!std::isfinite(at.u_m) || at.v_m < file.grid.v_m.front() - margin ||
         at.v_m > file.grid.v_m.back() + margin || at.u_m < line.u_begin_m - 1.0 ||
@@ -150,7 +156,7 @@ Driven put_road(Signals& s, const crg::Surface& surface) {
     if (std::isfinite(at.friction)) s.grip[i] = at.friction;
     s.heading_rad[i] = at.heading_rad;
     s.line_curvature_1pm[i] = std::isfinite(at.curvature_1pm) ? at.curvature_1pm : 0.0;
-    put_slopes(s, i, surface, x, y, cx, cy, slopes);
+    put_slopes(s, i, surface, tracker.place(), cx, cy);
   }
   return driven;
 }

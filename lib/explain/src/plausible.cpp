@@ -275,6 +275,8 @@ void leave_out_implausible(Signals& s) {
     for (const Channel c : {kSteer, kThrottle, kBrakeFront, kBrakeRear}) s.present[c] = false;
   }
   if (!s.present[kWheelRear]) s.present[kWheelRearDifference] = false;
+  if (!s.present[kBrakeFront]) s.present[kBrakeFrontApart] = false;
+  if (!s.present[kBrakeRear]) s.present[kBrakeRearApart] = false;
   remark_laps_and_gaps(s);
 }
 

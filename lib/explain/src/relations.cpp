@@ -10,6 +10,7 @@
 #include "corrected_channels.h"
 #include "gears.h"
 #include "led_car.h"
+#include "vehicle/laws/steering.h"
 #include "vehicle/magic_formula.h"
 
 namespace explain {
@@ -99,6 +100,13 @@ class Relations {
 
  private:
   bool has(Channel c) const { return s_.present[c]; }
+  /// Of the road wheels, by a command; NaN stays NaN.
+  double asked_angle(double command_rad) const {
+    return std::isnan(command_rad)
+               ? kNaN
+               : vehicle::laws::road_wheel_angle(car_.files.steering, set_.p[P::steering_ratio],
+                                                 command_rad);
+  }
   void find_driven();
   void begin_lead();
   Motion motion(std::size_t i) const;
@@ -132,11 +140,12 @@ void Relations::compare_commands() {
   using vehicle::Term;
   const auto& p = set_.p;
   const auto& x = c_.x;
-  if (has(kSteerCommand))
-    actuator_rows(out_.r[Relation::kSteering], x[kSteer],
-                  lagged(delayed(x[kSteerCommand], set_.steer_s), set_.steer_lag_s),
-                  1 / p[P::steering_ratio], car_.terms[Term::steering_actuator], p,
-                  P::steering_dead_time_s);
+  if (has(kSteerCommand)) {
+    std::vector<double> asked = lagged(delayed(x[kSteerCommand], set_.steer_s), set_.steer_lag_s);
+    for (double& rad : asked) rad = asked_angle(rad);
+    actuator_rows(out_.r[Relation::kSteering], x[kSteer], asked, 1.0,
+                  car_.terms[Term::steering_actuator], p, P::steering_dead_time_s);
+  }
   if (has(kThrottleCommand))
     actuator_rows(out_.r[Relation::kThrottleMoves], x[kThrottle],
                   delayed(x[kThrottleCommand], set_.throttle_s), p[P::throttle_gain],
@@ -163,6 +172,8 @@ void Relations::begin_lead() {
   if (has(kBrakeFront)) {
     by_.brake_front_pa = delayed(x[kBrakeFront], brake_s);
     by_.brake_rear_pa = delayed(x[kBrakeRear], brake_s);
+    if (has(kBrakeFrontApart)) by_.brake_front_apart_pa = delayed(x[kBrakeFrontApart], brake_s);
+    if (has(kBrakeRearApart)) by_.brake_rear_apart_pa = delayed(x[kBrakeRearApart], brake_s);
   }
   for (auto* v :
        {&by_.vx_mps, &by_.vy_mps, &by_.yaw_radps, &by_.yaw_rad, &by_.gravity_mps2, &by_.fuel_kg})
@@ -240,8 +251,9 @@ void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& 
   out_.r[Relation::kSpeed][i] = std::hypot(m.px, m.py) / cos_grade - std::hypot(m.vx, m.vy);
   const double brake_log = has(kBrakeFront) ? s_.x[kBrakeFront][i] : 0.0;
   if (!has(kWheelFront) || brake_log > kBraking_pa) return;
-  const double delta =
-      has(kSteer) ? by_.steer[i] / (s_.commanded[kSteer] ? set_.p[P::steering_ratio] : 1.0) : 0.0;
+  const double delta = !has(kSteer)           ? 0.0
+                       : s_.commanded[kSteer] ? asked_angle(by_.steer[i])
+                                              : by_.steer[i];
   const double factor = s_.wheels_in_mps ? set_.wheel_radius[0] : radius_[0];
   const double a = set_.p[P::chassis_cog_behind_front_m];
   const double at_wheel = m.vx * std::cos(delta) + (m.vy + a * m.yaw) * std::sin(delta);
@@ -337,7 +349,9 @@ void Relations::compare_forces(const Led& led) {
   const std::vector<bool> spins = spinning(s_, car_.parameters[P::rear_track_m]);
   for (std::size_t i = 0; i < s_.n; ++i) {
     const bool braking = has(kBrakeFront) && s_.x[kBrakeFront][i] > kBraking_pa;
-    if (has(kVy) && has(kSteer)) {
+    // After a shift the clutch drags at the driven wheels, which then steer less; the car that is
+    // led has none.
+    if (has(kVy) && has(kSteer) && !gears_.shifting[i]) {
       out_.r[Relation::kForceY][i] = recorded_y_[i] - led.force_y_mps2[i];
       // Times the inertia over that stated and the mass alone: no inertia and no mass can make its
       // error small.

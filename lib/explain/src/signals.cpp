@@ -165,6 +165,19 @@ void put_motion(Signals& s, Channels& channels) {
   channels.put(kYaw, yaw);
 }
 
+/// Left minus right of an axle, where a car that brakes its wheels one by one makes them differ.
+void put_brakes_apart(Signals& s, Channels& channels, Channel apart, Channel mean,
+                      const std::vector<std::string>& names) {
+  constexpr double kCounts = 0.03;  // less is what the loggers of two wheels make of one pressure
+  channels.put_mean(apart, names, -1.0, 1.0);
+  const auto size = [&](Channel c) {
+    double sum = 0.0;
+    for (const double x : s.x[c]) sum += std::isfinite(x) ? x * x : 0.0;
+    return std::sqrt(sum);
+  };
+  s.present[apart] = s.present[apart] && size(apart) > kCounts * size(mean);
+}
+
 void put_controls(Signals& s, Channels& channels) {
   channels.put_measured_or_command(kSteer, "steer_rad", "steer_command_rad");
   channels.put_measured_or_command(kThrottle, "throttle", "throttle_command");
@@ -182,6 +195,9 @@ void put_controls(Signals& s, Channels& channels) {
   } else if (!channels.put_mean(kBrakeCommand, {"brake_fl_command_pa", "brake_fr_command_pa"})) {
     channels.put(kBrakeCommand, channels.read("brake_command_pa"));
   }
+  const std::string of = s.commanded[kBrakeFront] ? "_command_pa" : "_pa";
+  put_brakes_apart(s, channels, kBrakeFrontApart, kBrakeFront, {"brake_fl" + of, "brake_fr" + of});
+  put_brakes_apart(s, channels, kBrakeRearApart, kBrakeRear, {"brake_rl" + of, "brake_rr" + of});
 }
 
 void put_wheels(Signals& s, Channels& channels) {

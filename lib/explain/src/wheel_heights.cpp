@@ -115,15 +115,16 @@ Seen seen_by(const Eyes& eyes, const Motion& motion, std::size_t wheel,
   const double lx = axle == 0 ? a : -b,
                ly = (wheel % 2 == 0 ? 0.5 : -0.5) * car.parameters.axle(axle, P::front_track_m);
   const double stiffness = car.files.tyre[axle].vertical_stiffness_npm;
-  crg::Cursor cursor;
+  vehicle::RoadTracker tracker(surface);
   for (std::size_t i = 0; i < n; ++i) {
     const double c = std::cos(yaw[i]), s = std::sin(yaw[i]), wx = x[i] + lx * c - ly * s,
                  wy = y[i] + lx * s + ly * c;
-    const crg::Sample at = surface.at_xy(wx, wy, cursor);
+    const crg::UV at = tracker.at(wx, wy);
+    const double file_m = surface.z_at_uv(at.u_m, at.v_m);
     u[i] = at.u_m - surface.reference_line().u_begin_m;
     v[i] = at.v_m;
     measured[i] = z[i] - lx * pitch[i] + ly * roll[i] + travel[i] + load[i] / stiffness;
-    file[i] = std::isfinite(at.z_m) ? at.z_m : (i > 0 ? file[i - 1] : 0.0);
+    file[i] = std::isfinite(file_m) ? file_m : (i > 0 ? file[i - 1] : 0.0);
     seen[i] = file[i];
     const auto cell = static_cast<std::size_t>(std::max(0.0, u[i]) / kWaveCell_m);
     if (eyes.strip && cell < eyes.only_cells.size() && eyes.only_cells[cell]) {

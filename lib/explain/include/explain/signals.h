@@ -27,6 +27,8 @@ enum Channel : std::size_t {
   kThrottle,
   kBrakeFront,
   kBrakeRear,
+  kBrakeFrontApart,
+  kBrakeRearApart,  ///< left minus right, where more than noise lets the wheels differ
   kWheelFront,
   kWheelRear,            ///< rad/s, or m/s with the logger's own radius (Signals::wheels_in_mps)
   kWheelRearDifference,  ///< left minus right, same unit

@@ -98,9 +98,9 @@ void list_driver(const Listing& l) {
     candidate(l, "sensor.delay", {"delay", "s", 0.02, 0.01, true},
               {"the brake pressure is logged late", "logged(t) = true(t - delay)", ""},
               [](Setting& s, double v) {
-                // Both circuits have one clock.
-                s.sensor[kBrakeFront].delay_s += v;
-                s.sensor[kBrakeRear].delay_s += v;
+                // All pressures have one clock.
+                for (const Channel c : {kBrakeFront, kBrakeRear, kBrakeFrontApart, kBrakeRearApart})
+                  s.sensor[c].delay_s += v;
               })
         .channel = column(l, kBrakeFront);
 }
