@@ -8,7 +8,6 @@
 
 #include "mechanisms/effect.h"
 #include "refit_car.h"
-#include "vehicle/laws/steering.h"
 #include "vehicle/step.h"
 
 namespace explain {
@@ -165,10 +164,8 @@ class Drive {
     p[P::rear_lift_area_m2] = lift_[1] * now.lift;
     vehicle::Controls<double> c;
     c.gear_command = by_.gear[near];
-    c.steer_command_rad = between(by_.steer, i, share);
-    if (!s_.commanded[kSteer])
-      c.steer_command_rad = vehicle::laws::steering_command(files_.steering, p[P::steering_ratio],
-                                                            c.steer_command_rad);
+    c.steer_command_rad =
+        between(by_.steer, i, share) * (s_.commanded[kSteer] ? 1.0 : p[P::steering_ratio]);
     if (!by_.throttle.empty())
       c.throttle_command =
           between(by_.throttle, i, share) / (s_.commanded[kThrottle] ? 1.0 : p[P::throttle_gain]);

@@ -10,7 +10,6 @@
 #include "corrected_channels.h"
 #include "gears.h"
 #include "led_car.h"
-#include "vehicle/laws/steering.h"
 #include "vehicle/magic_formula.h"
 
 namespace explain {
@@ -100,13 +99,6 @@ class Relations {
 
  private:
   bool has(Channel c) const { return s_.present[c]; }
-  /// Of the road wheels, by a command; NaN stays NaN.
-  double asked_angle(double command_rad) const {
-    return std::isnan(command_rad)
-               ? kNaN
-               : vehicle::laws::road_wheel_angle(car_.files.steering, set_.p[P::steering_ratio],
-                                                 command_rad);
-  }
   void find_driven();
   void begin_lead();
   Motion motion(std::size_t i) const;
@@ -140,12 +132,11 @@ void Relations::compare_commands() {
   using vehicle::Term;
   const auto& p = set_.p;
   const auto& x = c_.x;
-  if (has(kSteerCommand)) {
-    std::vector<double> asked = lagged(delayed(x[kSteerCommand], set_.steer_s), set_.steer_lag_s);
-    for (double& rad : asked) rad = asked_angle(rad);
-    actuator_rows(out_.r[Relation::kSteering], x[kSteer], asked, 1.0,
-                  car_.terms[Term::steering_actuator], p, P::steering_dead_time_s);
-  }
+  if (has(kSteerCommand))
+    actuator_rows(out_.r[Relation::kSteering], x[kSteer],
+                  lagged(delayed(x[kSteerCommand], set_.steer_s), set_.steer_lag_s),
+                  1 / p[P::steering_ratio], car_.terms[Term::steering_actuator], p,
+                  P::steering_dead_time_s);
   if (has(kThrottleCommand))
     actuator_rows(out_.r[Relation::kThrottleMoves], x[kThrottle],
                   delayed(x[kThrottleCommand], set_.throttle_s), p[P::throttle_gain],
@@ -251,9 +242,8 @@ void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& 
   out_.r[Relation::kSpeed][i] = std::hypot(m.px, m.py) / cos_grade - std::hypot(m.vx, m.vy);
   const double brake_log = has(kBrakeFront) ? s_.x[kBrakeFront][i] : 0.0;
   if (!has(kWheelFront) || brake_log > kBraking_pa) return;
-  const double delta = !has(kSteer)           ? 0.0
-                       : s_.commanded[kSteer] ? asked_angle(by_.steer[i])
-                                              : by_.steer[i];
+  const double delta =
+      has(kSteer) ? by_.steer[i] / (s_.commanded[kSteer] ? set_.p[P::steering_ratio] : 1.0) : 0.0;
   const double factor = s_.wheels_in_mps ? set_.wheel_radius[0] : radius_[0];
   const double a = set_.p[P::chassis_cog_behind_front_m];
   const double at_wheel = m.vx * std::cos(delta) + (m.vy + a * m.yaw) * std::sin(delta);
