@@ -14,7 +14,9 @@
 #include "support/places.h"
 #include "support/run_crgbuild.h"
 #include "test_roads.h"
+#include "vehicle/driver.h"
 #include "vehicle/error.h"
+#include "vehicle/start.h"
 #include "vehicle/vehicle_file.h"
 
 namespace {
@@ -44,6 +46,27 @@ TEST(Lap, IsCompletedFlyingAndStandingHotAndCold) {
   ASSERT_TRUE(cold.complete) << cold.problem;
   EXPECT_EQ(cold.steps_off_road, 0u);
   EXPECT_GT(cold.lap_s[0], standing.lap_s[0] + 0.5);
+}
+
+// A driver is a person: what he does in a second does not depend on the step of the simulation.
+TEST(Lap, TheDriversFootIsAsFastWhateverTheStep) {
+  const Vehicle v = racer();
+  const Car<double> car = make_car(v.files, v.parameters, v.terms);
+  const crg::Surface surface(stadium());
+  RacingLine line = plan_line(surface);
+  plan_speed(line, car, {});
+  StartOptions slow;
+  slow.speed_mps = 15;  // far below the plan: all the throttle that there is
+  slow.gear = 2;
+  const Simulation<double> sim = start(car, Road(surface), slow);
+  const Detail<double> detail{};
+  for (const double step_s : {0.001, 0.0005, 0.004}) {
+    Driver driver;
+    driver.options.step_s = step_s;
+    for (int k = 0; k < static_cast<int>(std::lround(0.04 / step_s)); ++k)
+      drive(driver, line, car, sim.state, detail);
+    EXPECT_NEAR(driver.throttle, 0.4, 1e-9) << step_s;  // all of it in a tenth of a second
+  }
 }
 
 double residual(const LapResult& r) {

@@ -124,8 +124,10 @@ void press_for_boost(Driver& driver, double wanted_nm, double given_nm, double m
                  std::max(0.0, most_nm));
 }
 
+constexpr double kPress_1ps = 10.0, kLift_1ps = 20.0;  ///< how fast a foot moves, share per second
+
 /// Throttle for a force; `gain` is force per torque of the engine, `closed` its torque without
-/// throttle. A foot moves in a tenth of a second.
+/// throttle.
 double press_throttle(Driver& driver, const RacingLine& line, const Car<double>& car,
                       const State<double>& state, const Detail<double>& detail, double force,
                       double gain, double closed) {
@@ -142,7 +144,8 @@ double press_throttle(Driver& driver, const RacingLine& line, const Car<double>&
   const double spin = std::max(detail.wheel[2].kappa, detail.wheel[3].kappa);
   if (spin > o.slip_drive)
     throttle *= std::clamp(1.0 - (spin - o.slip_drive) / o.slip_drive, 0.0, 1.0);
-  driver.throttle += std::clamp(throttle - driver.throttle, -0.02, 0.01);
+  driver.throttle +=
+      std::clamp(throttle - driver.throttle, -kLift_1ps * o.step_s, kPress_1ps * o.step_s);
   return driver.throttle;
 }
 
