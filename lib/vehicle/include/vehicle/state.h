@@ -16,7 +16,7 @@ constexpr bool is_left(std::size_t wheel) { return wheel % 2 == 0; }
 enum StateIndex : std::size_t {
 #define VEHICLE_STATE(index, name, moves, kept, recorded, small, meaning) index,
 #define VEHICLE_WHEEL_STATES(index, before, after, logged, moves, kept, recorded, small, meaning) \
-  index, index##_last_ = index + kWheels - 1,
+  index, index##_last_ = (index) + kWheels - 1,
 #include "vehicle/states.def"
 #undef VEHICLE_WHEEL_STATES
 #undef VEHICLE_STATE
