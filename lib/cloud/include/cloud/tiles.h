@@ -55,9 +55,9 @@ std::uint64_t bytes_of_tile(const TileSet& set, std::uint64_t points);
 
 /// Writes the points into `path`, whole or not at all. Each is in exactly one tile: the first in a
 /// cell of a level's spacing is in that level, so that a level adds to those above it.
-/// `scratch` names a file, gone when this returns, of 40 bytes a point. Memory does not grow with
-/// the points, but by 40 bytes for each `points_per_run` of them. Throws Error: no points, a
-/// coordinate of 1e8 m or more, no room on the disk.
+/// `scratch` names a file of 40 bytes a point that nobody sees. Memory does not grow with the
+/// points, but by the list of tiles (100 bytes each). Throws Error: no points, a coordinate of 1e8
+/// m or more, no room on the disk.
 TileSet write_tiles(const PassSource& source, const std::string& path, const std::string& scratch,
                     const TileOptions& options = {});
 
