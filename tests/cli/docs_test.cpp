@@ -180,6 +180,7 @@ TEST(Docs, EveryCommandOfTheLidarHowToRuns) {
   for (const char* file : {"refined.crg", "refined.ply", "refined.stddev.crg",
                            "refined.provenance.crg", "summary.json", "trajectory.csv"})
     EXPECT_TRUE(exists(folder / ("refined/" + std::string(file)))) << file;
+  EXPECT_TRUE(exists(folder / "scans-tiles/points.tiles"));
 }
 
 TEST(Scripts, AreSoundShell) {

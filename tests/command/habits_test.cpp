@@ -313,6 +313,7 @@ class Called : public ::testing::Test {
           {"map", f / "scans", "--trajectory", poses, "--base", truth, "--no-report", "-o",
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
+          {"tiles", cloud, "-o", f / "tiles"},
           {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
         {"kerbstone",
          {{"collect", f / "campaign"}, {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},

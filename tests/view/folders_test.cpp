@@ -43,6 +43,26 @@ TEST_F(Folders, ListFilesOfKnownKindsBelowThem) {
   EXPECT_TRUE(listing.is_whole);
 }
 
+TEST_F(Folders, TellCloudsFromMeshesAndTilesFromOtherFiles) {
+  fs::create_directories(folder_.path("shown/t"));
+  const std::string ply = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\n";
+  folder_.file("shown/cloud.ply", ply + "end_header\n");
+  folder_.file("shown/mesh.ply", ply + "element face 0\nend_header\n");
+  folder_.file("shown/broken.ply", ply);
+  folder_.file("shown/survey.LAZ", "");
+  folder_.file("shown/t/tiles.json", "{}");
+  folder_.file("shown/t/points.tiles", "");
+  std::map<std::string, std::string> kinds;
+  for (const view::Entry& entry : view::Folders({folder_.path("shown")}).list().entries)
+    kinds[entry.id] = view::to_string(entry.kind);
+  EXPECT_EQ(kinds["0/cloud.ply"], "scan");
+  EXPECT_EQ(kinds["0/mesh.ply"], "mesh");
+  EXPECT_EQ(kinds["0/broken.ply"], "mesh");
+  EXPECT_EQ(kinds["0/survey.LAZ"], "scan");
+  EXPECT_EQ(kinds["0/t/tiles.json"], "tiles");
+  EXPECT_EQ(kinds.count("0/t/points.tiles"), 0u);
+}
+
 TEST_F(Folders, NothingOutsideThemIsReached) {
   const view::Folders folders({folder_.path("shown")});
   EXPECT_EQ(folders.path_of("0/out.crg"), fs::canonical(folder_.path("shown/out.crg")));

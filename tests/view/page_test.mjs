@@ -4,7 +4,7 @@ import { spawn, spawnSync } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { join, resolve } from 'node:path';
+import { dirname, join, resolve } from 'node:path';
 
 /// Machines that build beside it are slow; nothing here waits for long on a calm one.
 const kPatience_ms = 120000;
@@ -494,6 +494,97 @@ try {
   await picture('findings');
   await accessible('findings');
 
+  // Scans: tiles of a cloud with classes, by mouse; each point is drawn, and fewer when part of it is out of view.
+  const kPoints = 60000, ground = [];
+  let random = 1;
+  const uniform = () => { random = (random * 48271) % 2147483647; return random / 2147483647; };
+  for (let k = 0; k < kPoints; ++k) {
+    const along = 200 * uniform(), across = 20 * uniform(), wall = k % 5 === 0;
+    ground.push(`${(500000 + along).toFixed(3)} ${(5400000 + (wall ? 20 : across)).toFixed(3)} ${(300 + 0.02 * along + (wall ? 4 * uniform() : 0)).toFixed(3)} ${k % 100} ${wall ? 6 : 2}`);
+  }
+  writeFileSync(join(shown, 'cloud.ply'), `ply\nformat ascii 1.0\nelement vertex ${kPoints}\nproperty double x\nproperty double y\nproperty double z\nproperty float intensity\nproperty uchar classification\nend_header\n${ground.join('\n')}\n`);
+  run(join(dirname(dirname(crgbuild)), 'lidar2mesh/lidar2mesh'), ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'scans', '--from-m', '380', '--to-m', '420', '--azimuths', '64', '--scenery-m', '12', '-q'], shown);
+  await page.reload();
+  await page.waitForSelector('html[data-ready="yes"]');
+  await page.click('[data-tab="scans"]');
+  await page.click('[data-id="0/cloud.ply"]');
+  await until(() => document.querySelector('[data-role="command"]').textContent === 'lidar2mesh tiles cloud.ply');  // is offered
+  await page.click('[data-role="make-tiles"]');
+  await page.waitForSelector('[data-id="0/out/cloud-tiles/tiles.json"][aria-current="true"]');
+  // So many points are drawn, and no more are to come.
+  const cloudHas = (least, most) => until(([low, high]) => { const { points, waiting } = document.querySelector('[data-view="cloud"]').dataset; return waiting === '0' && Number(points) >= low && Number(points) <= high; }, [least, most]);
+  await page.fill('[data-role="finest"]', '0');
+  await cloudHas(kPoints, kPoints);
+  check((await read('shown')).startsWith('60,000 of 60,000 points'), `each point of the cloud is drawn: ${await read('shown')}`);
+  await page.selectOption('[data-role="colour"]', 'class');
+  const legend = await read('legend');
+  check(legend.includes('2 ground: 48,000') && legend.includes('6 building: 12,000'), `the classes are told: ${legend}`);
+  await picture('scan-class');
+  // By keyboard: near and along, until part of the cloud is out of view; what is in the middle is read.
+  await page.focus('[data-view="cloud"] canvas');
+  await page.keyboard.press('Enter');
+  const middle = (await read('point')).match(/^x ([\d.]+) m, y ([\d.]+) m, z ([\d.]+) m · intensity \d+ · class 2 \(ground\)/);
+  check(middle && Math.abs(middle[1] - 500100) < 5 && Math.abs(middle[2] - 5400010) < 5 && Math.abs(middle[3] - 300 - 0.02 * (middle[1] - 500000)) < 2e-3, `Enter reads the point in the middle: ${await read('point')}`);
+  for (let k = 0; k < 6; ++k) await page.keyboard.press('+');
+  for (let k = 0; k < 10; ++k) await page.keyboard.press('d');
+  await page.keyboard.press('Shift+ArrowLeft');
+  await cloudHas(1, kPoints - 1);
+  await until(() => { const { rest, camera } = document.querySelector('[data-view="cloud"]').dataset; return rest === camera; });
+  check(decodeURIComponent(new URL(page.url()).hash).includes('tiles.json/class,'), `what is seen stands in the address: ${page.url()}`);
+  await picture('scan-flown');
+  // The address shows the same again.
+  const camera = await page.getAttribute('[data-view="cloud"]', 'data-camera');
+  await page.reload();
+  await page.waitForSelector('html[data-ready="yes"]');
+  await page.fill('[data-role="finest"]', '0');
+  await cloudHas(1, kPoints - 1);
+  const again = await page.getAttribute('[data-view="cloud"]', 'data-camera');
+  check(again.split(' ').every((value, k) => Math.abs(value - camera.split(' ')[k]) < 0.02), `the camera of the address: ${again}, before ${camera}`);
+  check(await page.inputValue('[data-role="colour"]') === 'class', 'the colour of the address');
+  await page.keyboard.press('Tab');
+  await page.focus('[data-view="cloud"] canvas');
+  await page.keyboard.press('0');
+  await cloudHas(kPoints, kPoints);
+  await page.fill('[data-role="finest"]', '30');
+  await cloudHas(1, kPoints - 1);
+  await accessible('scans');
+  // Both passes of a car that drove, placed by its trajectory, turned by mouse.
+  await page.click('[data-id="0/scans/scan_000.ply"]');
+  await until(() => document.querySelector('[data-role="command"]').textContent === 'lidar2mesh tiles scans/scan_000.ply --trajectory scans/trajectory.csv');  // that beside it
+  await page.click('[data-role="make-tiles"]');
+  await page.waitForSelector('[data-id="0/out/scan_000-tiles/tiles.json"][aria-current="true"]');
+  const driven2 = JSON.parse(readFileSync(join(shown, 'out/scan_000-tiles/tiles.json')));
+  check(driven2.passes.length > 1 && driven2.points === driven2.passes.reduce((sum, pass) => sum + pass.points, 0), 'each drive is a pass');
+  await page.selectOption('[data-role="colour"]', 'pass');
+  const cloudBox = await (await page.$('[data-view="cloud"] canvas')).boundingBox();
+  await page.mouse.move(cloudBox.x + 0.5 * cloudBox.width, cloudBox.y + 0.5 * cloudBox.height);
+  await page.mouse.down();
+  await page.mouse.move(cloudBox.x + 0.7 * cloudBox.width, cloudBox.y + 0.45 * cloudBox.height, { steps: 4 });
+  await page.mouse.up();
+  await page.mouse.wheel(0, -400);
+  await cloudHas(1, 1e9);
+  await picture('scan-passes');
+  // Of a stranger: text is text, and points that are not those of the index are refused.
+  mkdirSync(join(shown, 'strange'));
+  const strange = { ...JSON.parse(readFileSync(join(shown, 'out/cloud-tiles/tiles.json'))), remarks: ['<img src=x onerror="document.title=1">'], passes: [{ path: '<b>p</b>', points: 1 }, { path: 'q', points: 2 }] };
+  writeFileSync(join(shown, 'strange/tiles.json'), JSON.stringify(strange));
+  writeFileSync(join(shown, 'strange/points.tiles'), 'short');
+  mkdirSync(join(shown, 'wrong'));
+  writeFileSync(join(shown, 'wrong/tiles.json'), '{"schema": 1, "points": 1e99}');
+  await page.reload();
+  await page.waitForSelector('html[data-ready="yes"]');
+  await page.click('[data-id="0/strange/tiles.json"]');
+  await until(() => document.querySelector('[data-part="scans"] [data-role="note"]').textContent.includes('make the tiles again'));
+  check((await page.innerText('[data-part="scans"]')).includes('<img src=x') && await page.title() === 'Kerbstone', 'markup in tiles is text');
+  await page.click('[data-id="0/wrong/tiles.json"]');
+  await until(() => document.querySelector('[data-part="scans"] [data-role="note"]').textContent.includes('no number of points'));
+  await page.click('[aria-label="Light or dark"]');
+  await page.click('[data-id="0/out/cloud-tiles/tiles.json"]');
+  await cloudHas(1, 1e9);
+  await picture('scan-dark');
+  await accessible('scans in the dark');
+  await page.click('[aria-label="Light or dark"]');
+
   // Dark, and narrow.
   await page.click('[data-tab="track"]');
   await page.click('[aria-label="Light or dark"]');
@@ -503,8 +594,17 @@ try {
   await accessible('dark');
   await page.setViewportSize({ width: 420, height: 860 });
   await page.waitForTimeout(200);
-  check(await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth) <= 0, 'nothing sticks out on a phone');
+  const sticksOut = () => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth > 0);
+  check(!await sticksOut(), 'nothing sticks out on a phone');
   await picture('phone');
+  await page.click('[data-tab="scans"]');
+  await page.click('[data-id="0/out/cloud-tiles/tiles.json"]');
+  await cloudHas(1, 1e9);
+  check(!await sticksOut(), 'nor of the scans');
+  await picture('phone-scans');
+  await page.click('[data-tab="track"]');
+  await page.click('[data-id="0/track.yaml"]');
+  await page.waitForSelector('.stage[data-parts]');
   await page.setViewportSize({ width: 1400, height: 900 });
   check(elsewhere.length === 0, `nothing is fetched from elsewhere: ${elsewhere}`);
   // Refusals (4xx) are logged by the browser; nothing else may be.

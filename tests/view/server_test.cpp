@@ -33,6 +33,7 @@ class Server : public ::testing::Test {
     folder_.file("shown/track.yaml", "mesh: a.obj\n");
     folder_.file("shown/a.obj", "v 0 0 0\nv 200 0 0\nv 0 0 -9\nv 200 0 -9\nf 1 2 3\nf 2 4 3\n");
     folder_.file("shown/empty.csv", "");
+    folder_.file("shown/points.tiles", "0123456789");
     folder_.file("shown/log.csv", "time_s,x_m,y_m,speed\n0,0,0,1\n1,1,0,\n2,2,0,3\n");
     folder_.file("shown/evil.html", "<script>fetch('../api/list')</script>");
     std::filesystem::rename(folder_.path("shown/evil.html"), folder_.path("shown/report.html"));
@@ -120,7 +121,7 @@ TEST_F(Server, AnswersNobodyElse) {
 }
 
 TEST_F(Server, ReadsNothingOutsideTheFolders) {
-  for (const char* const what : {"text", "file", "road", "log", "channels"})
+  for (const char* const what : {"text", "file", "part", "road", "log", "channels"})
     for (const char* const id :
          {"0/../secret.csv", "0/%2e%2e/secret.csv", "0/..%2fsecret.csv", "..%2f..%2fetc%2fpasswd",
           "%2fetc%2fpasswd", "0//etc/passwd", ""}) {
@@ -177,6 +178,8 @@ TEST_F(Server, GivesChannelsAsNumbers) {
   EXPECT_EQ(get("api/log?id=0/empty.csv")->status, 422);
   EXPECT_EQ(get("api/road?id=0/log.csv")->status, 422);
   EXPECT_EQ(get("api/text?id=0/empty.csv")->body, "");
+  EXPECT_EQ(get("api/part?id=0/points.tiles&begin=3&bytes=4")->body, "3456");
+  EXPECT_EQ(get("api/part?id=0/log.csv&begin=3&bytes=4")->status, 403);
 }
 
 TEST_F(Server, RunsTheToolsAndNothingElse) {
@@ -235,6 +238,7 @@ TEST_F(Server, LivesThroughMalformedRequests) {
   const std::vector<std::string> requests = {
       request("GET api/text?id=0/track.yaml", "Range: bytes=0-4\r\n", "abc"),
       request("GET api/channels?id=0/log.csv&name=speed&name=x_m", "", ""),
+      request("GET api/part?id=0/points.tiles&begin=0&bytes=10", "Range: bytes=0-4\r\n", ""),
       request("GET api/difference?id=0/log.csv&against=0/log.csv&u_begin=1&u_end=1e9", "", ""),
       request("GET api/place?id=0/track.yaml&x=1&y=nan", "", ""),
       request("PUT api/text?id=0/track.yaml", "If-Match: \"00\"\r\n", "mesh: b.obj\n"),

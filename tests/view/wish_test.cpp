@@ -64,6 +64,30 @@ TEST_F(Wish, AnythingElseIsRefused) {
   EXPECT_EQ(status(R"({"do": "report", "road": "0/ring.crg", "mesh": "--help"})"), 404);
 }
 
+TEST_F(Wish, TilesAreOfOneCloudOrOfSeveralThatAreNamed) {
+  std::filesystem::create_directories(folder_.path("a/scans"));
+  folder_.file("a/survey.las", "");
+  for (const char* const name : {"a/scans/1.ply", "a/scans/2.ply", "a/poses.csv"})
+    folder_.file(name, "");
+  std::filesystem::create_symlink(folder_.path("secret.crg"), folder_.path("a/scans/away.las"));
+  EXPECT_THAT(of(R"({"do": "tiles", "clouds": ["0/survey.las"]})").command,
+              ElementsAre("lidar2mesh", "tiles", "survey.las", "-o", "out/survey-tiles"));
+  const view::Wish several = of(
+      R"({"do": "tiles", "clouds": ["0/scans/1.ply", "0/scans/2.ply"], "trajectory": "0/poses.csv"})");
+  EXPECT_THAT(several.command, ElementsAre("lidar2mesh", "tiles", "scans/1.ply", "scans/2.ply",
+                                           "-o", "out/scans-tiles", "--trajectory", "poses.csv"));
+  EXPECT_EQ(several.result, "out/scans-tiles");
+  for (const char* const wrong : {R"({"do": "tiles"})", R"({"do": "tiles", "clouds": []})",
+                                  R"({"do": "tiles", "clouds": "0/survey.las"})"})
+    EXPECT_EQ(status(wrong), 400) << wrong;
+  for (const char* const wrong :
+       {R"({"do": "tiles", "clouds": [1]})", R"({"do": "tiles", "clouds": ["--help"]})",
+        R"({"do": "tiles", "clouds": ["0/scans/away.las"]})",
+        R"({"do": "tiles", "clouds": ["0/scans"]})",
+        R"({"do": "tiles", "clouds": ["0/survey.las"], "trajectory": "-o"})"})
+    EXPECT_EQ(status(wrong), 404) << wrong;
+}
+
 TEST_F(Wish, DrivesHaveATableAndAPortOfTheirOwn) {
   folder_.file("a/car.fmu", "");
   const view::Wish first = of(R"({"do": "drive", "unit": "0/car.fmu"})");

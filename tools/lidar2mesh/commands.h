@@ -55,6 +55,15 @@ struct ChangesCommand {
 };
 int run_changes(const ChangesCommand& command, Terminal& terminal);
 
+struct TilesCommand {
+  std::vector<std::string> clouds;
+  std::string trajectory, output_dir, unit;
+  std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
+  unsigned threads = 0;
+  Options options;
+};
+int run_tiles(const TilesCommand& command, Terminal& terminal);
+
 struct SynthCommand {
   std::string road, output_dir;
   int laps = 2, beams = 64, azimuths = 1024, cars = 2;

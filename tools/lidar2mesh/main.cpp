@@ -138,6 +138,27 @@ void define_changes(CLI::App& app, ChangesCommand& c, Terminal& terminal, Run& r
   changes->callback([&] { run = [&] { return run_changes(c, terminal); }; });
 }
 
+void define_tiles(CLI::App& app, TilesCommand& c, Terminal& terminal, Run& run) {
+  CLI::App* const tiles =
+      app.add_subcommand("tiles", "levels of detail of a cloud of any size, for 'kerbstone view'");
+  add_input(*tiles, "cloud", c.clouds, "clouds, or folders of them", command::kFileOrFolder)
+      ->required();
+  add_output_folder(*tiles, c.output_dir, "folder for the tiles, made if missing")->required();
+  add_input(*tiles, "--trajectory", c.trajectory,
+            "poses of the sensor, for points in its frame: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
+  tiles
+      ->add_option("--extrinsic", c.extrinsic,
+                   "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
+      ->expected(6);
+  add_unit(*tiles, c.unit);
+  tiles->add_option("--threads", c.threads, "[all cores]; any number gives the same bytes");
+  tiles->footer("Example:\n  lidar2mesh tiles survey.las -o survey-tiles");
+  tiles->callback([&, tiles] {
+    c.options = command::options_used(*tiles);
+    run = [&] { return run_tiles(c, terminal); };
+  });
+}
+
 void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const synth =
       app.add_subcommand("synth", "scans of a spinning LiDAR on a car driving a known road");
@@ -278,12 +299,14 @@ int main_with(int argc, char** argv) {
   SynthCommand synth;
   MapCommand map, grid;
   ChangesCommand changes;
+  TilesCommand tiles;
   define_info(app, info, terminal, run);
   define_ground(app, ground, terminal, run);
   define_register(app, reg, terminal, run);
   define_map(app, map, terminal, run);
   define_grid(app, grid, terminal, run);
   define_changes(app, changes, terminal, run);
+  define_tiles(app, tiles, terminal, run);
   define_synth(app, synth, terminal, run);
   return command::run(app, terminal, argc, argv, [&] { return run(); },
                       {"give a part of the points, or one scan at a time", "", about_pcl()});

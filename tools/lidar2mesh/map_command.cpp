@@ -14,8 +14,6 @@
 namespace lidar2mesh {
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
-
 std::vector<road::InputFile> inputs_of(const MapCommand& command, bool in_map) {
   std::vector<road::InputFile> inputs;
   const auto add = [&](const char* role, const std::string& path) {
@@ -26,15 +24,6 @@ std::vector<road::InputFile> inputs_of(const MapCommand& command, bool in_map) {
   add("base", command.base);
   add("centreline", command.centreline);
   return inputs;
-}
-
-/// Of --extrinsic: x, y, z, roll, pitch, yaw of the sensor in the frame of the poses.
-Eigen::Isometry3d sensor_in_poses(const std::vector<double>& e) {
-  if (e.size() != 6) return Eigen::Isometry3d::Identity();
-  return Eigen::Translation3d(e[0], e[1], e[2]) *
-         Eigen::AngleAxisd(e[5] * kDegree, Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(e[4] * kDegree, Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(e[3] * kDegree, Eigen::Vector3d::UnitX());
 }
 
 /// The base as a road file: read, or built from a mesh without kerb columns or smoothing.

@@ -11,6 +11,8 @@
 namespace lidar2mesh {
 namespace {
 
+constexpr double kDegree = 0.017453292519943295;
+
 double bytes_of(const std::string& file) {
   return static_cast<double>(std::filesystem::file_size(file));
 }
@@ -36,6 +38,15 @@ cloud::Cloud within(cloud::Cloud&& cloud, double range_m) {
 }
 
 }  // namespace
+
+Eigen::Isometry3d sensor_in_poses(const std::vector<double>& extrinsic) {
+  const std::vector<double>& e = extrinsic;
+  if (e.size() != 6) return Eigen::Isometry3d::Identity();
+  return Eigen::Translation3d(e[0], e[1], e[2]) *
+         Eigen::AngleAxisd(e[5] * kDegree, Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(e[4] * kDegree, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(e[3] * kDegree, Eigen::Vector3d::UnitX());
+}
 
 bool points_lie_in_map(const MapCommand& command) {
   const bool in_map =

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,9 @@
 #include "commands.h"
 
 namespace lidar2mesh {
+
+/// Of --extrinsic: x, y, z, roll, pitch, yaw of the sensor in the frame of the poses.
+Eigen::Isometry3d sensor_in_poses(const std::vector<double>& extrinsic);
 
 /// Where the points of the scans lie: true for the map frame, false for that of the sensor. Throws
 /// cloud::Error where other options do not go with it.

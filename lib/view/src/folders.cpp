@@ -7,6 +7,7 @@
 #include <charconv>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -26,21 +27,33 @@ std::string lower(std::string text) {
   return text;
 }
 
+/// Whether a .ply is of points alone: its header, as far as this reads, names no faces.
+bool is_cloud(const fs::path& path) {
+  std::string head(4096, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  const std::size_t end = head.find("end_header");
+  return end != std::string::npos && head.find("element vertex") < end &&
+         head.find("element face") == std::string::npos;
+}
+
 std::optional<Kind> kind_of(const fs::path& path) {
   static const std::map<std::string, Kind> endings = {
-      {".yaml", Kind::recipe}, {".obj", Kind::mesh},  {".fbx", Kind::mesh},
-      {".glb", Kind::mesh},    {".gltf", Kind::mesh}, {".dae", Kind::mesh},
-      {".ply", Kind::mesh},    {".stl", Kind::mesh},  {".3ds", Kind::mesh},
-      {".ac", Kind::mesh},     {".acc", Kind::mesh},  {".b3d", Kind::mesh},
-      {".crg", Kind::road},    {".csv", Kind::table}, {".ld", Kind::log},
-      {".vbo", Kind::log},     {".ibt", Kind::log},   {".mcap", Kind::log},
-      {".db3", Kind::log},     {".las", Kind::scan},  {".laz", Kind::scan},
-      {".pcd", Kind::scan},    {".fmu", Kind::unit},  {".png", Kind::picture}};
+      {".yaml", Kind::recipe}, {".obj", Kind::mesh},  {".fbx", Kind::mesh}, {".glb", Kind::mesh},
+      {".gltf", Kind::mesh},   {".dae", Kind::mesh},  {".ply", Kind::mesh}, {".stl", Kind::mesh},
+      {".3ds", Kind::mesh},    {".ac", Kind::mesh},   {".acc", Kind::mesh}, {".b3d", Kind::mesh},
+      {".crg", Kind::road},    {".csv", Kind::table}, {".ld", Kind::log},   {".vbo", Kind::log},
+      {".ibt", Kind::log},     {".mcap", Kind::log},  {".db3", Kind::log},  {".las", Kind::scan},
+      {".laz", Kind::scan},    {".pcd", Kind::scan},  {".xyz", Kind::scan}, {".fmu", Kind::unit},
+      {".png", Kind::picture}};
   const std::string name = lower(path.filename().string());
   if (name == "report.html") return Kind::report;
   if (name == "findings.json") return Kind::findings;
+  if (name == "tiles.json") return Kind::tiles;
   const auto found = endings.find(lower(path.extension().string()));
   if (found == endings.end()) return std::nullopt;
+  if (found->first == ".ply" && is_cloud(path)) return Kind::scan;
   return found->second;
 }
 
@@ -57,8 +70,8 @@ bool is_below(const fs::path& root, const fs::path& path) {
 }  // namespace
 
 const char* to_string(Kind kind) {
-  static constexpr const char* kNames[] = {"recipe", "mesh", "road",   "log",   "findings",
-                                           "scan",   "unit", "report", "table", "picture"};
+  static constexpr const char* kNames[] = {"recipe", "mesh", "road",   "log",   "findings", "scan",
+                                           "tiles",  "unit", "report", "table", "picture"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

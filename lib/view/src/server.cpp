@@ -20,6 +20,7 @@
 #include "base/sha256.h"
 #include "base/text_lines.h"
 #include "base/write_file.h"
+#include "file_part.h"
 #include "live_link.h"
 #include "numbers.h"
 #include "page.h"
@@ -116,6 +117,7 @@ class Pages {
     get("api/list", &Pages::list);
     get("api/text", &Pages::text);
     get("api/file", &Pages::file);
+    get("api/part", &Pages::part);
     get("api/road", &Pages::road);
     get("api/place", &Pages::place);
     get("api/difference", &Pages::difference);
@@ -249,6 +251,11 @@ class Pages {
     send(response, base::read_file(path, kLargestFile), type->second);
   }
 
+  void part(const Request& request, Response& response) {
+    const auto value = [&](const char* key) { return request.get_param_value(key); };
+    send(response, part_of_file(asked_path(request), value("begin"), value("bytes")), kBytes);
+  }
+
   void road(const Request& request, Response& response) {
     send(response, packed_road(asked_path(request)), kBytes);
   }
@@ -371,7 +378,6 @@ void serve(const ServerOptions& options,
   const std::string authority = fmt::format("{}:{}", options.host, port);
   server.set_payload_max_length(kLargestText);
   server.set_tcp_nodelay(true);
-
   server.set_read_timeout(10);
   server.set_write_timeout(60);
   server.set_default_headers({{"X-Content-Type-Options", "nosniff"},

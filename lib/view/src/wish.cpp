@@ -39,6 +39,8 @@ constexpr std::array kShown = {"car.x",
                                "wheel.fl.brake",
                                "parameter.engine.limit_radps"};
 
+constexpr std::size_t kMostClouds = 1000;
+
 std::string text_of(const ordered_json& json, const char* key) {
   const auto found = json.find(key);
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
@@ -119,6 +121,26 @@ Wish stretch(const std::string& input, const ordered_json& wish, const Folders& 
   return out;
 }
 
+/// Of one cloud, or of several as one set: each is named, so that no link leads elsewhere.
+Wish tiles(const ordered_json& wish, const Folders& folders) {
+  const auto clouds = wish.find("clouds");
+  if (clouds == wish.end() || !clouds->is_array() || clouds->empty() ||
+      clouds->size() > kMostClouds)
+    throw Refusal(400, fmt::format("clouds: a list of 1 to {} files wanted", kMostClouds));
+  Wish out;
+  out.command = {"lidar2mesh", "tiles"};
+  for (const ordered_json& cloud : *clouds)
+    out.command.push_back(path_of(ordered_json{{"cloud", cloud}}, "cloud", folders));
+  const fs::path first = fs::path(folders.root(0)) / out.command[2];
+  out.result = "out/" +
+               (clouds->size() == 1 ? name_of(first) : first.parent_path().filename().string()) +
+               "-tiles";
+  append(out.command, {"-o", out.result});
+  if (!text_of(wish, "trajectory").empty())
+    append(out.command, {"--trajectory", path_of(wish, "trajectory", folders)});
+  return out;
+}
+
 }  // namespace
 
 std::string result_of(const std::string& path) { return "out/" + name_of(path); }
@@ -147,12 +169,15 @@ Wish wish_of(const ordered_json& wish, const Folders& folders) {
     out.command = {"crgbuild", "convert", road, "-o", out.result};
   } else if (what == "stretch") {
     out = stretch(path("input"), wish, folders);
+  } else if (what == "tiles") {
+    out = tiles(wish, folders);
   } else if (what == "drive") {
     out = drive(path("unit"), folders);
   } else {
     throw Refusal(
         400,
-        fmt::format("do: '{}' seen; preview, build, stretch, keep, report or drive wanted", what));
+        fmt::format("do: '{}' seen; preview, build, stretch, keep, report, tiles or drive wanted",
+                    what));
   }
   return out;
 }

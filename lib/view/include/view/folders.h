@@ -14,6 +14,7 @@ enum class Kind : std::uint8_t {
   log,
   findings,
   scan,
+  tiles,
   unit,
   report,
   table,

@@ -6,11 +6,12 @@ import { makeJobs } from './jobs.js';
 import { makeLaps } from './laps.js';
 import { makeLive } from './live.js';
 import { makeRoad } from './road.js';
+import { makeScans } from './scans.js';
 import { getJson, onConnection } from './server.js';
 import { makeTrack } from './track.js';
 
-const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], findings: ['Findings', ['findings']], live: ['Live', ['unit']] };
-const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units', findings: 'Findings of crgexplain' };
+const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], findings: ['Findings', ['findings']], live: ['Live', ['unit']], scans: ['Scans', ['tiles', 'scan']] };
+const headings = { recipe: 'Recipes', mesh: 'Meshes', road: 'Roads', log: 'Recordings', table: 'Tables and drives', unit: 'Units', findings: 'Findings of crgexplain', tiles: 'Scans as tiles', scan: 'Clouds' };
 
 function main() {
   let listing = { folders: [], entries: [], opened: '' }, part = 'track', opened = '', compared = '';
@@ -26,7 +27,14 @@ function main() {
   const laps = makeLaps({ entriesOf: () => listing.entries });
   const live = makeLive({ changed, entriesOf: () => listing.entries, openLap: (id) => show('laps', id) });
   const findings = makeFindings({ entriesOf: () => listing.entries });
-  Object.assign(made, { findings: { ...findings, element: findings.root }, live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
+  // What is seen goes into the address; Back leads to what was opened before, not to every turn of the view.
+  const keep = (id, state) => {
+    if (part !== 'scans' || opened !== id) return;
+    compared = state;
+    history.replaceState(null, '', `#${['scans', id, state].map(encodeURIComponent).join('/')}`);
+  };
+  const scans = makeScans({ changed, entriesOf: () => listing.entries, openTiles: (id) => show('scans', id), keep });
+  Object.assign(made, { scans: { ...scans, element: scans.root }, findings: { ...findings, element: findings.root }, live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
 
   const lost = el('span', { class: 'lost', role: 'alert', 'data-role': 'lost' });
   onConnection((gone) => { lost.textContent = gone ? 'kerbstone view does not answer; trying again' : ''; });
@@ -36,6 +44,7 @@ function main() {
     root.dataset.theme = dark ? 'light' : 'dark';
     refreshCharts();
     track.redraw?.();
+    scans.redraw();
   } }, '◐');
   const search = el('input', { type: 'search', placeholder: 'Find a file', 'aria-label': 'Find a file' });
   const list = el('div', { 'data-role': 'files' });

@@ -12,7 +12,7 @@ export const classColours = { road: '#6a7077', kerb: '#d0492e', runoff: '#69a04a
 const kClick_px = 5;  // a drag is further
 
 /// Whether the processor draws: no smooth edges then, and fewer pixels while the view moves.
-function drawsSlowly() {
+export function drawsSlowly() {
   const probe = document.createElement('canvas').getContext('webgl2'), about = probe?.getExtension('WEBGL_debug_renderer_info');
   const name = about ? probe.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
   probe?.getExtension('WEBGL_lose_context')?.loseContext();

@@ -1,0 +1,141 @@
+// Clouds: made into tiles, flown through, coloured by what the points carry.
+import { el, refill } from '../../../report/web/src/dom.js';
+import { count, show } from '../../../report/web/src/format.js';
+import { makeCloudStage } from './cloud_stage.js';
+import { endOf, run } from './jobs.js';
+import { classNames, ofClass, ofNumber, ofShare } from './point_colours.js';
+import { getBytes, getJson } from './server.js';
+import { bytesOf, indexOf } from './tiles.js';
+
+const names = { height: 'Height', intensity: 'Intensity', class: 'Class', pass: 'Pass' };
+const budgets = [100000, 300000, 1000000, 3000000, 10000000];
+const folderOf = (id) => id.replace(/[^/]*$/, '');
+/// A file, or what lies between two gaps of a trajectory.
+const passName = ({ path, time_s: time }) => `${path}${Array.isArray(time) ? `, ${show(time[0], 9, 1)} to ${show(time[1], 9, 1)} s` : ''}`;
+const shortOf = (id) => id.replace(/^\d+\//, '');
+
+/// `changed()` reads the list of files again and resolves to it; `openTiles(id)` shows an index; `keep(id, state)` puts what is seen into the address.
+export function makeScans({ changed, entriesOf, openTiles, keep }) {
+  let id = null, index = null, cloud = null, colour = 'height', spread = [0, 1];
+  const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
+  const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
+  const shown = el('p', { class: 'small', 'data-role': 'shown' }), point = el('p', { class: 'small', 'data-role': 'point' }), facts = el('div', { class: 'small', 'data-role': 'facts' });
+  const legend = el('div', { class: 'small', 'data-role': 'legend' });
+  const swatch = (rgb) => el('span', { class: 'swatch', style: `background:rgb(${rgb.map(Math.round).join(',')})` });
+
+  const colourOf = {
+    height: (data, k, rgb) => ofShare((data.xyz_m[3 * k + 2] + data.origin[2] - spread[0]) / (spread[1] - spread[0]), rgb),
+    intensity: (data, k, rgb) => ofShare((data.intensity[k] - spread[0]) / (spread[1] - spread[0]), rgb),
+    class: (data, k, rgb) => ofClass(data.class[k], rgb),
+    pass: (data, k, rgb) => ofNumber(data.pass[k], rgb),
+  };
+  const stage = makeCloudStage({
+    fetchTile: (tile) => getBytes('part', { id: folderOf(id) + index.file, begin: tile.begin, bytes: bytesOf(index, tile) }),
+    colourOf: (data, k, rgb) => colourOf[colour](data, k, rgb),
+    told: ({ drawn, waiting }) => { shown.textContent = index ? `${count(drawn)} of ${count(index.points)} points drawn${waiting > 0 ? `; ${count(waiting)} tiles to come` : ''}` : ''; },
+    picked(at) {
+      if (!at) { point.textContent = 'No point there.'; return; }
+      const more = [['intensity', (value) => show(value, 4)], ['class', (value) => `${value}${classNames[value] ? ` (${classNames[value]})` : ''}`], ['pass', (value) => (index.passes?.[value] ? passName(index.passes[value]) : value)]];
+      point.textContent = `x ${at.x_m.toFixed(3)} m, y ${at.y_m.toFixed(3)} m, z ${at.z_m.toFixed(3)} m${more.filter(([name]) => at.data[name]).map(([name, text]) => ` · ${name} ${text(at.data[name][at.k])}`).join('')}`;
+    },
+    moved: () => remember(),
+    failed: (error) => say(error.message, 'bad'),
+  });
+
+  const colourBox = el('select', { 'aria-label': 'Colour of the points', 'data-role': 'colour' });
+  const budgetBox = el('select', { 'aria-label': 'Points drawn at most', 'data-role': 'budget' }, budgets.map((value) => el('option', { value }, count(value))));
+  const finestBox = el('input', { type: 'number', min: 0, max: 50, step: 0.5, value: stage.limits.finest_px ?? 1.5, 'aria-label': 'Finest distance of points in the picture, px', 'data-role': 'finest' });
+  const button = (role, text, action) => el('button', { type: 'button', 'data-role': role, onclick: action }, text);
+  const poses = el('select', { 'aria-label': 'Trajectory, for points in the frame of the sensor', 'data-role': 'trajectory' });
+  const whole = el('input', { type: 'checkbox', 'data-role': 'whole' }), wholeText = document.createTextNode('');
+  const maker = el('div', { hidden: '' }, el('p', { class: 'small' }, 'A cloud is drawn from tiles, which are made once. The command:'),
+    el('pre', { class: 'small', 'data-role': 'command' }), el('div', { class: 'tools' }, el('label', {}, 'Trajectory', poses), el('label', {}, whole, wholeText), button('make-tiles', el('strong', {}, 'Make tiles'), make)));
+  const root = el('div', { class: 'work', 'data-part': 'scans' }, el('div', { class: 'split' },
+    el('div', {}, el('div', { class: 'tools' }, el('label', {}, 'Colour', colourBox), el('label', {}, 'Points at most', budgetBox), el('label', {}, 'Finest / px', finestBox),
+      button('fit', 'All', () => stage.fit()), button('above', 'From above', () => stage.above())), stage.box),
+    el('div', { class: 'side' }, note, maker, shown, point, legend, el('h2', {}, 'Cloud'), facts)));
+  budgetBox.value = String(stage.isSlow ? 300000 : 1000000);
+  stage.limits.most = Number(budgetBox.value);
+
+  /// colour, then where the camera is and what it looks at.
+  function remember() {
+    const at = stage.state();
+    if (index && at) keep(id, [colour, ...at].join(','));
+  }
+
+  function paint() {
+    const range = colour === 'height' ? [index.most_min_m[2], index.most_max_m[2]] : index.intensity ?? [0, 1];
+    spread = range[1] > range[0] ? range : [range[0] - 0.5, range[0] + 0.5];
+    const rgb = [0, 0, 0], rows = colour === 'class' ? Object.entries(index.classes).map(([number, points]) => [Number(number), `${number} ${classNames[number] ?? ''}: ${count(points)}`])
+      : colour === 'pass' ? index.passes.map((pass, k) => [k, `${passName(pass)}: ${count(pass.points)}`]) : null;
+    refill(legend, ...(rows ? [el('ul', { style: 'list-style:none;padding:0' }, rows.slice(0, 60).map(([k, text]) => { (colour === 'class' ? ofClass : ofNumber)(k, rgb); return el('li', {}, swatch(rgb), text); })), rows.length > 60 ? el('p', {}, `and ${rows.length - 60} more`) : '']
+      : [el('p', {}, `${show(spread[0], 5)}${colour === 'height' ? ' m' : ''} `, [0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1].map((t) => { ofShare(t, rgb); return swatch(rgb); }), ` ${show(spread[1], 5)}${colour === 'height' ? ' m' : ''}`)]));
+    stage.recolour();
+  }
+  colourBox.addEventListener('change', () => { colour = colourBox.value; paint(); remember(); });
+  budgetBox.addEventListener('change', () => { stage.limits.most = Number(budgetBox.value); stage.redraw(); });
+  finestBox.addEventListener('input', () => { if (finestBox.valueAsNumber >= 0) { stage.limits.finest_px = finestBox.valueAsNumber; stage.redraw(); } });
+
+  const chosenClouds = () => (whole.checked ? besides() : [cloud]);
+  const besides = () => entriesOf().filter((entry) => entry.kind === 'scan' && folderOf(entry.id) === folderOf(cloud)).map((entry) => entry.id);
+  function tellCommand() {
+    const clouds = chosenClouds().map(shortOf);
+    maker.querySelector('pre').textContent = `lidar2mesh tiles ${clouds.slice(0, 3).join(' ')}${clouds.length > 3 ? ` ... (${clouds.length} clouds)` : ''}${poses.value ? ` --trajectory ${shortOf(poses.value)}` : ''}`;
+  }
+  poses.addEventListener('change', tellCommand);
+  whole.addEventListener('change', tellCommand);
+
+  async function make() {
+    const of = cloud;
+    say('Making tiles …');
+    const job = await run({ do: 'tiles', clouds: chosenClouds(), trajectory: poses.value }).catch((error) => ({ exit_code: 1, messages: error.message }));
+    if (of !== cloud) return;
+    if (job.exit_code !== 0) { say(job.messages?.trim() || endOf(job), 'bad'); return; }
+    say('');
+    await changed();
+    openTiles(`0/${job.result}/tiles.json`);
+  }
+
+  function offer(next) {
+    cloud = next;
+    const tables = entriesOf().filter((entry) => entry.kind === 'table');
+    poses.replaceChildren(el('option', { value: '' }, 'none: the points lie in the map'), ...tables.map((entry) => el('option', { value: entry.id }, shortOf(entry.id))));
+    const beside = tables.find((entry) => entry.id === `${folderOf(next)}trajectory.csv`);
+    if (beside) poses.value = beside.id;
+    wholeText.data = `all ${besides().length} clouds of the folder`;
+    whole.checked = besides().length > 1;
+    tellCommand();
+  }
+
+  async function open(next, state = '') {
+    id = next;
+    index = cloud = null;
+    stage.clear();
+    say('');
+    for (const node of [shown, point, legend, facts]) node.replaceChildren();
+    const isCloud = !next.endsWith('tiles.json');
+    maker.hidden = !isCloud;
+    if (isCloud) { offer(next); return; }
+    let read;
+    try {
+      read = indexOf(await getJson('file', { id: next }));
+    } catch (error) {
+      if (id === next) say(error.message, 'bad');
+      return;
+    }
+    if (id !== next) return;
+    index = read;
+    const has = (name) => index.fields.some((field) => field.name === name), offered = ['height', ...['intensity', 'class'].filter(has), ...(has('pass') && index.passes?.length > 1 ? ['pass'] : [])];
+    const [wanted, ...places] = state.split(',');
+    colour = offered.includes(wanted) ? wanted : offered.includes(colour) ? colour : 'height';
+    colourBox.replaceChildren(...offered.map((each) => el('option', { value: each }, names[each])));
+    colourBox.value = colour;
+    const size = index.most_min_m.map((low, k) => index.most_max_m[k] - low);
+    facts.replaceChildren(el('p', {}, `${count(index.points)} points in ${count(index.tiles.length)} tiles of ${index.levels.length} levels, ${show(size[0], 4, 1)} x ${show(size[1], 4, 1)} m, heights ${show(index.most_min_m[2], 6, 2)} to ${show(index.most_max_m[2], 6, 2)} m.`),
+      ...(index.remarks ?? []).map((remark) => el('p', { class: 'warn' }, String(remark))));
+    stage.open(index);
+    paint();
+    if (places.length === 6 && places.map(Number).every(Number.isFinite)) stage.restore(places.map(Number));
+  }
+  return { root, open, redraw: stage.redraw };
+}
