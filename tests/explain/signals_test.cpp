@@ -13,8 +13,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Two laps of the test stadium on its reference line at a speed that swings, and its true rate.
-vehicle::Table laps(const crg::Surface& road, double turn = 0, double dx = 0) {
+/// Two laps of a road beside its reference line at a speed that swings.
+vehicle::Table laps(const crg::Surface& road, double turn = 0, double dx = 0, double v_m = 1) {
   vehicle::Table t;
   for (const char* name : {"time_s", "x_m", "y_m", "vx_mps"}) t.add(name, {});
   const auto& line = road.reference_line();
@@ -22,7 +22,7 @@ vehicle::Table laps(const crg::Surface& road, double turn = 0, double dx = 0) {
   double s = 0;
   for (int i = 0; s < 2.2 * length; ++i) {
     const double v = 20 + 3 * std::sin(0.02 * i);
-    const crg::Point2 p = road.xy_of_uv(std::fmod(s, length), 1.0);
+    const crg::Point2 p = road.xy_of_uv(std::fmod(s, length), v_m);
     t.columns[0].push_back(0.02 * i);
     t.columns[1].push_back(std::cos(turn) * p.x_m - std::sin(turn) * p.y_m + dx);
     t.columns[2].push_back(std::sin(turn) * p.x_m + std::cos(turn) * p.y_m);
@@ -54,6 +54,19 @@ TEST(Signals, PlacesLapsOnTheRoad) {
     ASSERT_NEAR(s.v_m[i], 1.0, 0.05);
     // The derivative of what was smoothed: within the kernel's damping of a 1 rad/s swing.
     ASSERT_NEAR(s.dx[kVx][i], 3 * std::cos(time), 0.03);
+  }
+}
+
+// Beside the middle of its leg a car is nearer to the middle of the other one, 6 m above or below.
+TEST(Signals, StayOnTheirLegWhereTheRoadCrossesItself) {
+  const crg::Surface road(figure_of_eight());
+  const vehicle::Table t = laps(road, 0, 0, 3.0);
+  const Signals s = make_signals(t, identity_mapping(t), road, "log.csv");
+  const double steepest = 3.0 * 2 * M_PI / s.length_m;
+  for (std::size_t i = 20; i + 20 < s.n; ++i) {
+    ASSERT_NEAR(s.v_m[i], 3.0, 0.1) << s.u_m[i];
+    ASSERT_LT(std::abs(s.grade[i]), 1.1 * steepest) << s.u_m[i];
+    ASSERT_LT(std::abs(s.bank[i]), 0.01) << s.u_m[i];
   }
 }
 

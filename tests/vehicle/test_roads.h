@@ -35,6 +35,47 @@ inline crg::Crg stadium(double straight_m = 200.0, double radius_m = 40.0) {
   return crg::make_crg(line, grid);
 }
 
+/// A closed figure of eight, 12 m wide, 1.1 km: bends of 70 m, joined by straights that cross, the
+/// second time 6 m higher. A polygon of equal steps, closed exactly. The line lies 3 m to the right
+/// of the road's middle, so at the crossing that of the other leg is nearer to a car.
+inline crg::Crg figure_of_eight() {
+  constexpr double kStep_m = 0.5;
+  constexpr int kArcSteps = 586, kStraightSteps = 242;  // to the crossing; as many beyond it
+  double lean_rad = 0.5;                                // of the straights, so that it closes
+  const auto heading = [&](double share) {
+    return -lean_rad + share * (std::numbers::pi + 2 * lean_rad);
+  };
+  for (int k = 0; k < 100; ++k) {
+    double wide = 0.0;
+    for (int i = 0; i < kArcSteps; ++i) wide += std::sin(heading((i + 0.5) / kArcSteps));
+    lean_rad = std::asin(wide / (2 * kStraightSteps));
+  }
+  crg::ReferenceLine line;
+  line.u_step_m = kStep_m;
+  line.closed = true;
+  line.x_m = line.y_m = {0.0};
+  line.heading_rad = {-lean_rad};
+  const auto go = [&](bool back, double share) {
+    const double heading_rad = back ? std::numbers::pi - heading(share) : heading(share);
+    line.x_m.push_back(line.x_m.back() + kStep_m * std::cos(heading_rad));
+    line.y_m.push_back(line.y_m.back() + kStep_m * std::sin(heading_rad));
+    line.heading_rad.push_back(heading_rad);
+  };
+  for (const bool back : {false, true}) {
+    for (int i = 0; i < kArcSteps; ++i) go(back, (i + 0.5) / kArcSteps);
+    for (int i = 0; i < 2 * kStraightSteps; ++i) go(back, 1.0);
+  }
+  crg::Grid grid;
+  grid.u_step_m = kStep_m;
+  for (int j = -6; j <= 18; ++j) grid.v_m.push_back(0.5 * j);
+  grid.z_m.assign(line.size() * grid.v_m.size(), 0.0f);
+  const double round = 2.0 * std::numbers::pi / static_cast<double>(line.size() - 1);
+  for (std::size_t i = 0; i < line.size(); ++i)
+    line.z_m.push_back(
+        3.0 * (1.0 - std::cos(round * (static_cast<double>(i) - kArcSteps - kStraightSteps))));
+  return crg::make_crg(line, grid);
+}
+
 /// A straight road along x, 10 m wide, nodes every step_m, z from a formula of u and v.
 inline crg::Crg straight(double length_m, double step_m,
                          const std::function<double(double, double)>& z) {

@@ -94,6 +94,7 @@ int timing(const TimingCommand& command, Terminal& terminal) {
   auto sim = vehicle::start(car, road, begin);
   vehicle::Driver driver;
   driver.gear = begin.gear;
+  driver.options.step_s = options.step_s;
   vehicle::Detail<double> detail{};
   vehicle::Controls<double> controls;
 

@@ -242,7 +242,7 @@ int run_tiles(const TilesCommand& command, Terminal& terminal) {
     terminal.print(base::json_text(said));
     return kOk;
   }
-  terminal.print(fmt::format("{} points in {} tiles of {} levels\n", set.points, set.tiles.size(),
+  terminal.print(fmt::format("points: {}, tiles: {}, levels: {}\n", set.points, set.tiles.size(),
                              said["levels"].size()));
   for (const std::string& remark : remarks)
     terminal.print(fmt::format("note: {}\n", one_line(remark)));

@@ -8,7 +8,9 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "base/statistics.h"
 #include "base/write_file.h"
 #include "cloud/error.h"
 #include "point_runs.h"
@@ -61,9 +63,7 @@ double median(const Points& points, double TilePoint::*axis) {
   std::vector<double> values(points.size());
   std::transform(points.begin(), points.end(), values.begin(),
                  [&](const TilePoint& p) { return p.*axis; });
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return base::median(std::move(values));
 }
 
 class Tiler {

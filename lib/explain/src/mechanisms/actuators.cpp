@@ -87,11 +87,12 @@ void list_steering_backlash(const Listing& l) {
   if (!l.lateral) return untestable(l, kBacklash, kNoSlip);
   if (!commanded(l.logs, kSteer))
     return untestable(l, kBacklash, "the log has the road wheels' angle itself, behind the play");
-  candidate(l, kBacklash, {"steering.backlash_rad", "rad", 0.004, 0.001, true},
-            {"the road wheels stay until the steering has crossed its free play",
-             "|command / ratio - delta| <= play / 2",
-             "slow sine steer: the slower, the less a lag delays; play delays as much as before"},
-            [](Setting& s, double v) { s.act(kPlay, v); });
+  candidate(
+      l, kBacklash, {"steering.backlash_rad", "rad", 0.004, 0.001, true},
+      {"the road wheels stay until the steering has crossed its free play",
+       "|command / ratio - delta| <= play / 2",
+       "slow sine steer, ever slower: what a lag leaves behind vanishes, what play does stays"},
+      [](Setting& s, double v) { s.act(kPlay, v); });
 }
 
 /// An actuator that the stated car lacks is a pure delay or lag; to one that it has, the finding

@@ -2,7 +2,7 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, Frustum, Group, LinearSRGBColorSpace, Matrix4, PerspectiveCamera, Points, PointsMaterial, Scene, Vector3, WebGLRenderer } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { css, el } from '../../../report/web/src/dom.js';
-import { drawsSlowly } from './stage.js';
+import { drawsSlowly, fitted } from './stage.js';
 import { unpackTile, wantedTiles } from './tiles.js';
 
 const kAtOnce = 4, kClick_px = 5, kReach_px = 8, kMoving_points = 150000;
@@ -108,13 +108,9 @@ export function makeCloudStage({ fetchTile, colourOf, told, picked, moved, faile
 
   function draw() {
     wanted = false;
-    const { clientWidth: width, clientHeight: height } = box;
-    if (width < 10 || height < 10) return;
-    const ratio = (isMoving && isSlow ? 0.5 : 1) * Math.min(2, window.devicePixelRatio || 1);
-    if (canvas.width !== Math.floor(width * ratio) || canvas.height !== Math.floor(height * ratio)) {
-      renderer.setPixelRatio(ratio);
-      renderer.setSize(width, height, false);
-    }
+    const size = fitted(renderer, box, isMoving && isSlow);
+    if (!size) return;
+    const { width, height, ratio } = size;
     const away = camera.position.distanceTo(controls.target);
     Object.assign(camera, { aspect: width / height, near: Math.max(0.05, away / 500), far: 20 * Math.max(away, reach) });
     camera.updateProjectionMatrix();

@@ -19,6 +19,18 @@ export function drawsSlowly() {
   return /swiftshader|llvmpipe|software/i.test(name);
 }
 
+/// Makes the picture as large as its box, with half of the pixels a side where `isCoarse`. Null: there is no room to draw.
+export function fitted(renderer, box, isCoarse) {
+  const { clientWidth: width, clientHeight: height } = box, canvas = renderer.domElement;
+  if (width < 10 || height < 10) return null;
+  const ratio = (isCoarse ? 0.5 : 1) * Math.min(2, window.devicePixelRatio || 1);
+  if (canvas.width !== Math.floor(width * ratio) || canvas.height !== Math.floor(height * ratio)) {
+    renderer.setPixelRatio(ratio);
+    renderer.setSize(width, height, false);
+  }
+  return { width, height, ratio };
+}
+
 /// `picked({x_m, y_m, z_m, part})`: map metres; z_m and part are null beside the mesh.
 export function makeStage(picked) {
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Track: arrows move the cross, Enter picks the place under it, plus and minus zoom, 0 shows all' });
@@ -54,13 +66,9 @@ export function makeStage(picked) {
 
   function draw() {
     wanted = false;
-    const { clientWidth: width, clientHeight: height } = box;
-    if (width < 10 || height < 10) return;
-    const ratio = (isMoving && isSlow ? 0.5 : 1) * Math.min(2, window.devicePixelRatio || 1);
-    if (canvas.width !== Math.floor(width * ratio) || canvas.height !== Math.floor(height * ratio)) {
-      renderer.setPixelRatio(ratio);
-      renderer.setSize(width, height, false);
-    }
+    const size = fitted(renderer, box, isMoving && isSlow);
+    if (!size) return;
+    const { width, height } = size;
     const aspect = width / height, half = Math.max(extent[1], extent[0] / aspect);
     Object.assign(flat, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
     round.aspect = aspect;
