@@ -33,8 +33,14 @@ Folds folds_of(const Linear& l, const Rows& rows) {
     if (l.y[i] != 0)
       members[static_cast<std::size_t>(rows.row[static_cast<std::size_t>(i)].fold)].push_back(i);
   for (const std::vector<Index>& in : members) {
-    const MatrixXd part = l.x(in, Eigen::all);
     MatrixXd normal = MatrixXd::Zero(l.x.cols(), l.x.cols());
+    // A fold of laps that are held out has no rows; Eigen divides by their number.
+    if (in.empty()) {
+      out.normal.push_back(std::move(normal));
+      out.right.emplace_back(VectorXd::Zero(l.x.cols()));
+      continue;
+    }
+    const MatrixXd part = l.x(in, Eigen::all);
     normal.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
     out.normal.push_back(normal.selfadjointView<Eigen::Lower>());
     out.right.emplace_back(part.transpose() * l.y(in));
