@@ -243,7 +243,8 @@ TEST_F(BadInput, AnotherCar) {
   doubt_the_car(found);
   EXPECT_EQ(explain::judge(found), explain::Verdict::kUnknown);
   ASSERT_FALSE(found.remarks.empty());
-  EXPECT_THAT(found.remarks.back().text, HasSubstr("is it the file of this car?"));
+  EXPECT_THAT(found.remarks.back().text,
+              HasSubstr("is it the file of this car? Nothing about the car is written back"));
 }
 
 TEST_F(BadInput, ACorrectedInputNeverReplacesAnInput) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -97,9 +98,11 @@ vehicle::Table recorded(const Truth& truth, const Logger& logger) {
   return out;
 }
 
-Findings explained(const vehicle::Table& log, const Truth& stated) {
+Findings explained(const vehicle::Table& log, const Truth& stated,
+                   const std::set<int>& hold_out = {}) {
   const crg::Surface road(oval(stated));
   ExplainOptions options;
+  options.hold_out = hold_out;
   options.nulls = 300;
   return explain_relations({make_signals(log, identity_mapping(log), road, "log.csv")},
                            explain_test::racer(), options);
@@ -135,6 +138,18 @@ TEST(RoadProfiles, ARoadThatIsStatedFlatIsFoundAlongTheWholeLap) {
   EXPECT_EQ(late->channel, "yaw_rate_radps");
   EXPECT_NEAR(late->parameters.front().value, 0.3, 0.03);
   EXPECT_EQ(found(all, "sensor.gain"), nullptr);
+}
+
+TEST(RoadProfiles, ARoadIsFoundWhereALapIsHeldOut) {
+  const Truth truth{.bank = 0.2, .grade = 0.03};
+  const Findings all = explained(recorded(truth, {}), {}, {2});
+  for (const auto& [name, is] : std::vector<std::pair<const char*, std::function<double(double)>>>{
+           {"road.banking", [&](double share) { return bank_at(truth, share); }},
+           {"road.grade", [&](double share) { return truth.grade * std::sin(kTurn * share); }}}) {
+    const Finding* f = found(all, name);
+    ASSERT_NE(f, nullptr) << name << findings_json(all);
+    EXPECT_GT(right(*f, is), 0.8) << name;
+  }
 }
 
 TEST(RoadProfiles, AGradeIsFoundByForceWhereAxIsTheDerivativeOfTheSpeed) {

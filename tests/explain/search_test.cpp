@@ -110,6 +110,16 @@ TEST(Search, FindsAndSizesWhatWasPlanted) {
   EXPECT_LT(sum(cross_validate(m, p.families[2].column, prior, none, p.rows)), 6);
 }
 
+TEST(Search, AFoldThatIsHeldOutIsNoFold) {
+  Problem p(7);
+  VectorXd column = p.families[2].column, r = p.noise + 0.3 * column;
+  for (Index i = 300; i < 600; ++i) p.x.row(i).setZero(), r[i] = column[i] = 0;  // folds 2 and 3
+  const std::vector<double> gains =
+      cross_validate(p.fitted(r), column, VectorXd::Constant(3, 1e-6), VectorXd::Zero(1), p.rows);
+  EXPECT_EQ(gains.size(), 6u);
+  for (const double gain : gains) EXPECT_NE(gain, 0.0);
+}
+
 TEST(Search, LeavesAloneWhatTheModelCanDoAlready) {
   Problem p(3);
   p.families[0].column = 5 * p.x.col(2);

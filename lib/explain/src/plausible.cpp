@@ -290,7 +290,7 @@ void doubt_the_car(Findings& findings) {
   if (count < selection::kOtherCarParameters) return;
   findings.remarks.push_back(
       fmt::format("{} are each more than 30 % off what the vehicle file states: is it the file of "
-                  "this car? Nothing is written back",
+                  "this car? Nothing about the car is written back",
                   far));
   // None of them is a finding about a car that may be another one; the list of parameters has them.
   std::erase_if(findings.findings, [](const Finding& f) { return f.kind == "parameter"; });

@@ -33,14 +33,9 @@ Folds folds_of(const Linear& l, const Rows& rows) {
     if (l.y[i] != 0)
       members[static_cast<std::size_t>(rows.row[static_cast<std::size_t>(i)].fold)].push_back(i);
   for (const std::vector<Index>& in : members) {
-    MatrixXd normal = MatrixXd::Zero(l.x.cols(), l.x.cols());
-    // A fold of laps that are held out has no rows; Eigen divides by their number.
-    if (in.empty()) {
-      out.normal.push_back(std::move(normal));
-      out.right.emplace_back(VectorXd::Zero(l.x.cols()));
-      continue;
-    }
+    if (in.empty()) continue;  // of laps that are held out
     const MatrixXd part = l.x(in, Eigen::all);
+    MatrixXd normal = MatrixXd::Zero(l.x.cols(), l.x.cols());
     normal.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
     out.normal.push_back(normal.selfadjointView<Eigen::Lower>());
     out.right.emplace_back(part.transpose() * l.y(in));

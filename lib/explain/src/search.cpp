@@ -213,6 +213,8 @@ std::vector<double> cross_validate(const Fitted& model, const MatrixXd& more,
   std::vector<MatrixXd> normal(folds, MatrixXd::Zero(all, all));
   std::vector<VectorXd> right(folds, VectorXd::Zero(all));
   std::vector<std::vector<Index>> members(folds);
+  // Of laps that are held out: their nothing would count as scatter of the gain.
+  std::vector<bool> without_weight(folds);
   for (Index i = 0; i < model.x.rows(); ++i)
     members[static_cast<std::size_t>(rows.row[static_cast<std::size_t>(i)].fold)].push_back(i);
   MatrixXd sum = MatrixXd::Zero(all, all);
@@ -226,6 +228,7 @@ std::vector<double> cross_validate(const Fitted& model, const MatrixXd& more,
       part.row(k).tail(q) = more.row(i);
       r[k] = model.r[i];
     }
+    without_weight[f] = r.isZero(0.0);
     normal[f].noalias() = part.transpose() * part;
     right[f].noalias() = part.transpose() * r;
     sum += normal[f];
@@ -236,6 +239,7 @@ std::vector<double> cross_validate(const Fitted& model, const MatrixXd& more,
   lambda.head(p) = precision;
   lambda.tail(q) = more_precision;
   for (std::size_t f = 0; f < folds; ++f) {
+    if (without_weight[f]) continue;
     MatrixXd a = sum - normal[f];
     const VectorXd b = sum_right - right[f];
     a.diagonal() += lambda;

@@ -71,7 +71,8 @@ Eigen::VectorXd within(const Eigen::VectorXd& column, const std::vector<int>& ce
 Eigen::VectorXd without_best(const Fitted& model, const std::vector<Family>& families,
                              const Rows& rows);
 
-/// Loss saved by the columns `more` on folds that were left out: one value per fold.
+/// Loss saved by the columns `more` on folds that were left out: one value per fold whose rows have
+/// weight.
 std::vector<double> cross_validate(const Fitted& model, const Eigen::MatrixXd& more,
                                    const Eigen::VectorXd& precision,
                                    const Eigen::VectorXd& more_precision, const Rows& rows);
