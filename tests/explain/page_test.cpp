@@ -115,8 +115,10 @@ Findings full() {
   x.rivals = {{"sensor.bias", "gyro <z> & co", "turn the other way", 3.0, false},
               {"vehicle.mass", "", "", 1.0, true}};
   x.statistic = -12.34, x.threshold = 4.9, x.cv_gain = 123.4, x.stability = 0.95;
-  x.held_out = {{"vx_mps", "m/s", 0.6, 0.123456, 0.0987654, 0.05, 0.3219, 1.1, false},
-                {"yaw_rate_radps", "rad/s", 0.0, 0.5, 0.25, -0.02, 0.7, 0.6, true}};
+  x.held_out = {
+      {"vx_mps", "m/s", 0.6, 0.123456, 0.0987654, 0.05, 0.3219, 1.1, false},
+      {"yaw_rate_radps", "rad/s", 0.0, 0.5, 0.25, -0.02, 0.7, 0.6, true, 0.654, -0.1, 0.8}};
+  x.not_used = "<worse> than before";
   Finding let_go = x;
   let_go.mechanism = "parameter.mass", let_go.channel = "", let_go.kind = "parameter";
   let_go.threshold = 0, let_go.where.clear(), let_go.rivals.clear(), let_go.parameters.pop_back();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 #include "crg/file.h"
 #include "crg/surface.h"
@@ -38,8 +39,10 @@ double left_of(const json& f, const std::string& channel) {
   return out;
 }
 
-/// In the whole simulated car the error is smaller with the finding, beyond its interval.
+/// In the whole simulated car the error is smaller with the finding, beyond its interval, and it is
+/// written.
 void expect_better(const json& f, const std::string& channel, double horizon_s) {
+  EXPECT_TRUE(f.at("not_used").is_null()) << f.at("not_used");
   for (const json& h : f.at("held_out"))
     if (h.at("by") == "whole car" && h.at("channel") == channel && h.at("horizon_s") == horizon_s) {
       fmt::print(
@@ -238,6 +241,19 @@ TEST(Proofs, BumpsThatWereSmoothedAway) {
           0.7 * before);  // measured: 0.46 to 0.60; what is left is drift of the integrated az
     }
   }
+}
+
+// The heights are right, and on them the simulated car's yaw rate is further from the recorded one.
+TEST(Proofs, BumpsThatMakeTheSimulatedCarWorseAreNotWritten) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "two minutes: KERBSTONE_HEAVY=1";
+  Proof proof("bumps");
+  const json found = proof.explain("run.csv", "out", "");
+  const json bumps = finding(found, "road.kerb_or_roughness");
+  ASSERT_TRUE(bumps.at("not_used").is_string());
+  EXPECT_THAT(bumps["not_used"].get<std::string>(), HasSubstr("of the whole car after"));
+  EXPECT_THAT(bumps["not_used"].get<std::string>(), HasSubstr("worse by"));
+  EXPECT_FALSE(std::filesystem::exists(proof.folder.path("out/track.crg")));
+  EXPECT_THAT(proof.folder.read("log"), HasSubstr("no inputs are written"));
 }
 
 TEST(Proofs, AKerbThatSmoothingLowered) {

@@ -208,6 +208,8 @@ void expect_finding(const json& f, const std::string& page) {
   EXPECT_EQ(where != std::string::npos, !f.at("where").is_null() && !f.at("where").empty());
   if (where != std::string::npos)
     expect_places(section.substr(where, section.find("</p>", where) - where), f.at("where"));
+  EXPECT_EQ(text.find("Seen, not used") != std::string::npos, !f.at("not_used").is_null());
+  EXPECT_THAT(text, HasSubstr(text_of(f.at("not_used"))));
   const std::size_t sure = section.find("How sure: ");
   expect_sureness(f, section.substr(sure, section.find("</p>", sure) - sure));
   for (const json& rival : f.at("rivals"))
@@ -308,8 +310,9 @@ void expect_page_says(const json& all, const std::string& page) {
                 expect_figures(row.at(4), {h.at("rmse_before")});
                 expect_figures(row.at(5), {h.at("rmse_after")});
                 expect_figures(row.at(6), {h.at("trivial_rmse")});
-                const std::vector<double> drop = numbers(row.at(7));
-                ASSERT_EQ(drop.size(), 2u) << row.at(7);
+                expect_figures(row.at(7), {h.at("trend_rmse")});
+                const std::vector<double> drop = numbers(row.at(8));
+                ASSERT_EQ(drop.size(), 2u) << row.at(8);
                 for (std::size_t i = 0; i < 2; ++i)
                   EXPECT_NEAR(drop[i], 100 * value_of(h.at("drop_ci90")[i]), 0.051);
               });

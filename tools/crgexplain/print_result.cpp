@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+
 #include "run_steps.h"
 
 namespace crgexplain {
@@ -13,6 +16,8 @@ void print_finding(const explain::Finding& f, Terminal& terminal) {
                                p.low, p.high));
   for (const explain::Place& w : f.where)
     terminal.print(fmt::format("    u {:.0f} to {:.0f} m\n", w.u_begin_m, w.u_end_m));
+  if (!f.not_used.empty())
+    terminal.print(fmt::format("    seen, not used: {}\n", one_line(f.not_used)));
   for (const explain::Rival& r : f.rivals)
     if (!r.separable)
       terminal.print(fmt::format("    cannot be told from {}: {}\n", r.mechanism,
@@ -26,6 +31,31 @@ void print_unexplained(const explain::Unexplained& u, Terminal& terminal) {
                         u.where[0].u_begin_m, u.where[0].u_end_m);
   terminal.print(fmt::format("  unexplained: {} over {}{}, {:.3g} {}\n", one_line(u.channel),
                              u.locked_to, where, u.size, u.unit));
+}
+
+/// A line per channel: its errors at the horizons that it was judged at.
+void print_whole_car(const std::vector<explain::HeldOut>& held_out, Terminal& terminal) {
+  std::vector<std::string> channels;
+  for (const explain::HeldOut& h : held_out)
+    if (h.whole_car && std::find(channels.begin(), channels.end(), h.channel) == channels.end())
+      channels.push_back(h.channel);
+  for (const std::string& channel : channels) {
+    std::string horizons, unit;
+    std::array<std::string, 4> errors;
+    for (const explain::HeldOut& h : held_out) {
+      if (!h.whole_car || h.channel != channel) continue;
+      const char* comma = horizons.empty() ? "" : ", ";
+      horizons += fmt::format("{}{:g}", comma, h.horizon_s);
+      const std::array<double, 4> values{h.rmse_before, h.rmse_after, h.trivial_rmse, h.trend_rmse};
+      for (std::size_t k = 0; k < values.size(); ++k)
+        errors[k] += fmt::format("{}{:.3g}", comma, values[k]);
+      unit = h.unit;
+    }
+    terminal.print(fmt::format(
+        "whole car, laps left out, {} in {} after {} s: {} before; {} after; nothing changes: {}; "
+        "goes on as last: {}\n",
+        one_line(channel), unit, horizons, errors[0], errors[1], errors[2], errors[3]));
+  }
 }
 
 /// How the corrected inputs are simulated with, and looked at again.
@@ -66,18 +96,23 @@ void print_result(const RunCommand& command, const Recordings& recordings,
     terminal.print(fmt::format("grip of the road: {}\n", now.friction_path));
   if (now.vehicle_path != command.vehicle_path)
     terminal.print(fmt::format("corrected car: {}\n", now.vehicle_path));
-  if (!findings.findings.empty())
-    for (const explain::HeldOut& h : findings.findings.front().held_out)
-      if (h.whole_car && h.channel == "vx_mps")
-        terminal.print(
-            fmt::format("vx after {} s, whole car, laps left out: {:.3g} m/s before, {:.3g} after; "
-                        "nothing changes: {:.3g}\n",
-                        h.horizon_s, h.rmse_before, h.rmse_after, h.trivial_rmse));
+  if (!findings.findings.empty()) print_whole_car(findings.findings.front().held_out, terminal);
   if (findings.simulated_lap_before_s > 0 && findings.simulated_lap_after_s > 0)
     terminal.print(fmt::format("lap of the built-in driver: {:.2f} s before, {:.2f} s after\n",
                                findings.simulated_lap_before_s, findings.simulated_lap_after_s));
   terminal.print(fmt::format("{0}/report.html, {0}/findings.json\n", command.out_path));
-  if (!findings.findings.empty()) print_commands(command, recordings, now, terminal);
+  const bool corrected = now.track_path != command.track_path ||
+                         now.friction_path != command.friction_path ||
+                         now.vehicle_path != command.vehicle_path || now.mapping;
+  if (corrected)
+    print_commands(command, recordings, now, terminal);
+  else if (!findings.findings.empty())
+    terminal.print(fmt::format("no inputs are written: {}\n",
+                               std::any_of(findings.findings.begin(), findings.findings.end(),
+                                           [](const auto& f) { return !f.not_used.empty(); })
+                                   ? "the whole car is not better with them; --skip-simulation "
+                                     "writes them untried"
+                                   : "no road, car or mapping holds what was found"));
 }
 
 }  // namespace crgexplain

@@ -73,7 +73,7 @@ int run(const RunCommand& command, Terminal& terminal) {
   const std::vector<std::string> inputs = inputs_of(command, car);
   refuse_to_overwrite(inputs, command.out_path);
   const Road road = read_road(command.track_path, command.friction_path);
-  Recordings recordings = read_recordings(command, road.surface, car);
+  const Recordings recordings = read_recordings(command, road.surface, car);
   want_laps(command.hold_out, recordings.logs);
   const base::FolderLock lock(command.out_path, "crgexplain run");
 
@@ -93,10 +93,14 @@ int run(const RunCommand& command, Terminal& terminal) {
   // From here on until the end no verdict lies beside corrected inputs of another run.
   for (const char* name : {"findings.json", "report.html"})
     std::filesystem::remove(std::filesystem::path(command.out_path) / name);
-  const Corrected corrected = write_corrected(command, road, car, recordings, findings);
-  if (!findings.findings.empty() && !command.skip_simulation)
-    drive_before_and_after(command, road, car, corrected, recordings, stages, terminal.progress(),
-                           findings);
+  const bool drive = !findings.findings.empty() && !command.skip_simulation;
+  if (!findings.findings.empty() && command.skip_simulation)
+    findings.remarks.emplace_back(
+        "--skip-simulation: whether the whole simulated car is better with what was found was not "
+        "tried");
+  const Corrected corrected =
+      drive ? use_what_helps(command, road, car, recordings, stages, terminal.progress(), findings)
+            : write_corrected(command, command.out_path, road, car, recordings, findings);
 
   const std::string title = fmt::format("Simulation and recording: {} on {}", car.name,
                                         std::filesystem::path(command.track_path).stem().string());

@@ -49,20 +49,21 @@ struct Corrected {
 /// Nothing that is read may lie where a corrected input will be written. Throws vehicle::Error.
 void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder);
 
-/// Writes the corrected inputs; none is left over from an earlier run.
-Corrected write_corrected(const RunCommand& command, const Road& road, const vehicle::Vehicle& car,
-                          const Recordings& recordings, const explain::Findings& findings);
+/// Writes the corrected inputs into a folder; none is left over there from an earlier run.
+Corrected write_corrected(const RunCommand& command, const std::string& folder, const Road& road,
+                          const vehicle::Vehicle& car, const Recordings& recordings,
+                          const explain::Findings& findings);
 
 /// vehicle.yaml comes last: whoever finds it finds what it names.
 void write_car(const explain::CorrectedCar& car, const std::string& folder);
 
-/// Drives the whole simulated car with the stated and with the corrected inputs and adds to the
-/// findings what came out. The refitted car replaces the corrected one: what was driven is what is
-/// handed out.
-void drive_before_and_after(const RunCommand& command, const Road& road,
-                            const vehicle::Vehicle& car, const Corrected& corrected,
-                            Recordings& recordings, const Stages& stages,
-                            const base::Progress& progress, explain::Findings& findings);
+/// Drives the whole simulated car with the stated and with the corrected inputs, writes those with
+/// which it is better on laps left out, says of every other finding why it is not used, and adds
+/// what came out of driving. The refitted car replaces the corrected one: what was driven is what
+/// is handed out.
+Corrected use_what_helps(const RunCommand& command, const Road& road, const vehicle::Vehicle& car,
+                         const Recordings& recordings, const Stages& stages,
+                         const base::Progress& progress, explain::Findings& findings);
 
 /// Verdict, findings and the commands that go on from here.
 void print_result(const RunCommand& command, const Recordings& recordings,

@@ -14,16 +14,24 @@ Stages::Stages(std::string folder, std::string inputs)
     : folder_(std::move(folder) + "/.unfinished"), inputs_(inputs.substr(0, 16)) {
   fs::create_directories(folder_);
   for (const auto& entry : fs::directory_iterator(folder_))
-    if (!entry.path().filename().string().ends_with("-" + inputs_)) fs::remove(entry.path());
+    if (!entry.path().filename().string().ends_with("-" + inputs_)) fs::remove_all(entry.path());
 }
 
 std::vector<std::string> Stages::taken_up() const {
   std::vector<std::string> out;
   for (const auto& entry : fs::directory_iterator(folder_)) {
+    if (entry.is_directory()) continue;  // scratch()
     const std::string name = entry.path().filename().string();
     out.push_back(name.substr(0, name.rfind('-')));
   }
   std::sort(out.begin(), out.end());
+  return out;
+}
+
+std::string Stages::scratch() const {
+  const std::string out = path("scratch");
+  fs::remove_all(out);
+  fs::create_directories(out);
   return out;
 }
 

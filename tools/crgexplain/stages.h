@@ -28,6 +28,7 @@ class Stages {
     return made;
   }
   std::vector<std::string> taken_up() const;  ///< stages that an earlier run left
+  std::string scratch() const;                ///< an empty folder that goes with the stages
   void done() const;                          ///< removes them all
 
  private:

@@ -48,10 +48,9 @@ void write_car(const explain::CorrectedCar& car, const std::string& folder) {
   base::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
 }
 
-Corrected write_corrected(const RunCommand& command, const Road& stated,
+Corrected write_corrected(const RunCommand& command, const std::string& folder, const Road& stated,
                           const vehicle::Vehicle& car, const Recordings& recordings,
                           const explain::Findings& findings) {
-  const std::string& folder = command.out_path;
   Corrected out{
       command.track_path, command.friction_path, command.vehicle_path, command.mapping_path, {},
       command.fuel_kg};

@@ -67,7 +67,9 @@ Json held_out(const Finding& x) {
                     {"rmse_before", number(h.rmse_before)},
                     {"rmse_after", number(h.rmse_after)},
                     {"drop_ci90", {number(h.drop_low), number(h.drop_high)}},
-                    {"trivial_rmse", number(h.trivial_rmse)}});
+                    {"drop_sure", {number(h.sure_low), number(h.sure_high)}},
+                    {"trivial_rmse", number(h.trivial_rmse)},
+                    {"trend_rmse", number(h.trend_rmse)}});
   return list;
 }
 
@@ -104,6 +106,7 @@ Json finding(const Finding& x) {
   item["threshold"] = number(x.threshold);
   item["stability"] = number(x.stability);
   item["held_out"] = held_out(x);
+  item["not_used"] = x.not_used.empty() ? Json(nullptr) : Json(x.not_used);
   return item;
 }
 

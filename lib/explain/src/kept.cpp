@@ -22,11 +22,12 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ProfilePoint, u_m, value, ci90)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Rival, mechanism, channel, separating_experiment, cv_gain,
                                    separable)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldOut, channel, unit, horizon_s, rmse_before, rmse_after,
-                                   drop_low, drop_high, trivial_rmse, whole_car)
+                                   drop_low, drop_high, trivial_rmse, whole_car, trend_rmse,
+                                   sure_low, sure_high)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeightPatch, u_step_m, v_step_m, right_m, columns, dz_m)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Finding, mechanism, kind, channel, physics, equation, where,
                                    parameters, profile, patch, rivals, stability, cv_gain,
-                                   statistic, threshold, held_out, unknown)
+                                   statistic, threshold, held_out, unknown, not_used)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Untestable, mechanism, reason)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Unexplained, channel, locked_to, unit, where, share, p_adjusted,
                                    size)

@@ -193,6 +193,8 @@ std::string found(const Finding& x) {
   out += "</table>";
   if (!x.where.empty()) out += "<p>Where: " + html_text(places(x.where)) + "</p>";
   out += "<p>How sure: " + how_sure(x) + ".</p>";
+  if (!x.not_used.empty())
+    out += "<p><b>Seen, not used</b> for the corrected inputs: " + html_text(x.not_used) + ".</p>";
   std::string worse;
   for (const Rival& r : x.rivals) {
     const std::string name = html_text(named(r.mechanism, r.channel));
@@ -217,18 +219,19 @@ std::string held_out(const std::vector<HeldOut>& list, const std::vector<Remark>
     rows += "<tr>" + cell(h.whole_car ? "whole simulated car" : "one relation") + cell(h.channel) +
             cell(h.unit) + number_cell(h.horizon_s > 0 ? figure(h.horizon_s) : "at once") +
             number_cell(h.rmse_before) + number_cell(h.rmse_after) + number_cell(h.trivial_rmse) +
+            number_cell(h.trend_rmse) +
             number_cell(fmt::format("{:.1f} to {:.1f} %", 100 * h.drop_low, 100 * h.drop_high));
   return table(
       "Laps that were not used",
       std::string(
           "RMS errors. Before: the stated car with its parameters refitted on the other laps. "
           "After: the same with what was found. Trivial: nothing changes within the time (at once: "
-          "the stated car without refit). One relation: measured motion against that relation "
-          "alone; whole simulated car: lib/vehicle on the recorded commands from recorded "
-          "states.") +
+          "the stated car without refit). Trend: it goes on as in the 0.2 s before. One relation: "
+          "measured motion against that relation alone; whole simulated car: lib/vehicle on the "
+          "recorded commands from recorded states.") +
           refits,
       "<th>judged by<th>channel<th>unit<th class=n>horizon, s<th class=n>before<th class=n>after"
-      "<th class=n>trivial<th class=n>drop, 90 %",
+      "<th class=n>trivial<th class=n>trend<th class=n>drop, 90 %",
       rows);
 }
 

@@ -10,10 +10,11 @@
 #include "base/parallel.h"
 #include "mechanisms/mechanism.h"
 #include "refit_car.h"
-#include "search.h"
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
 #include "vehicle/replay.h"
+#include "vehicle/trend.h"
+#include "whole_car_errors.h"
 
 namespace explain {
 namespace {
@@ -33,8 +34,9 @@ constexpr std::array<Compared, 3> kCompared{
 struct WindowEnd {
   double t_s = 0.0;  ///< since the log's first sample
   /// Of kCompared and of the place across the path: the error at the horizon, the mean square of
-  /// all samples in the second half of the way to it, and that of "nothing changes".
-  std::array<double, 4> error{kNaN, kNaN, kNaN, kNaN}, square{}, hold{};
+  /// all samples in the second half of the way to it, and those of "nothing changes" and of what
+  /// goes on along its last 0.2 s.
+  std::array<double, 4> error{kNaN, kNaN, kNaN, kNaN}, square{}, hold{}, trend{};
 };
 
 /// Every sample of the windows, one after the other; a row of NaN after each window.
@@ -99,29 +101,39 @@ std::vector<WindowEnd> drive(const vehicle::Vehicle& car, const vehicle::CarFile
       if (driven != nullptr)
         note(*driven, time[k] - log_time.front(), recording.table, row, sim, k);
       if (time[k] - time[begin] < 0.5 * horizon_s) continue;
-      const auto take = [&](std::size_t c, double error, double hold) {
+      const auto take = [&](std::size_t c, double error, double hold, double trend) {
         if (!std::isfinite(error) || !std::isfinite(hold)) return;
         if (k == i) end.error[c] = error;
         end.square[c] += error * error;
         end.hold[c] += hold * hold;
+        end.trend[c] += trend * trend;
         count[c] += 1;
+      };
+      const double ahead_s = log_time[row] - log_time[row0];
+      const auto trended = [&](const std::vector<double>& channel) {
+        const auto [value, slope] = vehicle::trend(log_time, channel, row0, 0);
+        return value + slope * ahead_s;
       };
       for (std::size_t c = 0; c < kCompared.size(); ++c) {
         const auto *measured = recording.table.find(kCompared[c].channel),
                    *simulated = sim.find(kCompared[c].channel);
         if (measured != nullptr && simulated != nullptr)
-          take(c, (*simulated)[k] - (*measured)[row], (*measured)[row0] - (*measured)[row]);
+          take(c, (*simulated)[k] - (*measured)[row], (*measured)[row0] - (*measured)[row],
+               trended(*measured) - (*measured)[row]);
       }
       const double cy = std::cos(yaw[row]), sy = std::sin(yaw[row]);
       // Nothing changes: straight on at the speed of the beginning.
       const double gone = speed[row0] * (time[k] - time[begin]);
-      take(3, -sy * (sim_x[k] - x[row]) + cy * (sim_y[k] - y[row]),
-           -sy * (x[row0] + gone * std::cos(yaw[row0]) - x[row]) +
-               cy * (y[row0] + gone * std::sin(yaw[row0]) - y[row]));
+      const auto across = [&](double px, double py) {
+        return -sy * (px - x[row]) + cy * (py - y[row]);
+      };
+      take(3, across(sim_x[k], sim_y[k]),
+           across(x[row0] + gone * std::cos(yaw[row0]), y[row0] + gone * std::sin(yaw[row0])),
+           across(trended(x), trended(y)));
     }
     if (driven != nullptr) note(*driven, end.t_s, recording.table, kNone, sim, kNone);
     for (std::size_t c = 0; c < 4; ++c)
-      end.square[c] /= std::max(1.0, count[c]), end.hold[c] /= std::max(1.0, count[c]);
+      for (auto* sums : {&end.square, &end.hold, &end.trend}) (*sums)[c] /= std::max(1.0, count[c]);
     out.push_back(end);
   }
   return out;
@@ -296,51 +308,27 @@ void put_traces(const Sides& sides, const Judge& judge, SimulationCheck& out) {
   }
 }
 
-/// Squared errors of compared quantity `c` at the ends of stretches of length `h`: before, after,
-/// of what holds the last value.
-using Squares = std::vector<std::array<double, 3>>;
-
-Squares squares_of(const Sides& sides, const Judge& judge, std::size_t h, std::size_t c) {
-  Squares squares;
+/// Squared errors of compared quantity `c` at the ends of stretches that judge, of horizon `h`.
+std::vector<SquaredErrors> squares_of(const Sides& sides, const Judge& judge, std::size_t h,
+                                      std::size_t c) {
+  std::vector<SquaredErrors> squares;
   for (std::size_t k = 0; k < judge.logs->size(); ++k) {
     const auto &a = sides[0].ends[h][k], &b = sides[1].ends[h][k];
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
       if (std::isfinite(a[i].error[c]) && std::isfinite(b[i].error[c]) &&
           judge.is_judged(k, a[i].t_s))
-        squares.push_back({a[i].square[c], b[i].square[c], a[i].hold[c]});
+        squares.push_back({a[i].square[c], b[i].square[c], a[i].hold[c], a[i].trend[c]});
   }
   return squares;
 }
 
-HeldOut held_out_of(const Squares& squares, std::size_t h, std::size_t c) {
+HeldOut held_out_of(const std::vector<SquaredErrors>& squares, std::size_t h, std::size_t c) {
   HeldOut held;
   held.channel = c < kCompared.size() ? kCompared[c].channel : "lateral_m";
   held.unit = c < kCompared.size() ? kCompared[c].unit : "m";
   held.horizon_s = kHorizons[h];
   held.whole_car = true;
-  const auto rms = [&](std::size_t which) {
-    double sum = 0;
-    for (const auto& s : squares) sum += s[which];
-    return std::sqrt(sum / static_cast<double>(squares.size()));
-  };
-  held.rmse_before = rms(0);
-  held.rmse_after = rms(1);
-  held.trivial_rmse = rms(2);
-  Dice dice{97 + 10 * h + c};
-  std::vector<double> drops;
-  for (int draw = 0; draw < 400; ++draw) {
-    double a = 0, b = 0;
-    for (std::size_t i = 0; i < squares.size(); ++i) {
-      const auto& s =
-          squares[static_cast<std::size_t>(dice.roll() * static_cast<double>(squares.size()))];
-      a += s[0];
-      b += s[1];
-    }
-    drops.push_back(a > 0 ? 1 - std::sqrt(b / a) : 0.0);
-  }
-  std::sort(drops.begin(), drops.end());
-  held.drop_low = drops[20];
-  held.drop_high = drops[379];
+  set_errors(squares, 97 + 10 * h + c, held);
   return held;
 }
 
@@ -381,7 +369,7 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
   for (std::size_t h = 0; h < kHorizons.size(); ++h) {
     if (sides[0].ends[h].size() != logs.size() || sides[1].ends[h].size() != logs.size()) continue;
     for (std::size_t c = 0; c < 4; ++c)
-      if (const Squares squares = squares_of(sides, judge, h, c); squares.size() >= 8)
+      if (const auto squares = squares_of(sides, judge, h, c); squares.size() >= 8)
         out.held_out.push_back(held_out_of(squares, h, c));
   }
   return out;

@@ -4,31 +4,9 @@
 #include <cmath>
 
 #include "vehicle/telemetry.h"
+#include "vehicle/trend.h"
 
 namespace vehicle {
-namespace {
-
-constexpr double kTrend_s = 0.2;
-
-/// The straight line through the samples of [row's time - kTrend_s, row's time]: value and slope.
-std::pair<double, double> trend(const std::vector<double>& time, const Channel& channel,
-                                std::size_t row, std::size_t first) {
-  double n = 0.0, st = 0.0, sv = 0.0, stt = 0.0, stv = 0.0;
-  for (std::size_t i = row + 1; i-- > first && time[row] - time[i] <= kTrend_s + 1e-9;) {
-    const double t = time[i] - time[row];
-    n += 1.0;
-    st += t;
-    sv += channel[i];
-    stt += t * t;
-    stv += t * channel[i];
-  }
-  const double spread = n * stt - st * st;
-  if (n < 2.0 || spread <= 0.0) return {channel[row], 0.0};
-  const double slope = (n * stv - st * sv) / spread;
-  return {(sv - slope * st) / n, slope};
-}
-
-}  // namespace
 
 void ErrorSums::add(double car, double hold, double trended) {
   ++samples;

@@ -45,6 +45,10 @@ struct HeldOut {
   double horizon_s = 0.6, rmse_before = 0.0, rmse_after = 0.0, drop_low = 0.0, drop_high = 0.0,
          trivial_rmse = 0.0;
   bool whole_car = false;  ///< lib/vehicle driving the recorded commands; else the relation alone
+  /// Of the whole car alone: what goes on as it went last, and the drop with 90 % for all rows
+  /// together. NaN: not measured.
+  double trend_rmse = std::numeric_limits<double>::quiet_NaN(), sure_low = trend_rmse,
+         sure_high = trend_rmse;
 };
 /// Heights to add to a road, in bins from its begin and `right_m`; bin (i, j) at i * columns + j.
 struct HeightPatch {
@@ -66,6 +70,7 @@ struct Finding {
   double cv_gain = 0.0, statistic = 0.0, threshold = 0.0;
   std::vector<HeldOut> held_out;
   std::size_t unknown = 0;  ///< place in the inventory
+  std::string not_used;     ///< why it is not in the corrected inputs; empty: it is
 };
 struct Unexplained {
   std::string channel, locked_to, unit;

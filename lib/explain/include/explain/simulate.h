@@ -58,4 +58,10 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
                                  const SimulationInputs& before, const SimulationInputs& after,
                                  const std::set<int>& hold_out, const Refit& refit = {});
 
+/// Why corrected inputs that were driven so are not to be handed out, in words with figures: an
+/// error is worse for sure by more than 2 %, or the driver no longer finishes a lap, or, with
+/// `must_help`, none is better for sure. "For sure": 90 % for all rows together. Empty: hand them
+/// out; nothing that was driven speaks against it.
+std::string why_not_used(const SimulationCheck& check, bool must_help);
+
 }  // namespace explain
