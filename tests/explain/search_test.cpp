@@ -72,7 +72,7 @@ TEST(Search, FalseAlarmsOfPureNoiseStayAtTheirRate) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     const Problem p(seed);
     const Fitted m = p.fitted(p.noise);
-    const Scan s = scan(m, p.families, p.rows, 300, m.e);
+    const Scan s = scan(m, p.families, p.rows, 300, without_what_stands_out(m, p.families, p.rows));
     double most = 0;
     for (const explain::Test& t : s.best) most = std::max(most, std::abs(t.z));
     alarms += most > s.threshold ? 1 : 0;
@@ -141,8 +141,26 @@ TEST(Search, FindsWhatTheModelCanNearlyDoIfAskedTo) {
   EXPECT_NEAR(t.amount, 30.0, 3 * 2.0);  // three standard deviations: 1 over the half that is left
   EXPECT_GT(std::abs(t.z), 9.0);
   // Flipped with it, the effect would be its own null.
-  const VectorXd left = without_best(m, p.families, p.rows);
+  const VectorXd left = without_what_stands_out(m, p.families, p.rows);
   EXPECT_LT(std::abs(left.dot(fresh)) / fresh.norm(), 3.0);
+}
+
+// One of three effects at once must not hide behind the noise that the others would make.
+TEST(Search, WhatWasFoundIsNoNoise) {
+  double alone = 0, beside = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Problem p(seed);
+    const auto threshold = [&](const VectorXd& r) {
+      const Fitted m = p.fitted(r);
+      return scan(m, p.families, p.rows, 300, without_what_stands_out(m, p.families, p.rows))
+          .threshold;
+    };
+    alone += threshold(p.noise) / 20;
+    beside += threshold(p.noise + 2.0 * p.families[0].column + 1.0 * p.families[4].column +
+                        0.5 * p.families[7].column) /
+              20;
+  }
+  EXPECT_NEAR(beside, alone, 0.1 * alone);
 }
 
 }  // namespace

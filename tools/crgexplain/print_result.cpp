@@ -53,7 +53,7 @@ void print_whole_car(const std::vector<explain::HeldOut>& held_out, Terminal& te
     }
     terminal.print(fmt::format(
         "whole car, laps left out, {} in {} after {} s: {} before; {} after; nothing changes: {}; "
-        "goes on as last: {}\n",
+        "trend: {}\n",
         one_line(channel), unit, horizons, errors[0], errors[1], errors[2], errors[3]));
   }
 }

@@ -156,8 +156,8 @@ double Analysis::alarms_by_cost() const {
   const Model m = careful_model();
   const std::vector<Family> families = families_by_cost();
   if (families.empty()) return 0.0;
-  const Scan s =
-      scan(m.fitted, families, rows_, options_.nulls, without_best(m.fitted, families, rows_));
+  const Scan s = scan(m.fitted, families, rows_, options_.nulls,
+                      without_what_stands_out(m.fitted, families, rows_));
   const auto over = s.null_max.end() - std::upper_bound(s.null_max.begin(), s.null_max.end(),
                                                         std::sqrt(selection::kNamed));
   return static_cast<double>(over) /

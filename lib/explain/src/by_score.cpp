@@ -108,8 +108,8 @@ double Analysis::stability(const Fitted& model, const VectorXd& column, double a
 Analysis::Trial Analysis::trial(Stage stage) const {
   Trial out{stage, model(stage), candidates(stage), {}, {}};
   const Fitted& fitted = out.model.fitted;
-  out.scan =
-      scan(fitted, out.families, rows_, options_.nulls, without_best(fitted, out.families, rows_));
+  out.scan = scan(fitted, out.families, rows_, options_.nulls,
+                  without_what_stands_out(fitted, out.families, rows_));
   std::vector<Tried>& tried = out.tried;
   for (const Test& t : out.scan.best)
     if (t.gain > 0) tried.push_back({t.family, out.families[t.family].id, t, t.gain, t.amount, {}});

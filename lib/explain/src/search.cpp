@@ -45,14 +45,19 @@ VectorXd within(const VectorXd& column, const std::vector<int>& cell, int begin,
   return out;
 }
 
-VectorXd without_best(const Fitted& model, const std::vector<Family>& families, const Rows& rows) {
-  const Test* best = nullptr;
-  const Scan plain = scan(model, families, rows, 0, model.e);
-  for (const Test& t : plain.best)
-    if (best == nullptr || t.gain > best->gain) best = &t;
-  if (best == nullptr) return model.e;
-  const Family& f = families[best->family];
-  return model.e - best->amount * beyond(model, within(f.column, f.cell, best->begin, best->end));
+VectorXd without_what_stands_out(const Fitted& model, const std::vector<Family>& families,
+                                 const Rows& rows) {
+  Fitted left = model;
+  for (int k = 0; k < selection::kMostFindings; ++k) {
+    const Scan plain = scan(left, families, rows, 0, left.e);
+    const auto best =
+        std::max_element(plain.best.begin(), plain.best.end(),
+                         [](const Test& a, const Test& b) { return a.gain < b.gain; });
+    if (best == plain.best.end() || (k > 0 && std::abs(best->z) < selection::kPlanted)) break;
+    const Family& f = families[best->family];
+    left.e -= best->amount * beyond(model, within(f.column, f.cell, best->begin, best->end));
+  }
+  return left.e;
 }
 
 namespace {

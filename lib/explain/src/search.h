@@ -66,10 +66,10 @@ Scan scan(const Fitted& model, const std::vector<Family>& families, const Rows& 
 Eigen::VectorXd within(const Eigen::VectorXd& column, const std::vector<int>& cell, int begin,
                        int end);
 
-/// The residual without what the best test explains: flipped with it, a large effect would hide
-/// itself.
-Eigen::VectorXd without_best(const Fitted& model, const std::vector<Family>& families,
-                             const Rows& rows);
+/// The residual without what the best test explains, and the best of what is left, as long as that
+/// is more than noise gives: flipped with them, effects would hide themselves and one another.
+Eigen::VectorXd without_what_stands_out(const Fitted& model, const std::vector<Family>& families,
+                                        const Rows& rows);
 
 /// Loss saved by the columns `more` on folds that were left out: one value per fold whose rows have
 /// weight.

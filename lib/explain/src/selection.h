@@ -32,6 +32,11 @@ inline constexpr double kNullQuantile = 0.9955;
 /// any effect. Shown by: OtherSimulator.
 inline constexpr double kMargin = 1.25;
 
+/// Score from which something counts as an effect that was found and is taken out of the replicates
+/// too, beside the best. From: the largest of all scores of noise alone rarely reaches it. Shown
+/// by: Search.
+inline constexpr double kPlanted = 5.0;
+
 /// What noise does not show: errors of the model itself. Recordings of cars of another simulator
 /// with nothing missing, on which these numbers were looked at, and how many of them raised an
 /// alarm. The page prints it beside the share of the null replicates. Shown by: OtherSimulator.
