@@ -77,12 +77,18 @@ class Neighbourhood {
     items_.resize(stations.size());
     std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
     for (std::size_t k = 0; k < stations.size(); ++k) {
-      items_[next[bucket(cell(stations[k].x_m), cell(stations[k].y_m))]++] =
-          static_cast<std::uint32_t>(k);
+      const Station& station = stations[k];
+      items_[next[bucket(cell(station.x_m), cell(station.y_m))]++] = {
+          station.x_m, station.y_m, static_cast<std::uint32_t>(k)};
     }
   }
 
-  // Calls visit(first, last) for ranges of station numbers that together hold all within side_m.
+  struct Item {
+    double x_m, y_m;
+    std::uint32_t station;
+  };
+
+  // Calls visit(first, last) for ranges of items that together hold all within side_m.
   template <typename Visit>
   void around(const Station& station, Visit visit) const {
     const std::int64_t cx = cell(station.x_m), cy = cell(station.y_m);
@@ -108,7 +114,7 @@ class Neighbourhood {
   double side_m_;
   std::uint64_t mask_ = 0;
   std::vector<std::uint32_t> start_;
-  std::vector<std::uint32_t> items_;
+  std::vector<Item> items_;
 };
 
 // The float next to a value that is not farther from zero.
@@ -122,6 +128,12 @@ struct Window {
   std::size_t before = 0, after = 0;  // stations on either side that count as the same stretch
 };
 
+// Around a ring of `count` stations; a division for each would take longer than all the rest.
+std::size_t ahead_of(std::size_t k, std::size_t steps, std::size_t count) {
+  const std::size_t at = k + steps;
+  return at >= count ? at - count : at;
+}
+
 Window same_stretch(const std::vector<Station>& stations, std::size_t k, double reach_m,
                     bool joined) {
   const std::size_t count = stations.size();
@@ -133,7 +145,7 @@ Window same_stretch(const std::vector<Station>& stations, std::size_t k, double 
       if (direction > 0 ? at + 1 == count : at == 0) {
         if (!joined) break;
       }
-      const std::size_t next = direction > 0 ? (at + 1) % count : (at + count - 1) % count;
+      const std::size_t next = ahead_of(at, direction > 0 ? 1 : count - 1, count);
       turn += stations[direction > 0 ? at : next].turn_rad + stations[next].turn_rad;
       if (turn > kWindowTurn_rad) break;
       arc += 2.0 * stations[next].span_m;
@@ -174,9 +186,10 @@ struct Certain {
 Certain before_folds(const std::vector<Station>& stations, std::size_t k, const Window& window,
                      double reach_m) {
   const std::size_t count = stations.size();
+  const std::size_t first = ahead_of(k, count - window.before, count);
   Certain certain{reach_m, reach_m};
   for (std::size_t w = 0; w <= window.before + window.after; ++w) {
-    const Station& other = stations[(k + count - window.before + w) % count];
+    const Station& other = stations[ahead_of(first, w, count)];
     certain.left_m = std::min(certain.left_m, kFoldShare * other.fold_left_m);
     certain.right_m = std::min(certain.right_m, kFoldShare * other.fold_right_m);
   }
@@ -191,22 +204,54 @@ void keep_from(const Station& here, const Station& other, double reach_m, Certai
   const double growth = std::max(here.stretch, other.stretch) + here.turn_rad;
   const double squared = dx * dx + dy * dy - slack * slack;
   // |other - point|^2 > (growth |v| + slack)^2 for all |v| up to the bound.
-  const auto bound = [&](double side) {
+  const auto lower = [&](double& certain_m, double side) {
     const double rate = 2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
-    if (squared <= 0.0) return 0.0;
-    return rate <= 0.0 ? reach_m : squared / rate;
+    if (squared <= 0.0) {
+      certain_m = 0.0;
+    } else if (squared < certain_m * rate * (1.0 + 1e-12)) {  // else no division is needed to see
+      certain_m = std::min(certain_m, squared / rate);
+    }
   };
-  certain.left_m = std::min(certain.left_m, bound(1.0));
-  certain.right_m = std::min(certain.right_m, bound(-1.0));
+  lower(certain.left_m, 1.0);
+  lower(certain.right_m, -1.0);
+}
+
+// The largest of all stations.
+struct Largest {
+  double span_m = 0.0, stretch = 1.0;
+};
+
+Largest largest_of(const std::vector<Station>& stations) {
+  Largest largest;
+  for (const Station& station : stations) {
+    largest.span_m = std::max(largest.span_m, station.span_m);
+    largest.stretch = std::max(largest.stretch, station.stretch);
+  }
+  return largest;
+}
+
+// Square of the distance from which on no station can lower what is certain: there keep_from() finds
+// distance^2 - slack^2 >= certain (2 (distance + growth slack) + reach (growth^2 - 1)).
+double harmless_squared(const Station& here, const Largest& largest, double reach_m,
+                        const Certain& certain) {
+  const double most = std::max(certain.left_m, certain.right_m);
+  const double slack = here.span_m + largest.span_m;
+  const double growth = std::max(here.stretch, largest.stretch) + here.turn_rad;
+  const double rest = 2.0 * growth * slack + reach_m * (growth * growth - 1.0);
+  const double distance = most + std::sqrt(most * most + slack * slack + most * rest);
+  return distance * distance * (1.0 + 1e-9);
 }
 
 // Not into what any station outside the own stretch may claim. What would cost more than `budget`
 // pairs stays uncertain, as does all after it: the budget is then 0.
 void keep_from_others(const std::vector<Station>& stations, std::size_t k, const Window& window,
-                      const Neighbourhood& neighbourhood, double reach_m, std::size_t& budget,
-                      Certain& certain) {
+                      const Neighbourhood& neighbourhood, const Largest& largest, double reach_m,
+                      std::size_t& budget, Certain& certain) {
   const std::size_t count = stations.size();
-  neighbourhood.around(stations[k], [&](const std::uint32_t* first, const std::uint32_t* last) {
+  const Station& here = stations[k];
+  const double harmless = harmless_squared(here, largest, reach_m, certain);
+  using Item = Neighbourhood::Item;
+  neighbourhood.around(here, [&](const Item* first, const Item* last) {
     if (static_cast<std::size_t>(last - first) > budget) {
       budget = 0;
       certain = {0.0, 0.0};
@@ -214,9 +259,11 @@ void keep_from_others(const std::vector<Station>& stations, std::size_t k, const
     }
     budget -= static_cast<std::size_t>(last - first);
     for (; first != last; ++first) {
-      const std::size_t ahead = (*first + count - k) % count;
+      const double dx = first->x_m - here.x_m, dy = first->y_m - here.y_m;
+      if (dx * dx + dy * dy >= harmless) continue;
+      const std::size_t ahead = ahead_of(first->station, count - k, count);
       if (ahead <= window.after || count - ahead <= window.before) continue;
-      keep_from(stations[k], stations[*first], reach_m, certain);
+      keep_from(here, stations[first->station], reach_m, certain);
     }
   });
 }
@@ -232,13 +279,8 @@ std::vector<Station> make_stations(std::span<const SegmentRecord> segments, std:
 }
 
 // Beyond this distance no other run can compete for a point within reach_m.
-double farthest_rival_m(const std::vector<Station>& stations, double reach_m) {
-  double span = 0.0, stretch = 1.0;
-  for (const Station& station : stations) {
-    span = std::max(span, station.span_m);
-    stretch = std::max(stretch, station.stretch);
-  }
-  return reach_m * (1.0 + std::min(stretch, 2.0)) + 2.0 * span;
+double farthest_rival_m(const Largest& largest, double reach_m) {
+  return reach_m * (1.0 + std::min(largest.stretch, 2.0)) + 2.0 * largest.span_m;
 }
 
 void write_certain(std::span<SegmentRecord> segments, const Certain& certain, double v_right_m,
@@ -262,7 +304,8 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
   const std::vector<Station> stations = make_stations(segments, run, reach_m, joined);
   const std::size_t count = stations.size();
-  const double far_m = farthest_rival_m(stations, reach_m);
+  const Largest largest = largest_of(stations);
+  const double far_m = farthest_rival_m(largest, reach_m);
   const Neighbourhood neighbourhood(stations, far_m);
   const std::vector<Prolonged> ends = prolonged_ends(segments, closing);
   // Tangled input would cost count^2; what is not measured within the budget stays uncertain.
@@ -272,7 +315,7 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
     if (budget == 0 || here.stretch > 2.0 || here.turn_rad > kWindowTurn_rad) continue;
     const Window window = same_stretch(stations, k, reach_m, joined);
     Certain certain = before_folds(stations, k, window, reach_m);
-    keep_from_others(stations, k, window, neighbourhood, reach_m, budget, certain);
+    keep_from_others(stations, k, window, neighbourhood, largest, reach_m, budget, certain);
     for (const Prolonged& end : ends) {
       // Shorter than a row and part of the same stretch: no more than one cell among others.
       if (end.length_m <= u_step_m && (k <= window.before || count - 1 - k <= window.after))
