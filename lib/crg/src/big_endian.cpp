@@ -30,9 +30,8 @@ double double_at(const char* bytes) {
 // Eight at a time; says how many were taken.
 __attribute__((target("avx2"))) std::size_t take_eights(const char* bytes, std::size_t count,
                                                         float most, float* to, bool& bounded) {
-  const __m256i reversed =
-      _mm256_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12, 3, 2, 1, 0, 7, 6, 5, 4,
-                       11, 10, 9, 8, 15, 14, 13, 12);
+  const __m256i reversed = _mm256_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12, 3,
+                                            2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12);
   const __m256 no_sign = _mm256_castsi256_ps(_mm256_set1_epi32(0x7FFFFFFF)),
                bound = _mm256_set1_ps(most);
   __m256 beyond = _mm256_setzero_ps();

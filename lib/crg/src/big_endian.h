@@ -7,7 +7,7 @@
 namespace crg {
 
 /// The numbers in order of this machine. False where one of them is greater in magnitude than
-/// `most`, infinity included; NaN is not. Both write all `count` numbers in either case.
+/// `most`, infinity included; NaN is not. All `count` numbers are written in either case.
 bool take_floats(const char* bytes, std::size_t count, float most, float* to) noexcept;
 bool take_doubles(const char* bytes, std::size_t count, double most, double* to) noexcept;
 

@@ -85,8 +85,8 @@ struct Run {
   std::size_t first = 0, last = 0;
 };
 
-// Stations by square of a plane grid, as runs that stay within one square; the squares folded into a
-// table by hashing.
+// Stations by square of a plane grid, as runs that stay within one square; the squares folded into
+// a table by hashing.
 class Neighbourhood {
  public:
   Neighbourhood(const std::vector<Station>& stations, double side_m) : side_m_(side_m) {
@@ -242,8 +242,8 @@ void keep_from(const Station& here, const Station& other, double reach_m, Certai
   lower(certain.right_m, -1.0);
 }
 
-// Square of the distance from which on no station can lower what is certain: there keep_from() finds
-// distance^2 - slack^2 >= certain (2 (distance + growth slack) + reach (growth^2 - 1)).
+// Square of the distance from which on no station can lower what is certain: there keep_from()
+// finds distance^2 - slack^2 >= certain (2 (distance + growth slack) + reach (growth^2 - 1)).
 double harmless_squared(const Station& here, const Extremes& extremes, double reach_m,
                         const Certain& certain) {
   const double most = std::max(certain.left_m, certain.right_m);

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <new>
 #include <vector>
 
 #include "batch.h"
 #include "crg/error.h"
+#include "directions.h"
 #include "height.h"
 #include "locator.h"
 #include "strip_filler.h"
@@ -37,36 +37,6 @@ Crg with_modifiers(Crg crg, ModifierUse use) {
     crg.modifiers = reference_default_modifiers(crg);
   }
   return apply_modifiers(std::move(crg));
-}
-
-// Heading and curvature of the reference line at a segment.
-struct Direction {
-  double heading_rad;
-  double curvature_1pm;
-};
-
-// Curvature from the cross product of the two chords that meet in the segment's first node, each
-// half a metre or one row long. Nearer than that to an open end the reference implementation
-// answers the heading of that end and no curvature, and so do we.
-std::vector<Direction> directions_of(const ReferenceLine& line) {
-  const std::size_t last = line.size() - 1;
-  const std::size_t half =
-      static_cast<std::size_t>(std::clamp(std::round(0.5 / line.u_step_m), 1.0, 1e9));
-  const bool around = ends_joined(line) && 2 * half < line.size();
-  const double chord = static_cast<double>(half) * line.u_step_m;
-  std::vector<Direction> directions(last);
-  for (std::size_t i = 0; i < last; ++i) {
-    if (!around && (i < half || i + half > last)) {
-      directions[i] = {i < half ? line.heading_rad.front() : line.heading_rad.back(), 0.0};
-      continue;
-    }
-    const std::size_t before = i >= half ? i - half : i + last - half;
-    const std::size_t after = i + half <= last ? i + half : i + half - last;
-    const double x1 = line.x_m[i] - line.x_m[before], y1 = line.y_m[i] - line.y_m[before];
-    const double x2 = line.x_m[after] - line.x_m[i], y2 = line.y_m[after] - line.y_m[i];
-    directions[i] = {line.heading_rad[i + 1], (x1 * y2 - y1 * x2) / (chord * chord * chord)};
-  }
-  return directions;
 }
 
 void want_same_shape(const Grid& road, const Grid& map) {
@@ -214,7 +184,8 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
   return {heading_rad, curvature_1pm};
 }
 
-[[gnu::noinline]] Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const noexcept {
+[[gnu::noinline]] Sample Surface::Data::sample(const Place& place, double x_m,
+                                               double y_m) const noexcept {
   const bool inside = on_grid(place);
   Height height{Sample::kNaN, Sample::kNaN, Sample::kNaN};
   if (inside && heights.simple()) {
@@ -254,9 +225,9 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
 }
 
 // What is known of a place whose height is.
-[[gnu::always_inline]] inline Sample Surface::Data::answer(
-    const Place& place, const Height& height, bool inside, double x_m, double y_m,
-    double friction_there) const noexcept {
+[[gnu::always_inline]] inline Sample Surface::Data::answer(const Place& place, const Height& height,
+                                                           bool inside, double x_m, double y_m,
+                                                           double friction_there) const noexcept {
   const SegmentFrame& frame = locator.records()[place.segment].frame;
   const auto [heading_rad, curvature_1pm] = direction(place);
   // Along the segment, u advances by a step over the width of the cell at v; along the mitre line
@@ -412,8 +383,7 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
 Sample Surface::at_uv(double u_m, double v_m) const noexcept {
   if (!std::isfinite(u_m) || !std::isfinite(v_m)) return {};
   const Place place = data_->place_of(u_m, v_m);
-  const SegmentFrame& frame = data_->locator.records()[place.segment].frame;
-  const Point2 point = frame.point(frame.along(place.fraction, v_m) + place.beyond_m, v_m);
+  const Point2 point = xy_of_uv(u_m, v_m);
   Sample sample = data_->sample(place, point.x_m, point.y_m);
   sample.u_m = u_m;
   return sample;
