@@ -52,4 +52,13 @@ struct ForcesCommand {
 };
 int forces(const ForcesCommand& command, Terminal& terminal);
 
+/// Of the commands that fit parts of a car to one drive.
+struct DriveCommand {
+  std::string recording_path, vehicle_path, setup_path, track_path, mapping_path, out_path;
+  std::vector<std::string> settings;   ///< name=value
+  std::string accelerations = "body";  ///< body or road
+  double fuel_kg = 30.0;
+};
+int mass(const DriveCommand& command, Terminal& terminal);
+
 }  // namespace crgidentify
