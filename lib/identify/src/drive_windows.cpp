@@ -116,8 +116,16 @@ struct Sum {
   double mean() const { return rows == 0 ? kNaN : value / static_cast<double>(rows); }
 };
 
+/// Loaded radius of a rolling tyre: it grows and stiffens with speed.
+double radius_under(const vehicle::TyreCoefficients& tyre, double load_n, double pressure_pa,
+                    double v_mps) {
+  const double r0 = tyre.unloaded_radius_m, speed = std::abs(v_mps) / tyre.nominal_speed_mps;
+  return r0 * (tyre.qre0 + tyre.qv1 * speed * speed) -
+         vehicle::static_deflection(tyre, load_n / (1.0 + tyre.qv2 * speed), pressure_pa);
+}
+
 /// How far each wheel's place on the body has come down from where it stands without fuel: travel
-/// and deflection of the tyre. Without loads the springs' own say what the tyre carries.
+/// and what the tyre's radius gives way. Without loads the springs' own say what the tyre carries.
 std::array<double, kWheels> sink_of(const vehicle::Car<double>& car, const DriveWindow& w,
                                     bool loads, bool travels) {
   const auto& p = car.parameters;
@@ -136,10 +144,9 @@ std::array<double, kWheels> sink_of(const vehicle::Car<double>& car, const Drive
                    apart = 0.5 * (w.load_n[i] - w.load_n[other]);
       travel = both / std::max(1e3, spring) + apart / std::max(1e3, spring + 2.0 * bar);
     }
-    const double pressure = p.axle(a, P::front_tyre_pressure_pa);
-    const vehicle::TyreCoefficients& tyre = car.files->tyre[a];
-    out[i] = travel + vehicle::static_deflection(tyre, std::max(0.0, stands + more), pressure) -
-             vehicle::static_deflection(tyre, stands, pressure);
+    out[i] = travel + car.static_radius_m[a] -
+             radius_under(car.files->tyre[a], std::max(0.0, stands + more),
+                          p.axle(a, P::front_tyre_pressure_pa), w.vx_mps);
   }
   return out;
 }

@@ -79,8 +79,7 @@ Loads solve_loads(const vehicle::Car<double>& car, const DriveWindows& drive, bo
   const auto& p = car.parameters;
   const double length = p[P::chassis_wheelbase_m], half = 0.5 * p[P::aero_density_kgpm3];
   const double middle_s = 0.5 * (drive.begin_s + drive.end_s);
-  const double drag =
-      car.terms[Term::aero_drag] * p[P::aero_drag_area_m2] * p[P::aero_drag_height_m] / length;
+  const double drag_m2 = car.terms[Term::aero_drag] * p[P::aero_drag_area_m2];
   Loads out;
   out.columns = with_rate ? 4 : 3;
   std::vector<std::size_t> block;
@@ -95,8 +94,9 @@ Loads solve_loads(const vehicle::Car<double>& car, const DriveWindows& drive, bo
       const double q = half * w.air_mps2, to_rear = out.cog_m / length;
       const auto& s = w.sink_m;
       const double sunk = 0.5 * ((1.0 - to_rear) * (s[0] + s[1]) + to_rear * (s[2] + s[3]));
-      const double known = q * drag * air.drag + rolling_torque(car, w) / length -
-                           out.mass_kg * sunk * w.along_mps2 / length;
+      const double drag_nm = q * drag_m2 * air.drag * (p[P::aero_drag_height_m] - sunk);
+      const double known =
+          (drag_nm + rolling_torque(car, w) - out.mass_kg * sunk * w.along_mps2) / length;
       for (std::size_t a = 0; a < 2; ++a) {
         both[a].columns[0].push_back(w.normal_mps2);
         both[a].columns[1].push_back(q * air.lift[a]);
@@ -297,7 +297,7 @@ DriveFit fit_mass(const vehicle::Car<double>& car,
                              options.least_rate_s);
     else if (k != 3 && k != 1 && faster < 5.0)
       f.unseen = of_speed + ": weight and downforce look the same";
-    else if (k == 3 && braked < 1.0)
+    else if (k == 3 && braked < 3.0)
       f.unseen = of_ax;
     else if (f.within > most[k])
       f.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}, {}", f.within,
@@ -306,6 +306,21 @@ DriveFit fit_mass(const vehicle::Car<double>& car,
   }
   say_what_is_assumed(car, drive, options, l, out);
   doubt(l, drive, out);
+  if (!(value[3] > 0.0) && out.at("cog_height_m").unseen.empty())
+    out.doubts.emplace_back(
+        "the loads say a height below the road: braking would press the rear axle (sign of "
+        "ax_mps2, "
+        "front and rear loads exchanged?)");
+  for (std::size_t a = 0; a < 2; ++a) {
+    double load = 0.0;
+    for (const DriveWindow& w : drive.windows) load += w.load_n[2 * a] + w.load_n[2 * a + 1];
+    load /= static_cast<double>(drive.windows.size());
+    if (l.fit.rms[a] > 0.1 * load)
+      out.doubts.push_back(fmt::format(
+          "{:.0f} N (root mean square) of the {} axle's load of {:.0f} N are not explained: wheels "
+          "exchanged, or clocks apart?",
+          l.fit.rms[a], a == 0 ? "front" : "rear", load));
+  }
   if (!(value[0] > 0.0) || !(value[2] > 0.0 && value[2] < length))
     out.doubts.emplace_back("the loads say a mass below 0 or a centre of mass outside the axles");
   return out;
