@@ -24,6 +24,7 @@ std::string left_out(const identify::DriveWindows& w) {
   };
   say(w.slow, "too slow");
   say(w.off_road, "with a wheel beside the road");
+  say(w.on_kerbs, "near kerbs");
   say(w.short_of_rows, "in windows that lack rows");
   return out;
 }
@@ -48,6 +49,7 @@ ordered_json json_of(const identify::DriveWindows& w, const identify::DriveFit& 
                    {"rows", w.rows},
                    {"slow", w.slow},
                    {"off_road", w.off_road},
+                   {"on_kerbs", w.on_kerbs},
                    {"short_of_rows", w.short_of_rows},
                    {"found", ordered_json::array()},
                    {"not_observable", ordered_json::array()},

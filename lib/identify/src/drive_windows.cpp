@@ -57,6 +57,7 @@ double at(Column column, std::size_t row) { return column == nullptr ? kNaN : (*
 /// Slopes of the plane through the road under the four wheels, along the car and to its left.
 struct Slopes {
   double along = kNaN, left = kNaN;
+  bool kerb = false;  ///< a wheel stands more than a centimetre beside the plane of the others
 };
 
 std::vector<Slopes> road_slopes(const vehicle::Car<double>& car, const crg::Surface& surface,
@@ -83,7 +84,7 @@ std::vector<Slopes> road_slopes(const vehicle::Car<double>& car, const crg::Surf
     if (!there) continue;
     const double track = car.wheel_m[0].y - car.wheel_m[1].y + car.wheel_m[2].y - car.wheel_m[3].y;
     out[k] = {(z[0] + z[1] - z[2] - z[3]) / (2.0 * (car.wheel_m[0].x - car.wheel_m[2].x)),
-              (z[0] - z[1] + z[2] - z[3]) / track};
+              (z[0] - z[1] + z[2] - z[3]) / track, std::abs(z[0] - z[1] - z[2] + z[3]) > 0.01};
   }
   return out;
 }
@@ -232,6 +233,11 @@ class Cutter {
     const double g = car_.parameters[P::environment_gravity_mps2];
     const double c = std::cos(options_.imu_yaw_rad), s = std::sin(options_.imu_yaw_rad);
     w.gear = at(c_.gear, begin);
+    for (std::size_t k = begin; k < end && !slopes_.empty(); ++k)
+      if (slopes_[k].kerb) {
+        out_.on_kerbs += end - begin;
+        return;
+      }
     for (std::size_t k = begin; k < end; ++k) {
       if (!counts(k, stretch)) continue;
       ++rows;

@@ -54,13 +54,15 @@ struct DriveWindows {
   NormalFrom normal = NormalFrom::kPlane;
   bool loads = false, travels = false, accelerations = false, lateral_speed = false;
   std::size_t blocks = 0;
-  double begin_s = 0.0, end_s = 0.0;                                ///< of the recording
-  std::size_t rows = 0, slow = 0, off_road = 0, short_of_rows = 0;  ///< and why rows are left out
+  double begin_s = 0.0, end_s = 0.0;  ///< of the recording
+  std::size_t rows = 0, slow = 0, off_road = 0, on_kerbs = 0,
+              short_of_rows = 0;  ///< and why rows are left out
 };
 
 /// Cuts a recording into windows that reach over no gap. A row counts where speed, and what there
 /// is of loads, travels and accelerations, was measured; a window, where three fifths of its rows
-/// do. With `road` the recording needs x_m, y_m and yaw_rad. The body's tilt against the road
+/// do. With `road` the recording needs x_m, y_m and yaw_rad, and windows with a wheel on a kerb
+/// are left out. The body's tilt against the road
 /// is taken from travels and loads, where there are loads alone by the car's springs. Throws
 /// base::Error where a channel is missing that is needed.
 DriveWindows drive_windows(const vehicle::Car<double>& car, const crg::Surface* road,
