@@ -58,7 +58,9 @@ struct DriveCommand {
   std::vector<std::string> settings;   ///< name=value
   std::string accelerations = "body";  ///< body or road
   double fuel_kg = 30.0;
+  std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
 };
+int aero(const DriveCommand& command, Terminal& terminal);
 int mass(const DriveCommand& command, Terminal& terminal);
 
 }  // namespace crgidentify

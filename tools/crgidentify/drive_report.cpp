@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.h"
 #include "base/json_text.h"
 #include "base/one_line.h"
 #include "base/sha256.h"
@@ -94,6 +95,21 @@ ReadDrive::ReadDrive(const DriveCommand& command)
 
 identify::DriveWindows ReadDrive::windows() const {
   return identify::drive_windows(car, road ? &*road : nullptr, recording, options);
+}
+
+std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
+                                                  const identify::DriveWindows& windows) {
+  if (!windows.loads || !windows.accelerations) return std::nullopt;
+  identify::MassFitOptions options;
+  options.fuel_kg = drive.fuel_kg;
+  options.body_axes = drive.options.body_axes;
+  try {
+    identify::DriveFit fit = identify::fit_mass(drive.car, drive.vehicle.prior, windows, options);
+    if (fit.doubts.empty() && fit.at("mass_kg").unseen.empty()) return fit;
+  } catch (
+      const base::Error&) {  // too few windows: the vehicle file's mass stands in, and is named
+  }
+  return std::nullopt;
 }
 
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,

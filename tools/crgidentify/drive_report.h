@@ -28,6 +28,10 @@ struct ReadDrive {
   identify::DriveWindows windows() const;
 };
 
+/// The fit of the loads; nothing where there are none, or where they do not tell.
+std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
+                                                  const identify::DriveWindows& windows);
+
 /// Prints the fit as a table behind the sheet, or as JSON; writes the sheet where -o names a file.
 /// Returns the exit code.
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,

@@ -160,9 +160,10 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
 }
 
 /// A command that fits parts of a car to one drive.
-void add_drive(CLI::App& app, const char* name, const char* what, crgidentify::DriveCommand& drive,
-               int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
-               const Chosen& chosen) {
+CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
+                    crgidentify::DriveCommand& drive,
+                    int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
+                    const Chosen& chosen) {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--vehicle", drive.vehicle_path,
@@ -187,6 +188,7 @@ void add_drive(CLI::App& app, const char* name, const char* what, crgidentify::D
                     " lap.csv --vehicle vehicle.yaml --track road.crg -o sheet.txt");
   drive_app->callback(
       [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
+  return drive_app;
 }
 
 }  // namespace
@@ -210,5 +212,11 @@ int main(int argc, char** argv) {
   crgidentify::DriveCommand mass;
   add_drive(app, "mass", "Finds mass, centre of mass and lift areas from wheel loads", mass,
             crgidentify::mass, chosen);
+  crgidentify::DriveCommand aero;
+  add_drive(app, "aero", "Finds the drag area from coast-downs or open throttle, lift from loads",
+            aero, crgidentify::aero, chosen)
+      ->add_option("--engine-off", aero.engine_off,
+                   "BEGIN,END: from this second of the log to that nothing drives or drags the "
+                   "wheels; repeatable");
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

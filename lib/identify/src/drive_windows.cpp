@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "longitudinal.h"
 #include "vehicle/road.h"
 
 namespace identify {
@@ -125,6 +126,20 @@ double radius_under(const vehicle::TyreCoefficients& tyre, double load_n, double
          vehicle::static_deflection(tyre, load_n / (1.0 + tyre.qv2 * speed), pressure_pa);
 }
 
+/// Slope of the straight line through points (time, value).
+double rise_of(const std::vector<std::pair<double, double>>& points) {
+  double t = 0.0, v = 0.0, tt = 0.0, tv = 0.0;
+  for (const auto& [at_s, value] : points) {
+    t += at_s / static_cast<double>(points.size());
+    v += value / static_cast<double>(points.size());
+  }
+  for (const auto& [at_s, value] : points) {
+    tt += (at_s - t) * (at_s - t);
+    tv += (at_s - t) * (value - v);
+  }
+  return tt > 0.0 ? tv / tt : 0.0;
+}
+
 /// How far each wheel's place on the body has come down from where it stands without fuel: travel
 /// and what the tyre's radius gives way. Without loads the springs' own say what the tyre carries.
 std::array<double, kWheels> sink_of(const vehicle::Car<double>& car, const DriveWindow& w,
@@ -150,6 +165,14 @@ std::array<double, kWheels> sink_of(const vehicle::Car<double>& car, const Drive
                           p.axle(a, P::front_tyre_pressure_pa), w.vx_mps);
   }
   return out;
+}
+
+/// The same where neither was recorded: by the loads that the vehicle file would expect.
+std::array<double, kWheels> stated_sink(const vehicle::Car<double>& car, const DriveWindow& w) {
+  DriveWindow loaded = w;
+  for (std::size_t i = 0; i < kWheels; ++i)
+    loaded.load_n[i] = load_of(car, w, i, car.parameters[P::chassis_mass_kg]);
+  return sink_of(car, loaded, true, false);
 }
 
 /// From axes that tilt with the body to the road's.
@@ -229,10 +252,13 @@ class Cutter {
     DriveWindow w;
     Sum vx, vy, air, along, left, normal, rate, throttle, slope;
     std::array<Sum, kWheels> load, travel, wheel, brake;
+    Sum sway;
+    std::vector<std::pair<double, double>> speeds;
     std::size_t rows = 0;
     const double g = car_.parameters[P::environment_gravity_mps2];
     const double c = std::cos(options_.imu_yaw_rad), s = std::sin(options_.imu_yaw_rad);
     w.gear = at(c_.gear, begin);
+    w.gear_recorded = c_.gear != nullptr;
     for (std::size_t k = begin; k < end && !slopes_.empty(); ++k)
       if (slopes_[k].kerb) {
         out_.on_kerbs += end - begin;
@@ -245,10 +271,12 @@ class Cutter {
       vx.add(v);
       vy.add(side);
       air.add(v * v + side * side);
+      speeds.emplace_back(at(c_.time, k), v);
       const double turning = at(c_.rate, k),
                    centre =
                        options_.imu_ahead_m * (std::isfinite(turning) ? turning * turning : 0.0);
       const double ax = at(c_.ax, k), ay = at(c_.ay, k), ay_or_none = std::isfinite(ay) ? ay : 0.0;
+      sway.add(std::isfinite(turning) ? turning * side : 0.0);
       along.add(c * ax - s * ay_or_none + centre);
       left.add(s * ax + c * ay);
       normal.add(out_.normal == NormalFrom::kRoad       ? road_normal(c_, slopes_, k, stretch, g)
@@ -275,12 +303,14 @@ class Cutter {
     w.vx_mps = vx.mean();
     w.vy_mps = vy.mean();
     w.air_mps2 = air.mean();
+    w.slope = slope.mean();
     w.along_mps2 = along.mean();
+    w.speeding_mps2 =
+        rise_of(speeds) - sway.mean() + g * w.slope / std::sqrt(1.0 + w.slope * w.slope);
     w.left_mps2 = left.mean();
     w.normal_mps2 = normal.mean();
     w.yaw_rate_radps = rate.mean();
     w.throttle = throttle.mean();
-    w.slope = slope.mean();
     for (std::size_t i = 0; i < kWheels; ++i) {
       w.load_n[i] = load[i].mean();
       w.travel_m[i] = travel[i].mean();
@@ -288,7 +318,11 @@ class Cutter {
       w.brake_pa[i] = brake[i].mean();
     }
     w.sink_m = sink_of(car_, w, out_.loads, out_.travels);
-    if (options_.body_axes) level(car_, out_.normal == NormalFrom::kMeasured, w);
+    if (!out_.loads && !out_.travels) {
+      w.sink_m = stated_sink(car_, w);  // for ride heights; too vague to turn axes by
+    } else if (options_.body_axes) {
+      level(car_, out_.normal == NormalFrom::kMeasured, w);
+    }
     w.block = block_of(w);
     out_.windows.push_back(w);
   }

@@ -4,56 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "base/error.h"
 #include "base/statistics.h"
 #include "identify/clustered_fit.h"
-#include "vehicle/laws/aero.h"
+#include "longitudinal.h"
 
 namespace identify {
 namespace {
 
-using vehicle::kWheels;
 using P = vehicle::Parameter;
 using vehicle::Term;
-
-/// Factors of ride height and yaw on drag and lift, as in the car's equations.
-struct AirFactors {
-  double drag = 1.0;
-  std::array<double, 2> lift{1.0, 1.0};
-};
-
-AirFactors air_factors(const vehicle::Car<double>& car, const DriveWindow& w) {
-  using vehicle::laws::map_factor;
-  const auto& p = car.parameters;
-  const vehicle::CarFiles& files = *car.files;
-  const double by_ride = car.terms[Term::aero_ride_height], by_yaw = car.terms[Term::aero_yaw];
-  std::array<double, 2> ride;
-  for (std::size_t a = 0; a < 2; ++a)
-    ride[a] = p.axle(a, P::front_ride_height_m) - 0.5 * (w.sink_m[2 * a] + w.sink_m[2 * a + 1]);
-  const double yaw = std::abs(std::atan2(w.vy_mps, w.vx_mps));
-  AirFactors out;
-  out.drag = map_factor(by_ride, files.drag_factor, ride[0], ride[1]) *
-             map_factor(by_yaw, files.yaw_drag_factor, yaw);
-  const double turned = map_factor(by_yaw, files.yaw_lift_factor, yaw);
-  out.lift = {map_factor(by_ride, files.front_lift_factor, ride[0], ride[1]) * turned,
-              map_factor(by_ride, files.rear_lift_factor, ride[0], ride[1]) * turned};
-  return out;
-}
-
-/// Torque of all wheels' rolling resistance, N m.
-double rolling_torque(const vehicle::Car<double>& car, const DriveWindow& w) {
-  double out = 0.0;
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    vehicle::TyreInput<double> in;
-    in.fz_n = w.load_n[i];
-    in.vx_mps = w.vx_mps;
-    in.pressure_pa = car.parameters.axle(vehicle::axle_of(i), P::front_tyre_pressure_pa);
-    out -= vehicle::tyre_forces(car.files->tyre[vehicle::axle_of(i)], in).my_nm;
-  }
-  return car.terms[Term::rolling_resistance] * out;
-}
 
 /// What the equations of both axles have found, and what follows from it.
 struct Loads {
@@ -96,7 +57,8 @@ Loads solve_loads(const vehicle::Car<double>& car, const DriveWindows& drive, bo
       const double sunk = 0.5 * ((1.0 - to_rear) * (s[0] + s[1]) + to_rear * (s[2] + s[3]));
       const double drag_nm = q * drag_m2 * air.drag * (p[P::aero_drag_height_m] - sunk);
       const double known =
-          (drag_nm + rolling_torque(car, w) - out.mass_kg * sunk * w.along_mps2) / length;
+          (drag_nm + rolling_torque(car, w, out.mass_kg) - out.mass_kg * sunk * w.along_mps2) /
+          length;
       for (std::size_t a = 0; a < 2; ++a) {
         both[a].columns[0].push_back(w.normal_mps2);
         both[a].columns[1].push_back(q * air.lift[a]);
@@ -211,12 +173,6 @@ double spread(const DriveWindows& drive, double DriveWindow::*what, double low, 
 }
 
 }  // namespace
-
-const Found& DriveFit::at(const std::string& name) const {
-  for (const Found& f : found)
-    if (f.name == name) return f;
-  throw std::out_of_range(name);
-}
 
 DriveFit fit_mass(const vehicle::Car<double>& car,
                   const std::array<double, vehicle::kParameterCount>& prior,

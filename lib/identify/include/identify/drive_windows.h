@@ -22,6 +22,7 @@ struct DriveWindow {
   double vx_mps = 0.0, vy_mps = 0.0;
   double air_mps2 = 0.0;  ///< mean square of the speed, m2/s2
   double along_mps2 = kNaN, left_mps2 = kNaN, normal_mps2 = kNaN;
+  double speeding_mps2 = 0.0;  ///< along the road by the change of vx_mps, gravity's part included
   double yaw_rate_radps = kNaN, throttle = kNaN;
   std::array<double, vehicle::kWheels> load_n{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> travel_m{kNaN, kNaN, kNaN, kNaN};
@@ -30,6 +31,7 @@ struct DriveWindow {
   std::array<double, vehicle::kWheels> sink_m{};  ///< wheel's place on the body, down from standing
   double slope = 0.0;                             ///< of the road along the car, m/m, up positive
   double gear = kNaN;                             ///< NaN too where it changed
+  bool gear_recorded = false;
   std::size_t block = 0;  ///< windows at one place of the road, or near in time
 };
 
@@ -63,7 +65,8 @@ struct DriveWindows {
 /// is of loads, travels and accelerations, was measured; a window, where three fifths of its rows
 /// do. With `road` the recording needs x_m, y_m and yaw_rad, and windows with a wheel on a kerb
 /// are left out. The body's tilt against the road
-/// is taken from travels and loads, where there are loads alone by the car's springs. Throws
+/// is taken from travels and loads, where there are loads alone by the car's springs; without
+/// either, axes are left as they are. Throws
 /// base::Error where a channel is missing that is needed.
 DriveWindows drive_windows(const vehicle::Car<double>& car, const crg::Surface* road,
                            const vehicle::Recording& recording,
