@@ -62,5 +62,6 @@ struct DriveCommand {
 };
 int aero(const DriveCommand& command, Terminal& terminal);
 int mass(const DriveCommand& command, Terminal& terminal);
+int suspension(const DriveCommand& command, Terminal& terminal);
 
 }  // namespace crgidentify

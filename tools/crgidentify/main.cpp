@@ -218,5 +218,8 @@ int main(int argc, char** argv) {
       ->add_option("--engine-off", aero.engine_off,
                    "BEGIN,END: from this second of the log to that nothing drives or drags the "
                    "wheels; repeatable");
+  crgidentify::DriveCommand suspension;
+  add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
+            suspension, crgidentify::suspension, chosen);
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }
