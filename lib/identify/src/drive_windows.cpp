@@ -23,7 +23,7 @@ constexpr std::array<const char*, kWheels> kNames{"fl", "fr", "rl", "rr"};
 /// The columns that windows are made of; nullptr: not recorded.
 struct Columns {
   Column time, x, y, z, yaw, vx, vy, rate, ax, ay, az, throttle, gear;
-  std::array<Column, kWheels> load, travel, wheel, brake;
+  std::array<Column, kWheels> load, travel, wheel, brake, disc;
 };
 
 /// All four, or none.
@@ -49,6 +49,7 @@ Columns columns_of(const vehicle::Table& table) {
   c.travel = four(table, "suspension_", "_m");
   c.wheel = four(table, "wheel_", "_radps");
   c.brake = four(table, "brake_", "_pa");
+  c.disc = four(table, "brake_disc_", "_k");
   if (c.brake[0] == nullptr) c.brake.fill(table.find("brake_pa"));
   return c;
 }
@@ -251,7 +252,7 @@ class Cutter {
   void add_window(std::size_t begin, std::size_t end, const vehicle::Stretch& stretch) {
     DriveWindow w;
     Sum vx, vy, air, along, left, normal, rate, throttle, slope;
-    std::array<Sum, kWheels> load, travel, wheel, brake;
+    std::array<Sum, kWheels> load, travel, wheel, brake, disc;
     Sum sway;
     std::vector<std::pair<double, double>> speeds;
     std::size_t rows = 0;
@@ -259,6 +260,7 @@ class Cutter {
     const double c = std::cos(options_.imu_yaw_rad), s = std::sin(options_.imu_yaw_rad);
     w.gear = at(c_.gear, begin);
     w.gear_recorded = c_.gear != nullptr;
+    w.middle_gear = at(c_.gear, (begin + end) / 2);
     for (std::size_t k = begin; k < end && !slopes_.empty(); ++k)
       if (slopes_[k].kerb) {
         out_.on_kerbs += end - begin;
@@ -291,6 +293,7 @@ class Cutter {
         travel[i].add(at(c_.travel[i], k));
         wheel[i].add(at(c_.wheel[i], k));
         brake[i].add(at(c_.brake[i], k));
+        disc[i].add(at(c_.disc[i], k));
       }
     }
     if (5 * rows < 3 * (end - begin)) {
@@ -316,6 +319,7 @@ class Cutter {
       w.travel_m[i] = travel[i].mean();
       w.wheel_radps[i] = wheel[i].mean();
       w.brake_pa[i] = brake[i].mean();
+      w.disc_k[i] = disc[i].mean();
     }
     w.sink_m = sink_of(car_, w, out_.loads, out_.travels);
     if (!out_.loads && !out_.travels) {

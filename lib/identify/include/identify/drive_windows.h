@@ -28,11 +28,13 @@ struct DriveWindow {
   std::array<double, vehicle::kWheels> travel_m{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> wheel_radps{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> brake_pa{kNaN, kNaN, kNaN, kNaN};
+  std::array<double, vehicle::kWheels> disc_k{kNaN, kNaN, kNaN, kNaN};
   std::array<double, vehicle::kWheels> sink_m{};  ///< wheel's place on the body, down from standing
   double slope = 0.0;                             ///< of the road along the car, m/m, up positive
   double gear = kNaN;                             ///< NaN too where it changed
   bool gear_recorded = false;
-  std::size_t block = 0;  ///< windows at one place of the road, or near in time
+  double middle_gear = kNaN;  ///< of its middle row
+  std::size_t block = 0;      ///< windows at one place of the road, or near in time
 };
 
 /// Where the acceleration away from the road comes from.

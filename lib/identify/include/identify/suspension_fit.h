@@ -13,8 +13,8 @@ struct SuspensionFitOptions {
   double roll_centre_sd_m = 0.01;  ///< how well the vehicle file is believed to know it
   double links_share = 0.15;       ///< standard deviation of what links carry of the side force
   double spring_share = 0.015;     ///< the same of a spring rate, for what the model leaves out:
-                                ///< measured on the simulated car and on another simulator's
-  double most_share = 0.25;  ///< a number whose 90 % interval is wider either way is unseen
+                                   ///< measured on the simulated car and on another simulator's
+  double most_share = 0.25;        ///< a number whose 90 % interval is wider either way is unseen
 };
 
 /// Means over windows, of each axle: half the sum of the loads = spring rate * half the sum of the
