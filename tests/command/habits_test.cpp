@@ -296,6 +296,8 @@ class Called : public ::testing::Test {
           {"actuator", f / "steering.csv", "-o", f / "sheet.txt"},
           {"mass", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o", f / "mass.txt"},
           {"aero", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o", f / "aero.txt"},
+          {"brakes", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
+           f / "brakes.txt"},
           {"suspension", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
            f / "suspension.txt"},
           {"forces", f / "begin.csv", "--vehicle", car, "--track", track, "--noise-rounds", "0",

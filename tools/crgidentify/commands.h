@@ -61,6 +61,7 @@ struct DriveCommand {
   std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
 };
 int aero(const DriveCommand& command, Terminal& terminal);
+int brakes(const DriveCommand& command, Terminal& terminal);
 int mass(const DriveCommand& command, Terminal& terminal);
 int suspension(const DriveCommand& command, Terminal& terminal);
 

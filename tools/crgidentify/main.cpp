@@ -221,5 +221,8 @@ int main(int argc, char** argv) {
   crgidentify::DriveCommand suspension;
   add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
             suspension, crgidentify::suspension, chosen);
+  crgidentify::DriveCommand brakes;
+  add_drive(app, "brakes", "Finds the brakes' torques from pressures and how the car slows down",
+            brakes, crgidentify::brakes, chosen);
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

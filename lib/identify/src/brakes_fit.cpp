@@ -206,12 +206,18 @@ DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const D
   Windows windows;
   for (const DriveWindow& w : drive.windows)
     if (brakes(car, w, options)) windows.push_back(&w);
-  if (windows.size() < 6)
-    throw base::Error(
-        fmt::format("not observable: brakes: {} windows of 0.5 s with pressure in all brakes above "
-                    "{:.0f} bar, a "
-                    "known gear, closed throttle, turning wheels and hardly a turn; wanted 6",
-                    windows.size(), 1e-5 * options.least_pa));
+  DriveFit out;
+  out.windows = windows.size();
+  out.blocks = blocks_of(windows);
+  if (windows.size() < 6) {
+    const std::string why = fmt::format(
+        "{} windows of 0.5 s with all brakes' pressures above {:.0f} bar, wheels that turn, closed "
+        "throttle, a known gear and hardly a turn; wanted 6",
+        windows.size(), 1e-5 * options.least_pa);
+    for (const char* const name : {"torque", "front_torque", "rear_torque"})
+      out.found.push_back({name, "1", 0, 0, 0, 0, 1.0, why});
+    return out;
+  }
   const Granted is{mass_kg, 1.0, 1.0, 1.0, 0.0};
   Base base{car,
             !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
@@ -222,9 +228,6 @@ DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const D
   base.moved[2].engine += kEngineDragShare;
   base.moved[3].drag += sd_share(P::aero_drag_area_m2);
   base.moved[4].offset_mps2 = kOffset_mps2;
-  DriveFit out;
-  out.windows = windows.size();
-  out.blocks = blocks_of(windows);
   out.found = {factor(base, "torque", windows, false, 0, options.most_share),
                factor(base, "front_torque", windows, true, 0, options.most_share),
                factor(base, "rear_torque", windows, true, 1, options.most_share)};
