@@ -249,6 +249,15 @@ class Cutter {
     return false;
   }
 
+  bool near_kerb(std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end && !slopes_.empty(); ++k)
+      if (slopes_[k].kerb) {
+        out_.on_kerbs += end - begin;
+        return true;
+      }
+    return false;
+  }
+
   void add_window(std::size_t begin, std::size_t end, const vehicle::Stretch& stretch) {
     DriveWindow w;
     Sum vx, vy, air, along, left, normal, rate, throttle, slope;
@@ -261,11 +270,7 @@ class Cutter {
     w.gear = at(c_.gear, begin);
     w.gear_recorded = c_.gear != nullptr;
     w.middle_gear = at(c_.gear, (begin + end) / 2);
-    for (std::size_t k = begin; k < end && !slopes_.empty(); ++k)
-      if (slopes_[k].kerb) {
-        out_.on_kerbs += end - begin;
-        return;
-      }
+    if (near_kerb(begin, end)) return;
     for (std::size_t k = begin; k < end; ++k) {
       if (!counts(k, stretch)) continue;
       ++rows;

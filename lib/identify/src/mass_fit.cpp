@@ -172,11 +172,7 @@ double spread(const DriveWindows& drive, double DriveWindow::*what, double low, 
   return base::quantile(values, high) - base::quantile(values, low);
 }
 
-}  // namespace
-
-DriveFit fit_mass(const vehicle::Car<double>& car,
-                  const std::array<double, vehicle::kParameterCount>& prior,
-                  const DriveWindows& drive, const MassFitOptions& options) {
+void refuse_what_cannot_tell(const DriveWindows& drive) {
   if (!drive.loads)
     throw base::Error(
         "not observable: mass, centre of mass and lift: the recording has no wheel loads (fz_fl_n, "
@@ -187,70 +183,51 @@ DriveFit fit_mass(const vehicle::Car<double>& car,
     throw base::Error(fmt::format(
         "{} stretches of half a second with loads remain above the least speed: wanted 20",
         drive.windows.size()));
-  const double length = car.parameters[P::chassis_wheelbase_m];
-  const bool with_rate = drive.end_s - drive.begin_s > options.least_rate_s;
-  const Loads l = solve_loads(car, drive, with_rate);
-  DriveFit out;
-  out.windows = drive.windows.size();
-  out.blocks = l.fit.blocks;
-  const std::array<double, 6> value = values_of(l), sd_drive = drive_sd(car, l);
-  std::array<double, 6> square{};
-  for (std::size_t k = 0; k < 6; ++k) square[k] = sd_drive[k] * sd_drive[k];
-  for (const P parameter : kLeanedOn) {
-    vehicle::Car<double> other = car;
-    other.parameters[parameter] += off_by(car, parameter, prior);
-    const std::array<double, 6> moved = values_of(solve_loads(other, drive, with_rate));
-    for (std::size_t k = 0; k < 6; ++k) square[k] += (moved[k] - value[k]) * (moved[k] - value[k]);
-  }
-  const double freedom = static_cast<double>(l.fit.blocks - l.columns);
+}
+
+/// The results' names and what the vehicle file has in their place, with its fuel.
+std::array<Found, 6> named(const vehicle::Car<double>& car, double fuel_kg) {
   const auto& p = car.parameters;
-  const double with_fuel = p[P::chassis_mass_kg] + options.fuel_kg;
-  const std::array<Found, 6> rows{
-      Found{"mass_kg", "kg", 0, 0, 0, 0, with_fuel, {}},
-      Found{"mass_rate_kgps", "kg/s", 0, 0, 0, 0, DriveWindow::kNaN, {}},
-      Found{"cog_behind_front_m",
-            "m",
-            0,
-            0,
-            0,
-            0,
-            (p[P::chassis_mass_kg] * p[P::chassis_cog_behind_front_m] +
-             options.fuel_kg * p[P::fuel_tank_behind_front_m]) /
-                with_fuel,
-            {}},
-      Found{"cog_height_m",
-            "m",
-            0,
-            0,
-            0,
-            0,
-            (p[P::chassis_mass_kg] * p[P::chassis_cog_height_m] +
-             options.fuel_kg * p[P::fuel_tank_height_m]) /
-                with_fuel,
-            {}},
-      Found{"front_lift_area_m2", "m2", 0, 0, 0, 0, p[P::front_lift_area_m2], {}},
-      Found{"rear_lift_area_m2", "m2", 0, 0, 0, 0, p[P::rear_lift_area_m2], {}}};
-  const double lift = std::max(std::abs(value[4] + value[5]), 0.4);
+  const double dry = p[P::chassis_mass_kg], all = dry + fuel_kg;
+  const auto with_fuel = [&](P of_car, P of_fuel) {
+    return (dry * p[of_car] + fuel_kg * p[of_fuel]) / all;
+  };
+  const auto found = [](const char* name, const char* unit, double stated) {
+    Found f;
+    f.name = name;
+    f.unit = unit;
+    f.stated = stated;
+    return f;
+  };
+  return {found("mass_kg", "kg", all),
+          found("mass_rate_kgps", "kg/s", DriveWindow::kNaN),
+          found("cog_behind_front_m", "m",
+                with_fuel(P::chassis_cog_behind_front_m, P::fuel_tank_behind_front_m)),
+          found("cog_height_m", "m", with_fuel(P::chassis_cog_height_m, P::fuel_tank_height_m)),
+          found("front_lift_area_m2", "m2", p[P::front_lift_area_m2]),
+          found("rear_lift_area_m2", "m2", p[P::rear_lift_area_m2])};
+}
+
+/// Says of each number that the drive does not show why.
+void hide_unseen(const DriveWindows& drive, double length_m, const MassFitOptions& options,
+                 std::array<Found, 6>& found) {
+  const double lift = std::max(std::abs(found[4].value + found[5].value), 0.4);
   const double faster = spread(drive, &DriveWindow::vx_mps, 0.05, 0.95),
                braked = spread(drive, &DriveWindow::along_mps2, 0.05, 0.95);
-  const std::array<double, 6> most{options.most_mass_share * value[0],
+  const std::array<double, 6> most{options.most_mass_share * found[0].value,
                                    1e9,
-                                   0.02 * length,
-                                   options.most_share * std::abs(value[3]),
+                                   0.02 * length_m,
+                                   options.most_share * std::abs(found[3].value),
                                    options.most_share * lift,
                                    options.most_share * lift};
   const std::string of_speed = fmt::format("the speed varies by {:.1f} m/s only", faster),
                     of_ax = fmt::format("ax_mps2 varies by {:.2f} m/s2 only", braked);
+  const double lasts_s = drive.end_s - drive.begin_s;
   for (std::size_t k = 0; k < 6; ++k) {
-    Found f = rows[k];
-    f.value = value[k];
-    f.sd_drive = sd_drive[k];
-    f.sd = std::sqrt(square[k]);
-    f.within = std::hypot(t90(freedom) * sd_drive[k],
-                          1.645 * std::sqrt(std::max(0.0, square[k] - sd_drive[k] * sd_drive[k])));
-    if (k == 1 && !with_rate)
-      f.unseen = fmt::format("the drive lasts {:.0f} s; wanted {:.0f}", drive.end_s - drive.begin_s,
-                             options.least_rate_s);
+    Found& f = found[k];
+    if (k == 1 && !(lasts_s > options.least_rate_s))
+      f.unseen =
+          fmt::format("the drive lasts {:.0f} s; wanted {:.0f}", lasts_s, options.least_rate_s);
     else if (k != 3 && k != 1 && faster < 5.0)
       f.unseen = of_speed + ": weight and downforce look the same";
     else if (k == 3 && braked < 3.0)
@@ -258,15 +235,15 @@ DriveFit fit_mass(const vehicle::Car<double>& car,
     else if (f.within > most[k])
       f.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}, {}", f.within,
                              of_speed, of_ax);
-    out.found.push_back(std::move(f));
   }
-  say_what_is_assumed(car, drive, options, l, out);
-  doubt(l, drive, out);
-  if (!(value[3] > 0.0) && out.at("cog_height_m").unseen.empty())
+}
+
+/// Results that no car has, and loads that stay unexplained.
+void doubt_results(const Loads& l, const DriveWindows& drive, double length_m, DriveFit& out) {
+  if (!(l.height_m > 0.0) && out.at("cog_height_m").unseen.empty())
     out.doubts.emplace_back(
         "the loads say a height below the road: braking would press the rear axle (sign of "
-        "ax_mps2, "
-        "front and rear loads exchanged?)");
+        "ax_mps2, front and rear loads exchanged?)");
   for (std::size_t a = 0; a < 2; ++a) {
     double load = 0.0;
     for (const DriveWindow& w : drive.windows) load += w.load_n[2 * a] + w.load_n[2 * a + 1];
@@ -277,8 +254,43 @@ DriveFit fit_mass(const vehicle::Car<double>& car,
           "exchanged, or clocks apart?",
           l.fit.rms[a], a == 0 ? "front" : "rear", load));
   }
-  if (!(value[0] > 0.0) || !(value[2] > 0.0 && value[2] < length))
+  if (!(l.mass_kg > 0.0) || !(l.cog_m > 0.0 && l.cog_m < length_m))
     out.doubts.emplace_back("the loads say a mass below 0 or a centre of mass outside the axles");
+}
+
+}  // namespace
+
+DriveFit fit_mass(const vehicle::Car<double>& car,
+                  const std::array<double, vehicle::kParameterCount>& prior,
+                  const DriveWindows& drive, const MassFitOptions& options) {
+  refuse_what_cannot_tell(drive);
+  const double length = car.parameters[P::chassis_wheelbase_m];
+  const bool with_rate = drive.end_s - drive.begin_s > options.least_rate_s;
+  const Loads l = solve_loads(car, drive, with_rate);
+  const std::array<double, 6> value = values_of(l), sd_drive = drive_sd(car, l);
+  std::array<double, 6> of_file{};  // variance that the vehicle file brings in
+  for (const P parameter : kLeanedOn) {
+    vehicle::Car<double> other = car;
+    other.parameters[parameter] += off_by(car, parameter, prior);
+    const std::array<double, 6> moved = values_of(solve_loads(other, drive, with_rate));
+    for (std::size_t k = 0; k < 6; ++k) of_file[k] += (moved[k] - value[k]) * (moved[k] - value[k]);
+  }
+  const double t = t90(static_cast<double>(l.fit.blocks - l.columns));
+  std::array<Found, 6> found = named(car, options.fuel_kg);
+  for (std::size_t k = 0; k < 6; ++k) {
+    found[k].value = value[k];
+    found[k].sd_drive = sd_drive[k];
+    found[k].sd = std::hypot(sd_drive[k], std::sqrt(of_file[k]));
+    found[k].within = std::hypot(t * sd_drive[k], 1.645 * std::sqrt(of_file[k]));
+  }
+  hide_unseen(drive, length, options, found);
+  DriveFit out;
+  out.windows = drive.windows.size();
+  out.blocks = l.fit.blocks;
+  out.found.assign(found.begin(), found.end());
+  say_what_is_assumed(car, drive, options, l, out);
+  doubt(l, drive, out);
+  doubt_results(l, drive, length, out);
   return out;
 }
 
@@ -288,10 +300,18 @@ std::string mass_sheet(const vehicle::Car<double>& car, const DriveFit& fit, dou
               &height = fit.at("cog_height_m");
   std::string out;
   const auto line = [&](const Found& f, const char* key, double value) {
-    out += f.unseen.empty() ? fmt::format("{} = {:.6g}\n", key, value)
-                            : fmt::format("# {} not observable: {}\n", key, f.unseen);
+    if (f.unseen.empty() && !mass.unseen.empty() && (&f == &cog || &f == &height))
+      out += fmt::format("# {} without the fuel not observable: the mass is not\n", key);
+    else
+      out += f.unseen.empty() ? fmt::format("{} = {:.6g}\n", key, value)
+                              : fmt::format("# {} not observable: {}\n", key, f.unseen);
   };
   const double empty = mass.value - fuel_kg;
+  if (mass.unseen.empty() && !(empty > 0.0))
+    throw base::Error(fmt::format(
+        "{:.1f} kg of fuel leave nothing of a mass of {:.1f} kg: wanted the fuel that was on board "
+        "(--fuel-kg)",
+        fuel_kg, mass.value));
   line(mass, "chassis.mass_kg", empty);
   line(cog, "chassis.cog_behind_front_m",
        (mass.value * cog.value - fuel_kg * p[P::fuel_tank_behind_front_m]) / empty);
