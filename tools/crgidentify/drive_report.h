@@ -1,7 +1,6 @@
 // What the commands that fit a drive by its windows have in common: reading and telling.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
