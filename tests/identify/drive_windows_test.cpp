@@ -56,22 +56,26 @@ class DriveWindowsTest : public testing::Test {
   static inline test_drive::Drive* drive_ = nullptr;
 };
 
-/// Root mean square of the difference of two drives' windows, which begin at the same rows.
+/// Root mean square of the difference of two drives' windows at the same times.
 double apart(const DriveWindows& a, const DriveWindows& b, double DriveWindow::*what) {
-  double square = 0.0;
-  EXPECT_EQ(a.windows.size(), b.windows.size());
-  for (std::size_t k = 0; k < std::min(a.windows.size(), b.windows.size()); ++k) {
-    EXPECT_EQ(a.windows[k].time_s, b.windows[k].time_s);
-    square += std::pow(a.windows[k].*what - b.windows[k].*what, 2.0);
-  }
-  return std::sqrt(square / static_cast<double>(a.windows.size()));
+  double square = 0.0, count = 0.0;
+  for (const DriveWindow& one : a.windows)
+    for (const DriveWindow& other : b.windows)
+      if (one.time_s == other.time_s) {
+        square += std::pow(one.*what - other.*what, 2.0);
+        count += 1.0;
+      }
+  EXPECT_GT(count, 60.0);
+  return std::sqrt(square / count);
 }
 
 TEST_F(DriveWindowsTest, RoadAndAccelerometerPressTheCarAlike) {
   const DriveWindows by_road = cut(drive_->telemetry, true), by_az = cut(drive_->telemetry, false);
   EXPECT_EQ(by_road.normal, NormalFrom::kRoad);
   EXPECT_EQ(by_az.normal, NormalFrom::kMeasured);
-  EXPECT_GT(by_road.windows.size(), 80u);
+  EXPECT_GT(by_road.windows.size(), 70u);
+  EXPECT_GT(by_road.on_kerbs, 0u);  // a bank that sets in quickly looks like one
+  EXPECT_EQ(by_az.on_kerbs, 0u);
   // Banks, a dip and a crest: from 5.8 to 14.7 m/s2. Measured 0.021 apart; as logged, tilted with
   // the body, 0.1.
   EXPECT_LT(apart(by_road, by_az, &DriveWindow::normal_mps2), 0.03);
@@ -145,7 +149,7 @@ TEST_F(DriveWindowsTest, RowsThatDoNotCountAreCounted) {
   const DriveWindows w = cut(log, true);
   EXPECT_EQ(w.slow, 100u);
   EXPECT_GE(w.off_road, 100u);
-  EXPECT_EQ(w.windows.size() + 8u, cut(drive_->telemetry, true).windows.size());
+  EXPECT_LE(w.windows.size() + 4u, cut(drive_->telemetry, true).windows.size());
 }
 
 TEST_F(DriveWindowsTest, AMissingChannelIsNamed) {
