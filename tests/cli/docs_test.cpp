@@ -163,7 +163,7 @@ TEST(Docs, EveryCommandOfTheHowToRuns) {
       << "a point without road";
   for (const char* exported :
        {"ring.csv", "edges/ring.xodr", "edges/ring.rdf", "ring.glb", "ring.svg", "ring.png",
-        "ring.json", "ring.mat", "global.geojson", "global.kml"})
+        "ring.png.json", "ring.mat", "global.geojson", "global.kml"})
     EXPECT_GT(std::filesystem::file_size(folder / exported), 100u) << exported;
 }
 

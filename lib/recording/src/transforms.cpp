@@ -13,6 +13,7 @@ namespace recording {
 namespace {
 
 constexpr std::size_t kNumbers = 7;  // translation and rotation
+constexpr std::size_t kLongestName = 255;
 constexpr const char* kPaths[] = {"header.stamp.sec", "header.stamp.nanosec", "translation.x",
                                   "translation.y",    "translation.z",        "rotation.x",
                                   "rotation.y",       "rotation.z",           "rotation.w"};
@@ -65,7 +66,7 @@ bool take(Bytes& bytes, Encoding encoding, Transform& out) {
   std::uint32_t sequence = 0;
   if (encoding == Encoding::ros1 && !bytes.take(sequence)) return false;
   if (!bytes.take(out.sec) || !bytes.take(out.nanosec) || !bytes.take_text(out.parent) ||
-      !bytes.take_text(out.child))
+      !bytes.take_text(out.child) || std::max(out.parent.size(), out.child.size()) > kLongestName)
     return false;
   return std::all_of(std::begin(out.numbers), std::end(out.numbers),
                      [&](double& number) { return bytes.take(number); });
