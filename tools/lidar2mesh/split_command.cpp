@@ -28,7 +28,9 @@ class TileFiles {
  public:
   TileFiles(const base::OutputSet& outputs, std::size_t tiles) : outputs_(outputs), parts_(tiles) {}
 
-  void add(std::size_t tile, PointPart part, const cloud::Cloud& chunk, std::size_t k) {
+  void add(const cloud::TileCut::Where& where, PointPart part, const cloud::Cloud& chunk,
+           std::size_t k) {
+    const std::size_t tile = where.tile;
     Part& to = parts_[tile][static_cast<std::size_t>(part)];
     cloud::Cloud& waiting = to.waiting;
     if (waiting.size() > 0 && waiting.origin_m != chunk.origin_m) write(tile, part);
@@ -36,6 +38,7 @@ class TileFiles {
     waiting.x_m.push_back(chunk.x_m[k]), waiting.y_m.push_back(chunk.y_m[k]),
         waiting.z_m.push_back(chunk.z_m[k]);
     waiting.time_s.push_back(chunk.time_s[k]);
+    if (part == PointPart::looked_at) waiting.classification.push_back(where.visit);
     ++to.points, ++waiting_;
     if (waiting_ >= kMostWaiting) write_largest();
   }
@@ -102,9 +105,11 @@ std::size_t cut(const cloud::CloudSource& source, cloud::TileCut& cut, std::size
       throw cloud::Error(
           "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
           "is wanted");
-    for (std::size_t k = 0; k < chunk.size(); ++k)
-      files.add(cut.tile_at(chunk.time_s[k]),
-                k % every == 0 ? PointPart::looked_at : PointPart::others, chunk, k);
+    for (std::size_t k = 0; k < chunk.size(); ++k) {
+      const bool looked_at = k % every == 0;
+      files.add(cut.next(chunk.time_s[k], looked_at),
+                looked_at ? PointPart::looked_at : PointPart::others, chunk, k);
+    }
     points += chunk.size();
   });
   files.finish();

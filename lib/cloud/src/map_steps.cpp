@@ -178,7 +178,7 @@ Reading read_for(const MapState& state, const CloudSource& scans, const MapInput
   if (state.step == MapStep::look) tell(inputs, "look at the points", 0.0);
   if (state.step == MapStep::look_again) tell(inputs, "look at the straightened points", 0.4);
   if (state.step == MapStep::look_turned_back) tell(inputs, "look at the points turned back", 0.5);
-  reading.look = look_at(scans, inputs.frame, poses, inputs.options);
+  reading.look = look_at(scans, inputs.frame, poses, inputs.options, inputs.visits_known);
   return reading;
 }
 

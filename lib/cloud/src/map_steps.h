@@ -21,6 +21,7 @@ struct MapInputs {
   const crg::Grid& base;
   const RoadTrajectory* placed;  ///< as it was given; null: points are in the map frame
   const MapOptions& options;
+  bool visits_known = false;  ///< the scans are a part of all (look_at)
 };
 
 /// Where a map stands before a step.

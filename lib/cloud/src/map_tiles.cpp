@@ -7,6 +7,7 @@
 
 #include "archive.h"
 #include "map_steps.h"
+#include "visits.h"
 
 namespace cloud {
 
@@ -136,6 +137,7 @@ struct TileCut::Places {
   RoadTrajectory trajectory;
   Sections sections;
   std::vector<std::size_t> tile_of_section;
+  std::optional<Visits> visits;
   std::size_t pose = 0;
 };
 
@@ -154,6 +156,7 @@ TileCut::TileCut(const crg::Crg& base, const Trajectory& trajectory, std::size_t
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return list[a].row < list[b].row; });
   places_->tile_of_section.resize(list.size());
+  places_->visits.emplace(list.size());
   stretches_.resize(tiles);
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::size_t tile = k * tiles / order.size();
@@ -167,12 +170,13 @@ TileCut::TileCut(const crg::Crg& base, const Trajectory& trajectory, std::size_t
 
 TileCut::~TileCut() = default;
 
-std::size_t TileCut::tile_at(double time_s) {
+TileCut::Where TileCut::next(double time_s, bool looked_at) {
   const Trajectory& poses = places_->trajectory.poses;
   PosedInstant pose;
-  if (!pose_at(poses, time_s, places_->pose, pose)) return 0;
-  const int piece = poses.piece[places_->pose];
-  return places_->tile_of_section[places_->sections.index_at(piece, pose.driven_m)];
+  if (!pose_at(poses, time_s, places_->pose, pose)) return {};
+  const std::size_t section = places_->sections.index_at(poses.piece[places_->pose], pose.driven_m);
+  return {places_->tile_of_section[section],
+          looked_at ? (*places_->visits)(section).number : std::uint8_t{0}};
 }
 
 struct TiledMap::Parts {
@@ -188,7 +192,7 @@ struct TiledMap::Parts {
         trajectory(given),
         options(wanted),
         placed(place_on_road(given, frame)),
-        inputs{frame, base.grid, &placed, options},
+        inputs{frame, base.grid, &placed, options, false},
         state(first_state(inputs)) {}
 
   Look nothing_seen() const {
@@ -235,7 +239,7 @@ std::string TiledMap::read(const CloudSource& looked_at, const CloudSource& all)
   const MapState& state = parts_->state;
   MapOptions options = parts_->options;
   options.estimate_every = 1;
-  const MapInputs inputs{parts_->frame, parts_->inputs.base, &parts_->placed, options};
+  const MapInputs inputs{parts_->frame, parts_->inputs.base, &parts_->placed, options, true};
   MapReport times;
   const Reading reading =
       read_for(state, state.step == MapStep::heights ? all : looked_at, inputs, times);

@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "cloud/error.h"
 #include "verge.h"
+#include "visits.h"
 
 namespace cloud {
 namespace {
@@ -30,7 +31,7 @@ struct OpenSection {
   std::vector<Sum> sums;
   Eigen::Vector3d position_m;
   double row = 0.0;
-  std::size_t last_use = 0;
+  std::uint8_t visit = 0;
 };
 
 /// Sum of the squares of heights about their plane.
@@ -48,12 +49,27 @@ double about_plane(const Sum& s) {
 class Collector {
  public:
   Collector(const RoadFrame& frame, const MapOptions& options, Look& look)
-      : frame_(frame), options_(options), sections_(look.sections), standing_(look.standing) {
+      : frame_(frame),
+        options_(options),
+        sections_(look.sections),
+        standing_(look.standing),
+        visits_(look.sections.list.size()) {
     across_ =
         static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
     along_ = static_cast<std::size_t>(2.0 * kReach_m / kSectionCell_m);
   }
 
+  /// A point of a section came, whether add() wants it or not. `visit`: its number where that is
+  /// known from elsewhere.
+  void come(std::size_t index, const std::uint8_t* visit) {
+    const Visits::Seen seen = visits_(index);
+    if (seen.closed) close_one(*seen.closed);
+    visit_ = visit != nullptr ? *visit : seen.number;
+    const auto open = open_.find(index);
+    if (open != open_.end() && open->second.visit != visit_) close_one(index);
+  }
+
+  /// The point that came last.
   void add(std::size_t index, const RoadPoint& point) {
     OpenSection& open = open_section(index);
     double ahead = point.place.row - open.row;
@@ -88,25 +104,21 @@ class Collector {
 
  private:
   OpenSection& open_section(std::size_t index) {
-    ++clock_;
     const auto found = open_.find(index);
-    if (found != open_.end()) {
-      found->second.last_use = clock_;
-      return found->second;
-    }
-    if (open_.size() >= 8) {
-      auto oldest = open_.begin();
-      for (auto i = open_.begin(); i != open_.end(); ++i)
-        if (i->second.last_use < oldest->second.last_use) oldest = i;
-      close(oldest->first, oldest->second);
-      open_.erase(oldest);
-    }
+    if (found != open_.end()) return found->second;
     OpenSection& open = open_[index];
     open.sums.assign(along_ * across_, {});
     open.position_m = sections_.list[index].position_m;
     open.row = sections_.list[index].row;
-    open.last_use = clock_;
+    open.visit = visit_;
     return open;
+  }
+
+  void close_one(std::size_t index) {
+    const auto found = open_.find(index);
+    if (found == open_.end()) return;
+    close(index, found->second);
+    open_.erase(found);
   }
 
   bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const {
@@ -152,7 +164,9 @@ class Collector {
   const MapOptions& options_;
   Sections& sections_;
   Standing& standing_;
-  std::size_t across_ = 0, along_ = 0, clock_ = 0;
+  std::size_t across_ = 0, along_ = 0;
+  Visits visits_;
+  std::uint8_t visit_ = 0;  ///< of the point that came last
   std::map<std::size_t, OpenSection> open_;
 };
 
@@ -233,7 +247,7 @@ Eigen::Matrix3d rotation_of(const Correction& c, const Eigen::Matrix3d& axes) {
 }
 
 Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajectory* trajectory,
-             const MapOptions& options) {
+             const MapOptions& options, bool visits_known) {
   Sections empty = empty_sections(frame, trajectory);
   Standing standing(frame, empty.list.size());
   Look look{std::move(empty), std::move(standing)};
@@ -250,6 +264,8 @@ Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajec
       throw Error(
           "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
           "is wanted, or --frame map for a registered cloud");
+    if (visits_known && chunk.classification.size() != chunk.size())
+      throw Error("points of a tile have no numbers of their visits");
     const std::size_t count = (chunk.size() + every - 1) / every;
     seen.resize(count);
     base::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
@@ -275,6 +291,15 @@ Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajec
         ++sections.without_pose;
         continue;
       }
+      const auto came = [&] {
+        const int piece = trajectory == nullptr ? 0 : trajectory->poses.piece[point.pose];
+        const std::size_t index = sections.index_at(piece, point.driven_m);
+        collector.come(index, visits_known ? &chunk.classification[k * every] : nullptr);
+        return index;
+      };
+      // With a trajectory which visit a point belongs to is a matter of time alone.
+      std::size_t index = 0;
+      if (trajectory != nullptr) index = came();
       sections.min_m = sections.min_m.cwiseMin(point.map_m.head<2>()),
       sections.max_m = sections.max_m.cwiseMax(point.map_m.head<2>());
       if (seen[k].how == Placed::off_road) {
@@ -283,8 +308,8 @@ Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajec
       }
       if (std::abs(point.above_base_m) > options.gate_m) ++sections.far_from_base;
       if (point.above_base_m < -options.gate_m) continue;
-      const int piece = trajectory == nullptr ? 0 : trajectory->poses.piece[point.pose];
-      collector.add(sections.index_at(piece, point.driven_m), point);
+      if (trajectory == nullptr) index = came();
+      collector.add(index, point);
     }
   });
   collector.close_all();

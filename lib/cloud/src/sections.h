@@ -82,9 +82,10 @@ struct Look {
   Standing standing;
 };
 
-/// Reads the scans. `trajectory` null: the points are in the map frame.
+/// Reads the scans. `trajectory` null: the points are in the map frame. `visits_known`: the points'
+/// classes are the numbers of their visits (visits.h) among all points, of which these are a part.
 Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajectory* trajectory,
-             const MapOptions& options);
+             const MapOptions& options, bool visits_known = false);
 
 /// Adds what another part of the scans shows. No section may have cells in both: throws Error.
 void join(Look& all, Look&& part);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -34,8 +35,13 @@ class TileCut {
     double driven_m = 0.0;                  ///< in all laps
   };
   const std::vector<Stretch>& stretches() const { return stretches_; }  ///< one per tile
-  /// Where the trajectory has no pose: the first.
-  std::size_t tile_at(double time_s);
+
+  struct Where {
+    std::size_t tile = 0;    ///< where the trajectory has no pose: the first
+    std::uint8_t visit = 0;  ///< what TiledMap::read() wants as class of a point that is looked at
+  };
+  /// Of the next point of all, in the order of the scans.
+  Where next(double time_s, bool looked_at);
 
  private:
   struct Places;
