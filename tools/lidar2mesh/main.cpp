@@ -232,7 +232,8 @@ CLI::Option* add_base(CLI::App& app, MapCommand& c) {
   return add_input(app, "--base", c.base, "the road to refine: a .crg, or a mesh");
 }
 
-void add_without_base(CLI::App& app, MapCommand& c, CLI::Option* base) {
+void add_base_or_none(CLI::App& app, MapCommand& c) {
+  CLI::Option* const base = add_base(app, c);
   add_input(app, "--centreline", c.centreline,
             "no base: the road is made along this line, CSV x_m,y_m,z_m,half_width_m")
       ->excludes(base);
@@ -275,8 +276,6 @@ void add_threads(CLI::App& app, unsigned& threads) {
   app.add_option("--threads", threads, "[all cores]; any number gives the same bytes");
 }
 
-constexpr const char* kResults = "folder for the results, made if missing";
-
 void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const map =
       app.add_subcommand("map", "refines a road from scans: drift corrected, heights fused");
@@ -284,9 +283,9 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_choice(*map, "--frame", c.frame, "of the points [sensor with a trajectory]",
              {"sensor", "map"});
   add_placing(*map, c);
-  add_without_base(*map, c, add_base(*map, c));
+  add_base_or_none(*map, c);
   add_fusion(*map, c);
-  add_results(*map, c, kResults)->required();
+  add_results(*map, c, "folder for the results, made if missing")->required();
   add_threads(*map, c.threads);
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
@@ -305,9 +304,9 @@ void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_input(*grid, "cloud", c.scans, "clouds in the map frame, or folders of them",
             command::kFileOrFolder)
       ->required();
-  add_without_base(*grid, c, add_base(*grid, c));
+  add_base_or_none(*grid, c);
   add_fusion(*grid, c);
-  add_results(*grid, c, kResults)->required();
+  add_results(*grid, c, "folder for the results, made if missing")->required();
   add_threads(*grid, c.threads);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
   grid->callback([&, grid] {
@@ -326,19 +325,15 @@ void define_split(CLI::App& app, SplitCommand& c, Terminal& terminal, Run& run) 
   add_placing(*split, c.map);
   add_fusion(*split, c.map);
   add_output_folder(*split, c.map.output_dir, "folder for the tiles, made if missing")->required();
-  split->footer(
-      "Example:\n  lidar2mesh split scans --trajectory scans/trajectory.csv --base track.crg "
-      "--tiles 8 -o tiles");
+  split->footer("Example:\n  lidar2mesh split scans --trajectory t.csv --base track.crg -o tiles");
   split->callback([&, split] {
     c.map.options = command::options_used(*split);
     run = [&] { return run_split(c, terminal); };
   });
 }
 
-CLI::Option* add_step(CLI::App& app, int& step) {
-  return app.add_option("--step", step, "1, 2, 3: for the drift; 4: for the heights")
-      ->check(CLI::Range(1, 4))
-      ->required();
+void add_step(CLI::App& app, int& step) {
+  app.add_option("--step", step, "1 to 3: drift, 4: heights")->check(CLI::Range(1, 4))->required();
 }
 
 void define_map_tile(CLI::App& app, MapTileCommand& c, Terminal& terminal, Run& run) {
@@ -359,8 +354,7 @@ void define_merge(CLI::App& app, MergeCommand& c, Terminal& terminal, Run& run) 
   add_step(*merge, c.step);
   add_results(*merge, c.map, "--step 4: folder for the results, made if missing");
   add_threads(*merge, c.map.threads);
-  merge->footer(
-      "Example:\n  lidar2mesh merge tiles --step 4 -o out\n\nExit code 3 as 'lidar2mesh map'.");
+  merge->footer("Example:\n  lidar2mesh merge tiles --step 4 -o out\n\nExit code 3: as 'map'.");
   merge->callback([&, merge] {
     c.map.options = command::options_used(*merge);
     run = [&] { return run_merge(c, terminal); };
