@@ -53,8 +53,7 @@ void write_surfaces(const MapCommand& command, const cloud::NodeSurface& surface
     cloud::write_surface(surface, outputs.staged("refined.pcd"), command.doubles, comments);
 }
 
-}  // namespace
-
+/// Returns what summary.json holds. `facts`: with every remark.
 std::string write_map(const MapCommand& command, const crg::Crg& base,
                       const cloud::MapResult& result, const cloud::MapReport& facts,
                       const std::vector<road::InputFile>& inputs, const base::OutputSet& outputs,
@@ -116,6 +115,27 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
     terminal.print(fmt::format("note: {}\n", one_line(remark)));
   terminal.print(fmt::format("road     {}\nsummary  {}\n", outputs.path("refined.crg"),
                              outputs.path("summary.json")));
+}
+
+}  // namespace
+
+int hand_out_map(const MapCommand& command, const crg::Crg& base, const cloud::MapResult& result,
+                 const std::vector<std::string>& remarks,
+                 const std::vector<road::InputFile>& inputs, base::OutputSet& outputs,
+                 Terminal& terminal) {
+  cloud::MapReport facts = result.report;
+  facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
+  const std::string summary = write_map(command, base, result, facts, inputs, outputs, terminal);
+  outputs.commit("refined", {}, {"timing.json"});
+  if (terminal.json)
+    terminal.print(summary);
+  else
+    print_result(command, facts, outputs, terminal);
+  if (!facts.faults.empty())
+    throw command::NotValid(
+        fmt::format("{}: {}; do not use this road", outputs.path("refined.crg"),
+                    one_line(fmt::format("{}", fmt::join(facts.faults, "; ")))));
+  return kOk;
 }
 
 }  // namespace lidar2mesh

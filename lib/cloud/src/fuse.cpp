@@ -1,5 +1,7 @@
 #include "fuse.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +9,7 @@
 #include "base/parallel.h"
 #include "base/statistics.h"
 #include "blend.h"
+#include "cloud/error.h"
 
 namespace cloud {
 namespace {
@@ -14,7 +17,7 @@ namespace {
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr double kGate_m =
     0.02;  // beyond the robust heights around: four times the noise of a good sensor
-constexpr std::size_t kStripeRows = 64;
+constexpr std::size_t kStripeRows = NodeSums::kStripeRows;
 
 /// Lowest and highest robust height among a cell and its neighbours.
 struct Band {
@@ -69,19 +72,20 @@ struct Noise {
 
 Noise noise_of(const NodeSums& sums) {
   std::vector<float> noise;
-  for (std::size_t k = 0; k < sums.points.size(); k += 17)
-    if (sums.points[k] >= 8.0f) {
-      const float mean = sums.height[k] / sums.points[k];
-      noise.push_back(std::sqrt(std::max(0.0f, sums.height2[k] / sums.points[k] - mean * mean) *
-                                sums.points[k] / (sums.points[k] - 1.0f)));
+  for (std::size_t k = 0; k < sums.size(); k += 17)
+    if (const NodeSum& sum = sums[k]; sum.points >= 8.0f) {
+      const float mean = sum.height / sum.points;
+      noise.push_back(std::sqrt(std::max(0.0f, sum.height2 / sum.points - mean * mean) *
+                                sum.points / (sum.points - 1.0f)));
     }
   // Nodes with few points lie farther away, where points scatter more than where many fall.
   double few_square = 0.0, few_freedom = 0.0;
-  for (std::size_t k = 0; k < sums.points.size(); ++k) {
-    const auto n = static_cast<double>(sums.points[k]);
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const NodeSum& sum = sums[k];
+    const auto n = static_cast<double>(sum.points);
     if (n < 2.0 || n > 3.0) continue;
-    const double mean = static_cast<double>(sums.height[k]) / n;
-    few_square += std::max(0.0, static_cast<double>(sums.height2[k]) - n * mean * mean);
+    const double mean = static_cast<double>(sum.height) / n;
+    few_square += std::max(0.0, static_cast<double>(sum.height2) - n * mean * mean);
     few_freedom += n - 1.0;
   }
   const bool few_tell = few_freedom >= 100.0;
@@ -101,11 +105,11 @@ struct NodeHeight {
 };
 
 /// By a node's own points.
-NodeHeight measured_at(const NodeSums& sums, std::size_t k, const Noise& noise) {
-  const auto n = static_cast<double>(sums.points[k]);
-  const double mean = static_cast<double>(sums.height[k]) / n;
-  const double scatter2 = std::max(0.0, static_cast<double>(sums.height2[k]) / n - mean * mean) *
-                          n / std::max(1.0, n - 1.0);
+NodeHeight measured_at(const NodeSum& sum, const Noise& noise) {
+  const auto n = static_cast<double>(sum.points);
+  const double mean = static_cast<double>(sum.height) / n;
+  const double scatter2 = std::max(0.0, static_cast<double>(sum.height2) / n - mean * mean) * n /
+                          std::max(1.0, n - 1.0);
   // Few points say little about their own scatter: the typical one counts as ten more.
   const double typical2 = n < 8.0 ? noise.few_m2 : noise.typical_m2;
   return {NodeSource::lidar, mean, ((n - 1.0) * scatter2 + 10.0 * typical2) / (n + 9.0) / n};
@@ -123,9 +127,9 @@ NodeHeight between_neighbours(const NodeSums& sums, std::size_t i, std::size_t j
       std::ptrdiff_t ii = static_cast<std::ptrdiff_t>(i) + di;
       if (frame.closed()) ii = (ii + rows) % rows;
       if (ii < 0 || ii >= rows || jj < 0 || jj >= columns) continue;
-      const auto other = static_cast<std::size_t>(ii * columns + jj);
-      if (sums.points[other] < least) continue;
-      const double h = static_cast<double>(sums.height[other] / sums.points[other]);
+      const NodeSum& other = sums[static_cast<std::size_t>(ii * columns + jj)];
+      if (other.points < least) continue;
+      const double h = static_cast<double>(other.height / other.points);
       around += 1.0, sum += h, sum2 += h * h;
     }
   if (!(around >= 4.0)) return {};
@@ -204,15 +208,43 @@ void report_nodes(const crg::Grid& base, MapResult& result) {
 
 }  // namespace
 
+NodeSums::NodeSums(std::size_t rows, std::size_t columns)
+    : rows_(rows),
+      columns_(columns),
+      in_stripe_(kStripeRows * columns),
+      stripes_((rows + kStripeRows - 1) / kStripeRows) {}
+
+NodeSums::NodeSums(const RoadFrame& frame)
+    : NodeSums(frame.rows() - (frame.closed() ? 1 : 0), frame.columns()) {}
+
+std::vector<NodeSum>& NodeSums::filled_stripe(std::size_t index) {
+  std::vector<NodeSum>& stripe = stripes_[index];
+  if (stripe.empty()) stripe.resize(std::min(in_stripe_, size() - index * in_stripe_));
+  return stripe;
+}
+
+void NodeSums::add(const NodeSums& other) {
+  if (other.rows_ != rows_ || other.columns_ != columns_)
+    throw Error(fmt::format("sums of {} x {} nodes seen, {} x {} wanted: those of another road",
+                            other.rows_, other.columns_, rows_, columns_));
+  for (std::size_t s = 0; s < stripes_.size(); ++s) {
+    const std::vector<NodeSum>& from = other.stripes_[s];
+    if (from.empty()) continue;
+    std::vector<NodeSum>& to = filled_stripe(s);
+    for (std::size_t k = 0; k < from.size(); ++k)
+      to[k].points += from[k].points, to[k].height += from[k].height,
+          to[k].height2 += from[k].height2;
+  }
+  read += other.read, used += other.used;
+}
+
 NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
                     const RoadTrajectory* trajectory, const Sections& sections, const Drift& drift,
-                    const HeightCells& surface, const MapOptions& options, MapReport& report) {
+                    const HeightCells& surface, const MapOptions& options) {
   const std::size_t columns = frame.columns(), rows = frame.rows() - (frame.closed() ? 1 : 0);
-  NodeSums sums;
-  sums.points.assign(rows * columns, 0.0f), sums.height.assign(rows * columns, 0.0f),
-      sums.height2.assign(rows * columns, 0.0f);
+  NodeSums sums(frame);
   const std::vector<Band> bands = bands_of(surface, options.threads);
-  const std::size_t stripes = rows / kStripeRows + 1;
+  const std::size_t stripes = sums.stripes();
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> node, order, begin(stripes + 1);
   std::vector<float> height;
@@ -258,17 +290,22 @@ NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
       if (n != kNone) ++begin[n / columns / kStripeRows + 1];
     for (std::size_t s = 0; s < stripes; ++s) begin[s + 1] += begin[s];
     order.resize(begin[stripes]);
-    report.used += begin[stripes];
-    report.points += chunk.size();
+    sums.used += begin[stripes];
+    sums.read += chunk.size();
     std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
     for (std::size_t k = 0; k < node.size(); ++k)
       if (node[k] != kNone)
         order[at[node[k] / columns / kStripeRows]++] = static_cast<std::uint32_t>(k);
     base::parallel_for(stripes, 1, options.threads, [&](std::size_t from, std::size_t to) {
-      for (std::size_t k = begin[from]; k < begin[to]; ++k) {
-        const std::uint32_t point = order[k];
-        sums.points[node[point]] += 1.0f, sums.height[node[point]] += height[point],
-            sums.height2[node[point]] += height[point] * height[point];
+      for (std::size_t s = from; s < to; ++s) {
+        if (begin[s] == begin[s + 1]) continue;
+        std::vector<NodeSum>& stripe = sums.filled_stripe(s);
+        for (std::size_t k = begin[s]; k < begin[s + 1]; ++k) {
+          const std::uint32_t point = order[k];
+          NodeSum& sum = stripe[node[point] - s * kStripeRows * columns];
+          sum.points += 1.0f, sum.height += height[point],
+              sum.height2 += height[point] * height[point];
+        }
       }
     });
   });
@@ -296,8 +333,8 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
           set(z, std::numeric_limits<double>::quiet_NaN(), NodeSource::hole);
           continue;
         }
-        NodeHeight node = sums.points[k] >= least
-                              ? measured_at(sums, k, noise)
+        NodeHeight node = sums[k].points >= least
+                              ? measured_at(sums[k], noise)
                               : between_neighbours(sums, i, j, frame, least, noise);
         if (node.source == NodeSource::base) {
           set(z, options.base_stddev_m, node.source);

@@ -67,17 +67,21 @@ void measure(Trajectory& trajectory) {
 bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, PosedInstant& pose) {
   const std::vector<double>& t = trajectory.time_s;
   if (!(time_s >= t.front() && time_s <= t.back())) return false;
+  const auto between = [&](std::size_t k) { return t[k] <= time_s && time_s < t[k + 1]; };
   std::size_t i = std::min(hint, t.size() - 2);
-  if (!(t[i] <= time_s && time_s <= t[i + 1])) {
-    if (i + 2 < t.size() && t[i + 1] <= time_s && time_s <= t[i + 2])
+  if (!between(i)) {
+    if (i + 2 < t.size() && between(i + 1))
       ++i;
     else
       i = static_cast<std::size_t>(
           std::clamp<std::ptrdiff_t>(std::upper_bound(t.begin(), t.end(), time_s) - t.begin() - 1,
                                      0, static_cast<std::ptrdiff_t>(t.size()) - 2));
   }
+  // The last pose before a gap belongs to what lies before it.
+  const std::vector<int>& piece = trajectory.piece;
+  if (time_s == t[i] && i > 0 && piece[i] != piece[i + 1]) --i;
   hint = i;
-  if (trajectory.piece[i] != trajectory.piece[i + 1]) return false;
+  if (piece[i] != piece[i + 1]) return false;
   const double f = (time_s - t[i]) / (t[i + 1] - t[i]);
   pose.position_m =
       trajectory.position_m[i] + f * (trajectory.position_m[i + 1] - trajectory.position_m[i]);

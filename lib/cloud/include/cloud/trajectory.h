@@ -39,8 +39,8 @@ struct PosedInstant {
   double driven_m = 0.0;
 };
 
-/// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved. False
-/// before the first pose, behind the last, or inside a gap.
+/// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved; the
+/// answer does not depend on it. False before the first pose, behind the last, or inside a gap.
 bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, PosedInstant& pose);
 
 }  // namespace cloud
