@@ -280,7 +280,7 @@ MapResult map_fitting(const CloudSource& scans, const crg::Crg& base, const Road
   stage("heights of the nodes", 0.6);
   start = Clock::now();
   const HeightCells surface = cells_of(sections, drift.correction, frame, -1, options.threads);
-  const NodeSums sums = accumulate(source, frame, trajectory != nullptr ? &straightened : nullptr,
+  const RoadSums sums = accumulate(source, frame, trajectory != nullptr ? &straightened : nullptr,
                                    sections, drift, surface, options, report);
   report.seconds_grid = seconds_since(start);
   stage("base and points", 0.9);

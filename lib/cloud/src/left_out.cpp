@@ -1,0 +1,74 @@
+#include "left_out.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cloud {
+namespace {
+
+constexpr std::size_t kEnough = 1000;              // nodes
+constexpr std::size_t kMost = 300'000;             // that are looked at
+constexpr double kLeast2 = 0.25, kLargest2 = 4.0;  // of the factor's square
+
+/// One node: square of the difference, variance of the points' noise and of the drift.
+struct Difference {
+  double square_m2 = 0.0, noise_m2 = 0.0, drift_m2 = 0.0;
+};
+
+NodeSum less(const NodeSum& all, const NodeSum& part) {
+  return {all.points - part.points, all.height - part.height,
+          std::max(0.0, all.height2 - part.height2), std::max(0.0, all.range - part.range)};
+}
+
+std::vector<Difference> differences(const RoadSums& sums, const RoadFrame& frame,
+                                    const Sections& sections, const Drift& drift,
+                                    const Noise& noise) {
+  const std::size_t columns = frame.columns(), all = sums.left_out.points.size();
+  std::vector<Difference> out;
+  for (std::size_t at = 0; at < all; at += 1 + all / (8 * kMost)) {
+    const std::size_t row = at / columns * kLeftOutRows, column = at % columns,
+                      node = row * columns + column;
+    const auto one = static_cast<double>(sums.left_out.points[at]);
+    if (one < 1.0) continue;
+    const double others = static_cast<double>(sums.all.points[node]) - one;
+    const auto stretch =
+        static_cast<std::size_t>(static_cast<double>(row) * frame.u_step_m() / kStretch_m);
+    if (others < 1.0 || stretch >= drift.apart.size()) continue;
+    const StretchDeviation& apart = drift.apart[stretch].deviation;
+    if (!apart.seen) continue;
+    const NodeSum alone = sum_at(sums.left_out, at), rest = less(sum_at(sums.all, node), alone);
+    const NodeHeight a = measured(alone, noise), b = measured(rest, noise);
+    const double v = frame.v_m()[column], grass = variance_of_grass(sections, frame, row, v);
+    out.push_back({(a.mean - b.mean) * (a.mean - b.mean), a.variance + b.variance + 2.0 * grass,
+                   variance_in_common(apart, frame, row, v)});
+  }
+  return out;
+}
+
+double within_90(const std::vector<Difference>& differences, double factor2) {
+  std::size_t within = 0;
+  for (const Difference& d : differences)
+    within += d.square_m2 <= 1.645 * 1.645 * (factor2 * d.noise_m2 + d.drift_m2) ? 1 : 0;
+  return static_cast<double>(within) / static_cast<double>(differences.size());
+}
+
+}  // namespace
+
+LeftOut look_at_left_out(const RoadSums& sums, const RoadFrame& frame, const Sections& sections,
+                         const Drift& drift, const Noise& noise) {
+  LeftOut out;
+  const std::vector<Difference> seen = differences(sums, frame, sections, drift, noise);
+  out.nodes = seen.size();
+  if (seen.empty()) return out;
+  out.within_90 = within_90(seen, 1.0);
+  if (seen.size() < kEnough) return out;
+  double low = kLeast2, high = kLargest2;
+  for (int k = 0; k < 20; ++k) {
+    const double middle = std::sqrt(low * high);
+    (within_90(seen, middle) < 0.9 ? low : high) = middle;
+  }
+  out.noise_factor = std::sqrt(std::sqrt(low * high));
+  return out;
+}
+
+}  // namespace cloud
