@@ -1,5 +1,7 @@
 #include "fuse.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -227,6 +229,12 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
   const double noise_factor2 = seen.noise_factor * seen.noise_factor;
   result.report.left_out_nodes = seen.nodes, result.report.left_out_within_90 = seen.within_90,
   result.report.noise_factor = seen.noise_factor;
+  if (!seen.is_clear)
+    result.report.remarks.push_back(fmt::format(
+        "one pass left out, the 90 % intervals of the others hold {:.0f} % of its nodes: passes "
+        "differ by more than the points' scatter and the drift that is left explain; the stated "
+        "deviations are too small",
+        100.0 * seen.within_90));
   const auto least = static_cast<float>(options.min_points);
   base::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {

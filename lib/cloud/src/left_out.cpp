@@ -68,6 +68,7 @@ LeftOut look_at_left_out(const RoadSums& sums, const RoadFrame& frame, const Sec
     (within_90(seen, middle) < 0.9 ? low : high) = middle;
   }
   out.noise_factor = std::sqrt(std::sqrt(low * high));
+  out.is_clear = within_90(seen, out.noise_factor * out.noise_factor) > 0.88;
   return out;
 }
 
