@@ -225,7 +225,7 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
   result.grid = base, result.stddev = base, result.source = base;
   const NodeSums& sums = road_sums.all;
   const Noise noise = noise_of(sums);
-  const LeftOut seen = look_at_left_out(road_sums, frame, sections, drift, noise);
+  const LeftOut seen = look_at_left_out(road_sums, frame, drift, noise);
   const double noise_factor2 = seen.noise_factor * seen.noise_factor;
   result.report.left_out_nodes = seen.nodes, result.report.left_out_within_90 = seen.within_90,
   result.report.noise_factor = seen.noise_factor;
@@ -258,7 +258,7 @@ void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& ba
           continue;
         }
         node.variance =
-            noise_factor2 * (node.variance + variance_of_grass(sections, frame, i, frame.v_m()[j]));
+            noise_factor2 * node.variance + variance_of_grass(sections, frame, i, frame.v_m()[j]);
         const double in_common = variance_in_common(left, frame, i, frame.v_m()[j]);
         // A base that the points contradict is as uncertain as it is wrong.
         const double base_variance = std::max(options.base_stddev_m * options.base_stddev_m,

@@ -21,8 +21,7 @@ NodeSum less(const NodeSum& all, const NodeSum& part) {
 }
 
 std::vector<Difference> differences(const RoadSums& sums, const RoadFrame& frame,
-                                    const Sections& sections, const Drift& drift,
-                                    const Noise& noise) {
+                                    const Drift& drift, const Noise& noise) {
   const std::size_t columns = frame.columns(), all = sums.left_out.points.size();
   std::vector<Difference> out;
   for (std::size_t at = 0; at < all; at += 1 + all / (8 * kMost)) {
@@ -38,9 +37,9 @@ std::vector<Difference> differences(const RoadSums& sums, const RoadFrame& frame
     if (!apart.seen) continue;
     const NodeSum alone = sum_at(sums.left_out, at), rest = less(sum_at(sums.all, node), alone);
     const NodeHeight a = measured(alone, noise), b = measured(rest, noise);
-    const double v = frame.v_m()[column], grass = variance_of_grass(sections, frame, row, v);
-    out.push_back({(a.mean - b.mean) * (a.mean - b.mean), a.variance + b.variance + 2.0 * grass,
-                   variance_in_common(apart, frame, row, v)});
+    // Grass stands under both alike.
+    out.push_back({(a.mean - b.mean) * (a.mean - b.mean), a.variance + b.variance,
+                   variance_in_common(apart, frame, row, frame.v_m()[column])});
   }
   return out;
 }
@@ -54,10 +53,10 @@ double within_90(const std::vector<Difference>& differences, double factor2) {
 
 }  // namespace
 
-LeftOut look_at_left_out(const RoadSums& sums, const RoadFrame& frame, const Sections& sections,
-                         const Drift& drift, const Noise& noise) {
+LeftOut look_at_left_out(const RoadSums& sums, const RoadFrame& frame, const Drift& drift,
+                         const Noise& noise) {
   LeftOut out;
-  const std::vector<Difference> seen = differences(sums, frame, sections, drift, noise);
+  const std::vector<Difference> seen = differences(sums, frame, drift, noise);
   out.nodes = seen.size();
   if (seen.empty()) return out;
   out.within_90 = within_90(seen, 1.0);

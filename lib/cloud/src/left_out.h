@@ -22,7 +22,7 @@ struct LeftOut {
 
 /// Heights of the nodes by one pass against those by the others, in deviations of the difference:
 /// the points' own noise of both and what is left of the drift between them.
-LeftOut look_at_left_out(const RoadSums& sums, const RoadFrame& frame, const Sections& sections,
-                         const Drift& drift, const Noise& noise);
+LeftOut look_at_left_out(const RoadSums& sums, const RoadFrame& frame, const Drift& drift,
+                         const Noise& noise);
 
 }  // namespace cloud

@@ -53,9 +53,10 @@ Noise noise_of(const NodeSums& sums) {
       pairs_tell ? by_pairs_m2(std::move(all_pairs)) : kAsADefault_m * kAsADefault_m;
   Noise out;
   out.typical_m2 = all_m2;
+  double least_m2 = 0.0;
   if (many.size() >= (pairs_tell ? kEnough : 1)) {
     const auto typical_m = static_cast<double>(base::median(std::move(many)));
-    out.typical_m2 = typical_m * typical_m;
+    out.typical_m2 = least_m2 = typical_m * typical_m;
   }
   std::array<bool, kRanges> found{};
   for (std::size_t c = 0; c < kRanges; ++c)
@@ -74,6 +75,9 @@ Noise noise_of(const NodeSums& sums) {
       break;
     }
   }
+  // Where many points fall is the road; few fall on what is none as well, such as grass too low to
+  // be told, which scatters no less.
+  for (double& few_m2 : out.few_m2) few_m2 = std::max(few_m2, least_m2);
   return out;
 }
 

@@ -281,15 +281,13 @@ void Columns::count_scattering(const Sections& sections,
     }
 }
 
-/// How much more than expected calm columns scatter, m^2; what chance gives few points is none.
+/// How much more than expected calm columns scatter, m^2.
 std::vector<float> excess_of(const std::vector<Column>& columns) {
   std::vector<float> excess(columns.size(), 0.0f);
   for (std::size_t k = 0; k < columns.size(); ++k)
     if (columns[k].is == Column::calm && columns[k].freedom >= kEnoughFreedom)
       excess[k] = static_cast<float>(
-          std::max(0.0, columns[k].square_m2 - (1.2 + 2.0 * std::sqrt(2.0 / columns[k].freedom)) *
-                                                   columns[k].expected_m2) /
-          columns[k].freedom);
+          std::max(0.0, columns[k].square_m2 - 1.2 * columns[k].expected_m2) / columns[k].freedom);
   return excess;
 }
 
