@@ -376,6 +376,13 @@ TEST(Trajectory, RefusesWhatIsNoPath) {
   EXPECT_THAT(said("1,0,0,0,0,0,0,1\n0,1,0,0,0,0,0,1\n"), HasSubstr("times must ascend"));
   EXPECT_THAT(said("0,0,0,0,1,1,1,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("quaternion"));
   EXPECT_THAT(said("0,,0,0,0,0,0,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("empty or not finite"));
+  // A pose without a fix among others in UTM: 2 million stretches of 5 m, once.
+  EXPECT_THAT(said("0,485000,5429000,0,0,0,0,1\n0.1,0,0,0,0,0,0,1\n0.2,485002,5429000,0,0,0,0,1\n"),
+              HasSubstr("pose 2: 5.45062e+06 m from the one before in 0.1 s"));
+  std::string far;
+  for (int i = 0; i <= 3000; ++i)
+    far += std::to_string(i) + "," + std::to_string(900 * i) + ",0,0,0,0,0,1\n";
+  EXPECT_THAT(said(far), HasSubstr("2700 km driven in all; 2000 km at most wanted"));
 }
 
 }  // namespace

@@ -64,6 +64,24 @@ Apart apart(const std::string& first, const std::string& second) {
   return out;
 }
 
+/// What `read` said of a step is refused wherever it is cut short, and with one byte more.
+void expect_whole_readings(TiledMap& map, const std::string& reading) {
+  const auto refusal = [&](const std::string& bytes) -> std::string {
+    try {
+      map.join(
+          1, [&](std::size_t) { return bytes; }, [](const ChunkSink&) {});
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  for (std::size_t k = 0; k < 200; ++k)
+    EXPECT_THAT(refusal(reading.substr(0, k * reading.size() / 200)), HasSubstr("fewer bytes seen"))
+        << k;
+  EXPECT_THAT(refusal(reading.substr(0, reading.size() - 1)), HasSubstr("fewer bytes seen"));
+  EXPECT_THAT(refusal(reading + '\0'), HasSubstr("more bytes seen"));
+}
+
 /// A wavy road of 200 m that bends nowhere, and scans of it.
 class Split : public ::testing::Test {
  protected:
@@ -139,6 +157,7 @@ TEST(MapTiles, EightMakeWhatTheWholeMakes) {
   // There was something to be equal about.
   EXPECT_GT(heights.values, 500000u);
   EXPECT_GT(a["grid"]["from_points"], 200000);
+  EXPECT_GT(a["registration"]["left_out_nodes"], 5000);
   EXPECT_GT(a["registration"]["rms_before_m"], 0.01);
   EXPECT_LT(a["registration"]["rms_after_m"], 0.003);
   double most_drift_m = 0.0;
@@ -209,6 +228,25 @@ TEST_F(Split, TwoScannersAreAsInTheWhole) {
     EXPECT_EQ(whole[part], joined[part]) << part;
   EXPECT_LT(apart(folder_.path("whole/refined.crg"), folder_.path("joined/refined.crg")).most,
             2e-6);
+}
+
+TEST_F(Split, ReadingsAreTakenWholeOrNotAtAll) {
+  const crg::Crg road = crg::read(road_);
+  const Trajectory poses = read_trajectory(poses_);
+  const CloudSource scans = [&](const ChunkSink& sink) {
+    read_chunks(scans_ + "/scan_000.ply", {}, sink);
+  };
+  std::string state;
+  for (int step = 1; step <= kTileSteps; ++step) {
+    TiledMap map(road, poses, {}, state);
+    const std::string reading = map.read(scans, scans);
+    if (map.due()) expect_whole_readings(map, reading);
+    const MapResult result = map.join(
+        1, [&](std::size_t) { return reading; }, scans);
+    state = map.state();
+    EXPECT_THROW(TiledMap(road, poses, {}, state.substr(0, state.size() - 1)), Error);
+    if (step == kTileSteps) EXPECT_GT(result.report.left_out_nodes, 1000u);
+  }
 }
 
 TEST_F(Split, MissingTilesAreNamed) {

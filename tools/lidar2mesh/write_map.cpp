@@ -104,6 +104,11 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
     if (facts.passes > 1)
       terminal.print(fmt::format("between passes {:.1f} -> {:.1f} mm\n",
                                  1e3 * facts.pass_rms_before_m, 1e3 * facts.pass_rms_after_m));
+    if (facts.left_out_nodes > 0)
+      terminal.print(fmt::format(
+          "one pass left out: 90 % intervals held {:.1f} % of its {} nodes; deviations of points "
+          "were multiplied by {:.2f} for that\n",
+          100.0 * facts.left_out_within_90, facts.left_out_nodes, facts.noise_factor));
     for (const std::string& direction : facts.unfixed)
       terminal.print(fmt::format(
           "note: {} is hardly fixed by the data (typical deviation in summary.json)\n", direction));

@@ -133,7 +133,7 @@ void after_third_look(MapState& state, Look&& look, const MapInputs& inputs) {
   settle(state, inputs);
 }
 
-void after_heights(MapState& state, const NodeSums& sums, const MapInputs& inputs,
+void after_heights(MapState& state, const RoadSums& sums, const MapInputs& inputs,
                    MapResult& result) {
   const MapOptions& options = inputs.options;
   state.report.points = sums.read, state.report.used = sums.used;

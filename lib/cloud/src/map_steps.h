@@ -41,7 +41,7 @@ struct MapState {
 /// What reading the scans, or a part of them, gives in a step.
 struct Reading {
   std::optional<Look> look;
-  std::optional<NodeSums> sums;
+  std::optional<RoadSums> sums;
 };
 
 MapState first_state(const MapInputs& inputs);

@@ -37,6 +37,10 @@ void fields(Archive& archive, Value& s) {
 }
 
 template <typename Archive, typename Value>
+requires std::is_same_v<std::remove_const_t<Value>, PassApart>
+void fields(Archive& archive, Value& p) { archive(p.pass, p.deviation); }
+
+template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, HeightCells>
 void fields(Archive& archive, Value& c) {
   archive(c.along, c.across, c.cell_rows, c.v_begin_m, c.cell_m, c.closed, c.height_m);
@@ -47,7 +51,7 @@ template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, MapState>
 void fields(Archive& archive, Value& s) {
   archive(s.step, s.due, s.poses.poses.position_m, s.poses.poses.orientation, s.taken_out,
-          s.base_tilt, s.sections.excess_m2, s.drift.stretch, s.surface, s.report);
+          s.base_tilt, s.sections.excess_m2, s.drift.stretch, s.drift.apart, s.surface, s.report);
 }
 
 template <typename Archive, typename Value>
@@ -63,7 +67,7 @@ void fields(Archive& archive, Value& k) { archive(k.road_cell, k.high); }
 
 template <typename Archive, typename Value>
 requires std::is_same_v<std::remove_const_t<Value>, NodeSum>
-void fields(Archive& archive, Value& s) { archive(s.points, s.height, s.height2); }
+void fields(Archive& archive, Value& s) { archive(s.points, s.height, s.height2, s.range); }
 
 namespace {
 
@@ -113,13 +117,13 @@ void take(Taker& taker, Look& look) {
 }
 
 void keep(Keeper& keeper, const NodeSums& sums) {
-  keeper(sums.size(), sums.read, sums.used);
+  keeper(sums.size());
   for (std::size_t s = 0; s < sums.stripes(); ++s) keeper(sums.stripe(s));
 }
 
 void take(Taker& taker, NodeSums& sums) {
   std::size_t size = 0;
-  taker(size, sums.read, sums.used);
+  taker(size);
   if (size != sums.size()) refuse_other_road();
   std::vector<NodeSum> stripe;
   for (std::size_t s = 0; s < sums.stripes(); ++s) {
@@ -129,6 +133,16 @@ void take(Taker& taker, NodeSums& sums) {
     if (to.size() != stripe.size()) refuse_other_road();
     to = stripe;
   }
+}
+
+void keep(Keeper& keeper, const RoadSums& sums) {
+  keeper(sums.read, sums.used);
+  keep(keeper, sums.all), keep(keeper, sums.left_out);
+}
+
+void take(Taker& taker, RoadSums& sums) {
+  taker(sums.read, sums.used);
+  take(taker, sums.all), take(taker, sums.left_out);
 }
 
 }  // namespace
@@ -209,7 +223,7 @@ struct TiledMap::Parts {
     if (step != state.step || due != state.due) throw Error("what was read is of another step");
     Reading reading;
     if (due && step == MapStep::heights)
-      take(taker, reading.sums.emplace(frame));
+      take(taker, reading.sums.emplace(frame, state.drift));
     else if (due)
       take(taker, reading.look.emplace(nothing_seen()));
     taker.finish();

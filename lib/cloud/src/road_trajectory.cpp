@@ -72,7 +72,9 @@ Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
     if (!pose_at(trajectory_->poses, chunk.time_s[i], pose_, pose)) return Placed::no_pose;
     point.map_m = pose.position_m + pose.orientation * (chunk.point(i) + chunk.origin_m);
     point.driven_m = pose.driven_m;
-    point.ray = (point.map_m - pose.position_m).normalized();
+    const Eigen::Vector3d ray = point.map_m - pose.position_m;
+    point.range_m = ray.norm();
+    point.ray = point.range_m > 0.0 ? Eigen::Vector3d(ray / point.range_m) : ray;
     point.pose = pose_;
     row_ = trajectory_->row[pose_];
   } else {

@@ -28,6 +28,7 @@ struct RoadPoint {
   double above_base_m = 0.0;
   double driven_m = 0.0;
   Eigen::Vector3d ray = Eigen::Vector3d::Zero();  ///< from the sensor, of length 1; 0 without one
+  double range_m = 0.0;                           ///< from the sensor; 0 without one
   double sine2 = 0.0;  ///< of the angle between ray and road, squared; 0 without a sensor
   std::size_t pose = 0;
 };

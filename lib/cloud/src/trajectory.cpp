@@ -10,6 +10,33 @@
 #include "cloud/error.h"
 
 namespace cloud {
+namespace {
+
+constexpr double kLongestStep_m = 1000.0;  // within a second
+constexpr double kLongestDrive_m = 2e6;    // memory grows with the distance driven
+
+/// A pose without a fix, or another unit, is a drive of a million kilometres, which would be looked
+/// at in steps of 5 m.
+void check_distance(const Trajectory& trajectory, const std::string& path) {
+  double driven_m = 0.0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    if (trajectory.piece[i] != trajectory.piece[i - 1]) continue;
+    const double step_m = trajectory.driven_m[i] - trajectory.driven_m[i - 1];
+    if (step_m > kLongestStep_m)
+      throw Error(
+          fmt::format("{}: pose {}: {:.6g} m from the one before in {:.3g} s; metres are "
+                      "wanted, and rows without a fix left out",
+                      path, i + 1, step_m, trajectory.time_s[i] - trajectory.time_s[i - 1]));
+    driven_m += step_m;
+  }
+  if (driven_m > kLongestDrive_m)
+    throw Error(
+        fmt::format("{}: {:.6g} km driven in all; {:.0f} km at most wanted: metres are "
+                    "wanted, or a part of the drive",
+                    path, 1e-3 * driven_m, 1e-3 * kLongestDrive_m));
+}
+
+}  // namespace
 
 Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& extrinsic) {
   const base::CsvTable table =
@@ -38,6 +65,7 @@ Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& ext
         (q.normalized() * Eigen::Quaterniond(extrinsic.rotation())).normalized());
   }
   measure(trajectory);
+  check_distance(trajectory, path);
   return trajectory;
 }
 
