@@ -106,8 +106,8 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
                                  1e3 * facts.pass_rms_before_m, 1e3 * facts.pass_rms_after_m));
     if (facts.left_out_nodes > 0)
       terminal.print(fmt::format(
-          "one pass left out: 90 % intervals held {:.1f} % of its {} nodes; deviations of points "
-          "were multiplied by {:.2f} for that\n",
+          "one pass left out: 90 % intervals held {:.1f} % of its {} nodes; the points' own "
+          "deviations were multiplied by {:.2f}\n",
           100.0 * facts.left_out_within_90, facts.left_out_nodes, facts.noise_factor));
     for (const std::string& direction : facts.unfixed)
       terminal.print(fmt::format(

@@ -29,7 +29,7 @@ class RoadSums {
 struct LeftOut {
   std::size_t nodes = 0;
   double within_90 = 0.0;     ///< of them, in 90 % intervals of the difference
-  double noise_factor = 1.0;  ///< of the points' own deviations, for 90 % of them to be
+  double noise_factor = 1.0;  ///< of the points' own deviations, 1 to 2, for 90 % of them to be
   bool is_clear = true;       ///< false: no factor up to 2 is enough
 };
 

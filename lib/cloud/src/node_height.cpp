@@ -78,6 +78,9 @@ Noise noise_of(const NodeSums& sums) {
     all_pairs.push_back(half_square);
   }
   const bool pairs_tell = all_pairs.size() >= kEnough;
+  double mean_square_m2 = 0.0;
+  for (const float half_square : all_pairs)
+    mean_square_m2 += static_cast<double>(half_square) / static_cast<double>(all_pairs.size());
   const double all_m2 =
       pairs_tell ? by_pairs_m2(std::move(all_pairs)) : kAsADefault_m * kAsADefault_m;
   Noise out;
@@ -85,7 +88,8 @@ Noise noise_of(const NodeSums& sums) {
   double least_m2 = 0.0;
   if (many.size() >= (pairs_tell ? kEnough : 1)) {
     const auto typical_m = static_cast<double>(base::median(std::move(many)));
-    out.typical_m2 = least_m2 = typical_m * typical_m;
+    out.typical_m2 = typical_m * typical_m;
+    least_m2 = std::max(out.typical_m2, mean_square_m2);
   }
   std::array<bool, kRanges> found{};
   for (std::size_t c = 0; c < kRanges; ++c)
@@ -104,8 +108,8 @@ Noise noise_of(const NodeSums& sums) {
       break;
     }
   }
-  // Where many points fall is the road; few fall on what is none as well, such as grass too low to
-  // be told, which scatters no less.
+  // Where many points fall is the road; few fall beside it, too, such as on grass too low to be
+  // told, which stands as high as it scatters.
   for (double& few_m2 : out.few_m2) few_m2 = std::max(few_m2, least_m2);
   return out;
 }
