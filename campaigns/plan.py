@@ -13,11 +13,15 @@ import sys
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 OPTION = re.compile(r"--[a-z][a-z0-9-]*")
 # What says where a result goes or how it is printed is the plan's own matter.
-OWN_OPTIONS = {"--output", "--out", "--json", "--quiet", "--threads", "--name", "--help", "--version"}
+OWN_OPTIONS = {"--output", "--out", "--json", "--quiet", "--threads", "--name", "--help", "--version", "--tiles",
+               "--step"}
+# Of `lidar2mesh map`: what it writes, which is the business of `merge` where there are tiles.
+MAP_OUTPUTS = {"--stl", "--pcd", "--doubles", "--no-report"}
+MAP_STEPS = 4
 # MB a job needs whatever its inputs, and MB per MB of input: guesses, but for roads, which were seen to take 910.
 # What a job of the same folder took before stands in its cost.json and comes first.
 MEMORY = {"mesh": (400, 0), "road": (1000, 60), "lap": (200, 3), "lap-page": (200, 3), "replay": (300, 5),
-          "explain": (800, 20), "scan": (500, 3), "map": (800, 8), "trials-make": (300, 0),
+          "explain": (800, 20), "scan": (500, 3), "map": (800, 8), "split": (500, 8), "tile": (500, 8), "merge": (800, 8), "trials-make": (300, 0),
           "trials-run": (1500, 0), "trials-score": (200, 0)}
 MOST_JOBS = 100000
 
@@ -138,7 +142,7 @@ class _Planner:
 
     def track(self, name, value, threads):
         where = f"{self.path}: tracks: {name}"
-        track = _Section(where, value, ("circuit", "mesh", "recipe", "road", "scans", "options", "facet_m"))
+        track = _Section(where, value, ("circuit", "mesh", "recipe", "road", "scans", "options", "facet_m", "tiles"))
         sources = [key for key in ("circuit", "mesh", "recipe", "road", "scans") if key in track.value]
         if len(sources) != 1:
             raise Refusal(f"{where}: {' and '.join(sources) or 'nothing'} seen, one of circuit, mesh, recipe, "
@@ -146,6 +150,8 @@ class _Planner:
         source = sources[0]
         if source == "scans":
             return self.scans(where, name, track, threads)
+        if "tiles" in track.value:
+            raise Refusal(f"{where}: tiles: they are of scans, not of a {source}")
         path, after = self.file(f"{where}: {source}", track.value[source]), []
         inputs = [path]
         if source == "road":
@@ -181,10 +187,40 @@ class _Planner:
             base = self.file(f"{where}: scans: base", scans.need("base", str, "a road or a mesh"))
             clouds = sorted(entry.path for entry in os.scandir(folder) if entry.is_file())
             inputs, after = clouds + [trajectory, base], []
-        self.add("map", name, ["lidar2mesh", "map", folder, "--trajectory", trajectory, "--base", base,
-                               "-o", f"map/{name}", *track.options(), f"--threads={threads}"],
-                 inputs, after, page=f"map/{name}/report.html")
+        scanned = [folder, "--trajectory", trajectory, "--base", base]
+        if "tiles" in track.value:
+            self.tiles(name, track, scanned, threads, inputs, after)
+        else:
+            self.add("map", name, ["lidar2mesh", "map", *scanned, "-o", f"map/{name}", *track.options(),
+                                   f"--threads={threads}"], inputs, after, page=f"map/{name}/report.html")
         self.roads[name] = (f"map/{name}/refined.crg", [f"map/{name}"])
+
+    def tiles(self, name, track, scanned, threads, inputs, after):
+        """The same map by stretches of the road: every step reads each tile by a job, and joins what they say."""
+        count, folder = track.count("tiles", 1, 1000), f"split/{name}"
+        outputs = [word for word in track.options() if word in MAP_OUTPUTS]
+        cut = [word for word in track.options() if word not in MAP_OUTPUTS]
+        split = self.add("split", name, ["lidar2mesh", "split", *scanned, f"--tiles={count}", "-o", folder, *cut],
+                         inputs, after)
+        # What a job needs grows with the road, which the user's files tell, if they are there already.
+        road = [path for path in (scanned[2], scanned[4]) if os.path.isabs(path)]
+        before = [split]
+        for step in range(1, MAP_STEPS + 1):
+            words = [folder, f"--step={step}"]
+            read = []
+            for tile in range(1, count + 1):
+                file = f"{folder}/step-{step}.tile-{tile}"
+                read.append(self.add("tile", f"{name}+{step}+{tile}",
+                                     ["lidar2mesh", "map-tile", *words, f"--tile={tile}", f"--threads={threads}"],
+                                     road, before, clears=[file], outputs=[file]))
+            if step == MAP_STEPS:
+                self.add("map", name, ["lidar2mesh", "merge", *words, "-o", f"map/{name}", *outputs,
+                                       f"--threads={threads}"], road, read, page=f"map/{name}/report.html")
+            else:
+                file = f"{folder}/step-{step}.joined"
+                before = [split, self.add("merge", f"{name}+{step}",
+                                          ["lidar2mesh", "merge", *words, f"--threads={threads}"], road, read,
+                                          clears=[file], outputs=[file])]
 
     def car(self, name, value):
         where = f"{self.path}: cars: {name}"

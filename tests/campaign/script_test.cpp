@@ -105,6 +105,37 @@ TEST_F(Script, GoesOnAfterAFailureAndGivesTheBytesOfTheCommands) {
   EXPECT_EQ(state_of(page, "lap/broken+av21"), "done");
 }
 
+// The same scans as one job and in tiles.
+TEST_F(Script, TilesMakeTheRoadOfOneJob) {
+  const cli::Folder folder;
+  const std::string track =
+      "{scans: {circuit: " + places::source() +
+      "/tracks/kerbstone-ring/circuit.yaml, options: {--from-m: 380, --to-m: 440, --azimuths: 128, "
+      "--beams: 32}}, options: {--no-report: true, --gate-m: 0.4}";
+  cli::write(folder / "campaign.yaml",
+             "name: tiles\ntracks:\n  whole: " + track + "}\n  cut: " + track + ", tiles: 3}\n");
+  const std::string out = folder / "out", page = out + "/index.html";
+  const ToolRun ran = run_campaign(folder / "campaign.yaml", out);
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  for (const char* job : {"split/cut", "tile/cut+1+1", "tile/cut+4+3", "merge/cut+3", "map/cut"})
+    EXPECT_EQ(state_of(page, job), "done") << job;
+  const auto said = [&](const std::string& name) {
+    return nlohmann::json::parse(cli::read(out + "/map/" + name + "/summary.json"));
+  };
+  EXPECT_EQ(said("cut")["drift"], said("whole")["drift"]);
+  EXPECT_EQ(said("cut")["points"], said("whole")["points"]);
+  EXPECT_GT(said("cut")["points"]["used"], 100000);
+  EXPECT_EQ(cli::read(out + "/map/cut/trajectory.csv"),
+            cli::read(out + "/map/whole/trajectory.csv"));
+
+  // A tile that is lost is made again.
+  fs::remove(out + "/split/cut/step-2.tile-2");
+  const std::string road = cli::read(out + "/map/cut/refined.crg");
+  EXPECT_EQ(run_campaign(folder / "campaign.yaml", out).code, 0);
+  EXPECT_TRUE(fs::exists(out + "/split/cut/step-2.tile-2"));
+  EXPECT_TRUE(cli::read(out + "/map/cut/refined.crg") == road);
+}
+
 // ssh is played by a script: one host that cannot be reached, one that is this machine.
 TEST_F(Script, AHostThatCannotBeReachedCostsNoJob) {
   const cli::Folder folder;
@@ -156,6 +187,8 @@ TEST_F(Script, RefusesInOneLine) {
               HasSubstr("no such file"));
   EXPECT_THAT(refusal("name: x\ntracks: {a: {mesh: meshes/good.obj, options: {--output: /x}}}\n"),
               HasSubstr("'--output' seen"));
+  EXPECT_THAT(refusal("name: x\ntracks: {a: {mesh: meshes/good.obj, tiles: 4}}\n"),
+              HasSubstr("tiles: they are of scans, not of a mesh"));
 }
 
 }  // namespace

@@ -56,6 +56,38 @@ ScanSynthOptions quick() {
   return options;
 }
 
+// At a pose beside a gap too.
+TEST(Map, APoseDoesNotDependOnWhatWasAskedBefore) {
+  Trajectory poses;
+  for (const double time_s : {0.0, 0.5, 1.0, 9.0, 9.5, 30.0, 60.0, 60.5}) {
+    poses.time_s.push_back(time_s);
+    poses.position_m.emplace_back(2.0 * time_s, 1.0, 0.0);
+    poses.orientation.push_back(Eigen::Quaterniond::Identity());
+  }
+  measure(poses);
+  ASSERT_EQ(poses.piece, (std::vector<int>{0, 0, 0, 1, 1, 2, 3, 3}));
+  for (const auto& [time_s, there] : {std::pair{0.0, true},
+                                      {0.25, true},
+                                      {0.5, true},
+                                      {1.0, true},
+                                      {1.5, false},
+                                      {9.0, true},
+                                      {9.5, true},
+                                      {30.0, false},
+                                      {60.0, true},
+                                      {60.5, true},
+                                      {60.6, false}})
+    for (std::size_t hint = 0; hint < 9; ++hint) {
+      SCOPED_TRACE(testing::Message() << time_s << " s after " << hint);
+      std::size_t at = hint;
+      PosedInstant pose;
+      ASSERT_EQ(pose_at(poses, time_s, at, pose), there);
+      if (!there) continue;
+      EXPECT_NEAR(pose.position_m.x(), 2.0 * time_s, 1e-12);
+      EXPECT_EQ(poses.piece[at], poses.piece[at + 1]);
+    }
+}
+
 // The whole trial of docs/lidar2mesh.md on a part of the circuit and with a fifth of its points.
 // The bounds are those of the full trial; measured here on 2026-11-21: see docs/accuracy.md.
 TEST(Map, TwoDriftingLapsRefineAWrongBase) {
@@ -344,6 +376,13 @@ TEST(Trajectory, RefusesWhatIsNoPath) {
   EXPECT_THAT(said("1,0,0,0,0,0,0,1\n0,1,0,0,0,0,0,1\n"), HasSubstr("times must ascend"));
   EXPECT_THAT(said("0,0,0,0,1,1,1,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("quaternion"));
   EXPECT_THAT(said("0,,0,0,0,0,0,1\n1,1,0,0,0,0,0,1\n"), HasSubstr("empty or not finite"));
+  // A pose without a fix among others in UTM: 2 million stretches of 5 m, once.
+  EXPECT_THAT(said("0,485000,5429000,0,0,0,0,1\n0.1,0,0,0,0,0,0,1\n0.2,485002,5429000,0,0,0,0,1\n"),
+              HasSubstr("pose 2: 5.45062e+06 m from the one before in 0.1 s"));
+  std::string far;
+  for (int i = 0; i <= 3000; ++i)
+    far += std::to_string(i) + "," + std::to_string(900 * i) + ",0,0,0,0,0,1\n";
+  EXPECT_THAT(said(far), HasSubstr("2700 km driven in all; 2000 km at most wanted"));
 }
 
 }  // namespace

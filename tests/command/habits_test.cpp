@@ -225,6 +225,7 @@ class Called : public ::testing::Test {
     ASSERT_EQ(run_tool(places::lidar2mesh(), scan).code, 0);
     const std::string cloud = f / "scans/scan_000.ply", truth = f / "scans/truth.crg",
                       poses = f / "scans/truth_trajectory.csv";
+    make_tiles(f, poses, truth);
     // Points on the road, in the map frame.
     std::string asked = "u_m,v_m\n", survey = "x_m,y_m,z_m\n";
     for (int i = 0; i < 400; ++i)
@@ -320,10 +321,28 @@ class Called : public ::testing::Test {
            f / "map"},
           {"changes", f / "survey.csv", f / "survey.csv", "--cell-m", "0.25", "-o", f / "changes"},
           {"tiles", cloud, "-o", f / "tiles"},
+          {"split", f / "scans", "--trajectory", poses, "--base", truth, "--tiles", "2", "-o",
+           f / "split_again"},
+          {"map-tile", f / "split", "--step", "2", "--tile", "1"},
+          {"merge", f / "split", "--step", "4", "--no-report", "-o", f / "merged"},
           {"grid", f / "survey.csv", "--base", truth, "--no-report", "-o", f / "grid"}}},
         {"kerbstone",
          {{"collect", f / "campaign"}, {"view", f / "campaign", "--no-open", "--seconds", "0.01"}}},
     };
+  }
+  /// A map in two tiles, all but its last command.
+  static void make_tiles(const Folder& f, const std::string& poses, const std::string& base) {
+    const auto run = [](const Words& words) {
+      const ToolRun ran = run_tool(places::lidar2mesh(), words);
+      ASSERT_EQ(ran.code, 0) << ran.err;
+    };
+    run({"split", f / "scans", "--trajectory", poses, "--base", base, "--tiles", "2", "-o",
+         f / "split"});
+    for (const char* step : {"1", "2", "3", "4"}) {
+      for (const char* tile : {"1", "2"})
+        run({"map-tile", f / "split", "--step", step, "--tile", tile});
+      if (step[0] != '4') run({"merge", f / "split", "--step", step});
+    }
   }
   static void TearDownTestSuite() {
     delete folder_;

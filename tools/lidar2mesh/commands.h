@@ -93,4 +93,26 @@ struct MapCommand {
 };
 int run_map(const MapCommand& command, Terminal& terminal);
 
+/// Of `map`: output_dir is the folder of the tiles, and what only the outputs want stays as it is.
+struct SplitCommand {
+  MapCommand map;
+  int tiles = 8;
+};
+int run_split(const SplitCommand& command, Terminal& terminal);
+
+struct MapTileCommand {
+  std::string folder;
+  int tile = 1, step = 1;
+  unsigned threads = 0;
+};
+int run_map_tile(const MapTileCommand& command, Terminal& terminal);
+
+/// Of `map` the outputs alone; output_dir for the last step.
+struct MergeCommand {
+  std::string folder;
+  int step = 1;
+  MapCommand map;
+};
+int run_merge(const MergeCommand& command, Terminal& terminal);
+
 }  // namespace lidar2mesh

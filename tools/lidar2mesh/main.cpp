@@ -201,9 +201,39 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   });
 }
 
-void add_base_options(CLI::App& app, MapCommand& c) {
-  CLI::Option* const base =
-      add_input(app, "--base", c.base, "the road to refine: a .crg, or a mesh");
+/// Scans and their trajectory, which is returned.
+CLI::Option* add_scans(CLI::App& app, MapCommand& c) {
+  add_input(app, "scans", c.scans, "clouds, or folders of them", command::kFileOrFolder)
+      ->required();
+  return add_input(app, "--trajectory", c.trajectory,
+                   "poses of the sensor: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
+}
+
+/// How points come to their places, and which of them.
+void add_placing(CLI::App& app, MapCommand& c) {
+  app.add_option("--extrinsic", c.extrinsic,
+                 "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
+      ->expected(6);
+  app.add_option("--max-range-m", c.max_range_m,
+                 "points farther from the sensor are left out; in its frame only [all are used]")
+      ->check(CLI::Range(1.0, 1000.0));
+  app.add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")
+      ->check(CLI::Range(1e-6, 10.0));
+  app.add_option("--drift-rad", c.drift_rad,
+                 "how fast roll, pitch, yaw may drift, rad per 100 m [0.002]")
+      ->check(CLI::Range(1e-8, 0.1));
+  add_outliers(app, c.outliers);
+  app.add_option("--voxel-m", c.voxel_m,
+                 "thin the scans to one point per such cube (PCL) [not thinned]")
+      ->check(CLI::Range(0.005, 1.0));
+}
+
+CLI::Option* add_base(CLI::App& app, MapCommand& c) {
+  return add_input(app, "--base", c.base, "the road to refine: a .crg, or a mesh");
+}
+
+void add_base_or_none(CLI::App& app, MapCommand& c) {
+  CLI::Option* const base = add_base(app, c);
   add_input(app, "--centreline", c.centreline,
             "no base: the road is made along this line, CSV x_m,y_m,z_m,half_width_m")
       ->excludes(base);
@@ -213,10 +243,13 @@ void add_base_options(CLI::App& app, MapCommand& c) {
   app.add_option("--node-m", c.node_m, "without a base: between the nodes of the road [0.1]")
       ->check(CLI::Range(0.01, 1.0))
       ->excludes(base);
+}
+
+/// What the base is, and what of the points counts.
+void add_fusion(CLI::App& app, MapCommand& c) {
   app.add_option("--min-points", c.min_points,
                  "a node with fewer points keeps the base, or is a hole [1]")
       ->check(CLI::Range(1, 1000));
-  add_output_folder(app, c.output_dir, "folder for the results, made if missing")->required();
   add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
   add_choice(app, "--up", c.base_up, "axis of a base mesh that points up [found]", {"y", "z"});
@@ -228,38 +261,32 @@ void add_base_options(CLI::App& app, MapCommand& c) {
       ->check(CLI::Range(1e-4, 10.0));
   app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
       ->check(CLI::Range(0.05, 5.0));
+}
+
+CLI::Option* add_results(CLI::App& app, MapCommand& c, const char* folder) {
+  CLI::Option* const output = add_output_folder(app, c.output_dir, folder);
   app.add_flag("--stl", c.stl, "write refined.stl (float32) instead of refined.ply");
   app.add_flag("--pcd", c.pcd, "also write refined.pcd: the nodes with normals and sigma");
   add_doubles(app, c.doubles);
   app.add_flag("!--no-report", c.report, "leave out report.html and report.json");
-  app.add_option("--threads", c.threads, "[all cores]; any number gives the same bytes");
+  return output;
+}
+
+void add_threads(CLI::App& app, unsigned& threads) {
+  app.add_option("--threads", threads, "[all cores]; any number gives the same bytes");
 }
 
 void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   CLI::App* const map =
       app.add_subcommand("map", "refines a road from scans: drift corrected, heights fused");
-  add_input(*map, "scans", c.scans, "clouds, or folders of them", command::kFileOrFolder)
-      ->required();
-  add_input(*map, "--trajectory", c.trajectory,
-            "poses of the sensor: CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw");
+  add_scans(*map, c);
   add_choice(*map, "--frame", c.frame, "of the points [sensor with a trajectory]",
              {"sensor", "map"});
-  map->add_option("--extrinsic", c.extrinsic,
-                  "the sensor in the frame of the poses: x y z (m) roll pitch yaw (deg)")
-      ->expected(6);
-  map->add_option("--max-range-m", c.max_range_m,
-                  "points farther from the sensor are left out; in its frame only [all are used]")
-      ->check(CLI::Range(1.0, 1000.0));
-  map->add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")
-      ->check(CLI::Range(1e-6, 10.0));
-  map->add_option("--drift-rad", c.drift_rad,
-                  "how fast roll, pitch, yaw may drift, rad per 100 m [0.002]")
-      ->check(CLI::Range(1e-8, 0.1));
-  add_outliers(*map, c.outliers);
-  map->add_option("--voxel-m", c.voxel_m,
-                  "thin the scans to one point per such cube (PCL) [not thinned]")
-      ->check(CLI::Range(0.005, 1.0));
-  add_base_options(*map, c);
+  add_placing(*map, c);
+  add_base_or_none(*map, c);
+  add_fusion(*map, c);
+  add_results(*map, c, "folder for the results, made if missing")->required();
+  add_threads(*map, c.threads);
   map->footer(
       "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
       "out\n\n"
@@ -277,12 +304,60 @@ void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_input(*grid, "cloud", c.scans, "clouds in the map frame, or folders of them",
             command::kFileOrFolder)
       ->required();
-  add_base_options(*grid, c);
+  add_base_or_none(*grid, c);
+  add_fusion(*grid, c);
+  add_results(*grid, c, "folder for the results, made if missing")->required();
+  add_threads(*grid, c.threads);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
   grid->callback([&, grid] {
     c.options = command::options_used(*grid);
     c.frame = "map", c.correct_drift = false;
     run = [&] { return run_map(c, terminal); };
+  });
+}
+
+void define_split(CLI::App& app, SplitCommand& c, Terminal& terminal, Run& run) {
+  CLI::App* const split = app.add_subcommand(
+      "split", "cuts the scans of a map by stretch of the road, for map-tile and merge");
+  add_scans(*split, c.map)->required();
+  add_base(*split, c.map)->required();
+  split->add_option("--tiles", c.tiles, "how many [8]")->check(CLI::Range(1, 1000));
+  add_placing(*split, c.map);
+  add_fusion(*split, c.map);
+  add_output_folder(*split, c.map.output_dir, "folder for the tiles, made if missing")->required();
+  split->footer("Example:\n  lidar2mesh split scans --trajectory t.csv --base track.crg -o tiles");
+  split->callback([&, split] {
+    c.map.options = command::options_used(*split);
+    run = [&] { return run_split(c, terminal); };
+  });
+}
+
+void add_step(CLI::App& app, int& step) {
+  app.add_option("--step", step, "1 to 3: drift, 4: heights")->check(CLI::Range(1, 4))->required();
+}
+
+void define_map_tile(CLI::App& app, MapTileCommand& c, Terminal& terminal, Run& run) {
+  CLI::App* const tile = app.add_subcommand(
+      "map-tile", "sums up what the points of one tile say in one step of a map");
+  add_input(*tile, "folder", c.folder, "made by split", command::kFolder)->required();
+  tile->add_option("--tile", c.tile, "from 1 on")->check(CLI::Range(1, 1000))->required();
+  add_step(*tile, c.step);
+  add_threads(*tile, c.threads);
+  tile->footer("Example:\n  lidar2mesh map-tile tiles --step 1 --tile 3");
+  tile->callback([&] { run = [&] { return run_map_tile(c, terminal); }; });
+}
+
+void define_merge(CLI::App& app, MergeCommand& c, Terminal& terminal, Run& run) {
+  CLI::App* const merge = app.add_subcommand(
+      "merge", "joins what all tiles said in one step; after the last the road is made");
+  add_input(*merge, "folder", c.folder, "made by split", command::kFolder)->required();
+  add_step(*merge, c.step);
+  add_results(*merge, c.map, "--step 4: folder for the results, made if missing");
+  add_threads(*merge, c.map.threads);
+  merge->footer("Example:\n  lidar2mesh merge tiles --step 4 -o out\n\nExit code 3: as 'map'.");
+  merge->callback([&, merge] {
+    c.map.options = command::options_used(*merge);
+    run = [&] { return run_merge(c, terminal); };
   });
 }
 
@@ -298,6 +373,9 @@ int main_with(int argc, char** argv) {
   RegisterCommand reg;
   SynthCommand synth;
   MapCommand map, grid;
+  SplitCommand split;
+  MapTileCommand map_tile;
+  MergeCommand merge;
   ChangesCommand changes;
   TilesCommand tiles;
   define_info(app, info, terminal, run);
@@ -305,6 +383,9 @@ int main_with(int argc, char** argv) {
   define_register(app, reg, terminal, run);
   define_map(app, map, terminal, run);
   define_grid(app, grid, terminal, run);
+  define_split(app, split, terminal, run);
+  define_map_tile(app, map_tile, terminal, run);
+  define_merge(app, merge, terminal, run);
   define_changes(app, changes, terminal, run);
   define_tiles(app, tiles, terminal, run);
   define_synth(app, synth, terminal, run);

@@ -1,49 +1,14 @@
-#include <fmt/format.h>
-
-#include "base/ending.h"
 #include "base/output_set.h"
 #include "cloud/base_road.h"
 #include "cloud/error.h"
 #include "cloud/map.h"
 #include "commands.h"
-#include "crg/options.h"
+#include "map_inputs.h"
 #include "map_scans.h"
-#include "road/build.h"
 #include "write_map.h"
 
 namespace lidar2mesh {
 namespace {
-
-std::vector<road::InputFile> inputs_of(const MapCommand& command, bool in_map) {
-  std::vector<road::InputFile> inputs;
-  const auto add = [&](const char* role, const std::string& path) {
-    for (const road::InputFile& file : hashed(role, path)) inputs.push_back(file);
-  };
-  for (const std::string& scan : command.scans) add("scan", scan);
-  if (!in_map) add("trajectory", command.trajectory);
-  add("base", command.base);
-  add("centreline", command.centreline);
-  return inputs;
-}
-
-/// The base as a road file: read, or built from a mesh without kerb columns or smoothing.
-crg::Crg read_base(const MapCommand& command, std::vector<road::InputFile>& inputs) {
-  if (base::ending_of(command.base) == ".crg") return crg::apply_modifiers(crg::read(command.base));
-  road::MeshReadOptions read;
-  if (command.base_up == "y") read.up = road::UpAxis::y;
-  if (command.base_up == "z") read.up = road::UpAxis::z;
-  read.unit = road::unit_called(command.base_unit);
-  read.allow_outside = command.allow_outside;
-  road::MeshReadReport report;
-  const road::Mesh raw = road::read_mesh(command.base, read, &report);
-  for (const road::MeshFile& file : report.files)
-    inputs.push_back({road::kMeshFile, file.path, file.sha256});
-  const road::RoadMesh mesh = road::clean(raw);
-  const road::Centreline centreline = road::trace_centreline(mesh);
-  const crg::ReferenceLine line = road::fit_reference_line(centreline);
-  return road::track_crg(
-      line, road::sample_grid(mesh, road::RaySurface(mesh.mesh), line, centreline).grid);
-}
 
 /// Without a base: a first road along the given line or the trajectory's first lap.
 crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& source,
@@ -61,15 +26,6 @@ crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& s
   return cloud::base_from_points(source, cloud::driven_line(*trajectory), trajectory, options);
 }
 
-cloud::MapOptions map_options(const MapCommand& command) {
-  cloud::MapOptions options;
-  options.base_stddev_m = command.base_stddev_m, options.drift_m_per_100m = command.drift_m,
-  options.drift_rad_per_100m = command.drift_rad;
-  options.min_points = command.min_points, options.gate_m = command.gate_m,
-  options.correct_drift = command.correct_drift, options.threads = command.threads;
-  return options;
-}
-
 /// Where a stage of the map ends that begins at `begin`, as shares of its way: those that read the
 /// scans take their time.
 double end_of_stage(const std::string& name, double begin) {
@@ -77,18 +33,6 @@ double end_of_stage(const std::string& name, double begin) {
   if (name == "look at the straightened points") return 0.6;
   if (name == "heights of the nodes") return 0.9;
   return begin;
-}
-
-/// What the map says, then what was seen in the scans and left out of them.
-cloud::MapReport with_remarks(cloud::MapReport facts, const std::vector<std::string>& of_scans,
-                              const cloud::FilterOptions& filter,
-                              const cloud::FilterReport& left_out) {
-  facts.remarks.insert(facts.remarks.end(), of_scans.begin(), of_scans.end());
-  if (filter.wanted())
-    facts.remarks.push_back(
-        fmt::format("of {} points {} were taken out as outliers and {} by thinning",
-                    left_out.points, left_out.outliers, left_out.thinned));
-  return facts;
 }
 
 }  // namespace
@@ -121,19 +65,8 @@ int run_map(const MapCommand& command, Terminal& terminal) {
   };
   const cloud::MapResult result = with_base ? cloud::map_clouds(source, base, poses, options)
                                             : cloud::map_without_base(source, base, poses, options);
-  const cloud::MapReport facts = with_remarks(result.report, scans.remarks(), filter, left_out);
-
-  const std::string summary = write_map(command, base, result, facts, inputs, outputs, terminal);
-  outputs.commit("refined", {}, {"timing.json"});
-  if (terminal.json)
-    terminal.print(summary);
-  else
-    print_result(command, facts, outputs, terminal);
-  if (!facts.faults.empty())
-    throw command::NotValid(
-        fmt::format("{}: {}; do not use this road", outputs.path("refined.crg"),
-                    one_line(fmt::format("{}", fmt::join(facts.faults, "; ")))));
-  return kOk;
+  return hand_out_map(command, base, result, remarks_of(scans.remarks(), filter, left_out), inputs,
+                      outputs, terminal);
 }
 
 }  // namespace lidar2mesh

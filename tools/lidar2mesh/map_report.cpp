@@ -90,6 +90,13 @@ report::ExtraSection registration(const cloud::MapReport& facts) {
     section.facts.push_back(
         {"one pass against another (loop closure), after", millimetres(facts.pass_rms_after_m)});
   }
+  if (facts.left_out_nodes > 0) {
+    section.facts.push_back({"one pass of each stretch left out: 90 % intervals held",
+                             fmt::format("{:.1f} % of {} nodes", 100.0 * facts.left_out_within_90,
+                                         facts.left_out_nodes)});
+    section.facts.push_back({"the points' own deviations were multiplied for that by",
+                             fmt::format("{:.2f}", facts.noise_factor)});
+  }
   const auto& d = facts.typical_stddev;
   section.facts.push_back(
       {"deviation of the poses that is left: x, y, z",

@@ -53,8 +53,7 @@ void write_surfaces(const MapCommand& command, const cloud::NodeSurface& surface
     cloud::write_surface(surface, outputs.staged("refined.pcd"), command.doubles, comments);
 }
 
-}  // namespace
-
+/// Returns what summary.json holds. `facts`: with every remark.
 std::string write_map(const MapCommand& command, const crg::Crg& base,
                       const cloud::MapResult& result, const cloud::MapReport& facts,
                       const std::vector<road::InputFile>& inputs, const base::OutputSet& outputs,
@@ -105,6 +104,11 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
     if (facts.passes > 1)
       terminal.print(fmt::format("between passes {:.1f} -> {:.1f} mm\n",
                                  1e3 * facts.pass_rms_before_m, 1e3 * facts.pass_rms_after_m));
+    if (facts.left_out_nodes > 0)
+      terminal.print(fmt::format(
+          "one pass left out: 90 % intervals held {:.1f} % of its {} nodes; the points' own "
+          "deviations were multiplied by {:.2f}\n",
+          100.0 * facts.left_out_within_90, facts.left_out_nodes, facts.noise_factor));
     for (const std::string& direction : facts.unfixed)
       terminal.print(fmt::format(
           "note: {} is hardly fixed by the data (typical deviation in summary.json)\n", direction));
@@ -116,6 +120,27 @@ void print_result(const MapCommand& command, const cloud::MapReport& facts,
     terminal.print(fmt::format("note: {}\n", one_line(remark)));
   terminal.print(fmt::format("road     {}\nsummary  {}\n", outputs.path("refined.crg"),
                              outputs.path("summary.json")));
+}
+
+}  // namespace
+
+int hand_out_map(const MapCommand& command, const crg::Crg& base, const cloud::MapResult& result,
+                 const std::vector<std::string>& remarks,
+                 const std::vector<road::InputFile>& inputs, base::OutputSet& outputs,
+                 Terminal& terminal) {
+  cloud::MapReport facts = result.report;
+  facts.remarks.insert(facts.remarks.end(), remarks.begin(), remarks.end());
+  const std::string summary = write_map(command, base, result, facts, inputs, outputs, terminal);
+  outputs.commit("refined", {}, {"timing.json"});
+  if (terminal.json)
+    terminal.print(summary);
+  else
+    print_result(command, facts, outputs, terminal);
+  if (!facts.faults.empty())
+    throw command::NotValid(
+        fmt::format("{}: {}; do not use this road", outputs.path("refined.crg"),
+                    one_line(fmt::format("{}", fmt::join(facts.faults, "; ")))));
+  return kOk;
 }
 
 }  // namespace lidar2mesh

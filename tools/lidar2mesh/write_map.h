@@ -11,16 +11,12 @@
 
 namespace lidar2mesh {
 
-/// Roads, surfaces, trajectory, timing and the summary in `outputs`; report.html too where the
-/// command wants it. `facts`: the report of `result` with every remark. Returns what summary.json
-/// holds.
-std::string write_map(const MapCommand& command, const crg::Crg& base,
-                      const cloud::MapResult& result, const cloud::MapReport& facts,
-                      const std::vector<road::InputFile>& inputs, const base::OutputSet& outputs,
-                      Terminal& terminal);
-
-/// The same in a few lines.
-void print_result(const MapCommand& command, const cloud::MapReport& facts,
-                  const base::OutputSet& outputs, Terminal& terminal);
+/// Writes roads, surfaces, trajectory, timing and the summary, report.html too where the command
+/// wants it, and prints the same in a few lines. `remarks` are added to those of the result. Throws
+/// NotValid, after that, where the road must not be used.
+int hand_out_map(const MapCommand& command, const crg::Crg& base, const cloud::MapResult& result,
+                 const std::vector<std::string>& remarks,
+                 const std::vector<road::InputFile>& inputs, base::OutputSet& outputs,
+                 Terminal& terminal);
 
 }  // namespace lidar2mesh

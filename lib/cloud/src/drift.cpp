@@ -27,6 +27,7 @@ constexpr double kTilted = 0.03;
 constexpr double kNearly_m = 0.001;  // poses that move by less in a round are nearly right
 constexpr double kRoad_m = 10.0;     // over this width a tilt may be all of what the base is off by
 constexpr double kLeastBaseStddev_m = 0.0001;
+constexpr double kMostAssumed = 2.0;  // of variances: one view in a cell, and a base without errors
 
 /// Slope and bend of the correction at a section, from its neighbours in the piece.
 void shape_at(const Sections& sections, const std::vector<Correction>& corrections,
@@ -118,6 +119,17 @@ JointScales scales_by(const JointFacts& facts, JointScales scales, int round,
   scales.view_m = std::max({4.0 * facts.view_mad_m, wanted, 0.001});
   if (round > 0) scales.view_factor = std::clamp(facts.view_mad * facts.view_mad, 0.05, 100.0);
   return scales;
+}
+
+/// What the base's cells are seen to be off by holds the views' own noise, which the equations
+/// count once more: variances that they assume over those that are seen.
+double assumed_over_seen(const JointFacts& facts, const JointScales& scales,
+                         const MapOptions& options) {
+  if (!options.trust_base) return 1.0;
+  const double seen_m2 = scales.base_stddev_m * scales.base_stddev_m * scales.base_together,
+               noise_m2 = scales.view_factor * scales.view_together * facts.cell_noise_m *
+                          facts.cell_noise_m;
+  return std::min(1.0 + noise_m2 / seen_m2, kMostAssumed);
 }
 
 /// How much comes together: a part of the way from the old to the new, as factors.
@@ -316,11 +328,12 @@ Drift estimate_drift(const Sections& sections, const RoadFrame& frame, const Map
                        is_still(move, options);
   }
   if (!again) return drift;
-  problem.deviations(tilt, drift);
+  const JointFacts facts = problem.facts(drift.correction, scales);
+  problem.deviations(tilt, assumed_over_seen(facts, scales, options), scales, drift);
   if (!options.trust_base && before.size() == sections.list.size() &&
       !sections.list.front().ahead.isZero())
     take_word_of_trajectory(sections, frame, options, drift);
-  report_fit(problem, problem.facts(drift.correction, scales), scales, report);
+  report_fit(problem, facts, scales, report);
   report_stations(sections, frame, before, drift, problem, report);
   report_deviations(sections, drift, options, report);
   return drift;

@@ -17,10 +17,17 @@ struct StretchDeviation {
 };
 inline constexpr double kStretch_m = 10.0;
 
+/// One pass of a stretch against all others: what is left of the drift between them.
+struct PassApart {
+  int pass = -1;  ///< none: fewer than two passes
+  StretchDeviation deviation;
+};
+
 struct Drift {
   std::vector<Correction> correction;  ///< one per section; added to its poses
   std::vector<Correction> stddev;
   std::vector<StretchDeviation> stretch;  ///< every kStretch_m of the road
+  std::vector<PassApart> apart;           ///< the same stretches
 };
 
 /// All sections of all passes and the heights of the road's cells over the base are estimated

@@ -1,11 +1,13 @@
 #include "fuse.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/parallel.h"
-#include "base/statistics.h"
 #include "blend.h"
 
 namespace cloud {
@@ -14,7 +16,7 @@ namespace {
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr double kGate_m =
     0.02;  // beyond the robust heights around: four times the noise of a good sensor
-constexpr std::size_t kStripeRows = 64;
+constexpr std::size_t kStripeRows = NodeSums::kStripeRows;
 
 /// Lowest and highest robust height among a cell and its neighbours.
 struct Band {
@@ -61,107 +63,6 @@ StretchDeviation drift_left(const Drift& drift, std::size_t row, const RoadFrame
           true};
 }
 
-/// How heights scatter about the mean of their node.
-struct Noise {
-  double typical_m = 0.0;
-  double typical_m2 = 0.0, few_m2 = 0.0;  ///< its square; the same where few points fall
-};
-
-Noise noise_of(const NodeSums& sums) {
-  std::vector<float> noise;
-  for (std::size_t k = 0; k < sums.points.size(); k += 17)
-    if (sums.points[k] >= 8.0f) {
-      const float mean = sums.height[k] / sums.points[k];
-      noise.push_back(std::sqrt(std::max(0.0f, sums.height2[k] / sums.points[k] - mean * mean) *
-                                sums.points[k] / (sums.points[k] - 1.0f)));
-    }
-  // Nodes with few points lie farther away, where points scatter more than where many fall.
-  double few_square = 0.0, few_freedom = 0.0;
-  for (std::size_t k = 0; k < sums.points.size(); ++k) {
-    const auto n = static_cast<double>(sums.points[k]);
-    if (n < 2.0 || n > 3.0) continue;
-    const double mean = static_cast<double>(sums.height[k]) / n;
-    few_square += std::max(0.0, static_cast<double>(sums.height2[k]) - n * mean * mean);
-    few_freedom += n - 1.0;
-  }
-  const bool few_tell = few_freedom >= 100.0;
-  Noise out;
-  out.typical_m = few_tell ? std::sqrt(few_square / few_freedom) : 0.005;
-  if (noise.size() >= (few_tell ? 100u : 1u))
-    out.typical_m = static_cast<double>(base::median(std::move(noise)));
-  out.typical_m2 = out.typical_m * out.typical_m;
-  out.few_m2 = few_tell ? std::max(out.typical_m2, few_square / few_freedom) : out.typical_m2;
-  return out;
-}
-
-/// What the points say of a node: height over the base, and how uncertain it is by itself.
-struct NodeHeight {
-  NodeSource source = NodeSource::base;  ///< base: nothing
-  double mean = 0.0, variance = 0.0;
-};
-
-/// By a node's own points.
-NodeHeight measured_at(const NodeSums& sums, std::size_t k, const Noise& noise) {
-  const auto n = static_cast<double>(sums.points[k]);
-  const double mean = static_cast<double>(sums.height[k]) / n;
-  const double scatter2 = std::max(0.0, static_cast<double>(sums.height2[k]) / n - mean * mean) *
-                          n / std::max(1.0, n - 1.0);
-  // Few points say little about their own scatter: the typical one counts as ten more.
-  const double typical2 = n < 8.0 ? noise.few_m2 : noise.typical_m2;
-  return {NodeSource::lidar, mean, ((n - 1.0) * scatter2 + 10.0 * typical2) / (n + 9.0) / n};
-}
-
-/// In a gap among nodes with at least so many points.
-NodeHeight between_neighbours(const NodeSums& sums, std::size_t i, std::size_t j,
-                              const RoadFrame& frame, float least, const Noise& noise) {
-  const auto columns = static_cast<std::ptrdiff_t>(frame.columns()),
-             rows = static_cast<std::ptrdiff_t>(frame.rows() - (frame.closed() ? 1 : 0));
-  double around = 0.0, sum = 0.0, sum2 = 0.0;
-  for (std::ptrdiff_t di = -1; di <= 1; ++di)
-    for (std::ptrdiff_t dj = -1; dj <= 1; ++dj) {
-      const std::ptrdiff_t jj = static_cast<std::ptrdiff_t>(j) + dj;
-      std::ptrdiff_t ii = static_cast<std::ptrdiff_t>(i) + di;
-      if (frame.closed()) ii = (ii + rows) % rows;
-      if (ii < 0 || ii >= rows || jj < 0 || jj >= columns) continue;
-      const auto other = static_cast<std::size_t>(ii * columns + jj);
-      if (sums.points[other] < least) continue;
-      const double h = static_cast<double>(sums.height[other] / sums.points[other]);
-      around += 1.0, sum += h, sum2 += h * h;
-    }
-  if (!(around >= 4.0)) return {};
-  const double mean = sum / around;
-  return {NodeSource::interpolated, mean,
-          std::max(0.0, sum2 / around - mean * mean) + noise.typical_m * noise.typical_m / 4.0};
-}
-
-/// Of grass too low to be told from a rough road, m^2.
-float excess_at(const Sections& sections, const RoadFrame& frame, std::size_t row, double v_m) {
-  const auto along = static_cast<std::size_t>(static_cast<double>(row) * frame.u_step_m() /
-                                              kVergeStretch_m),
-             column = static_cast<std::size_t>((v_m - frame.v_m().front()) / kSectionCell_m),
-             across = static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) /
-                                               kSectionCell_m) +
-                      1;
-  const std::size_t k = along * across + std::min(column, across - 1);
-  return k < sections.excess_m2.size() ? sections.excess_m2[k] : 0.0f;
-}
-
-/// Variance that a node's height has in common with its neighbours and with the base, which holds
-/// the poses: what is left of the drift.
-double variance_in_common(const StretchDeviation& left, const RoadFrame& frame, std::size_t row,
-                          double v_m) {
-  double in_common = 0.0;
-  if (!left.seen) return in_common;
-  const double lever = v_m - left.v_m;
-  in_common +=
-      left.var_height + 2.0 * lever * left.cov_height_slope + lever * lever * left.var_slope;
-  const Eigen::Vector2d slope = frame.gradient({static_cast<double>(row), v_m}, 0.15);
-  if (!slope.allFinite()) return in_common;
-  const Eigen::Vector2d ahead = frame.ahead(static_cast<double>(row));
-  const double along = slope.dot(ahead), across = slope.y() * ahead.x() - slope.x() * ahead.y();
-  return in_common + (along * along * left.var_along + across * across * left.var_across);
-}
-
 /// The last row of a closed road is the first again.
 void close_seam(const crg::Grid& base, std::size_t rows, std::size_t columns, MapResult& result) {
   for (std::size_t j = 0; j < columns; ++j) {
@@ -202,85 +103,117 @@ void report_nodes(const crg::Grid& base, MapResult& result) {
   report.changed_max_m = static_cast<double>(changes.back());
 }
 
+/// A point of a chunk where it goes to.
+struct OnNode {
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t node = kNone;
+  float height_m = 0.0f;
+  std::uint8_t range = 0;  ///< class
+  int pass = 0;
+};
+
+/// Of the drift that cannot be taken out of poses. False: beside the road then.
+bool take_out_along_u(const RoadFrame& frame, const Sections& sections, const Drift& drift,
+                      RoadPoint& point) {
+  const auto s = std::min(static_cast<std::size_t>(point.driven_m / kSectionLength_m),
+                          sections.list.size() - 1);
+  const Section& section = sections.list[s];
+  const Correction c = correction_at(sections, drift.correction, point.driven_m, 0);
+  const Eigen::Vector3d p = section.position_m + c.head<3>() +
+                            rotation_of(c, section.axes) * (point.map_m - section.position_m);
+  const std::optional<GridPlace> moved = frame.project(p.x(), p.y(), point.place.row);
+  if (!moved) return false;
+  point.place = *moved;
+  point.above_base_m = p.z() - frame.z_origin_m() - frame.height(*moved);
+  return true;
+}
+
+/// The node next to a point near the robust surface.
+OnNode node_of(const RoadPoint& point, const RoadFrame& frame, const HeightCells& surface,
+               const std::vector<Band>& bands) {
+  std::size_t i = 0, j = 0;
+  if (!surface.cell_of(point.place, i, j)) return {};
+  const Band& band = bands[i * surface.across + j];
+  if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
+        point.above_base_m < static_cast<double>(band.high) + kGate_m))
+    return {};
+  std::size_t column = 0;
+  double share = 0.0;
+  if (!frame.column_of(point.place.v_m, column, share)) return {};
+  if (share > 0.5) ++column;
+  const std::size_t rows = frame.rows() - (frame.closed() ? 1 : 0);
+  std::size_t row = static_cast<std::size_t>(point.place.row + 0.5);
+  if (row >= rows) row = frame.closed() ? 0 : rows - 1;
+  return {static_cast<std::uint32_t>(row * frame.columns() + column),
+          static_cast<float>(point.above_base_m),
+          static_cast<std::uint8_t>(range_class(point.range_m)), 0};
+}
+
 }  // namespace
 
-NodeSums accumulate(const CloudSource& source, const RoadFrame& frame,
+RoadSums accumulate(const CloudSource& source, const RoadFrame& frame,
                     const RoadTrajectory* trajectory, const Sections& sections, const Drift& drift,
-                    const HeightCells& surface, const MapOptions& options, MapReport& report) {
-  const std::size_t columns = frame.columns(), rows = frame.rows() - (frame.closed() ? 1 : 0);
-  NodeSums sums;
-  sums.points.assign(rows * columns, 0.0f), sums.height.assign(rows * columns, 0.0f),
-      sums.height2.assign(rows * columns, 0.0f);
+                    const HeightCells& surface, const MapOptions& options) {
+  const std::size_t columns = frame.columns();
+  RoadSums sums(frame, drift);
   const std::vector<Band> bands = bands_of(surface, options.threads);
-  const std::size_t stripes = rows / kStripeRows + 1;
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> node, order, begin(stripes + 1);
-  std::vector<float> height;
+  const std::size_t stripes = sums.all.stripes();
+  std::vector<OnNode> on;
+  std::vector<std::uint32_t> order, begin(stripes + 1);
   source([&](Cloud&& chunk) {
-    node.assign(chunk.size(), kNone), height.resize(chunk.size());
+    on.resize(chunk.size());
     base::parallel_for(chunk.size(), 16384, options.threads, [&](std::size_t from, std::size_t to) {
       Placer place(frame, trajectory);
       RoadPoint point;
       for (std::size_t k = from; k < to; ++k) {
+        on[k] = {};
         if (place(chunk, k, point) != Placed::on_road) continue;
-        if (trajectory == nullptr && options.correct_drift) {
-          const auto s = std::min(static_cast<std::size_t>(point.driven_m / kSectionLength_m),
-                                  sections.list.size() - 1);
-          const Section& section = sections.list[s];
-          const Correction c = correction_at(sections, drift.correction, point.driven_m, 0);
-          const Eigen::Vector3d p =
-              section.position_m + c.head<3>() +
-              rotation_of(c, section.axes) * (point.map_m - section.position_m);
-          const std::optional<GridPlace> moved = frame.project(p.x(), p.y(), point.place.row);
-          if (!moved) continue;
-          point.place = *moved;
-          point.above_base_m = p.z() - frame.z_origin_m() - frame.height(*moved);
-        }
-        std::size_t i = 0, j = 0;
-        if (!surface.cell_of(point.place, i, j)) continue;
-        const Band& band = bands[i * surface.across + j];
-        if (!(point.above_base_m > static_cast<double>(band.low) - kGate_m &&
-              point.above_base_m < static_cast<double>(band.high) + kGate_m))
+        if (trajectory == nullptr && options.correct_drift &&
+            !take_out_along_u(frame, sections, drift, point))
           continue;
-        std::size_t column = 0;
-        double share = 0.0;
-        if (!frame.column_of(point.place.v_m, column, share)) continue;
-        if (share > 0.5) ++column;
-        std::size_t row = static_cast<std::size_t>(point.place.row + 0.5);
-        if (row >= rows) row = frame.closed() ? 0 : rows - 1;
-        node[k] = static_cast<std::uint32_t>(row * columns + column);
-        height[k] = static_cast<float>(point.above_base_m);
+        on[k] = node_of(point, frame, surface, bands);
+        if (trajectory != nullptr) on[k].pass = trajectory->pass[point.pose];
       }
     });
     // By stripes of rows, so that each sum is made by one thread in the order of the points.
     std::fill(begin.begin(), begin.end(), 0u);
-    for (const std::uint32_t n : node)
-      if (n != kNone) ++begin[n / columns / kStripeRows + 1];
+    for (const OnNode& point : on)
+      if (point.node != OnNode::kNone) ++begin[point.node / columns / kStripeRows + 1];
     for (std::size_t s = 0; s < stripes; ++s) begin[s + 1] += begin[s];
     order.resize(begin[stripes]);
-    report.used += begin[stripes];
-    report.points += chunk.size();
+    sums.used += begin[stripes];
+    sums.read += chunk.size();
     std::vector<std::uint32_t> at(begin.begin(), begin.end() - 1);
-    for (std::size_t k = 0; k < node.size(); ++k)
-      if (node[k] != kNone)
-        order[at[node[k] / columns / kStripeRows]++] = static_cast<std::uint32_t>(k);
+    for (std::size_t k = 0; k < on.size(); ++k)
+      if (on[k].node != OnNode::kNone)
+        order[at[on[k].node / columns / kStripeRows]++] = static_cast<std::uint32_t>(k);
     base::parallel_for(stripes, 1, options.threads, [&](std::size_t from, std::size_t to) {
       for (std::size_t k = begin[from]; k < begin[to]; ++k) {
-        const std::uint32_t point = order[k];
-        sums.points[node[point]] += 1.0f, sums.height[node[point]] += height[point],
-            sums.height2[node[point]] += height[point] * height[point];
+        const OnNode& point = on[order[k]];
+        sums.add(point.node, point.pass, point.height_m, point.range);
       }
     });
   });
   return sums;
 }
 
-void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
+void fuse(const RoadSums& road_sums, const RoadFrame& frame, const crg::Grid& base,
           const Sections& sections, const Drift& drift, const MapOptions& options,
           MapResult& result) {
   const std::size_t columns = frame.columns(), rows = frame.rows() - (frame.closed() ? 1 : 0);
   result.grid = base, result.stddev = base, result.source = base;
+  const NodeSums& sums = road_sums.all;
   const Noise noise = noise_of(sums);
+  const LeftOut seen = look_at_left_out(road_sums, frame, drift, noise);
+  const double noise_factor2 = seen.noise_factor * seen.noise_factor;
+  result.report.left_out_nodes = seen.nodes, result.report.left_out_within_90 = seen.within_90,
+  result.report.noise_factor = seen.noise_factor;
+  if (!seen.is_clear)
+    result.report.remarks.push_back(fmt::format(
+        "one pass left out, the 90 % intervals of the others hold {:.0f} % of its nodes: passes "
+        "differ by more than the points' scatter and the drift that is left explain; the stated "
+        "deviations are too small",
+        100.0 * seen.within_90));
   const auto least = static_cast<float>(options.min_points);
   base::parallel_for(rows, 256, options.threads, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
@@ -296,15 +229,15 @@ void fuse(const NodeSums& sums, const RoadFrame& frame, const crg::Grid& base,
           set(z, std::numeric_limits<double>::quiet_NaN(), NodeSource::hole);
           continue;
         }
-        NodeHeight node = sums.points[k] >= least
-                              ? measured_at(sums, k, noise)
+        NodeHeight node = sums[k].points >= least
+                              ? measured(sums[k], noise)
                               : between_neighbours(sums, i, j, frame, least, noise);
         if (node.source == NodeSource::base) {
           set(z, options.base_stddev_m, node.source);
           continue;
         }
-        // Blades from nothing to twice their mean stand 1.7 deviations above the ground on average.
-        node.variance += 3.0 * static_cast<double>(excess_at(sections, frame, i, frame.v_m()[j]));
+        node.variance =
+            noise_factor2 * node.variance + variance_of_grass(sections, frame, i, frame.v_m()[j]);
         const double in_common = variance_in_common(left, frame, i, frame.v_m()[j]);
         // A base that the points contradict is as uncertain as it is wrong.
         const double base_variance = std::max(options.base_stddev_m * options.base_stddev_m,

@@ -33,7 +33,8 @@ struct JointScales {
 
 /// What one look at the residuals tells about the scales.
 struct JointFacts {
-  double base_mad_m = 0.0;  ///< robust deviation of cells from the base, less its even error
+  double base_mad_m = 0.0;    ///< robust deviation of cells from the base, less its even error
+  double cell_noise_m = 0.0;  ///< typical deviation of means of a cell's views, as assumed
   double node_mad_m = 0.0, node_slope_mad = 0.0;  ///< of that; slopes about what they share
   double view_mad = 0.0;    ///< of views from their cells, in assumed deviations
   double view_mad_m = 0.0;  ///< the same in metres
@@ -65,8 +66,10 @@ class JointProblem {
   /// Without a base the points tell nothing about where the road lies and how it is turned as a
   /// whole: moves all poses together to where the trajectory's stiffness wants them.
   void hold_as_a_whole(std::vector<Correction>& now) const;
-  /// From the normal equations of the last solve, with a whole road that may be tilted by so much.
-  void deviations(double common_slope_stddev, Drift& drift);
+  /// From the normal equations of the last solve, with a whole road that may be tilted by so much,
+  /// and points that fit `times` as well as the equations assume (variances).
+  void deviations(double common_slope_stddev, double times, const JointScales& scales,
+                  Drift& drift);
   /// Once the poses are nearly right: the base may be tilted as a whole, and views know of its even
   /// error within their cells. (Far away these freedoms lead astray.)
   void refine();
@@ -118,6 +121,12 @@ class JointProblem {
   /// Of a cell's height over that, along and across the road, from its neighbours.
   Eigen::Vector2d slope_of(std::size_t i, std::size_t j) const;
   double points_of(std::uint32_t view) const;
+  /// Of the passes that see a stretch, each stretch leaves out another one; -1: fewer than two.
+  int pass_left_out(std::size_t stretch) const;
+  /// What is left of the drift over a stretch, for the mean of all views; or, with a pass, for the
+  /// difference of its views to those of the others. `functional`: room for that, kept.
+  StretchDeviation deviation_of(std::size_t stretch, int left_out,
+                                Eigen::MatrixXd& functional) const;
   void add_prior(std::vector<Eigen::Triplet<double>>& entries) const;
   /// Robust weights of the nodes and of the tilt, and what they say.
   void add_prior_of_base(const JointScales& scales, std::vector<Eigen::Triplet<double>>& entries);

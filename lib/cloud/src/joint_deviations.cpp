@@ -18,7 +18,7 @@ constexpr std::size_t kEnough = 100;  // cells of it
 JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales) {
   // A part of the cells is enough for medians.
   const std::size_t every = 1 + order_.size() / 500'000;
-  std::vector<float> cells, lane, views, views_m, residuals, passes;
+  std::vector<float> cells, lane, views, views_m, residuals, passes, noise, lane_noise;
   double believed = 0.0, all = 0.0;
   std::size_t cell_index = 0;
   for (std::size_t k = 0; k < order_.size();) {
@@ -51,7 +51,9 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
       }
       const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
       cells.push_back(static_cast<float>(std::abs(uneven)));
+      if (weights > 0.0) noise.push_back(static_cast<float>(1.0 / std::sqrt(weights)));
       if (driven) lane.push_back(cells.back());
+      if (driven && weights > 0.0) lane_noise.push_back(noise.back());
       if (end - k > 1)
         for (std::size_t i = k; i < end; ++i) {
           const View& view = views_[order_[i]];
@@ -79,7 +81,10 @@ JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointSc
   };
   facts.node_mad_m = typical(heights), facts.node_slope_mad = typical(slopes);
   // What lies beside the road, and is not what the base says, must not widen what is believed.
-  facts.base_mad_m = typical(lane.size() < kEnough ? cells : lane);
+  const bool by_lane = lane.size() >= kEnough;
+  facts.base_mad_m = typical(by_lane ? lane : cells);
+  facts.cell_noise_m =
+      static_cast<double>(base::median_or(0.0f, std::move(by_lane ? lane_noise : noise)));
   facts.view_mad = typical(views);
   facts.view_mad_m = typical(views_m), facts.residual_m = typical(residuals);
   facts.between_passes_m = typical(passes);
@@ -168,9 +173,16 @@ double JointProblem::believed_share(std::size_t section) const {
   return all > 0.0 ? believed / all : 0.0;
 }
 
-void JointProblem::deviations(double common_slope_stddev, Drift& drift) {
+void JointProblem::deviations(double common_slope_stddev, double times, const JointScales& scales,
+                              Drift& drift) {
   const std::size_t n = sections_.list.size();
   const Eigen::Index dimension = matrix_.rows(), common = dimension - 1;
+  std::vector<Eigen::Triplet<double>> entries;
+  add_prior(entries);
+  add_prior_of_base(scales, entries);
+  Eigen::SparseMatrix<double> known(dimension, dimension);
+  known.setFromTriplets(entries.begin(), entries.end());
+  matrix_ = Eigen::SparseMatrix<double>(times * matrix_ + (1.0 - times) * known);
   matrix_.coeffRef(common, common) +=
       1.0 / (common_slope_stddev * common_slope_stddev) - common_weight_;
   solver_.compute(matrix_);
@@ -188,58 +200,79 @@ void JointProblem::deviations(double common_slope_stddev, Drift& drift) {
       for (int k = 0; k < 6; ++k) drift.stddev[s][k] = std::sqrt(std::max(0.0, inverse(at + k, k)));
     }
   });
-  drift.stretch.assign(stretches_, {});
+  drift.stretch.assign(stretches_, {}), drift.apart.assign(stretches_, {});
   base::parallel_for(stretches_, 1, options_.threads, [&](std::size_t from, std::size_t to) {
-    Eigen::MatrixXd functional(dimension, 4);  // height, slope across, along, across
+    Eigen::MatrixXd functional(dimension, 4);
     for (std::size_t k = from; k < to; ++k) {
-      functional.setZero();
-      StretchDeviation& out = drift.stretch[k];
-      double cells = 0.0, sum_v = 0.0, sum_vv = 0.0, points = 0.0;
-      const auto each_cell = [&](const auto& what) {
-        for (std::size_t i = stretch_begin_[k]; i < stretch_begin_[k + 1];) {
-          std::size_t end = i;
-          const std::uint32_t cell = views_[order_[i]].cell;
-          double count = 0.0;
-          while (end < stretch_begin_[k + 1] && views_[order_[end]].cell == cell)
-            count += points_of(order_[end++]);
-          what(i, end,
-               frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m,
-               count);
-          i = end;
-        }
-      };
-      each_cell([&](std::size_t, std::size_t, double v, double count) {
-        cells += 1.0, sum_v += v, sum_vv += v * v, points += count;
-      });
-      if (cells < 50.0) continue;
-      out.v_m = sum_v / cells;
-      const double spread = sum_vv - cells * out.v_m * out.v_m;
-      const double heading = frame_.heading_rad(
-          (static_cast<double>(k) + 0.5) * static_cast<double>(rows_per_stretch_) * cell_rows_);
-      const double c = std::cos(heading), s = std::sin(heading);
-      each_cell([&](std::size_t begin, std::size_t end, double v, double count) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const View& view = views_[order_[i]];
-          const double share = points_of(order_[i]) / count;
-          const auto at = static_cast<Eigen::Index>(6 * view.section);
-          // Slopes of the ground are not part of this: they differ from node to node.
-          for (int e = 0; e < 6; ++e) {
-            const double j = e < 2 ? 0.0 : static_cast<double>(view.jacobian[e]);
-            functional(at + e, 0) += share * j / cells;
-            functional(at + e, 1) += share * j * (v - out.v_m) / spread;
-          }
-          functional(at, 2) += share * c / cells, functional(at + 1, 2) += share * s / cells;
-          functional(at, 3) -= share * s / cells, functional(at + 1, 3) += share * c / cells;
-        }
-      });
-      const Eigen::MatrixXd answer = solver_.solve(functional);
-      const Eigen::Matrix4d covariance = functional.transpose() * answer;
-      out.var_height = covariance(0, 0), out.cov_height_slope = covariance(0, 1);
-      out.var_slope = covariance(1, 1);
-      out.var_along = covariance(2, 2), out.var_across = covariance(3, 3);
-      out.seen = true;
+      drift.stretch[k] = deviation_of(k, -1, functional);
+      PassApart& apart = drift.apart[k];
+      apart.pass = pass_left_out(k);
+      if (apart.pass >= 0) apart.deviation = deviation_of(k, apart.pass, functional);
     }
   });
+}
+
+int JointProblem::pass_left_out(std::size_t stretch) const {
+  std::vector<int> passes;
+  for (std::size_t i = stretch_begin_[stretch]; i < stretch_begin_[stretch + 1]; ++i) {
+    const int pass = sections_.list[views_[order_[i]].section].pass;
+    const auto at = std::lower_bound(passes.begin(), passes.end(), pass);
+    if (at == passes.end() || *at != pass) passes.insert(at, pass);
+  }
+  return passes.size() < 2 ? -1 : passes[stretch % passes.size()];
+}
+
+StretchDeviation JointProblem::deviation_of(std::size_t stretch, int left_out,
+                                            Eigen::MatrixXd& functional) const {
+  functional.setZero();  // height, slope across, along, across
+  StretchDeviation out;
+  double cells = 0.0, sum_v = 0.0, sum_vv = 0.0;
+  const auto is_left_out = [&](std::size_t i) {
+    return left_out >= 0 && sections_.list[views_[order_[i]].section].pass == left_out;
+  };
+  const auto each_cell = [&](const auto& what) {
+    for (std::size_t i = stretch_begin_[stretch]; i < stretch_begin_[stretch + 1];) {
+      std::size_t end = i;
+      const std::uint32_t cell = views_[order_[i]].cell;
+      double points[] = {0.0, 0.0};  // of the pass that is left out: the second
+      for (; end < stretch_begin_[stretch + 1] && views_[order_[end]].cell == cell; ++end)
+        points[is_left_out(end) ? 1 : 0] += points_of(order_[end]);
+      if (left_out < 0 || (points[0] > 0.0 && points[1] > 0.0)) what(i, end, v_of(cell), points);
+      i = end;
+    }
+  };
+  each_cell([&](std::size_t, std::size_t, double v, const double*) {
+    cells += 1.0, sum_v += v, sum_vv += v * v;
+  });
+  if (cells < 50.0) return out;
+  out.v_m = sum_v / cells;
+  const double spread = sum_vv - cells * out.v_m * out.v_m;
+  const double heading = frame_.heading_rad((static_cast<double>(stretch) + 0.5) *
+                                            static_cast<double>(rows_per_stretch_) * cell_rows_);
+  const double c = std::cos(heading), s = std::sin(heading);
+  each_cell([&](std::size_t begin, std::size_t end, double v, const double* points) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const View& view = views_[order_[i]];
+      const bool other = is_left_out(i);
+      const double share = (other ? -1.0 : 1.0) * points_of(order_[i]) / points[other ? 1 : 0];
+      const auto at = static_cast<Eigen::Index>(6 * view.section);
+      // Slopes of the ground are not part of this: they differ from node to node.
+      for (int e = 0; e < 6; ++e) {
+        const double j = e < 2 ? 0.0 : static_cast<double>(view.jacobian[e]);
+        functional(at + e, 0) += share * j / cells;
+        functional(at + e, 1) += share * j * (v - out.v_m) / spread;
+      }
+      functional(at, 2) += share * c / cells, functional(at + 1, 2) += share * s / cells;
+      functional(at, 3) -= share * s / cells, functional(at + 1, 3) += share * c / cells;
+    }
+  });
+  const Eigen::MatrixXd answer = solver_.solve(functional);
+  const Eigen::Matrix4d covariance = functional.transpose() * answer;
+  out.var_height = covariance(0, 0), out.cov_height_slope = covariance(0, 1);
+  out.var_slope = covariance(1, 1);
+  out.var_along = covariance(2, 2), out.var_across = covariance(3, 3);
+  out.seen = true;
+  return out;
 }
 
 double JointProblem::points_of(std::uint32_t view) const {

@@ -8,10 +8,9 @@
 #include <numbers>
 
 #include "base/parallel.h"
-#include "causes.h"
 #include "cloud/error.h"
-#include "standing.h"
 #include "verge.h"
+#include "visits.h"
 
 namespace cloud {
 namespace {
@@ -32,7 +31,7 @@ struct OpenSection {
   std::vector<Sum> sums;
   Eigen::Vector3d position_m;
   double row = 0.0;
-  std::size_t last_use = 0;
+  std::uint8_t visit = 0;
 };
 
 /// Sum of the squares of heights about their plane.
@@ -49,16 +48,28 @@ double about_plane(const Sum& s) {
 
 class Collector {
  public:
-  Collector(const RoadFrame& frame, const MapOptions& options, Sections& sections)
+  Collector(const RoadFrame& frame, const MapOptions& options, Look& look)
       : frame_(frame),
         options_(options),
-        sections_(sections),
-        standing_(frame, sections.list.size()) {
+        sections_(look.sections),
+        standing_(look.standing),
+        visits_(look.sections.list.size()) {
     across_ =
         static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
     along_ = static_cast<std::size_t>(2.0 * kReach_m / kSectionCell_m);
   }
 
+  /// A point of a section came, whether add() wants it or not. `visit`: its number where that is
+  /// known from elsewhere.
+  void come(std::size_t index, const std::uint8_t* visit) {
+    const Visits::Seen seen = visits_(index);
+    if (seen.closed) close_one(*seen.closed);
+    visit_ = visit != nullptr ? *visit : seen.number;
+    const auto open = open_.find(index);
+    if (open != open_.end() && open->second.visit != visit_) close_one(index);
+  }
+
+  /// The point that came last.
   void add(std::size_t index, const RoadPoint& point) {
     OpenSection& open = open_section(index);
     double ahead = point.place.row - open.row;
@@ -89,30 +100,25 @@ class Collector {
   void close_all() {
     for (auto& [index, open] : open_) close(index, open);
     open_.clear();
-    standing_.leave_out_feet(sections_);
   }
 
  private:
   OpenSection& open_section(std::size_t index) {
-    ++clock_;
     const auto found = open_.find(index);
-    if (found != open_.end()) {
-      found->second.last_use = clock_;
-      return found->second;
-    }
-    if (open_.size() >= 8) {
-      auto oldest = open_.begin();
-      for (auto i = open_.begin(); i != open_.end(); ++i)
-        if (i->second.last_use < oldest->second.last_use) oldest = i;
-      close(oldest->first, oldest->second);
-      open_.erase(oldest);
-    }
+    if (found != open_.end()) return found->second;
     OpenSection& open = open_[index];
     open.sums.assign(along_ * across_, {});
     open.position_m = sections_.list[index].position_m;
     open.row = sections_.list[index].row;
-    open.last_use = clock_;
+    open.visit = visit_;
     return open;
+  }
+
+  void close_one(std::size_t index) {
+    const auto found = open_.find(index);
+    if (found == open_.end()) return;
+    close(index, found->second);
+    open_.erase(found);
   }
 
   bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const {
@@ -157,17 +163,19 @@ class Collector {
   const RoadFrame& frame_;
   const MapOptions& options_;
   Sections& sections_;
-  Standing standing_;
-  std::size_t across_ = 0, along_ = 0, clock_ = 0;
+  Standing& standing_;
+  std::size_t across_ = 0, along_ = 0;
+  Visits visits_;
+  std::uint8_t visit_ = 0;  ///< of the point that came last
   std::map<std::size_t, OpenSection> open_;
 };
 
-/// Sections along the trajectory (or along u), with nothing in them yet.
-Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory,
-                        std::vector<std::size_t>& first_of_piece) {
+}  // namespace
+
+Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory) {
   Sections sections;
   if (trajectory == nullptr) {
-    first_of_piece = {0};
+    sections.first_of_piece = {0};
     for (double u = 0.0; u < frame.length_m(); u += kSectionLength_m) {
       Section section;
       section.row = std::min((u + 0.5 * kSectionLength_m) / frame.u_step_m(),
@@ -188,7 +196,7 @@ Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory
   for (std::size_t i = 0; i < poses.size();) {
     std::size_t end = i;
     while (end < poses.size() && poses.piece[end] == poses.piece[i]) ++end;
-    first_of_piece.push_back(sections.list.size());
+    sections.first_of_piece.push_back(sections.list.size());
     const double begin = poses.driven_m[i], length = poses.driven_m[end - 1] - begin;
     // The last one may be half as long or half as long again.
     const auto count =
@@ -223,7 +231,14 @@ Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory
   return sections;
 }
 
-}  // namespace
+std::size_t Sections::index_at(int piece, double driven_m) const {
+  const auto p = static_cast<std::size_t>(piece);
+  const std::size_t first = first_of_piece[p],
+                    next = p + 1 < first_of_piece.size() ? first_of_piece[p + 1] : list.size();
+  const auto along = static_cast<std::size_t>(
+      std::max(0.0, (driven_m - (centre_m[first] - 0.5 * kSectionLength_m)) / kSectionLength_m));
+  return std::min(first + along, next - 1);
+}
 
 Eigen::Matrix3d rotation_of(const Correction& c, const Eigen::Matrix3d& axes) {
   const Eigen::Vector3d turn = axes * c.tail<3>();
@@ -231,98 +246,13 @@ Eigen::Matrix3d rotation_of(const Correction& c, const Eigen::Matrix3d& axes) {
   return Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
 }
 
-RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
-  RoadTrajectory placed;
-  const std::size_t n = trajectory.size();
-  placed.row.assign(n, 0.0), placed.v_m.assign(n, 0.0), placed.pass.assign(n, 0);
-  double row = 0.0, turns_begin = 0.0, unwrapped = 0.0;
-  std::size_t beside = 0;
-  int pass = 0;
-  bool lost = true;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d& p = trajectory.position_m[i];
-    const bool new_piece = i == 0 || trajectory.piece[i] != trajectory.piece[i - 1];
-    std::optional<GridPlace> place;
-    if (!new_piece && !lost) place = frame.project(p.x(), p.y(), row);
-    if (!place) place = frame.project(p.x(), p.y(), frame.nearest_row(p.x(), p.y()));
-    const bool on =
-        place && place->v_m > frame.v_m().front() - 3.0 && place->v_m < frame.v_m().back() + 3.0;
-    lost = !on;
-    beside += on ? 0 : 1;
-    const double here = place ? place->row : row;
-    double step = here - row;
-    const auto period = static_cast<double>(frame.rows() - 1);
-    if (frame.closed()) step -= period * std::round(step / period);
-    if (new_piece) {
-      pass += i == 0 ? 0 : 1;
-      turns_begin = unwrapped = here;
-    } else {
-      unwrapped += step;
-      if (std::abs(unwrapped - turns_begin) >= period) ++pass, turns_begin = unwrapped;
-    }
-    row = here;
-    placed.row[i] = here, placed.v_m[i] = place ? place->v_m : 0.0, placed.pass[i] = pass;
-  }
-  if (2 * beside > n) {
-    Eigen::Vector3d low = trajectory.position_m.front(), high = low;
-    for (const Eigen::Vector3d& p : trajectory.position_m)
-      low = low.cwiseMin(p), high = high.cwiseMax(p);
-    Eigen::Vector2d road_low = frame.node_position(0, 0.0), road_high = road_low;
-    for (std::size_t i = 0; i < frame.rows(); ++i)
-      road_low = road_low.cwiseMin(frame.node_position(i, 0.0)),
-      road_high = road_high.cwiseMax(frame.node_position(i, 0.0));
-    const double ratio =
-        (road_high - road_low).norm() / std::max(1e-9, (high - low).head<2>().norm());
-    std::string hint = "another frame?";
-    for (const auto& [factor, unit] : {std::pair{100.0, "cm"}, {1000.0, "mm"}, {3.28084, "ft"}})
-      if (std::abs(ratio / factor - 1.0) < 0.1)
-        hint = fmt::format("the base is {:.4g} times as large, as if it were in {}; give --unit {}",
-                           ratio, unit, unit);
-    throw Misfit(
-        fmt::format("{} of {} poses lie beside the base: poses x {:.1f} to {:.1f}, y {:.1f} to "
-                    "{:.1f} m, base x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m; {}",
-                    beside, n, low.x(), high.x(), low.y(), high.y(), road_low.x(), road_high.x(),
-                    road_low.y(), road_high.y(), hint));
-  }
-  placed.poses = std::move(trajectory);
-  return placed;
-}
-
-Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
-  if (trajectory_ != nullptr) {
-    PosedInstant pose;
-    if (!pose_at(trajectory_->poses, chunk.time_s[i], pose_, pose)) return Placed::no_pose;
-    point.map_m = pose.position_m + pose.orientation * (chunk.point(i) + chunk.origin_m);
-    point.driven_m = pose.driven_m;
-    point.ray = (point.map_m - pose.position_m).normalized();
-    point.pose = pose_;
-    row_ = trajectory_->row[pose_];
-  } else {
-    point.map_m = chunk.origin_m + chunk.point(i);
-  }
-  std::optional<GridPlace> place;
-  if (row_ >= 0.0) place = frame_.project(point.map_m.x(), point.map_m.y(), row_);
-  const auto beside = [&] {
-    return !place || place->v_m < frame_.v_m().front() || place->v_m > frame_.v_m().back();
-  };
-  if (trajectory_ == nullptr && beside())
-    place = frame_.project(point.map_m.x(), point.map_m.y(),
-                           frame_.nearest_row(point.map_m.x(), point.map_m.y()));
-  if (beside()) return Placed::off_road;
-  point.place = *place;
-  if (trajectory_ == nullptr) row_ = place->row, point.driven_m = place->row * frame_.u_step_m();
-  point.above_base_m = point.map_m.z() - frame_.z_origin_m() - frame_.height(*place);
-  return std::isfinite(point.above_base_m) ? Placed::on_road : Placed::off_road;
-}
-
-Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
-                          const RoadTrajectory* trajectory, const MapOptions& options,
-                          bool drifting) {
-  std::vector<std::size_t> first_of_piece;
-  Sections sections = empty_sections(frame, trajectory, first_of_piece);
-  sections.time_begin_s = std::numeric_limits<double>::infinity(),
-  sections.time_end_s = -sections.time_begin_s;
-  Collector collector(frame, options, sections);
+Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajectory* trajectory,
+             const MapOptions& options, bool visits_known) {
+  Sections empty = empty_sections(frame, trajectory);
+  Standing standing(frame, empty.list.size());
+  Look look{std::move(empty), std::move(standing)};
+  Sections& sections = look.sections;
+  Collector collector(frame, options, look);
   struct Seen {
     Placed how = Placed::off_road;
     RoadPoint point;
@@ -334,6 +264,8 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
       throw Error(
           "the points have no time, so they cannot be placed on the trajectory; a property 'time' "
           "is wanted, or --frame map for a registered cloud");
+    if (visits_known && chunk.classification.size() != chunk.size())
+      throw Error("points of a tile have no numbers of their visits");
     const std::size_t count = (chunk.size() + every - 1) / every;
     seen.resize(count);
     base::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
@@ -359,6 +291,15 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
         ++sections.without_pose;
         continue;
       }
+      const auto came = [&] {
+        const int piece = trajectory == nullptr ? 0 : trajectory->poses.piece[point.pose];
+        const std::size_t index = sections.index_at(piece, point.driven_m);
+        collector.come(index, visits_known ? &chunk.classification[k * every] : nullptr);
+        return index;
+      };
+      // With a trajectory which visit a point belongs to is a matter of time alone.
+      std::size_t index = 0;
+      if (trajectory != nullptr) index = came();
       sections.min_m = sections.min_m.cwiseMin(point.map_m.head<2>()),
       sections.max_m = sections.max_m.cwiseMax(point.map_m.head<2>());
       if (seen[k].how == Placed::off_road) {
@@ -367,20 +308,38 @@ Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
       }
       if (std::abs(point.above_base_m) > options.gate_m) ++sections.far_from_base;
       if (point.above_base_m < -options.gate_m) continue;
-      const std::size_t piece =
-          trajectory == nullptr ? 0 : static_cast<std::size_t>(trajectory->poses.piece[point.pose]);
-      const std::size_t first = first_of_piece[piece], next = piece + 1 < first_of_piece.size()
-                                                                  ? first_of_piece[piece + 1]
-                                                                  : sections.list.size();
-      const auto along = static_cast<std::size_t>(
-          std::max(0.0, (point.driven_m - (sections.centre_m[first] - 0.5 * kSectionLength_m)) /
-                            kSectionLength_m));
-      collector.add(std::min(first + along, next - 1), point);
+      if (trajectory == nullptr) index = came();
+      collector.add(index, point);
     }
   });
   collector.close_all();
-  sections.on_grass = leave_out_verge(sections, frame, drifting);
-  return sections;
+  return look;
+}
+
+void join(Look& all, Look&& part) {
+  Sections &to = all.sections, &from = part.sections;
+  for (std::size_t s = 0; s < to.list.size(); ++s) {
+    if (!from.list[s].has_data()) continue;
+    if (to.list[s].has_data())
+      throw Error(fmt::format("section {} of the trajectory was read twice", s + 1));
+    to.list[s].cells = std::move(from.list[s].cells);
+    all.standing.kept[s] = std::move(part.standing.kept[s]);
+  }
+  for (std::size_t k = 0; k < all.standing.seen.size(); ++k)
+    all.standing.seen[k].standing += part.standing.seen[k].standing,
+        all.standing.seen[k].clear += part.standing.seen[k].clear;
+  to.points += from.points, to.without_pose += from.without_pose;
+  to.off_road += from.off_road, to.far_from_base += from.far_from_base;
+  to.on_obstacles += from.on_obstacles;
+  to.time_begin_s = std::min(to.time_begin_s, from.time_begin_s);
+  to.time_end_s = std::max(to.time_end_s, from.time_end_s);
+  to.min_m = to.min_m.cwiseMin(from.min_m), to.max_m = to.max_m.cwiseMax(from.max_m);
+}
+
+Sections judged(Look&& look, const RoadFrame& frame, bool drifting) {
+  look.standing.leave_out_feet(look.sections);
+  look.sections.on_grass = leave_out_verge(look.sections, frame, drifting);
+  return std::move(look.sections);
 }
 
 }  // namespace cloud

@@ -3,19 +3,16 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <functional>
-#include <map>
-#include <string>
+#include <limits>
 #include <vector>
 
 #include "cloud/map.h"
-#include "cloud/road_frame.h"
-#include "cloud/trajectory.h"
+#include "road_trajectory.h"
+#include "standing.h"
 
 namespace cloud {
 
 inline constexpr double kSectionLength_m = 5.0;
-inline constexpr double kSectionCell_m = 0.5;
 inline constexpr double kVergeStretch_m = 10.0;
 
 /// Mean of the points of one cell, relative to the section's sensor position.
@@ -57,6 +54,7 @@ Eigen::Matrix3d rotation_of(const Correction& correction, const Eigen::Matrix3d&
 struct Sections {
   std::vector<Section> list;
   std::vector<double> centre_m;  ///< along Trajectory::driven_m (map frame: along u)
+  std::vector<std::size_t> first_of_piece;
   /// How much more than the road under the wheels the surface scatters, m^2, by kVergeStretch_m
   /// along and kSectionCell_m across: grass too low to be told from a rough road.
   std::vector<float> excess_m2;
@@ -66,52 +64,33 @@ struct Sections {
   std::size_t far_from_base = 0;  ///< higher or lower than the gate
   std::size_t on_obstacles = 0;   ///< in cells where something stands on the road
   std::size_t on_grass = 0;       ///< beside the road, on what scatters
-  double time_begin_s = 0.0, time_end_s = 0.0;
+  double time_begin_s = std::numeric_limits<double>::infinity(), time_end_s = -time_begin_s;
   Eigen::Vector2d min_m = Eigen::Vector2d::Constant(1e300),
                   max_m = Eigen::Vector2d::Constant(-1e300);  ///< map frame
+
+  /// The section of a piece in which something was driven.
+  std::size_t index_at(int piece, double driven_m) const;
 };
 
-/// The trajectory with the places of its poses on the road.
-struct RoadTrajectory {
-  Trajectory poses;
-  std::vector<double> row, v_m;
-  std::vector<int> pass;
+/// Sections along the trajectory (or along u), with nothing in them yet.
+Sections empty_sections(const RoadFrame& frame, const RoadTrajectory* trajectory);
+
+/// What a reading of the scans, or of a part of them, shows, before anything is judged that needs
+/// all of them.
+struct Look {
+  Sections sections;
+  Standing standing;
 };
 
-/// Rows by walking along the road; a pass ends where the sensor comes round again. Throws
-/// Error where most poses lie beside the road (says where both are).
-RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame);
+/// Reads the scans. `trajectory` null: the points are in the map frame. `visits_known`: the points'
+/// classes are the numbers of their visits (visits.h) among all points, of which these are a part.
+Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajectory* trajectory,
+             const MapOptions& options, bool visits_known = false);
 
-/// A point on the road: place, height over the base.
-struct RoadPoint {
-  Eigen::Vector3d map_m;
-  GridPlace place;
-  double above_base_m = 0.0;
-  double driven_m = 0.0;
-  Eigen::Vector3d ray = Eigen::Vector3d::Zero();  ///< from the sensor, of length 1; 0 without one
-  double sine2 = 0.0;  ///< of the angle between ray and road, squared; 0 without a sensor
-  std::size_t pose = 0;
-};
-enum class Placed { on_road, no_pose, off_road };
+/// Adds what another part of the scans shows. No section may have cells in both: throws Error.
+void join(Look& all, Look&& part);
 
-/// Places points of a chunk; keeps where it was for the next one.
-class Placer {
- public:
-  /// `trajectory` null: the points are in the map frame.
-  Placer(const RoadFrame& frame, const RoadTrajectory* trajectory)
-      : frame_(frame), trajectory_(trajectory) {}
-  Placed operator()(const Cloud& chunk, std::size_t i, RoadPoint& point);
-
- private:
-  const RoadFrame& frame_;
-  const RoadTrajectory* trajectory_;
-  std::size_t pose_ = 0;
-  double row_ = -1.0;
-};
-
-/// First reading of the scans. `drifting`: the drift is still in the trajectory.
-Sections collect_sections(const CloudSource& source, const RoadFrame& frame,
-                          const RoadTrajectory* trajectory, const MapOptions& options,
-                          bool drifting);
+/// Leaves out feet of walls and the verge. `drifting`: the drift is still in the trajectory.
+Sections judged(Look&& look, const RoadFrame& frame, bool drifting);
 
 }  // namespace cloud

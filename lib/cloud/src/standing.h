@@ -1,35 +1,44 @@
 // Which cells of the road have something that stands there, by all sections that look at them.
 #pragma once
 
-#include "sections.h"
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "cloud/road_frame.h"
 
 namespace cloud {
 
-class Standing {
- public:
+inline constexpr double kSectionCell_m = 0.5;
+
+struct Sections;
+
+struct Standing {
   Standing(const RoadFrame& frame, std::size_t sections);
   /// The road's cell `ahead_m` before a place on the road, in a column of cells across it.
   std::size_t cell_at(double row, double ahead_m, std::size_t column) const;
   /// A section saw something stand in a cell, or within 1 m of it.
-  void saw_standing(std::size_t road_cell) { ++seen_[road_cell].standing; }
+  void saw_standing(std::size_t road_cell) { ++seen[road_cell].standing; }
   /// It did not, and keeps the cell as the next one of its list; the mean height over the base.
   void keep(std::size_t section, std::size_t road_cell, double above_base_m);
   /// From far away beams meet only the feet of walls and poles: cells well above the base in which
   /// as many sections saw something stand as did not.
   void leave_out_feet(Sections& sections) const;
 
- private:
   struct Seen {
     std::uint32_t standing = 0, clear = 0;
   };
-  const RoadFrame& frame_;
-  std::size_t along_, across_;
-  std::vector<Seen> seen_;  ///< by cell of the road
+  std::vector<Seen> seen;  ///< by cell of the road
   struct Kept {
-    std::uint32_t road_cell;
-    bool high;
+    std::uint32_t road_cell = 0;
+    bool high = false;
   };
-  std::vector<std::vector<Kept>> kept_;  ///< of each section's cells
+  std::vector<std::vector<Kept>> kept;  ///< of each section's cells
+
+ private:
+  double u_step_m_, length_m_;
+  bool closed_;
+  std::size_t along_, across_;
 };
 
 }  // namespace cloud

@@ -10,6 +10,33 @@
 #include "cloud/error.h"
 
 namespace cloud {
+namespace {
+
+constexpr double kLongestStep_m = 1000.0;  // within a second
+constexpr double kLongestDrive_m = 2e6;    // memory grows with the distance driven
+
+/// A pose without a fix, or another unit, is a drive of a million kilometres, which would be looked
+/// at in steps of 5 m.
+void check_distance(const Trajectory& trajectory, const std::string& path) {
+  double driven_m = 0.0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    if (trajectory.piece[i] != trajectory.piece[i - 1]) continue;
+    const double step_m = trajectory.driven_m[i] - trajectory.driven_m[i - 1];
+    if (step_m > kLongestStep_m)
+      throw Error(
+          fmt::format("{}: pose {}: {:.6g} m from the one before in {:.3g} s; metres are "
+                      "wanted, and rows without a fix left out",
+                      path, i + 1, step_m, trajectory.time_s[i] - trajectory.time_s[i - 1]));
+    driven_m += step_m;
+  }
+  if (driven_m > kLongestDrive_m)
+    throw Error(
+        fmt::format("{}: {:.6g} km driven in all; {:.0f} km at most wanted: metres are "
+                    "wanted, or a part of the drive",
+                    path, 1e-3 * driven_m, 1e-3 * kLongestDrive_m));
+}
+
+}  // namespace
 
 Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& extrinsic) {
   const base::CsvTable table =
@@ -38,6 +65,7 @@ Trajectory read_trajectory(const std::string& path, const Eigen::Isometry3d& ext
         (q.normalized() * Eigen::Quaterniond(extrinsic.rotation())).normalized());
   }
   measure(trajectory);
+  check_distance(trajectory, path);
   return trajectory;
 }
 
@@ -67,17 +95,21 @@ void measure(Trajectory& trajectory) {
 bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, PosedInstant& pose) {
   const std::vector<double>& t = trajectory.time_s;
   if (!(time_s >= t.front() && time_s <= t.back())) return false;
+  const auto between = [&](std::size_t k) { return t[k] <= time_s && time_s < t[k + 1]; };
   std::size_t i = std::min(hint, t.size() - 2);
-  if (!(t[i] <= time_s && time_s <= t[i + 1])) {
-    if (i + 2 < t.size() && t[i + 1] <= time_s && time_s <= t[i + 2])
+  if (!between(i)) {
+    if (i + 2 < t.size() && between(i + 1))
       ++i;
     else
       i = static_cast<std::size_t>(
           std::clamp<std::ptrdiff_t>(std::upper_bound(t.begin(), t.end(), time_s) - t.begin() - 1,
                                      0, static_cast<std::ptrdiff_t>(t.size()) - 2));
   }
+  // The last pose before a gap belongs to what lies before it.
+  const std::vector<int>& piece = trajectory.piece;
+  if (time_s == t[i] && i > 0 && piece[i] != piece[i + 1]) --i;
   hint = i;
-  if (trajectory.piece[i] != trajectory.piece[i + 1]) return false;
+  if (piece[i] != piece[i + 1]) return false;
   const double f = (time_s - t[i]) / (t[i + 1] - t[i]);
   pose.position_m =
       trajectory.position_m[i] + f * (trajectory.position_m[i + 1] - trajectory.position_m[i]);

@@ -16,6 +16,7 @@ constexpr double kTimes = 2.0, kFloor_m = 0.001, kDriftingFloor_m = 0.002;
 constexpr double kTimesBeside = 1.4, kFloorBeside_m = 0.0003;
 constexpr int kGrow = 6;
 constexpr float kNoSurface_m = 0.03f;  // a cell that scatters more is none, wherever it lies
+constexpr double kCalmTimes = 1.2;     // of what the lane scatters: a rough road
 constexpr double kMost = 0.4;          // of a column must scatter: a car that passed is no grass
 constexpr double kEnoughFreedom = 12.0;
 constexpr std::size_t kWideRun = 3;  // columns: wider than the steep part of a kerb
@@ -26,6 +27,7 @@ struct Column {
   double freedom = 0.0, square_m2 = 0.0, expected_m2 = 0.0, points = 0.0;
   double lane = 0.0;        ///< points of the lane
   double scattering = 0.0;  ///< freedom of cells that scatter by themselves
+  double excess_m2 = 0.0;   ///< that it scatters more than expected, by what judged it
   double relief_m = 0.0;
   enum { unknown, calm, scatters } is = unknown;
   bool grass = false, beyond = false;
@@ -123,6 +125,9 @@ void judge(std::vector<Column>& columns, std::size_t along, std::size_t across, 
         if (closed || i + away < along) add(columns[(i + away) % along * across + j]);
       }
       if (sum.freedom < kEnoughFreedom) continue;
+      // What chance gives few points is none.
+      const double most = kCalmTimes + std::sqrt(2.0 / sum.freedom);
+      column.excess_m2 = std::max(0.0, sum.square_m2 - most * sum.expected_m2) / sum.freedom;
       column.is = sum.square_m2 > kTimes * sum.expected_m2 + floor_m * floor_m * sum.freedom &&
                           sum.scattering > kMost * sum.freedom
                       ? Column::scatters
@@ -285,9 +290,7 @@ void Columns::count_scattering(const Sections& sections,
 std::vector<float> excess_of(const std::vector<Column>& columns) {
   std::vector<float> excess(columns.size(), 0.0f);
   for (std::size_t k = 0; k < columns.size(); ++k)
-    if (columns[k].is == Column::calm && columns[k].freedom >= kEnoughFreedom)
-      excess[k] = static_cast<float>(
-          std::max(0.0, columns[k].square_m2 - 1.2 * columns[k].expected_m2) / columns[k].freedom);
+    if (columns[k].is == Column::calm) excess[k] = static_cast<float>(columns[k].excess_m2);
   return excess;
 }
 

@@ -61,6 +61,10 @@ struct MapReport {
   double base_tilt = 0.0, base_tilt_stddev = 0.0;  ///< cross slope that the whole base lacks
   double view_stddev_factor = 1.0;  ///< scatter of a cell's views over what was assumed
   double base_together = 1.0, view_together = 1.0;  ///< cells whose errors come as one
+  /// One pass of each stretch against the others: nodes, and the share in the 90 % intervals that
+  /// their own scatter gives; that is multiplied by the factor for 90 % to be.
+  std::size_t left_out_nodes = 0;
+  double left_out_within_90 = 0.0, noise_factor = 1.0;
   std::array<double, 6> typical_stddev{};  ///< median over stations: x, y, z, roll, pitch, yaw
   std::vector<std::string> unfixed;        ///< directions that the data leaves open
   std::vector<DriftStation> drift;

@@ -21,8 +21,8 @@ struct Trajectory {
 
 /// CSV time_s,x_m,y_m,z_m,qx,qy,qz,qw. `extrinsic`: pose of the sensor in the frame that the poses
 /// are of, applied on the right. Throws Error: fewer than two poses, times that do not
-/// ascend, a quaternion that is not of length 1 within 1 %, values that are not finite (with the
-/// row).
+/// ascend, a quaternion that is not of length 1 within 1 %, values that are not finite, steps of
+/// more than 1 km within a second (with the row); more than 2,000 km in all.
 Trajectory read_trajectory(const std::string& path,
                            const Eigen::Isometry3d& extrinsic = Eigen::Isometry3d::Identity());
 
@@ -39,8 +39,8 @@ struct PosedInstant {
   double driven_m = 0.0;
 };
 
-/// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved. False
-/// before the first pose, behind the last, or inside a gap.
+/// Linear in position, normalised linear in rotation. `hint`: index near the answer, moved; the
+/// answer does not depend on it. False before the first pose, behind the last, or inside a gap.
 bool pose_at(const Trajectory& trajectory, double time_s, std::size_t& hint, PosedInstant& pose);
 
 }  // namespace cloud

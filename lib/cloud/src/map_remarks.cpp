@@ -1,0 +1,152 @@
+#include "map_remarks.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "causes.h"
+
+namespace cloud {
+namespace {
+
+std::string box(double x0, double x1, double y0, double y1) {
+  return fmt::format("x {:.1f} to {:.1f}, y {:.1f} to {:.1f} m", x0, x1, y0, y1);
+}
+
+}  // namespace
+
+void check_fit(const Sections& sections, const RoadFrame& frame, const RoadTrajectory* trajectory,
+               const MapOptions& options) {
+  const auto all = static_cast<double>(sections.points);
+  Eigen::Vector2d low = frame.node_position(0, 0.0), high = low;
+  for (std::size_t i = 0; i < frame.rows(); ++i)
+    low = low.cwiseMin(frame.node_position(i, 0.0)),
+    high = high.cwiseMax(frame.node_position(i, 0.0));
+  const double ratio =
+      (high - low).norm() / std::max(1e-9, (sections.max_m - sections.min_m).norm());
+  std::string hint = "is one of them in another frame or unit?";
+  for (const auto& [factor, unit] : {std::pair{100.0, "cm"}, {1000.0, "mm"}, {3.28084, "ft"}})
+    if (std::abs(ratio / factor - 1.0) < 0.25)
+      hint = fmt::format("the base is {:.4g} times as large, as if it were in {}", ratio, unit);
+  if (trajectory != nullptr && static_cast<double>(sections.without_pose) > 0.5 * all) {
+    if (!(sections.time_begin_s <= sections.time_end_s))
+      throw Error(
+          "the times of the points are not numbers; seconds on the trajectory's clock wanted");
+    const std::vector<double>& t = trajectory->poses.time_s;
+    throw Misfit(
+        fmt::format("{:.0f} % of the points lie outside the trajectory's time: points {:.3f} to "
+                    "{:.3f} s, trajectory {:.3f} to {:.3f} s; both must use one clock",
+                    100.0 * static_cast<double>(sections.without_pose) / all, sections.time_begin_s,
+                    sections.time_end_s, t.front(), t.back()));
+  }
+  const double placed = all - static_cast<double>(sections.without_pose);
+  const double on_road = placed - static_cast<double>(sections.off_road);
+  if (on_road < 0.01 * placed || on_road < 100.0) {
+    throw Misfit(fmt::format(
+        "the cloud does not overlap the base: points {}, base {}; {}",
+        box(sections.min_m.x(), sections.max_m.x(), sections.min_m.y(), sections.max_m.y()),
+        box(low.x(), high.x(), low.y(), high.y()), hint));
+  }
+  if (static_cast<double>(sections.far_from_base) > 0.5 * on_road)
+    throw Misfit(fmt::format(
+        "{:.0f} % of the points on the road lie more than {} m above or below the base; the {} not "
+        "fit (height datum, clock, mounting of the sensor: --extrinsic); {}",
+        100.0 * static_cast<double>(sections.far_from_base) / on_road, options.gate_m,
+        trajectory != nullptr ? "trajectory's frame or clock does" : "cloud's frame does", hint));
+}
+
+void look_at_views(const MapOptions& options, MapReport& report) {
+  // In trials 1.0 to 1.5, and 30 with a clock that is 50 ms off; without a base 3 to 6, and 20.
+  const double together = options.trust_base ? 5.0 : 10.0;
+  if (!(report.view_together > together)) return;
+  const std::string text = fmt::format(
+      "heights of the same ground seen from different places differ evenly over metres (errors of "
+      "{:.0f} cells come as one, {:.1f} mm remain): clock, mounting of the sensor (--extrinsic) or "
+      "shape of the trajectory is a little off",
+      report.view_together, 1e3 * report.rms_after_m);
+  (options.trust_base ? report.faults : report.remarks).push_back(text);
+}
+
+void look_at_tilt(const MapOptions& options, MapReport& report) {
+  constexpr double kUnknown = 1e-3;
+  if (!options.trust_base || !options.correct_drift) return;
+  if (report.base_tilt_stddev > kUnknown)
+    report.remarks.push_back(fmt::format(
+        "nothing on this stretch tells a base that is tilted as a whole from the sensor's own "
+        "roll: the cross slope is the base's, to {:.1f} mrad (as --base-stddev-m says; the stated "
+        "deviations hold it); a stretch with a bend would tell",
+        1e3 * report.base_tilt_stddev));
+  else if (std::abs(report.base_tilt) > std::max(kTiltedMuch, 3.0 * report.base_tilt_stddev))
+    report.remarks.push_back(
+        fmt::format("the base as a whole is tilted: {:.2f} +- {:.2f} mrad are missing in its cross "
+                    "slope (more height to the left); corrected",
+                    1e3 * report.base_tilt, 1e3 * report.base_tilt_stddev));
+}
+
+void look_at_common(const Sections& sections, const Trajectory& poses, const MapOptions& options,
+                    MapReport& report) {
+  double time = 0.0, length = 0.0, pieces = 1.0;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    if (poses.piece[i] == poses.piece[i - 1])
+      time += poses.time_s[i] - poses.time_s[i - 1],
+          length += poses.driven_m[i] - poses.driven_m[i - 1];
+    else
+      pieces += 1.0;
+  Eigen::Vector3d frame = Eigen::Vector3d::Zero(), mounting = frame, turn = frame;
+  double clock = 0.0, count = 0.0;
+  std::size_t station = 0;  // one per section with data
+  const auto each = [&](const auto& what) {
+    station = 0;
+    for (const Section& section : sections.list) {
+      if (!section.has_data() || station == report.drift.size()) continue;
+      const std::array<double, 6>& c = report.drift[station++].correction;
+      what(section, Eigen::Vector3d(c[0], c[1], c[2]), Eigen::Vector3d(c[3], c[4], c[5]));
+    }
+  };
+  const auto ahead = [](const Section& s) {
+    return Eigen::Vector3d(std::cos(s.heading_rad), std::sin(s.heading_rad), 0.0);
+  };
+  each([&](const Section& s, const Eigen::Vector3d& move, const Eigen::Vector3d& rotation) {
+    frame += move, mounting += s.axes.transpose() * move, turn += rotation;
+    clock += move.dot(ahead(s)), count += 1.0;
+  });
+  if (count == 0.0 || time == 0.0) return;
+  frame /= count, mounting /= count, turn /= count, clock /= count;
+  // Three deviations of a drift that began before the first pose.
+  const double as_drift = 3.0 * std::sqrt(1.0 + length / pieces / 100.0);
+  const char* const about[] = {"roll", "pitch", "yaw"};
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(turn[k]) > as_drift * options.drift_rad_per_100m)
+      report.remarks.push_back(fmt::format(
+          "all poses were turned by {:.2f} deg in {} on average, more than a drift explains: the "
+          "mounting of the sensor (--extrinsic) or the attitude of the poses is off; corrected",
+          turn[k] * 180.0 / std::numbers::pi, about[k]));
+  double off_frame = 0.0, off_mounting = 0.0, off_clock = 0.0;
+  each([&](const Section& s, const Eigen::Vector3d& move, const Eigen::Vector3d&) {
+    off_frame += (move - frame).squaredNorm();
+    off_mounting += (s.axes.transpose() * move - mounting).squaredNorm();
+    off_clock += (move - clock * ahead(s)).squaredNorm();
+  });
+  const double limit_m = as_drift * options.drift_m_per_100m;
+  if (std::max({frame.norm(), mounting.norm(), std::abs(clock)}) < limit_m) return;
+  const double speed = length / time;
+  std::string text;
+  if (off_clock < off_frame && off_clock < off_mounting)
+    text = fmt::format(
+        "{:.2f} m {} along the road, which at {:.1f} m/s is a clock that is {:.0f} ms {}",
+        std::abs(clock), clock > 0.0 ? "ahead" : "back", speed, 1e3 * std::abs(clock) / speed,
+        clock > 0.0 ? "late" : "early");
+  else if (off_frame < off_mounting)
+    text = fmt::format(
+        "{:.2f} {:.2f} {:.2f} m in x y z: the frame or height datum of the poses is off", frame.x(),
+        frame.y(), frame.z());
+  else
+    text = fmt::format(
+        "{:.2f} m ahead, {:.2f} m to the left, {:.2f} m up: the mounting of the sensor "
+        "(--extrinsic) is off",
+        mounting.x(), mounting.y(), mounting.z());
+  report.remarks.push_back("all poses were moved on average by " + text + "; corrected");
+}
+
+}  // namespace cloud

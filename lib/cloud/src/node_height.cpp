@@ -1,0 +1,182 @@
+#include "node_height.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/statistics.h"
+#include "cloud/error.h"
+
+namespace cloud {
+
+namespace {
+
+constexpr double kAsADefault_m = 0.005;  // a good sensor's range noise, where nothing tells
+constexpr std::size_t kEnough = 30;      // pairs of points of a class: 12 % either way
+constexpr std::size_t kMost = 200'000;   // of all classes
+
+/// Deviation of one point by what nine of ten pairs in a node lie apart: 90 % intervals hold then,
+/// whatever few wild ones there are.
+double by_pairs_m2(std::vector<float>&& half_squares_m2) {
+  const auto at = half_squares_m2.begin() +
+                  static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(half_squares_m2.size()));
+  std::nth_element(half_squares_m2.begin(), at, half_squares_m2.end());
+  return static_cast<double>(*at) / (1.645 * 1.645);
+}
+
+}  // namespace
+
+std::size_t range_class(double range_m) {
+  const double octaves = std::log2(std::max(range_m, 1.0));
+  return std::min(static_cast<std::size_t>(4.0 * octaves), kRanges - 1);
+}
+
+NodeSums::NodeSums(std::size_t rows, std::size_t columns, std::size_t stripe_rows)
+    : rows_(rows),
+      columns_(columns),
+      in_stripe_(stripe_rows * columns),
+      stripes_((rows + stripe_rows - 1) / stripe_rows) {}
+
+std::vector<NodeSum>& NodeSums::filled_stripe(std::size_t index) {
+  std::vector<NodeSum>& stripe = stripes_[index];
+  if (stripe.empty()) stripe.resize(std::min(in_stripe_, size() - index * in_stripe_));
+  return stripe;
+}
+
+void NodeSums::add(const NodeSums& other) {
+  if (other.rows_ != rows_ || other.columns_ != columns_ || other.in_stripe_ != in_stripe_)
+    throw Error(fmt::format("sums of {} x {} nodes seen, {} x {} wanted: those of another road",
+                            other.rows_, other.columns_, rows_, columns_));
+  for (std::size_t s = 0; s < stripes_.size(); ++s) {
+    const std::vector<NodeSum>& from = other.stripes_[s];
+    if (from.empty()) continue;
+    std::vector<NodeSum>& to = filled_stripe(s);
+    for (std::size_t k = 0; k < from.size(); ++k) to[k].add(from[k]);
+  }
+}
+
+PartSum::PartSum(const NodeSum& sum)
+    : points(static_cast<double>(sum.points)),
+      height(static_cast<double>(sum.height)),
+      height2(static_cast<double>(sum.height2)),
+      range(static_cast<double>(sum.range)) {}
+
+Noise noise_of(const NodeSums& sums) {
+  std::vector<float> many;
+  std::array<std::vector<float>, kRanges> pairs;
+  std::vector<float> all_pairs;
+  const std::size_t nodes = sums.size(), every = 1 + nodes / (20 * kMost);
+  for (std::size_t k = 0; k < nodes; k += every) {
+    const NodeSum& sum = sums[k];
+    const float n = sum.points, mean = sum.height / n;
+    if (n >= 8.0f && k % 17 == 0)
+      many.push_back(std::sqrt(std::max(0.0f, sum.height2 / n - mean * mean) * n / (n - 1.0f)));
+    if (n != 2.0f) continue;
+    const float half_square = std::max(0.0f, sum.height2 - n * mean * mean);
+    pairs[std::min<std::size_t>(sum.range / 2, kRanges - 1)].push_back(half_square);
+    all_pairs.push_back(half_square);
+  }
+  const bool pairs_tell = all_pairs.size() >= kEnough;
+  double mean_square_m2 = 0.0;
+  for (const float half_square : all_pairs)
+    mean_square_m2 += static_cast<double>(half_square) / static_cast<double>(all_pairs.size());
+  const double all_m2 =
+      pairs_tell ? by_pairs_m2(std::move(all_pairs)) : kAsADefault_m * kAsADefault_m;
+  Noise out;
+  out.typical_m2 = all_m2;
+  double least_m2 = 0.0;
+  if (many.size() >= (pairs_tell ? kEnough : 1)) {
+    const auto typical_m = static_cast<double>(base::median(std::move(many)));
+    out.typical_m2 = typical_m * typical_m;
+    least_m2 = std::max(out.typical_m2, mean_square_m2);
+  }
+  std::array<bool, kRanges> found{};
+  for (std::size_t c = 0; c < kRanges; ++c)
+    if (found[c] = pairs[c].size() >= kEnough; found[c])
+      out.few_m2[c] = by_pairs_m2(std::move(pairs[c]));
+  // Classes with few pairs take the nearest one's.
+  const std::array<double, kRanges> known = out.few_m2;
+  for (std::size_t c = 0; c < kRanges; ++c) {
+    if (found[c]) continue;
+    out.few_m2[c] = pairs_tell ? all_m2 : out.typical_m2;
+    for (std::size_t away = 1; away < kRanges; ++away) {
+      const bool nearer = c >= away && found[c - away],
+                 farther = c + away < kRanges && found[c + away];
+      if (!nearer && !farther) continue;
+      out.few_m2[c] = nearer ? known[c - away] : known[c + away];
+      break;
+    }
+  }
+  // Where many points fall is the road; few fall beside it, too, such as on grass too low to be
+  // told, which stands as high as it scatters.
+  for (double& few_m2 : out.few_m2) few_m2 = std::max(few_m2, least_m2);
+  return out;
+}
+
+NodeHeight measured(const PartSum& sum, const Noise& noise) {
+  const double n = sum.points, mean = sum.height / n;
+  const double scatter2 = std::max(0.0, sum.height2 / n - mean * mean) * n / std::max(1.0, n - 1.0);
+  // Few points say little about their own scatter: the typical one counts as ten more.
+  const auto range = std::min(static_cast<std::size_t>(sum.range / n), kRanges - 1);
+  const double typical2 = n < 8.0 ? noise.few_m2[range] : noise.typical_m2;
+  return {NodeSource::lidar, mean, ((n - 1.0) * scatter2 + 10.0 * typical2) / (n + 9.0) / n};
+}
+
+NodeHeight between_neighbours(const NodeSums& sums, std::size_t row, std::size_t column,
+                              const RoadFrame& frame, float least, const Noise& noise) {
+  const auto columns = static_cast<std::ptrdiff_t>(frame.columns()),
+             rows = static_cast<std::ptrdiff_t>(frame.rows() - (frame.closed() ? 1 : 0));
+  double around = 0.0, sum = 0.0, sum2 = 0.0, own = 0.0;
+  Eigen::Array2d place = Eigen::Array2d::Zero(), place2 = place;  // from the node, in steps
+  for (std::ptrdiff_t di = -1; di <= 1; ++di)
+    for (std::ptrdiff_t dj = -1; dj <= 1; ++dj) {
+      const std::ptrdiff_t jj = static_cast<std::ptrdiff_t>(column) + dj;
+      std::ptrdiff_t ii = static_cast<std::ptrdiff_t>(row) + di;
+      if (frame.closed()) ii = (ii + rows) % rows;
+      if (ii < 0 || ii >= rows || jj < 0 || jj >= columns) continue;
+      const NodeSum& other = sums[static_cast<std::size_t>(ii * columns + jj)];
+      if (other.points < least) continue;
+      const NodeHeight there = measured(other, noise);
+      around += 1.0, sum += there.mean, sum2 += there.mean * there.mean, own += there.variance;
+      const Eigen::Array2d at(static_cast<double>(di), static_cast<double>(dj));
+      place += at, place2 += at * at;
+    }
+  if (!(around >= 4.0)) return {};
+  const double mean = sum / around;
+  place /= around, place2 = place2 / around - place * place;
+  // What the neighbours scatter beyond their own noise is the base's error that goes on from one to
+  // the next: half of it in the middle of them, more where they lie to one side.
+  const double uneven = std::max(0.0, sum2 / around - mean * mean - own / around);
+  const double aside = (place * place / place2.max(0.1)).sum();
+  return {NodeSource::interpolated, mean, own / (around * around) + uneven * (0.5 + aside)};
+}
+
+double variance_of_grass(const Sections& sections, const RoadFrame& frame, std::size_t row,
+                         double v_m) {
+  const auto along = static_cast<std::size_t>(static_cast<double>(row) * frame.u_step_m() /
+                                              kVergeStretch_m),
+             column = static_cast<std::size_t>((v_m - frame.v_m().front()) / kSectionCell_m),
+             across = static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) /
+                                               kSectionCell_m) +
+                      1;
+  const std::size_t k = along * across + std::min(column, across - 1);
+  // Blades from nothing to twice their mean stand 1.7 deviations above the ground on average.
+  return k < sections.excess_m2.size() ? 3.0 * static_cast<double>(sections.excess_m2[k]) : 0.0;
+}
+
+double variance_in_common(const StretchDeviation& left, const RoadFrame& frame, std::size_t row,
+                          double v_m) {
+  double in_common = 0.0;
+  if (!left.seen) return in_common;
+  const double lever = v_m - left.v_m;
+  in_common +=
+      left.var_height + 2.0 * lever * left.cov_height_slope + lever * lever * left.var_slope;
+  const Eigen::Vector2d slope = frame.gradient({static_cast<double>(row), v_m}, 0.15);
+  if (!slope.allFinite()) return in_common;
+  const Eigen::Vector2d ahead = frame.ahead(static_cast<double>(row));
+  const double along = slope.dot(ahead), across = slope.y() * ahead.x() - slope.x() * ahead.y();
+  return in_common + (along * along * left.var_along + across * across * left.var_across);
+}
+
+}  // namespace cloud
