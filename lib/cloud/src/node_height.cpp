@@ -108,9 +108,9 @@ Noise noise_of(const NodeSums& sums) {
       break;
     }
   }
-  // Where many points fall is the road; few fall beside it, too, such as on grass too low to be
-  // told, which stands as high as it scatters.
-  for (double& few_m2 : out.few_m2) few_m2 = std::max(few_m2, least_m2);
+  // Where many points fall elsewhere, few fall beside the road: on grass too low to be told, which
+  // stands as high as it scatters. All of them tell by how much, at no range less.
+  if (least_m2 > 0.0) out.few_m2.fill(least_m2);
   return out;
 }
 

@@ -16,7 +16,6 @@ constexpr double kTimes = 2.0, kFloor_m = 0.001, kDriftingFloor_m = 0.002;
 constexpr double kTimesBeside = 1.4, kFloorBeside_m = 0.0003;
 constexpr int kGrow = 6;
 constexpr float kNoSurface_m = 0.03f;  // a cell that scatters more is none, wherever it lies
-constexpr double kCalmTimes = 1.2;     // of what the lane scatters: a rough road
 constexpr double kMost = 0.4;          // of a column must scatter: a car that passed is no grass
 constexpr double kEnoughFreedom = 12.0;
 constexpr std::size_t kWideRun = 3;  // columns: wider than the steep part of a kerb
@@ -27,7 +26,6 @@ struct Column {
   double freedom = 0.0, square_m2 = 0.0, expected_m2 = 0.0, points = 0.0;
   double lane = 0.0;        ///< points of the lane
   double scattering = 0.0;  ///< freedom of cells that scatter by themselves
-  double excess_m2 = 0.0;   ///< that it scatters more than expected, by what judged it
   double relief_m = 0.0;
   enum { unknown, calm, scatters } is = unknown;
   bool grass = false, beyond = false;
@@ -94,15 +92,16 @@ void grow(std::vector<Column>& columns, std::size_t along, std::size_t across, b
 }
 
 /// Cells of two or three points have no plane of their own: they count in scans that have hardly
-/// anything else.
-void forget_thin_cells(Sections& sections) {
+/// anything else. Whether these are such scans.
+bool forget_thin_cells(Sections& sections) {
   std::size_t thin = 0, all = 0;
   for (const Section& section : sections.list)
     for (const SectionCell& cell : section.cells) ++all, thin += cell.points < 4.0f ? 1 : 0;
-  if (2 * thin > all) return;
+  if (2 * thin > all) return true;
   for (Section& section : sections.list)
     for (SectionCell& cell : section.cells)
       if (cell.points < 4.0f) cell.square_m2 = cell.freedom = 0.0f;
+  return false;
 }
 
 /// Scatters or calm, by its own cells, or where these are few by those of up to 50 m of road before
@@ -125,9 +124,6 @@ void judge(std::vector<Column>& columns, std::size_t along, std::size_t across, 
         if (closed || i + away < along) add(columns[(i + away) % along * across + j]);
       }
       if (sum.freedom < kEnoughFreedom) continue;
-      // What chance gives few points is none.
-      const double most = kCalmTimes + std::sqrt(2.0 / sum.freedom);
-      column.excess_m2 = std::max(0.0, sum.square_m2 - most * sum.expected_m2) / sum.freedom;
       column.is = sum.square_m2 > kTimes * sum.expected_m2 + floor_m * floor_m * sum.freedom &&
                           sum.scattering > kMost * sum.freedom
                       ? Column::scatters
@@ -286,11 +282,17 @@ void Columns::count_scattering(const Sections& sections,
     }
 }
 
-/// How much more than expected calm columns scatter, m^2.
-std::vector<float> excess_of(const std::vector<Column>& columns) {
+/// How much more than expected calm columns scatter, m^2. In thin scans chance alone makes some of
+/// them do so.
+std::vector<float> excess_of(const std::vector<Column>& columns, bool thin) {
   std::vector<float> excess(columns.size(), 0.0f);
-  for (std::size_t k = 0; k < columns.size(); ++k)
-    if (columns[k].is == Column::calm) excess[k] = static_cast<float>(columns[k].excess_m2);
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const Column& column = columns[k];
+    if (column.is != Column::calm || column.freedom < kEnoughFreedom) continue;
+    const double times = 1.2 + (thin ? 2.0 * std::sqrt(2.0 / column.freedom) : 0.0);
+    excess[k] = static_cast<float>(std::max(0.0, column.square_m2 - times * column.expected_m2) /
+                                   column.freedom);
+  }
   return excess;
 }
 
@@ -322,7 +324,7 @@ std::size_t take_out(const std::vector<std::vector<Where>>& where,
 }  // namespace
 
 std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool drifting) {
-  forget_thin_cells(sections);
+  const bool thin = forget_thin_cells(sections);
   Columns road(frame);
   const std::vector<std::vector<Where>> where = road.gather(sections, frame);
   if (road.with_sensor)
@@ -338,7 +340,7 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
     road.each_row(look_beyond);
   }
   road.each_row(follow_grass);
-  sections.excess_m2 = excess_of(road.all);
+  sections.excess_m2 = excess_of(road.all, thin);
   return take_out(where, road.all, sections);
 }
 
