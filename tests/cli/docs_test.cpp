@@ -161,6 +161,30 @@ TEST(Docs, EveryCommandOfTheHowToRuns) {
       << read(folder / "log");
   EXPECT_THAT(read(folder / "heights.csv"), ContainsRegex("\n0,5000,[^,]+,[^,]+,,[^,]+,[^,]+,,\n"))
       << "a point without road";
+  for (const char* exported :
+       {"ring.csv", "edges/ring.xodr", "edges/ring.rdf", "ring.glb", "ring.svg", "ring.png",
+        "ring.png.json", "ring.mat", "global.geojson", "global.kml"})
+    EXPECT_GT(std::filesystem::file_size(folder / exported), 100u) << exported;
+}
+
+TEST(Docs, EveryFormatOfExportStandsInACommandOfTheHowTo) {
+  const std::string help = crgbuild({"export", "--help"}).out, text = source("docs/crgbuild.md");
+  std::string commands;
+  for (std::size_t at = 0; (at = text.find("```sh\n", at)) != std::string::npos;) {
+    const std::size_t end = text.find("\n```", at);
+    commands += text.substr(at + 6, end - at - 5);
+    at = end;
+  }
+  const std::string flags = help.substr(0, help.find("Everywhere:"));
+  const std::regex flag("\n +(--[a-z]+) ");  // with names of values: how, not which
+  int count = 0;
+  for (std::sregex_iterator i(flags.begin(), flags.end(), flag), end; i != end; ++i) {
+    const std::string name = (*i)[1].str();
+    if (name == "--friction") continue;
+    EXPECT_THAT(commands, ContainsRegex("crgbuild export [^\n]* " + name + " ")) << name;
+    ++count;
+  }
+  EXPECT_GE(count, 9);
 }
 
 TEST(Docs, EveryCommandOfTheLidarHowToRuns) {

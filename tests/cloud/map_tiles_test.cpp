@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "cloud/error.h"
 #include "cloud/read_cloud.h"
 #include "cloud/trajectory.h"
 #include "crg/file.h"

@@ -73,8 +73,10 @@ inline Drive drive_car(const vehicle::Car<double>& car, const vehicle::Road& roa
   return out;
 }
 
-/// What a race logger writes: white noise on every channel, no loads, no temperatures, no height.
-inline vehicle::Table logged(const Drive& drive, bool lateral_speed, std::uint64_t seed) {
+/// What a race logger writes: white noise on every channel, no temperatures, no height; loads where
+/// its wheels have cells.
+inline vehicle::Table logged(const Drive& drive, bool lateral_speed, std::uint64_t seed,
+                             bool load_cells = false) {
   std::map<std::string, double> noise{
       {"x_m", 0.02},       {"y_m", 0.02},         {"yaw_rad", 0.002},
       {"vx_mps", 0.05},    {"vy_mps", 0.05},      {"roll_rate_radps", 0.005},
@@ -85,6 +87,7 @@ inline vehicle::Table logged(const Drive& drive, bool lateral_speed, std::uint64
     noise["wheel_" + wheel + "_radps"] = 0.1;
     noise["brake_" + wheel + "_pa"] = 3e4;
     noise["suspension_" + wheel + "_m"] = 3e-4;
+    if (load_cells) noise["fz_" + wheel + "_n"] = 80.0;
   }
   if (!lateral_speed) noise.erase("vy_mps");
   vehicle::Table log;

@@ -52,4 +52,17 @@ struct ForcesCommand {
 };
 int forces(const ForcesCommand& command, Terminal& terminal);
 
+/// Of the commands that fit parts of a car to one drive.
+struct DriveCommand {
+  std::string recording_path, vehicle_path, setup_path, track_path, mapping_path, out_path;
+  std::vector<std::string> settings;   ///< name=value
+  std::string accelerations = "body";  ///< body or road
+  double fuel_kg = 30.0;
+  std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
+};
+int aero(const DriveCommand& command, Terminal& terminal);
+int brakes(const DriveCommand& command, Terminal& terminal);
+int mass(const DriveCommand& command, Terminal& terminal);
+int suspension(const DriveCommand& command, Terminal& terminal);
+
 }  // namespace crgidentify

@@ -159,6 +159,38 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
       [&] { chosen([&](command::Terminal& t) { return crgidentify::forces(forces, t); }); });
 }
 
+/// A command that fits parts of a car to one drive.
+CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
+                    crgidentify::DriveCommand& drive,
+                    int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
+                    const Chosen& chosen) {
+  CLI::App* const drive_app = app.add_subcommand(name, what);
+  command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
+  command::add_input(*drive_app, "--vehicle", drive.vehicle_path,
+                     "vehicle.yaml: what the log does not say, and what it is compared with")
+      ->required();
+  command::add_input(*drive_app, "--track", drive.track_path,
+                     "CRG road: banks, grades, dips and crests; without: az_mps2, else a plane");
+  command::add_input(*drive_app, "--mapping", drive.mapping_path,
+                     "mapping.yaml: which column is which channel; without: by their names");
+  command::add_input(*drive_app, "--setup", drive.setup_path,
+                     "Setup sheet, read after the vehicle's own");
+  drive_app->add_option("--set", drive.settings,
+                        "name=value: a parameter or a term's amplitude; repeatable");
+  command::add_choice(*drive_app, "--accelerations", drive.accelerations,
+                      "Axes of ax_mps2, ay_mps2, az_mps2: of the body, as an accelerometer has "
+                      "them, or of the road, as speeds give them",
+                      {"body", "road"});
+  drive_app->add_option("--fuel-kg", drive.fuel_kg, "Fuel on board, where not recorded")
+      ->check(CLI::Range(0.0, 1000.0));
+  command::add_output_file(*drive_app, drive.out_path, "Setup sheet to write");
+  drive_app->footer(std::string("Example:\n  crgidentify ") + name +
+                    " lap.csv --vehicle vehicle.yaml --track road.crg -o sheet.txt");
+  drive_app->callback(
+      [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
+  return drive_app;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -177,5 +209,20 @@ int main(int argc, char** argv) {
   add_reduce(app, reduce, chosen);
   crgidentify::ForcesCommand forces;
   add_forces(app, forces, chosen);
+  crgidentify::DriveCommand mass;
+  add_drive(app, "mass", "Finds mass, centre of mass and lift areas from wheel loads", mass,
+            crgidentify::mass, chosen);
+  crgidentify::DriveCommand aero;
+  add_drive(app, "aero", "Finds the drag area from coast-downs or open throttle, lift from loads",
+            aero, crgidentify::aero, chosen)
+      ->add_option("--engine-off", aero.engine_off,
+                   "BEGIN,END: from this second of the log to that nothing drives or drags the "
+                   "wheels; repeatable");
+  crgidentify::DriveCommand suspension;
+  add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
+            suspension, crgidentify::suspension, chosen);
+  crgidentify::DriveCommand brakes;
+  add_drive(app, "brakes", "Finds the brakes' torques from pressures and how the car slows down",
+            brakes, crgidentify::brakes, chosen);
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

@@ -109,7 +109,7 @@ Noise noise_of(const NodeSums& sums) {
     }
   }
   // Where many points fall elsewhere, few fall beside the road: on grass too low to be told, which
-  // stands as high as it scatters. All of them tell by how much, at no range less.
+  // stands as high as it scatters. One measure then for all of few, whatever their range.
   if (least_m2 > 0.0) out.few_m2.fill(least_m2);
   return out;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace crg {
@@ -63,33 +64,64 @@ Station make_station(std::span<const SegmentRecord> segments, std::size_t begin,
   return station;
 }
 
-// Stations by square of a plane grid, the squares folded into a table by hashing.
+// Of all stations.
+struct Extremes {
+  double largest_span_m = 0.0, largest_stretch = 1.0;
+  double nearest_fold_m = std::numeric_limits<double>::infinity();
+};
+
+Extremes extremes_of(const std::vector<Station>& stations) {
+  Extremes of;
+  for (const Station& station : stations) {
+    of.largest_span_m = std::max(of.largest_span_m, station.span_m);
+    of.largest_stretch = std::max(of.largest_stretch, station.stretch);
+    of.nearest_fold_m = std::min({of.nearest_fold_m, station.fold_left_m, station.fold_right_m});
+  }
+  return of;
+}
+
+// Stations one after the other, first to before last.
+struct Run {
+  std::size_t first = 0, last = 0;
+};
+
+// Stations by square of a plane grid, as runs that stay within one square; the squares folded into
+// a table by hashing.
 class Neighbourhood {
  public:
   Neighbourhood(const std::vector<Station>& stations, double side_m) : side_m_(side_m) {
     std::size_t buckets = 1;
     while (buckets < stations.size()) buckets *= 2;
     mask_ = buckets - 1;
-    start_.assign(buckets + 1, 0);
-    for (const Station& station : stations)
-      ++start_[bucket(cell(station.x_m), cell(station.y_m)) + 1];
-    for (std::size_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
-    items_.resize(stations.size());
-    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+    std::vector<Run> runs;
+    std::vector<std::size_t> bucket_of;
+    std::int64_t x = 0, y = 0;
     for (std::size_t k = 0; k < stations.size(); ++k) {
-      items_[next[bucket(cell(stations[k].x_m), cell(stations[k].y_m))]++] =
-          static_cast<std::uint32_t>(k);
+      const std::int64_t here_x = cell(stations[k].x_m), here_y = cell(stations[k].y_m);
+      if (runs.empty() || here_x != x || here_y != y) {
+        x = here_x;
+        y = here_y;
+        runs.push_back({k, k});
+        bucket_of.push_back(bucket(x, y));
+      }
+      runs.back().last = k + 1;
     }
+    start_.assign(buckets + 1, 0);
+    for (const std::size_t b : bucket_of) ++start_[b + 1];
+    for (std::size_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
+    runs_.resize(runs.size());
+    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+    for (std::size_t r = 0; r < runs.size(); ++r) runs_[next[bucket_of[r]]++] = runs[r];
   }
 
-  // Calls visit(first, last) for ranges of station numbers that together hold all within side_m.
+  // Calls visit(runs) for lists of runs that together hold all stations within side_m.
   template <typename Visit>
   void around(const Station& station, Visit visit) const {
     const std::int64_t cx = cell(station.x_m), cy = cell(station.y_m);
     for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
       for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
         const std::size_t b = bucket(x, y);
-        visit(items_.data() + start_[b], items_.data() + start_[b + 1]);
+        visit(std::span(runs_.data() + start_[b], runs_.data() + start_[b + 1]));
       }
     }
   }
@@ -108,7 +140,7 @@ class Neighbourhood {
   double side_m_;
   std::uint64_t mask_ = 0;
   std::vector<std::uint32_t> start_;
-  std::vector<std::uint32_t> items_;
+  std::vector<Run> runs_;
 };
 
 // The float next to a value that is not farther from zero.
@@ -122,29 +154,35 @@ struct Window {
   std::size_t before = 0, after = 0;  // stations on either side that count as the same stretch
 };
 
-Window same_stretch(const std::vector<Station>& stations, std::size_t k, double reach_m,
-                    bool joined) {
+// The windows of all stations: as far as the road has turned little and is not long before the last
+// one. What is added up along a window is never negative, so both its ends move on with k.
+std::vector<Window> same_stretches(const std::vector<Station>& stations, double reach_m,
+                                   bool joined) {
   const std::size_t count = stations.size();
-  const auto walk = [&](int direction) {
-    std::size_t steps = 0;
-    double turn = 0.0, arc = 0.0;
-    std::size_t at = k;
-    while (steps + 1 < count && arc < 2.5 * reach_m) {
-      if (direction > 0 ? at + 1 == count : at == 0) {
-        if (!joined) break;
-      }
-      const std::size_t next = direction > 0 ? (at + 1) % count : (at + count - 1) % count;
-      turn += stations[direction > 0 ? at : next].turn_rad + stations[next].turn_rad;
-      if (turn > kWindowTurn_rad) break;
-      arc += 2.0 * stations[next].span_m;
-      at = next;
-      ++steps;
-    }
-    return steps;
+  // Sums over all stations before each, going round twice.
+  std::vector<double> turn(2 * count + 1), span(2 * count + 1);
+  for (std::size_t k = 0; k < 2 * count; ++k) {
+    const Station& station = stations[k < count ? k : k - count];
+    turn[k + 1] = turn[k] + station.turn_rad;
+    span[k + 1] = span[k] + station.span_m;
+  }
+  const auto same = [&](double turned, double spans) {
+    return turned <= kWindowTurn_rad && 2.0 * spans < 2.5 * reach_m;
   };
-  Window window{walk(-1), walk(1)};
-  if (window.before + window.after + 1 > count) window.after = count - 1 - window.before;
-  return window;
+  std::vector<Window> windows(count);
+  std::size_t begin = joined ? 1 : count, end = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t at = k + count;
+    begin = std::max(begin, at - (count - 1));
+    while (begin < at && !same(2.0 * (turn[at] - turn[begin]), span[at] - span[begin + 1])) ++begin;
+    end = std::max(end, k);
+    const std::size_t last = joined ? k + count - 1 : count - 1;
+    while (end < last && same(turn[end + 1] - turn[k] + (turn[end + 2] - turn[k + 1]),
+                              span[end + 1] - span[k + 1]))
+      ++end;
+    windows[k] = {at - begin, std::min(end - k, count - 1 - (at - begin))};
+  }
+  return windows;
 }
 
 // The end of a closed track prolonged over its gap: it competes like a cell.
@@ -172,9 +210,10 @@ struct Certain {
 
 // Up to the folds of the own stretch.
 Certain before_folds(const std::vector<Station>& stations, std::size_t k, const Window& window,
-                     double reach_m) {
-  const std::size_t count = stations.size();
+                     const Extremes& extremes, double reach_m) {
   Certain certain{reach_m, reach_m};
+  if (kFoldShare * extremes.nearest_fold_m >= reach_m) return certain;
+  const std::size_t count = stations.size();
   for (std::size_t w = 0; w <= window.before + window.after; ++w) {
     const Station& other = stations[(k + count - window.before + w) % count];
     certain.left_m = std::min(certain.left_m, kFoldShare * other.fold_left_m);
@@ -191,32 +230,64 @@ void keep_from(const Station& here, const Station& other, double reach_m, Certai
   const double growth = std::max(here.stretch, other.stretch) + here.turn_rad;
   const double squared = dx * dx + dy * dy - slack * slack;
   // |other - point|^2 > (growth |v| + slack)^2 for all |v| up to the bound.
-  const auto bound = [&](double side) {
+  const auto lower = [&](double& certain_m, double side) {
     const double rate = 2.0 * (side * across + growth * slack) + reach_m * (growth * growth - 1.0);
-    if (squared <= 0.0) return 0.0;
-    return rate <= 0.0 ? reach_m : squared / rate;
+    if (squared <= 0.0) {
+      certain_m = 0.0;
+    } else if (squared < certain_m * rate * (1.0 + 1e-12)) {  // else no division is needed to see
+      certain_m = std::min(certain_m, squared / rate);
+    }
   };
-  certain.left_m = std::min(certain.left_m, bound(1.0));
-  certain.right_m = std::min(certain.right_m, bound(-1.0));
+  lower(certain.left_m, 1.0);
+  lower(certain.right_m, -1.0);
+}
+
+// Square of the distance from which on no station can lower what is certain: there keep_from()
+// finds distance^2 - slack^2 >= certain (2 (distance + growth slack) + reach (growth^2 - 1)).
+double harmless_squared(const Station& here, const Extremes& extremes, double reach_m,
+                        const Certain& certain) {
+  const double most = std::max(certain.left_m, certain.right_m);
+  const double slack = here.span_m + extremes.largest_span_m;
+  const double growth = std::max(here.stretch, extremes.largest_stretch) + here.turn_rad;
+  const double rest = 2.0 * growth * slack + reach_m * (growth * growth - 1.0);
+  const double distance = most + std::sqrt(most * most + slack * slack + most * rest);
+  return distance * distance * (1.0 + 1e-9);
 }
 
 // Not into what any station outside the own stretch may claim. What would cost more than `budget`
 // pairs stays uncertain, as does all after it: the budget is then 0.
 void keep_from_others(const std::vector<Station>& stations, std::size_t k, const Window& window,
-                      const Neighbourhood& neighbourhood, double reach_m, std::size_t& budget,
-                      Certain& certain) {
+                      const Neighbourhood& neighbourhood, const Extremes& extremes, double reach_m,
+                      std::size_t& budget, Certain& certain) {
   const std::size_t count = stations.size();
-  neighbourhood.around(stations[k], [&](const std::uint32_t* first, const std::uint32_t* last) {
-    if (static_cast<std::size_t>(last - first) > budget) {
+  const Station& here = stations[k];
+  const double harmless = harmless_squared(here, extremes, reach_m, certain);
+  const auto keep_from_all = [&](std::size_t first, std::size_t last) {
+    for (; first < last; ++first) {
+      const Station& other = stations[first];
+      const double dx = other.x_m - here.x_m, dy = other.y_m - here.y_m;
+      if (dx * dx + dy * dy < harmless) keep_from(here, other, reach_m, certain);
+    }
+  };
+  // The window, which may lie over the seam.
+  const std::size_t begin = k >= window.before ? k - window.before : k + count - window.before;
+  const std::size_t behind = k + window.after + 1, end = behind > count ? behind - count : behind;
+  neighbourhood.around(here, [&](std::span<const Run> runs) {
+    std::size_t pairs = 0;
+    for (const Run& run : runs) pairs += run.last - run.first;
+    if (pairs > budget) {
       budget = 0;
       certain = {0.0, 0.0};
       return;
     }
-    budget -= static_cast<std::size_t>(last - first);
-    for (; first != last; ++first) {
-      const std::size_t ahead = (*first + count - k) % count;
-      if (ahead <= window.after || count - ahead <= window.before) continue;
-      keep_from(stations[k], stations[*first], reach_m, certain);
+    budget -= pairs;
+    for (const Run& run : runs) {
+      if (begin < end) {
+        keep_from_all(run.first, std::min(run.last, begin));
+        keep_from_all(std::max(run.first, end), run.last);
+      } else {
+        keep_from_all(std::max(run.first, end), std::min(run.last, begin));
+      }
     }
   });
 }
@@ -232,13 +303,8 @@ std::vector<Station> make_stations(std::span<const SegmentRecord> segments, std:
 }
 
 // Beyond this distance no other run can compete for a point within reach_m.
-double farthest_rival_m(const std::vector<Station>& stations, double reach_m) {
-  double span = 0.0, stretch = 1.0;
-  for (const Station& station : stations) {
-    span = std::max(span, station.span_m);
-    stretch = std::max(stretch, station.stretch);
-  }
-  return reach_m * (1.0 + std::min(stretch, 2.0)) + 2.0 * span;
+double farthest_rival_m(const Extremes& extremes, double reach_m) {
+  return reach_m * (1.0 + std::min(extremes.largest_stretch, 2.0)) + 2.0 * extremes.largest_span_m;
 }
 
 void write_certain(std::span<SegmentRecord> segments, const Certain& certain, double v_right_m,
@@ -262,17 +328,19 @@ void measure_clearance(std::span<SegmentRecord> segments, double v_right_m, doub
   while (run < (1U << 20U) && u_step_m * static_cast<double>(2 * run) <= reach_m / 16.0) run *= 2;
   const std::vector<Station> stations = make_stations(segments, run, reach_m, joined);
   const std::size_t count = stations.size();
-  const double far_m = farthest_rival_m(stations, reach_m);
+  const Extremes extremes = extremes_of(stations);
+  const double far_m = farthest_rival_m(extremes, reach_m);
   const Neighbourhood neighbourhood(stations, far_m);
+  const std::vector<Window> windows = same_stretches(stations, reach_m, joined);
   const std::vector<Prolonged> ends = prolonged_ends(segments, closing);
   // Tangled input would cost count^2; what is not measured within the budget stays uncertain.
   std::size_t budget = 4096 + 1024 * count;
   for (std::size_t k = 0; k < count; ++k) {
     const Station& here = stations[k];
     if (budget == 0 || here.stretch > 2.0 || here.turn_rad > kWindowTurn_rad) continue;
-    const Window window = same_stretch(stations, k, reach_m, joined);
-    Certain certain = before_folds(stations, k, window, reach_m);
-    keep_from_others(stations, k, window, neighbourhood, reach_m, budget, certain);
+    const Window& window = windows[k];
+    Certain certain = before_folds(stations, k, window, extremes, reach_m);
+    keep_from_others(stations, k, window, neighbourhood, extremes, reach_m, budget, certain);
     for (const Prolonged& end : ends) {
       // Shorter than a row and part of the same stretch: no more than one cell among others.
       if (end.length_m <= u_step_m && (k <= window.before || count - 1 - k <= window.after))

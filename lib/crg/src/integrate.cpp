@@ -15,26 +15,21 @@ double value_or(const Crg& crg, const char* key, double otherwise) {
   return find_value(crg.road, key).value_or(otherwise);
 }
 
-// Integrates a channel of derivatives from its begin value. Where an end value is given, also
-// integrates back from it and lets the result pass from the one to the other with the weight
+// Where the end of an integrated channel is given, the file means that it is also integrated back
+// from there, and that the result passes from the one to the other with the weight
 // w <- (1 - i/N) w + i/N per row, as the reference implementation does (opencrg 2.0.1).
-std::vector<double> integrate(double begin, std::optional<double> end,
-                              const std::vector<double>& steps) {
-  const std::size_t rows = steps.size();
-  std::vector<double> values(rows, begin);
-  for (std::size_t i = 1; i < rows; ++i) values[i] = values[i - 1] + steps[i];
-  if (end) {
-    const double gap = *end - values.back();
-    const double last = static_cast<double>(rows - 1);
-    double weight = 0.0;
-    for (std::size_t i = 1; i < rows; ++i) {
-      const double share = static_cast<double>(i) / last;
-      weight = (1.0 - share) * weight + share;
-      values[i] += weight * gap;
-    }
-    values.back() = *end;
+void lead_to(std::optional<double> end, std::vector<double>& values) {
+  if (!end) return;
+  const std::size_t rows = values.size();
+  const double gap = *end - values.back();
+  const double last = static_cast<double>(rows - 1);
+  double weight = 0.0;
+  for (std::size_t i = 1; i < rows; ++i) {
+    const double share = static_cast<double>(i) / last;
+    weight = (1.0 - share) * weight + share;
+    values[i] += weight * gap;
   }
-  return values;
+  values.back() = *end;
 }
 
 void integrate_heights(const Crg& crg, ReferenceLine& line) {
@@ -43,9 +38,10 @@ void integrate_heights(const Crg& crg, ReferenceLine& line) {
   const std::optional<double> end = find_value(crg.road, "REFERENCE_LINE_END_Z");
   const double length = line.u_step_m * static_cast<double>(rows - 1);
   if (!crg.slope.empty()) {
-    std::vector<double> steps(rows, 0.0);
-    for (std::size_t i = 1; i < rows; ++i) steps[i] = line.u_step_m * crg.slope[i];
-    line.z_m = integrate(begin, end, steps);
+    line.z_m.assign(rows, begin);
+    for (std::size_t i = 1; i < rows; ++i)
+      line.z_m[i] = line.z_m[i - 1] + line.u_step_m * crg.slope[i];
+    lead_to(end, line.z_m);
     return;
   }
   const double slope = end ? (*end - begin) / length : value_or(crg, "REFERENCE_LINE_START_S", 0.0);
@@ -57,16 +53,18 @@ void integrate_heights(const Crg& crg, ReferenceLine& line) {
 
 void integrate_nodes(const Crg& crg, ReferenceLine& line) {
   const std::size_t rows = line.heading_rad.size();
-  std::vector<double> steps(rows, 0.0);
-  for (std::size_t i = 1; i < rows; ++i) steps[i] = line.u_step_m * std::cos(line.heading_rad[i]);
+  line.x_m.assign(rows, value_or(crg, "REFERENCE_LINE_START_X", 0.0));
+  line.y_m.assign(rows, value_or(crg, "REFERENCE_LINE_START_Y", 0.0));
+  for (std::size_t i = 1; i < rows; ++i) {
+    const double heading_rad = line.heading_rad[i];
+    line.x_m[i] = line.x_m[i - 1] + line.u_step_m * std::cos(heading_rad);
+    line.y_m[i] = line.y_m[i - 1] + line.u_step_m * std::sin(heading_rad);
+  }
   const std::optional<double> end_x = find_value(crg.road, "REFERENCE_LINE_END_X");
   const std::optional<double> end_y = find_value(crg.road, "REFERENCE_LINE_END_Y");
-  const bool both = end_x && end_y;
-  line.x_m =
-      integrate(value_or(crg, "REFERENCE_LINE_START_X", 0.0), both ? end_x : std::nullopt, steps);
-  for (std::size_t i = 1; i < rows; ++i) steps[i] = line.u_step_m * std::sin(line.heading_rad[i]);
-  line.y_m =
-      integrate(value_or(crg, "REFERENCE_LINE_START_Y", 0.0), both ? end_y : std::nullopt, steps);
+  if (!end_x || !end_y) return;
+  lead_to(end_x, line.x_m);
+  lead_to(end_y, line.y_m);
 }
 
 void take_nodes(const Crg& crg, ReferenceLine& line) {

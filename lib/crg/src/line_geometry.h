@@ -28,6 +28,9 @@ struct SegmentFrame {
 };
 
 SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row);
+/// The same where the directions of both its mitre lines are known.
+SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row, const Point2& begin_mitre,
+                           const Point2& end_mitre);
 
 /// What finding a place needs of a segment, in one cache line. A point whose cell is this one and
 /// whose v lies in [certain_right_m, certain_left_m] has no other cell with an equal or smaller

@@ -52,7 +52,12 @@ Locator::Locator(const ReferenceLine& line, double v_right_m, double v_left_m)
   segments_ = segments;
   reserve_huge(records_, segments + 1);
   records_.resize(segments + 1);
-  for (std::size_t i = 0; i < segments; ++i) records_[i].frame = segment_frame(line, i);
+  Point2 mitre = mitre_direction(line, 0);
+  for (std::size_t i = 0; i < segments; ++i) {
+    const Point2 next = mitre_direction(line, i + 1);
+    records_[i].frame = segment_frame(line, i, mitre, next);
+    mitre = next;
+  }
   SegmentFrame& last = records_.back().frame;
   last = records_[segments - 1].frame;
   last.x_m = line.x_m.back();

@@ -3,14 +3,13 @@
 #include "payload.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <optional>
 #include <vector>
 
+#include "big_endian.h"
 #include "crg/error.h"
 #include "crg/huge_pages.h"
 #include "text.h"
@@ -19,18 +18,22 @@ namespace crg {
 namespace {
 
 constexpr double kMaxValue = 1e9;  // heights and angles beyond it are damage, not road
-constexpr std::size_t kChunkBytes = 1 << 18;
+constexpr std::size_t kChunkBytes = 1 << 16;
 
-std::uint32_t big_endian_32(const char* bytes) {
-  std::uint32_t word;
-  std::memcpy(&word, bytes, sizeof word);
-  return std::endian::native == std::endian::little ? __builtin_bswap32(word) : word;
+bool take(const char* bytes, std::size_t count, float* to) {
+  return take_floats(bytes, count, static_cast<float>(kMaxValue), to);
+}
+bool take(const char* bytes, std::size_t count, double* to) {
+  return take_doubles(bytes, count, kMaxValue, to);
 }
 
-std::uint64_t big_endian_64(const char* bytes) {
-  std::uint64_t word;
-  std::memcpy(&word, bytes, sizeof word);
-  return std::endian::native == std::endian::little ? __builtin_bswap64(word) : word;
+// Index of the first value that is out of bounds, or how many there are if there is none.
+template <typename Value>
+std::size_t first_beyond(const std::vector<Value>& row) {
+  const auto beyond = [](Value value) {
+    return !std::isnan(value) && !(std::abs(value) <= static_cast<Value>(kMaxValue));
+  };
+  return static_cast<std::size_t>(std::find_if(row.begin(), row.end(), beyond) - row.begin());
 }
 
 // Puts rows of values, in file order, into the channels of a Crg.
@@ -54,14 +57,9 @@ class RowSink {
     }
   }
 
-  // Index of the first column whose value is out of bounds, or columns if there is none.
+  // Of values within bounds.
   template <typename Value>
-  std::size_t add(const Value* row) {
-    if (!bounded(row)) {
-      for (std::size_t c = 0; c < columns_.size(); ++c) {
-        if (!std::isnan(row[c]) && !(std::abs(row[c]) <= static_cast<Value>(kMaxValue))) return c;
-      }
-    }
+  void add(const Value* row) {
     const std::size_t heights = crg_.grid.v_m.size();
     std::vector<float>& z_m = crg_.grid.z_m;
     const std::size_t start = z_m.size();
@@ -85,7 +83,6 @@ class RowSink {
       }
     }
     if (!crg_.z_double_m.empty()) crg_.z_double_m.resize(z_m.size());
-    return columns_.size();
   }
 
   std::size_t rows() const { return crg_.grid.rows(); }
@@ -99,16 +96,6 @@ class RowSink {
   }
 
  private:
-  template <typename Value>
-  bool bounded(const Value* row) const {
-    bool all = true;
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      const Value magnitude = std::abs(row[c]);
-      all &= !(magnitude > static_cast<Value>(kMaxValue));
-    }
-    return all;
-  }
-
   void add_double(std::size_t start, std::size_t index, double value) {
     std::vector<float>& z_m = crg_.grid.z_m;
     const float rounded = static_cast<float>(value);
@@ -202,20 +189,14 @@ void read_binary(Header& header, Input& input, std::string_view begun, std::size
     }
     for (std::size_t at = 0; at < wanted; at += row_bytes) {
       const char* bytes = buffer.data() + at;
-      for (std::size_t c = 0; c < columns; ++c) {
-        if constexpr (sizeof(Value) == 4) {
-          values[c] = std::bit_cast<float>(big_endian_32(bytes + 4 * c));
-        } else {
-          values[c] = std::bit_cast<double>(big_endian_64(bytes + 8 * c));
-        }
-      }
-      const std::size_t bad = sink.add(values.data());
-      if (bad != columns) {
+      if (!take(bytes, columns, values.data())) {
+        const std::size_t bad = first_beyond(values);
         throw Error(input.name() + ": byte " + std::to_string(offset + at + bad * sizeof(Value)) +
                     ": value " + shortest(static_cast<double>(values[bad])) + " in row " +
                     std::to_string(sink.rows()) + ", channel " + std::to_string(bad + 1) +
                     ": want at most 1e9 in magnitude; is the format or the row count right?");
       }
+      sink.add(values.data());
     }
     offset += wanted;
   }
@@ -311,11 +292,11 @@ std::vector<std::size_t> read_text(Header& header, const std::string& name,
       continue;
     }
     row_lines.push_back(first_line);
-    const std::size_t bad = sink.add(values.data());
-    if (bad != columns) {
+    if (const std::size_t bad = first_beyond(values); bad != columns) {
       throw Error(name + ":" + std::to_string(line_number) + ": value " + shortest(values[bad]) +
                   " in channel " + std::to_string(bad + 1) + ": want at most 1e9 in magnitude");
     }
+    sink.add(values.data());
   }
   if (sink.rows() < announced) {
     fail_short(name + ":" + std::to_string(line_number), sink.rows(), announced);

@@ -46,8 +46,7 @@ SegmentFrame frame_without_mitres(const ReferenceLine& line, std::size_t row) {
 
 /// A mitre line is perpendicular to its direction T: in the frame of the segment it runs through
 /// (-T_across / T_along * v, v).
-double lean(const ReferenceLine& line, const SegmentFrame& frame, std::size_t node) {
-  const Point2 T = mitre_direction(line, node);
+double lean(const Point2& T, const SegmentFrame& frame) {
   const double along = T.x_m * frame.cos + T.y_m * frame.sin;
   const double across = -T.x_m * frame.sin + T.y_m * frame.cos;
   // A line that turns back on itself has no mitre; cut it square.
@@ -56,18 +55,23 @@ double lean(const ReferenceLine& line, const SegmentFrame& frame, std::size_t no
 
 }  // namespace
 
-SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row) {
+SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row, const Point2& begin_mitre,
+                           const Point2& end_mitre) {
   SegmentFrame frame = frame_without_mitres(line, row);
-  frame.begin_lean = lean(line, frame, row);
-  frame.end_lean = lean(line, frame, row + 1);
+  frame.begin_lean = lean(begin_mitre, frame);
+  frame.end_lean = lean(end_mitre, frame);
   return frame;
+}
+
+SegmentFrame segment_frame(const ReferenceLine& line, std::size_t row) {
+  return segment_frame(line, row, mitre_direction(line, row), mitre_direction(line, row + 1));
 }
 
 Point2 node_position(const ReferenceLine& line, std::size_t row, double v_m) {
   const bool last = row + 1 == line.size();
   const SegmentFrame frame = frame_without_mitres(line, last ? row - 1 : row);
   const double begin_m = last ? frame.length_m : 0.0;
-  return frame.point(begin_m + v_m * lean(line, frame, row), v_m);
+  return frame.point(begin_m + v_m * lean(mitre_direction(line, row), frame), v_m);
 }
 
 Point2 position(const ReferenceLine& line, double u_m, double v_m) {

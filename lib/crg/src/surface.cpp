@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
+#include <new>
 #include <vector>
 
 #include "batch.h"
 #include "crg/error.h"
+#include "directions.h"
 #include "height.h"
 #include "locator.h"
 #include "strip_filler.h"
@@ -38,36 +39,6 @@ Crg with_modifiers(Crg crg, ModifierUse use) {
   return apply_modifiers(std::move(crg));
 }
 
-// Heading and curvature of the reference line at a segment.
-struct Direction {
-  double heading_rad;
-  double curvature_1pm;
-};
-
-// Curvature from the cross product of the two chords that meet in the segment's first node, each
-// half a metre or one row long. Nearer than that to an open end the reference implementation
-// answers the heading of that end and no curvature, and so do we.
-std::vector<Direction> directions_of(const ReferenceLine& line) {
-  const std::size_t last = line.size() - 1;
-  const std::size_t half =
-      static_cast<std::size_t>(std::clamp(std::round(0.5 / line.u_step_m), 1.0, 1e9));
-  const bool around = ends_joined(line) && 2 * half < line.size();
-  const double chord = static_cast<double>(half) * line.u_step_m;
-  std::vector<Direction> directions(last);
-  for (std::size_t i = 0; i < last; ++i) {
-    if (!around && (i < half || i + half > last)) {
-      directions[i] = {i < half ? line.heading_rad.front() : line.heading_rad.back(), 0.0};
-      continue;
-    }
-    const std::size_t before = i >= half ? i - half : i + last - half;
-    const std::size_t after = i + half <= last ? i + half : i + half - last;
-    const double x1 = line.x_m[i] - line.x_m[before], y1 = line.y_m[i] - line.y_m[before];
-    const double x2 = line.x_m[after] - line.x_m[i], y2 = line.y_m[after] - line.y_m[i];
-    directions[i] = {line.heading_rad[i + 1], (x1 * y2 - y1 * x2) / (chord * chord * chord)};
-  }
-  return directions;
-}
-
 void want_same_shape(const Grid& road, const Grid& map) {
   bool same = map.rows() == road.rows() && map.columns() == road.columns() &&
               std::abs(map.u_step_m - road.u_step_m) <= 1e-9 * road.u_step_m &&
@@ -92,7 +63,8 @@ struct Surface::Data {
         heights(file.grid, line, options_of(file), options.interpolation),
         locator(line, heights.v_right_m(), heights.v_left_m()),
         directions(directions_of(line)),
-        curvature_of_reference_line(options.curvature_of_reference_line) {}
+        curvature_of_reference_line(options.curvature_of_reference_line),
+        quick(heights.simple() && friction.empty()) {}
 
   static std::vector<float> take_friction(const Grid& road, SurfaceOptions& options) {
     if (!options.friction_map) return {};
@@ -107,6 +79,11 @@ struct Surface::Data {
   }
   Heading direction(const Place& place) const noexcept;
   Sample sample(const Place& place, double x_m, double y_m) const noexcept;
+  Sample sample_ahead(const Place& place, double x_m, double y_m,
+                      const Cursor& cursor) const noexcept;
+  Sample sample_far(double x_m, double y_m, Cursor& cursor) const noexcept;
+  Sample answer(const Place& place, const Height& height, bool inside, double x_m, double y_m,
+                double friction_there) const noexcept;
   double z_of(const Place& place) const noexcept;
   double z_far(double x_m, double y_m, Cursor& cursor) const noexcept;
   Place locate_far(double x_m, double y_m, Cursor& cursor) const noexcept;
@@ -114,7 +91,8 @@ struct Surface::Data {
   void prefetch(const Cursor& cursor, const float* node) const noexcept;
   Place place_of(double u_m, double v_m) const noexcept;
   double u_of(const Place& place) const noexcept {
-    return line.u_begin_m + (static_cast<double>(place.segment) + place.fraction) * line.u_step_m +
+    const auto segment = static_cast<std::ptrdiff_t>(place.segment);  // signed: one instruction
+    return line.u_begin_m + (static_cast<double>(segment) + place.fraction) * line.u_step_m +
            place.beyond_m;
   }
 
@@ -126,10 +104,12 @@ struct Surface::Data {
   Locator locator;
   std::vector<Direction> directions;  ///< one per segment
   bool curvature_of_reference_line;
+  bool quick;  ///< sample_ahead() may be asked
 };
 
 // The row that later queries will need, if the cursor goes on as it went.
-inline void Surface::Data::prefetch(const Cursor& cursor, const float* node) const noexcept {
+[[gnu::always_inline]] inline void Surface::Data::prefetch(const Cursor& cursor,
+                                                           const float* node) const noexcept {
   prefetch_row(node, cursor.advance < 0.0 ? -heights.ahead_bytes() : heights.ahead_bytes());
 }
 
@@ -158,6 +138,14 @@ inline Place Surface::Data::locate_far(double x_m, double y_m, Cursor& cursor) c
 [[gnu::noinline]] double Surface::Data::z_far(double x_m, double y_m,
                                               Cursor& cursor) const noexcept {
   return z_of(locate_far(x_m, y_m, cursor));
+}
+
+[[gnu::noinline]] Sample Surface::Data::sample_far(double x_m, double y_m,
+                                                   Cursor& cursor) const noexcept {
+  Place place;
+  if (!locator.locate_ahead(x_m, y_m, cursor, place)) place = locate_far(x_m, y_m, cursor);
+  prefetch(cursor, heights.node(place.segment, 0) + heights.column_near(place.v_m));
+  return sample(place, x_m, y_m);
 }
 
 double Surface::Data::friction_of(const Place& place) const noexcept {
@@ -196,22 +184,21 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
   return {heading_rad, curvature_1pm};
 }
 
-Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const noexcept {
-  const SegmentFrame& frame = locator.records()[place.segment].frame;
+[[gnu::noinline]] Sample Surface::Data::sample(const Place& place, double x_m,
+                                               double y_m) const noexcept {
   const bool inside = on_grid(place);
-  const double u_m = u_of(place);
-  const auto [heading_rad, curvature_1pm] = direction(place);
   Height height{Sample::kNaN, Sample::kNaN, Sample::kNaN};
-  if (inside && heights.simple()) [[likely]] {
+  if (inside && heights.simple()) {
     height = heights.at_simple(heights.place_simple(place.segment, place.fraction, place.v_m),
                                place.v_m);
   }
-  if (std::isnan(height.z_m)) [[unlikely]] {
+  if (std::isnan(height.z_m)) {
     height = inside && heights.plain() ? heights.on_grid(place.segment, place.fraction, place.v_m)
-                                       : heights.at(u_m, place.v_m);
+                                       : heights.at(u_of(place), place.v_m);
     if (std::isnan(height.z_m)) {
+      const auto [heading_rad, curvature_1pm] = direction(place);
       return {.inside = inside,
-              .u_m = u_m,
+              .u_m = u_of(place),
               .v_m = place.v_m,
               .x_m = x_m,
               .y_m = y_m,
@@ -219,6 +206,30 @@ Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const n
               .curvature_1pm = curvature_1pm};
     }
   }
+  return answer(place, height, inside, x_m, y_m,
+                friction.empty() ? friction_constant : friction_of(place));
+}
+
+// The same where Locator::locate_ahead() found the place: on the grid, nothing beyond an end.
+[[gnu::always_inline]] inline Sample Surface::Data::sample_ahead(
+    const Place& place, double x_m, double y_m, const Cursor& cursor) const noexcept {
+  const GridPlace cell = heights.place_simple(place.segment, place.fraction, place.v_m);
+  prefetch(cursor, heights.node(cell.row, cell.column));
+  const Height height = heights.at_simple(cell, place.v_m);
+  if (std::isnan(height.z_m)) [[unlikely]] {
+    const Place copy = place;  // its address leads out, so that of `place` need not
+    return sample(copy, x_m, y_m);
+  }
+  return answer({place.segment, place.fraction, place.v_m, 0.0}, height, true, x_m, y_m,
+                friction_constant);
+}
+
+// What is known of a place whose height is.
+[[gnu::always_inline]] inline Sample Surface::Data::answer(const Place& place, const Height& height,
+                                                           bool inside, double x_m, double y_m,
+                                                           double friction_there) const noexcept {
+  const SegmentFrame& frame = locator.records()[place.segment].frame;
+  const auto [heading_rad, curvature_1pm] = direction(place);
   // Along the segment, u advances by a step over the width of the cell at v; along the mitre line
   // both v and the place along the segment change.
   const double lean = frame.begin_lean + place.fraction * (frame.end_lean - frame.begin_lean);
@@ -236,7 +247,7 @@ Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const n
   const double normal_z = 1.0 / std::sqrt(1.0 + dzdx * dzdx + dzdy * dzdy);
   return {.valid = true,
           .inside = inside,
-          .u_m = u_m,
+          .u_m = u_of(place),
           .v_m = place.v_m,
           .x_m = x_m,
           .y_m = y_m,
@@ -248,7 +259,7 @@ Sample Surface::Data::sample(const Place& place, double x_m, double y_m) const n
           .normal_x = -dzdx * normal_z,
           .normal_y = -dzdy * normal_z,
           .normal_z = normal_z,
-          .friction = friction.empty() ? friction_constant : friction_of(place)};
+          .friction = friction_there};
 }
 
 Surface::Surface(Crg crg, SurfaceOptions options) {
@@ -295,10 +306,9 @@ double Surface::z_at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
 Sample Surface::at_xy(double x_m, double y_m, Cursor& cursor) const noexcept {
   const Data& data = *data_;
   Place place;
-  if (!data.locator.locate_ahead(x_m, y_m, cursor, place)) [[unlikely]]
-    place = data.locate_far(x_m, y_m, cursor);
-  data.prefetch(cursor, data.heights.node(place.segment, 0) + data.heights.column_near(place.v_m));
-  return data.sample(place, x_m, y_m);
+  if (data.quick && data.locator.locate_ahead(x_m, y_m, cursor, place)) [[likely]]
+    return data.sample_ahead(place, x_m, y_m, cursor);
+  return data.sample_far(x_m, y_m, cursor);
 }
 
 void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
@@ -306,9 +316,9 @@ void Surface::at_xy(std::span<const Point2> points, std::span<Sample> out,
   const Data& data = *data_;
   const auto ahead = [&](const Point2& p, Cursor& near, Sample& sample) {
     Place place;
-    if (!data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
-    data.prefetch(near, data.heights.node(place.segment, 0) + data.heights.column_near(place.v_m));
-    sample = data.sample(place, p.x_m, p.y_m);
+    if (!data.quick || !data.locator.locate_ahead(p.x_m, p.y_m, near, place)) return false;
+    // Made where it belongs: copied, its parts would have to reach memory first.
+    ::new (&sample) Sample(data.sample_ahead(place, p.x_m, p.y_m, near));
     return true;
   };
   for_each_place(data.locator, data.heights, points, out, cursor, ahead,
@@ -373,8 +383,7 @@ double Surface::strip(const Strip& strip, std::span<float> dz_m, Cursor& cursor)
 Sample Surface::at_uv(double u_m, double v_m) const noexcept {
   if (!std::isfinite(u_m) || !std::isfinite(v_m)) return {};
   const Place place = data_->place_of(u_m, v_m);
-  const SegmentFrame& frame = data_->locator.records()[place.segment].frame;
-  const Point2 point = frame.point(frame.along(place.fraction, v_m) + place.beyond_m, v_m);
+  const Point2 point = xy_of_uv(u_m, v_m);
   Sample sample = data_->sample(place, point.x_m, point.y_m);
   sample.u_m = u_m;
   return sample;

@@ -3,10 +3,11 @@
 
 #include <string>
 #include <string_view>
-#include <unordered_map>
+#include <vector>
 
 #include "serialized_message.h"
 #include "topics.h"
+#include "transforms.h"
 
 namespace recording {
 
@@ -25,11 +26,16 @@ class DecodedTopic {
   /// One message, as the logger stamped it.
   void read(std::uint64_t logged_ns, std::string_view message);
 
-  Topic topic;
+  /// Its numbers, as one topic or, of transforms, one for each pair of frames.
+  void move_to(std::vector<Topic>& topics) &&;
+
+  const std::string& name() const { return topic_.name; }
 
  private:
-  bool json_ = false;
+  Topic topic_;
+  bool json_ = false, has_transforms_ = false;
   MessageWay way_;
+  Transforms transforms_;
 };
 
 }  // namespace recording

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <set>
@@ -16,8 +17,6 @@
 
 namespace recording {
 namespace {
-
-constexpr std::size_t kLargestFileBytes = std::size_t{1} << 30;
 
 /// The samples of `channel` in `rows` rows of `step_s`.
 std::vector<double> spread(const Channel& channel, std::size_t rows, double step_s) {
@@ -84,18 +83,20 @@ void set_rates(Log& log, const std::vector<double>& time_s) {
   }
 }
 
-Log parse_log(std::string_view bytes, const std::string& name) {
-  if (!is_zstd(bytes)) return parse_plain(bytes, name);
-  std::string unpacked;
+std::string unpacked_file(std::string_view bytes, const std::string& name) {
   try {
-    unpacked = unpack_zstd(bytes, std::min(most_unpacked(bytes.size()), kLargestFileBytes));
+    return unpack_zstd(bytes, std::min(most_unpacked(bytes.size()), kLargestFileBytes));
   } catch (const base::Error& error) {
     throw base::Error(fmt::format("{}: {}", name, error.what()));
   }
-  return parse_plain(unpacked, name);
+}
+
+Log parse_log(std::string_view bytes, const std::string& name) {
+  return is_zstd(bytes) ? parse_plain(unpacked_file(bytes, name), name) : parse_plain(bytes, name);
 }
 
 Log read_log(const std::string& path) {
+  if (std::filesystem::is_directory(path)) return read_bag_folder(path);
   return parse_log(base::read_file(path, kLargestFileBytes), path);
 }
 

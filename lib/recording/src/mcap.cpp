@@ -71,16 +71,16 @@ class Reader {
   Reader(std::string_view bytes, const std::string& name)
       : bytes_(bytes), name_(name), may_unpack_(most_unpacked(bytes.size())) {}
 
-  Log read() {
+  FileTopics topics() {
     read_top();
-    std::vector<Topic> topics;
-    for (DecodedTopic& decoded : topics_) topics.push_back(std::move(decoded.topic));
-    Log log = log_of_topics(std::move(topics), "MCAP", name_);
-    log.notes.insert(log.notes.begin(), notes_.begin(), notes_.end());
-    if (log.channels.empty())
-      throw base::Error(fmt::format("{}: MCAP without a number that can be read{}{}", name_,
-                                    log.notes.empty() ? "" : ": ",
-                                    log.notes.empty() ? "" : log.notes.front()));
+    FileTopics out;
+    for (DecodedTopic& decoded : topics_) std::move(decoded).move_to(out.topics);
+    out.notes = std::move(notes_);
+    return out;
+  }
+
+  Log read() {
+    Log log = log_of_file(topics(), "MCAP", name_);
     if (const auto own = metadata_.find("columns"); own != metadata_.end())
       as_table(own->second, log);
     return log;
@@ -278,6 +278,10 @@ class Reader {
 }  // namespace
 
 bool is_mcap(std::string_view bytes) { return bytes.starts_with(kMagic); }
+
+FileTopics topics_of_mcap(std::string_view bytes, const std::string& name) {
+  return Reader(bytes, name).topics();
+}
 
 Log parse_mcap(std::string_view bytes, const std::string& name) {
   return Reader(bytes, name).read();

@@ -13,6 +13,15 @@ namespace recording {
 /// Cells of a log, over all channels: 2 GB.
 constexpr std::size_t kMostCells = std::size_t{1} << 28;
 
+constexpr std::size_t kLargestFileBytes = std::size_t{1} << 30;
+
+/// What a file that zstd packed as a whole holds.
+std::string unpacked_file(std::string_view bytes, const std::string& name);
+
+/// A recording of rosbag2 in a folder: all files that its metadata.yaml names, as one log. Throws
+/// base::Error where one is missing.
+Log read_bag_folder(const std::string& folder);
+
 Log parse_csv(std::string_view text, const std::string& name);
 Log parse_motec_ld(std::string_view bytes, const std::string& name);
 Log parse_racelogic_vbo(std::string_view text, const std::string& name);

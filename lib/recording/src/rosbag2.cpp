@@ -60,20 +60,15 @@ class Bag {
     sqlite3_progress_handler(db_.get(), 1000000, stop_at_none, &millions_left_);
   }
 
-  Log read() {
+  FileTopics read() {
     read_descriptions();
     read_topics();
     read_messages();
-    std::vector<Topic> topics;
+    FileTopics out;
     for (auto& [id, decoded] : topics_)
-      if (decoded) topics.push_back(std::move(decoded->topic));
-    Log log = log_of_topics(std::move(topics), "rosbag2", name_);
-    log.notes.insert(log.notes.begin(), notes_.begin(), notes_.end());
-    if (log.channels.empty())
-      throw base::Error(fmt::format("{}: a rosbag2 file without a number that can be read{}{}",
-                                    name_, log.notes.empty() ? "" : ": ",
-                                    log.notes.empty() ? "" : log.notes.front()));
-    return log;
+      if (decoded) std::move(*decoded).move_to(out.topics);
+    out.notes = std::move(notes_);
+    return out;
   }
 
  private:
@@ -175,8 +170,8 @@ class Bag {
       may_unpack_ -= unpacked.size();
       topic.read(moment, unpacked);
     } catch (const base::Error& error) {
-      throw base::Error(fmt::format("{}: a message of {} {}", name_,
-                                    topic.topic.name.substr(0, 200), error.what()));
+      throw base::Error(
+          fmt::format("{}: a message of {} {}", name_, topic.name().substr(0, 200), error.what()));
     }
   }
 
@@ -195,8 +190,12 @@ class Bag {
 
 bool is_rosbag2(std::string_view bytes) { return bytes.starts_with(kMagic); }
 
-Log parse_rosbag2(std::string_view bytes, const std::string& name) {
+FileTopics topics_of_rosbag2(std::string_view bytes, const std::string& name) {
   return Bag(bytes, name).read();
+}
+
+Log parse_rosbag2(std::string_view bytes, const std::string& name) {
+  return log_of_file(topics_of_rosbag2(bytes, name), "rosbag2", name);
 }
 
 }  // namespace recording

@@ -229,6 +229,44 @@ void Topic::put(std::size_t slot, double value) {
   values.back() = std::isfinite(value) ? value : kNaN;
 }
 
+void Topic::append(Topic later) {
+  const std::size_t before = times_ns.size();
+  times_ns.insert(times_ns.end(), later.times_ns.begin(), later.times_ns.end());
+  for (const Column& column : later.columns) {
+    const std::size_t at = slot(column.path, column.unit);
+    if (at == kNone || column.values.empty()) continue;
+    std::vector<double>& values = columns[at].values;
+    values.resize(before, kNaN);
+    values.insert(values.end(), column.values.begin(), column.values.end());
+  }
+  damaged += later.damaged;
+}
+
+void append_topics(std::vector<Topic>& topics, std::vector<Topic> later) {
+  // A name that comes twice in a file is two topics, in this order.
+  std::unordered_map<std::string, std::vector<std::size_t>> known;
+  for (std::size_t k = 0; k < topics.size(); ++k) known[topics[k].name].push_back(k);
+  std::unordered_map<std::string, std::size_t> taken;
+  for (Topic& topic : later) {
+    const std::vector<std::size_t>& places = known[topic.name];
+    const std::size_t which = taken[topic.name]++;
+    if (which < places.size())
+      topics[places[which]].append(std::move(topic));
+    else
+      topics.push_back(std::move(topic));
+  }
+}
+
+Log log_of_file(FileTopics file, const std::string& format, const std::string& name) {
+  Log log = log_of_topics(std::move(file.topics), format, name);
+  log.notes.insert(log.notes.begin(), file.notes.begin(), file.notes.end());
+  if (log.channels.empty())
+    throw base::Error(fmt::format("{}: {} without a number that can be read{}{}", name, format,
+                                  log.notes.empty() ? "" : ": ",
+                                  log.notes.empty() ? "" : log.notes.front()));
+  return log;
+}
+
 Log log_of_topics(std::vector<Topic> topics, std::string format, const std::string& name) {
   Log log{std::move(format), {}, false, {}, {}};
   std::size_t cells = 0;

@@ -28,6 +28,8 @@ class Topic {
   /// One look-up less where fields come in the same order again.
   std::size_t slot_near(std::size_t guess, std::string_view path);
   void put(std::size_t slot, double value);
+  /// Appends what another file says of the topic.
+  void append(Topic later);
   /// A message that contradicts its schema or its format.
   void count_damaged() { ++damaged; }
 
@@ -46,6 +48,21 @@ class Topic {
  private:
   std::unordered_map<std::string, std::size_t> known_;
 };
+
+/// What a file of topics holds, and what of it was not read and why, in sentences.
+struct FileTopics {
+  std::vector<Topic> topics;
+  std::vector<std::string> notes;
+};
+/// Throw base::Error on damage; `name` is for messages.
+FileTopics topics_of_mcap(std::string_view bytes, const std::string& name);
+FileTopics topics_of_rosbag2(std::string_view bytes, const std::string& name);
+
+/// What a later file says of the same topics, behind what is known of them.
+void append_topics(std::vector<Topic>& topics, std::vector<Topic> later);
+
+/// The log of a file; throws base::Error where it has no number.
+Log log_of_file(FileTopics file, const std::string& format, const std::string& name);
 
 /// The channels of all topics, named topic.field, each topic with a clock of its own.
 /// - Pairs "P.sec" with "P.nanosec", "P.nsec" or "P.nsecs" become "P" [s].

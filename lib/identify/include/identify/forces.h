@@ -60,11 +60,11 @@ struct Forces {
   std::vector<PartUse> parts;
   std::vector<std::string> remarks;
   std::vector<std::string> doubts;  ///< why these forces must not be used; empty: none was found
-  std::size_t rows = 0;       ///< that have forces
-  std::size_t slow = 0;       ///< left out: standing or slower than least_mps
-  std::size_t unsettled = 0;  ///< left out: begin of a stretch
-  std::size_t lost = 0;       ///< left out: the simulated car could not follow
-  std::size_t off_road = 0;   ///< among `rows`: a wheel beside the road's grid or over a hole
+  std::size_t rows = 0;             ///< that have forces
+  std::size_t slow = 0;             ///< left out: standing or slower than least_mps
+  std::size_t unsettled = 0;        ///< left out: begin of a stretch
+  std::size_t lost = 0;             ///< left out: the simulated car could not follow
+  std::size_t off_road = 0;         ///< among `rows`: a wheel beside the road's grid or over a hole
   std::size_t wild = 0, measurements = 0;  ///< numbers further than four deviations from expected
 };
 

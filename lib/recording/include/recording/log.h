@@ -30,14 +30,14 @@ struct Log {
   std::vector<std::string> notes = {};           ///< what was not read and why, in sentences
 };
 
-/// Reads a log. Throws base::Error, one line, on what is none of the formats, on files that
-/// contradict themselves and on what would take more than 2 GB; nothing is reserved on the word of
-/// a header alone. A CSV with a header line: separated by commas, semicolons or tabs (whichever the
-/// header has most of); words and numbers that are not finite become NaN; a last line that was cut
-/// off is left out. Loggers' exports may have lines before the header, a line of units and one of
-/// sources after it, quotes around everything, decimal commas (with semicolons or tabs), or a `#`
-/// before the header. A name twice is refused, but in an export with units: there the second is
-/// called "name #2".
+/// Reads a log: a file, or a folder that rosbag2 recorded into. Throws base::Error, one line, on
+/// what is none of the formats, on files that contradict themselves and on what would take more
+/// than 2 GB; nothing is reserved on the word of a header alone. A CSV with a header line:
+/// separated by commas, semicolons or tabs (whichever the header has most of); words and numbers
+/// that are not finite become NaN; a last line that was cut off is left out. Loggers' exports may
+/// have lines before the header, a line of units and one of sources after it, quotes around
+/// everything, decimal commas (with semicolons or tabs), or a `#` before the header. A name twice
+/// is refused, but in an export with units: there the second is called "name #2".
 Log read_log(const std::string& path);
 /// The same from the bytes of a file; `name` is for messages.
 Log parse_log(std::string_view bytes, const std::string& name);

@@ -1,0 +1,37 @@
+// Drag area of a car from how it slows down, or from how it pulls.
+#pragma once
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "identify/drive_fit.h"
+#include "identify/drive_windows.h"
+
+namespace identify {
+
+struct AeroFitOptions {
+  double mass_kg = 0.0;     ///< with fuel; 0: the vehicle file's and fuel_kg
+  double mass_sd_kg = 0.0;  ///< of it; with mass_kg 0 that of the vehicle file's prior
+  double fuel_kg = 30.0;
+  bool body_axes = true;                                ///< as the windows'
+  std::vector<std::pair<double, double>> engine_off_s;  ///< from, to: nothing drives or drags
+  double most_left_mps2 = 2.0;  ///< windows that turn more do not count: tyres drag there
+  double least_throttle = 0.95;
+  double most_brake_pa = 5e4;
+  double most_share = 0.25;  ///< a number whose 90 % interval is wider either way is unseen
+};
+
+/// By coast-downs (gear 0, or `engine_off_s`): inertia + rolling = - drag - rest. Without, at open
+/// throttle: inertia + rolling = factor * engine map - drag. Found: drag_area_m2, and
+/// rest_n: what slows the car at any speed beyond the vehicle file's rolling resistance, or an
+/// offset of ax_mps2. Throws base::Error where accelerations are missing.
+DriveFit fit_aero(const vehicle::Car<double>& car,
+                  const std::array<double, vehicle::kParameterCount>& prior,
+                  const DriveWindows& drive, const AeroFitOptions& options = {});
+
+/// Line of a setup sheet; a remark where it was not found.
+std::string aero_sheet(const DriveFit& fit);
+
+}  // namespace identify

@@ -1,0 +1,258 @@
+#include "identify/aero_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "base/error.h"
+#include "base/statistics.h"
+#include "identify/clustered_fit.h"
+#include "longitudinal.h"
+#include "vehicle/laws/engine.h"
+
+namespace identify {
+namespace {
+
+using P = vehicle::Parameter;
+using Prior = std::array<double, vehicle::kParameterCount>;
+
+// Standard deviations of what no file states: rolling resistance as a share, an accelerometer's
+// offset (5 thousandths of gravity), a grade, slip of the driven wheels whose speed was not
+// recorded.
+constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05, kGrade = 0.002;
+
+bool unbraked(const DriveWindow& w, const AeroFitOptions& options) {
+  for (const double pressure : w.brake_pa)
+    if (pressure > options.most_brake_pa) return false;  // NaN: not recorded
+  return true;
+}
+
+bool straight(const DriveWindow& w, const AeroFitOptions& options) {
+  const double left = std::isfinite(w.left_mps2)        ? w.left_mps2
+                      : std::isfinite(w.yaw_rate_radps) ? w.yaw_rate_radps * w.vx_mps
+                                                        : 0.0;
+  return std::abs(left) < options.most_left_mps2;
+}
+
+/// Windows in which nothing drives or drags the wheels.
+std::vector<const DriveWindow*> coasting(const DriveWindows& drive, const AeroFitOptions& options) {
+  std::vector<const DriveWindow*> out;
+  for (const DriveWindow& w : drive.windows) {
+    const bool stated = std::any_of(
+        options.engine_off_s.begin(), options.engine_off_s.end(),
+        [&](const auto& s) { return w.time_s > s.first + 0.25 && w.time_s < s.second - 0.25; });
+    if ((stated || w.gear == 0.0) && straight(w, options) && unbraked(w, options))
+      out.push_back(&w);
+  }
+  return out;
+}
+
+/// Windows at open throttle behind another one in the same gear: boost and shift are over.
+std::vector<const DriveWindow*> pulling(const vehicle::Car<double>& car, const DriveWindows& drive,
+                                        const AeroFitOptions& options) {
+  std::vector<const DriveWindow*> out;
+  const auto open = [&](const DriveWindow& w) {
+    return w.throttle > options.least_throttle && unbraked(w, options) &&
+           gear_of(car, w).value_or(0) > 0 && std::isfinite(w.wheel_radps[2] + w.wheel_radps[3]);
+  };
+  for (std::size_t k = 1; k < drive.windows.size(); ++k) {
+    const DriveWindow &before = drive.windows[k - 1], &w = drive.windows[k];
+    if (w.time_s - before.time_s < 1.0 && open(before) && open(w) && straight(w, options) &&
+        gear_of(car, before) == gear_of(car, w))
+      out.push_back(&w);
+  }
+  return out;
+}
+
+/// What the fit takes for granted beside the car, moved to see what it does to the result.
+struct Granted {
+  double mass_kg = 0.0;
+  double more_rolling = 0.0;  ///< share
+  double offset_mps2 = 0.0;   ///< of the acceleration
+};
+
+struct Solved {
+  ClusteredFit fit;
+  std::size_t drag = 0;  ///< its place among the columns
+};
+
+Solved solve(const vehicle::Car<double>& car, const std::vector<const DriveWindow*>& windows,
+             bool coasts, bool by_speed, const Granted& granted) {
+  Equation e;
+  std::vector<std::size_t> block;
+  e.columns.resize(2);
+  for (const DriveWindow* w : windows) {
+    const int gear = coasts ? 0 : gear_of(car, *w).value_or(0);
+    const AlongForces f = along_forces(car, *w, granted.mass_kg, gear, by_speed);
+    if (coasts) {
+      e.columns[0].push_back(-f.drag_m2_n);
+      e.columns[1].push_back(-1.0);
+    } else {
+      const Gearing g = gearing(car, *w, gear, granted.mass_kg, true);
+      const double torque =
+          vehicle::laws::map_torque(car.parameters[P::engine_torque], car.files->engine_torque_nm,
+                                    g.engine_radps, std::clamp(w->throttle, 0.0, 1.0));
+      e.columns[0].push_back(g.per_torque_1pm * torque);
+      e.columns[1].push_back(-f.drag_m2_n);
+    }
+    e.wanted.push_back(f.inertia_n + granted.mass_kg * granted.offset_mps2 +
+                       (1.0 + granted.more_rolling) * f.rolling_n);
+    block.push_back(w->block);
+  }
+  return {clustered_fit({e}, block), coasts ? 0u : 1u};
+}
+
+std::size_t blocks_of(const std::vector<const DriveWindow*>& windows) {
+  std::set<std::size_t> out;
+  for (const DriveWindow* w : windows) out.insert(w->block);
+  return out.size();
+}
+
+double speed_spread(const std::vector<const DriveWindow*>& windows) {
+  std::vector<double> v;
+  for (const DriveWindow* w : windows) v.push_back(w->vx_mps);
+  return windows.empty() ? 0.0 : base::quantile(v, 0.95) - base::quantile(v, 0.05);
+}
+
+/// Why these windows cannot tell; empty: they can.
+std::string too_little(const std::vector<const DriveWindow*>& windows) {
+  if (windows.size() < 10) return fmt::format("{} windows of 0.5 s, wanted 10", windows.size());
+  if (blocks_of(windows) < 6)
+    return fmt::format("at {} places of the road, wanted 6", blocks_of(windows));
+  if (speed_spread(windows) < 8.0)
+    return fmt::format("the speed varies by {:.1f} m/s, wanted 8", speed_spread(windows));
+  return {};
+}
+
+/// Parameters of the vehicle file that the drag area leans on.
+constexpr std::array<P, 5> kLeanedOn{P::front_wheel_inertia_kgm2, P::rear_wheel_inertia_kgm2,
+                                     P::front_ride_height_m, P::rear_ride_height_m,
+                                     P::engine_inertia_kgm2};
+
+/// Variance of the drag area (and, coasting, of the rest) that the vehicle file, the mass, rolling
+/// resistance and the accelerometer bring in.
+std::array<double, 2> file_variance(const vehicle::Car<double>& car, const Prior& prior,
+                                    const std::vector<const DriveWindow*>& windows, bool coasts,
+                                    bool by_speed, double mass_kg, double mass_sd_kg,
+                                    const Solved& is) {
+  std::array<double, 2> out{};
+  const auto add = [&](const vehicle::Car<double>& other, const Granted& granted) {
+    const Solved moved = solve(other, windows, coasts, by_speed, granted);
+    for (std::size_t k = 0; is.drag + k < 2; ++k)
+      out[k] += std::pow(moved.fit.value[is.drag + k] - is.fit.value[is.drag + k], 2.0);
+  };
+  for (const P parameter : kLeanedOn) {
+    vehicle::Car<double> other = car;
+    other.parameters[parameter] *= 1.0 + 0.5 * prior[static_cast<std::size_t>(parameter)];
+    add(other, {mass_kg, 0.0, 0.0});
+  }
+  add(car, {mass_kg + mass_sd_kg, 0.0, 0.0});
+  add(car, {mass_kg, kRollingShare, 0.0});
+  if (!coasts) add(car, {mass_kg, 0.0, by_speed ? kGrade * 9.8 : kOffset_mps2});
+  return out;
+}
+
+std::string how_said(bool coasts, std::size_t windows) {
+  return coasts ? fmt::format(
+                      "by {} windows in which nothing drives the wheels (gear 0, or as "
+                      "stated by --engine-off)",
+                      windows)
+                : fmt::format(
+                      "by {} windows at open throttle, by the shape of the engine map of "
+                      "the vehicle file (its factor is found beside the drag, an error of "
+                      "its shape is not seen); a coast-down in neutral would not need it",
+                      windows);
+}
+
+void say(const vehicle::Car<double>& car, const DriveWindows& drive, const AeroFitOptions& options,
+         bool by_speed, double mass_kg, double mass_sd_kg, DriveFit& out) {
+  out.remarks.push_back(fmt::format(
+      "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); the drag area "
+      "is as wrong as it",
+      mass_kg, mass_sd_kg, options.mass_kg > 0.0 ? "the wheel loads" : "the vehicle file"));
+  out.remarks.push_back(fmt::format(
+      "for air of {:.4g} kg/m3 that stands still: a wind of 2 m/s along a straight is 8 % of the "
+      "drag at 50 m/s, and cancels only where both directions were driven",
+      car.parameters[P::aero_density_kgpm3]));
+  out.remarks.push_back(
+      by_speed
+          ? "acceleration by the change of vx_mps: neither axes nor tilt of an "
+            "accelerometer matter, an error of the speed's scale does"
+          : "acceleration by ax_mps2; an offset of it goes to rest_n in a coast-down, and is taken "
+            "as 0 with a standard deviation of 0.05 m/s2 at open throttle");
+  out.remarks.emplace_back(
+      "rolling resistance as the tyre files have it, 15 % of it taken as its standard deviation: "
+      "what grows with downforce looks like drag");
+  if (!drive.loads && !drive.travels && car.terms[vehicle::Term::aero_ride_height] > 0.0 &&
+      !car.files->drag_factor.empty())
+    out.remarks.emplace_back(
+        "no travels, no loads: ride heights for the drag's map are by the vehicle file's springs");
+  if (drive.normal != NormalFrom::kRoad)
+    out.remarks.emplace_back("grades of the road stand in the result: no --track");
+}
+
+}  // namespace
+
+DriveFit fit_aero(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
+                  const AeroFitOptions& options) {
+  const auto& p = car.parameters;
+  const bool by_mass = options.mass_kg > 0.0;
+  const double mass_kg = by_mass ? options.mass_kg : p[P::chassis_mass_kg] + options.fuel_kg;
+  const double mass_sd_kg =
+      by_mass ? options.mass_sd_kg
+              : 0.5 * prior[static_cast<std::size_t>(P::chassis_mass_kg)] * p[P::chassis_mass_kg];
+  const bool by_speed =
+      !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels);
+  const auto free = coasting(drive, options), pulled = pulling(car, drive, options);
+  const std::string no_coast = too_little(free);
+  std::string no_pull = too_little(pulled);
+  if (!no_pull.empty() && pulled.empty() && !drive.windows.empty() &&
+      !std::isfinite(drive.windows.front().wheel_radps[2]))
+    no_pull = "no speeds of the driven wheels";
+  if (no_pull.empty() && car.files->turbo == vehicle::Turbo::kFull)
+    no_pull = "the vehicle's engine has no torque map (full turbo)";
+  DriveFit out;
+  Found drag{"drag_area_m2", "m2", 0, 0, 0, 0, p[P::aero_drag_area_m2], {}};
+  Found rest{"rest_n", "N", 0, 0, 0, 0, DriveWindow::kNaN, {}};
+  const bool coasts = no_coast.empty();
+  if (!coasts && !no_pull.empty()) {
+    drag.unseen = rest.unseen = fmt::format(
+        "no coast-down (gear 0 or --engine-off: {}), no open throttle ({})", no_coast, no_pull);
+    out.found = {drag, rest};
+    return out;
+  }
+  const auto& windows = coasts ? free : pulled;
+  const Solved s = solve(car, windows, coasts, by_speed, {mass_kg, 0.0, 0.0});
+  const auto more = file_variance(car, prior, windows, coasts, by_speed, mass_kg, mass_sd_kg, s);
+  out.windows = windows.size();
+  out.blocks = s.fit.blocks;
+  const double t = t90(static_cast<double>(s.fit.blocks - 2));
+  for (std::size_t k = 0; s.drag + k < 2; ++k) {
+    Found& f = k == 0 ? drag : rest;
+    f.value = s.fit.value[s.drag + k];
+    f.sd_drive = s.fit.sd(s.drag + k);
+    f.sd = std::hypot(f.sd_drive, std::sqrt(more[k]));
+    f.within = std::hypot(t * f.sd_drive, 1.645 * std::sqrt(more[k]));
+  }
+  if (drag.within > options.most_share * std::abs(drag.value))
+    drag.unseen = fmt::format("its 90 % interval would be {:.3g} either way; {}", drag.within,
+                              how_said(coasts, windows.size()));
+  if (!coasts) rest.unseen = "at open throttle it looks like the engine's torque";
+  out.found = {drag, rest};
+  out.remarks.push_back(how_said(coasts, windows.size()));
+  say(car, drive, options, by_speed, mass_kg, mass_sd_kg, out);
+  if (drag.unseen.empty() && !(drag.value > 0.0))
+    out.doubts.emplace_back("the drag area is below 0: sign of ax_mps2, wind, or a grade?");
+  return out;
+}
+
+std::string aero_sheet(const DriveFit& fit) {
+  const Found& f = fit.at("drag_area_m2");
+  return f.unseen.empty() ? fmt::format("aero.drag_area_m2 = {:.6g}\n", f.value)
+                          : fmt::format("# aero.drag_area_m2 not observable: {}\n", f.unseen);
+}
+
+}  // namespace identify

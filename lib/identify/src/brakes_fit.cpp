@@ -1,0 +1,265 @@
+#include "identify/brakes_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "base/error.h"
+#include "identify/clustered_fit.h"
+#include "longitudinal.h"
+#include "vehicle/laws/brake_pads.h"
+#include "vehicle/laws/engine.h"
+
+namespace identify {
+namespace {
+
+using vehicle::kWheels;
+using P = vehicle::Parameter;
+using vehicle::Term;
+using Prior = std::array<double, vehicle::kParameterCount>;
+using Windows = std::vector<const DriveWindow*>;
+constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05;  // as in aero_fit.cpp
+constexpr double kEngineDragShare = 0.2;                     ///< standard deviation of it
+constexpr std::array<double, 5> kBar{5.0, 20.0, 40.0, 60.0, 200.0};
+constexpr std::array<double, 4> kKelvin{250.0, 500.0, 700.0, 1500.0};
+
+bool brakes(const vehicle::Car<double>& car, const DriveWindow& w,
+            const BrakesFitOptions& options) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    if (!std::isfinite(w.brake_pa[i])) return false;
+    most = std::max(most, w.brake_pa[i]);
+    const double turns = w.wheel_radps[i] * car.static_radius_m[vehicle::axle_of(i)];
+    if (turns < options.least_roll * w.vx_mps)
+      return false;  // NaN: not recorded, not known to lock
+  }
+  const double left = std::isfinite(w.left_mps2) ? w.left_mps2 : w.yaw_rate_radps * w.vx_mps;
+  return most > options.least_pa && !(std::abs(left) > options.most_left_mps2) &&
+         !(w.throttle > 0.05) && (w.gear_recorded || gear_of(car, w).has_value());
+}
+
+/// Braking and shifting down go together: where the gear changed, that of the middle counts.
+int gear_while_braking(const vehicle::Car<double>& car, const DriveWindow& w) {
+  if (const auto gear = gear_of(car, w)) return *gear;
+  return std::isfinite(w.middle_gear) ? static_cast<int>(std::lround(w.middle_gear)) : 0;
+}
+
+/// Friction of the pads by the vehicle file; without a recorded temperature, that of the map's
+/// middle.
+double friction(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t wheel) {
+  const std::size_t a = vehicle::axle_of(wheel);
+  const vehicle::Map2& map = car.files->pad_friction;
+  const double constant = car.parameters.axle(a, P::front_brake_friction);
+  const double amount = car.terms[Term::brake_friction_temperature];
+  if (map.empty() || amount == 0.0) return constant;
+  const double kelvin =
+      std::isfinite(w.disc_k[wheel]) ? w.disc_k[wheel] : 0.5 * (map.y.front() + map.y.back());
+  return vehicle::laws::pad_friction(constant, amount, map, std::max(0.0, w.brake_pa[wheel]),
+                                     kelvin);
+}
+
+/// Force on the road of an axle's brakes by the vehicle file, N, positive.
+double stated_force(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
+                    double mass_kg) {
+  double torque = 0.0;
+  for (std::size_t i = 2 * axle; i < 2 * axle + 2; ++i)
+    torque += vehicle::laws::brake_torque(friction(car, w, i), std::max(0.0, w.brake_pa[i]),
+                                          car.parameters.axle(axle, P::front_brake_area_m2),
+                                          car.parameters.axle(axle, P::front_brake_radius_m));
+  return torque / loaded_radius(car, w, axle, mass_kg);
+}
+
+/// What the fit takes for granted, moved to see what it does.
+struct Granted {
+  double mass_kg = 0.0, rolling = 1.0, engine = 1.0, drag = 1.0, offset_mps2 = 0.0;
+};
+
+double measured_force(const vehicle::Car<double>& car, const DriveWindow& w, bool by_speed,
+                      const Granted& g) {
+  const int gear = gear_while_braking(car, w);
+  const AlongForces f = along_forces(car, w, g.mass_kg, gear, by_speed);
+  double engine = 0.0;
+  if (gear > 0) {
+    const Gearing geared = gearing(car, w, gear, g.mass_kg, false);
+    engine = std::min(0.0, vehicle::laws::map_torque(car.parameters[P::engine_torque],
+                                                     car.files->engine_torque_nm,
+                                                     geared.engine_radps, 0.0)) *
+             geared.per_torque_1pm;
+  }
+  return g.engine * engine - f.inertia_n - g.mass_kg * g.offset_mps2 - g.rolling * f.rolling_n -
+         g.drag * car.parameters[P::aero_drag_area_m2] * f.drag_m2_n;
+}
+
+/// One factor of each axle, or one of both.
+ClusteredFit solve(const vehicle::Car<double>& car, const Windows& windows, bool apart,
+                   bool by_speed, const Granted& granted) {
+  Equation e;
+  e.columns.resize(apart ? 2 : 1);
+  std::vector<std::size_t> block;
+  for (const DriveWindow* w : windows) {
+    const double front = stated_force(car, *w, 0, granted.mass_kg),
+                 rear = stated_force(car, *w, 1, granted.mass_kg);
+    e.columns[0].push_back(apart ? front : front + rear);
+    if (apart) e.columns[1].push_back(rear);
+    e.wanted.push_back(measured_force(car, *w, by_speed, granted));
+    block.push_back(w->block);
+  }
+  return clustered_fit({e}, block);
+}
+
+std::size_t blocks_of(const Windows& windows) {
+  std::set<std::size_t> out;
+  for (const DriveWindow* w : windows) out.insert(w->block);
+  return out.size();
+}
+
+struct Base {
+  const vehicle::Car<double>& car;
+  bool by_speed;
+  Granted is;
+  std::vector<Granted> moved;
+};
+
+/// The factor in place `k`, with everything that its interval holds; unseen when it is too wide.
+Found factor(const Base& base, const std::string& name, const Windows& windows, bool apart,
+             std::size_t k, double most_share) {
+  Found f{name, "1", 0, 0, 0, 0, 1.0, {}};
+  if (windows.size() < 6 || blocks_of(windows) < 5) {
+    f.unseen =
+        fmt::format("{} windows at {} places, wanted 6 at 5", windows.size(), blocks_of(windows));
+    return f;
+  }
+  try {
+    const ClusteredFit fit = solve(base.car, windows, apart, base.by_speed, base.is);
+    f.value = fit.value[k];
+    f.sd_drive = fit.sd(k);
+    double square = 0.0;
+    for (const Granted& g : base.moved)
+      square += std::pow(solve(base.car, windows, apart, base.by_speed, g).value[k] - f.value, 2.0);
+    f.sd = std::hypot(f.sd_drive, std::sqrt(square));
+    f.within = std::hypot(t90(static_cast<double>(fit.blocks - fit.value.size())) * f.sd_drive,
+                          1.645 * std::sqrt(square));
+    if (f.within > most_share * std::abs(f.value))
+      f.unseen = fmt::format("its 90 % interval would be {:.2g} either way{}", f.within,
+                             apart ? ": front and rear pressures go together" : "");
+  } catch (const base::Error&) {
+    f.unseen = "front and rear pressures go together: only both are seen";
+  }
+  return f;
+}
+
+void find_cells(const Base& base, const Windows& windows, double most_share, DriveFit& out) {
+  const bool warm = std::isfinite(windows.front()->disc_k[0]);
+  for (std::size_t b = 0; b + 1 < kBar.size(); ++b)
+    for (std::size_t k = 0; k + 1 < (warm ? kKelvin.size() : 2); ++k) {
+      Windows cell;
+      for (const DriveWindow* w : windows) {
+        const double bar = 1e-5 * std::max(w->brake_pa[0], w->brake_pa[1]);
+        const double kelvin = 0.5 * (w->disc_k[0] + w->disc_k[1]);
+        if (bar >= kBar[b] && bar < kBar[b + 1] &&
+            (!warm || (kelvin >= kKelvin[k] && kelvin < kKelvin[k + 1])))
+          cell.push_back(w);
+      }
+      std::string name = fmt::format("torque_{:.0f}_{:.0f}_bar", kBar[b], kBar[b + 1]);
+      if (warm) name += fmt::format("_{:.0f}_{:.0f}_k", kKelvin[k], kKelvin[k + 1]);
+      out.found.push_back(factor(base, name, cell, false, 0, most_share));
+    }
+}
+
+void say(const vehicle::Car<double>& car, const BrakesFitOptions& options, const Base& base,
+         const Windows& windows, double mass_sd_kg, DriveFit& out) {
+  out.remarks.push_back(fmt::format(
+      "a mass of {:.1f} kg with fuel (standard deviation {:.2g}, by {}); torques are as wrong as "
+      "it",
+      base.is.mass_kg, mass_sd_kg, options.mass_kg > 0.0 ? "the wheel loads" : "the vehicle file"));
+  out.remarks.emplace_back(
+      "drag, rolling resistance (15 %) and the engine's drag at closed throttle (20 %) are the "
+      "vehicle file's word; standard deviations");
+  out.remarks.emplace_back(
+      "friction, area and radius of a brake look the same: their product is found");
+  if (!car.files->pad_friction.empty() && car.terms[Term::brake_friction_temperature] > 0.0)
+    out.remarks.emplace_back(
+        std::isfinite(windows.front()->disc_k[0])
+            ? "factors are on the pad friction map, at the recorded disc "
+              "temperatures of the front"
+            : "no disc temperatures: factors are on the pad friction map at the "
+              "middle of its temperatures, and fade is not observable");
+  else if (!std::isfinite(windows.front()->disc_k[0]))
+    out.remarks.emplace_back("not observable: fade: no disc temperatures");
+}
+
+}  // namespace
+
+DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const DriveWindows& drive,
+                    const BrakesFitOptions& options) {
+  const auto& p = car.parameters;
+  const auto sd_share = [&](P parameter) {
+    return 0.5 * prior[static_cast<std::size_t>(parameter)];
+  };
+  const bool weighed = options.mass_kg > 0.0;
+  const double mass_kg = weighed ? options.mass_kg : p[P::chassis_mass_kg] + options.fuel_kg;
+  const double mass_sd_kg =
+      weighed ? options.mass_sd_kg : sd_share(P::chassis_mass_kg) * p[P::chassis_mass_kg];
+  Windows windows;
+  for (const DriveWindow& w : drive.windows)
+    if (brakes(car, w, options)) windows.push_back(&w);
+  DriveFit out;
+  out.windows = windows.size();
+  out.blocks = blocks_of(windows);
+  if (windows.size() < 6) {
+    const std::string why = fmt::format(
+        "{} windows of 0.5 s with all brakes' pressures above {:.0f} bar, wheels that turn, closed "
+        "throttle, a known gear and hardly a turn; wanted 6",
+        windows.size(), 1e-5 * options.least_pa);
+    for (const char* const name : {"torque", "front_torque", "rear_torque"})
+      out.found.push_back({name, "1", 0, 0, 0, 0, 1.0, why});
+    return out;
+  }
+  const Granted is{mass_kg, 1.0, 1.0, 1.0, 0.0};
+  Base base{car,
+            !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
+            is,
+            {5, is}};
+  base.moved[0].mass_kg += mass_sd_kg;
+  base.moved[1].rolling += kRollingShare;
+  base.moved[2].engine += kEngineDragShare;
+  base.moved[3].drag += sd_share(P::aero_drag_area_m2);
+  base.moved[4].offset_mps2 = kOffset_mps2;
+  out.found = {factor(base, "torque", windows, false, 0, options.most_share),
+               factor(base, "front_torque", windows, true, 0, options.most_share),
+               factor(base, "rear_torque", windows, true, 1, options.most_share)};
+  find_cells(base, windows, options.most_share, out);
+  say(car, options, base, windows, mass_sd_kg, out);
+  const Found& both = out.found[0];
+  if (both.unseen.empty() && !(both.value > 0.0))
+    out.doubts.emplace_back(
+        "pressure speeds the car up: sign of ax_mps2, or pressures in another "
+        "unit?");
+  return out;
+}
+
+std::string brakes_sheet(const vehicle::Car<double>& car, const DriveFit& fit) {
+  const bool by_map =
+      !car.files->pad_friction.empty() && car.terms[Term::brake_friction_temperature] > 0.0;
+  const Found &both = fit.at("torque"), &front = fit.at("front_torque"),
+              &rear = fit.at("rear_torque");
+  const bool apart = front.unseen.empty() && rear.unseen.empty();
+  std::string out;
+  if (!apart && both.unseen.empty())
+    out = "# one factor for front and rear: apart they are not observable\n";
+  for (std::size_t a = 0; a < 2; ++a) {
+    const Found& f = apart ? (a == 0 ? front : rear) : both;
+    const char* const axle = a == 0 ? "front" : "rear";
+    const std::string key = fmt::format("{}.{}", axle, by_map ? "brake_area_m2" : "brake_friction");
+    const double stated =
+        car.parameters.axle(a, by_map ? P::front_brake_area_m2 : P::front_brake_friction);
+    out += f.unseen.empty() ? fmt::format("{} = {:.6g}\n", key, f.value * stated)
+                            : fmt::format("# {} not observable: {}\n", key, f.unseen);
+  }
+  return out;
+}
+
+}  // namespace identify

@@ -1,0 +1,122 @@
+#include "longitudinal.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vehicle/laws/aero.h"
+
+namespace identify {
+
+using vehicle::kWheels;
+using P = vehicle::Parameter;
+using vehicle::Term;
+
+AirFactors air_factors(const vehicle::Car<double>& car, const DriveWindow& w) {
+  using vehicle::laws::map_factor;
+  const auto& p = car.parameters;
+  const vehicle::CarFiles& files = *car.files;
+  const double by_ride = car.terms[Term::aero_ride_height], by_yaw = car.terms[Term::aero_yaw];
+  std::array<double, 2> ride;
+  for (std::size_t a = 0; a < 2; ++a)
+    ride[a] = p.axle(a, P::front_ride_height_m) - 0.5 * (w.sink_m[2 * a] + w.sink_m[2 * a + 1]);
+  const double yaw = std::abs(std::atan2(w.vy_mps, w.vx_mps));
+  AirFactors out;
+  out.drag = map_factor(by_ride, files.drag_factor, ride[0], ride[1]) *
+             map_factor(by_yaw, files.yaw_drag_factor, yaw);
+  const double turned = map_factor(by_yaw, files.yaw_lift_factor, yaw);
+  out.lift = {map_factor(by_ride, files.front_lift_factor, ride[0], ride[1]) * turned,
+              map_factor(by_ride, files.rear_lift_factor, ride[0], ride[1]) * turned};
+  return out;
+}
+
+double load_of(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t wheel,
+               double mass_kg) {
+  if (std::isfinite(w.load_n[wheel])) return w.load_n[wheel];
+  const auto& p = car.parameters;
+  const std::size_t a = vehicle::axle_of(wheel);
+  const double length = p[P::chassis_wheelbase_m],
+               to_rear = p[P::chassis_cog_behind_front_m] / length;
+  const double q = 0.5 * p[P::aero_density_kgpm3] * w.air_mps2;
+  const double transfer = mass_kg * w.speeding_mps2 * p[P::chassis_cog_height_m] / length;
+  const double normal =
+      std::isfinite(w.normal_mps2) ? w.normal_mps2 : p[P::environment_gravity_mps2];
+  return std::max(0.0, 0.5 * (mass_kg * normal * (a == 0 ? 1.0 - to_rear : to_rear) +
+                              (a == 0 ? -transfer : transfer) +
+                              car.terms[Term::aero_downforce] * q * air_factors(car, w).lift[a] *
+                                  p.axle(a, P::front_lift_area_m2)));
+}
+
+double rolling_torque(const vehicle::Car<double>& car, const DriveWindow& w, double mass_kg) {
+  double out = 0.0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    vehicle::TyreInput<double> in;
+    in.fz_n = load_of(car, w, i, mass_kg);
+    in.vx_mps = w.vx_mps;
+    in.pressure_pa = car.parameters.axle(vehicle::axle_of(i), P::front_tyre_pressure_pa);
+    out -= vehicle::tyre_forces(car.files->tyre[vehicle::axle_of(i)], in).my_nm;
+  }
+  return car.terms[Term::rolling_resistance] * out;
+}
+
+double loaded_radius(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
+                     double mass_kg) {
+  const vehicle::TyreCoefficients& tyre = car.files->tyre[axle];
+  const double load =
+      0.5 * (load_of(car, w, 2 * axle, mass_kg) + load_of(car, w, 2 * axle + 1, mass_kg));
+  const double r0 = tyre.unloaded_radius_m, speed = std::abs(w.vx_mps) / tyre.nominal_speed_mps;
+  const double pressure = car.parameters.axle(axle, P::front_tyre_pressure_pa);
+  const double free = r0 * (tyre.qre0 + tyre.qv1 * speed * speed);
+  const double deflection =
+      vehicle::static_deflection(tyre, load / (1.0 + tyre.qv2 * speed), pressure);
+  if (car.files->fx_arm == vehicle::FxArm::kRollingRadius)
+    return vehicle::rolling_radius(tyre, load, free, deflection);
+  return free - deflection;
+}
+
+std::optional<int> gear_of(const vehicle::Car<double>& car, const DriveWindow& w) {
+  if (std::isfinite(w.gear)) return static_cast<int>(std::lround(w.gear));
+  if (w.gear_recorded) return std::nullopt;  // it changed
+  std::optional<int> only;
+  for (int gear = 1; gear <= 6; ++gear) {
+    if (!(overall_ratio(car.parameters, gear) > 0.0)) continue;
+    if (only) return std::nullopt;
+    only = gear;
+  }
+  return only;
+}
+
+AlongForces along_forces(const vehicle::Car<double>& car, const DriveWindow& w, double mass_kg,
+                         int gear, bool by_speed) {
+  const auto& p = car.parameters;
+  const double slows = w.speeding_mps2 - p[P::environment_gravity_mps2] * w.slope /
+                                             std::sqrt(1.0 + w.slope * w.slope);
+  AlongForces out;
+  double turning_kg = 0.0;
+  for (std::size_t a = 0; a < 2; ++a) {
+    const double r = loaded_radius(car, w, a, mass_kg);
+    turning_kg += 2.0 * p.axle(a, P::front_wheel_inertia_kgm2) / (r * r);
+    if (a == 1 && gear > 0) {
+      const double ratio = overall_ratio(p, gear);
+      turning_kg += p[P::engine_inertia_kgm2] * ratio * ratio / (r * r);
+    }
+  }
+  out.inertia_n = mass_kg * (by_speed ? w.speeding_mps2 : w.along_mps2) + turning_kg * slows;
+  out.rolling_n = rolling_torque(car, w, mass_kg) /
+                  (0.5 * (loaded_radius(car, w, 0, mass_kg) + loaded_radius(car, w, 1, mass_kg)));
+  out.drag_m2_n = car.terms[Term::aero_drag] * 0.5 * p[P::aero_density_kgpm3] * w.air_mps2 *
+                  air_factors(car, w).drag;
+  return out;
+}
+
+Gearing gearing(const vehicle::Car<double>& car, const DriveWindow& w, int gear, double mass_kg,
+                bool pulls) {
+  const auto& p = car.parameters;
+  const double r = loaded_radius(car, w, 1, mass_kg), ratio = overall_ratio(p, gear);
+  const double spin = std::isfinite(w.wheel_radps[2] + w.wheel_radps[3])
+                          ? 0.5 * (w.wheel_radps[2] + w.wheel_radps[3])
+                          : w.vx_mps / r;
+  const double efficiency = p[P::gearbox_efficiency];
+  return {ratio * (pulls ? efficiency : 1.0 / efficiency) / r, ratio * spin};
+}
+
+}  // namespace identify

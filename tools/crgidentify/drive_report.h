@@ -1,0 +1,40 @@
+// What the commands that fit a drive by its windows have in common: reading and telling.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "crg/surface.h"
+#include "identify/drive_windows.h"
+#include "identify/mass_fit.h"
+#include "vehicle/vehicle_file.h"
+
+namespace crgidentify {
+
+/// A log, its car and its road as they were read. Not to be moved: the car points into it.
+struct ReadDrive {
+  explicit ReadDrive(const DriveCommand& command);
+  vehicle::Vehicle vehicle;
+  vehicle::Car<double> car;
+  std::optional<crg::Surface> road;
+  vehicle::Recording recording;
+  identify::DriveWindowsOptions options;
+  double fuel_kg = 0.0;
+  std::string fuel_from;  ///< in words
+
+  identify::DriveWindows windows() const;
+};
+
+/// The fit of the loads; nothing where there are none, or where they do not tell.
+std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
+                                                  const identify::DriveWindows& windows);
+
+/// Prints the fit as a table behind the sheet, or as JSON; writes the sheet where -o names a file.
+/// Returns the exit code.
+int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
+         const identify::DriveFit& fit, const std::string& what, const std::string& lines,
+         Terminal& terminal);
+
+}  // namespace crgidentify
