@@ -103,7 +103,7 @@ TEST(RoadSums, PartsMakeTheWhole) {
   expect_same(joined.left_out, whole.left_out);
   EXPECT_EQ(joined.used, whole.used);
 
-  const RoadSums nowhere(frame, std::vector<int>{});
+  const RoadSums nowhere(frame, Drift{});
   EXPECT_EQ(nowhere.left_out.size(), 0u);
   EXPECT_THROW(joined.add(nowhere), Error);
   EXPECT_THROW(joined.add(RoadSums(RoadFrame(plane(200)), drift)), Error);
