@@ -74,6 +74,42 @@ def test_the_same_steps_give_the_same_numbers(car, straight):
     assert run() == run()
 
 
+def test_a_replay_is_that_of_the_program(car, circle, tmp_path):
+    track, log, out = (str(tmp_path / name) for name in ("circle.crg", "lap.csv", "out"))
+    circle.write(track)
+    crgdrive = os.environ["CRGDRIVE"]
+    subprocess.run([crgdrive, "lap", "--vehicle", VEHICLE, "--track", track, "-o", log, "--quiet"], check=True)
+    recording = kerbstone.Recording.read(log)
+    assert "vx_mps" in recording.channels and recording.step_s == pytest.approx(0.01)
+    assert len(recording["vx_mps"]) == len(recording["time_s"])
+    replay = car.replay(kerbstone.Road.read(track), recording)
+    subprocess.run([crgdrive, "replay", "--recording", log, "--vehicle", VEHICLE, "--track", track, "-o", out, "--quiet"], check=True)
+    with open(tmp_path / "out" / "errors.csv", encoding="utf-8") as file:
+        wanted = {row["channel"]: row for row in csv.DictReader(line for line in file if not line.startswith("#"))}
+    assert set(replay.errors) == set(wanted)
+    for channel, error in replay.errors.items():
+        for name in ("samples", "max", "rmse", "hold_rmse", "trend_rmse"):
+            assert getattr(error, name) == pytest.approx(float(wanted[channel][name]), rel=1e-4, abs=1e-9)
+    # Its own car comes out where it was: far nearer than where nothing changes.
+    assert replay.errors["vx_mps"].rmse < 0.1 * replay.errors["vx_mps"].hold_rmse
+    assert replay.windows >= 2 and not replay.problems
+    assert replay.telemetry["window"][-1] == replay.windows
+
+
+def test_errors_of_recordings(car, circle, tmp_path):
+    with pytest.raises(kerbstone.Error, match="no_log.csv"):
+        kerbstone.Recording.read("no_log.csv")
+    log = tmp_path / "log.csv"
+    log.write_text("time_s,x_m\n" + "".join(f"{0.1 * k:.1f},{k}\n" for k in range(20)))
+    recording = kerbstone.Recording.read(str(log))
+    with pytest.raises(KeyError):
+        recording["vx_mps"]
+    with pytest.raises(kerbstone.Error, match="steer_rad"):
+        car.replay(circle, recording)
+    with pytest.raises(ValueError, match="window_s"):
+        car.replay(circle, recording, window_s=-1.0)
+
+
 def test_errors_say_what_was_wanted(car, straight):
     with pytest.raises(kerbstone.Error, match="missing.yaml"):
         kerbstone.Car.read("missing.yaml")

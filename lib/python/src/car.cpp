@@ -1,4 +1,6 @@
 // The simulated car for Python: laps by the built-in driver, and single steps by the caller's.
+#include "car.h"
+
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -15,18 +17,20 @@
 #include "vehicle/error.h"
 #include "vehicle/lap.h"
 #include "vehicle/telemetry.h"
-#include "vehicle/vehicle_file.h"
 
 namespace py = pybind11;
 
 namespace kerbstone {
-namespace {
 
-/// A car keeps referring to the files it was made of: neither moves.
-struct Car {
-  vehicle::Vehicle files;
-  vehicle::Car<double> car{};
-};
+py::dict by_name(const vehicle::Table& table) {
+  py::dict out;
+  for (std::size_t k = 0; k < table.names.size(); ++k)
+    out[py::str(table.names[k])] = py::array_t<double>(
+        static_cast<py::ssize_t>(table.columns[k].size()), table.columns[k].data());
+  return out;
+}
+
+namespace {
 
 std::unique_ptr<Car> read_car(const std::string& path, const std::optional<std::string>& setup,
                               const std::vector<std::string>& settings) {
@@ -37,14 +41,6 @@ std::unique_ptr<Car> read_car(const std::string& path, const std::optional<std::
     vehicle::apply_setting(out->files, setting, "Car.read");
   const vehicle::Vehicle& v = out->files;
   out->car = vehicle::make_car(v.files, v.parameters, v.terms, v.contact);
-  return out;
-}
-
-py::dict by_name(const vehicle::Table& table) {
-  py::dict out;
-  for (std::size_t k = 0; k < table.names.size(); ++k)
-    out[py::str(table.names[k])] = py::array_t<double>(
-        static_cast<py::ssize_t>(table.columns[k].size()), table.columns[k].data());
   return out;
 }
 

@@ -23,4 +23,5 @@ PYBIND11_MODULE(kerbstone, m) {
   });
   kerbstone::add_road(m);
   kerbstone::add_car(m);
+  kerbstone::add_replay(m);
 }
