@@ -235,7 +235,13 @@ TEST_F(Split, ReadingsAreTakenWholeOrNotAtAll) {
   const crg::Crg road = crg::read(road_);
   const Trajectory poses = read_trajectory(poses_);
   const CloudSource scans = [&](const ChunkSink& sink) {
-    read_chunks(scans_ + "/scan_000.ply", {}, sink);
+    TileCut whole(road, poses, 1);
+    read_chunks(scans_ + "/scan_000.ply", {}, [&](Cloud&& chunk) {
+      chunk.classification.clear();
+      for (const double time_s : chunk.time_s)
+        chunk.classification.push_back(whole.next(time_s, true).visit);
+      sink(std::move(chunk));
+    });
   };
   std::string state;
   for (int step = 1; step <= kTileSteps; ++step) {
