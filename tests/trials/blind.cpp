@@ -44,6 +44,7 @@ TruthCar draw_electric(Random& dice) {
   for (double* p : {&e.spring[0], &e.spring[1], &e.bar[0], &e.bar[1], &e.damping[0], &e.damping[1],
                     &e.drag_height, &e.base_radps, &car.ck})
     *p *= dice.in(0.9, 1.1);
+  e.levelled = dice.uniform() < 0.5;
   e.steer_s = dice.in(0.01, 0.05);
   e.throttle_s = dice.in(0.02, 0.1);
   e.brake_s = dice.in(0.02, 0.08);
@@ -173,7 +174,10 @@ void draw_blind(int id, unsigned long long seed, double third_share,
              {"compensated", deviations.compensated},
              {"lacking", lacking},
              {"parameters", Json::array()}};
-  if (third) truth["tyre"] = nominal.car.electric->tyre == TyreLaw::kBrush ? "brush" : "table";
+  if (third) {
+    truth["tyre"] = nominal.car.electric->tyre == TyreLaw::kBrush ? "brush" : "table";
+    truth["accelerometers"] = nominal.car.electric->levelled ? "levelled" : "leaning";
+  }
   if (question.kind == "alike") truth["alike"] = {question.pair.one, question.pair.other};
   for (std::size_t k = 0; k < sized.effects.size(); ++k)
     truth["effects"].push_back(truth_of(sized.effects[k], sized.sizes_sd[k]));

@@ -223,10 +223,11 @@ void electric_rates(const TruthCar& car, const Track& track, const State& x, con
   d[11] = (bf + br) * vx / car.radius_f / 0.9e6 - x[11] / 14.0;
   d[16] = 1;
   if (out == nullptr) return;
-  // What is fixed to the body leans with it.
+  // What is fixed to the body leans with it; a levelled unit has taken that out.
+  const double lean = e.levelled ? 0.0 : 1.0;
   const double up = (pressed - down * (car.lift_f + car.lift_r)) / mass;
-  *out = {sfx + up * x[kHeave + 2],
-          sfy + up * x[kHeave + 1],
+  *out = {sfx + lean * up * x[kHeave + 2],
+          sfy + lean * up * x[kHeave + 1],
           up,
           load[0] + load[1],
           load[2] + load[3],
