@@ -149,7 +149,7 @@ TruthCar electric_car(TyreLaw tyre) {
   car.electric->tyre = tyre;
   car.mass = 980, car.a = 1.46, car.b = 1.39, car.h = 0.34, car.inertia = 1250;
   car.track_f = 1.60, car.track_r = 1.58;
-  car.mu_f = 1.5, car.mu_r = 1.56, car.mu_load = 0.10, car.c_f = 21, car.c_r = 24, car.ck = 27;
+  car.mu_f = 1.6, car.mu_r = 1.68, car.mu_load = 0.10, car.c_f = 21, car.c_r = 24, car.ck = 27;
   car.load_f = 2600, car.load_r = 2800;
   car.drag = 0.85, car.lift_f = 0.75, car.lift_r = 0.95, car.rolling = 0.0125;
   car.torque = 300, car.engine_drag = 28, car.engine_inertia = 0.045, car.wheel_inertia = 1.0;
