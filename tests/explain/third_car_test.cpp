@@ -124,8 +124,7 @@ TEST(ThirdCar, TheStatedTyreFileIsItsTyreWithinAFewPerCent) {
           count += 1;
         }
     const double rms = std::sqrt(sum / count);
-    printf("RMS %g\n", rms);
-    EXPECT_LT(rms, 0.035) << (law == TyreLaw::kBrush ? "brush" : "table");
+    EXPECT_LT(rms, 0.025) << (law == TyreLaw::kBrush ? "brush" : "table");
     EXPECT_GT(rms, 0.002);  // two laws, not one written twice
   }
 }
