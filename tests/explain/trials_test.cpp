@@ -73,6 +73,25 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   EXPECT_NE(shell(blind_trials + " score " + here + " > " + folder.path("log") + " 2>&1"), 0);
 }
 
+TEST(Trials, AThirdCarWithLevelledAccelerometersRaisesNoAlarm) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
+  const support::TemporaryFolder folder;
+  ASSERT_EQ(shell(fmt::format("{} make --third-share 1 --generator {} --count 2 --seed 34 {} > {}",
+                              places::blind_trials(), places::make_trials(), folder.path("t"),
+                              folder.path("log"))),
+            0);
+  const json truth = json::parse(folder.read("t/sealed/0001.json"));
+  EXPECT_EQ(truth.at("car"), "third");
+  EXPECT_EQ(truth.at("accelerometers"), "levelled");
+  EXPECT_TRUE(truth.at("effects").empty());
+  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --track {1}/track.crg --vehicle "
+                              "{1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+                              places::crgexplain(), folder.path("t/0001"), folder.path("out"),
+                              folder.path("log"))),
+            0);
+  EXPECT_EQ(json::parse(folder.read("out/findings.json")).at("verdict"), "none");
+}
+
 /// blind_trials WORDS...
 support::ToolRun trials(const std::vector<std::string>& words) {
   return support::run_tool(places::blind_trials(), words);
