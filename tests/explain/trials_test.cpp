@@ -27,11 +27,15 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   const std::string tool = places::crgexplain(), blind_trials = places::blind_trials(),
                     here = folder.path("t");
   ASSERT_EQ(shell(blind_trials + " make --generator " + places::make_trials() +
-                  " --count 3 --seed 139 " + here + " > " + folder.path("log")),
+                  " --third-share 0.8 --count 3 --seed 139 " + here + " > " + folder.path("log")),
             0);
   ASSERT_EQ(shell(blind_trials + " run " + here + " >> " + folder.path("log")), 0);
   const auto findings = [&](const std::string& path) { return json::parse(folder.read(path)); };
-  // What this set holds: 0 and 1 nothing, 2 brakes that are stronger than stated; 2 to 4 laps each.
+  // What this set holds: 0 and 1 nothing, 2 brakes that are stronger than stated; 2 to 6 laps each.
+  // The third car drives 1.
+  EXPECT_EQ(findings("t/sealed/0000.json").at("car"), "second");
+  EXPECT_EQ(findings("t/sealed/0001.json").at("car"), "third");
+  EXPECT_EQ(findings("t/sealed/0001.json").at("third_share"), 0.8);
   for (const char* id : {"0000", "0001", "0002"}) {
     const json found = findings(std::string("t/") + id + "/findings.json");
     EXPECT_NE(found.at("verdict"), "failed") << id;
@@ -62,9 +66,30 @@ TEST(Trials, ASmallSetIsSealedExplainedAndScored) {
   ASSERT_EQ(shell(blind_trials + " score " + here + " > " + folder.path("score")), 0);
   EXPECT_THAT(folder.read("score"),
               ::testing::HasSubstr("| false alarm when nothing is missing | 0 of 2 |"));
+  EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| car | second | third |"));
+  EXPECT_THAT(folder.read("score"), ::testing::HasSubstr("| trials | 2 | 1 |"));
   // A truth that was changed is refused.
   folder.file("t/sealed/0000.json", "{}");
   EXPECT_NE(shell(blind_trials + " score " + here + " > " + folder.path("log") + " 2>&1"), 0);
+}
+
+TEST(Trials, AThirdCarWithLevelledAccelerometersRaisesNoAlarm) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "a minute: KERBSTONE_HEAVY=1";
+  const support::TemporaryFolder folder;
+  ASSERT_EQ(shell(fmt::format("{} make --third-share 1 --generator {} --count 2 --seed 34 {} > {}",
+                              places::blind_trials(), places::make_trials(), folder.path("t"),
+                              folder.path("log"))),
+            0);
+  const json truth = json::parse(folder.read("t/sealed/0001.json"));
+  EXPECT_EQ(truth.at("car"), "third");
+  EXPECT_EQ(truth.at("accelerometers"), "levelled");
+  EXPECT_TRUE(truth.at("effects").empty());
+  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --track {1}/track.crg --vehicle "
+                              "{1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+                              places::crgexplain(), folder.path("t/0001"), folder.path("out"),
+                              folder.path("log"))),
+            0);
+  EXPECT_EQ(json::parse(folder.read("out/findings.json")).at("verdict"), "none");
 }
 
 /// blind_trials WORDS...

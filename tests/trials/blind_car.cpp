@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "stated_electric.h"
+
 namespace trials {
 
 const std::vector<Parameter> kParameters{
@@ -146,6 +148,7 @@ StatedCar stated_car(const Variant& nominal, const Deviations& deviations,
                 1 / stated.steer_gain, stated.throttle_gain);
   car.last_parameters = text;
   car.terms = terms_without(effects);
+  if (t.electric) state_electric(car, t, dice, 0.04);
   return car;
 }
 

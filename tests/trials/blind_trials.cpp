@@ -21,9 +21,14 @@ int main(int argc, char** argv) {
       app.add_subcommand("make", "Draws recordings and seals the truths (SHA256SUMS)");
   command::add_input(*make_app, "--generator", make.generator, "The program make_trials")
       ->required();
-  make_app->add_flag(
+  CLI::Option* const waves = make_app->add_flag(
       "--waves", make.waves,
       "Logs with suspension and disc channels, about short waves, contact and discs");
+  make_app
+      ->add_option("--third-share", make.third_share,
+                   "Share of the trials that the third car drives; the others are the second car's")
+      ->check(CLI::Range(0.0, 1.0))
+      ->excludes(waves);
   make_app->add_option("--count", make.count, "How many")->check(CLI::Range(1, 9999));
   make_app->add_option("--seed", make.seed, "Another seed, other trials");
   add_folder(*make_app, make.folder);

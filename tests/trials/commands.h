@@ -16,7 +16,8 @@ inline constexpr const char* kFailedVerdict = "failed";  ///< of what could not 
 
 struct MakeCommand {
   std::string folder, generator;
-  bool waves = false;  ///< about short waves and brake discs
+  bool waves = false;            ///< about short waves and brake discs
+  double third_share = 1.0 / 3;  ///< of the third car; the others are the second's
   int count = 64;
   long long seed = 1;
 };

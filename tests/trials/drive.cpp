@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "truth_car_electric.h"
+
 namespace trials {
 namespace {
 
@@ -19,6 +21,7 @@ State at_start(const TruthCar& car, const Track& track) {
   x[3] = 25;
   x[6] = 25 / car.radius_f;
   x[7] = x[8] = 25 / car.radius_r;
+  if (car.electric) x[kWheelFr] = x[kWheelFl];
   return x;
 }
 

@@ -66,6 +66,10 @@ void use_pedals(Driver& driver, const Track& track, const State& x, double s) {
 }
 
 void choose_gear(Driver& driver, const TruthCar& car, const State& x) {
+  if (car.electric) {
+    driver.now.gear = 1;
+    return;
+  }
   const double omega = x[3] / car.radius_r * car.final_drive;
   int gear = std::max(1, driver.now.gear);
   if (gear < 6 && omega * car.ratio[static_cast<std::size_t>(gear - 1)] > 790)

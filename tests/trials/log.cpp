@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "truth_car_electric.h"
+
 namespace trials {
 namespace {
 
@@ -65,6 +67,11 @@ Row row_of(const TruthCar& car, double time_s, const State& x, const Output& o,
   row[kWfl] = x[6] - x[5] * car.track_f / 2 / car.radius_f;
   row[kWfr] = x[6] + x[5] * car.track_f / 2 / car.radius_f;
   row[kWrl] = x[7], row[kWrr] = x[8];
+  if (car.electric) {
+    row[kWfl] = x[kWheelFl], row[kWfr] = x[kWheelFr];
+    row[kSteerReached] = x[kSteered], row[kThrottleReached] = x[kOpened];
+    row[kBrakeReached] = x[kPressed];
+  }
   row[kFzF] = o.fz_front, row[kFzR] = o.fz_rear;
   row[kS] = o.s, row[kV] = o.v;
   return row;
@@ -109,9 +116,16 @@ std::vector<Column> columns(const Logged& logged) {
   if (logged.ax) out.push_back({"ax_mps2", kAx});
   if (logged.ay) out.push_back({"ay_mps2", kAy});
   if (logged.az) out.push_back({"az_mps2", kAz});
-  out.push_back({logged.commands ? "steer_command_rad" : "steer_rad", kSteer});
-  out.push_back({logged.commands ? "throttle_command" : "throttle", kThrottle});
-  per_wheel("brake_", logged.commands ? "_command_pa" : "_pa", {kBrake, kBrake, kBrake, kBrake});
+  if (logged.commands || !logged.reached) {
+    out.push_back({logged.commands ? "steer_command_rad" : "steer_rad", kSteer});
+    out.push_back({logged.commands ? "throttle_command" : "throttle", kThrottle});
+    per_wheel("brake_", logged.commands ? "_command_pa" : "_pa", {kBrake, kBrake, kBrake, kBrake});
+  }
+  if (logged.reached) {
+    out.push_back({"steer_rad", kSteerReached});
+    out.push_back({"throttle", kThrottleReached});
+    per_wheel("brake_", "_pa", {kBrakeReached, kBrakeReached, kBrakeReached, kBrakeReached});
+  }
   if (logged.gear) out.push_back({"gear", kGear});
   if (logged.engine) out.push_back({"engine_radps", kEngine});
   per_wheel("wheel_", "_radps", {kWfl, kWfr, kWrl, kWrr});
@@ -129,24 +143,65 @@ std::vector<Column> columns(const Logged& logged) {
   return out;
 }
 
-std::string csv(const std::vector<Row>& rows, const std::vector<Column>& columns, double hz,
-                const std::vector<Effect>& effects, Random& dice) {
+namespace {
+
+/// A cell: through the sensor, with noise.
+std::string cell(const std::vector<Row>& rows, std::size_t i, const Column& column,
+                 const std::vector<Effect>& effects, Random& dice) {
+  const int channel = column.channel;
+  double value = sensed(rows, i, channel, effects, column.name);
+  if (channel == kFzF || channel == kFzR) value *= 0.5;
+  value += kNoise[static_cast<std::size_t>(channel)] * dice.normal();
+  if (channel == kBrake || channel == kThrottle || channel == kBrakeReached ||
+      channel == kThrottleReached)
+    value = std::max(0.0, value);
+  if (column.name.find("_command") != std::string::npos) value = at(rows, i, channel);
+  char text[40];
+  std::snprintf(text, sizeof text, "%.7g", value);
+  return text;
+}
+
+std::string header(const std::vector<Column>& columns) {
   std::string out;
   for (std::size_t k = 0; k < columns.size(); ++k) out += (k ? "," : "") + columns[k].name;
-  out += "\n";
+  return out + "\n";
+}
+
+}  // namespace
+
+std::string csv_by_channel(const std::vector<Row>& rows, const std::vector<Column>& columns,
+                           double hz, const std::vector<Effect>& effects, Random& dice) {
+  std::vector<double> period_s, next_s;
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    period_s.push_back(1 / (hz * dice.in(0.6, 1.5)));
+    next_s.push_back(period_s.back() * dice.uniform());
+  }
+  std::string out = header(columns);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double now_s = at(rows, i, kT);
+    std::string line;
+    bool any = false;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      if (k > 0) line += ",";
+      const bool is_clock = columns[k].channel == kT;
+      if (!is_clock && now_s < next_s[k]) continue;
+      line += cell(rows, i, columns[k], effects, dice);
+      if (is_clock) continue;
+      any = true;
+      next_s[k] += period_s[k];
+    }
+    if (any) out += line + "\n";
+  }
+  return out;
+}
+
+std::string csv(const std::vector<Row>& rows, const std::vector<Column>& columns, double hz,
+                const std::vector<Effect>& effects, Random& dice) {
+  std::string out = header(columns);
   const auto every = static_cast<std::size_t>(1 / kRow_s / hz);
   for (std::size_t i = 0; i < rows.size(); i += every) {
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      const int channel = columns[k].channel;
-      double value = sensed(rows, i, channel, effects, columns[k].name);
-      if (channel == kFzF || channel == kFzR) value *= 0.5;
-      value += kNoise[static_cast<std::size_t>(channel)] * dice.normal();
-      if (channel == kBrake || channel == kThrottle) value = std::max(0.0, value);
-      if (columns[k].name.find("_command") != std::string::npos) value = at(rows, i, channel);
-      char text[40];
-      std::snprintf(text, sizeof text, "%s%.7g", k ? "," : "", value);
-      out += text;
-    }
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      out += (k ? "," : "") + cell(rows, i, columns[k], effects, dice);
     out += "\n";
   }
   return out;

@@ -79,7 +79,10 @@ int make(const MakeCommand& c, Terminal& terminal) {
     throw Error(c.folder + ": is not empty; trials want a folder of their own");
   std::vector<std::string> words{c.generator, std::to_string(c.count), std::to_string(c.seed),
                                  c.folder};
-  if (c.waves) words.insert(words.begin() + 1, "--waves");
+  if (c.waves)
+    words.insert(words.begin() + 1, "--waves");
+  else
+    words.insert(words.begin() + 1, {"--third-share", fmt::format("{}", c.third_share)});
   run_program(words);
   std::string sums;
   std::vector<fs::path> sealed;

@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <set>
 
+#include "truth_car_electric.h"
 #include "write_trial.h"
 
 namespace trials {
@@ -12,6 +14,8 @@ namespace {
 
 /// Of the driver: how he drives each lap.
 unsigned long long route = 20;
+/// Whether the third car drives.
+bool third = false;
 
 /// A track and a car, nothing missing, all channels.
 Trial plain(const std::string& name, double hz = 50, int laps = 5) {
@@ -26,6 +30,7 @@ Trial plain(const std::string& name, double hz = 50, int laps = 5) {
   t.style.seed = route;
   t.hz = hz;
   t.off = 0.02;
+  if (third) t.truth.car = t.nominal = electric_car(TyreLaw::kBrush);
   return t;
 }
 
@@ -177,6 +182,10 @@ Trial lacks(const std::string& name, const Effect& effect, std::vector<std::stri
   return t;
 }
 
+/// Scenarios that the third car cannot drive.
+const std::set<std::string> kOfTheSecond{"compensated", "burn",  "bumps",      "kerb",
+                                         "contact",     "discs", "discs-plain"};
+
 }  // namespace
 
 bool make_scenario(const std::string& name, const std::filesystem::path& folder) {
@@ -276,14 +285,23 @@ bool make_scenario(const std::string& name, const std::filesystem::path& folder)
        }}};
   const std::size_t colon = name.find(':');
   if (colon != std::string::npos) route = std::strtoull(name.c_str() + colon + 1, nullptr, 10);
-  const auto found = all.find(name.substr(0, colon));
-  if (found == all.end()) {
-    std::fprintf(stderr, "make_trials: no scenario %s; there are", name.c_str());
+  const std::string of_third = "third-";
+  third = name.starts_with(of_third);
+  const std::size_t begin = third ? of_third.size() : 0;
+  const auto found = all.find(name.substr(begin, colon - begin));
+  // About a turbo, fuel, or what shakes and heats the second car.
+  const bool without_third = found != all.end() && kOfTheSecond.contains(found->first);
+  if (found == all.end() || (third && without_third)) {
+    std::fprintf(stderr,
+                 "make_trials: no scenario %s; there are (of the third car with third- before "
+                 "them)",
+                 name.c_str());
     for (const auto& [known, make] : all) std::fprintf(stderr, " %s", known.c_str());
     std::fprintf(stderr, "\n");
     return false;
   }
   Trial trial = found->second();
+  if (third) trial.name = of_third + trial.name;
   if (colon != std::string::npos) trial.name += name.substr(colon + 1);
   std::filesystem::create_directories(folder / "sealed");
   Random dice{7};

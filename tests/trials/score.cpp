@@ -85,13 +85,15 @@ double share_of_drop(const fs::path& trial, const fs::path& twin, const json& fi
 struct Explained {
   fs::path folder;
   json truth, found;
-  std::string verdict, kind;
+  std::string verdict, kind, car;
   std::vector<std::string> names, truths;  ///< mechanism and channel, found and true
   bool first = false;                      ///< the first name is right
   bool failed = false;
+  double improvement = NAN;  ///< see share_of_drop
 };
 
 struct Scores {
+  int trials = 0;
   Count alarm, half, full, tied, weak, inside, wrong, tie, outside, both, both_large, one, cover;
   std::vector<double> overlap, error, improvement;
   std::map<std::string, Count> by_mechanism;  ///< single effects of 0.5 sd or more
@@ -130,9 +132,13 @@ Explained read_trial(const fs::path& folder, const fs::path& here) {
   t.found = read_json(here / "findings.json");
   t.verdict = t.found.at("verdict");
   t.kind = t.truth.at("class");
+  t.car = t.truth.value("car", "second");
   for (const json& f : t.found.at("findings")) t.names.push_back(label(f));
   for (const json& e : t.truth.at("effects")) t.truths.push_back(label(e));
   t.first = !t.names.empty() && is_true(t, t.names.front());
+  const fs::path twin = folder / "sealed" / (here.filename().string() + ".csv");
+  if (t.kind == "single" && t.first && fs::exists(twin))
+    t.improvement = share_of_drop(here, twin, t.found.at("findings")[0]);
   return t;
 }
 
@@ -156,11 +162,7 @@ void count_single(Explained& t, Scores& scores) {
                                  });
   if (!within && size >= 0.49) scores.tied.add(t.first || among);
   if (!within && size >= 0.49) scores.by_mechanism[t.truths.front()].add(t.first);
-  const fs::path twin = t.folder.parent_path() / "sealed" / (t.folder.filename().string() + ".csv");
-  if (t.first && fs::exists(twin)) {
-    const double share = share_of_drop(t.folder, twin, t.found.at("findings")[0]);
-    if (std::isfinite(share)) scores.improvement.push_back(share);
-  }
+  if (std::isfinite(t.improvement)) scores.improvement.push_back(t.improvement);
 }
 
 void count_two(Explained& t, Scores& scores) {
@@ -176,6 +178,7 @@ void count_two(Explained& t, Scores& scores) {
 }
 
 void count_kind(Explained& t, Scores& scores) {
+  ++scores.trials;
   if (t.verdict == kFailedVerdict) t.failed = true;
   if (t.kind == "none")
     scores.alarm.add(t.verdict != "none"), t.failed = t.failed || t.verdict != "none";
@@ -239,8 +242,8 @@ void tell_failure(const Explained& t, Scores& scores) {
   for (const json& e : t.truth.at("effects")) size = std::max(size, e.at("size_sd").get<double>());
   scores.failed_trials.push_back(t.folder.filename().string());
   scores.failures +=
-      fmt::format("| {} | {} | {} ({:.2g} sd) | {} | {} |\n", t.folder.filename().string(), t.kind,
-                  join(t.truths), size, t.verdict, join(t.names));
+      fmt::format("| {} | {} | {} | {} ({:.2g} sd) | {} | {} |\n", t.folder.filename().string(),
+                  t.car, t.kind, join(t.truths), size, t.verdict, join(t.names));
 }
 
 using Json = nlohmann::ordered_json;
@@ -267,10 +270,11 @@ void tell_median(const char* what, const std::vector<double>& values, double sca
       {{"metric", what}, {"of", values.size()}, {"median", median(values)}, {"floor", floor}});
 }
 
-void print(const Scores& scores, Terminal& terminal) {
+/// The table of all metrics, and the same as JSON.
+std::pair<std::string, Json> metrics_of(const Scores& scores) {
   std::string text =
       "| metric | count | share | exact 95 % interval | floor |\n|---|---|---|---|---|\n";
-  Json metrics = Json::array(), named = Json::object();
+  Json metrics = Json::array();
   const auto line = [&](const char* what, const Count& k, const char* floor) {
     tell(what, k, floor, text, metrics);
   };
@@ -295,14 +299,48 @@ void print(const Scores& scores, Terminal& terminal) {
   middle("error of the amount", scores.error, 100, " %", "at most 15 %");
   middle("held-out improvement over what taking the effect away reaches", scores.improvement, 100,
          " %", "70 %");
+  return {text, metrics};
+}
+
+/// What each car's trials make of it, side by side, where more than one car drove.
+std::string side_by_side(const Json& cars) {
+  if (cars.size() < 2) return "";
+  std::string text = "\n| car |", rule = "\n|---|", trials = "\n| trials |";
+  for (const auto& [car, of] : cars.items()) {
+    text += " " + car + " |", rule += "---|";
+    trials += fmt::format(" {} |", of.at("trials").get<int>());
+  }
+  text += rule + trials;
+  const Json& first = cars.begin()->at("metrics");
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    text += "\n| " + first[k].at("metric").get<std::string>() + " |";
+    for (const Json& of : cars) {
+      const Json& m = of.at("metrics")[k];
+      if (m.contains("hits"))
+        text += fmt::format(" {} of {} |", m["hits"].get<int>(), m["of"].get<int>());
+      else
+        text += m["of"] == 0 ? " |" : fmt::format(" {:.2f} |", m["median"].get<double>());
+    }
+  }
+  return text + "\n";
+}
+
+void print(const Scores& scores, const std::map<std::string, Scores>& by_car, Terminal& terminal) {
+  auto [text, metrics] = metrics_of(scores);
+  Json named = Json::object(), cars = Json::object();
+  for (const auto& [car, of] : by_car)
+    cars[car] = {{"trials", of.trials}, {"metrics", metrics_of(of).second}};
+  text += side_by_side(cars);
   text += "\n| single effect of 0.5 sd or more | named first |\n|---|---|\n";
   for (const auto& [mechanism, count] : scores.by_mechanism) {
     text += fmt::format("| {} | {} of {} |\n", mechanism, count.hits, count.of);
     named[mechanism] = {{"first", count.hits}, {"of", count.of}};
   }
-  text += fmt::format("\n| trial | class | truth | verdict | named |\n|---|---|---|---|---|\n{}",
-                      scores.failures);
+  text += fmt::format(
+      "\n| trial | car | class | truth | verdict | named |\n|---|---|---|---|---|---|\n{}",
+      scores.failures);
   terminal.print(terminal.json ? base::json_text(Json{{"metrics", metrics},
+                                                      {"cars", cars},
                                                       {"single_effects", named},
                                                       {"failures", scores.failed_trials}})
                                : text);
@@ -314,15 +352,18 @@ int score(const ScoreCommand& command, Terminal& terminal) {
   const fs::path folder(command.folder);
   check_seals(folder);
   Scores scores;
+  std::map<std::string, Scores> by_car;
   for (const fs::path& here : folders(folder)) {
     Explained t = read_trial(folder, here);
-    count_kind(t, scores);
-    for (const json& e : t.truth.at("effects"))
-      for (const json& f : t.found.at("findings"))
-        if (label(e) == label(f)) compare(e, f, t.found, scores);
+    for (Scores* of : {&scores, &by_car[t.car]}) {
+      count_kind(t, *of);
+      for (const json& e : t.truth.at("effects"))
+        for (const json& f : t.found.at("findings"))
+          if (label(e) == label(f)) compare(e, f, t.found, *of);
+    }
     if (t.failed) tell_failure(t, scores);
   }
-  print(scores, terminal);
+  print(scores, by_car, terminal);
   return command::kOk;
 }
 

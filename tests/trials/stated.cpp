@@ -12,7 +12,8 @@ namespace {
 /// Torque over speed and throttle.
 std::string engine_map(const StatedCar& car) {
   std::string out = "engine_radps:throttle,0,0.25,0.5,0.75,1\n";
-  for (int omega = 100; omega <= 850; omega += 50) {
+  const int last = car.engine.electric ? 2000 : 850;
+  for (int omega = 100; omega <= last; omega += 50) {
     out += std::to_string(omega);
     for (const double throttle : {0.0, 0.25, 0.5, 0.75, 1.0})
       out += "," + std::to_string(car.engine.engine_nm(omega, throttle) * car.torque_scale *
@@ -36,7 +37,7 @@ std::string springs(const StatedCar& car) {
 
 /// What the truth does without, stated as such.
 const std::string kWithout =
-    "  steering.ackermann: 0\n  aero.drag_height_m: 0\n  front.roll_centre_m: 0\n"
+    "  steering.ackermann: 0\n  front.roll_centre_m: 0\n"
     "  rear.roll_centre_m: 0\n  front.anti_slope: 0\n  rear.anti_slope: 0\n"
     "  front.toe_gain_radpm: 0\n  rear.toe_gain_radpm: 0\n";
 
@@ -48,18 +49,15 @@ std::string vehicle(const StatedCar& car) {
       "chassis.cog_height_m: %.4f\n  chassis.yaw_inertia_kgm2: %.1f\n"
       "  front.track_m: %.3f\n  rear.track_m: %.3f\n  aero.drag_area_m2: %.4f\n  "
       "front.lift_area_m2: %.4f\n  rear.lift_area_m2: %.4f\n"
-      "  engine.inertia_kgm2: %.4f\n  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  "
-      "rear.wheel_inertia_kgm2: 0.9\n  gearbox.efficiency: 0.95\n"
-      "  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: 2.1\n  gearbox.ratio_3: "
-      "1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  gearbox.ratio_6: 1.02\n"
+      "  aero.drag_height_m: %.4f\n  engine.inertia_kgm2: %.4f\n%s"
       "  front.brake_area_m2: 0.004\n  front.brake_radius_m: 0.125\n  front.brake_friction: %.4f\n "
       " rear.brake_area_m2: 0.003\n  rear.brake_radius_m: 0.115\n  rear.brake_friction: %.4f\n"
       "  front.camber_rad: %.4f\n  rear.camber_rad: %.4f\n  front.camber_gain_radpm: 0\n  "
       "rear.camber_gain_radpm: 0\n  front.toe_rad: 0\n  rear.toe_rad: 0\n",
       car.mass_kg, car.wheelbase_m, car.cog_behind_front_m, car.cog_height_m, car.yaw_inertia_kgm2,
       car.front_track_m, car.rear_track_m, car.drag_area_m2, car.front_lift_area_m2,
-      car.rear_lift_area_m2, car.engine_inertia_kgm2, car.front_brake_friction,
-      car.rear_brake_friction, car.camber_rad, car.camber_rad);
+      car.rear_lift_area_m2, car.drag_height_m, car.engine_inertia_kgm2, car.drivetrain.c_str(),
+      car.front_brake_friction, car.rear_brake_friction, car.camber_rad, car.camber_rad);
   return "name: stated\ntyres: {front: front.tir, rear: rear.tir, alpha: tan, fx_arm: "
          "rolling_radius}\nmaps: "
          "{engine_torque_nm: engine.csv}\ncontact: single_point\nparameters:\n" +

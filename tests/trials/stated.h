@@ -24,6 +24,13 @@ inline constexpr const char* kTermsOff =
     "locked_differential: 0, steering_actuator: 0, steering_friction: 0, throttle_actuator: 0, "
     "brake_actuator: 0, wind: 0";
 
+/// Motor, gears, wheels of the second car.
+inline constexpr const char* kSecondDrivetrain =
+    "  engine.limit_radps: 830\n  front.wheel_inertia_kgm2: 0.9\n  rear.wheel_inertia_kgm2: 0.9\n"
+    "  gearbox.efficiency: 0.95\n  gearbox.final: 3\n  gearbox.ratio_1: 2.9\n  gearbox.ratio_2: "
+    "2.1\n  gearbox.ratio_3: 1.65\n  gearbox.ratio_4: 1.36\n  gearbox.ratio_5: 1.16\n  "
+    "gearbox.ratio_6: 1.02\n";
+
 struct StatedCar {
   StatedTyre front, rear;
   /// Has the torque of this car times a scale and 1 + tilt at 800 rad/s, 1 - tilt at 200.
@@ -36,6 +43,8 @@ struct StatedCar {
   double engine_inertia_kgm2 = 0, front_brake_friction = 0, rear_brake_friction = 0, camber_rad = 0,
          front_roll_share = 0.55;  ///< of the load transfer to the side, where no springs are given
   std::string first_parameters, last_parameters;  ///< further lines before and behind these
+  std::string drivetrain = kSecondDrivetrain;
+  double drag_height_m = 0;
   std::string terms = kTermsOff;
 };
 

@@ -3,40 +3,14 @@
 #include <algorithm>
 #include <numbers>
 
+#include "effects.h"
+#include "truth_car_electric.h"
+
 namespace trials {
 namespace {
 
 constexpr double kGravity = 9.81;
 constexpr double kTwoPi = 2 * std::numbers::pi;
-
-double amount(const TruthCar& car, const char* mechanism) {
-  double sum = 0;
-  for (const Effect& e : car.effects)
-    if (e.mechanism == mechanism) sum += e.amount;
-  return sum;
-}
-
-/// The factor on a term of this car: 1 where no trial is about it.
-double factor(const TruthCar& car, const char* mechanism) {
-  for (const Effect& e : car.effects)
-    if (e.mechanism == mechanism) return e.amount;
-  return 1;
-}
-
-/// A cosine bell of height 1 over the stretch, flat in the middle half.
-double bell(const Effect& e, double s, double length) {
-  const double u = std::fmod(s + length, length);
-  if (u < e.begin_m || u > e.end_m) return 0;
-  const double edge = 0.15 * (e.end_m - e.begin_m), d = std::min(u - e.begin_m, e.end_m - u);
-  return d >= edge ? 1.0 : 0.5 - 0.5 * std::cos(std::numbers::pi * d / edge);
-}
-
-double road_extra(const TruthCar& car, const char* mechanism, double s, double length) {
-  double sum = 0;
-  for (const Effect& e : car.effects)
-    if (e.mechanism == mechanism) sum += e.amount * bell(e, s, length);
-  return sum;
-}
 
 /// Brush tyre with parabolic pressure: forces over combined theoretical slip.
 void brush(double fz, double mu, double cx, double cy, double kappa, double tan_alpha, double& fx,
@@ -53,39 +27,16 @@ void brush(double fz, double mu, double cx, double cy, double kappa, double tan_
   fy = -f * gy / g;
 }
 
-/// What banking that changes along the road adds beside its middle: z = height(s) + v bank(s).
-struct Warp {
-  double grade = 0, vertical = 0;
-};
-Warp warp(const TruthCar& car, const Track& track, double s, double v) {
-  constexpr double h = 2.0;
-  const double before = true_bank(car, track, s - h), here = true_bank(car, track, s),
-               after = true_bank(car, track, s + h);
-  return {v * (after - before) / (2 * h), v * (after - 2 * here + before) / (h * h)};
-}
-
 void rates(const TruthCar& car, const Track& track, const State& x, const Commands& c, double s,
            const Warp& warped, State& d, Output* out) {
   const double vx = std::max(3.0, x[3]), vy = x[4], r = x[5];
-  const double turned = x[2] - track.at(s).heading;
-  const double up_along =
-                   track.grade(s) + road_extra(car, "road.grade", s, track.length_m) + warped.grade,
-               up_across = true_bank(car, track, s);
-  const double grade = up_along * std::cos(turned) + up_across * std::sin(turned);
-  const double bank = up_across * std::cos(turned) - up_along * std::sin(turned);
-  const double vertical = warped.vertical + track.vertical(s) +
-                          road_extra(car, "road.vertical_curvature", s, track.length_m);
-  const double grip = 1 + road_extra(car, "road.friction", s, track.length_m);
+  const RoadBelow road = road_below(car, track, x, s, vx, warped);
+  const double grade = road.grade, bank = road.bank, plus = road.plus, grip = road.grip;
   const double wheelbase = car.a + car.b;
   double mass = car.mass - amount(car, "vehicle.fuel_burn") * x[16];
   mass *= 1 + amount(car, "parameter.mass");
 
-  double wx = 0, wy = 0;
-  for (const Effect& e : car.effects)
-    if (e.mechanism == "environment.wind")
-      wx += e.amount * std::cos(e.extra), wy += e.amount * std::sin(e.extra);
-  const double air_x = vx - (wx * std::cos(x[2]) + wy * std::sin(x[2])),
-               air_y = vy - (-wx * std::sin(x[2]) + wy * std::cos(x[2]));
+  const auto [air_x, air_y] = air_past(car, x, vx, vy);
   const double q = 0.5 * car.density * air_x * std::hypot(air_x, air_y);
   const double drag = q * car.drag * factor(car, "vehicle.aero_drag") *
                       (1 + amount(car, "parameter.drag")),
@@ -93,8 +44,6 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
   const double down = factor(car, "vehicle.aero_downforce") *
                       (1 + amount(car, "parameter.downforce")) *
                       (1 - amount(car, "vehicle.aero_ride_height") * (1 - std::exp(-q / 1500)));
-  // What presses on a leaning road is its own curvature: z = v bank falls away beside a straight.
-  const double plus = kGravity + (vertical - bank * track.at(s).curvature) * vx * vx;
   const double front = mass * plus * car.b / wheelbase + q * car.lift_f * down - x[12];
   const double rear = mass * plus * car.a / wheelbase + q * car.lift_r * down + x[12];
   const double tf = x[13] * car.roll_front / car.track_f,
@@ -213,11 +162,8 @@ void rates(const TruthCar& car, const Track& track, const State& x, const Comman
 
 }  // namespace
 
-double true_bank(const TruthCar& car, const Track& track, double s) {
-  return track.bank(s) + road_extra(car, "road.banking", s, track.length_m);
-}
-
 double TruthCar::engine_nm(double omega, double throttle) const {
+  if (electric) return motor_nm(*this, omega, throttle);
   const double z = (omega - torque_peak) / torque_width;
   return throttle * torque * (1 - z * z) *
              (omega > 830 ? std::max(0.0, 1 - (omega - 830) / 20) : 1.0) -
@@ -346,14 +292,20 @@ void advance(const TruthCar& car, const Track& track, State& x, const Commands& 
              Output* out) {
   constexpr double h = 0.001;
   State k1, k2, k3, k4, y;
+  const auto change = [&](const State& at, State& d, Output* o, const Warp& warped) {
+    if (car.electric)
+      electric_rates(car, track, at, c, s_m, warped, d, o);
+    else
+      rates(car, track, at, c, s_m, warped, d, o);
+  };
   const Warp warped = warp(car, track, s_m, project(track, x[0], x[1], s_m).second);
-  rates(car, track, x, c, s_m, warped, k1, out);
+  change(x, k1, out, warped);
   for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] + 0.5 * h * k1[i];
-  rates(car, track, y, c, s_m, warped, k2, nullptr);
+  change(y, k2, nullptr, warped);
   for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] + 0.5 * h * k2[i];
-  rates(car, track, y, c, s_m, warped, k3, nullptr);
+  change(y, k3, nullptr, warped);
   for (std::size_t i = 0; i < x.size(); ++i) y[i] = x[i] + h * k3[i];
-  rates(car, track, y, c, s_m, warped, k4, nullptr);
+  change(y, k4, nullptr, warped);
   for (std::size_t i = 0; i < x.size(); ++i)
     x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
   s_m += h * x[3];

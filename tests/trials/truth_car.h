@@ -1,12 +1,15 @@
-// The car of the blind trials: a planar double-track model of its own. It shares nothing with
-// lib/vehicle: brush tyres, fourth-order Runge-Kutta, a road that is a formula.
+// The second car of the blind trials: a planar double-track model of its own. It shares nothing
+// with lib/vehicle: brush tyres, fourth-order Runge-Kutta, a road that is a formula. The third car
+// (truth_car_electric.h) is another one behind the same functions.
 #pragma once
 
 #include <array>
 #include <cmath>
-#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "electric.h"
 
 namespace trials {
 
@@ -64,13 +67,15 @@ struct TruthCar {
   double relaxation_f = 0.22, relaxation_r = 0.25;  ///< m
   double camber = 0.0;                              ///< rad, tops leaning inwards
   std::vector<Effect> effects;
+  std::optional<Electric> electric;  ///< what makes it the third car; none: the second
 
   double engine_nm(double omega, double throttle) const;
 };
 
 /// x, y, yaw, vx, vy, r, front wheels, rear left, rear right, boost, warmth, heat, load transfers x
-/// y, lagged slips front rear, time.
-using State = std::array<double, 17>;
+/// y, lagged slips front rear, time. The third car uses more and some of them otherwise
+/// (truth_car_electric.h).
+using State = std::array<double, 31>;
 struct Commands {
   double steer = 0, throttle = 0, brake_pa = 0;
   int gear = 3;

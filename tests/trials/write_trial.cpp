@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "stated.h"
+#include "stated_electric.h"
 
 namespace trials {
 namespace {
@@ -60,6 +60,7 @@ StatedCar stated_car(const Trial& trial, Random& dice) {
   for (const std::string& term : trial.without) car.terms += ", " + term + ": 0";
   car.front_roll_share = t.roll_front;
   if (trial.ride) car.first_parameters = suspension(*trial.ride, off);
+  if (t.electric) state_electric(car, t, dice, trial.off);
   return car;
 }
 
@@ -111,11 +112,13 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   write_car(stated_car(trial, dice), here);
 
   const std::vector<Column> all = columns({.commands = trial.commands,
+                                           .reached = car.electric.has_value(),
                                            .body = trial.ride.has_value(),
                                            .discs = trial.discs.has_value()});
-  write(here / "run.csv", csv(d.row, all, trial.hz, car.effects, dice));
+  const auto log = car.electric ? csv_by_channel : csv;
+  write(here / "run.csv", log(d.row, all, trial.hz, car.effects, dice));
   if (trial.experiment)
-    write(here / "experiment.csv", csv(drive(trial.truth, track, *trial.experiment, nullptr).row,
+    write(here / "experiment.csv", log(drive(trial.truth, track, *trial.experiment, nullptr).row,
                                        all, trial.hz, car.effects, dice));
   write(folder / "sealed" / (trial.name + ".json"), truth_of(trial).dump(1) + "\n");
   return true;
