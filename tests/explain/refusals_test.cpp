@@ -136,7 +136,7 @@ TEST_F(Refusals, FilesInThePlaceOfOthers) {
   EXPECT_THAT(
       refused("run --track " + path("track.crg") + " --vehicle " + path("track.crg") + rest),
       HasSubstr("track.crg:"));
-  EXPECT_THAT(refused(run(path("."))), HasSubstr("is a folder, wanted a file"));
+  EXPECT_THAT(refused(run(path("."))), HasSubstr("a folder without metadata.yaml"));
   EXPECT_THAT(refused(run(file("empty.csv", ""))),
               HasSubstr("empty.csv: no header line with column names"));
   EXPECT_THAT(refused(run(file("bytes.csv", "time_s,\x1b[2J\n1,2,3\n"))), Not(HasSubstr("\x1b")));
