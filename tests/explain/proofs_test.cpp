@@ -420,6 +420,20 @@ TEST(Proofs, ColdTyresAreColdInTheSimulatedCarToo) {
   expect_better(cold, "vy_mps", 2.0);
 }
 
+TEST(Proofs, WhatTooShortALogCannotTryIsWrittenAndSaysSo) {
+  Proof proof("fade");
+  // A lap, and some seconds of the next that would judge.
+  std::string log = proof.folder.read("fade/run.csv");
+  std::size_t at = 0;
+  for (int line = 0; line < 3000; ++line) at = log.find('\n', at) + 1;
+  proof.folder.file("fade/run.csv", log.substr(0, at));
+  const json found = proof.explain("run.csv", "out", "");
+  ASSERT_FALSE(found.at("findings").empty());
+  EXPECT_TRUE(found["findings"][0].at("not_used").is_null());
+  EXPECT_THAT(found.at("remarks").dump(), HasSubstr("what was found is written untried"));
+  EXPECT_TRUE(std::filesystem::exists(proof.folder.path("out/vehicle.yaml")));
+}
+
 TEST(Proofs, AKilledRunGoesOnAndGivesTheSameBytes) {
   Proof proof("fade");
   // A bit more than two laps are enough here.

@@ -225,10 +225,10 @@ std::string held_out(const std::vector<HeldOut>& list, const std::vector<Remark>
       "Laps that were not used",
       std::string(
           "RMS errors. Before: the stated car with its parameters refitted on the other laps. "
-          "After: the same with what was found. Trivial: nothing changes within the time (at once: "
-          "the stated car without refit). Trend: it goes on as in the 0.2 s before. One relation: "
-          "measured motion against that relation alone; whole simulated car: lib/vehicle on the "
-          "recorded commands from recorded states.") +
+          "After: the same with what is used, or with all where nothing is. Trivial: nothing "
+          "changes within the time (at once: the stated car without refit). Trend: it goes on as "
+          "in the 0.2 s before. One relation: measured motion against that relation alone; whole "
+          "simulated car: lib/vehicle on the recorded commands from recorded states.") +
           refits,
       "<th>judged by<th>channel<th>unit<th class=n>horizon, s<th class=n>before<th class=n>after"
       "<th class=n>trivial<th class=n>trend<th class=n>drop, 90 %",

@@ -347,7 +347,8 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
     for (int lap = 1; lap < laps; lap += 2) judge.judged.insert(lap);
   if (judge.judged.empty()) {
     out.remarks.emplace_back(
-        "the whole simulated car was not compared: one lap cannot both fit and judge it");
+        "the whole simulated car was not compared: one lap cannot both fit and judge it; what was "
+        "found is written untried");
     return out;
   }
   out.recorded_lap_s = whole_laps_s(logs);
@@ -372,6 +373,10 @@ SimulationCheck check_simulation(const std::vector<RecordedLog>& logs,
       if (const auto squares = squares_of(sides, judge, h, c); squares.size() >= 8)
         out.held_out.push_back(held_out_of(squares, h, c));
   }
+  if (out.held_out.empty())
+    out.remarks.emplace_back(
+        "the whole simulated car was not compared: the laps that judge have fewer than 8 windows "
+        "that both sides drive; what was found is written untried");
   return out;
 }
 
