@@ -13,6 +13,7 @@
 #include "nlohmann/json.hpp"
 #include "support/places.h"
 #include "support/temporary_folder.h"
+#include "support/wavy_road.h"
 
 namespace cloud {
 namespace {
@@ -34,25 +35,9 @@ Ran lidar2mesh(const support::TemporaryFolder& folder, const std::string& argume
           folder.read("err.txt")};
 }
 
-/// A wavy road of 200 m with 0.2 m steps.
-void write_road(const std::string& path) {
-  crg::ReferenceLine line;
-  line.u_step_m = 0.2;
-  crg::Grid grid;
-  grid.u_step_m = line.u_step_m;
-  for (int j = -25; j <= 25; ++j) grid.v_m.push_back(0.2 * j);
-  for (int i = 0; i <= 1000; ++i) {
-    line.x_m.push_back(0.2 * i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
-    for (const double v : grid.v_m)
-      grid.z_m.push_back(static_cast<float>(0.3 * std::sin(0.01 * i) + 0.02 * v +
-                                            0.01 * std::sin(0.2 * i) * std::cos(v)));
-  }
-  crg::write(crg::make_crg(line, grid), path, crg::Format::KRBI);
-}
-
 TEST(Command, TheMeshItWritesIsABaseForTheNextRun) {
   const support::TemporaryFolder folder;
-  write_road(folder.path("road.crg"));
+  support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
                                    " --from-m 20 --to-m 180 --azimuths 128 --v-m -1 1");
@@ -116,7 +101,7 @@ TEST(Command, InfoOfAFolderIsOneJsonArray) {
 
 TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
   const support::TemporaryFolder folder;
-  write_road(folder.path("road.crg"));
+  support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   // Few points with 20 cm of noise.
   Ran ran = lidar2mesh(folder,
@@ -140,7 +125,7 @@ TEST(Command, ADriftThatDoesNotConvergeIsNotValid) {
 
 TEST(Command, AFullDiskLeavesNoHalfFile) {
   const support::TemporaryFolder folder;
-  write_road(folder.path("road.crg"));
+  support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
                                    " --laps 1 --from-m 20 --to-m 80 --azimuths 64");
@@ -173,7 +158,7 @@ std::set<std::string> options_of(const support::TemporaryFolder& folder,
 
 TEST(Command, OutputsNameWhatTheyRestOn) {
   const support::TemporaryFolder folder;
-  write_road(folder.path("road.crg"));
+  support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
                                    " --to-m 40 --azimuths 64 --laps 1 --json");
@@ -236,7 +221,7 @@ TEST(Command, OutputsNameWhatTheyRestOn) {
 
 TEST(Command, RangePointsAndNodesAreAsTold) {
   const support::TemporaryFolder folder;
-  write_road(folder.path("road.crg"));
+  support::write_wavy_road(folder.path("road.crg"));
   const auto at = [&](const char* name) { return "'" + folder.path(name) + "'"; };
   Ran ran = lidar2mesh(folder, "synth " + at("road.crg") + " -o " + at("scans") +
                                    " --to-m 40 --azimuths 64 --laps 1");

@@ -16,6 +16,7 @@
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
+#include "support/wavy_road.h"
 
 namespace cloud {
 namespace {
@@ -87,18 +88,7 @@ void expect_whole_readings(TiledMap& map, const std::string& reading) {
 class Split : public ::testing::Test {
  protected:
   Split() {
-    crg::ReferenceLine line;
-    line.u_step_m = 0.2;
-    crg::Grid grid;
-    grid.u_step_m = line.u_step_m;
-    for (int j = -25; j <= 25; ++j) grid.v_m.push_back(0.2 * j);
-    for (int i = 0; i <= 1000; ++i) {
-      line.x_m.push_back(0.2 * i), line.y_m.push_back(0.0), line.heading_rad.push_back(0.0);
-      for (const double v : grid.v_m)
-        grid.z_m.push_back(static_cast<float>(0.3 * std::sin(0.01 * i) + 0.02 * v +
-                                              0.01 * std::sin(0.2 * i) * std::cos(v)));
-    }
-    crg::write(crg::make_crg(line, grid), road_, crg::Format::KRBI);
+    support::write_wavy_road(road_);
     must({"synth", road_, "-o", scans_, "--from-m", "20", "--to-m", "120", "--azimuths", "64",
           "--beams", "32", "--v-m", "-1", "1"});
     split();

@@ -156,12 +156,9 @@ TEST(BrakesFit, AnotherSimulatorsCar) {
     if (!heavy && id != "t01" && id != "t05" && id != "t19") continue;
     SCOPED_TRACE(id);
     const auto& factors = trial.at("parameter_factors");
-    auto as_stated = factors;
-    for (auto& [name, factor] : as_stated.items()) factor = 1.0;
-    const support::RecordedCar c = support::recorded_car(folder, as_stated);
+    const support::RecordedCar c = support::stated_car(folder, factors);
     const auto car = make_car(c.files, c.parameters, c.terms);
-    std::array<double, vehicle::kParameterCount> prior{};
-    for (std::size_t i = 0; i < prior.size(); ++i) prior[i] = vehicle::parameter_list()[i].prior;
+    const auto prior = support::default_priors();
     identify::DriveWindowsOptions windows;
     windows.body_axes = false;
     BrakesFitOptions options;

@@ -145,15 +145,12 @@ struct Other {
 };
 
 Other other(const std::string& folder, const nlohmann::json& trial) {
-  auto factors = trial.at("parameter_factors");
-  for (auto& [name, factor] : factors.items()) factor = 1.0;
-  Other out{support::recorded_car(folder, factors), {}, {}, {}};
+  Other out{support::stated_car(folder, trial.at("parameter_factors")), {}, {}, {}};
   for (const auto term : {vehicle::Term::gyroscopic, vehicle::Term::wheel_reaction,
                           vehicle::Term::rolling_resistance})
     out.stated.terms[term] = 0.0;
   out.car = make_car(out.stated.files, out.stated.parameters, out.stated.terms);
-  for (std::size_t i = 0; i < out.prior.size(); ++i)
-    out.prior[i] = vehicle::parameter_list()[i].prior;
+  out.prior = support::default_priors();
   identify::DriveWindowsOptions options;
   options.body_axes = false;
   const std::string id = trial.at("id");

@@ -107,12 +107,9 @@ TEST(SuspensionFit, AnotherSimulatorsCar) {
     const std::string id = trial.at("id");
     if (id != "t01" && id != "t19") continue;  // the two with travels
     SCOPED_TRACE(id);
-    auto as_stated = trial.at("parameter_factors");
-    for (auto& [name, factor] : as_stated.items()) factor = 1.0;
-    const support::RecordedCar c = support::recorded_car(folder, as_stated);
+    const support::RecordedCar c = support::stated_car(folder, trial.at("parameter_factors"));
     const auto car = make_car(c.files, c.parameters, c.terms);
-    std::array<double, vehicle::kParameterCount> prior{};
-    for (std::size_t i = 0; i < prior.size(); ++i) prior[i] = vehicle::parameter_list()[i].prior;
+    const auto prior = support::default_priors();
     identify::DriveWindowsOptions windows;
     windows.body_axes = false;
     const DriveFit fit = identify::fit_suspension(

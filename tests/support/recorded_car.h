@@ -141,4 +141,17 @@ inline RecordedCar recorded_car(const std::string& folder, const nlohmann::json&
   return car;
 }
 
+/// The car as its owners state it: none of its factors.
+inline RecordedCar stated_car(const std::string& folder, nlohmann::json factors) {
+  for (auto& [name, factor] : factors.items()) factor = 1.0;
+  return recorded_car(folder, factors);
+}
+
+/// Of a car whose file says nothing of them.
+inline std::array<double, vehicle::kParameterCount> default_priors() {
+  std::array<double, vehicle::kParameterCount> out{};
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = vehicle::parameter_list()[i].prior;
+  return out;
+}
+
 }  // namespace support
