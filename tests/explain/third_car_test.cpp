@@ -62,6 +62,9 @@ TEST(ThirdCar, ItsBodyLeansOutOfTheCurveAndAccelerometersWithIt) {
   EXPECT_GT(b.o.ay, 2);  // to the left
   EXPECT_GT(a.x[kHeave + 1], 0.002);
   EXPECT_NEAR(a.o.ay - b.o.ay, a.o.az * a.x[kHeave + 1], 0.005);
+  // What is felt is the same, seen from axes that have turned.
+  EXPECT_LT(a.o.az, b.o.az - 0.005);
+  EXPECT_NEAR(std::hypot(a.o.ax, a.o.ay, a.o.az), std::hypot(b.o.ax, b.o.ay, b.o.az), 0.002);
   // Springs that are half as stiff, tyres aside, lean nearly twice as far.
   TruthCar soft = leaning;
   for (double* k : {&soft.electric->spring[0], &soft.electric->spring[1], &soft.electric->bar[0],

@@ -228,7 +228,7 @@ void electric_rates(const TruthCar& car, const Track& track, const State& x, con
   const double up = (pressed - down * (car.lift_f + car.lift_r)) / mass;
   *out = {sfx + lean * up * x[kHeave + 2],
           sfy + lean * up * x[kHeave + 1],
-          up,
+          up - lean * (sfx * x[kHeave + 2] + sfy * x[kHeave + 1]),
           load[0] + load[1],
           load[2] + load[3],
           s,
