@@ -17,6 +17,8 @@ void actuator_rows(std::vector<double>& out, const std::vector<double>& measured
   constexpr int kSubsteps = 20;
   constexpr double kSubstep_s = kStep / kSubsteps;
   const double* const own = &p[dead_time];  // dead time, lag, damping, lead follow one another
+  const auto response =
+      vehicle::laws::actuator_response(own[0], own[1], own[2], own[3], kSubstep_s);
   vehicle::laws::Actuator<double> actuator;
   std::int64_t step = 0;
   for (std::size_t i = 0; i + 1 < measured.size(); ++i) {
@@ -35,8 +37,8 @@ void actuator_rows(std::vector<double>& out, const std::vector<double>& measured
     if (step >= kSubsteps * 20) out[i] = measured[i] - (from + amplitude * (moved - from));
     // The command's mean over the substep that follows.
     for (int k = 0; k < kSubsteps; ++k)
-      vehicle::laws::move(actuator, step++, from + (k + 0.5) / kSubsteps * (to - from), own[0],
-                          own[1], own[2], own[3], kSubstep_s);
+      vehicle::laws::move(actuator, step++, from + (k + 0.5) / kSubsteps * (to - from), response,
+                          kSubstep_s);
   }
 }
 

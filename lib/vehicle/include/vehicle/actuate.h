@@ -67,17 +67,22 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   using P = Parameter;
   const Parameters<T>& p = car.parameters;
   // The four parameters of an actuator follow one another in the list.
-  const auto through = [&](laws::Actuator<T>& actuator, Term term, const T& command, P dead_time) {
-    if (is_exactly_zero(car.terms[term])) return command;
+  const auto response = [&](Term term, P dead_time) {
+    if (is_exactly_zero(car.terms[term])) return laws::Response<T>{};
     const T* const own = &p[dead_time];  // dead time, lag, damping, lead
-    const T moved = laws::move(actuator, d.step, command, own[0], own[1], own[2], own[3], step_s);
+    return laws::actuator_response(own[0], own[1], own[2], own[3], step_s);
+  };
+  const auto through = [&](laws::Actuator<T>& actuator, Term term, const T& command,
+                           const laws::Response<T>& by) {
+    if (is_exactly_zero(car.terms[term])) return command;
+    const T moved = laws::move(actuator, d.step, command, by, step_s);
     return T(command + car.terms[term] * (moved - command));
   };
   Inputs<T> in;
   in.steer_rad = through(
       d.steer, Term::steering_actuator,
       laws::road_wheel_angle(car.files->steering, p[P::steering_ratio], controls.steer_command_rad),
-      P::steering_dead_time_s);
+      response(Term::steering_actuator, P::steering_dead_time_s));
   if (!is_exactly_zero(car.terms[Term::steering_friction])) {
     // The wheels stay where they are until the actuator is ahead of them by the friction width.
     const T width = car.terms[Term::steering_friction] * p[P::steering_friction_rad];
@@ -100,13 +105,13 @@ Inputs<T> actuate(const Car<T>& car, Discrete<T>& d, const Controls<T>& controls
   }
   in.steer_rate_radps = d.step == 0 ? T(0) : T((in.steer_rad - d.last_steer_rad) / step_s);
   d.last_steer_rad = in.steer_rad;
-  in.throttle =
-      through(d.throttle, Term::throttle_actuator,
-              T(p[P::throttle_gain] * controls.throttle_command), P::throttle_dead_time_s);
+  in.throttle = through(d.throttle, Term::throttle_actuator,
+                        T(p[P::throttle_gain] * controls.throttle_command),
+                        response(Term::throttle_actuator, P::throttle_dead_time_s));
+  const laws::Response<T> of_brakes = response(Term::brake_actuator, P::brake_dead_time_s);
   for (std::size_t i = 0; i < kWheels; ++i)
-    in.brake_pa[i] =
-        through(d.brake[i], Term::brake_actuator,
-                T(p[P::brake_gain] * controls.brake_command_pa[i]), P::brake_dead_time_s);
+    in.brake_pa[i] = through(d.brake[i], Term::brake_actuator,
+                             T(p[P::brake_gain] * controls.brake_command_pa[i]), of_brakes);
   hold_back(car, d, in);
   in.clutch = controls.clutch_command;
   in.hold_n = controls.hold_n;

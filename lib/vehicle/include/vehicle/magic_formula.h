@@ -69,6 +69,7 @@ T at_most_one(const T& x) {
 template <class T>
 T curve(const T& b_times_x, const T& c, const T& e) {
   using std::atan;
+  if (is_exactly_zero(e)) return c * atan(b_times_x);  // as weights of combined slip mostly have it
   return c * atan(b_times_x - e * (b_times_x - atan(b_times_x)));
 }
 

@@ -53,32 +53,47 @@ Transition<T> actuator_transition(const T& lag_s, const T& damping, double step_
   return {c + fade * s, s * step_s, -s * x / lag_s, c - fade * s};
 }
 
+/// How an actuator answers, for steps of one length: made once for many of them.
+template <class T>
+struct Response {
+  T dead_time_s, lead_s;
+  bool lags;             ///< else nothing but the dead time
+  Transition<T> of_lag;  ///< where it lags
+};
+template <class T>
+Response<T> actuator_response(const T& dead_time_s, const T& lag_s, const T& damping,
+                              const T& lead_s, double step_s) {
+  const bool lags = !(value_of(lag_s) <= 0.0);
+  return {dead_time_s, lead_s, lags,
+          lags ? actuator_transition(lag_s, damping, step_s) : Transition<T>{}};
+}
+
 /// Command to output. `amplitude` 0 is not called: the caller passes the command on.
 template <class T>
-T move(Actuator<T>& actuator, std::int64_t step, const T& command, const T& dead_time_s,
-       const T& lag_s, const T& damping, const T& lead_s, double step_s) {
+T move(Actuator<T>& actuator, std::int64_t step, const T& command, const Response<T>& response,
+       double step_s) {
   constexpr auto kCapacity = static_cast<std::int64_t>(Actuator<T>::kCapacity);
+  static_assert((kCapacity & (kCapacity - 1)) == 0);
   const auto ring = [&](std::int64_t back) -> T& {
-    return actuator
-        .history[static_cast<std::size_t>(((step - back) % kCapacity + kCapacity) % kCapacity)];
+    return actuator.history[static_cast<std::size_t>((step - back) & (kCapacity - 1))];
   };
   ring(0) = command;
   // A dead time between two steps mixes the two, so that its derivative exists.
-  const T delay = dead_time_s / step_s;
+  const T delay = response.dead_time_s / step_s;
   auto whole = static_cast<std::int64_t>(value_of(delay));
   if (whole > kCapacity - 2) whole = kCapacity - 2;
   const T part = delay - static_cast<double>(whole);
   const T delayed = ring(whole) + part * (ring(whole + 1) - ring(whole));
-  if (value_of(lag_s) <= 0.0) {
+  if (!response.lags) {
     actuator.place = delayed;
     actuator.rate = T(0);
   } else {
-    const Transition<T> m = actuator_transition(lag_s, damping, step_s);
+    const Transition<T>& m = response.of_lag;
     const T away = actuator.place - delayed, rate = actuator.rate;
     actuator.place = delayed + m.m00 * away + m.m01 * rate;
     actuator.rate = m.m10 * away + m.m11 * rate;
   }
-  return actuator.place + lead_s * actuator.rate;
+  return actuator.place + response.lead_s * actuator.rate;
 }
 
 }  // namespace vehicle::laws
