@@ -51,7 +51,8 @@ bool is_rival(const Finding& f, const std::string& mechanism) {
 }
 
 bool Analysis::in_stage(std::size_t candidate, Stage stage) const {
-  // A sensor that redundant channels can judge is judged by them alone, before any force.
+  // A sensor that redundant channels can judge is judged by them alone, before any force; one of
+  // the motion that forces feel far more, once more beside them.
   const Unknown& u = inventory_.unknowns[candidate_[candidate]];
   if (u.kind == "road") return true;
   double kinematic = 0, all = 0;
@@ -63,7 +64,7 @@ bool Analysis::in_stage(std::size_t candidate, Stage stage) const {
   }
   // So is what command and outcome show, where both are logged.
   const bool redundant = kinematic > (u.kind == "sensor" ? 0.1 : 0.9) * all;
-  return redundant == (stage == Stage::kSensors);
+  return stage == Stage::kSensors ? redundant || u.of_motion : !redundant;
 }
 
 std::vector<Family> Analysis::candidates(Stage stage) const {

@@ -48,6 +48,7 @@ struct Unknown {
   bool sums_to_nothing = false;  ///< along a closed lap
   UsualError beside_road;        ///< of a sensor that feels the road
   bool in_time = false;          ///< a sensor's error: how late it is
+  bool of_motion = false;        ///< a sensor's error: its channels are judged by one another first
   bool one_sided = false;        ///< only a positive amount makes sense
   std::vector<std::pair<std::string, double>>
       constants;  ///< that the amount goes with, by the parameter's name

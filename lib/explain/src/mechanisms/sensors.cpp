@@ -72,6 +72,7 @@ void all_errors(const Listing& l, Channel c, const char* unit, double bias_step,
 }
 
 void list_motion(const Listing& l) {
+  const std::size_t before = l.out.unknowns.size();
   if (has(l, kYawRate)) all_errors(l, kYawRate, "rad/s", 0.005, {.bias = 0.0015});
   if (has(l, kAx)) all_errors(l, kAx, "m/s2", 0.1, {.bias = 0.04});
   if (has(l, kAy) && has(l, kVy)) all_errors(l, kAy, "m/s2", 0.1, {.bias = 0.04});
@@ -89,6 +90,7 @@ void list_motion(const Listing& l) {
   // Slip has to build up before a wheel follows the car, and the road wheel before the tyre.
   all_errors(l, kVx, "m/s", 0.1, {.bias = 0.08, .time_s = 0.015});
   if (has(l, kWheelFront)) timing(l, kWheelFront, 0.02);
+  for (std::size_t k = before; k < l.out.unknowns.size(); ++k) l.out.unknowns[k].of_motion = true;
 }
 
 void list_driver(const Listing& l) {
