@@ -77,23 +77,23 @@ def framed_page(shown):
     return attributes["srcdoc"].encode()
 
 
-def write_mesh(path, length_m=200, roads=1):
-    """A road 8 m wide with a crown of 2 %, in a bend of 150 m; a second one lies 60 m beside it."""
-    along, across = np.arange(0, length_m + 0.5), np.linspace(-4, 4, 9)
+def write_mesh(path, length_m=200, radius_m=150, rings=0):
+    """A road 8 m wide with a crown of 2 %, in a bend; or closed rings, 400 m apart."""
+    across = np.linspace(-4, 4, 9)
+    rows = 200 if rings else int(length_m) + 1
+    angles = np.arange(rows) * 2 * np.pi / rows if rings else np.arange(rows) / radius_m
     with open(path, "w", encoding="utf-8") as file:
-        first = 1
-        for k in range(roads):
-            file.write(f"o {'thing' if roads > 1 else 'road'}{k}\n")
-            for a in along / 150:
+        for k in range(max(rings, 1)):
+            file.write(f"o asphalt{k}\n")
+            for a in angles:
                 for v in across:
-                    r = 150 - v + 60 * k
-                    file.write(f"v {r * np.sin(a):.6f} {150 - r * np.cos(a):.6f} {-0.02 * abs(v):.6f}\n")
-            for i in range(along.size - 1):
+                    r = radius_m - v
+                    file.write(f"v {r * np.sin(a) + 400 * k:.6f} {radius_m - r * np.cos(a):.6f} {-0.02 * abs(v):.6f}\n")
+            for i in range(rows if rings else rows - 1):
                 for j in range(across.size - 1):
-                    a = first + i * across.size + j
-                    b = a + across.size
+                    a = k * rows * across.size + i * across.size + j + 1
+                    b = k * rows * across.size + (i + 1) % rows * across.size + j + 1
                     file.write(f"f {a} {b} {b + 1} {a + 1}\n")
-            first += along.size * across.size
 
 
 KEYS = {"up": "z", "unit": "m", "u_step_m": 0.25, "v_step_m": 0.25}
@@ -156,8 +156,7 @@ def test_build_refuses_in_the_words_of_the_command(here):
         ran = subprocess.run([TOOLS["crgbuild"], "build", words, "-o", "out", *flags], capture_output=True, text=True, check=False)
         with pytest.raises(kerbstone.Error) as refused:
             kerbstone.build(words, "out", **keys)
-        said = ran.stderr.removeprefix("crgbuild: ").removeprefix("error: ").split("; see crgbuild")[0].strip()
-        assert str(refused.value) == said
+        assert ran.returncode != 0 and str(refused.value) in ran.stderr
         assert not Path("out").exists()
     with pytest.raises(kerbstone.Error, match="no recipe key 'no_such_key'"):
         kerbstone.build("track.obj", "out", no_such_key=1)
@@ -181,7 +180,7 @@ def test_a_road_that_must_not_be_used_is_raised_with_what_was_made(here):
 
 def test_a_question_has_its_answers(here):
     here.enter("python")
-    write_mesh("two.obj", roads=2)
+    write_mesh("two.obj", radius_m=60, rings=2)
     ran = command("crgbuild", "build", "two.obj", "-o", "out", "--up", "z", "--unit", "m", "--json", code=3)
     asked = json.loads(ran.stdout)
     with pytest.raises(kerbstone.Question) as question:

@@ -117,7 +117,7 @@ SplitFolder::SplitFolder(const std::string& folder) : folder_(folder) {
   base_ = crg::apply_modifiers(crg::read(path(kSplitBase)));
   trajectory_ =
       cloud::read_trajectory(path(kSplitTrajectory), cloud::sensor_in_poses(command.extrinsic));
-  map_options_ = lidar2mesh::map_options(command);
+  map_options_ = cloud::map_options(command);
 }
 
 cloud::CloudSource SplitFolder::points(std::size_t tile, bool all) const {

@@ -104,6 +104,7 @@ void set_options(const py::kwargs& given, RefineRequest& request) {
     std::replace(dashed.begin(), dashed.end(), '_', '-');
     request.options.emplace_back(dashed, o.told(request));
   }
+  request.options.emplace_back("no-report", told(!request.report));
 }
 
 std::string text_of(const std::optional<Path>& path) { return path ? path->string() : ""; }
