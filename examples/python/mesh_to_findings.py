@@ -37,7 +37,8 @@ def main(mesh: Path, vehicle: Path, out: Path) -> None:
             print(f"{answer.length_m:.0f} m long, {answer.width_m:.1f} m wide: crgbuild {answer.flags}")
         raise
     print(built)
-    print(f"{built.summary.reference_line.length_m:.0f} m, {len(built.report.findings)} findings about the road")
+    findings = built.report.findings if built.report else []
+    print(f"{built.summary.reference_line.length_m:.0f} m, {len(findings)} findings about the road")
     for remark in built.remarks:
         print("remark:", remark)
 

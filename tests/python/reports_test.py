@@ -347,7 +347,7 @@ def test_refine_refuses(here, scanned):
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """Four laps of a car 90 kg heavier than its file says, with noise, on an oval."""
+    """Four laps of a car 100 kg heavier than its file says, with noise, on an oval."""
     folder = tmp_path_factory.mktemp("recorded")
     straight, radius, step = 150.0, 40.0, 0.5
     s = np.arange(0, 2 * straight + 2 * np.pi * radius + 1e-9, (2 * straight + 2 * np.pi * radius) / 1104)
@@ -385,8 +385,10 @@ def test_explain_writes_what_the_command_writes(here, recorded, flags, options):
     assert [f"  {remark}" for remark in found.remarks] == [line for line in printed.splitlines() if line[2:] in found.remarks]
     assert framed_page(found._repr_html_()) == Path("out/report.html").read_bytes()
     assert Path(found.corrected.road_path).exists() and Path(found.corrected.car_path).exists()
-    mass = [parameter for parameter in found.report.parameters if "mass" in parameter.id]
-    assert mass or found.findings, "90 kg are seen"
+    # 820 kg drove; found are 840 and 846.
+    (mass,) = [finding.parameters[0].value for finding in found.findings if finding.mechanism == "parameter.mass"]
+    assert mass == pytest.approx(820, abs=40)
+    assert found.corrected.car_path == "out/vehicle.yaml" and found.corrected.road_path == str(road)
 
 
 def test_explain_refuses(here, recorded):
