@@ -290,8 +290,7 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_results(*map, c, "folder for the results, made if missing")->required();
   add_threads(*map, c.threads);
   map->footer(
-      "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
-      "out\n\n"
+      "Example:\n  lidar2mesh map scans --trajectory t.csv --base track.crg -o out\n\n"
       "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
       "different heights as seen from different places.");
   map->callback([&, map] {
