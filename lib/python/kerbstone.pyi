@@ -1,10 +1,12 @@
-"""Roads for vehicle dynamics, and a car that drives on them.
+"""Roads for vehicle dynamics: built from meshes, refined from scans, and a car that drives on them.
 
 Metres, seconds, kilograms, kelvin and radians. u runs along the reference line, v to its left; x and y are map
 coordinates. A place without road gives NaN. Where a file or a value cannot be used: kerbstone.Error.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
+from types import SimpleNamespace
 from typing import Any, overload
 
 import numpy as np
@@ -12,7 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 
+_Path = str | bytes | PathLike[str] | PathLike[bytes]
+_Progress = Callable[[str, float], object] | None
+
 class Error(RuntimeError): ...
+
+class NotUsable(Error):
+    result: Built | Refined | None
+
+class Question(NotUsable):
+    answers: list[SimpleNamespace]
 
 class Sample:
     @property
@@ -237,3 +248,139 @@ class Car:
         tyre_k: float = ...,
         disc_k: float = ...,
     ) -> Replay: ...
+
+class Built:
+    @property
+    def crg_path(self) -> str: ...
+    @property
+    def stl_path(self) -> str: ...
+    @property
+    def centreline_path(self) -> str: ...
+    @property
+    def summary_path(self) -> str: ...
+    @property
+    def picture_path(self) -> str: ...
+    @property
+    def friction_path(self) -> str | None: ...
+    @property
+    def patches_path(self) -> str | None: ...
+    @property
+    def page_path(self) -> str | None: ...
+    @property
+    def verdict(self) -> str: ...
+    @property
+    def remarks(self) -> list[str]: ...
+    @property
+    def reused(self) -> bool: ...
+    @property
+    def summary(self) -> SimpleNamespace: ...
+    @property
+    def report(self) -> SimpleNamespace | None: ...
+    def _repr_html_(self) -> str: ...
+
+def build(
+    recipe: _Path,
+    output: _Path,
+    *,
+    report: bool = ...,
+    force: bool = ...,
+    progress: _Progress = ...,
+    **keys: bool | float | str | PathLike[str] | Sequence[float] | Sequence[str] | None,
+) -> Built: ...
+
+class Refined:
+    @property
+    def crg_path(self) -> str: ...
+    @property
+    def summary_path(self) -> str: ...
+    @property
+    def page_path(self) -> str | None: ...
+    @property
+    def faults(self) -> list[str]: ...
+    @property
+    def remarks(self) -> list[str]: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def coverage(self) -> float: ...
+    @property
+    def summary(self) -> SimpleNamespace: ...
+    @property
+    def report(self) -> SimpleNamespace | None: ...
+    def _repr_html_(self) -> str: ...
+
+def refine(
+    scans: _Path | Iterable[_Path],
+    output: _Path,
+    *,
+    trajectory: _Path | None = ...,
+    base: _Path | None = ...,
+    centreline: _Path | None = ...,
+    report: bool = ...,
+    threads: int = ...,
+    progress: _Progress = ...,
+    frame: str | None = ...,
+    extrinsic: Sequence[float] | None = ...,
+    max_range_m: float | None = ...,
+    drift_m: float = ...,
+    drift_rad: float = ...,
+    outliers: Sequence[float] | None = ...,
+    voxel_m: float | None = ...,
+    v_max_m: float | None = ...,
+    node_m: float | None = ...,
+    min_points: int = ...,
+    unit: str | None = ...,
+    up: str | None = ...,
+    allow_outside: bool = ...,
+    cloud_unit: str | None = ...,
+    base_stddev_m: float = ...,
+    gate_m: float = ...,
+    stl: bool = ...,
+    pcd: bool = ...,
+    doubles: bool = ...,
+) -> Refined: ...
+
+class Corrected:
+    @property
+    def road_path(self) -> str: ...
+    @property
+    def friction_path(self) -> str | None: ...
+    @property
+    def car_path(self) -> str: ...
+    @property
+    def mapping_path(self) -> str | None: ...
+    @property
+    def fuel_kg(self) -> float: ...
+
+class Explanation:
+    @property
+    def verdict(self) -> str: ...
+    @property
+    def findings(self) -> list[SimpleNamespace]: ...
+    @property
+    def report(self) -> SimpleNamespace: ...
+    @property
+    def remarks(self) -> list[str]: ...
+    @property
+    def corrected(self) -> Corrected: ...
+    @property
+    def json_path(self) -> str: ...
+    @property
+    def page_path(self) -> str: ...
+    def _repr_html_(self) -> str: ...
+
+def explain(
+    recordings: _Path | Iterable[_Path],
+    car: _Path,
+    road: _Path,
+    output: _Path,
+    *,
+    mapping: _Path | None = ...,
+    friction: _Path | None = ...,
+    fuel_kg: float = ...,
+    hold_out: Sequence[int] = ...,
+    threads: int = ...,
+    nulls: int = ...,
+    skip_simulation: bool = ...,
+    progress: _Progress = ...,
+) -> Explanation: ...

@@ -1,55 +1,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "base/ending.h"
-#include "base/output_set.h"
 #include "commands.h"
-#include "road/build.h"
 #include "road/error.h"
 #include "road/question.h"
 
 namespace crgbuild {
 namespace {
 
+/// A flag that cannot be meant is a wrong command line.
 void apply(const RecipeFlags& flags, road::Recipe& recipe) {
-  // A flag for one way of alignment replaces the other way in the recipe.
-  const auto given = [&](const char* name) {
-    return std::any_of(flags.begin(), flags.end(), [&](const auto& f) { return f.first == name; });
-  };
-  const bool by_points = given("control_points"), by_trajectory = given("trajectory"),
-             by_values = given("yaw_deg") || given("translation_m");
-  if ((by_points ? 1 : 0) + (by_trajectory ? 1 : 0) + (by_values ? 1 : 0) > 1)
-    throw UsageError(
-        "more than one of --control-points, --trajectory, and --yaw-deg with --translation-m seen; "
-        "give one");
-  if (by_points || by_trajectory) recipe.T_global_mesh.reset();
-  if (by_values || by_trajectory) recipe.control_points_path.reset();
-  if (by_values || by_points) recipe.trajectory_path.reset();
-  for (const auto& [name, text] : flags) {
-    const auto& keys = road::recipe_keys();
-    const auto key = std::find_if(keys.begin(), keys.end(),
-                                  [&, n = name](const auto& k) { return k.name == n; });
-    try {
-      key->set(recipe, text);
-    } catch (const road::Error& error) {
-      throw UsageError(fmt::format("{}: {}", flag_of(name), error.what()));
-    }
+  try {
+    road::set_values(flags, recipe);
+  } catch (const road::Error& error) {
+    throw UsageError(error.what());
   }
-}
-
-/// By its name, or by the sections that it begins with.
-bool is_road_file(const std::string& path) {
-  if (base::ending_of(path) == ".crg") return true;
-  if (!std::filesystem::is_regular_file(path)) return false;
-  std::ifstream file(path, std::ios::binary);
-  std::string begin(10, '\0');
-  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return begin.starts_with("$CT") || begin.starts_with("$ROAD_CRG");
 }
 
 /// What smoothing took, so that nobody loses the bumps of a braking zone without knowing.
@@ -62,19 +30,6 @@ std::string smoothed_waves(const nlohmann::json& smooth) {
       smooth.at("largest_change_u_m").get<double>(), smooth.at("largest_change_v_m").get<double>(),
       waves.at(0).get<double>(), waves.at(1).get<double>());
 }
-
-}  // namespace
-
-std::string smoothing_bound(const nlohmann::json& s) {
-  const auto held = s.at("smooth").at("nodes_at_bound").get<std::size_t>();
-  if (held == 0) return "";
-  return fmt::format(
-      "smoothing was held at its bound at {} of {} nodes (--smooth-max-change-road-m, "
-      "--smooth-max-change-kerb-m): there the road is rougher than the window makes it",
-      held, s.at("grid").at("nodes_with_z").get<std::size_t>());
-}
-
-namespace {
 
 /// How well the road was laid on its control points or trajectory; nothing where none were given.
 std::string alignment_text(const nlohmann::json& align) {
@@ -158,11 +113,8 @@ std::string build_text(const road::Recipe& recipe, const road::BuildResult& resu
     text += fmt::format("patches  {} ({} kerbs finer than the rows)\n", result.patches_path,
                         s.at("patches").size());
   if (!result.friction_path.empty()) text += fmt::format("friction {}\n", result.friction_path);
-  for (const char* stage : {"read", "clean", "sample", "validation"})
-    for (const auto& remark : s.at(stage).at("remarks"))
-      text += fmt::format("remark   {}\n", one_line(remark.get<std::string>()));
-  const std::string bound = smoothing_bound(s);
-  if (!bound.empty()) text += "remark   " + bound + "\n";
+  for (const std::string& remark : road::remarks_of(result.summary_json))
+    text += fmt::format("remark   {}\n", one_line(remark));
   return text;
 }
 
@@ -172,15 +124,13 @@ void print_answers(const BuildCommand& command, const road::Question& question,
   terminal.progress_done();
   std::string text;
   auto answers = nlohmann::ordered_json::array();
+  RecipeFlags told = command.values;
+  std::erase_if(told, [](const auto& value) { return value.first == "use_names"; });
   for (std::size_t k = 0; k < question.candidates().size(); ++k) {
     const road::Candidate& road = question.candidates()[k];
-    std::string run = "crgbuild build " + command::shell_word(command.input);
-    for (const auto& [name, value] : command.flags) {
-      std::string flag = name;
-      std::replace(flag.begin(), flag.end(), '_', '-');
-      if (name != "use_names") run += fmt::format(" --{} {}", flag, command::shell_word(value));
-    }
-    run += fmt::format(" {} -o {}", road.flags, command::shell_word(command.output_dir));
+    const std::string run =
+        road::command_line("build", {{"", command.input}}, told) +
+        fmt::format(" {} -o {}", road.flags, command::shell_word(command.output_dir));
     text += fmt::format("{}  {} road, {:.0f} m long, {:.1f} m wide: {}\n", k + 1,
                         road.closed ? "closed" : "open", road.length_m, road.width_m, run);
     answers.push_back({{"closed", road.closed},
@@ -199,19 +149,8 @@ void print_answers(const BuildCommand& command, const road::Question& question,
 
 }  // namespace
 
-std::string flag_of(std::string key) {
-  std::replace(key.begin(), key.end(), '_', '-');
-  return "--" + key;
-}
-
-bool is_switch(const road::RecipeKey& key) {
-  return key.wanted == "true or false" && key.show(road::Recipe{}) == "false";
-}
-
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags) {
-  const std::string ending = base::ending_of(input);
-  road::Recipe recipe = ending == ".yaml" || ending == ".yml" ? road::read_recipe(input)
-                                                              : road::recipe_for_mesh(input);
+  road::Recipe recipe = road::recipe_of(input);
   apply(flags, recipe);
   return recipe;
 }
@@ -228,36 +167,20 @@ int run_build(const BuildCommand& command, Terminal& terminal) {
         fmt::format("{0} is a road already: crgbuild info {0} says what it holds, crgbuild report "
                     "{0} -o {1} what is wrong with it",
                     command::shell_word(command.input), command::shell_word(command.output_dir)));
-  if (is_road_file(command.input))
-    throw road::Error(
-        fmt::format("{0}: is an OpenCRG road already, a mesh or a recipe is wanted; 'crgbuild info "
-                    "{0}' says what it holds, "
-                    "'crgbuild report {0} -o DIR' what is wrong with it",
-                    command.input));
-  const road::Recipe recipe = make_recipe(command.input, command.flags);
-  road::BuildEvidence evidence;
-  base::OutputSet outputs(command.output_dir, road::kBuildCommand);
-  const road::BuildResult result = [&] {
+  const road::ReportedBuild build = [&] {
     try {
-      return road::build_track(recipe, outputs, terminal.progress(),
-                               command.no_report ? nullptr : &evidence,
-                               command.force ? road::Reuse::nothing : road::Reuse::everything);
+      return road::build_reported(command, make_recipe(command.input, command.values),
+                                  terminal.progress());
     } catch (const road::Question& question) {
       print_answers(command, question, terminal);
       throw;
     }
   }();
-  std::optional<road::ReportFiles> report;
-  if (!command.no_report)
-    report = result.reused ? road::read_report(command.output_dir)
-                           : report_build(command, recipe, result, evidence, outputs);
-  road::commit_build(recipe, result, outputs);
   terminal.progress_done();
-  terminal.print(terminal.json ? result.summary_json : build_text(recipe, result));
-  if (report) print_report(*report, terminal);
-  if (!result.validation_failures.empty())
-    throw_validation_failed(result.crg_path, result.validation_failures);
-  if (report) refuse_if_not_usable(result.crg_path, *report);
+  terminal.print(terminal.json ? build.result.summary_json
+                               : build_text(build.recipe, build.result));
+  if (build.report) print_report(*build.report, terminal);
+  if (const std::string why = road::why_not_usable(build); !why.empty()) throw NotValid(why);
   return kOk;
 }
 

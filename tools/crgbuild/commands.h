@@ -2,7 +2,6 @@
 // is: load, one library call, save. They return the exit code.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,7 +9,7 @@
 
 #include "command/exit_code.h"
 #include "command/terminal.h"
-#include "road/build.h"
+#include "road/build_reported.h"
 #include "road/preview.h"
 #include "road/recipe.h"
 #include "road/write_report.h"
@@ -20,17 +19,8 @@ namespace crgbuild {
 using command::kFailed, command::kNotValid, command::kOk, command::one_line;
 using command::NotValid, command::shell_word, command::Terminal, command::UsageError;
 
-[[noreturn]] void throw_validation_failed(const std::string& path,
-                                          const std::vector<std::string>& failures);
-
-/// Keys of a recipe given as flags, in the order of the command line: {"u_step_m", "0.05"}.
-using RecipeFlags = std::vector<std::pair<std::string, std::string>>;
-
-/// The flag of a recipe key: --u-step-m of u_step_m.
-std::string flag_of(std::string key);
-
-/// Whether the flag stands alone, "--reverse", and takes no value.
-bool is_switch(const road::RecipeKey& key);
+/// Keys of a recipe given as flags, in the order of the command line.
+using RecipeFlags = road::RecipeValues;
 
 /// A recipe (.yaml, .yml) or a bare mesh, with flags on top. Throws UsageError for a bad flag.
 road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags);
@@ -38,11 +28,7 @@ road::Recipe make_recipe(const std::string& input, const RecipeFlags& flags);
 /// The same without a mesh to read: only the flags count.
 road::Recipe make_recipe(const RecipeFlags& flags);
 
-struct BuildCommand {
-  std::string input, output_dir;
-  bool no_report = false, force = false;
-  RecipeFlags flags;
-};
+using BuildCommand = road::BuildRequest;
 int run_build(const BuildCommand& command, Terminal& terminal);
 
 struct StretchCommand {
@@ -116,18 +102,7 @@ struct ReportCommand {
 /// Exit code 3 when the road is not usable; the report is written all the same.
 int run_report(const ReportCommand& command, Terminal& terminal);
 
-/// The report of a road that was just built, into the same set of files; the paths are those after
-/// its commit.
-road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe,
-                               const road::BuildResult& result, const road::BuildEvidence& evidence,
-                               const base::OutputSet& outputs);
 void print_report(const road::ReportFiles& files, Terminal& terminal);
-
-/// Throws NotValid for a road whose report says that it is not usable.
-/// Where smoothing would have moved more than it may, from a build's summary; empty where nowhere.
-std::string smoothing_bound(const nlohmann::json& summary);
-
-void refuse_if_not_usable(const std::string& crg_path, const road::ReportFiles& files);
 
 struct InfoCommand {
   std::string crg;

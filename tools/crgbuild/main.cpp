@@ -23,21 +23,21 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
     if ((listed(key.stage) || listed(key.name)) != (keys == Keys::of_these)) continue;
     const std::string shown = key.show(road::Recipe{});
     std::string text = key.meaning;
-    const bool alone = is_switch(key);
+    const bool alone = road::is_switch(key);
     if (!shown.empty() && !alone) text += " [" + shown + "]";
     const std::string group = key.stage == "output" ? "Output" : "Stage: " + key.stage;
     if (alone) {
       command
           .add_flag_callback(
-              flag_of(key.name), [&flags, name = key.name] { flags.emplace_back(name, "true"); },
-              text)
+              road::flag_of(key.name),
+              [&flags, name = key.name] { flags.emplace_back(name, "true"); }, text)
           ->group(group);
       continue;
     }
     if (key.wanted.ends_with(" ...")) {  // words that may stand one by one
       command
           .add_option_function<std::vector<std::string>>(
-              flag_of(key.name),
+              road::flag_of(key.name),
               [&flags, name = key.name](const std::vector<std::string>& words) {
                 std::string value;
                 for (const std::string& word : words) value += (value.empty() ? "" : " ") + word;
@@ -49,7 +49,7 @@ void add_recipe_flags(CLI::App& command, RecipeFlags& flags,
       continue;
     }
     CLI::Option* option = command.add_option_function<std::string>(
-        flag_of(key.name),
+        road::flag_of(key.name),
         [&flags, name = key.name](const std::string& value) { flags.emplace_back(name, value); },
         text);
     option->type_name(key.wanted)->group(group);
@@ -91,13 +91,13 @@ void define_main_way(CLI::App& app, Commands& c) {
   add_input(*build, "input", c.build.input, kMeshHelp)->required();
   add_output_folder(*build, c.build.output_dir, "folder for the results, made if missing")
       ->required();
-  add_recipe_flags(*build, c.build.flags, {"input"}, Keys::of_all_but_these);
+  add_recipe_flags(*build, c.build.values, {"input"}, Keys::of_all_but_these);
   CLI::App* name = build;
   name->add_option_function<std::string>(
-          "--name", [&c](const std::string& v) { c.build.flags.emplace_back("name", v); },
+          "--name", [&c](const std::string& v) { c.build.values.emplace_back("name", v); },
           "files are called <name>.crg, <name>.png, ... [the mesh's name]")
       ->type_name("NAME");
-  build->add_flag("--no-report", c.build.no_report,
+  build->add_flag("!--no-report", c.build.report,
                   "leave out report.html and report.json, and the time they take");
   build->add_flag("--force", c.build.force,
                   "build even when nothing has changed since the files in the folder were built");
@@ -461,10 +461,7 @@ int naming(const std::string& input, const Run& run) {
   try {
     return run();
   } catch (const road::Error& error) {
-    std::string text = error.what();
-    const std::string first_word = text.substr(0, text.find(' '));
-    const bool names_a_file = first_word.ends_with(':') || text.find(input) != std::string::npos;
-    if (!names_a_file) text = input + ": " + text;
+    const std::string text = road::with_input_named(input, error.what());
     if (dynamic_cast<const road::NotUsable*>(&error) != nullptr) throw NotValid(text);
     throw road::Error(text);
   }

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
@@ -11,43 +9,11 @@
 #include "cloud/read_cloud.h"
 #include "commands.h"
 #include "crg/surface.h"
-#include "road/build.h"
 #include "road/error.h"
 #include "road/write_report.h"
 
 namespace crgbuild {
 namespace {
-
-std::string command_line(const std::string& subcommand,
-                         const std::vector<std::pair<std::string, std::string>>& words,
-                         const RecipeFlags& flags) {
-  std::string text = "crgbuild " + subcommand;
-  for (const auto& [flag, value] : words) {
-    if (value.empty()) continue;
-    text += (flag.empty() ? " " : " " + flag + " ") + shell_word(value);
-  }
-  const auto stands_alone = [](const std::string& name) {
-    const std::vector<road::RecipeKey>& keys = road::recipe_keys();
-    return std::any_of(keys.begin(), keys.end(), [&](const road::RecipeKey& key) {
-      return key.name == name && is_switch(key);
-    });
-  };
-  for (const auto& [name, value] : flags)
-    text += " " + flag_of(name) + (stands_alone(name) ? "" : " " + shell_word(value));
-  return text;
-}
-
-void place_mesh(const road::Recipe& recipe, road::ReportRequest& request) {
-  request.mesh_path = recipe.mesh_path;
-  request.read = recipe.read;
-  request.threads = recipe.sample.threads;
-  request.align = recipe.align;
-  request.validate = recipe.validate;
-  if (recipe.control_points_path)
-    request.control_points =
-        road::read_control_point_file(*recipe.control_points_path, recipe.projection).points;
-  if (recipe.T_global_mesh) request.T_global_mesh = *recipe.T_global_mesh;
-}
 
 /// The points of a cloud that a comparison looks at: over or under the road by 1 m or less.
 std::vector<Eigen::Vector3d> points_near(const std::string& crg_path,
@@ -100,24 +66,24 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
   progress("report", 0.0);
   road::ReportRequest request;
   if (!command.mesh.empty()) {
-    place_mesh(make_recipe(command.mesh, command.flags), request);
+    road::place_mesh(make_recipe(command.mesh, command.flags), request);
   } else if (!command.flags.empty()) {
-    place_mesh(make_recipe(command.flags), request);
+    road::place_mesh(make_recipe(command.flags), request);
     request.mesh_path.clear();
   }
   request.crg_path = command.crg;
   request.against_path = command.against;
   request.before_path = command.before;
   request.grip_path = command.grip;
-  request.command_line = command_line("report",
-                                      {{"", command.crg},
-                                       {"--mesh", command.mesh},
-                                       {"--against", command.against},
-                                       {"--cloud", command.cloud},
-                                       {"--before", command.before},
-                                       {"--grip", command.grip},
-                                       {"-o", command.output_dir}},
-                                      command.flags);
+  request.command_line = road::command_line("report",
+                                            {{"", command.crg},
+                                             {"--mesh", command.mesh},
+                                             {"--against", command.against},
+                                             {"--cloud", command.cloud},
+                                             {"--before", command.before},
+                                             {"--grip", command.grip},
+                                             {"-o", command.output_dir}},
+                                            command.flags);
   const std::vector<Eigen::Vector3d> points = command.cloud.empty()
                                                   ? std::vector<Eigen::Vector3d>{}
                                                   : points_near(command.crg, command.cloud);
@@ -143,15 +109,9 @@ int run_report(const ReportCommand& command, Terminal& terminal) {
     terminal.print(fmt::format("numbers  {}\n", files.json_path));
   }
   if (files.page_path.empty()) terminal.remark(kNoPage);
-  refuse_if_not_usable(command.crg, files);
+  if (const std::string why = road::not_usable(command.crg, files); !why.empty())
+    throw NotValid(why);
   return kOk;
-}
-
-void refuse_if_not_usable(const std::string& crg_path, const road::ReportFiles& files) {
-  if (files.verdict != road::Verdict::not_usable) return;
-  throw NotValid(fmt::format("{}: not usable, {} error{}; see {}", crg_path, files.errors,
-                             files.errors == 1 ? "" : "s",
-                             files.page_path.empty() ? files.json_path : files.page_path));
 }
 
 void print_report(const road::ReportFiles& files, Terminal& terminal) {
@@ -161,49 +121,6 @@ void print_report(const road::ReportFiles& files, Terminal& terminal) {
                                sentence(files)));
   }
   if (files.page_path.empty()) terminal.remark(kNoPage);
-}
-
-road::ReportFiles report_build(const BuildCommand& command, const road::Recipe& recipe,
-                               const road::BuildResult& result, const road::BuildEvidence& evidence,
-                               const base::OutputSet& outputs) {
-  road::ReportRequest request;
-  place_mesh(recipe, request);
-  const auto staged = [&](const std::string& path) {
-    return path.empty() ? "" : outputs.staged(std::filesystem::path(path).filename().string());
-  };
-  request.crg_path = staged(result.crg_path);
-  request.shown_folder = command.output_dir;
-  request.title = recipe.name;
-  request.mesh = &evidence.mesh;
-  request.provenance = &evidence.provenance;
-  if (evidence.before) request.before = &*evidence.before;
-  request.grip_path = staged(result.friction_path);
-  request.command_line =
-      command_line("build", {{"", command.input}, {"-o", command.output_dir}}, command.flags);
-  const auto summary = nlohmann::json::parse(result.summary_json);
-  if (const std::string bound = smoothing_bound(summary); !bound.empty())
-    request.remarks.push_back(bound);
-  const auto& align = summary["align"];
-  if (!align.is_null() &&
-      (align["by"] == "trajectory" || align["by"] == "guide")) {  // by the build
-    request.T_global_mesh.yaw_rad = align["yaw_deg"].get<double>() * M_PI / 180.0;
-    for (int k = 0; k < 3; ++k)
-      request.T_global_mesh.translation_m[k] =
-          align["translation_m"][static_cast<std::size_t>(k)].get<double>();
-  }
-  request.validated = evidence.validate;
-  request.kerbs = evidence.kerbs;
-  request.road_width_m = evidence.road_width_m;
-  for (const auto& input : summary["inputs"]) {
-    if (input["role"] == "mesh" || input["sha256"] == "")
-      continue;  // the report reads and hashes it itself; missing
-    request.sources.push_back({input["role"].get<std::string>(), input["path"].get<std::string>(),
-                               input["sha256"].get<std::string>()});
-  }
-  road::ReportFiles files = road::write_report(request, outputs.staged(""));
-  for (std::string* path : {&files.json_path, &files.page_path})
-    if (!path->empty()) *path = outputs.path(std::filesystem::path(*path).filename().string());
-  return files;
 }
 
 }  // namespace crgbuild

@@ -92,12 +92,6 @@ void report(Terminal& terminal, const nlohmann::ordered_json& numbers, const std
 
 }  // namespace
 
-void throw_validation_failed(const std::string& path, const std::vector<std::string>& failures) {
-  std::string text = path + ": validation failed: ";
-  for (std::size_t i = 0; i < failures.size(); ++i) text += (i ? "; " : "") + failures[i];
-  throw NotValid(text);
-}
-
 int run_clean(const CleanCommand& command, Terminal& terminal) {
   const road::Recipe recipe = with_guide(make_recipe(command.input, command.flags));
   const road::Progress progress = terminal.progress();
@@ -350,7 +344,7 @@ int run_validate(const ValidateCommand& command, Terminal& terminal) {
       1e3 * numbers.seam_heading_step_rad);
   for (const std::string& remark : numbers.remarks) text += one_line(remark) + "\n";
   report(terminal, road::json_text(numbers, recipe.limits), text);
-  if (!failures.empty()) throw_validation_failed(command.crg, failures);
+  if (!failures.empty()) throw NotValid(road::validation_failed(command.crg, failures));
   return kOk;
 }
 

@@ -6,8 +6,7 @@
 
 #include "command/exit_code.h"
 #include "command/terminal.h"
-#include "explain/explain.h"
-#include "explain/simulate.h"
+#include "explain/explain_files.h"
 
 namespace crgexplain {
 
@@ -19,15 +18,11 @@ struct MapCommand {
 };
 int map(const MapCommand& command, Terminal& terminal);
 
-struct RunCommand {
-  std::string track_path, friction_path, vehicle_path, mapping_path, out_path;
-  std::vector<std::string> recording_paths;
-  std::vector<int> hold_out;
-  unsigned threads = 0;
-  std::size_t nulls = 1000;
-  double fuel_kg = 0.0;
-  bool skip_simulation = false;
-};
+using RunCommand = explain::ExplainRequest;
 int run(const RunCommand& command, Terminal& terminal);
+
+/// Verdict, findings and the commands that go on from here.
+void print_result(const RunCommand& command, const explain::ExplainedFiles& result,
+                  Terminal& terminal);
 
 }  // namespace crgexplain

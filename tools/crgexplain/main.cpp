@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
       ->add_option(
           "--fuel-kg", analysis.fuel_kg,
           "Fuel at the begin of each log, kg, where none is logged: it burns as vehicle.yaml says")
-      ->check(CLI::Range(0.0, 500.0));
+      ->check(CLI::Range(0.0, explain::kMostFuelKg));
   run_app
       ->add_option("--hold-out", analysis.hold_out,
                    "Laps (from 0, over all recordings) used only to judge the result")
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   run_app->add_option("--threads", analysis.threads, "0: all; never changes the result")
       ->check(CLI::Range(0, 256));
   run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")
-      ->check(CLI::Range(100, 100000));
+      ->check(CLI::Range(explain::kLeastNulls, explain::kMostNulls));
   run_app->add_flag("--skip-simulation", analysis.skip_simulation,
                     "Do not drive the whole simulated car before and after");
   add_output_folder(*run_app, analysis.out_path,

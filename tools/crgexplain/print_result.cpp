@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "run_steps.h"
+#include "commands.h"
 
 namespace crgexplain {
 namespace {
@@ -59,8 +59,9 @@ void print_whole_car(const std::vector<explain::HeldOut>& held_out, Terminal& te
 }
 
 /// How the corrected inputs are simulated with, and looked at again.
-void print_commands(const RunCommand& command, const Recordings& recordings, const Corrected& now,
+void print_commands(const RunCommand& command, const explain::ExplainedFiles& result,
                     Terminal& terminal) {
+  const explain::CorrectedFiles& now = result.corrected;
   const auto option = [](const char* name, const std::string& path) {
     return path.empty() ? "" : fmt::format(" {} {}", name, shell_word(path));
   };
@@ -68,10 +69,8 @@ void print_commands(const RunCommand& command, const Recordings& recordings, con
                     vehicle = option("--vehicle", now.vehicle_path),
                     friction = option("--friction", now.friction_path);
   const std::string fuel = fmt::format(" --fuel-kg {:.6g}", now.fuel_kg);
-  // Without a logged fuel the stated mass is that of the whole car.
-  const bool fuel_logged = recordings.logs.front().present[explain::kFuel] && command.fuel_kg == 0;
   terminal.print(fmt::format("simulate with the corrections: crgdrive lap{}{}{}{}{}\n", track,
-                             vehicle, fuel_logged ? "" : fuel, friction,
+                             vehicle, result.fuel_logged ? "" : fuel, friction,
                              option("-o", command.out_path + "/lap.csv")));
   std::string logs;
   for (const std::string& path : command.recording_paths) logs += " " + shell_word(path);
@@ -83,8 +82,10 @@ void print_commands(const RunCommand& command, const Recordings& recordings, con
 
 }  // namespace
 
-void print_result(const RunCommand& command, const Recordings& recordings,
-                  const explain::Findings& findings, const Corrected& now, Terminal& terminal) {
+void print_result(const RunCommand& command, const explain::ExplainedFiles& result,
+                  Terminal& terminal) {
+  const explain::Findings& findings = result.findings;
+  const explain::CorrectedFiles& now = result.corrected;
   terminal.print(fmt::format("verdict: {}\n", explain::name_of(findings.verdict)));
   for (const explain::Finding& f : findings.findings) print_finding(f, terminal);
   for (const explain::Unexplained& u : findings.unexplained) print_unexplained(u, terminal);
@@ -105,7 +106,7 @@ void print_result(const RunCommand& command, const Recordings& recordings,
                          now.friction_path != command.friction_path ||
                          now.vehicle_path != command.vehicle_path || now.mapping;
   if (corrected)
-    print_commands(command, recordings, now, terminal);
+    print_commands(command, result, terminal);
   else if (!findings.findings.empty())
     terminal.print(fmt::format("no inputs are written: {}\n",
                                std::any_of(findings.findings.begin(), findings.findings.end(),

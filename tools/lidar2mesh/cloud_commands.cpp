@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "base/json_text.h"
 #include "cloud/ground.h"
 #include "cloud/pcl.h"
@@ -59,20 +60,12 @@ Eigen::Isometry3d registered(const cloud::Cloud& target, const cloud::Cloud& sou
 
 }  // namespace
 
-cloud::FilterOptions filter_options(const std::vector<double>& outliers, double voxel_m) {
-  cloud::FilterOptions options;
-  options.voxel_m = voxel_m;
-  if (voxel_m > 0.0) cloud::require_pcl("--voxel-m");
-  if (outliers.size() != 2) return options;
-  const double n = outliers[0];
-  if (!(n >= 2.0 && n <= 1000.0 && n == std::floor(n) && outliers[1] > 0.0 && outliers[1] < 1e6))
-    throw command::UsageError(fmt::format(
-        "--outliers {:g} {:g} seen; a whole number of neighbours, 2 to 1000, and deviations above "
-        "0 wanted, e.g. 20 2",
-        n, outliers[1]));
-  cloud::require_pcl("--outliers");
-  options.outlier_neighbours = static_cast<int>(n), options.outlier_sigma = outliers[1];
-  return options;
+void want_outliers(const std::vector<double>& outliers) {
+  try {
+    cloud::want_outliers(outliers);
+  } catch (const base::Error& error) {
+    throw command::UsageError(error.what());
+  }
 }
 
 int run_ground(const GroundCommand& command, Terminal& terminal) {
@@ -126,7 +119,8 @@ int run_register(const RegisterCommand& command, Terminal& terminal) {
   if (gicp && command.robust) throw command::UsageError("--robust is of --method own");
   if (gicp) cloud::require_pcl("--method gicp");
   if (command.coarse) cloud::require_pcl("--coarse");
-  const cloud::FilterOptions filter = filter_options(command.outliers, 0.0);
+  want_outliers(command.outliers);
+  const cloud::FilterOptions filter = cloud::filter_options(command.outliers, 0.0);
   cloud::CloudReadOptions read;
   read.metres_per_unit = metres_per_unit(command.unit);
   const base::Progress progress = terminal.progress();

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "cloud/filter.h"
+#include "cloud/map_inputs.h"
+#include "cloud/map_scans.h"
+#include "cloud/refine.h"
 #include "command/exit_code.h"
 #include "command/terminal.h"
 #include "provenance.h"
@@ -17,12 +19,10 @@ namespace lidar2mesh {
 
 using command::kNotValid, command::kOk, command::one_line, command::Terminal;
 
-/// "m", "ft", "us-ft", "cm", "mm" or empty (automatic) as metres.
-std::optional<double> metres_per_unit(const std::string& unit);
+using cloud::metres_per_unit;
 
-/// Of --outliers, and thinning; throws UsageError where the former are no such numbers,
-/// cloud::Error where they need PCL and there is none.
-cloud::FilterOptions filter_options(const std::vector<double>& outliers, double voxel_m);
+/// Throws UsageError where these are no numbers of --outliers.
+void want_outliers(const std::vector<double>& outliers);
 
 struct InfoCommand {
   std::string cloud, unit;
@@ -76,22 +76,10 @@ struct SynthCommand {
 };
 int run_synth(const SynthCommand& command, Terminal& terminal);
 
-struct MapCommand {
-  std::vector<std::string> scans;
-  std::string trajectory, base, centreline, output_dir, frame, unit, base_unit, base_up;
-  std::vector<double> extrinsic;  ///< x, y, z (m), roll, pitch, yaw (deg)
-  std::vector<double> outliers;   ///< neighbours, deviations
-  double voxel_m = 0.0;           ///< 0: not thinned
-  double base_stddev_m = 0.02, drift_m = 0.05, drift_rad = 0.002, gate_m = 0.5, v_max_m = 10.0,
-         node_m = 0.1;
-  std::optional<double> max_range_m;
-  int min_points = 1;
-  bool correct_drift = true, report = true, stl = false, pcd = false, doubles = false,
-       allow_outside = false;
-  unsigned threads = 0;
-  Options options;
-};
+using MapCommand = cloud::RefineRequest;
 int run_map(const MapCommand& command, Terminal& terminal);
+/// What was made, in a few lines. Throws NotValid where the road must not be used.
+int show_map(const MapCommand& command, const cloud::Refined& refined, Terminal& terminal);
 
 /// Of `map`: output_dir is the folder of the tiles, and what only the outputs want stays as it is.
 struct SplitCommand {

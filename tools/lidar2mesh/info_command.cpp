@@ -56,15 +56,6 @@ void print_facts(const std::string& path, const cloud::CloudFacts& facts, Termin
 
 }  // namespace
 
-std::optional<double> metres_per_unit(const std::string& unit) {
-  if (unit == "m") return 1.0;
-  if (unit == "cm") return 0.01;
-  if (unit == "mm") return 0.001;
-  if (unit == "ft") return 0.3048;
-  if (unit == "us-ft") return 1200.0 / 3937.0;
-  return std::nullopt;
-}
-
 int run_info(const InfoCommand& command, Terminal& terminal) {
   cloud::CloudReadOptions options;
   options.metres_per_unit = metres_per_unit(command.unit);

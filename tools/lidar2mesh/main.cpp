@@ -201,6 +201,8 @@ void define_synth(CLI::App& app, SynthCommand& c, Terminal& terminal, Run& run) 
   });
 }
 
+CLI::Range within(const cloud::Bounds& bounds) { return {bounds.least, bounds.most}; }
+
 /// Scans and their trajectory, which is returned.
 CLI::Option* add_scans(CLI::App& app, MapCommand& c) {
   add_input(app, "scans", c.scans, "clouds, or folders of them", command::kFileOrFolder)
@@ -216,16 +218,16 @@ void add_placing(CLI::App& app, MapCommand& c) {
       ->expected(6);
   app.add_option("--max-range-m", c.max_range_m,
                  "points farther from the sensor are left out; in its frame only [all are used]")
-      ->check(CLI::Range(1.0, 1000.0));
+      ->check(within(cloud::kMaxRangeM));
   app.add_option("--drift-m", c.drift_m, "how fast x, y, z may drift, m per 100 m [0.05]")
-      ->check(CLI::Range(1e-6, 10.0));
+      ->check(within(cloud::kDriftM));
   app.add_option("--drift-rad", c.drift_rad,
                  "how fast roll, pitch, yaw may drift, rad per 100 m [0.002]")
-      ->check(CLI::Range(1e-8, 0.1));
+      ->check(within(cloud::kDriftRad));
   add_outliers(app, c.outliers);
   app.add_option("--voxel-m", c.voxel_m,
                  "thin the scans to one point per such cube (PCL) [not thinned]")
-      ->check(CLI::Range(0.005, 1.0));
+      ->check(within(cloud::kVoxelM));
 }
 
 CLI::Option* add_base(CLI::App& app, MapCommand& c) {
@@ -238,10 +240,10 @@ void add_base_or_none(CLI::App& app, MapCommand& c) {
             "no base: the road is made along this line, CSV x_m,y_m,z_m,half_width_m")
       ->excludes(base);
   app.add_option("--v-max-m", c.v_max_m, "without a base: how far to both sides of the line [10]")
-      ->check(CLI::Range(1.0, 100.0))
+      ->check(within(cloud::kVMaxM))
       ->excludes(base);
   app.add_option("--node-m", c.node_m, "without a base: between the nodes of the road [0.1]")
-      ->check(CLI::Range(0.01, 1.0))
+      ->check(within(cloud::kNodeM))
       ->excludes(base);
 }
 
@@ -249,7 +251,7 @@ void add_base_or_none(CLI::App& app, MapCommand& c) {
 void add_fusion(CLI::App& app, MapCommand& c) {
   app.add_option("--min-points", c.min_points,
                  "a node with fewer points keeps the base, or is a hole [1]")
-      ->check(CLI::Range(1, 1000));
+      ->check(CLI::Range(cloud::kLeastMinPoints, cloud::kMostMinPoints));
   add_choice(app, "--unit", c.base_unit, "of a base mesh [found]",
              {"m", "cm", "mm", "ft", "inch", "yard"});
   add_choice(app, "--up", c.base_up, "axis of a base mesh that points up [found]", {"y", "z"});
@@ -258,9 +260,9 @@ void add_fusion(CLI::App& app, MapCommand& c) {
   add_choice(app, "--cloud-unit", c.unit, "of the clouds [as the file says, else m]",
              {"m", "ft", "us-ft", "cm", "mm"});
   app.add_option("--base-stddev-m", c.base_stddev_m, "of the base's heights [0.02]")
-      ->check(CLI::Range(1e-4, 10.0));
+      ->check(within(cloud::kBaseStddevM));
   app.add_option("--gate-m", c.gate_m, "points farther above or below the base are no road [0.5]")
-      ->check(CLI::Range(0.05, 5.0));
+      ->check(within(cloud::kGateM));
 }
 
 CLI::Option* add_results(CLI::App& app, MapCommand& c, const char* folder) {
@@ -288,12 +290,11 @@ void define_map(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_results(*map, c, "folder for the results, made if missing")->required();
   add_threads(*map, c.threads);
   map->footer(
-      "Example:\n  lidar2mesh map scans --trajectory scans/trajectory.csv --base track.crg -o "
-      "out\n\n"
+      "Example:\n  lidar2mesh map scans --trajectory t.csv --base track.crg -o out\n\n"
       "Exit code 3 when the drift from the base did not converge, or when the same ground lies at\n"
       "different heights as seen from different places.");
   map->callback([&, map] {
-    c.options = command::options_used(*map);
+    c.options = command::options_used(*map), c.program = program();
     run = [&] { return run_map(c, terminal); };
   });
 }
@@ -310,7 +311,7 @@ void define_grid(CLI::App& app, MapCommand& c, Terminal& terminal, Run& run) {
   add_threads(*grid, c.threads);
   grid->footer("Example:\n  lidar2mesh grid survey.las --base track.crg -o out");
   grid->callback([&, grid] {
-    c.options = command::options_used(*grid);
+    c.options = command::options_used(*grid), c.program = program();
     c.frame = "map", c.correct_drift = false;
     run = [&] { return run_map(c, terminal); };
   });

@@ -1,72 +1,65 @@
-#include "base/output_set.h"
-#include "cloud/base_road.h"
-#include "cloud/error.h"
-#include "cloud/map.h"
+#include <fmt/format.h>
+
 #include "commands.h"
-#include "map_inputs.h"
-#include "map_scans.h"
-#include "write_map.h"
 
 namespace lidar2mesh {
 namespace {
 
-/// Without a base: a first road along the given line or the trajectory's first lap.
-crg::Crg road_from_points(const MapCommand& command, const cloud::CloudSource& source,
-                          const cloud::Trajectory* trajectory) {
-  cloud::BaseRoadOptions options;
-  options.v_max_m = command.v_max_m, options.u_step_m = options.v_step_m = command.node_m,
-  options.threads = command.threads;
-  if (!command.centreline.empty())
-    return cloud::base_from_points(source, road::read_centreline_csv(command.centreline),
-                                   trajectory, options);
-  if (trajectory == nullptr)
-    throw cloud::Error(
-        "a road to refine (--base), or a line to make one along (--centreline, or the --trajectory "
-        "of the scans) is wanted");
-  return cloud::base_from_points(source, cloud::driven_line(*trajectory), trajectory, options);
-}
-
-/// Where a stage of the map ends that begins at `begin`, as shares of its way: those that read the
-/// scans take their time.
-double end_of_stage(const std::string& name, double begin) {
-  if (name == "look at the points") return 0.25;
-  if (name == "look at the straightened points") return 0.6;
-  if (name == "heights of the nodes") return 0.9;
-  return begin;
+void print_result(const MapCommand& command, const cloud::Refined& refined, Terminal& terminal) {
+  const cloud::MapReport& facts = refined.facts;
+  terminal.print(fmt::format("{} points read, {} used; {:.1f} % of the nodes come from points\n",
+                             facts.points, facts.used, 100.0 * facts.coverage));
+  if (command.correct_drift) {
+    terminal.print(
+        fmt::format("drift: {} after {} rounds over {} sections in {} passes\n",
+                    facts.converged ? "converged"
+                    : command.base.empty()
+                        ? fmt::format("still moving by {:.1f} mm a round", 1e3 * facts.last_move_m)
+                        : "NOT converged",
+                    facts.iterations, facts.sections, facts.passes));
+    if (command.base.empty())
+      terminal.print(
+          fmt::format("where the road lies is the trajectory's word: about {:.0f} mm in height\n",
+                      1e3 * facts.typical_stddev[2]));
+    if (!command.base.empty())
+      terminal.print(fmt::format(
+          "against the base {:.1f} -> {:.1f} mm, {:.0f} % of its cells believed\n",
+          1e3 * facts.rms_before_m, 1e3 * facts.rms_after_m, 100.0 * facts.inlier_share));
+    if (facts.passes > 1)
+      terminal.print(fmt::format("between passes {:.1f} -> {:.1f} mm\n",
+                                 1e3 * facts.pass_rms_before_m, 1e3 * facts.pass_rms_after_m));
+    if (facts.left_out_nodes > 0)
+      terminal.print(fmt::format(
+          "one pass left out: 90 % intervals held {:.1f} % of its {} nodes; the points' own "
+          "deviations were multiplied by {:.2f}\n",
+          100.0 * facts.left_out_within_90, facts.left_out_nodes, facts.noise_factor));
+    for (const std::string& direction : facts.unfixed)
+      terminal.print(fmt::format(
+          "note: {} is hardly fixed by the data (typical deviation in summary.json)\n", direction));
+  }
+  terminal.print(
+      fmt::format("heights changed by {:.1f} mm (median), {:.1f} mm (99 %), {:.1f} mm at most\n",
+                  1e3 * facts.changed_p50_m, 1e3 * facts.changed_p99_m, 1e3 * facts.changed_max_m));
+  for (const std::string& remark : facts.remarks)
+    terminal.print(fmt::format("note: {}\n", one_line(remark)));
+  terminal.print(fmt::format("road     {}\nsummary  {}\n", refined.crg_path, refined.summary_path));
 }
 
 }  // namespace
 
-int run_map(const MapCommand& command, Terminal& terminal) {
-  const bool in_map = points_lie_in_map(command), with_base = !command.base.empty();
-  const std::vector<std::string> files = scan_files(command);
-  std::vector<road::InputFile> inputs = inputs_of(command, in_map);
-  cloud::Trajectory trajectory;
-  if (!in_map)
-    trajectory = cloud::read_trajectory(command.trajectory, sensor_in_poses(command.extrinsic));
-  const cloud::Trajectory* const poses = in_map ? nullptr : &trajectory;
-  const cloud::FilterOptions filter = filter_options(command.outliers, command.voxel_m);
-  base::OutputSet outputs(command.output_dir, "lidar2mesh map");
+int show_map(const MapCommand& command, const cloud::Refined& refined, Terminal& terminal) {
+  if (terminal.json)
+    terminal.print(refined.summary_json);
+  else
+    print_result(command, refined, terminal);
+  if (const std::string why = cloud::why_not_usable(refined); !why.empty())
+    throw command::NotValid(why);
+  return kOk;
+}
 
-  const base::Progress progress = terminal.progress();
-  MapScans scans(command, files, progress);
-  cloud::FilterReport left_out;
-  const cloud::CloudSource source =
-      filter.wanted() ? cloud::filtered(scans.source(), poses, filter, &left_out) : scans.source();
-  const double first = with_base ? 0.0 : 0.15;  // share of the way
-  scans.enter("look for the road", 0.0, first);
-  const crg::Crg base =
-      with_base ? read_base(command, inputs) : road_from_points(command, source, poses);
-  cloud::MapOptions options = map_options(command);
-  options.progress = [&](const std::string& stage, double share) {
-    const double begin = first + (1.0 - first) * share;
-    scans.enter(stage, begin, first + (1.0 - first) * end_of_stage(stage, share));
-    progress(stage, begin);
-  };
-  const cloud::MapResult result = with_base ? cloud::map_clouds(source, base, poses, options)
-                                            : cloud::map_without_base(source, base, poses, options);
-  return hand_out_map(command, base, result, remarks_of(scans.remarks(), filter, left_out), inputs,
-                      outputs, terminal);
+int run_map(const MapCommand& command, Terminal& terminal) {
+  want_outliers(command.outliers);
+  return show_map(command, cloud::refine(command, terminal.progress()), terminal);
 }
 
 }  // namespace lidar2mesh

@@ -6,7 +6,6 @@
 #include "base/output_set.h"
 #include "cloud/error.h"
 #include "split_folder.h"
-#include "write_map.h"
 
 namespace lidar2mesh {
 namespace {
@@ -76,8 +75,11 @@ int run_merge(const MergeCommand& command, Terminal& terminal) {
   made.base = split.path(kSplitBase);
   made.options = split.options();
   made.options.insert(made.options.end(), command.map.options.begin(), command.map.options.end());
-  return hand_out_map(made, split.base(), result, split.remarks(), split.inputs(), *outputs,
-                      terminal);
+  made.program = program();
+  return show_map(made,
+                  cloud::write_refined(made, split.base(), result, split.remarks(), split.inputs(),
+                                       *outputs, terminal.progress()),
+                  terminal);
 }
 
 }  // namespace lidar2mesh

@@ -1,26 +1,29 @@
-// What results rest on: the bytes of every file that was read and every option.
+// What results rest on, as JSON of these commands.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "road/summary.h"
+#include "cloud/provenance.h"
+#include "command/version.h"
 
 namespace lidar2mesh {
 
-/// Name and value, as command::options_used() tells them.
-using Options = std::vector<std::pair<std::string, std::string>>;
+using cloud::hashed, cloud::Options;
 
-/// A file, or the clouds of a folder, with their hashes; nothing for an empty path.
-std::vector<road::InputFile> hashed(const std::string& role, const std::string& path);
+inline std::string program() { return std::string("lidar2mesh ") + command::version(); }
 
 /// schema, program, inputs (role, path, sha256), options: the head of every summary.
-nlohmann::ordered_json head_of(const std::vector<road::InputFile>& inputs, const Options& options);
+inline nlohmann::ordered_json head_of(const std::vector<road::InputFile>& inputs,
+                                      const Options& options) {
+  return nlohmann::ordered_json::parse(cloud::head_json(program(), inputs, options));
+}
 
 /// The same as lines for the header of a cloud.
-std::vector<std::string> comments_of(const std::vector<road::InputFile>& inputs,
-                                     const Options& options);
+inline std::vector<std::string> comments_of(const std::vector<road::InputFile>& inputs,
+                                            const Options& options) {
+  return cloud::comments_of(program(), inputs, options);
+}
 
 }  // namespace lidar2mesh

@@ -11,8 +11,6 @@
 #include "base/write_file.h"
 #include "cloud/error.h"
 #include "cloud/map_tiles.h"
-#include "map_inputs.h"
-#include "map_scans.h"
 #include "split_folder.h"
 
 namespace lidar2mesh {
@@ -120,22 +118,23 @@ std::size_t cut(const cloud::CloudSource& source, cloud::TileCut& cut, std::size
 
 int run_split(const SplitCommand& command, Terminal& terminal) {
   const MapCommand& map = command.map;
-  const std::vector<std::string> clouds = scan_files(map);
-  std::vector<road::InputFile> inputs = inputs_of(map, false);
+  const std::vector<std::string> clouds = cloud::scan_files(map);
+  std::vector<road::InputFile> inputs = cloud::inputs_of(map, false);
   const cloud::Trajectory trajectory =
-      cloud::read_trajectory(map.trajectory, sensor_in_poses(map.extrinsic));
-  const cloud::FilterOptions filter = filter_options(map.outliers, map.voxel_m);
+      cloud::read_trajectory(map.trajectory, cloud::sensor_in_poses(map.extrinsic));
+  want_outliers(map.outliers);
+  const cloud::FilterOptions filter = cloud::filter_options(map.outliers, map.voxel_m);
   base::OutputSet outputs(map.output_dir, "lidar2mesh split");
-  const crg::Crg base = read_base(map, inputs);
+  const crg::Crg base = cloud::read_base(map, inputs);
   write_base(map, base, outputs.staged(kSplitBase));
   base::write_file(outputs.staged(kSplitTrajectory), base::read_file(map.trajectory));
 
   cloud::TileCut tile_cut(base, trajectory, static_cast<std::size_t>(command.tiles));
-  MapScans scans(map, clouds, terminal.progress());
+  cloud::MapScans scans(map, clouds, terminal.progress());
   scans.enter("split", 0.0, 1.0);
   cloud::FilterReport left_out;
   TileFiles files(outputs, tile_cut.stretches().size());
-  const auto every = static_cast<std::size_t>(map_options(map).estimate_every);
+  const auto every = static_cast<std::size_t>(cloud::map_options(map).estimate_every);
   const std::size_t points =
       cut(filter.wanted() ? cloud::filtered(scans.source(), &trajectory, filter, &left_out)
                           : scans.source(),
@@ -156,7 +155,7 @@ int run_split(const SplitCommand& command, Terminal& terminal) {
   out["settings"] = settings_of(map);
   out["base_sha256"] = base::sha256_of_file(outputs.staged(kSplitBase));
   out["trajectory_sha256"] = base::sha256_of_file(outputs.staged(kSplitTrajectory));
-  out["remarks"] = remarks_of(scans.remarks(), filter, left_out);
+  out["remarks"] = cloud::remarks_of(scans.remarks(), filter, left_out);
   const std::string text = base::json_text(out);
   base::write_file(outputs.staged(kSplitFile), text);
   outputs.commit("split");

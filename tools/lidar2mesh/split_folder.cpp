@@ -11,8 +11,6 @@
 #include "cloud/error.h"
 #include "cloud/read_cloud.h"
 #include "crg/options.h"
-#include "map_inputs.h"
-#include "map_scans.h"
 
 namespace lidar2mesh {
 namespace {
@@ -117,8 +115,9 @@ SplitFolder::SplitFolder(const std::string& folder) : folder_(folder) {
       throw cloud::Error(path(name) +
                          ": not the file that was split; run 'lidar2mesh split' again");
   base_ = crg::apply_modifiers(crg::read(path(kSplitBase)));
-  trajectory_ = cloud::read_trajectory(path(kSplitTrajectory), sensor_in_poses(command.extrinsic));
-  map_options_ = lidar2mesh::map_options(command);
+  trajectory_ =
+      cloud::read_trajectory(path(kSplitTrajectory), cloud::sensor_in_poses(command.extrinsic));
+  map_options_ = cloud::map_options(command);
 }
 
 cloud::CloudSource SplitFolder::points(std::size_t tile, bool all) const {

@@ -14,7 +14,6 @@
 #include "cloud/tiles.h"
 #include "cloud/trajectory.h"
 #include "commands.h"
-#include "map_scans.h"
 
 namespace lidar2mesh {
 namespace {
@@ -40,7 +39,8 @@ struct Pass {
 class Placer {
  public:
   explicit Placer(const TilesCommand& command)
-      : poses_(cloud::read_trajectory(command.trajectory, sensor_in_poses(command.extrinsic))) {
+      : poses_(
+            cloud::read_trajectory(command.trajectory, cloud::sensor_in_poses(command.extrinsic))) {
     for (std::size_t k = 0; k < poses_.size(); ++k) {
       if (passes.empty() || poses_.piece[k] != poses_.piece[k - 1])
         passes.push_back({command.trajectory, poses_.time_s[k], poses_.time_s[k]});

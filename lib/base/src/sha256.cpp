@@ -1,7 +1,9 @@
 #include "base/sha256.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <openssl/evp.h>
+#include <sys/auxv.h>
 
 #include <array>
 #include <cerrno>
@@ -73,7 +75,15 @@ std::string sha256_of_file(const std::string& path) {
 }
 
 const std::string& sha256_of_program() {
-  static const std::string hash = sha256_of_file("/proc/self/exe");
+  static const std::string hash = [] {
+    // In a Python module the running program is the interpreter: not that, but the file that this
+    // code was loaded from.
+    Dl_info here{}, program{};
+    const bool known = ::dladdr(reinterpret_cast<void*>(&sha256_of_program), &here) != 0 &&
+                       ::dladdr(reinterpret_cast<void*>(::getauxval(AT_PHDR)), &program) != 0;
+    const bool in_module = known && here.dli_fbase != program.dli_fbase;
+    return sha256_of_file(in_module ? here.dli_fname : "/proc/self/exe");
+  }();
   return hash;
 }
 

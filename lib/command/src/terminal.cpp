@@ -56,17 +56,6 @@ void write_to(std::FILE* file, std::string_view text) {
 
 }  // namespace
 
-std::string shell_word(const std::string& word) {
-  const auto plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-           std::string_view("/._-+,:=@%").find(c) != std::string_view::npos;
-  };
-  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 Terminal::Terminal(std::string tool) : tool_(std::move(tool)) {}
 
 Terminal::~Terminal() {

@@ -10,6 +10,7 @@
 
 #include "base/one_line.h"
 #include "base/progress.h"
+#include "base/shell_word.h"
 
 namespace command {
 
@@ -76,9 +77,6 @@ class Terminal {
   bool done_ = false, visible_ = false;
 };
 
-using base::one_line;
-
-/// A path or another word as a shell takes it: in quotes where it needs them.
-std::string shell_word(const std::string& word);
+using base::one_line, base::shell_word;
 
 }  // namespace command

@@ -6,7 +6,7 @@
 #include "base/read_file.h"
 #include "base/write_file.h"
 
-namespace crgexplain {
+namespace explain {
 
 namespace fs = std::filesystem;
 
@@ -47,4 +47,4 @@ void Stages::keep(const std::string& stage, const std::string& bytes) const {
 
 void Stages::done() const { fs::remove_all(folder_); }
 
-}  // namespace crgexplain
+}  // namespace explain

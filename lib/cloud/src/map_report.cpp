@@ -13,7 +13,7 @@
 #include "report/track_report.h"
 #include "road/write_report.h"
 
-namespace lidar2mesh {
+namespace cloud {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -22,10 +22,10 @@ std::string millimetres(double metres) { return fmt::format("{:.2f} mm", 1e3 * m
 
 /// A value of the drift of one pass over the report's stations; linear between its own, NaN where
 /// the pass did not drive.
-std::vector<float> along(const cloud::MapReport& facts, int pass, std::size_t entry,
+std::vector<float> along(const MapReport& facts, int pass, std::size_t entry,
                          const report::TrackReport& page, std::size_t count) {
   std::vector<std::pair<double, double>> at;
-  for (const cloud::DriftStation& s : facts.drift)
+  for (const DriftStation& s : facts.drift)
     if (s.pass == pass) at.emplace_back(s.u_m, s.correction[entry]);
   std::sort(at.begin(), at.end());
   std::vector<float> values(count, kNaN);
@@ -42,7 +42,7 @@ std::vector<float> along(const cloud::MapReport& facts, int pass, std::size_t en
   return values;
 }
 
-report::ExtraSection coverage(const cloud::MapReport& facts) {
+report::ExtraSection coverage(const MapReport& facts) {
   const double road = std::max<double>(1.0, static_cast<double>(facts.nodes - facts.nodes_hole));
   const auto share = [&](std::size_t nodes) {
     return fmt::format("{:.2f} % ({} nodes)", 100.0 * static_cast<double>(nodes) / road, nodes);
@@ -70,7 +70,7 @@ report::ExtraSection coverage(const cloud::MapReport& facts) {
   return section;
 }
 
-report::ExtraSection registration(const cloud::MapReport& facts) {
+report::ExtraSection registration(const MapReport& facts) {
   report::ExtraSection section;
   section.title = "The trajectory's drift";
   section.sentences = {
@@ -116,7 +116,7 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
                                         const crg::Crg& refined, const crg::Grid& source) {
   report::ExtraSection section;
   section.title = "Kerbs before and after";
-  const cloud::RoadFrame before(base), after(refined);
+  const RoadFrame before(base), after(refined);
   for (const report::KerbView& kerb : page.kerbs) {
     if (section.plots.size() == 24) break;
     const double u = 0.5 * (kerb.u_begin_m + kerb.u_end_m);
@@ -130,7 +130,7 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
     for (std::size_t j = 0; j < after.columns(); ++j) {
       const double v = after.v_m()[j];
       if (v < kerb.v_begin_m - 1.0 || v > kerb.v_end_m + 1.0) continue;
-      touched |= source.at(row, j) == static_cast<float>(cloud::NodeSource::lidar);
+      touched |= source.at(row, j) == static_cast<float>(NodeSource::lidar);
       plot.at_v_m.push_back(v);
       base_z.push_back(static_cast<double>(before.node(row, j)) + before.z_origin_m());
       refined_z.push_back(static_cast<double>(after.node(row, j)) + after.z_origin_m());
@@ -152,7 +152,7 @@ report::ExtraSection kerbs_before_after(const report::TrackReport& page, const c
 }  // namespace
 
 void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, const crg::Crg& refined,
-                      const crg::Grid& source, const cloud::MapReport& facts,
+                      const crg::Grid& source, const MapReport& facts,
                       const std::vector<road::InputFile>& inputs, unsigned threads) {
   road::ReportRequest request;
   request.crg_path = outputs.staged("refined.crg");
@@ -191,4 +191,4 @@ void write_map_report(const base::OutputSet& outputs, const crg::Crg& base, cons
     base::write_file(outputs.staged("report.html"), report::report_page(page));
 }
 
-}  // namespace lidar2mesh
+}  // namespace cloud

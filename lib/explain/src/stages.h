@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace crgexplain {
+namespace explain {
 
 /// Keeps what finished stages gave in FOLDER/.unfinished, each in a file of its own named after the
 /// stage and `inputs`, a hash of everything that the result depends on. A run that is killed leaves
@@ -38,4 +38,4 @@ class Stages {
   std::string folder_, inputs_;
 };
 
-}  // namespace crgexplain
+}  // namespace explain

@@ -7,21 +7,21 @@
 #include "run_steps.h"
 #include "vehicle/error.h"
 
-namespace crgexplain {
+namespace explain {
 namespace {
 
 /// The corrected inputs, as they are called in the folder of the result.
 std::vector<std::string> corrected_names() {
   std::vector<std::string> out{"track.crg", "friction.crg", "vehicle.yaml", "mapping.yaml"};
-  out.insert(out.end(), explain::kCarFiles.begin(), explain::kCarFiles.end());
+  out.insert(out.end(), kCarFiles.begin(), kCarFiles.end());
   return out;
 }
 
 /// With the columns of the log: it has latitudes, no "east of origin".
-explain::Mapping as_given(explain::Mapping mapping, const explain::Mapping& given) {
+Mapping as_given(Mapping mapping, const Mapping& given) {
   if (!mapping.has_origin) return mapping;
-  for (explain::ColumnMapping& m : mapping.columns)
-    for (const explain::ColumnMapping& g : given.columns) {
+  for (ColumnMapping& m : mapping.columns)
+    for (const ColumnMapping& g : given.columns) {
       const bool east = m.column.starts_with("east of origin") && g.channel == "latitude_rad";
       const bool north = m.column.starts_with("north of origin") && g.channel == "longitude_rad";
       if (east || north)
@@ -43,24 +43,23 @@ void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::stri
     }
 }
 
-void write_car(const explain::CorrectedCar& car, const std::string& folder) {
+void write_car(const CorrectedCar& car, const std::string& folder) {
   for (const auto& [name, text] : car.files) base::write_file(folder + "/" + name, text);
   base::write_file(folder + "/vehicle.yaml", car.vehicle_yaml);
 }
 
-Corrected write_corrected(const RunCommand& command, const std::string& folder, const Road& stated,
-                          const vehicle::Vehicle& car, const Recordings& recordings,
-                          const explain::Findings& findings) {
-  Corrected out{
-      command.track_path, command.friction_path, command.vehicle_path, command.mapping_path, {},
-      command.fuel_kg};
+CorrectedFiles write_corrected(const ExplainRequest& request, const std::string& folder,
+                               const StatedRoad& stated, const vehicle::Vehicle& car,
+                               const Recordings& recordings, const Findings& findings) {
+  CorrectedFiles out{
+      request.track_path, request.friction_path, request.vehicle_path, request.mapping_path, {},
+      request.fuel_kg};
   for (const std::string& name : corrected_names())
     std::filesystem::remove(std::filesystem::path(folder) / name);
   const crg::Crg& road = stated.surface.file();
-  const explain::CorrectedInputs made =
-      explain::correct({road, stated.friction ? &*stated.friction : nullptr, command.vehicle_path,
-                        car, recordings.recorded},
-                       findings, recordings.logs);
+  const CorrectedInputs made = correct({road, stated.friction ? &*stated.friction : nullptr,
+                                        request.vehicle_path, car, recordings.recorded},
+                                       findings, recordings.logs);
   if (made.road) {
     out.track_path = folder + "/track.crg";
     base::write_file(out.track_path, crg::to_bytes(*made.road, road.format));
@@ -77,10 +76,9 @@ Corrected write_corrected(const RunCommand& command, const std::string& folder, 
   if (made.mapping) {
     out.mapping = made.mapping;
     out.mapping_path = folder + "/mapping.yaml";
-    base::write_file(out.mapping_path,
-                     explain::format_mapping(as_given(*made.mapping, recordings.given)));
+    base::write_file(out.mapping_path, format_mapping(as_given(*made.mapping, recordings.given)));
   }
   return out;
 }
 
-}  // namespace crgexplain
+}  // namespace explain

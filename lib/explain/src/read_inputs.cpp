@@ -11,7 +11,7 @@
 #include "vehicle/log_table.h"
 #include "vehicle/place.h"
 
-namespace crgexplain {
+namespace explain {
 namespace {
 
 using vehicle::Error;
@@ -42,7 +42,7 @@ void refuse_the_same_twice(const std::vector<std::string>& paths) {
 /// Cells that are no numbers count as empty, unless nothing is left of what the analysis cannot do
 /// without.
 void note_words(const std::string& path, const vehicle::Table& table,
-                const std::vector<std::size_t>& words, const explain::Mapping& mapping,
+                const std::vector<std::size_t>& words, const Mapping& mapping,
                 std::vector<std::string>& notes) {
   for (std::size_t c = 0; c < words.size(); ++c) {
     const auto m =
@@ -58,11 +58,11 @@ void note_words(const std::string& path, const vehicle::Table& table,
   }
 }
 
-explain::Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths,
-                               const std::vector<vehicle::Table>& tables) {
-  const explain::Mapping out = {vehicle::read_mapping(path), {}};
+Mapping given_mapping(const std::string& path, const std::vector<std::string>& paths,
+                      const std::vector<vehicle::Table>& tables) {
+  const Mapping out = {vehicle::read_mapping(path), {}};
   for (std::size_t k = 0; k < tables.size(); ++k)
-    for (const explain::ColumnMapping& m : out.columns)
+    for (const ColumnMapping& m : out.columns)
       if (tables[k].find(m.column) == nullptr)
         throw Error(fmt::format(
             "{}: no column '{}', which {} takes for {}; correct the mapping to the columns that "
@@ -77,12 +77,11 @@ explain::Mapping given_mapping(const std::string& path, const std::vector<std::s
 
 /// Canonical columns, the same in all recordings: mechanisms, the whole car and mapping.yaml know
 /// one mapping. Samples that repeat in one recording count as missing in all.
-explain::Mapping common_mapping(const std::vector<std::string>& paths,
-                                const std::vector<vehicle::Table>& tables,
-                                std::vector<std::string>& notes) {
-  explain::Mapping out;
-  const auto want = [&](const explain::Mapping& all, std::size_t here, std::size_t there) {
-    for (const explain::ColumnMapping& m : all.columns)
+Mapping common_mapping(const std::vector<std::string>& paths,
+                       const std::vector<vehicle::Table>& tables, std::vector<std::string>& notes) {
+  Mapping out;
+  const auto want = [&](const Mapping& all, std::size_t here, std::size_t there) {
+    for (const ColumnMapping& m : all.columns)
       if (tables[there].find(m.column) == nullptr)
         throw Error(
             fmt::format("{}: no column '{}', which {} has; recordings of one run want the same "
@@ -90,12 +89,12 @@ explain::Mapping common_mapping(const std::vector<std::string>& paths,
                         paths[there], m.column, paths[here]));
   };
   for (std::size_t k = 0; k < tables.size(); ++k) {
-    const explain::Mapping own = explain::identity_mapping(tables[k]);
+    const Mapping own = identity_mapping(tables[k]);
     for (const std::string& note : own.notes) notes.push_back(paths[k] + ": " + note);
     if (k == 0) out = own;
     want(out, 0, k);
     want(own, k, 0);
-    for (explain::ColumnMapping& m : out.columns)
+    for (ColumnMapping& m : out.columns)
       m.held = m.held || std::any_of(own.columns.begin(), own.columns.end(),
                                      [&](const auto& o) { return o.held && o.column == m.column; });
   }
@@ -104,7 +103,7 @@ explain::Mapping common_mapping(const std::vector<std::string>& paths,
 
 }  // namespace
 
-Road read_road(const std::string& track_path, const std::string& friction_path) {
+StatedRoad read_road(const std::string& track_path, const std::string& friction_path) {
   crg::SurfaceOptions options;
   if (!friction_path.empty()) {
     options.friction_map = crg::read(friction_path);
@@ -113,23 +112,23 @@ Road read_road(const std::string& track_path, const std::string& friction_path) 
   return {options.friction_map, crg::Surface(crg::read(track_path), options)};
 }
 
-std::vector<explain::RecordedLog> Recordings::all() const {
-  std::vector<explain::RecordedLog> out;
+std::vector<RecordedLog> Recordings::all() const {
+  std::vector<RecordedLog> out;
   for (std::size_t k = 0; k < logs.size(); ++k) out.push_back({&tables[k], &logs[k]});
   return out;
 }
 
-Recordings read_recordings(const RunCommand& command, const crg::Surface& surface,
+Recordings read_recordings(const ExplainRequest& request, const crg::Surface& surface,
                            const vehicle::Vehicle& car) {
-  const std::vector<std::string>& paths = command.recording_paths;
+  const std::vector<std::string>& paths = request.recording_paths;
   Recordings out;
   std::vector<std::vector<std::size_t>> words(paths.size());
   for (std::size_t k = 0; k < paths.size(); ++k)
     out.tables.push_back(vehicle::read_log(paths[k], &words[k]));
   refuse_the_same_twice(paths);
-  out.recorded = command.mapping_path.empty()
+  out.recorded = request.mapping_path.empty()
                      ? common_mapping(paths, out.tables, out.notes)
-                     : given_mapping(command.mapping_path, paths, out.tables);
+                     : given_mapping(request.mapping_path, paths, out.tables);
   out.given = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {  // the same columns in all
     out.recorded = out.given;
@@ -140,13 +139,13 @@ Recordings read_recordings(const RunCommand& command, const crg::Surface& surfac
     note_words(paths[k], out.tables[k], words[k], out.recorded, out.notes);
   out.read = out.recorded;
   for (std::size_t k = 0; k < paths.size(); ++k) {
-    out.logs.push_back(explain::make_signals(out.tables[k], out.recorded, surface, paths[k]));
-    if (command.fuel_kg == 0) continue;
+    out.logs.push_back(make_signals(out.tables[k], out.recorded, surface, paths[k]));
+    if (request.fuel_kg == 0) continue;
     out.read = out.recorded;
-    explain::add_fuel(out.tables[k], out.read, out.logs[k], car, command.fuel_kg);
-    out.logs[k] = explain::make_signals(out.tables[k], out.read, surface, paths[k]);
+    add_fuel(out.tables[k], out.read, out.logs[k], car, request.fuel_kg);
+    out.logs[k] = make_signals(out.tables[k], out.read, surface, paths[k]);
   }
   return out;
 }
 
-}  // namespace crgexplain
+}  // namespace explain

@@ -1,4 +1,4 @@
-#include "map_scans.h"
+#include "cloud/map_scans.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include "cloud/error.h"
 #include "cloud/read_cloud.h"
 
-namespace lidar2mesh {
+namespace cloud {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
@@ -18,7 +18,7 @@ double bytes_of(const std::string& file) {
 }
 
 /// The points no farther from the sensor than this.
-cloud::Cloud within(cloud::Cloud&& cloud, double range_m) {
+Cloud within(Cloud&& cloud, double range_m) {
   std::size_t kept = 0;
   const auto keep = [&](auto& values, std::size_t k) {
     if (!values.empty()) values[kept] = values[k];
@@ -39,6 +39,15 @@ cloud::Cloud within(cloud::Cloud&& cloud, double range_m) {
 
 }  // namespace
 
+std::optional<double> metres_per_unit(const std::string& unit) {
+  if (unit == "m") return 1.0;
+  if (unit == "cm") return 0.01;
+  if (unit == "mm") return 0.001;
+  if (unit == "ft") return 0.3048;
+  if (unit == "us-ft") return 1200.0 / 3937.0;
+  return std::nullopt;
+}
+
 Eigen::Isometry3d sensor_in_poses(const std::vector<double>& extrinsic) {
   const std::vector<double>& e = extrinsic;
   if (e.size() != 6) return Eigen::Isometry3d::Identity();
@@ -48,35 +57,35 @@ Eigen::Isometry3d sensor_in_poses(const std::vector<double>& extrinsic) {
          Eigen::AngleAxisd(e[3] * kDegree, Eigen::Vector3d::UnitX());
 }
 
-bool points_lie_in_map(const MapCommand& command) {
+bool points_lie_in_map(const RefineRequest& request) {
   const bool in_map =
-      command.frame == "map" || (command.frame.empty() && command.trajectory.empty());
-  if (!in_map && command.trajectory.empty())
-    throw cloud::Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
-  if (in_map && command.max_range_m)
-    throw cloud::Error(
+      request.frame == "map" || (request.frame.empty() && request.trajectory.empty());
+  if (!in_map && request.trajectory.empty())
+    throw Error("points in the sensor's frame need a trajectory: --trajectory T.csv");
+  if (in_map && request.max_range_m)
+    throw Error(
         "--max-range-m wants points in the sensor's frame: those in the map frame do not say from "
         "where they were measured");
   return in_map;
 }
 
-std::vector<std::string> scan_files(const MapCommand& command) {
+std::vector<std::string> scan_files(const RefineRequest& request) {
   std::vector<std::string> files;
-  for (const std::string& scan : command.scans)
-    for (const std::string& file : cloud::cloud_files(scan)) files.push_back(file);
+  for (const std::string& scan : request.scans)
+    for (const std::string& file : cloud_files(scan)) files.push_back(file);
   return files;
 }
 
-MapScans::MapScans(const MapCommand& command, std::vector<std::string> files,
+MapScans::MapScans(const RefineRequest& request, std::vector<std::string> files,
                    base::Progress progress)
-    : command_(command), files_(std::move(files)), progress_(std::move(progress)) {
-  options_.metres_per_unit = metres_per_unit(command.unit);
+    : request_(request), files_(std::move(files)), progress_(std::move(progress)) {
+  options_.metres_per_unit = metres_per_unit(request.unit);
   options_.progress = [this](double share) { show(share); };
   for (const std::string& file : files_) bytes_in_all_ += bytes_of(file);
 }
 
-cloud::CloudSource MapScans::source() {
-  return [this](const cloud::ChunkSink& sink) { read(sink); };
+CloudSource MapScans::source() {
+  return [this](const ChunkSink& sink) { read(sink); };
 }
 
 void MapScans::enter(const std::string& stage, double begin_share, double end_share) {
@@ -88,19 +97,19 @@ void MapScans::show(double share_of_file) const {
   progress_(stage_, stage_begin_ + (stage_end_ - stage_begin_) * done);
 }
 
-void MapScans::read(const cloud::ChunkSink& sink) {
-  const auto near = [&](cloud::Cloud&& chunk) {
-    if (command_.max_range_m) chunk = within(std::move(chunk), *command_.max_range_m);
+void MapScans::read(const ChunkSink& sink) {
+  const auto near = [&](Cloud&& chunk) {
+    if (request_.max_range_m) chunk = within(std::move(chunk), *request_.max_range_m);
     if (chunk.size() > 0) sink(std::move(chunk));
   };
   remarks_.clear();
   bytes_before_ = 0.0;
   for (const std::string& file : files_) {
     bytes_here_ = bytes_of(file);
-    for (const std::string& remark : cloud::read_chunks(file, options_, near).remarks)
+    for (const std::string& remark : read_chunks(file, options_, near).remarks)
       remarks_.push_back(fmt::format("{}: {}", file, remark));
     bytes_before_ += bytes_here_;
   }
 }
 
-}  // namespace lidar2mesh
+}  // namespace cloud

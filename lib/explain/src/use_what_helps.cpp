@@ -8,88 +8,86 @@
 #include "explain/simulate.h"
 #include "run_steps.h"
 
-namespace crgexplain {
+namespace explain {
 namespace {
 
 /// Places in the list of findings, in order.
 using Chosen = std::vector<std::size_t>;
 
-explain::Findings only(const explain::Findings& all, const Chosen& chosen) {
-  explain::Findings out = all;
+Findings only(const Findings& all, const Chosen& chosen) {
+  Findings out = all;
   out.findings.clear();
   for (const std::size_t k : chosen) out.findings.push_back(all.findings[k]);
   return out;
 }
 
-bool moves_the_car(const RunCommand& command, const Corrected& now) {
-  return now.track_path != command.track_path || now.friction_path != command.friction_path ||
-         now.vehicle_path != command.vehicle_path;
+bool moves_the_car(const ExplainRequest& request, const CorrectedFiles& now) {
+  return now.track_path != request.track_path || now.friction_path != request.friction_path ||
+         now.vehicle_path != request.vehicle_path;
 }
 
 /// What drives once before and after.
 struct Trial {
-  const RunCommand& command;
-  const Road& road;
+  const ExplainRequest& request;
+  const StatedRoad& road;
   const vehicle::Vehicle& car;
   const Recordings& recordings;
   const Stages& stages;
-  const explain::Findings& findings;
+  const Findings& findings;
 };
 
 /// The columns that the corrected car is driven with: fuel that was given stays, fuel that was
 /// found is added to the tables.
-explain::Mapping driven_columns(const Trial& trial, const vehicle::Vehicle& improved,
-                                const Corrected& corrected, std::vector<vehicle::Table>& tables) {
+Mapping driven_columns(const Trial& trial, const vehicle::Vehicle& improved,
+                       const CorrectedFiles& corrected, std::vector<vehicle::Table>& tables) {
   const Recordings& recordings = trial.recordings;
-  const explain::Mapping recorded = corrected.mapping ? *corrected.mapping : recordings.recorded;
-  explain::Mapping out = recorded;
-  if (trial.command.fuel_kg > 0) out.columns.push_back(recordings.read.columns.back());
-  if (corrected.fuel_kg > trial.command.fuel_kg)
+  const Mapping recorded = corrected.mapping ? *corrected.mapping : recordings.recorded;
+  Mapping out = recorded;
+  if (trial.request.fuel_kg > 0) out.columns.push_back(recordings.read.columns.back());
+  if (corrected.fuel_kg > trial.request.fuel_kg)
     for (std::size_t k = 0; k < recordings.logs.size(); ++k) {
       out = recorded;
-      explain::add_fuel(tables[k], out, recordings.logs[k], improved, corrected.fuel_kg);
+      add_fuel(tables[k], out, recordings.logs[k], improved, corrected.fuel_kg);
     }
   return out;
 }
 
 struct Outcome {
-  explain::SimulationCheck check;
+  SimulationCheck check;
   std::string why_not;  ///< empty: use them
 };
 
 /// The whole simulated car with the stated inputs, and with those that these findings correct.
 Outcome drive(const Trial& trial, const Chosen& chosen) {
-  const RunCommand& command = trial.command;
-  const Corrected corrected =
-      write_corrected(command, trial.stages.scratch(), trial.road, trial.car, trial.recordings,
+  const ExplainRequest& request = trial.request;
+  const CorrectedFiles corrected =
+      write_corrected(request, trial.stages.scratch(), trial.road, trial.car, trial.recordings,
                       only(trial.findings, chosen));
   const vehicle::Vehicle improved = vehicle::read_vehicle(corrected.vehicle_path);
-  const Road changed = read_road(corrected.track_path, corrected.friction_path);
+  const StatedRoad changed = read_road(corrected.track_path, corrected.friction_path);
   std::vector<vehicle::Table> tables = trial.recordings.tables;
-  const explain::Mapping columns = driven_columns(trial, improved, corrected, tables);
-  std::vector<explain::RecordedLog> logs;
+  const Mapping columns = driven_columns(trial, improved, corrected, tables);
+  std::vector<RecordedLog> logs;
   for (std::size_t k = 0; k < tables.size(); ++k)
     logs.push_back({&tables[k], &trial.recordings.logs[k]});
   std::string after_name = "refit after";
   if (chosen.size() < trial.findings.findings.size())
     for (const std::size_t k : chosen) after_name += fmt::format(" {}", k + 1);
-  const auto refit = [&](bool after, const std::function<explain::RefittedCar()>& make) {
-    return trial.stages.get<explain::RefittedCar>(
-        after ? after_name : "refit before", make, explain::car_from_bytes,
-        [](const auto& c) { return explain::to_bytes(c); });
+  const auto refit = [&](bool after, const std::function<RefittedCar()>& make) {
+    return trial.stages.get<RefittedCar>(after ? after_name : "refit before", make, car_from_bytes,
+                                         [](const auto& c) { return to_bytes(c); });
   };
   Outcome out;
-  out.check =
-      explain::check_simulation(logs, {&trial.car, &trial.road.surface, trial.recordings.read},
-                                {&improved, &changed.surface, columns},
-                                {command.hold_out.begin(), command.hold_out.end()}, refit);
-  out.why_not = explain::why_not_used(out.check, moves_the_car(command, corrected));
+  out.check = check_simulation(logs, {&trial.car, &trial.road.surface, trial.recordings.read},
+                               {&improved, &changed.surface, columns},
+                               {request.hold_out.begin(), request.hold_out.end()}, refit);
+  out.why_not = why_not_used(out.check, moves_the_car(request, corrected));
   return out;
 }
 
 /// All together if the whole car is the better for it; else those with which it is one by one, less
 /// the last as long as together they are not. The others are told why not.
-Chosen what_helps(const Trial& trial, explain::Findings& findings, const base::Progress& progress,
+Chosen what_helps(const Trial& trial, Findings& findings, const base::Progress& progress,
                   Outcome& outcome) {
   Chosen chosen(findings.findings.size());
   std::iota(chosen.begin(), chosen.end(), std::size_t{0});
@@ -121,30 +119,31 @@ Chosen what_helps(const Trial& trial, explain::Findings& findings, const base::P
 
 }  // namespace
 
-Corrected use_what_helps(const RunCommand& command, const Road& road, const vehicle::Vehicle& car,
-                         const Recordings& recordings, const Stages& stages,
-                         const base::Progress& progress, explain::Findings& findings) {
+CorrectedFiles use_what_helps(const ExplainRequest& request, const StatedRoad& road,
+                              const vehicle::Vehicle& car, const Recordings& recordings,
+                              const Stages& stages, const base::Progress& progress,
+                              Findings& findings) {
   progress("the whole simulated car, before and after", 0.0);
   Outcome outcome;
-  const explain::Findings all = findings;
+  const Findings all = findings;
   const Chosen used =
-      what_helps({command, road, car, recordings, stages, all}, findings, progress, outcome);
-  const explain::SimulationCheck& check = outcome.check;
-  for (explain::Finding& f : findings.findings)
+      what_helps({request, road, car, recordings, stages, all}, findings, progress, outcome);
+  const SimulationCheck& check = outcome.check;
+  for (Finding& f : findings.findings)
     f.held_out.insert(f.held_out.end(), check.held_out.begin(), check.held_out.end());
   findings.remarks.insert(findings.remarks.end(), check.remarks.begin(), check.remarks.end());
   findings.driven = check.driven;
   findings.recorded_lap_s = check.recorded_lap_s;
   if (std::isfinite(check.lap_before_s)) findings.simulated_lap_before_s = check.lap_before_s;
   if (std::isfinite(check.lap_after_s)) findings.simulated_lap_after_s = check.lap_after_s;
-  const explain::Findings chosen = only(findings, used);
-  Corrected corrected = write_corrected(command, command.out_path, road, car, recordings, chosen);
-  if (corrected.vehicle_path != command.vehicle_path && check.after &&
+  const Findings chosen = only(findings, used);
+  CorrectedFiles corrected =
+      write_corrected(request, request.out_path, road, car, recordings, chosen);
+  if (corrected.vehicle_path != request.vehicle_path && check.after &&
       !check.after->changed.empty())
-    write_car(*explain::corrected_vehicle(command.vehicle_path, car, chosen, recordings.logs,
-                                          &*check.after),
-              command.out_path);
+    write_car(*corrected_vehicle(request.vehicle_path, car, chosen, recordings.logs, &*check.after),
+              request.out_path);
   return corrected;
 }
 
-}  // namespace crgexplain
+}  // namespace explain

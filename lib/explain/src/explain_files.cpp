@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "base/output_set.h"
+#include "base/sha256.h"
+#include "base/write_file.h"
+#include "crg/file.h"
+#include "explain/explain.h"
+#include "explain/kept.h"
+#include "explain/page.h"
+#include "run_steps.h"
+#include "vehicle/error.h"
+
+namespace explain {
+namespace {
+
+/// Every file that is read. A name may be empty: that input was not given.
+std::vector<std::string> inputs_of(const ExplainRequest& request, const vehicle::Vehicle& car) {
+  std::vector<std::string> out = car.read_files;
+  out.insert(out.end(), {request.track_path, request.friction_path, request.mapping_path});
+  out.insert(out.end(), request.recording_paths.begin(), request.recording_paths.end());
+  return out;
+}
+
+/// Everything that the result depends on: this program, names and bytes of all inputs, options.
+std::string hash_of(const ExplainRequest& request, const std::vector<std::string>& inputs) {
+  std::string all = base::sha256_of_program();
+  for (const std::string& input : inputs)
+    if (!input.empty()) all += fmt::format("\n{} {}", input, base::sha256_of_file(input));
+  all +=
+      fmt::format("\n{} {} {}", request.nulls, fmt::join(request.hold_out, ","), request.fuel_kg);
+  return base::sha256(all);
+}
+
+/// What the command line refuses as well.
+void want_bounds(const ExplainRequest& request) {
+  if (!std::isfinite(request.fuel_kg))
+    throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
+  if (request.fuel_kg < 0 || request.fuel_kg > kMostFuelKg)
+    throw vehicle::Error(
+        fmt::format("--fuel-kg {:g} seen, 0 to {:g} wanted", request.fuel_kg, kMostFuelKg));
+  if (request.nulls < kLeastNulls || request.nulls > kMostNulls)
+    throw vehicle::Error(
+        fmt::format("--nulls {} seen, {} to {} wanted", request.nulls, kLeastNulls, kMostNulls));
+  for (const int lap : request.hold_out)
+    if (lap < 0) throw vehicle::Error(fmt::format("--hold-out {} seen, 0 or more wanted", lap));
+  if (request.recording_paths.empty())
+    throw vehicle::Error("no recording is given; one log or more is wanted");
+}
+
+/// Laps that are held out exist, and some stay to find something with.
+void want_laps(const std::vector<int>& hold_out, const std::vector<Signals>& logs) {
+  int laps = 0;
+  for (const Signals& log : logs) laps += log.lap.empty() ? 1 : log.lap.back() + 1;
+  const std::set<int> held(hold_out.begin(), hold_out.end());
+  if (!held.empty() && *held.rbegin() >= laps)
+    throw vehicle::Error(fmt::format(
+        "--hold-out {}: no such lap; these recordings have laps 0 to {}, begun ones too",
+        *held.rbegin(), laps - 1));
+  if (static_cast<int>(held.size()) == laps)
+    throw vehicle::Error(
+        fmt::format("--hold-out {}: all laps that there are; leave some to find something with",
+                    fmt::join(held, ",")));
+}
+
+}  // namespace
+
+ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress& progress,
+                             const std::function<void(const std::string&)>& remark) {
+  want_bounds(request);
+  const vehicle::Vehicle car = vehicle::read_vehicle(request.vehicle_path);
+  if (!car.files.steering.empty())
+    throw vehicle::Error(fmt::format(
+        "{}: has a steering map, but crgexplain reckons with a constant ratio; wanted a vehicle "
+        "with steering.ratio alone, and logs with the road wheels' angle steer_rad",
+        request.vehicle_path));
+  const std::vector<std::string> inputs = inputs_of(request, car);
+  refuse_to_overwrite(inputs, request.out_path);
+  const StatedRoad road = read_road(request.track_path, request.friction_path);
+  const Recordings recordings = read_recordings(request, road.surface, car);
+  want_laps(request.hold_out, recordings.logs);
+  const base::FolderLock lock(request.out_path, "crgexplain run");
+
+  const Stages stages(request.out_path, hash_of(request, inputs));
+  if (const auto taken = stages.taken_up(); !taken.empty() && remark)
+    remark(fmt::format("goes on where a run was stopped; finished: {}", fmt::join(taken, ", ")));
+  const auto find = [&] {
+    return explain({recordings.logs, recordings.all(), recordings.read, road.surface, car},
+                   {.hold_out = {request.hold_out.begin(), request.hold_out.end()},
+                    .threads = request.threads,
+                    .nulls = request.nulls,
+                    .progress = progress});
+  };
+  ExplainedFiles out;
+  Findings& findings = out.findings;
+  findings = stages.get<Findings>("relations", find, findings_from_bytes,
+                                  [](const auto& f) { return to_bytes(f); });
+  findings.remarks.insert(findings.remarks.begin(), recordings.notes.begin(),
+                          recordings.notes.end());
+
+  // From here on until the end no verdict lies beside corrected inputs of another run.
+  out.json_path = request.out_path + "/findings.json";
+  out.page_path = request.out_path + "/report.html";
+  for (const std::string& path : {out.json_path, out.page_path}) std::filesystem::remove(path);
+  const bool drive = !findings.findings.empty() && !request.skip_simulation;
+  if (!findings.findings.empty() && request.skip_simulation)
+    findings.remarks.emplace_back(
+        "--skip-simulation: whether the whole simulated car is better with what was found was not "
+        "tried");
+  out.corrected = drive
+                      ? use_what_helps(request, road, car, recordings, stages, progress, findings)
+                      : write_corrected(request, request.out_path, road, car, recordings, findings);
+  // Without a logged fuel the stated mass is that of the whole car.
+  out.fuel_logged = recordings.logs.front().present[kFuel] && request.fuel_kg == 0;
+
+  const std::string title = fmt::format("Simulation and recording: {} on {}", car.name,
+                                        std::filesystem::path(request.track_path).stem().string());
+  out.findings_json = findings_json(findings);
+  base::write_file(out.json_path, out.findings_json);
+  base::write_file(out.page_path, findings_page(findings, recordings.logs, title));
+  stages.done();
+  return out;
+}
+
+}  // namespace explain

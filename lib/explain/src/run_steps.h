@@ -1,0 +1,62 @@
+// The steps of explain_files(), in their order.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "crg/surface.h"
+#include "explain/explain_files.h"
+#include "explain/mapping.h"
+#include "explain/signals.h"
+#include "explain/simulate.h"
+#include "explain/write_back.h"
+#include "stages.h"
+#include "vehicle/vehicle_file.h"
+
+namespace explain {
+
+struct StatedRoad {
+  std::optional<crg::Crg> friction;
+  crg::Surface surface;  ///< with that friction
+};
+
+/// `friction_path` may be empty.
+StatedRoad read_road(const std::string& track_path, const std::string& friction_path);
+
+struct Recordings {
+  std::vector<vehicle::Table> tables;
+  std::vector<Signals> logs;  ///< of the same tables
+  Mapping given;              ///< as it names the columns of the log: latitudes not yet on a plane
+  Mapping recorded;           ///< of the columns that were recorded
+  Mapping read;               ///< the same with the column of the fuel that was given, if any was
+  std::vector<std::string> notes;
+
+  std::vector<RecordedLog> all() const;
+};
+
+/// With `--fuel-kg` every table gets a column of fuel that burns as vehicle.yaml says.
+Recordings read_recordings(const ExplainRequest& request, const crg::Surface& surface,
+                           const vehicle::Vehicle& car);
+
+/// Nothing that is read may lie where a corrected input will be written. Throws vehicle::Error.
+void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder);
+
+/// Writes the corrected inputs into a folder; none is left over there from an earlier run.
+CorrectedFiles write_corrected(const ExplainRequest& request, const std::string& folder,
+                               const StatedRoad& road, const vehicle::Vehicle& car,
+                               const Recordings& recordings, const Findings& findings);
+
+/// vehicle.yaml comes last: whoever finds it finds what it names.
+void write_car(const CorrectedCar& car, const std::string& folder);
+
+/// Drives the whole simulated car with the stated and with the corrected inputs, writes those with
+/// which it is better on laps left out, says of every other finding why it is not used, and adds
+/// what came out of driving. The refitted car replaces the corrected one: what was driven is what
+/// is handed out.
+CorrectedFiles use_what_helps(const ExplainRequest& request, const StatedRoad& road,
+                              const vehicle::Vehicle& car, const Recordings& recordings,
+                              const Stages& stages, const base::Progress& progress,
+                              Findings& findings);
+
+}  // namespace explain
