@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/sha256.h"
 #include "crg/file.h"
@@ -103,6 +104,18 @@ explain::Mapping common_mapping(const std::vector<std::string>& paths,
 }
 
 }  // namespace
+
+vehicle::Vehicle read_car(const RunCommand& command) {
+  if (!std::isfinite(command.fuel_kg))
+    throw Error("--fuel-kg is no number; kilograms are wanted");
+  vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
+  if (!car.files.steering.empty())
+    throw Error(fmt::format(
+        "{}: has a steering map, but crgexplain reckons with a constant ratio; wanted a vehicle "
+        "with steering.ratio alone, and logs with the road wheels' angle steer_rad",
+        command.vehicle_path));
+  return car;
+}
 
 Road read_road(const std::string& track_path, const std::string& friction_path) {
   crg::SurfaceOptions options;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -62,14 +61,7 @@ void want_laps(const std::vector<int>& hold_out, const std::vector<explain::Sign
 }  // namespace
 
 int run(const RunCommand& command, Terminal& terminal) {
-  if (!std::isfinite(command.fuel_kg))
-    throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
-  const vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
-  if (!car.files.steering.empty())
-    throw vehicle::Error(fmt::format(
-        "{}: has a steering map, but crgexplain reckons with a constant ratio; wanted a vehicle "
-        "with steering.ratio alone, and logs with the road wheels' angle steer_rad",
-        command.vehicle_path));
+  const vehicle::Vehicle car = read_car(command);
   const std::vector<std::string> inputs = inputs_of(command, car);
   refuse_to_overwrite(inputs, command.out_path);
   const Road road = read_road(command.track_path, command.friction_path);

@@ -15,6 +15,10 @@
 
 namespace crgexplain {
 
+/// Throws vehicle::Error for a car that crgexplain cannot reckon with, and for fuel that is no
+/// number.
+vehicle::Vehicle read_car(const RunCommand& command);
+
 struct Road {
   std::optional<crg::Crg> friction;
   crg::Surface surface;  ///< with that friction

@@ -1,0 +1,79 @@
+// What counts in the joint estimate, and whose it is.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "explain/fleet.h"
+#include "fleet_joint.h"
+
+namespace explain {
+
+/// Of one kind along the road: what it saves of the loss on cars left out.
+struct RoadGain {
+  double gain = 0.0, threshold = 0.0;
+  std::size_t agreeing = 0;  ///< cars (or groups of them) that the others predict better with it
+  bool counts() const { return gain > threshold; }
+};
+
+/// A mechanism of a car that counts.
+struct NamedColumn {
+  std::size_t car = 0, column = 0;
+  double gain = 0.0, threshold = 0.0;
+};
+
+class FleetSearch {
+ public:
+  FleetSearch(const std::vector<CarSums>& cars, const RoadShape& shape,
+              const std::array<bool, kRoadKinds>& seen, const FleetOptions& options);
+
+  /// Adds kinds of the road and mechanisms of cars, that which saves most first, until nothing
+  /// counts.
+  void run();
+
+  const std::vector<NamedColumn>& named() const { return named_; }
+  bool in_road(std::size_t kind) const { return sizes_.road[kind] > 0; }
+  /// What a kind that is in saves there, and the kinds that would do as well in its place.
+  RoadGain gain_of(std::size_t kind) const;
+  std::vector<std::size_t> rivals_of(std::size_t kind) const;
+  const Sizes& own_sizes() const { return sizes_.own; }
+  RoadEstimate road() const;  ///< from all cars
+  /// Takes a mechanism out again; what cars say and sizes stay.
+  void leave_out(const NamedColumn& named) { std::erase(in_[named.car], named.column); }
+  /// With the road as the other cars have it.
+  CarTests tests_of(std::size_t car) const;
+  const std::vector<std::size_t>& in(std::size_t car) const { return in_[car]; }
+  std::size_t tested() const { return tested_; }
+  /// What a car's own profile of a kind, three times as large as those of the others, would save.
+  double stands_apart(std::size_t car, std::size_t kind) const;
+  /// Of one or two cars: what a profile of this kind saves, be it the road's or the cars'.
+  double undivided_gain(std::size_t kind) const;
+
+ private:
+  struct Own {
+    Sizes road{}, own{};
+  };
+  void choose_sizes();
+  void say();           ///< what every car says at the sizes
+  void choose_road();
+  bool name_one();      ///< a mechanism of a car; false: none counts
+  double evidence(const Sizes& road, const Sizes& own) const;
+  double best_size(Sizes sizes, std::size_t kind) const;
+  std::vector<double> gains(const Sizes& with, const Sizes& without) const;
+  std::vector<double> left_out(const Sizes& sizes) const;
+  static RoadGain judged(const std::vector<double>& gains);
+
+  const std::vector<CarSums>& cars_;
+  const RoadShape& shape_;
+  std::array<bool, kRoadKinds> seen_;
+  const FleetOptions& options_;
+  Own sizes_;
+  Sizes all_road_{};  ///< with every kind in
+  std::vector<std::vector<std::size_t>> in_;
+  std::vector<CarSays> says_;
+  std::vector<NamedColumn> named_;
+  std::size_t tested_ = 0;
+};
+
+}  // namespace explain
