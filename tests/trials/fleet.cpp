@@ -2,14 +2,17 @@
 
 #include <cstdio>
 
+#include "truth_car_electric.h"
 #include "write_trial.h"
 
 namespace trials {
 namespace {
 
-/// Another car of the same kind: 10 % about its middle.
-TruthCar draw(Random& dice) {
+/// Another car: the second of the trials, or the third, which shares no equation with it; 10 %
+/// about its middle.
+TruthCar draw(bool third, Random& dice) {
   TruthCar car;
+  if (third) car = electric_car(TyreLaw::kBrush);
   for (double* p : {&car.mass, &car.inertia, &car.mu_f, &car.mu_r, &car.c_f, &car.c_r, &car.drag,
                     &car.lift_f, &car.lift_r, &car.torque})
     *p *= dice.in(0.9, 1.1);
@@ -38,13 +41,13 @@ bool make_fleet(const std::string& name, int cars, int laps, unsigned long long 
     t.track.hill = {2.5, 0.8, 0.3};
     t.track.hill_phase = {1, 3, 5};
     t.track.bank_base = 0.01;
-    t.nominal = t.truth.car = draw(dice);
-    const double length_m = t.track.length_m;
-    if (banking)
-      t.truth.car.effects.push_back(
-          {"road.banking", "", 0.04, 0.10 * length_m, 0.25 * length_m});
+    t.nominal = t.truth.car = draw(k % 2 == 1, dice);
+    if (banking) {
+      t.stated_track = t.track;
+      t.track.lean_m = kLean_m;
+    }
     if (turbo && k == kLateCar)
-      t.truth.car.effects.push_back({"vehicle.turbo_lag", "", 0.3, 0, 0, 0.4});
+      t.truth.car.effects.push_back({"vehicle.turbo_lag", "", 0.25, 0, 0, 0.4});
     t.sizes.assign(t.truth.car.effects.size(), 0.0);  // nothing is drawn by it
     t.off = 0.03;
     t.style.laps = laps;

@@ -157,12 +157,14 @@ std::vector<Place> stretches(const std::vector<ProfilePoint>& profile, double le
 }
 
 std::vector<ProfilePoint> profile_of(const Gathered& all, const VectorXd& amounts,
-                                     const MatrixXd& covariance, std::size_t kind) {
+                                     const MatrixXd& covariance, std::size_t kind, double form) {
   std::vector<ProfilePoint> out;
   for (std::size_t k = 0; k < all.knots; ++k) {
     const auto at = static_cast<Index>(k * kRoadKinds + kind);
     out.push_back({knot_m(all, k), amounts[at],
-                   selection::kWiderProfile * k90 * std::sqrt(std::max(0.0, covariance(at, at)))});
+                   k90 * std::hypot(selection::kWiderProfile *
+                                        std::sqrt(std::max(0.0, covariance(at, at))),
+                                    form)});
   }
   return out;
 }
@@ -189,8 +191,8 @@ void describe_road(const Gathered& all, const FleetSearch& search, FleetFindings
     f.gain = gain.gain;
     f.threshold = gain.threshold;
     f.agreeing = gain.agreeing;
-    f.profile = profile_of(all, road.amounts, covariance, kind);
-    f.where = stretches(f.profile, kRoad[kind].least, all.length_m);
+    f.profile = profile_of(all, road.amounts, covariance, kind, search.form(kind));
+    f.where = stretches(f.profile, search.least(kind), all.length_m);
     if (f.where.empty()) continue;
     const ProfilePoint most = most_of(f.profile);
     f.amount = most.value;

@@ -21,6 +21,10 @@ constexpr double kSizes[] = {0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 constexpr std::size_t kCarsForSizes = 12;
 /// Cars are left out one by one, or in so many groups.
 constexpr std::size_t kGroups = 40;
+/// Standard deviations of what the simulation gets wrong in all cars alike, where forces alone show
+/// a kind, and where an accelerometer feels it; and what then counts at least.
+constexpr Sizes kFormOfForces{0.006, 0.003, 0.0002, 0.1}, kFormFelt{0.002, 0.0015, 0.00007, 0.1};
+constexpr Sizes kLeastByForces{0.015, 0.01, 0.0005, 0.15};
 /// Findings at most, of all cars.
 constexpr int kMostNamed = 12;
 
@@ -35,8 +39,32 @@ FleetSearch::FleetSearch(const std::vector<CarSums>& cars, const RoadShape& shap
       if (!car.columns[k].candidate) in_.back().push_back(k);
       else ++tested_;
   }
+  std::array<double, kRoadKinds> all{}, forces{};
+  for (const CarSums& car : cars)
+    for (std::size_t k = 0; k < shape.knots * kRoadKinds; ++k) {
+      const auto at = static_cast<Index>(k),
+                 own = at + static_cast<Index>(shape.knots * kRoadKinds);
+      all[k % kRoadKinds] += car.normal(at, at);
+      forces[k % kRoadKinds] += car.normal(own, own);
+    }
+  for (std::size_t kind = 0; kind < kRoadKinds; ++kind)
+    felt_[kind] = all[kind] - forces[kind] > 0.1 * forces[kind];
   for (std::size_t kind = 0; kind < kRoadKinds; ++kind)
     if (seen_[kind]) all_road_[kind] = kRoad[kind].step, sizes_.own[kind] = 0.3 * kRoad[kind].step;
+}
+
+double FleetSearch::form(std::size_t kind) const {
+  return (felt_[kind] ? kFormFelt : kFormOfForces)[kind];
+}
+
+double FleetSearch::least(std::size_t kind) const {
+  return felt_[kind] ? kRoad[kind].least : kLeastByForces[kind];
+}
+
+Sizes FleetSearch::with_form(Sizes road) const {
+  for (std::size_t kind = 0; kind < kRoadKinds; ++kind)
+    road[kind] = std::hypot(road[kind], form(kind));
+  return road;
 }
 
 double FleetSearch::evidence(const Sizes& road, const Sizes& own) const {
@@ -49,7 +77,7 @@ double FleetSearch::evidence(const Sizes& road, const Sizes& own) const {
   std::vector<const CarSays*> all;
   double out = 0;
   for (const CarSays& s : said) all.push_back(&s), out += s.evidence;
-  return out + road_estimate(all, shape_, road).evidence;
+  return out + road_estimate(all, shape_, with_form(road)).evidence;
 }
 
 void FleetSearch::choose_sizes() {
@@ -93,52 +121,54 @@ void FleetSearch::say() {
 RoadEstimate FleetSearch::road() const {
   std::vector<const CarSays*> all;
   for (const CarSays& s : says_) all.push_back(&s);
-  return road_estimate(all, shape_, sizes_.road);
+  return road_estimate(all, shape_, with_form(sizes_.road));
 }
 
-std::vector<double> FleetSearch::left_out(const Sizes& sizes) const {
-  const std::size_t groups = std::min(cars_.size(), kGroups);
+double FleetSearch::road_evidence(const Sizes& effective) const {
   std::vector<const CarSays*> all;
   for (const CarSays& s : says_) all.push_back(&s);
-  const double whole = road_estimate(all, shape_, sizes).evidence;
+  return road_estimate(all, shape_, effective).evidence;
+}
+
+std::vector<double> FleetSearch::left_out(const Sizes& effective) const {
+  const std::size_t groups = std::min(cars_.size(), kGroups);
+  const double whole = road_evidence(effective);
   std::vector<double> out(groups);
   base::parallel_for(groups, 1, options_.threads, [&](std::size_t g, std::size_t) {
     std::vector<const CarSays*> others;
     for (std::size_t k = 0; k < cars_.size(); ++k)
       if (k % groups != g) others.push_back(&says_[k]);
-    out[g] = 2 * (whole - road_estimate(others, shape_, sizes).evidence);
+    out[g] = 2 * (whole - road_estimate(others, shape_, effective).evidence);
   });
   return out;
 }
 
-std::vector<double> FleetSearch::gains(const Sizes& with, const Sizes& without) const {
-  std::vector<double> out = left_out(with);
+RoadGain FleetSearch::gain_of(const Sizes& road, std::size_t kind) const {
+  const Sizes with = with_form(road);
+  Sizes alike = road, without = with;
+  alike[kind] = 0.0;
+  without[kind] = 0.0;
+  std::vector<double> gains = left_out(with);
   const std::vector<double> less = left_out(without);
-  for (std::size_t k = 0; k < out.size(); ++k) out[k] -= less[k];
-  return out;
-}
-
-RoadGain FleetSearch::judged(const std::vector<double>& gains) {
   RoadGain out;
   double square = 0;
-  for (const double g : gains) {
-    out.gain += g;
-    out.agreeing += g > 0 ? 1 : 0;
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    gains[k] -= less[k];
+    out.gain += gains[k];
+    out.agreeing += gains[k] > 0 ? 1 : 0;
   }
   const double each = out.gain / static_cast<double>(gains.size());
   for (const double g : gains) square += (g - each) * (g - each);
   out.threshold = std::max(selection::kProfileGain, selection::kProfileSure * std::sqrt(square));
+  out.beyond = 2 * (road_evidence(with) - road_evidence(with_form(alike)));
   return out;
 }
 
-double FleetSearch::best_size(Sizes sizes, std::size_t kind) const {
-  std::vector<const CarSays*> all;
-  for (const CarSays& s : says_) all.push_back(&s);
+double FleetSearch::best_size(Sizes road, std::size_t kind) const {
   double most = -HUGE_VAL, best = 0;
   for (const double size : kSizes) {
-    sizes[kind] = size * kRoad[kind].step;
-    if (const double e = road_estimate(all, shape_, sizes).evidence; e > most)
-      most = e, best = sizes[kind];
+    road[kind] = size * kRoad[kind].step;
+    if (const double e = road_evidence(with_form(road)); e > most) most = e, best = road[kind];
   }
   return best;
 }
@@ -153,8 +183,8 @@ void FleetSearch::choose_road() {
       if (!seen_[kind] || in_road(kind)) continue;
       Sizes with = sizes_.road;
       with[kind] = best_size(with, kind);
-      const RoadGain gain = judged(gains(with, sizes_.road));
-      if (gain.counts() && gain.gain > most.gain) most = gain, next = with;
+      const RoadGain gain = gain_of(with, kind);
+      if (gain.counts() && gain.beyond > most.beyond) most = gain, next = with;
     }
     if (!most.counts()) break;
     sizes_.road = next;
@@ -164,22 +194,17 @@ void FleetSearch::choose_road() {
     if (in_road(kind) && !gain_of(kind).counts()) sizes_.road[kind] = 0.0;
 }
 
-RoadGain FleetSearch::gain_of(std::size_t kind) const {
-  Sizes without = sizes_.road;
-  without[kind] = 0.0;
-  return judged(gains(sizes_.road, without));
-}
-
 std::vector<std::size_t> FleetSearch::rivals_of(std::size_t kind) const {
   Sizes without = sizes_.road;
   without[kind] = 0.0;
-  const double gain = judged(gains(sizes_.road, without)).gain;
+  const double nothing = road_evidence(with_form(without)),
+               gain = 2 * (road_evidence(with_form(sizes_.road)) - nothing);
   std::vector<std::size_t> out;
   for (std::size_t other = 0; other < kRoadKinds; ++other) {
     if (!seen_[other] || in_road(other)) continue;
     Sizes instead = without;
     instead[other] = best_size(instead, other);
-    if (gain - judged(gains(instead, without)).gain <
+    if (gain - 2 * (road_evidence(with_form(instead)) - nothing) <
         std::max(selection::kLead, selection::kInexact * gain))
       out.push_back(other);
   }
@@ -192,7 +217,7 @@ CarTests FleetSearch::tests_of(std::size_t car) const {
     if (k != car) others.push_back(&says_[k]);
   // With one or two cars a road of the size that fits best may be there too.
   const RoadEstimate road = road_estimate(
-      others, shape_, cars_.size() < kLeastFleetCars ? all_road_ : sizes_.road);
+      others, shape_, with_form(cars_.size() < kLeastFleetCars ? all_road_ : sizes_.road));
   std::vector<std::size_t> tested;
   for (std::size_t k = 0; k < cars_[car].columns.size(); ++k)
     if (std::find(in_[car].begin(), in_[car].end(), k) == in_[car].end()) tested.push_back(k);
@@ -258,7 +283,7 @@ double FleetSearch::stands_apart(std::size_t car, std::size_t kind) const {
   const auto total = [&](const CarSays& own) {
     std::vector<const CarSays*> all = others;
     all.push_back(&own);
-    return own.evidence + road_estimate(all, shape_, sizes_.road).evidence;
+    return own.evidence + road_estimate(all, shape_, with_form(sizes_.road)).evidence;
   };
   return 2 * (total(apart) - total(says_[car]));
 }

@@ -7,14 +7,16 @@
 
 #include "explain/fleet.h"
 #include "fleet_joint.h"
+#include "selection.h"
 
 namespace explain {
 
 /// Of one kind along the road: what it saves of the loss on cars left out.
 struct RoadGain {
   double gain = 0.0, threshold = 0.0;
+  double beyond = 0.0;       ///< what it saves beyond what the simulation gets wrong in all cars
   std::size_t agreeing = 0;  ///< cars (or groups of them) that the others predict better with it
-  bool counts() const { return gain > threshold; }
+  bool counts() const { return gain > threshold && beyond > selection::kNamed; }
 };
 
 /// A mechanism of a car that counts.
@@ -28,6 +30,13 @@ class FleetSearch {
   FleetSearch(const std::vector<CarSums>& cars, const RoadShape& shape,
               const std::array<bool, kRoadKinds>& seen, const FleetOptions& options);
 
+  /// Of a kind: whether accelerometers feel it, so that the cars' forces are not needed.
+  bool felt(std::size_t kind) const { return felt_[kind]; }
+  /// What the simulation gets wrong in all cars alike and would pass for it, one deviation.
+  double form(std::size_t kind) const;
+  /// Smaller amounts of the road are not worth a finding.
+  double least(std::size_t kind) const;
+
   /// Adds kinds of the road and mechanisms of cars, that which saves most first, until nothing
   /// counts.
   void run();
@@ -35,7 +44,7 @@ class FleetSearch {
   const std::vector<NamedColumn>& named() const { return named_; }
   bool in_road(std::size_t kind) const { return sizes_.road[kind] > 0; }
   /// What a kind that is in saves there, and the kinds that would do as well in its place.
-  RoadGain gain_of(std::size_t kind) const;
+  RoadGain gain_of(std::size_t kind) const { return gain_of(sizes_.road, kind); }
   std::vector<std::size_t> rivals_of(std::size_t kind) const;
   const Sizes& own_sizes() const { return sizes_.own; }
   RoadEstimate road() const;  ///< from all cars
@@ -59,14 +68,15 @@ class FleetSearch {
   void choose_road();
   bool name_one();      ///< a mechanism of a car; false: none counts
   double evidence(const Sizes& road, const Sizes& own) const;
-  double best_size(Sizes sizes, std::size_t kind) const;
-  std::vector<double> gains(const Sizes& with, const Sizes& without) const;
-  std::vector<double> left_out(const Sizes& sizes) const;
-  static RoadGain judged(const std::vector<double>& gains);
+  double best_size(Sizes road, std::size_t kind) const;
+  Sizes with_form(Sizes road) const;
+  double road_evidence(const Sizes& effective) const;  ///< from all cars
+  std::vector<double> left_out(const Sizes& effective) const;
+  RoadGain gain_of(const Sizes& road, std::size_t kind) const;
 
   const std::vector<CarSums>& cars_;
   const RoadShape& shape_;
-  std::array<bool, kRoadKinds> seen_;
+  std::array<bool, kRoadKinds> seen_, felt_{};
   const FleetOptions& options_;
   Own sizes_;
   Sizes all_road_{};  ///< with every kind in
