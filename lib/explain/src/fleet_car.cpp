@@ -135,7 +135,7 @@ Reduced reduce(const DriveSummary& drive, const std::vector<std::size_t>& places
   const OwnOfDrive own = own_of(drive, whole, places, width);
   if (own.column.empty()) return out;
   const Eigen::LLT<MatrixXd> solver(own.normal);
-  if (solver.info() != Eigen::Success)
+  if (solver.info() != Eigen::Success || !solver.matrixLLT().diagonal().allFinite())
     throw vehicle::Error(drive.recording +
                          ": the sums of the summary are none of a fit; make it anew with "
                          "crgexplain summary");

@@ -26,7 +26,7 @@ double size_of(const Sizes& sizes, std::size_t kind) {
 
 LLT<MatrixXd> solved(const MatrixXd& normal, const std::string& what) {
   LLT<MatrixXd> out(normal);
-  if (out.info() != Eigen::Success)
+  if (out.info() != Eigen::Success || !out.matrixLLT().diagonal().allFinite())
     throw vehicle::Error(what + ": the sums of its summaries are none of a fit; make them anew "
                                 "with crgexplain summary");
   return out;

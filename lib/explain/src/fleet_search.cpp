@@ -67,7 +67,7 @@ Sizes FleetSearch::with_form(Sizes road) const {
   return road;
 }
 
-double FleetSearch::evidence(const Sizes& road, const Sizes& own) const {
+double FleetSearch::evidence(const Sizes& effective_road, const Sizes& own) const {
   const std::size_t count = std::min(cars_.size(), kCarsForSizes);
   std::vector<CarSays> said(count);
   base::parallel_for(count, 1, options_.threads, [&](std::size_t k, std::size_t) {
@@ -77,11 +77,11 @@ double FleetSearch::evidence(const Sizes& road, const Sizes& own) const {
   std::vector<const CarSays*> all;
   double out = 0;
   for (const CarSays& s : said) all.push_back(&s), out += s.evidence;
-  return out + road_estimate(all, shape_, with_form(road)).evidence;
+  return out + road_estimate(all, shape_, effective_road).evidence;
 }
 
 void FleetSearch::choose_sizes() {
-  double most = evidence(all_road_, sizes_.own);
+  double most = evidence(with_form(all_road_), sizes_.own);
   // One step at a time from where they are: the evidence has one summit in each.
   for (int sweep = 0; sweep < 3; ++sweep) {
     bool moved = false;
@@ -98,7 +98,7 @@ void FleetSearch::choose_sizes() {
               break;
             const double before = (*sizes)[kind];
             (*sizes)[kind] = *(here + way) * step;
-            if (const double e = evidence(all_road_, sizes_.own); e > most + 0.1) {
+            if (const double e = evidence(with_form(all_road_), sizes_.own); e > most + 0.1) {
               most = e, moved = true;
             } else {
               (*sizes)[kind] = before;
@@ -289,7 +289,7 @@ double FleetSearch::stands_apart(std::size_t car, std::size_t kind) const {
 }
 
 double FleetSearch::undivided_gain(std::size_t kind) const {
-  Sizes road = all_road_, own = sizes_.own;
+  Sizes road = with_form(all_road_), own = sizes_.own;
   const double with = evidence(road, own);
   road[kind] = own[kind] = 0.0;
   return 2 * (with - evidence(road, own));

@@ -67,7 +67,7 @@ class FleetSearch {
   void say();           ///< what every car says at the sizes
   void choose_road();
   bool name_one();      ///< a mechanism of a car; false: none counts
-  double evidence(const Sizes& road, const Sizes& own) const;
+  double evidence(const Sizes& effective_road, const Sizes& own) const;
   double best_size(Sizes road, std::size_t kind) const;
   Sizes with_form(Sizes road) const;
   double road_evidence(const Sizes& effective) const;  ///< from all cars

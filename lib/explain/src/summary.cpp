@@ -178,8 +178,13 @@ void Analysis::summarise(DriveSummary& out) {
   d.road = MatrixXd::Zero(d.r.size(), kRoadKinds);
   std::vector<const Unknown*> moved;
   std::vector<Index> column;  // of `moved`: in the road's (negative, less one) or in the others'
+  std::size_t alike = 0;
   for (std::size_t k = 0; k < inventory_.unknowns.size(); ++k) {
     const Unknown& u = inventory_.unknowns[k];
+    // Of those that differ in a constant alone, every second: between them nothing is lost.
+    const Unknown* const before = k > 0 ? &inventory_.unknowns[k - 1] : nullptr;
+    alike = before != nullptr && before->id == u.id && !u.constants.empty() ? alike + 1 : 0;
+    if (alike % 2 == 1) continue;
     const auto kind = std::find_if(kRoad.begin(), kRoad.end(),
                                    [&](const RoadKind& r) { return u.id == r.id; });
     if (kind != kRoad.end()) {

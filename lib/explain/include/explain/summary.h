@@ -75,7 +75,7 @@ struct DriveSummary {
   std::size_t road_columns() const { return knots * kRoadKinds; }
 };
 
-inline constexpr std::uint32_t kLeastKnots = 8, kMostKnots = 120, kMostSummaryColumns = 400;
+inline constexpr std::uint32_t kLeastKnots = 4, kMostKnots = 120, kMostSummaryColumns = 400;
 
 /// One pass over recordings of one car by one logger: their sensors count as the same. Names and
 /// hashes are the caller's. Throws vehicle::Error where explain() would, and for less than two laps
