@@ -152,7 +152,7 @@ TEST(Fleet, DrivesThatDoNotGoTogetherAreRefused) {
   drives[1].recording_sha256 = drives[0].recording_sha256;
   expect_refused(drives, "the same recording as");
   drives = good;
-  drives[1].columns[1].key = drives[1].columns[0].key;
+  drives[1].columns[1] = drives[1].columns[0];
   expect_refused(drives, "an unknown twice");
   drives = good;
   drives[1].car_sha256 = drives[0].car_sha256;
