@@ -48,7 +48,8 @@ TEST(ReadCampaign, AFleetsVerdictAndWhoseItIs) {
   ASSERT_EQ(read.jobs.size(), 1u);
   std::vector<std::string> words;
   for (const campaign::Fact& fact : read.jobs[0].facts)
-    words.push_back(fact.name + "=" + (fact.text.empty() ? std::to_string(int(fact.value)) : fact.text));
+    words.push_back(fact.name + "=" +
+                    (fact.text.empty() ? std::to_string(int(fact.value)) : fact.text));
   EXPECT_EQ(words, (std::vector<std::string>{"verdict=divided", "first finding=vehicle.turbo_lag",
                                              "of=one", "findings=1", "not divided=0", "cars=2",
                                              "drives=3"}));

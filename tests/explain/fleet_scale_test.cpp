@@ -6,10 +6,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "../../lib/explain/src/information.h"
-#include "base/write_file.h"
 #include "support/places.h"
 #include "support/run_tool.h"
 #include "support/temporary_folder.h"
@@ -65,9 +65,8 @@ TEST(FleetScale, TenThousandDrivesTakeAMinuteAndAGigabyteAtMost) {
     for (std::size_t d = 0; d < kDrives; ++d) {
       const std::size_t number = c * kDrives + d;
       words.push_back(folder.path(fmt::format("{}", number)));
-      base::write_file(words.back(),
-                       to_bytes(another(one, other, normal, 0.3 * static_cast<double>(d) / kDrives,
-                                        number)));
+      std::ofstream(words.back(), std::ios::binary)
+          << to_bytes(another(one, other, normal, 0.3 * static_cast<double>(d) / kDrives, number));
     }
   }
   const auto begin = std::chrono::steady_clock::now();
@@ -80,7 +79,8 @@ TEST(FleetScale, TenThousandDrivesTakeAMinuteAndAGigabyteAtMost) {
   const double cpu_s = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
   std::printf("10,000 drives of 100 cars: %.1f s, %.1f s of processor, %.0f MB\n", seconds, cpu_s,
               1e-3 * static_cast<double>(used.ru_maxrss));
-  EXPECT_LE(seconds, 60.0);
+  // Of the processor: others may be at work on the machine.
+  EXPECT_LE(cpu_s, 60.0);
   EXPECT_LE(used.ru_maxrss, 1000 * 1000);  // kB, of the largest child
   const auto found = nlohmann::json::parse(folder.read("fleet/fleet.json"));
   EXPECT_EQ(found.at("drives"), kCars * kDrives);

@@ -31,8 +31,7 @@ std::vector<DriveSummary> drives_of(const World& world, int cars, double mechani
 }
 
 FleetFindings explained(const std::vector<DriveSummary>& drives, unsigned threads = 1) {
-  return explain_fleet(
-      drives.size(), [&](std::size_t k) { return drives[k]; }, {threads, {}});
+  return explain_fleet(drives.size(), [&](std::size_t k) { return drives[k]; }, {threads, {}});
 }
 
 const FleetFinding* found(const FleetFindings& all, const std::string& mechanism) {
@@ -89,11 +88,11 @@ TEST(Fleet, NothingIsFoundWhereNothingIs) {
   for (int round = 0; round < 20; ++round) {
     std::vector<DriveSummary> drives;
     for (int k = 0; k < 5; ++k)
-      drives.push_back(
-          synthetic_drive({}, {.name = "car" + std::to_string(k),
-                               .own = 0.003,
-                               .seed = static_cast<std::uint64_t>(100 * round + k)},
-                          static_cast<std::uint64_t>(7000 + 100 * round + k)));
+      drives.push_back(synthetic_drive({},
+                                       {.name = "car" + std::to_string(k),
+                                        .own = 0.003,
+                                        .seed = static_cast<std::uint64_t>(100 * round + k)},
+                                       static_cast<std::uint64_t>(7000 + 100 * round + k)));
     alarms += explained(drives).verdict == FleetVerdict::kNone ? 0 : 1;
   }
   EXPECT_LE(alarms, 1);
@@ -173,7 +172,8 @@ TEST(Fleet, ThePageSaysWhatWasFoundAndEscapesNames) {
   std::vector<DriveSummary> drives = drives_of({.banking = 0.04}, 4, 0.5);
   drives[2].car = "<b>late</b>";
   const std::string page = fleet_page(explained(drives), "Fleet");
-  for (const char* word : {"road.banking", "vehicle.0", "&lt;b&gt;late&lt;/b&gt;", "divided", "<svg"})
+  for (const char* word :
+       {"road.banking", "vehicle.0", "&lt;b&gt;late&lt;/b&gt;", "divided", "<svg"})
     EXPECT_THAT(page, HasSubstr(word));
   EXPECT_EQ(page.find("<b>late"), std::string::npos);
   EXPECT_TRUE(page.ends_with("</html>\n"));

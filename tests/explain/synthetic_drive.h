@@ -23,7 +23,7 @@ struct World {
 struct SyntheticCar {
   std::string name;
   double mechanism = 0.0;  ///< of the first mechanism
-  double own = 0.0;        ///< one deviation of what it gets wrong from knot to knot, m/m of banking
+  double own = 0.0;  ///< one deviation of what it gets wrong from knot to knot, m/m of banking
   std::uint64_t seed = 1;  ///< of its parameters, up to one deviation off, and of its own errors
 };
 
@@ -61,7 +61,7 @@ inline void add(explain::Information& sums, const Row& row, std::uint32_t knots)
 }
 
 inline explain::SummaryColumn column(const std::string& id, std::size_t number, bool of_car,
-                              bool candidate) {
+                                     bool candidate) {
   explain::SummaryColumn out;
   out.id = id;
   out.name = id + " " + std::to_string(number);
@@ -81,7 +81,7 @@ inline explain::SummaryColumn column(const std::string& id, std::size_t number, 
 
 /// One drive of it; `seed` draws its noise and its sensors' errors.
 inline explain::DriveSummary synthetic_drive(const World& world, const SyntheticCar& car,
-                                      std::uint64_t seed) {
+                                             std::uint64_t seed) {
   explain::DriveSummary s;
   s.program = "synthetic 1";
   s.road_sha256 = std::string(64, 'a');

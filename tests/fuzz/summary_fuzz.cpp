@@ -20,8 +20,8 @@ void fuzz::run(std::string_view bytes) {
     require(explain::to_bytes(read) == file, "the bytes that were read");
     if (read.columns.size() > 20 || read.knots > 12) return;  // time
     try {
-      const explain::FleetFindings found = explain::explain_fleet(
-          1, [&](std::size_t) { return read; }, {1, {}});
+      const explain::FleetFindings found =
+          explain::explain_fleet(1, [&](std::size_t) { return read; }, {1, {}});
       for (const explain::FleetFinding& f : found.findings)
         require(std::isfinite(f.amount) && std::isfinite(f.gain), "amounts that are numbers");
     } catch (const base::Error& error) {

@@ -23,7 +23,8 @@ TruthCar draw(bool third, Random& dice) {
 
 bool make_fleet(const std::string& name, int cars, int laps, unsigned long long seed,
                 const std::filesystem::path& folder) {
-  const bool banking = name == "banking" || name == "both", turbo = name == "turbo" || name == "both";
+  const bool banking = name == "banking" || name == "both",
+             turbo = name == "turbo" || name == "both";
   if (!banking && !turbo && name != "none") {
     std::fprintf(stderr, "make_trials: no fleet %s; there are none banking turbo both\n",
                  name.c_str());

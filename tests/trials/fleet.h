@@ -6,8 +6,8 @@
 
 namespace trials {
 
-/// "none", "banking" (all turns lean more than their file says), "turbo" (one car's torque waits for
-/// boost), "both". Writes DIR/car0, car1, ... with car, road and recording, DIR/sealed with the
+/// "none", "banking" (all turns lean more than their file says), "turbo" (one car's torque waits
+/// for boost), "both". Writes DIR/car0, car1, ... with car, road and recording, DIR/sealed with the
 /// truths. The road's file has the same bytes for all. The logs have no accelerometers. False, with
 /// a line on stderr, where the name is not known or a car left the road.
 bool make_fleet(const std::string& name, int cars, int laps, unsigned long long seed,

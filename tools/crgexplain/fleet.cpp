@@ -1,3 +1,5 @@
+#include "explain/fleet.h"
+
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -7,7 +9,6 @@
 #include "base/read_file.h"
 #include "base/write_file.h"
 #include "commands.h"
-#include "explain/fleet.h"
 #include "vehicle/error.h"
 
 namespace crgexplain {
@@ -20,7 +21,8 @@ constexpr std::size_t kLargestSummary = 16u << 20;
 
 Json places(const std::vector<explain::Place>& where) {
   Json out = Json::array();
-  for (const explain::Place& w : where) out.push_back({w.u_begin_m, w.u_end_m});
+  for (const explain::Place& w : where)
+    out.push_back({{"u_begin_m", w.u_begin_m}, {"u_end_m", w.u_end_m}});
   return out;
 }
 
@@ -46,8 +48,8 @@ Json json_of(const explain::FleetFinding& f) {
 }
 
 Json json_of(const explain::FleetCar& car) {
-  Json out{{"name", car.name},     {"sha256", car.sha256},     {"drives", car.drives},
-           {"laps", car.laps},     {"driven_s", car.driven_s}, {"parameters", Json::array()}};
+  Json out{{"name", car.name}, {"sha256", car.sha256},     {"drives", car.drives},
+           {"laps", car.laps}, {"driven_s", car.driven_s}, {"parameters", Json::array()}};
   for (const explain::ParameterValue& p : car.parameters)
     out["parameters"].push_back({{"id", p.id},
                                  {"name", p.name},
@@ -86,10 +88,10 @@ std::string json_text(const explain::FleetFindings& all) {
 void print(const explain::FleetFindings& all, const std::string& folder, Terminal& terminal) {
   terminal.print(fmt::format("verdict: {}\n", explain::name_of(all.verdict)));
   for (const explain::FleetFinding& f : all.findings) {
-    terminal.print(fmt::format(
-        "  {}, {}: {}{}: {} {:.4g} {} [{:.4g}, {:.4g}]\n", f.belongs_to, one_line(f.owner),
-        f.mechanism, f.channel.empty() ? "" : " (" + one_line(f.channel) + ")", one_line(f.name),
-        f.amount, f.unit, f.low, f.high));
+    terminal.print(fmt::format("  {}, {}: {}{}: {} {:.4g} {} [{:.4g}, {:.4g}]\n", f.belongs_to,
+                               one_line(f.owner), f.mechanism,
+                               f.channel.empty() ? "" : " (" + one_line(f.channel) + ")",
+                               one_line(f.name), f.amount, f.unit, f.low, f.high));
     for (const explain::Place& w : f.where)
       terminal.print(fmt::format("    u {:.0f} to {:.0f} m\n", w.u_begin_m, w.u_end_m));
     for (const std::string& rival : f.rivals)

@@ -106,8 +106,7 @@ explain::Mapping common_mapping(const std::vector<std::string>& paths,
 }  // namespace
 
 vehicle::Vehicle read_car(const RunCommand& command) {
-  if (!std::isfinite(command.fuel_kg))
-    throw Error("--fuel-kg is no number; kilograms are wanted");
+  if (!std::isfinite(command.fuel_kg)) throw Error("--fuel-kg is no number; kilograms are wanted");
   vehicle::Vehicle car = vehicle::read_vehicle(command.vehicle_path);
   if (!car.files.steering.empty())
     throw Error(fmt::format(

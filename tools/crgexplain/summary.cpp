@@ -1,3 +1,5 @@
+#include "explain/summary.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -8,7 +10,6 @@
 #include "base/sha256.h"
 #include "base/write_file.h"
 #include "command/version.h"
-#include "explain/summary.h"
 #include "run_steps.h"
 #include "vehicle/error.h"
 
@@ -28,9 +29,8 @@ void name(explain::DriveSummary& out, const SummaryCommand& command, const vehic
   out.road_sha256 = hash_of_all({in.track_path, in.friction_path});
   out.car_sha256 = hash_of_all(car.read_files);
   out.recording_sha256 = hash_of_all(in.recording_paths);
-  out.settings_sha256 = base::sha256(
-      fmt::format("{} {}", in.mapping_path.empty() ? "" : base::sha256_of_file(in.mapping_path),
-                  in.fuel_kg));
+  out.settings_sha256 = base::sha256(fmt::format(
+      "{} {}", in.mapping_path.empty() ? "" : base::sha256_of_file(in.mapping_path), in.fuel_kg));
   out.car = car.name;
   out.recording = in.recording_paths.front();
   if (in.recording_paths.size() > 1)
@@ -48,8 +48,8 @@ int summary(const SummaryCommand& command, Terminal& terminal) {
   for (const std::string& input : inputs) {
     std::error_code none;
     if (!input.empty() && std::filesystem::equivalent(input, in.out_path, none))
-      throw vehicle::Error(fmt::format(
-          "{}: is read, and -o would overwrite it; choose another name", in.out_path));
+      throw vehicle::Error(
+          fmt::format("{}: is read, and -o would overwrite it; choose another name", in.out_path));
   }
   const Road road = read_road(in.track_path, in.friction_path);
   const Recordings recordings = read_recordings(in, road.surface, car);
@@ -64,17 +64,17 @@ int summary(const SummaryCommand& command, Terminal& terminal) {
   for (const explain::Signals& log : recordings.logs)
     notes.insert(notes.end(), log.remarks.begin(), log.remarks.end());
   if (terminal.json) {
-    terminal.print(base::json_text(
-        nlohmann::ordered_json{{"summary", in.out_path},
-                               {"bytes", bytes.size()},
-                               {"car", out.car},
-                               {"laps", out.laps},
-                               {"driven_s", out.driven_s},
-                               {"knots", out.knots},
-                               {"unknowns", out.columns.size()},
-                               {"rows_without_forces", out.by_sensors.rows},
-                               {"rows_with_forces", out.by_forces.rows},
-                               {"remarks", notes}}));
+    terminal.print(
+        base::json_text(nlohmann::ordered_json{{"summary", in.out_path},
+                                               {"bytes", bytes.size()},
+                                               {"car", out.car},
+                                               {"laps", out.laps},
+                                               {"driven_s", out.driven_s},
+                                               {"knots", out.knots},
+                                               {"unknowns", out.columns.size()},
+                                               {"rows_without_forces", out.by_sensors.rows},
+                                               {"rows_with_forces", out.by_forces.rows},
+                                               {"remarks", notes}}));
     return kOk;
   }
   for (const std::string& note : notes) terminal.print(fmt::format("  {}\n", one_line(note)));

@@ -24,8 +24,8 @@ using vehicle::Error;
 namespace {
 
 constexpr double k90 = 1.645;
-constexpr std::size_t kAtOnce = 16;         ///< drives in memory
-constexpr double kMostCarBytes = 600e6;     ///< of all cars' sums
+constexpr std::size_t kAtOnce = 16;      ///< drives in memory
+constexpr double kMostCarBytes = 600e6;  ///< of all cars' sums
 
 /// All drives, car by car.
 struct Gathered {
@@ -50,9 +50,9 @@ void want_fit(const Gathered& all, const DriveSummary& drive) {
         drive.recording, drive.road_sha256, drive.length_m, all.first, all.road_sha256,
         all.length_m));
   if (drive.program != all.program)
-    throw Error(fmt::format(
-        "{}: the summary was made by {}, that of {} by {}; make all with one program",
-        drive.recording, drive.program, all.first, all.program));
+    throw Error(
+        fmt::format("{}: the summary was made by {}, that of {} by {}; make all with one program",
+                    drive.recording, drive.program, all.first, all.program));
 }
 
 std::size_t car_of(Gathered& all, const DriveSummary& drive) {
@@ -103,9 +103,10 @@ void refuse_the_same_twice(const Gathered& all,
   std::map<std::string, std::size_t> first;
   for (std::size_t k = 0; k < all.hashes.size(); ++k)
     if (const auto [known, is_new] = first.emplace(all.hashes[k], k); !is_new)
-      throw Error(fmt::format("{}: the same recording as {}; laps that come twice would vouch for "
-                              "each other: give it once",
-                              read(k).recording, read(known->second).recording));
+      throw Error(
+          fmt::format("{}: the same recording as {}; laps that come twice would vouch for "
+                      "each other: give it once",
+                      read(k).recording, read(known->second).recording));
 }
 
 Gathered gather(std::size_t drives, const std::function<DriveSummary(std::size_t)>& read,
@@ -122,8 +123,8 @@ Gathered gather(std::size_t drives, const std::function<DriveSummary(std::size_t
     std::vector<Reduced> reduced(count);
     base::parallel_for(count, 1, options.threads, [&](std::size_t k, std::size_t) {
       const std::size_t number = begin + k;
-      reduced[k] = reduce(here[k], all.places_of[number],
-                          all.cars[all.car_of[number]].columns.size());
+      reduced[k] =
+          reduce(here[k], all.places_of[number], all.cars[all.car_of[number]].columns.size());
     });
     for (std::size_t k = 0; k < count; ++k)
       add(all.cars[all.car_of[begin + k]], reduced[k], here[k].road_columns());
@@ -161,10 +162,10 @@ std::vector<ProfilePoint> profile_of(const Gathered& all, const VectorXd& amount
   std::vector<ProfilePoint> out;
   for (std::size_t k = 0; k < all.knots; ++k) {
     const auto at = static_cast<Index>(k * kRoadKinds + kind);
-    out.push_back({knot_m(all, k), amounts[at],
-                   k90 * std::hypot(selection::kWiderProfile *
-                                        std::sqrt(std::max(0.0, covariance(at, at))),
-                                    form)});
+    out.push_back(
+        {knot_m(all, k), amounts[at],
+         k90 * std::hypot(selection::kWiderProfile * std::sqrt(std::max(0.0, covariance(at, at))),
+                          form)});
   }
   return out;
 }
@@ -243,14 +244,14 @@ void describe_mechanisms(const Gathered& all, const FleetSearch& search, FleetFi
     const CarSums& car = all.cars[named.car];
     const CarTests tests = search.tests_of(named.car);
     const auto& in = search.in(named.car);
-    const auto at = static_cast<std::size_t>(std::find(in.begin(), in.end(), named.column) -
-                                             in.begin());
+    const auto at =
+        static_cast<std::size_t>(std::find(in.begin(), in.end(), named.column) - in.begin());
     const SummaryColumn& c = car.columns[named.column];
     FleetFinding f = finding_of(c, "car", car.name);
     f.amount = tests.mean[at];
     const double half =
-        k90 * std::hypot(std::sqrt(tests.variance[at] * std::max(1.0, named.threshold /
-                                                                          selection::kNamed)),
+        k90 * std::hypot(std::sqrt(tests.variance[at] *
+                                   std::max(1.0, named.threshold / selection::kNamed)),
                          0.25 * c.least);
     f.low = f.amount - half;
     f.high = f.amount + half;
@@ -312,42 +313,45 @@ void describe_drives(const Gathered& all, const FleetSearch& search,
     VectorXd whole = VectorXd::Zero(2 * road + static_cast<Index>(all.cars[k].columns.size()));
     whole.head(2 * road) = known.head(2 * road);
     for (std::size_t j = 0; j < search.in(k).size(); ++j)
-      whole[2 * road + static_cast<Index>(search.in(k)[j])] = known[2 * road + static_cast<Index>(j)];
+      whole[2 * road + static_cast<Index>(search.in(k)[j])] =
+          known[2 * road + static_cast<Index>(j)];
     amounts.push_back(std::move(whole));
   }
   std::vector<std::vector<FleetFinding>> found(all.car_of.size());
-  base::parallel_for(all.car_of.size(), 8, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const DriveSummary drive = read(k);
-      const std::size_t width = all.cars[all.car_of[k]].columns.size();
-      const OwnOfDrive own = own_of(drive, all.places_of[k], width);
-      if (own.column.empty()) continue;
-      const Eigen::LLT<MatrixXd> solver(own.normal);
-      const VectorXd mean =
-          solver.solve(own.right - own.with.transpose() * amounts[all.car_of[k]]);
-      const MatrixXd covariance =
-          solver.solve(MatrixXd::Identity(own.normal.rows(), own.normal.rows()));
-      for (std::size_t j = 0; j < own.column.size(); ++j) {
-        const SummaryColumn& c = drive.columns[own.column[j]];
-        const auto at = static_cast<Index>(j);
-        const double variance = covariance(at, at), prior = 1 / (c.deviation * c.deviation),
-                     left = 1 / variance - prior;
-        if (!(left > 0.1 * prior) || c.id == "curve") continue;
-        const double push = mean[at] / variance, amount = push / left, gain = push * push / left;
-        if (!(gain > selection::kNamed) || std::abs(amount) < c.least ||
-            std::abs(amount) > c.most || (c.one_sided && amount < 0))
-          continue;
-        FleetFinding f = finding_of(c, "drive", drive.recording);
-        const double half = k90 * std::hypot(1 / std::sqrt(left), 0.25 * c.least);
-        f.amount = amount;
-        f.low = amount - half;
-        f.high = amount + half;
-        f.gain = gain;
-        f.threshold = selection::kNamed;
-        found[k].push_back(std::move(f));
-      }
-    }
-  });
+  base::parallel_for(
+      all.car_of.size(), 8, options.threads, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+          const DriveSummary drive = read(k);
+          const std::size_t width = all.cars[all.car_of[k]].columns.size();
+          const OwnOfDrive own = own_of(drive, all.places_of[k], width);
+          if (own.column.empty()) continue;
+          const Eigen::LLT<MatrixXd> solver(own.normal);
+          const VectorXd mean =
+              solver.solve(own.right - own.with.transpose() * amounts[all.car_of[k]]);
+          const MatrixXd covariance =
+              solver.solve(MatrixXd::Identity(own.normal.rows(), own.normal.rows()));
+          for (std::size_t j = 0; j < own.column.size(); ++j) {
+            const SummaryColumn& c = drive.columns[own.column[j]];
+            const auto at = static_cast<Index>(j);
+            const double variance = covariance(at, at), prior = 1 / (c.deviation * c.deviation),
+                         left = 1 / variance - prior;
+            if (!(left > 0.1 * prior) || c.id == "curve") continue;
+            const double push = mean[at] / variance, amount = push / left,
+                         gain = push * push / left;
+            if (!(gain > selection::kNamed) || std::abs(amount) < c.least ||
+                std::abs(amount) > c.most || (c.one_sided && amount < 0))
+              continue;
+            FleetFinding f = finding_of(c, "drive", drive.recording);
+            const double half = k90 * std::hypot(1 / std::sqrt(left), 0.25 * c.least);
+            f.amount = amount;
+            f.low = amount - half;
+            f.high = amount + half;
+            f.gain = gain;
+            f.threshold = selection::kNamed;
+            found[k].push_back(std::move(f));
+          }
+        }
+      });
   for (auto& of_drive : found)
     for (FleetFinding& f : of_drive) out.findings.push_back(std::move(f));
 }
@@ -359,13 +363,13 @@ void describe_undivided(const Gathered& all, const FleetSearch& search, FleetFin
       if (!all.seen[kind]) continue;
       const double gain = search.undivided_gain(kind);
       if (!(gain > selection::kProfileGain)) continue;
-      out.undivided.push_back(
-          {kRoad[kind].name, "the road, or what the stated cars get wrong at the same places",
-           all.cars.size() == 1 ? all.cars.front().name : "both cars",
-           fmt::format("record the laps of {} or more other cars on this road",
-                       kLeastFleetCars - all.cars.size()),
-           gain,
-           {}});
+      out.undivided.push_back({kRoad[kind].name,
+                               "the road, or what the stated cars get wrong at the same places",
+                               all.cars.size() == 1 ? all.cars.front().name : "both cars",
+                               fmt::format("record the laps of {} or more other cars on this road",
+                                           kLeastFleetCars - all.cars.size()),
+                               gain,
+                               {}});
     }
     return;
   }
@@ -376,8 +380,11 @@ void describe_undivided(const Gathered& all, const FleetSearch& search, FleetFin
       if (!(gain > selection::kProfileGain)) continue;
       out.undivided.push_back(
           {fmt::format("along the lap this car alone seems to see: {}", kRoad[kind].name),
-           "this car and its sensors; no mechanism that was tried explains it", all.cars[k].name,
-           "crgexplain run over its recordings", gain, {}});
+           "this car and its sensors; no mechanism that was tried explains it",
+           all.cars[k].name,
+           "crgexplain run over its recordings",
+           gain,
+           {}});
     }
 }
 

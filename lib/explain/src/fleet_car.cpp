@@ -18,7 +18,7 @@ namespace {
 
 /// Places of a drive's columns: the car's, and its own.
 struct Split {
-  std::vector<Index> of_car, of_drive;      // in the whole matrix
+  std::vector<Index> of_car, of_drive;  // in the whole matrix
   std::vector<std::size_t> own_columns;
 };
 
@@ -147,8 +147,8 @@ Reduced reduce(const DriveSummary& drive, const std::vector<std::size_t>& places
 }
 
 void add(CarSums& car, const Reduced& drive, std::size_t road) {
-  const auto wanted = static_cast<Index>(2 * road + car.columns.size()),
-             there = car.normal.rows(), n = drive.normal.rows();
+  const auto wanted = static_cast<Index>(2 * road + car.columns.size()), there = car.normal.rows(),
+             n = drive.normal.rows();
   if (there < wanted) {
     car.normal.conservativeResize(wanted, wanted);
     car.normal.bottomRows(wanted - there).setZero();

@@ -27,8 +27,9 @@ double size_of(const Sizes& sizes, std::size_t kind) {
 LLT<MatrixXd> solved(const MatrixXd& normal, const std::string& what) {
   LLT<MatrixXd> out(normal);
   if (out.info() != Eigen::Success || !out.matrixLLT().diagonal().allFinite())
-    throw vehicle::Error(what + ": the sums of its summaries are none of a fit; make them anew "
-                                "with crgexplain summary");
+    throw vehicle::Error(what +
+                         ": the sums of its summaries are none of a fit; make them anew "
+                         "with crgexplain summary");
   return out;
 }
 
@@ -50,10 +51,9 @@ MatrixXd normal_of(const CarSums& car, const RoadShape& shape, const Sizes& own,
   MatrixXd out(static_cast<Index>(places.size()), static_cast<Index>(places.size()));
   for (Index k = 0; k < out.rows(); ++k)
     for (Index l = 0; l <= k; ++l)
-      out(k, l) = out(l, k) = car.normal(std::max(places[static_cast<std::size_t>(k)],
-                                                  places[static_cast<std::size_t>(l)]),
-                                         std::min(places[static_cast<std::size_t>(k)],
-                                                  places[static_cast<std::size_t>(l)]));
+      out(k, l) = out(l, k) = car.normal(
+          std::max(places[static_cast<std::size_t>(k)], places[static_cast<std::size_t>(l)]),
+          std::min(places[static_cast<std::size_t>(k)], places[static_cast<std::size_t>(l)]));
   const Index own_at = places.front() == 0 ? road : 0;
   out.block(own_at, own_at, road, road) += precision_of(shape, own, false);
   for (Index k = own_at + road; k < out.rows(); ++k) {

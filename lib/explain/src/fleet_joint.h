@@ -58,9 +58,9 @@ struct ColumnTest {
 };
 struct CarTests {
   std::vector<ColumnTest> test;
-  Eigen::MatrixXd left;    ///< of the tested columns' products, where all else is taken out
-  Eigen::VectorXd amounts; ///< of road, own profile, columns in
-  std::vector<ColumnTest> refitted;  ///< of columns in: as if freed from their priors
+  Eigen::MatrixXd left;     ///< of the tested columns' products, where all else is taken out
+  Eigen::VectorXd amounts;  ///< of road, own profile, columns in
+  std::vector<ColumnTest> refitted;    ///< of columns in: as if freed from their priors
   std::vector<double> mean, variance;  ///< of the same, with their priors
 };
 /// `others`: what the road has from all but this car.

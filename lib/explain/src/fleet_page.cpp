@@ -63,8 +63,8 @@ std::string findings(const FleetFindings& all) {
   for (const FleetFinding& f : all.findings)
     rows.push_back("<tr>" + cell(f.belongs_to) + cell(f.owner) +
                    cell(f.mechanism + (f.channel.empty() ? "" : " in " + f.channel)) +
-                   cell(f.name) + number_cell(f.amount) + number_cell(f.low) +
-                   number_cell(f.high) + cell(f.unit == "1" ? "" : f.unit) + number_cell(f.gain) +
+                   cell(f.name) + number_cell(f.amount) + number_cell(f.low) + number_cell(f.high) +
+                   cell(f.unit == "1" ? "" : f.unit) + number_cell(f.gain) +
                    number_cell(f.threshold) + cell(places(f.where)) + cell(joined(f.rivals)));
   return table("Found, and whose it is",
                "The interval holds 90 %. Gain: loss that it saves; of the road on cars left out.",
@@ -84,8 +84,8 @@ std::string profiles(const FleetFindings& all) {
       low.y.push_back(p.value - p.ci90);
       high.y.push_back(p.value + p.ci90);
     }
-    report::Plot plot{f.mechanism + " along the lap", "u, m", f.name + ", " + f.unit,
-                      {value, low, high}};
+    report::Plot plot{
+        f.mechanism + " along the lap", "u, m", f.name + ", " + f.unit, {value, low, high}};
     for (const Place& w : f.where) plot.bands.push_back({w.u_begin_m, w.u_end_m});
     out += report::plot_section(plot);
   }

@@ -36,8 +36,10 @@ FleetSearch::FleetSearch(const std::vector<CarSums>& cars, const RoadShape& shap
   for (const CarSums& car : cars) {
     in_.emplace_back();
     for (std::size_t k = 0; k < car.columns.size(); ++k)
-      if (!car.columns[k].candidate) in_.back().push_back(k);
-      else ++tested_;
+      if (!car.columns[k].candidate)
+        in_.back().push_back(k);
+      else
+        ++tested_;
   }
   std::array<double, kRoadKinds> all{}, forces{};
   for (const CarSums& car : cars)
@@ -91,10 +93,10 @@ void FleetSearch::choose_sizes() {
         for (const int way : {-1, 1}) {
           for (;;) {
             const double step = kRoad[kind].step, now = (*sizes)[kind] / step;
-            const auto here = std::find_if(std::begin(kSizes), std::end(kSizes), [&](double s) {
-              return std::abs(s - now) < 0.01 * s;
-            });
-            if ((way < 0 && here == std::begin(kSizes)) || (way > 0 && here + 1 == std::end(kSizes)))
+            const auto here = std::find_if(std::begin(kSizes), std::end(kSizes),
+                                           [&](double s) { return std::abs(s - now) < 0.01 * s; });
+            if ((way < 0 && here == std::begin(kSizes)) ||
+                (way > 0 && here + 1 == std::end(kSizes)))
               break;
             const double before = (*sizes)[kind];
             (*sizes)[kind] = *(here + way) * step;
@@ -245,10 +247,9 @@ bool FleetSearch::name_one() {
         for (const ColumnTest& other : tests[o].test)
           if (o != k && other.gain > 0 && cars_[o].columns[other.column].key == c.key)
             elsewhere.push_back(std::sqrt(other.gain));
-      const double spread =
-          elsewhere.size() >= kLeastFleetCars
-              ? std::max(1.0, 1.4826 * base::median(std::move(elsewhere)))
-              : 1.0;
+      const double spread = elsewhere.size() >= kLeastFleetCars
+                                ? std::max(1.0, 1.4826 * base::median(std::move(elsewhere)))
+                                : 1.0;
       const double threshold = selection::kNamed * spread * spread;
       if (t.gain > threshold && t.gain > best.gain) best = {k, t.column, t.gain, threshold};
     }

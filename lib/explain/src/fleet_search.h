@@ -64,9 +64,9 @@ class FleetSearch {
     Sizes road{}, own{};
   };
   void choose_sizes();
-  void say();           ///< what every car says at the sizes
+  void say();  ///< what every car says at the sizes
   void choose_road();
-  bool name_one();      ///< a mechanism of a car; false: none counts
+  bool name_one();  ///< a mechanism of a car; false: none counts
   double evidence(const Sizes& effective_road, const Sizes& own) const;
   double best_size(Sizes road, std::size_t kind) const;
   Sizes with_form(Sizes road) const;

@@ -81,8 +81,8 @@ void place_knots(Design& d, const Rows& rows, const DriveSummary& s) {
   const Index knots = s.knots, spaces = s.closed ? knots : knots - 1;
   d.share.resize(d.r.size());
   for (Index i = 0; i < d.r.size(); ++i) {
-    const double place = rows.row[static_cast<std::size_t>(i)].u_m / s.length_m *
-                         static_cast<double>(spaces);
+    const double place =
+        rows.row[static_cast<std::size_t>(i)].u_m / s.length_m * static_cast<double>(spaces);
     const Index at = std::clamp<Index>(static_cast<Index>(place), 0, spaces - 1);
     d.knot.push_back(at);
     d.share[i] = std::clamp(place - static_cast<double>(at), 0.0, 1.0);
@@ -91,8 +91,7 @@ void place_knots(Design& d, const Rows& rows, const DriveSummary& s) {
 
 Information sums_of(const Design& d, const VectorXd& weight, const DriveSummary& s,
                     const std::vector<bool>& counts) {
-  const Index knots = s.knots, road = knots * static_cast<Index>(kRoadKinds),
-              q = d.others.cols();
+  const Index knots = s.knots, road = knots * static_cast<Index>(kRoadKinds), q = d.others.cols();
   const auto kinds = static_cast<Index>(kRoadKinds);
   Information out;
   VectorXd right = VectorXd::Zero(road + q);
@@ -139,8 +138,8 @@ VectorXd left_over(const Design& d, const VectorXd& weight, const DriveSummary& 
   const std::vector<bool> all(static_cast<std::size_t>(d.r.size()), true);
   const Information sums = sums_of(d, weight, s, all);
   MatrixXd normal = whole_matrix(sums, s);
-  VectorXd right = Eigen::Map<const VectorXd>(sums.right.data(),
-                                              static_cast<Index>(sums.right.size()));
+  VectorXd right =
+      Eigen::Map<const VectorXd>(sums.right.data(), static_cast<Index>(sums.right.size()));
   const auto road = static_cast<Index>(s.road_columns());
   for (Index k = 0; k < normal.rows(); ++k) {
     const double deviation =
@@ -185,8 +184,8 @@ void Analysis::summarise(DriveSummary& out) {
     const Unknown* const before = k > 0 ? &inventory_.unknowns[k - 1] : nullptr;
     alike = before != nullptr && before->id == u.id && !u.constants.empty() ? alike + 1 : 0;
     if (alike % 2 == 1) continue;
-    const auto kind = std::find_if(kRoad.begin(), kRoad.end(),
-                                   [&](const RoadKind& r) { return u.id == r.id; });
+    const auto kind =
+        std::find_if(kRoad.begin(), kRoad.end(), [&](const RoadKind& r) { return u.id == r.id; });
     if (kind != kRoad.end()) {
       moved.push_back(&u);
       column.push_back(-1 - (kind - kRoad.begin()));
@@ -199,9 +198,9 @@ void Analysis::summarise(DriveSummary& out) {
       out.columns.push_back(column_of(u, prior));
       // The same name twice (shapes of a curve) is not the same thing.
       auto& key = out.columns.back().key;
-      const auto same = std::count_if(out.columns.begin(), out.columns.end() - 1, [&](const auto& c) {
-        return c.key == key || c.key.starts_with(key + "#");
-      });
+      const auto same = std::count_if(
+          out.columns.begin(), out.columns.end() - 1,
+          [&](const auto& c) { return c.key == key || c.key.starts_with(key + "#"); });
       if (same > 0) key += "#" + std::to_string(same);
     }
   }
@@ -220,11 +219,10 @@ void Analysis::summarise(DriveSummary& out) {
   }
   std::vector<const Unknown*> backwards;
   for (const Unknown& u : back) backwards.push_back(&u);
-  const MatrixXd other_side = derivatives(logs_, car_, setting_with(amounts_), backwards, rows_,
-                                          options_.threads, {});
+  const MatrixXd other_side =
+      derivatives(logs_, car_, setting_with(amounts_), backwards, rows_, options_.threads, {});
   for (std::size_t k = 0; k < in_time.size(); ++k)
-    moves.col(in_time[k]) =
-        0.5 * (moves.col(in_time[k]) + other_side.col(static_cast<Index>(k)));
+    moves.col(in_time[k]) = 0.5 * (moves.col(in_time[k]) + other_side.col(static_cast<Index>(k)));
   d.others.resize(d.r.size(), static_cast<Index>(out.columns.size()));
   for (std::size_t k = 0; k < moved.size(); ++k)
     (column[k] < 0 ? d.road.col(-1 - column[k]) : d.others.col(column[k])) =
@@ -245,14 +243,15 @@ void Analysis::summarise(DriveSummary& out) {
 
 DriveSummary summarise(const std::vector<Signals>& logs, const vehicle::Vehicle& car,
                        const ExplainOptions& options) {
-  DriveSummary out;
-  Analysis analysis(logs, car, options);
+  if (logs.empty()) throw vehicle::Error("no recordings");
   double rounds = 0.0;
   for (const Signals& s : logs) rounds += s.rounds;
   if (logs.front().closed && rounds < kTwoRounds)
     throw vehicle::Error(logs.front().name +
                          ": less than two laps; a place that was passed once does not tell the "
                          "road from chance: give two laps or more");
+  DriveSummary out;
+  Analysis analysis(logs, car, options);
   analysis.summarise(out);
   return out;
 }

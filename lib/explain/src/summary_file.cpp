@@ -168,11 +168,9 @@ std::string to_bytes(const DriveSummary& s) {
 DriveSummary summary_from_bytes(std::string_view bytes, const std::string& path) {
   Reader in(bytes, path);
   if (!bytes.starts_with(kMagic))
-    throw vehicle::Error(
-        path + ": no summary of a drive; wanted is what crgexplain summary wrote");
+    throw vehicle::Error(path + ": no summary of a drive; wanted is what crgexplain summary wrote");
   in.take(kMagic.size());
-  if (const std::uint32_t version = in.count("as the version", 0, 0xFFFFFFFFu);
-      version != kVersion)
+  if (const std::uint32_t version = in.count("as the version", 0, 0xFFFFFFFFu); version != kVersion)
     in.refuse(fmt::format("a summary of version {} seen, {} wanted", version, kVersion));
   if (in.left().size() < 8) in.refuse("the summary is cut short");
   std::uint64_t check = 0;

@@ -24,7 +24,7 @@ struct FleetFinding {
   std::string owner;       ///< the car (and a number where names are alike) or the drive
   double amount = 0.0, low = 0.0, high = 0.0;  ///< of the road: the most along the lap
   double stated = 0.0;                         ///< of a parameter: amount is what to add
-  double gain = 0.0, threshold = 0.0;  ///< of loss; of the road: on cars left out
+  double gain = 0.0, threshold = 0.0;          ///< of loss; of the road: on cars left out
   std::size_t agreeing = 0;  ///< of the road: cars that it predicts better; else of the others with
                              ///< the same, cars whose own is a third or more of it
   std::vector<ProfilePoint> profile;  ///< of the road

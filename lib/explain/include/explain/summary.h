@@ -16,9 +16,9 @@ namespace explain {
 /// What the road may be wrong by, from knot to knot along the lap; linear between knots.
 struct RoadKind {
   const char *id, *name, *unit;
-  double step;          ///< about the size that matters
-  double least;         ///< smaller amounts are not worth a finding
-  bool sums_to_nothing; /// along a closed lap
+  double step;           ///< about the size that matters
+  double least;          ///< smaller amounts are not worth a finding
+  bool sums_to_nothing;  /// along a closed lap
 };
 inline constexpr std::size_t kRoadKinds = 4;
 inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
@@ -51,10 +51,10 @@ struct Information {
   double rows = 0.0, square = 0.0;  ///< of r
   std::vector<double> right;        ///< X'r
   std::vector<double> knot;         ///< per knot: products of its kinds, row by row
-  std::vector<double> next;   ///< per knot: its kinds (rows) with those of the next; the last's next
-                              ///< is the first
-  std::vector<double> across; ///< per column: products with all road columns
-  std::vector<double> among;  ///< per column: products with those up to itself
+  std::vector<double> next;  ///< per knot: its kinds (rows) with those of the next; the last's next
+                             ///< is the first
+  std::vector<double> across;  ///< per column: products with all road columns
+  std::vector<double> among;   ///< per column: products with those up to itself
   bool operator==(const Information&) const = default;
 };
 
