@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <Eigen/Cholesky>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -20,23 +21,22 @@ namespace {
 
 using explain_test::synthetic_drive, explain_test::World;
 
-/// Another drive of the same rows: noise of two drives turned into each other is noise, and what
-/// amounts do to the sums is their products.
-DriveSummary another(const DriveSummary& one, const DriveSummary& other,
-                     const Eigen::MatrixXd& normal, double angle_rad, std::size_t number) {
+/// Another drive of the same rows: what amounts do to the sums is their products, and noise of the
+/// rows is noise with the products for covariance.
+DriveSummary another(const DriveSummary& one, const Eigen::MatrixXd& normal,
+                     const Eigen::MatrixXd& root, double mechanism, std::size_t number) {
   DriveSummary out = one;
-  const std::size_t road = out.road_columns();
-  Eigen::VectorXd amounts = Eigen::VectorXd::Zero(normal.rows());
+  const auto road = static_cast<Eigen::Index>(out.road_columns());
+  Eigen::VectorXd amounts = Eigen::VectorXd::Zero(normal.rows()), noise = amounts;
   for (Eigen::Index knot = 20; knot < 26; ++knot)
     amounts[knot * static_cast<Eigen::Index>(kRoadKinds)] = 0.03;
-  const auto sensors = static_cast<Eigen::Index>(road + 60);
-  for (Eigen::Index k = sensors; k < amounts.size(); ++k)
+  amounts[road + 30] = mechanism;
+  for (Eigen::Index k = road + 60; k < amounts.size(); ++k)
     amounts[k] = 0.005 * std::sin(static_cast<double>(number) * static_cast<double>(k));
-  const Eigen::VectorXd moved = normal * amounts;
-  for (std::size_t k = 0; k < out.by_forces.right.size(); ++k)
-    out.by_forces.right[k] = std::cos(angle_rad) * one.by_forces.right[k] +
-                             std::sin(angle_rad) * other.by_forces.right[k] +
-                             moved[static_cast<Eigen::Index>(k)];
+  base::Random random(number + 1);
+  for (double& value : noise) value = random.normal();
+  const Eigen::VectorXd right = normal * amounts + root * noise;
+  out.by_forces.right.assign(right.data(), right.data() + right.size());
   out.recording_sha256 = out.recording = fmt::format("drive {}", number);
   return out;
 }
@@ -55,18 +55,16 @@ TEST(FleetScale, TenThousandDrivesTakeAMinuteAndAGigabyteAtMost) {
   constexpr std::size_t kCars = 100, kDrives = 100;
   std::vector<std::string> words{"fleet", "--threads", "2", "-o", folder.path("fleet")};
   for (std::size_t c = 0; c < kCars; ++c) {
-    const explain_test::SyntheticCar car{.name = fmt::format("car {}", c),
-                                         .mechanism = c == 17 ? 0.4 : 0.0,
-                                         .own = 0.002,
-                                         .seed = 500 + c};
-    const DriveSummary one = synthetic_drive(world, car, 2 * c + 1),
-                       other = synthetic_drive(world, {.name = car.name}, 2 * c + 2);
+    const DriveSummary one = synthetic_drive(world, {.name = fmt::format("car {}", c)}, c + 1);
     const Eigen::MatrixXd normal = whole_matrix(one.by_forces, one);
+    // Kinds that nothing is said of have no noise.
+    const Eigen::MatrixXd a_little = 1e-9 * Eigen::MatrixXd::Identity(normal.rows(), normal.rows());
+    const Eigen::MatrixXd root = (normal + a_little).llt().matrixL();
     for (std::size_t d = 0; d < kDrives; ++d) {
       const std::size_t number = c * kDrives + d;
       words.push_back(folder.path(fmt::format("{}", number)));
       std::ofstream(words.back(), std::ios::binary)
-          << to_bytes(another(one, other, normal, 0.3 * static_cast<double>(d) / kDrives, number));
+          << to_bytes(another(one, normal, root, c == 17 ? 0.4 : 0.0, number));
     }
   }
   const auto begin = std::chrono::steady_clock::now();

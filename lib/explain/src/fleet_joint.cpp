@@ -138,20 +138,29 @@ RoadEstimate road_estimate(const std::vector<const CarSays*>& cars, const RoadSh
   return out;
 }
 
+CarEstimate estimate(const CarSums& car, const RoadShape& shape, const Sizes& own,
+                     const std::vector<std::size_t>& in, const RoadEstimate& others) {
+  const auto road = static_cast<Index>(shape.knots) * kKinds;
+  CarEstimate out;
+  out.places = places_of(road, in, 0);
+  MatrixXd normal = normal_of(car, shape, own, out.places, road);
+  normal.topLeftCorner(road, road) += others.precision;
+  VectorXd right = car.right(out.places);
+  right.head(road) += others.right;
+  out.solver = solved(normal, car.name);
+  out.amounts = out.solver.solve(right);
+  return out;
+}
+
 CarTests test_columns(const CarSums& car, const RoadShape& shape, const Sizes& own,
                       const std::vector<std::size_t>& in, const std::vector<std::size_t>& tested,
                       const RoadEstimate& others) {
   const auto road = static_cast<Index>(shape.knots) * kKinds;
-  const std::vector<Index> places = places_of(road, in, 0);
-  MatrixXd normal = normal_of(car, shape, own, places, road);
-  normal.topLeftCorner(road, road) += others.precision;
-  VectorXd right = car.right(places);
-  right.head(road) += others.right;
-  const LLT<MatrixXd> solver = solved(normal, car.name);
+  const auto& [places, solver, amounts] = estimate(car, shape, own, in, others);
   CarTests out;
-  out.amounts = solver.solve(right);
+  out.amounts = amounts;
   const auto t = static_cast<Index>(tested.size());
-  MatrixXd with(normal.rows(), t), among(t, t);
+  MatrixXd with(amounts.size(), t), among(t, t);
   VectorXd own_right(t);
   for (Index k = 0; k < t; ++k) {
     const Index at = 2 * road + static_cast<Index>(tested[static_cast<std::size_t>(k)]);
@@ -184,7 +193,7 @@ CarTests test_columns(const CarSums& car, const RoadShape& shape, const Sizes& o
   for (std::size_t k = 0; k < in.size(); ++k) {
     const Index at = first + static_cast<Index>(k);
     const double mean = out.amounts[at],
-                 variance = solver.solve(VectorXd::Unit(normal.rows(), at))[at];
+                 variance = solver.solve(VectorXd::Unit(amounts.size(), at))[at];
     out.mean.push_back(mean);
     out.variance.push_back(variance);
     const SummaryColumn& c = car.columns[in[k]];

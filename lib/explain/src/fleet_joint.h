@@ -6,6 +6,7 @@
 // however many laps it drove, and each further car does.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <array>
 #include <vector>
 
@@ -49,6 +50,15 @@ struct RoadEstimate {
 };
 RoadEstimate road_estimate(const std::vector<const CarSays*>& cars, const RoadShape& shape,
                            const Sizes& sizes);
+
+/// All of a car's unknowns that are in, with the road as the others and its prior have it.
+struct CarEstimate {
+  std::vector<Eigen::Index> places;  ///< in the car's sums: road, own profile, columns
+  Eigen::LLT<Eigen::MatrixXd> solver;
+  Eigen::VectorXd amounts;
+};
+CarEstimate estimate(const CarSums& car, const RoadShape& shape, const Sizes& own,
+                     const std::vector<std::size_t>& in, const RoadEstimate& others);
 
 /// What freeing each column of a car would save of the loss, beside everything that is in, and the
 /// road as the other cars and its prior have it.

@@ -25,12 +25,12 @@ constexpr std::size_t kGroups = 40;
 /// a kind, and where an accelerometer feels it; and what then counts at least.
 constexpr Sizes kFormOfForces{0.006, 0.003, 0.0002, 0.1}, kFormFelt{0.002, 0.0015, 0.00007, 0.1};
 constexpr Sizes kLeastByForces{0.015, 0.01, 0.0005, 0.15};
-/// Findings at most, of all cars.
-constexpr int kMostNamed = 12;
+/// Mechanisms and parameters at most, beside three a car.
+constexpr std::size_t kMostNamed = 12;
 
 }  // namespace
 
-FleetSearch::FleetSearch(const std::vector<CarSums>& cars, const RoadShape& shape,
+FleetSearch::FleetSearch(std::vector<CarSums>& cars, const RoadShape& shape,
                          const std::array<bool, kRoadKinds>& seen, const FleetOptions& options)
     : cars_(cars), shape_(shape), seen_(seen), options_(options) {
   for (const CarSums& car : cars) {
@@ -213,23 +213,56 @@ std::vector<std::size_t> FleetSearch::rivals_of(std::size_t kind) const {
   return out;
 }
 
-CarTests FleetSearch::tests_of(std::size_t car) const {
+RoadEstimate FleetSearch::road_without(std::size_t car) const {
   std::vector<const CarSays*> others;
   for (std::size_t k = 0; k < cars_.size(); ++k)
     if (k != car) others.push_back(&says_[k]);
   // With one or two cars a road of the size that fits best may be there too.
-  const RoadEstimate road = road_estimate(
-      others, shape_, with_form(cars_.size() < kLeastFleetCars ? all_road_ : sizes_.road));
+  return road_estimate(others, shape_,
+                       with_form(cars_.size() < kLeastFleetCars ? all_road_ : sizes_.road));
+}
+
+CarEstimate FleetSearch::estimate_of(std::size_t car) const {
+  return estimate(cars_[car], shape_, sizes_.own, in_[car], road_without(car));
+}
+
+CarTests FleetSearch::tests_of(std::size_t car) const {
   std::vector<std::size_t> tested;
   for (std::size_t k = 0; k < cars_[car].columns.size(); ++k)
     if (std::find(in_[car].begin(), in_[car].end(), k) == in_[car].end()) tested.push_back(k);
-  return test_columns(cars_[car], shape_, sizes_.own, in_[car], tested, road);
+  return test_columns(cars_[car], shape_, sizes_.own, in_[car], tested, road_without(car));
 }
 
-bool FleetSearch::name_one() {
-  std::vector<CarTests> tests(cars_.size());
-  base::parallel_for(cars_.size(), 1, options_.threads,
-                     [&](std::size_t k, std::size_t) { tests[k] = tests_of(k); });
+NamedColumn FleetSearch::best_parameter(const std::vector<CarTests>& tests) const {
+  struct Saving {
+    std::size_t column;
+    double saved, threshold;
+  };
+  NamedColumn best;
+  for (std::size_t k = 0; k < cars_.size(); ++k) {
+    std::vector<Saving> savings;
+    for (const ColumnTest& t : tests[k].refitted) {
+      const SummaryColumn& c = cars_[k].columns[t.column];
+      // What is held for want of evidence pays for that.
+      const double held = c.deviation < 0.4 * c.width ? selection::kHeldGo : 0.0;
+      if (c.parameter && let_go(k, t.column) == nullptr)
+        savings.push_back({t.column, t.gain - held, selection::kLetGo});
+    }
+    for (const Saving& s : savings) {
+      if (!(s.saved > s.threshold) || !(s.saved > best.gain)) continue;
+      best = {k, s.column, s.saved, s.threshold, {}};
+      const std::string& own = cars_[k].columns[s.column].id;
+      for (const Saving& o : savings)
+        if (const std::string& id = cars_[k].columns[o.column].id;
+            id != own && s.saved - o.saved < selection::kAsGood &&
+            std::find(best.rivals.begin(), best.rivals.end(), id) == best.rivals.end())
+          best.rivals.push_back(id);
+    }
+  }
+  return best;
+}
+
+NamedColumn FleetSearch::best_mechanism(const std::vector<CarTests>& tests) const {
   NamedColumn best;
   for (std::size_t k = 0; k < cars_.size(); ++k)
     for (const ColumnTest& t : tests[k].test) {
@@ -247,15 +280,36 @@ bool FleetSearch::name_one() {
         for (const ColumnTest& other : tests[o].test)
           if (o != k && other.gain > 0 && cars_[o].columns[other.column].key == c.key)
             elsewhere.push_back(std::sqrt(other.gain));
-      const double spread = elsewhere.size() >= kLeastFleetCars
+      const double spread = elsewhere.size() + 1 >= kLeastFleetCars
                                 ? std::max(1.0, 1.4826 * base::median(std::move(elsewhere)))
                                 : 1.0;
       const double threshold = selection::kNamed * spread * spread;
-      if (t.gain > threshold && t.gain > best.gain) best = {k, t.column, t.gain, threshold};
+      if (t.gain > threshold && t.gain > best.gain) best = {k, t.column, t.gain, threshold, {}};
     }
-  if (best.gain == 0) return false;
-  named_.push_back(best);
-  in_[best.car].push_back(best.column);
+  return best;
+}
+
+std::vector<CarTests> FleetSearch::test_all() const {
+  std::vector<CarTests> out(cars_.size());
+  base::parallel_for(cars_.size(), 1, options_.threads,
+                     [&](std::size_t k, std::size_t) { out[k] = tests_of(k); });
+  return out;
+}
+
+bool FleetSearch::name_one() {
+  const std::vector<CarTests> tests = test_all();
+  const NamedColumn parameter = best_parameter(tests), mechanism = best_mechanism(tests);
+  if (parameter.gain == 0 && mechanism.gain == 0) return false;
+  // Few parameters are far off: a normal prior would share one large error among all that can take
+  // a part of it.
+  if (parameter.gain >= mechanism.gain) {
+    SummaryColumn& c = cars_[parameter.car].columns[parameter.column];
+    c.deviation = std::max(c.deviation, selection::kFreed * c.width);
+    let_go_.push_back(parameter);
+    return true;
+  }
+  named_.push_back(mechanism);
+  in_[mechanism.car].push_back(mechanism.column);
   return true;
 }
 
@@ -263,15 +317,17 @@ void FleetSearch::run() {
   const auto progress = [&](double share) {
     if (options_.progress) options_.progress("joint estimate", share);
   };
-  for (int round = 0; round <= kMostNamed; ++round) {
-    progress(static_cast<double>(round) / kMostNamed);
+  const auto most = kMostNamed + 3 * cars_.size();
+  for (std::size_t round = 0; round <= most; ++round) {
+    progress(static_cast<double>(round) / static_cast<double>(most));
     if (round < 3) choose_sizes();
     say();
     choose_road();
-    if (round == kMostNamed || !name_one()) break;
+    if (round == most || !name_one()) break;
   }
   say();
   choose_road();
+  tests_ = test_all();
 }
 
 double FleetSearch::stands_apart(std::size_t car, std::size_t kind) const {

@@ -1,8 +1,7 @@
 // What counts in the joint estimate, and whose it is.
 #pragma once
 
-#include <optional>
-#include <set>
+#include <string>
 #include <vector>
 
 #include "explain/fleet.h"
@@ -23,11 +22,13 @@ struct RoadGain {
 struct NamedColumn {
   std::size_t car = 0, column = 0;
   double gain = 0.0, threshold = 0.0;
+  std::vector<std::string> rivals;  ///< of a parameter: those that would have saved as much
 };
 
 class FleetSearch {
  public:
-  FleetSearch(const std::vector<CarSums>& cars, const RoadShape& shape,
+  /// Widens the priors of parameters that it lets go.
+  FleetSearch(std::vector<CarSums>& cars, const RoadShape& shape,
               const std::array<bool, kRoadKinds>& seen, const FleetOptions& options);
 
   /// Of a kind: whether accelerometers feel it, so that the cars' forces are not needed.
@@ -52,7 +53,16 @@ class FleetSearch {
   void leave_out(const NamedColumn& named) { std::erase(in_[named.car], named.column); }
   /// With the road as the other cars have it.
   CarTests tests_of(std::size_t car) const;
+  CarEstimate estimate_of(std::size_t car) const;  ///< the same road
   const std::vector<std::size_t>& in(std::size_t car) const { return in_[car]; }
+  /// How a parameter was let go; null: it was not.
+  const NamedColumn* let_go(std::size_t car, std::size_t column) const {
+    for (const NamedColumn& n : let_go_)
+      if (n.car == car && n.column == column) return &n;
+    return nullptr;
+  }
+  /// Of all cars, once the search has run.
+  const CarTests& tests(std::size_t car) const { return tests_[car]; }
   std::size_t tested() const { return tested_; }
   /// What a car's own profile of a kind, three times as large as those of the others, would save.
   double stands_apart(std::size_t car, std::size_t kind) const;
@@ -66,7 +76,7 @@ class FleetSearch {
   void choose_sizes();
   void say();  ///< what every car says at the sizes
   void choose_road();
-  bool name_one();  ///< a mechanism of a car; false: none counts
+  bool name_one();  ///< a mechanism of a car, or lets a parameter go; false: none counts
   double evidence(const Sizes& effective_road, const Sizes& own) const;
   double best_size(Sizes road, std::size_t kind) const;
   Sizes with_form(Sizes road) const;
@@ -74,7 +84,7 @@ class FleetSearch {
   std::vector<double> left_out(const Sizes& effective) const;
   RoadGain gain_of(const Sizes& road, std::size_t kind) const;
 
-  const std::vector<CarSums>& cars_;
+  std::vector<CarSums>& cars_;
   const RoadShape& shape_;
   std::array<bool, kRoadKinds> seen_, felt_{};
   const FleetOptions& options_;
@@ -82,7 +92,13 @@ class FleetSearch {
   Sizes all_road_{};  ///< with every kind in
   std::vector<std::vector<std::size_t>> in_;
   std::vector<CarSays> says_;
+  NamedColumn best_parameter(const std::vector<CarTests>& tests) const;
+  NamedColumn best_mechanism(const std::vector<CarTests>& tests) const;
   std::vector<NamedColumn> named_;
+  std::vector<NamedColumn> let_go_;
+  std::vector<CarTests> tests_;
+  std::vector<CarTests> test_all() const;
+  RoadEstimate road_without(std::size_t car) const;
   std::size_t tested_ = 0;
 };
 
