@@ -163,6 +163,16 @@ RoadGain FleetSearch::gain_of(const Sizes& road, std::size_t kind) const {
   for (const double g : gains) square += (g - each) * (g - each);
   out.threshold = std::max(selection::kProfileGain, selection::kProfileSure * std::sqrt(square));
   out.beyond = 2 * (road_evidence(with) - road_evidence(with_form(alike)));
+  std::vector<const CarSays*> all;
+  for (const CarSays& s : says_) all.push_back(&s);
+  const RoadEstimate road_here = road_estimate(all, shape_, with);
+  const auto solver = road_here.precision.llt();
+  for (std::size_t k = 0; k < shape_.knots; ++k) {
+    const auto at = static_cast<Index>(k * kRoadKinds + kind);
+    const double variance = solver.solve(VectorXd::Unit(road_here.amounts.size(), at))[at];
+    out.largest = std::max(
+        out.largest, std::abs(road_here.amounts[at]) / std::hypot(form(kind), std::sqrt(variance)));
+  }
   return out;
 }
 
@@ -186,7 +196,7 @@ void FleetSearch::choose_road() {
       Sizes with = sizes_.road;
       with[kind] = best_size(with, kind);
       const RoadGain gain = gain_of(with, kind);
-      if (gain.counts() && gain.beyond > most.beyond) most = gain, next = with;
+      if (gain.counts() && gain.gain > most.gain) most = gain, next = with;
     }
     if (!most.counts()) break;
     sizes_.road = next;
@@ -197,18 +207,20 @@ void FleetSearch::choose_road() {
 }
 
 std::vector<std::size_t> FleetSearch::rivals_of(std::size_t kind) const {
-  Sizes without = sizes_.road;
+  const Sizes with = with_form(sizes_.road);
+  Sizes without = with;
   without[kind] = 0.0;
-  const double nothing = road_evidence(with_form(without)),
-               gain = 2 * (road_evidence(with_form(sizes_.road)) - nothing);
+  const double nothing = road_evidence(without), gain = 2 * (road_evidence(with) - nothing);
   std::vector<std::size_t> out;
   for (std::size_t other = 0; other < kRoadKinds; ++other) {
     if (!seen_[other] || in_road(other)) continue;
-    Sizes instead = without;
-    instead[other] = best_size(instead, other);
-    if (gain - 2 * (road_evidence(with_form(instead)) - nothing) <
-        std::max(selection::kLead, selection::kInexact * gain))
-      out.push_back(other);
+    double best = 0;
+    for (const double size : kSizes) {
+      Sizes instead = without;
+      instead[other] = std::hypot(size * kRoad[other].step, form(other));
+      best = std::max(best, 2 * (road_evidence(instead) - nothing));
+    }
+    if (gain - best < std::max(selection::kLead, selection::kInexact * gain)) out.push_back(other);
   }
   return out;
 }

@@ -15,7 +15,12 @@ struct RoadGain {
   double gain = 0.0, threshold = 0.0;
   double beyond = 0.0;       ///< what it saves beyond what the simulation gets wrong in all cars
   std::size_t agreeing = 0;  ///< cars (or groups of them) that the others predict better with it
-  bool counts() const { return gain > threshold && beyond > selection::kNamed; }
+  double largest = 0.0;      ///< of any knot, in deviations of that and of its own
+  bool counts() const {
+    return gain > threshold && (beyond > selection::kNamed || largest > kLargest);
+  }
+  /// Eight cars with nothing missing reached 3.
+  static constexpr double kLargest = 4.0;
 };
 
 /// A mechanism of a car that counts.
