@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
@@ -111,6 +112,14 @@ int fleet(const FleetCommand& command, Terminal& terminal) {
   explain::FleetOptions options;
   options.threads = command.threads;
   options.progress = terminal.progress();
+  for (const std::string& path : command.summary_paths)
+    for (const char* name : {"fleet.json", "report.html"}) {
+      std::error_code none;
+      if (std::filesystem::equivalent(path, command.out_path + "/" + name, none))
+        throw vehicle::Error(
+            fmt::format("{}: is read, and -o {} would overwrite it; choose another folder", path,
+                        command.out_path));
+    }
   const base::FolderLock lock(command.out_path, "crgexplain fleet");
   const explain::FleetFindings found = explain::explain_fleet(
       command.summary_paths.size(),
