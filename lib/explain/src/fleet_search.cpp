@@ -5,30 +5,16 @@
 
 #include "base/parallel.h"
 #include "base/statistics.h"
+#include "fleet_numbers.h"
 #include "selection.h"
 
 namespace explain {
 
+using namespace fleet_numbers;
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-namespace {
-
-/// Sizes that are tried, in steps of the kind.
-constexpr double kSizes[] = {0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
-/// Sizes are chosen on so many cars, evenly taken.
-constexpr std::size_t kCarsForSizes = 12;
-/// Cars are left out one by one, or in so many groups.
-constexpr std::size_t kGroups = 40;
-/// Standard deviations of what the simulation gets wrong in all cars alike, where forces alone show
-/// a kind, and where an accelerometer feels it; and what then counts at least.
-constexpr Sizes kFormOfForces{0.006, 0.003, 0.0002, 0.1}, kFormFelt{0.002, 0.0015, 0.00007, 0.1};
-constexpr Sizes kLeastByForces{0.015, 0.01, 0.0005, 0.15};
-/// Mechanisms and parameters at most, beside three a car.
-constexpr std::size_t kMostNamed = 12;
-
-}  // namespace
 
 FleetSearch::FleetSearch(std::vector<CarSums>& cars, const RoadShape& shape,
                          const std::array<bool, kRoadKinds>& seen, const FleetOptions& options)

@@ -6,6 +6,7 @@
 
 #include "explain/fleet.h"
 #include "fleet_joint.h"
+#include "fleet_numbers.h"
 #include "selection.h"
 
 namespace explain {
@@ -17,10 +18,8 @@ struct RoadGain {
   std::size_t agreeing = 0;  ///< cars (or groups of them) that the others predict better with it
   double largest = 0.0;      ///< of any knot, in deviations of that and of its own
   bool counts() const {
-    return gain > threshold && (beyond > selection::kNamed || largest > kLargest);
+    return gain > threshold && (beyond > selection::kNamed || largest > fleet_numbers::kLargest);
   }
-  /// Eight cars with nothing missing reached 3.
-  static constexpr double kLargest = 4.0;
 };
 
 /// A mechanism of a car that counts.
