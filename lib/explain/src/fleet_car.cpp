@@ -95,6 +95,7 @@ OwnOfDrive own_of(const DriveSummary& drive, const Whole& whole,
   const auto own = static_cast<Index>(at.of_drive.size());
   OwnOfDrive out;
   out.column = at.own_columns;
+  if (own == 0) return out;
   out.normal = all(at.of_drive, at.of_drive);
   for (Index k = 0; k < own; ++k) {
     const double deviation = drive.columns[at.own_columns[static_cast<std::size_t>(k)]].deviation;

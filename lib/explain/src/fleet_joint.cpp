@@ -174,18 +174,20 @@ CarTests test_columns(const CarSums& car, const RoadShape& shape, const Sizes& o
     }
     own_right[k] = car.right[at];
   }
-  const MatrixXd half = solver.matrixL().solve(with);
-  out.left = among - half.transpose() * half;
-  const VectorXd pull = own_right - with.transpose() * out.amounts;
+  if (t > 0) {
+    const MatrixXd half = solver.matrixL().solve(with);
+    out.left = among - half.transpose() * half;
+    own_right -= with.transpose() * out.amounts;
+  }
   for (Index k = 0; k < t; ++k) {
     ColumnTest test;
     test.column = tested[static_cast<std::size_t>(k)];
     // What is left of next to nothing is rounding, or what the model can do already.
     constexpr double kLeastLeft = 0.015;
     if (out.left(k, k) > kLeastLeft * among(k, k) && among(k, k) > 0) {
-      test.amount = pull[k] / out.left(k, k);
+      test.amount = own_right[k] / out.left(k, k);
       test.deviation = 1 / std::sqrt(out.left(k, k));
-      test.gain = pull[k] * test.amount;
+      test.gain = own_right[k] * test.amount;
     }
     out.test.push_back(test);
   }
