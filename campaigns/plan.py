@@ -21,7 +21,8 @@ MAP_STEPS = 4
 # MB a job needs whatever its inputs, and MB per MB of input: guesses, but for roads, which were seen to take 910.
 # What a job of the same folder took before stands in its cost.json and comes first.
 MEMORY = {"mesh": (400, 0), "road": (1000, 60), "lap": (200, 3), "lap-page": (200, 3), "replay": (300, 5),
-          "explain": (800, 20), "scan": (500, 3), "map": (800, 8), "split": (500, 8), "tile": (500, 8), "merge": (800, 8), "trials-make": (300, 0),
+          "explain": (800, 20), "summary": (800, 20), "fleet": (1000, 0),
+          "scan": (500, 3), "map": (800, 8), "split": (500, 8), "tile": (500, 8), "merge": (800, 8), "trials-make": (300, 0),
           "trials-run": (1500, 0), "trials-score": (200, 0)}
 MOST_JOBS = 100000
 
@@ -333,6 +334,31 @@ class _Planner:
                      + ([] if after else [road]), drives + after,
                      page=f"explain/{subject}/report.html")
 
+    def fleets(self, where, value, threads):
+        """A summary of each recording, and what all of a track say together: road, cars, sensors."""
+        section = _Section(where, value or {}, ("recordings", "options"))
+        fleets = {}
+        for name in self.chosen(section, "recordings", self.recordings):
+            log, driven, mapping, track, car = self.recordings[name]
+            if self.cars[car][2]:
+                raise Refusal(f"{where}: car {car} has 'set'; crgexplain reads vehicle.yaml alone: "
+                              "write these settings there")
+            road, after = self.roads[track]
+            vehicle, files, _ = self.cars[car]
+            file = f"summary/{name}/drive.summary"
+            job = self.add("summary", name,
+                           ["crgexplain", "summary", log, "--track", road, "--vehicle", vehicle,
+                            *(["--mapping", mapping] if mapping else []), "-o", file, *section.options(),
+                            f"--threads={threads}"],
+                           files + ([] if driven else [log]) + ([mapping] if mapping else []) + ([] if after else [road]),
+                           driven + after)
+            fleets.setdefault(track, []).append((file, job))
+        for track, summaries in fleets.items():
+            self.add("fleet", track,
+                     ["crgexplain", "fleet", *(file for file, _ in summaries), "-o", f"fleet/{track}",
+                      f"--threads={threads}"],
+                     after=[job for _, job in summaries], page=f"fleet/{track}/report.html")
+
     def trials(self, where, value, threads):
         """Sets of blind trials: made, run, scored."""
         section = _Section(where, value or {}, ("program", "generator", "sets", "count", "first_seed", "waves"))
@@ -384,7 +410,7 @@ def read(path):
         planner.car(car, value)
     for log, value in _named(f"{path}: recordings", top.value.get("recordings")):
         planner.recording(log, value)
-    known = {"laps": planner.laps, "replays": planner.replays, "explanations": planner.explanations,
+    known = {"laps": planner.laps, "replays": planner.replays, "explanations": planner.explanations, "fleets": planner.fleets,
              "trials": planner.trials, "sweeps": planner.sweeps}
     analyses = _Section(f"{path}: analyses", top.value.get("analyses") or {}, tuple(known))
     for analysis, value in analyses.value.items():

@@ -35,6 +35,26 @@ TEST(ReadCampaign, StatesMessagesAndFacts) {
   EXPECT_EQ(read.jobs[0].facts[2].value, 3.0) << "kerbs";
 }
 
+TEST(ReadCampaign, AFleetsVerdictAndWhoseItIs) {
+  const cli::Folder folder;
+  results(folder);
+  cli::write(folder / "plan.json",
+             R"({"name": "f", "jobs": [{"kind": "fleet", "subject": "a", "id": "fleet/a"}]})");
+  std::filesystem::create_directories(folder / "state/fleet");
+  cli::write(folder / "state/fleet/a.json", R"({"exit_code": 0, "message": "", "outputs": [],
+    "said": {"verdict": "divided", "drives": 3, "undivided": [], "cars": [{}, {}],
+             "findings": [{"mechanism": "vehicle.turbo_lag", "owner": "one"}]}})");
+  const campaign::Campaign read = campaign::read_campaign(folder.path());
+  ASSERT_EQ(read.jobs.size(), 1u);
+  std::vector<std::string> words;
+  for (const campaign::Fact& fact : read.jobs[0].facts)
+    words.push_back(fact.name + "=" +
+                    (fact.text.empty() ? std::to_string(int(fact.value)) : fact.text));
+  EXPECT_EQ(words, (std::vector<std::string>{"verdict=divided", "first finding=vehicle.turbo_lag",
+                                             "of=one", "findings=1", "not divided=0", "cars=2",
+                                             "drives=3"}));
+}
+
 TEST(ReadCampaign, AnOutputThatIsGoneOrCutIsNotDone) {
   const cli::Folder folder;
   results(folder);

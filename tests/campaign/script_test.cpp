@@ -105,6 +105,28 @@ TEST_F(Script, GoesOnAfterAFailureAndGivesTheBytesOfTheCommands) {
   EXPECT_EQ(state_of(page, "lap/broken+av21"), "done");
 }
 
+// One summary of each recording, one job that divides what all of a track say.
+TEST_F(Script, AFleetIsSummedUpRecordingByRecording) {
+  const cli::Folder folder;
+  const ToolRun ran = shell(fmt::format(
+      "KERBSTONE_TOOLS='{0}' python3 '{1}/campaigns/plan.py' '{1}/campaigns/fleet.yaml' '{2}' 2>&1",
+      tools(), places::source(), folder / "out"));
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const nlohmann::json plan = nlohmann::json::parse(cli::read(folder / "out/plan.json"));
+  std::vector<std::string> summaries;
+  const nlohmann::json* fleet = nullptr;
+  for (const nlohmann::json& job : plan.at("jobs")) {
+    if (job.at("kind") == "summary") summaries.push_back(job.at("id"));
+    if (job.at("kind") == "fleet") fleet = &job;
+  }
+  EXPECT_EQ(summaries,
+            (std::vector<std::string>{"summary/heavy", "summary/slippery", "summary/blunt"}));
+  ASSERT_NE(fleet, nullptr);
+  EXPECT_EQ(fleet->at("after").get<std::vector<std::string>>(), summaries);
+  EXPECT_EQ(fleet->at("page"), "fleet/kerbstone-ring/report.html");
+  EXPECT_EQ(fleet->at("command").at(2), "summary/heavy/drive.summary");
+}
+
 // The same scans as one job and in tiles.
 TEST_F(Script, TilesMakeTheRoadOfOneJob) {
   const cli::Folder folder;

@@ -224,7 +224,7 @@ double Track::rough(double s, double v) const {
 }
 double Track::bank(double s) const {
   s -= shift_m;
-  return bank_base * std::sin(kTwoPi * 2 * s / length_m + 1.0) - 0.5 * at(s).curvature;
+  return bank_base * std::sin(kTwoPi * 2 * s / length_m + 1.0) - lean_m * at(s).curvature;
 }
 
 Track make_track(double radius_m, double a2, double a3, double a5, double phase) {

@@ -20,6 +20,7 @@ struct Track {
   double step_m = 1.0;
   std::array<double, 3> hill{}, hill_phase{};
   double bank_base = 0.0;
+  double lean_m = 0.5;  ///< banking into a turn, per its curvature
   /// Short unevenness on part of the width: cosine waves, or kerb teeth with flanks of an eighth.
   struct Feature {
     double begin_m, end_m, right_m, left_m, height_m, wave_m;

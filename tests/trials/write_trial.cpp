@@ -111,7 +111,10 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
     write_road(track, track, car, folder / "sealed" / (trial.name + ".crg"));
   write_car(stated_car(trial, dice), here);
 
-  const std::vector<Column> all = columns({.commands = trial.commands,
+  const std::vector<Column> all = columns({.ax = trial.accelerometers,
+                                           .ay = trial.accelerometers,
+                                           .az = trial.accelerometers,
+                                           .commands = trial.commands,
                                            .reached = car.electric.has_value(),
                                            .body = trial.ride.has_value(),
                                            .discs = trial.discs.has_value()});

@@ -27,6 +27,7 @@ struct Trial {
   std::optional<Ride> ride;           ///< suspension, wheel loads, body rates in the log
   bool commands = false;              ///< of the driver, logged by the names that they have
   std::optional<Discs> discs;         ///< disc temperatures in the log
+  bool accelerometers = true;         ///< in the log
   std::vector<std::string> without;   ///< terms that the stated car has switched off
   std::optional<Style> experiment;    ///< a second drive: experiment.csv
   std::vector<std::pair<std::string, double>> notes;  ///< further figures of the truth

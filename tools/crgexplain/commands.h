@@ -25,4 +25,16 @@ int run(const RunCommand& command, Terminal& terminal);
 void print_result(const RunCommand& command, const explain::ExplainedFiles& result,
                   Terminal& terminal);
 
+struct SummaryCommand {
+  RunCommand inputs;  ///< out_path is the summary's file
+};
+int summary(const SummaryCommand& command, Terminal& terminal);
+
+struct FleetCommand {
+  std::vector<std::string> summary_paths;
+  std::string out_path;
+  unsigned threads = 0;
+};
+int fleet(const FleetCommand& command, Terminal& terminal);
+
 }  // namespace crgexplain

@@ -4,6 +4,32 @@
 #include "command/program.h"
 #include "commands.h"
 
+namespace {
+
+void add_threads(CLI::App& app, unsigned& threads) {
+  app.add_option("--threads", threads, "0: all; never changes the result")
+      ->check(CLI::Range(0, 256));
+}
+
+/// Of all commands that compare recordings with a simulation.
+void add_inputs(CLI::App& app, crgexplain::RunCommand& inputs) {
+  command::add_input(app, "--track", inputs.track_path, "CRG file of the road")->required();
+  command::add_input(app, "--friction", inputs.friction_path,
+                     "CRG file of the same shape whose heights are grip factors");
+  command::add_input(app, "--vehicle", inputs.vehicle_path, "vehicle.yaml of the simulated car")
+      ->required();
+  command::add_input(
+      app, "--mapping", inputs.mapping_path,
+      "Which column is which channel (crgexplain map proposes one); without: canonical columns");
+  app.add_option(
+         "--fuel-kg", inputs.fuel_kg,
+         "Fuel at the begin of each log, kg, where none is logged: it burns as vehicle.yaml says")
+      ->check(CLI::Range(0.0, explain::kMostFuelKg));
+  add_threads(app, inputs.threads);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   using command::add_input, command::add_output_file, command::add_output_folder;
   CLI::App app{"Kerbstone's search for why a simulation and a recording differ", "crgexplain"};
@@ -26,29 +52,15 @@ int main(int argc, char** argv) {
   crgexplain::RunCommand analysis;
   CLI::App* const run_app =
       app.add_subcommand("run", "Locates, names and sizes what the simulation lacks");
-  add_input(*run_app, "--track", analysis.track_path, "CRG file of the road")->required();
-  add_input(*run_app, "--friction", analysis.friction_path,
-            "CRG file of the same shape whose heights are grip factors");
-  add_input(*run_app, "--vehicle", analysis.vehicle_path, "vehicle.yaml of the simulated car")
-      ->required();
+  add_inputs(*run_app, analysis);
   add_input(*run_app, "--recordings", analysis.recording_paths,
             "CSV files with the same columns, one header line each")
       ->required();
-  add_input(
-      *run_app, "--mapping", analysis.mapping_path,
-      "Which column is which channel (crgexplain map proposes one); without: canonical columns");
-  run_app
-      ->add_option(
-          "--fuel-kg", analysis.fuel_kg,
-          "Fuel at the begin of each log, kg, where none is logged: it burns as vehicle.yaml says")
-      ->check(CLI::Range(0.0, explain::kMostFuelKg));
   run_app
       ->add_option("--hold-out", analysis.hold_out,
                    "Laps (from 0, over all recordings) used only to judge the result")
       ->delimiter(',')
       ->check(CLI::Range(0, 100000));
-  run_app->add_option("--threads", analysis.threads, "0: all; never changes the result")
-      ->check(CLI::Range(0, 256));
   run_app->add_option("--nulls", analysis.nulls, "Null replicates that set the thresholds")
       ->check(CLI::Range(explain::kLeastNulls, explain::kMostNulls));
   run_app->add_flag("--skip-simulation", analysis.skip_simulation,
@@ -57,6 +69,26 @@ int main(int argc, char** argv) {
                     "Folder for report.html, findings.json and the corrected inputs")
       ->required();
   run_app->callback([&] { run = [&] { return crgexplain::run(analysis, terminal); }; });
+
+  crgexplain::SummaryCommand drive;
+  CLI::App* const summary_app = app.add_subcommand(
+      "summary", "Sums up what a drive says about road, car and sensors, for crgexplain fleet");
+  add_inputs(*summary_app, drive.inputs);
+  add_input(*summary_app, "recording", drive.inputs.recording_paths,
+            "CSV files of one car and one logger, with the same columns")
+      ->required();
+  add_output_file(*summary_app, drive.inputs.out_path, "Summary to write")->required();
+  summary_app->callback([&] { run = [&] { return crgexplain::summary(drive, terminal); }; });
+
+  crgexplain::FleetCommand together;
+  CLI::App* const fleet_app = app.add_subcommand(
+      "fleet", "Divides what summaries of many drives on one road say between road, cars, sensors");
+  add_input(*fleet_app, "summary", together.summary_paths, "Files of crgexplain summary")
+      ->required();
+  add_threads(*fleet_app, together.threads);
+  add_output_folder(*fleet_app, together.out_path, "Folder for report.html and fleet.json")
+      ->required();
+  fleet_app->callback([&] { run = [&] { return crgexplain::fleet(together, terminal); }; });
 
   return command::run(app, terminal, argc, argv, [&] { return run(); });
 }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "explain/explain.h"
+#include "explain/summary.h"
 #include "led_car.h"
 #include "search.h"
 #include "selection.h"
@@ -79,6 +80,8 @@ class Analysis {
   void find_leftovers(Findings& out) const;
   /// Every lap predicted from the others, before and after.
   void prove(Findings& out) const;
+  /// What the rows say at the stated inputs, as sums (summary.cpp).
+  void summarise(DriveSummary& out);
   /// Lists what these logs cannot speak about.
   void list_untestable(Findings& out) const;
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -38,9 +37,7 @@ std::string hash_of(const ExplainRequest& request, const std::vector<std::string
 
 /// What the command line refuses as well.
 void want_bounds(const ExplainRequest& request) {
-  if (!std::isfinite(request.fuel_kg))
-    throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
-  if (request.fuel_kg < 0 || request.fuel_kg > kMostFuelKg)
+  if (request.fuel_kg < 0 || request.fuel_kg > kMostFuelKg)  // what is no number: read_car()
     throw vehicle::Error(
         fmt::format("--fuel-kg {:g} seen, 0 to {:g} wanted", request.fuel_kg, kMostFuelKg));
   if (request.nulls < kLeastNulls || request.nulls > kMostNulls)
@@ -72,12 +69,7 @@ void want_laps(const std::vector<int>& hold_out, const std::vector<Signals>& log
 ExplainedFiles explain_files(const ExplainRequest& request, const base::Progress& progress,
                              const std::function<void(const std::string&)>& remark) {
   want_bounds(request);
-  const vehicle::Vehicle car = vehicle::read_vehicle(request.vehicle_path);
-  if (!car.files.steering.empty())
-    throw vehicle::Error(fmt::format(
-        "{}: has a steering map, but crgexplain reckons with a constant ratio; wanted a vehicle "
-        "with steering.ratio alone, and logs with the road wheels' angle steer_rad",
-        request.vehicle_path));
+  const vehicle::Vehicle car = read_car(request);
   const std::vector<std::string> inputs = inputs_of(request, car);
   refuse_to_overwrite(inputs, request.out_path);
   const StatedRoad road = read_road(request.track_path, request.friction_path);

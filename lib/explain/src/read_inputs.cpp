@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/sha256.h"
 #include "crg/file.h"
@@ -102,6 +103,18 @@ Mapping common_mapping(const std::vector<std::string>& paths,
 }
 
 }  // namespace
+
+vehicle::Vehicle read_car(const ExplainRequest& request) {
+  if (!std::isfinite(request.fuel_kg))
+    throw vehicle::Error("--fuel-kg is no number; kilograms are wanted");
+  vehicle::Vehicle car = vehicle::read_vehicle(request.vehicle_path);
+  if (!car.files.steering.empty())
+    throw vehicle::Error(fmt::format(
+        "{}: has a steering map, but crgexplain reckons with a constant ratio; wanted a vehicle "
+        "with steering.ratio alone, and logs with the road wheels' angle steer_rad",
+        request.vehicle_path));
+  return car;
+}
 
 StatedRoad read_road(const std::string& track_path, const std::string& friction_path) {
   crg::SurfaceOptions options;

@@ -1,43 +1,16 @@
 // The steps of explain_files(), in their order.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "crg/surface.h"
 #include "explain/explain_files.h"
-#include "explain/mapping.h"
-#include "explain/signals.h"
+#include "explain/read_inputs.h"
 #include "explain/simulate.h"
 #include "explain/write_back.h"
 #include "stages.h"
-#include "vehicle/vehicle_file.h"
 
 namespace explain {
-
-struct StatedRoad {
-  std::optional<crg::Crg> friction;
-  crg::Surface surface;  ///< with that friction
-};
-
-/// `friction_path` may be empty.
-StatedRoad read_road(const std::string& track_path, const std::string& friction_path);
-
-struct Recordings {
-  std::vector<vehicle::Table> tables;
-  std::vector<Signals> logs;  ///< of the same tables
-  Mapping given;              ///< as it names the columns of the log: latitudes not yet on a plane
-  Mapping recorded;           ///< of the columns that were recorded
-  Mapping read;               ///< the same with the column of the fuel that was given, if any was
-  std::vector<std::string> notes;
-
-  std::vector<RecordedLog> all() const;
-};
-
-/// With `--fuel-kg` every table gets a column of fuel that burns as vehicle.yaml says.
-Recordings read_recordings(const ExplainRequest& request, const crg::Surface& surface,
-                           const vehicle::Vehicle& car);
 
 /// Nothing that is read may lie where a corrected input will be written. Throws vehicle::Error.
 void refuse_to_overwrite(const std::vector<std::string>& inputs, const std::string& folder);

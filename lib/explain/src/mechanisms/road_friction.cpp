@@ -3,13 +3,14 @@
 #include <cmath>
 
 #include "effect.h"
+#include "explain/summary.h"
 #include "listing.h"
 #include "road_changes.h"
 
 namespace explain {
 namespace {
 
-constexpr const char* kId = "road.friction";
+constexpr const char* kId = kRoad[3].id;
 
 /// Amount: grip added, as a share.
 constexpr Effect kGrip{

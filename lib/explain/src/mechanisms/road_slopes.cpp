@@ -1,13 +1,14 @@
 // A road that leans, climbs or bends up and down where its file does not.
+#include "explain/summary.h"
 #include "listing.h"
 #include "road_changes.h"
 
 namespace explain {
 namespace {
 
-constexpr const char* kBanking = "road.banking";
-constexpr const char* kGrade = "road.grade";
-constexpr const char* kCurvature = "road.vertical_curvature";
+constexpr const char* kBanking = kRoad[0].id;
+constexpr const char* kGrade = kRoad[1].id;
+constexpr const char* kCurvature = kRoad[2].id;
 
 void list_banking(const Listing& l) {
   const bool vy = has(l, kVy), ay = has(l, kAy);
