@@ -74,6 +74,19 @@ TEST(LowGrass, IsNeitherChanceNorAKerbNorARoadALittleRougherThanTheLane) {
   EXPECT_LT(found, 100u);
 }
 
+// Beside high grass single cells hold blades; the road further in does not stand that high.
+TEST(LowGrass, IsNotWhatLiesBesideHighGrass) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    std::vector<VergeColumn> columns = columns_of(seed, [](std::size_t, std::size_t j) {
+      return j < 8 ? 30.0 : j == 8 ? 8.0 : 1.0;
+    });
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      if (k % kAcross < 8) columns[k].is = VergeColumn::scatters, columns[k].grass = true;
+    look_for_low_grass(columns, kAlong, kAcross, false);
+    EXPECT_EQ(marked(columns), 0u) << "seed " << seed;
+  }
+}
+
 TEST(LowGrass, LeavesTheLaneAlone) {
   std::vector<VergeColumn> columns = columns_of(1, [](std::size_t, std::size_t) { return 1.6; });
   look_for_low_grass(columns, kAlong, kAcross, true);

@@ -18,8 +18,12 @@ std::vector<VergeColumn> pooled(const std::vector<VergeColumn>& columns, std::si
   for (std::size_t i = 0; i < along; ++i)
     for (std::size_t j = 0; j < across; ++j) {
       VergeColumn& sum = out[i * across + j];
+      if (!sum.is_low()) {
+        sum.freedom = 0.0;
+        continue;
+      }
       const auto add = [&](const VergeColumn& other) {
-        if (!other.counts()) return;
+        if (!other.is_low()) return;
         sum.freedom += other.freedom, sum.square_m2 += other.square_m2;
         sum.expected_m2 += other.expected_m2;
       };
@@ -41,7 +45,7 @@ std::pair<std::size_t, double> low_grass(const Of& of, std::size_t count) {
   std::pair<std::size_t, double> out{0, 0.0};
   for (std::size_t k = 0; k < count && of(k).lane == 0.0; ++k) {
     const VergeColumn& column = of(k);
-    if (!column.counts()) continue;
+    if (!column.is_low()) continue;
     const double more = column.square_m2 - kTimesLow * column.expected_m2;
     sum += more, chance2 += 2.0 * column.expected_m2 * column.expected_m2 / column.freedom;
     square += column.square_m2, expected += column.expected_m2, freedom += column.freedom;
@@ -73,8 +77,10 @@ void look_for_low_grass(std::vector<VergeColumn>& columns, std::size_t along, st
       const auto [run, excess_m2] = low_grass(
           [&](std::size_t k) -> const VergeColumn& { return seen[i * across + place(k)]; }, count);
       for (std::size_t k = 0; k < run; ++k)
-        if (VergeColumn& column = row[place(k)]; !column.grass)
-          column.beyond = true, column.excess_m2 = excess_m2;
+        if (VergeColumn& column = row[place(k)]; !column.grass) {
+          column.beyond = true;
+          if (column.square_m2 <= kMostLow * column.expected_m2) column.excess_m2 = excess_m2;
+        }
     };
     mark([](std::size_t k) { return k; }, lane);
     mark([across](std::size_t k) { return across - 1 - k; }, across - 1 - lane);

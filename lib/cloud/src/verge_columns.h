@@ -6,6 +6,7 @@
 
 namespace cloud {
 
+constexpr double kMostLow = 3.0;  // of what is expected: grass that scatters more is told by itself
 constexpr double kRelief_m = 0.004;  // bend of the base over 0.25 m to both sides: a kerb
 
 /// kVergeStretch_m along the road and kSectionCell_m across it.
@@ -17,7 +18,11 @@ struct VergeColumn {
   enum { unknown, calm, scatters } is = unknown;
   bool grass = false, beyond = false;
   double excess_m2 = 0.0;  ///< scatter of low grass, where it is told by the verge as a whole
-  bool counts() const { return is == calm && freedom > 0.0 && relief_m <= kRelief_m; }
+  /// Neither a kerb nor beside what stands high: it may be low grass.
+  bool is_low() const {
+    return is == calm && freedom > 0.0 && relief_m <= kRelief_m &&
+           square_m2 <= kMostLow * expected_m2;
+  }
 };
 
 /// The column of a row with most of the lane's points; `across`: none.
