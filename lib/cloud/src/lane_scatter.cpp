@@ -20,13 +20,26 @@ void LaneScatter::add(const SectionCell& cell) {
 }
 
 void LaneScatter::close() {
-  for (const double least : {50.0, 1.0}) {
+  constexpr double kEnough = 50.0;
+  const auto known = [&](std::size_t k) { return k < kBins && bins_[k].freedom >= kEnough; };
+  for (std::size_t k = 0; k < kBins; ++k)
+    for (std::size_t away = 0; away < kBins; ++away) {
+      const std::size_t from = known(k - away) ? k - away : k + away;
+      if (!known(from)) continue;
+      nearest_m2_[k] = bins_[from].square_m2 / bins_[from].freedom;
+      break;
+    }
+  for (const double least : {kEnough, 1.0}) {
     for (const Bin& bin : bins_)
       if (bin.freedom >= least)
         octaves_.push_back(bin.octaves / bin.freedom),
             per_freedom_m2_.push_back(bin.square_m2 / bin.freedom);
     if (!octaves_.empty()) return;
   }
+}
+
+double LaneScatter::in_bin_m2(const SectionCell& cell) const {
+  return nearest_m2_[static_cast<std::size_t>(octaves_of(cell))];
 }
 
 double LaneScatter::at_m2(const SectionCell& cell) const {

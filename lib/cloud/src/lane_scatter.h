@@ -18,6 +18,8 @@ class LaneScatter {
   void close();
   /// Mean square per degree of freedom that a cell of the lane would have; 0 without a lane.
   double at_m2(const SectionCell& cell) const;
+  /// The same by the nearest bin: while the poses drift, what scatters by angle is no smooth line.
+  double in_bin_m2(const SectionCell& cell) const;
 
  private:
   static constexpr std::size_t kBins = 12;
@@ -27,6 +29,7 @@ class LaneScatter {
   static double octaves_of(const SectionCell& cell);
   std::array<Bin, kBins> bins_{};
   std::vector<double> octaves_, per_freedom_m2_;  ///< of the knots, ascending
+  std::array<double, kBins> nearest_m2_{};
 };
 
 }  // namespace cloud

@@ -147,7 +147,8 @@ struct Columns {
   /// Counts the cells of all sections; where each lies.
   std::vector<std::vector<Where>> gather(const Sections& sections, const RoadFrame& frame);
   /// What each should scatter as the lane does, at the same angle of view.
-  void expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where);
+  void expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where,
+                      bool drifting);
   /// Without a sensor: as the calmest quarter of all does.
   void expect_by_calmest();
   /// The freedom of cells that scatter by themselves.
@@ -195,15 +196,16 @@ std::vector<std::vector<Where>> Columns::gather(const Sections& sections, const 
   return where;
 }
 
-void Columns::expect_by_lane(const Sections& sections,
-                             const std::vector<std::vector<Where>>& where) {
+void Columns::expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where,
+                             bool drifting) {
   std::vector<double> lane_square(along, 0.0), lane_expected(along, 0.0);
   for (std::size_t s = 0; s < sections.list.size(); ++s)
     for (std::size_t k = 0; k < where[s].size(); ++k) {
       const SectionCell& cell = sections.list[s].cells[k];
       const Where& at = where[s][k];
       if (at.column == Where::kNone) continue;
-      const double expected_m2 = static_cast<double>(cell.freedom) * lane.at_m2(cell);
+      const double expected_m2 =
+          static_cast<double>(cell.freedom) * (drifting ? lane.in_bin_m2(cell) : lane.at_m2(cell));
       all[at.column].expected_m2 += expected_m2;
       if (!at.in_lane) continue;
       lane_square[at.column / across] += static_cast<double>(cell.square_m2);
@@ -293,7 +295,7 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
   Columns road(frame);
   const std::vector<std::vector<Where>> where = road.gather(sections, frame);
   if (road.with_sensor)
-    road.expect_by_lane(sections, where);
+    road.expect_by_lane(sections, where, drifting);
   else
     road.expect_by_calmest();
   road.count_scattering(sections, where);
