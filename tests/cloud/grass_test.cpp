@@ -43,9 +43,10 @@ support::TrialError refine(const support::TrialRoads& roads, const Case& c, MapR
 TEST(Grass, BesideTheRoadLeavesTheRoadAlone) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   const support::TrialRoads roads = support::trial_roads();
-  // The last one: a trajectory that drifts much at its beginning; 80.5 % held before cells were
-  // gathered again where the second look turned poses.
-  std::vector<Case> cases = {{0.0025, 1, 0, 0.3},
+  // The first one: grass too low to be told column by column; 81.6 % held while it pulled the poses
+  // and was said to stand less high than it does. The last one: a trajectory that drifts much at
+  // its beginning; 80.5 % held before cells were gathered again where the second look turned poses.
+  std::vector<Case> cases = {{0.0025, 17, 0, 1.0},
                              {0.005, 1, 0, 1.0},
                              {0.024, 4, 0, 1.0},
                              {0.060, 5, 2, 1.0},
@@ -60,7 +61,7 @@ TEST(Grass, BesideTheRoadLeavesTheRoadAlone) {
     MapReport report;
     const support::TrialError error = refine(roads, c, report);
     const std::string row = fmt::format(
-        "| {:.0f} mm | {} | {} | {:.1f} | {} | {:.2f} | {:.2f} | {:.4f} | {:.2f} | {:.1f} | {} |",
+        "| {:.1f} mm | {} | {} | {:.1f} | {} | {:.2f} | {:.2f} | {:.4f} | {:.2f} | {:.1f} | {} |",
         1e3 * c.grass_mean_m, c.seed, c.cars, c.drift_share, report.converged, 1e3 * error.z_rmse_m,
         1e3 * error.z_p99_m, error.banking_error_rad / 0.017453293, 1e3 * error.kerb_p95_m,
         100.0 * error.within_90, error.road_nodes);

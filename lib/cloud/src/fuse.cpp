@@ -146,7 +146,7 @@ OnNode node_of(const RoadPoint& point, const RoadFrame& frame, const HeightCells
   if (row >= rows) row = frame.closed() ? 0 : rows - 1;
   return {static_cast<std::uint32_t>(row * frame.columns() + column),
           static_cast<float>(point.above_base_m),
-          static_cast<std::uint8_t>(range_class(point.range_m)), 0};
+          static_cast<std::uint8_t>(range_class(point.ray_m.norm())), 0};
 }
 
 }  // namespace

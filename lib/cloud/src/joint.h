@@ -85,6 +85,7 @@ class JointProblem {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   struct Stretch;
   struct Equations;
+  struct Samples;
   /// Error of the base that is even over metres: height and cross slope at a place along the road.
   struct Node {
     double height_m = 0.0, slope = 0.0;
@@ -113,6 +114,19 @@ class JointProblem {
   double value_of(std::size_t unknown, const std::vector<Correction>& now) const;
   /// The corrections after a step of all unknowns; nodes and common slope take theirs.
   std::vector<Correction> stepped(std::vector<Correction> now, const Eigen::VectorXd& step);
+  /// Calls what(from, to) with the places in order_ of each cell of a stretch that has views.
+  template <typename What>
+  void each_cell(std::size_t stretch, const What& what) const {
+    const std::size_t end = stretch_begin_[stretch + 1];
+    for (std::size_t from = stretch_begin_[stretch], to = from; from < end; from = to) {
+      const std::uint32_t cell = views_[order_[from]].cell;
+      while (to < end && views_[order_[to]].cell == cell) ++to;
+      what(from, to);
+    }
+  }
+  /// What the views of one cell show.
+  void sample(std::size_t from, std::size_t to, const std::vector<Correction>& now,
+              const JointScales& scales, Samples& out) const;
   /// Means of the cells' views at these corrections; 0 without views.
   std::vector<float> heights_at(const std::vector<Correction>& now,
                                 const JointScales& scales) const;

@@ -1,5 +1,6 @@
 // What the residuals tell about the scales, and what the normal equations tell about deviations.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/parallel.h"
@@ -15,80 +16,101 @@ constexpr std::size_t kEnough = 100;  // cells of it
 
 }  // namespace
 
+/// What some cells show, to be sorted.
+struct JointProblem::Samples {
+  enum { cells, lane, views, views_m, residuals, passes, noise, lane_noise, kinds };
+  std::array<std::vector<float>, kinds> of;
+  double believed = 0.0, all = 0.0;
+
+  void add(std::size_t kind, double value) { of[kind].push_back(static_cast<float>(value)); }
+  void add(const Samples& other) {
+    for (std::size_t k = 0; k < kinds; ++k)
+      of[k].insert(of[k].end(), other.of[k].begin(), other.of[k].end());
+    believed += other.believed, all += other.all;
+  }
+};
+
+void JointProblem::sample(std::size_t from, std::size_t to, const std::vector<Correction>& now,
+                          const JointScales& scales, Samples& out) const {
+  const std::uint32_t cell = views_[order_[from]].cell;
+  const double v = v_of(cell);
+  double sum = 0.0, weights = 0.0;
+  double pass_sum[2] = {0.0, 0.0}, pass_weight[2] = {0.0, 0.0};
+  int first_pass = -1, second_pass = -1;
+  bool driven = false;
+  for (std::size_t i = from; i < to; ++i) {
+    const View& view = views_[order_[i]];
+    const double r = residual_of(view, now);
+    double w = static_cast<double>(view.weight);
+    const Section& section = sections_.list[view.section];
+    const int pass = section.pass;
+    driven |= !section.ahead.isZero() && std::abs(v - section.v_m) < kLane_m;
+    if (first_pass < 0) first_pass = pass;
+    if (pass != first_pass && second_pass < 0) second_pass = pass;
+    if (pass == first_pass || pass == second_pass)
+      pass_sum[pass == first_pass ? 0 : 1] += w * r, pass_weight[pass == first_pass ? 0 : 1] += w;
+    if (weighed_) w *= geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
+    sum += w * r, weights += w;
+    out.add(Samples::residuals, std::abs(r - common_slope_ * v));
+  }
+  const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
+  out.add(Samples::cells, std::abs(uneven));
+  if (driven) out.add(Samples::lane, std::abs(uneven));
+  if (weights > 0.0) {
+    out.add(Samples::noise, 1.0 / std::sqrt(weights));
+    if (driven) out.add(Samples::lane_noise, 1.0 / std::sqrt(weights));
+  }
+  const auto n = static_cast<double>(to - from);
+  if (n > 1.0)
+    for (std::size_t i = from; i < to; ++i) {
+      const View& view = views_[order_[i]];
+      // The mean follows its views.
+      const double e = std::abs(residual_of(view, now) - mean) * std::sqrt(n / (n - 1.0));
+      out.add(Samples::views, e * std::sqrt(static_cast<double>(view.weight)));
+      out.add(Samples::views_m, e);
+    }
+  if (second_pass >= 0)
+    out.add(Samples::passes, std::abs(pass_sum[0] / pass_weight[0] - pass_sum[1] / pass_weight[1]));
+  out.believed += geman_mcclure(uneven, scales.base_m) > 0.25 ? 1.0 : 0.0, out.all += 1.0;
+}
+
 JointFacts JointProblem::facts(const std::vector<Correction>& now, const JointScales& scales) {
   // A part of the cells is enough for medians.
   const std::size_t every = 1 + order_.size() / 500'000;
-  std::vector<float> cells, lane, views, views_m, residuals, passes, noise, lane_noise;
-  double believed = 0.0, all = 0.0;
-  std::size_t cell_index = 0;
-  for (std::size_t k = 0; k < order_.size();) {
-    std::size_t end = k;
-    const std::uint32_t cell = views_[order_[k]].cell;
-    while (end < order_.size() && views_[order_[end]].cell == cell) ++end;
-    if (++cell_index % every == 0) {
-      double sum = 0.0, weights = 0.0;
-      double pass_sum[2] = {0.0, 0.0}, pass_weight[2] = {0.0, 0.0};
-      int first_pass = -1, second_pass = -1;
-      const double v =
-          frame_.v_m().front() + (static_cast<double>(cell % across_) + 0.5) * kSectionCell_m;
-      bool driven = false;
-      for (std::size_t i = k; i < end; ++i) {
-        const View& view = views_[order_[i]];
-        const double r = residual_of(view, now);
-        double w = static_cast<double>(view.weight);
-        const Section& section = sections_.list[view.section];
-        const int pass = section.pass;
-        driven |= !section.ahead.isZero() && std::abs(v - section.v_m) < kLane_m;
-        if (first_pass < 0) first_pass = pass;
-        if (pass != first_pass && second_pass < 0) second_pass = pass;
-        if (pass == first_pass || pass == second_pass)
-          pass_sum[pass == first_pass ? 0 : 1] += w * r,
-              pass_weight[pass == first_pass ? 0 : 1] += w;
-        if (weighed_)
-          w *= geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
-        sum += w * r, weights += w;
-        residuals.push_back(static_cast<float>(std::abs(r - common_slope_ * v)));
-      }
-      const double mean = weights > 0.0 ? sum / weights : 0.0, uneven = mean - even_error(cell);
-      cells.push_back(static_cast<float>(std::abs(uneven)));
-      if (weights > 0.0) noise.push_back(static_cast<float>(1.0 / std::sqrt(weights)));
-      if (driven) lane.push_back(cells.back());
-      if (driven && weights > 0.0) lane_noise.push_back(noise.back());
-      if (end - k > 1)
-        for (std::size_t i = k; i < end; ++i) {
-          const View& view = views_[order_[i]];
-          // The mean follows its views.
-          const double n = static_cast<double>(end - k);
-          const double e = std::abs(residual_of(view, now) - mean) * std::sqrt(n / (n - 1.0));
-          views.push_back(static_cast<float>(e * std::sqrt(static_cast<double>(view.weight))));
-          views_m.push_back(static_cast<float>(e));
-        }
-      if (second_pass >= 0)
-        passes.push_back(static_cast<float>(
-            std::abs(pass_sum[0] / pass_weight[0] - pass_sum[1] / pass_weight[1])));
-      believed += geman_mcclure(uneven, scales.base_m) > 0.25 ? 1.0 : 0.0, all += 1.0;
+  std::vector<Samples> seen(stretches_);
+  base::parallel_for(stretches_, 1, options_.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      std::size_t index = 0;
+      each_cell(s, [&](std::size_t from, std::size_t to) {
+        if (++index % every == 0) sample(from, to, now, scales, seen[s]);
+      });
     }
-    k = end;
-  }
+  });
+  Samples all;
+  for (const Samples& samples : seen) all.add(samples);
   std::vector<float> heights, slopes;
   for (const Node& node : nodes_)
     if (node.height_m != 0.0)
       heights.push_back(static_cast<float>(std::abs(node.height_m))),
           slopes.push_back(static_cast<float>(std::abs(node.slope - common_slope_)));
-  JointFacts facts;
-  const auto typical = [](std::vector<float>& values) {
-    return 1.4826 * static_cast<double>(base::median_or(0.0f, std::move(values)));
-  };
-  facts.node_mad_m = typical(heights), facts.node_slope_mad = typical(slopes);
   // What lies beside the road, and is not what the base says, must not widen what is believed.
-  const bool by_lane = lane.size() >= kEnough;
-  facts.base_mad_m = typical(by_lane ? lane : cells);
-  facts.cell_noise_m =
-      static_cast<double>(base::median_or(0.0f, std::move(by_lane ? lane_noise : noise)));
-  facts.view_mad = typical(views);
-  facts.view_mad_m = typical(views_m), facts.residual_m = typical(residuals);
-  facts.between_passes_m = typical(passes);
-  facts.believed = all > 0.0 ? believed / all : 0.0;
+  const bool by_lane = all.of[Samples::lane].size() >= kEnough;
+  std::array<double, Samples::kinds> median{};
+  base::parallel_for(Samples::kinds, 1, options_.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      median[k] = static_cast<double>(base::median_or(0.0f, std::move(all.of[k])));
+  });
+  constexpr double kOfMad = 1.4826;
+  JointFacts facts;
+  facts.node_mad_m = kOfMad * static_cast<double>(base::median_or(0.0f, std::move(heights)));
+  facts.node_slope_mad = kOfMad * static_cast<double>(base::median_or(0.0f, std::move(slopes)));
+  facts.base_mad_m = kOfMad * median[by_lane ? Samples::lane : Samples::cells];
+  facts.cell_noise_m = median[by_lane ? Samples::lane_noise : Samples::noise];
+  facts.view_mad = kOfMad * median[Samples::views];
+  facts.view_mad_m = kOfMad * median[Samples::views_m];
+  facts.residual_m = kOfMad * median[Samples::residuals];
+  facts.between_passes_m = kOfMad * median[Samples::passes];
+  facts.believed = all.all > 0.0 ? all.believed / all.all : 0.0;
   return facts;
 }
 
@@ -100,18 +122,22 @@ std::vector<float> JointProblem::heights_at(const std::vector<Correction>& now,
     for (std::size_t k = 0; k < cells_.size(); ++k) heights[k] = cells_[k].height_m;
     return heights;
   }
-  for (std::size_t k = 0; k < order_.size();) {
-    const std::uint32_t cell = views_[order_[k]].cell;
-    double sum = 0.0, weights = 0.0;
-    for (; k < order_.size() && views_[order_[k]].cell == cell; ++k) {
-      const View& view = views_[order_[k]];
-      const double r = residual_of(view, now);
-      const double w = static_cast<double>(view.weight) *
-                       geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
-      sum += w * r, weights += w;
-    }
-    heights[cell] = weights > 0.0 ? static_cast<float>(sum / weights) : cells_[cell].height_m;
-  }
+  base::parallel_for(stretches_, 1, options_.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s)
+      each_cell(s, [&](std::size_t from, std::size_t to) {
+        const std::uint32_t cell = views_[order_[from]].cell;
+        double sum = 0.0, weights = 0.0;
+        for (std::size_t i = from; i < to; ++i) {
+          const View& view = views_[order_[i]];
+          const double r = residual_of(view, now);
+          const double w =
+              static_cast<double>(view.weight) *
+              geman_mcclure(r - static_cast<double>(cells_[cell].height_m), scales.view_m);
+          sum += w * r, weights += w;
+        }
+        heights[cell] = weights > 0.0 ? static_cast<float>(sum / weights) : cells_[cell].height_m;
+      });
+  });
   return heights;
 }
 
@@ -139,29 +165,35 @@ void JointProblem::measure_together(const std::vector<Correction>& now, JointSca
     }
   scales.base_together = ratio(n_mean2, square, blocks);
 
-  n_mean2 = square = blocks = 0.0;
+  // Blocks of views of one section: how many, n times the squares of means, mean squares.
+  std::vector<std::array<double, 3>> seen(sections_.list.size());
   const std::size_t around = along_ / block + 1, beside = across_ / block + 1;
-  std::vector<std::array<double, 3>> sums(around * beside);
-  std::vector<std::size_t> touched;
-  for (std::size_t s = 0; s < sections_.list.size(); ++s) {
-    touched.clear();
-    for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
-      const View& view = views_[k];
-      if (view.cell == View::kNone) continue;
-      const double e = (residual_of(view, now) - static_cast<double>(heights[view.cell])) *
-                       std::sqrt(static_cast<double>(view.weight) / scales.view_factor);
-      if (!(std::abs(e) < 3.0)) continue;
-      const std::size_t at = view.cell / across_ / block * beside + view.cell % across_ / block;
-      if (sums[at][0] == 0.0) touched.push_back(at);
-      sums[at][0] += 1.0, sums[at][1] += e, sums[at][2] += e * e;
+  base::parallel_for(seen.size(), 16, options_.threads, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::array<double, 3>> sums(around * beside);
+    std::vector<std::size_t> touched;
+    for (std::size_t s = begin; s < end; ++s) {
+      touched.clear();
+      for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
+        const View& view = views_[k];
+        if (view.cell == View::kNone) continue;
+        const double e = (residual_of(view, now) - static_cast<double>(heights[view.cell])) *
+                         std::sqrt(static_cast<double>(view.weight) / scales.view_factor);
+        if (!(std::abs(e) < 3.0)) continue;
+        const std::size_t at = view.cell / across_ / block * beside + view.cell % across_ / block;
+        if (sums[at][0] == 0.0) touched.push_back(at);
+        sums[at][0] += 1.0, sums[at][1] += e, sums[at][2] += e * e;
+      }
+      for (const std::size_t at : touched) {
+        const auto& [n, sum, sum2] = sums[at];
+        if (n >= 0.5 * static_cast<double>(block * block))
+          seen[s][0] += 1.0, seen[s][1] += sum * sum / n, seen[s][2] += sum2 / n;
+        sums[at] = {0.0, 0.0, 0.0};
+      }
     }
-    for (const std::size_t at : touched) {
-      const auto& [n, sum, sum2] = sums[at];
-      if (n >= 0.5 * static_cast<double>(block * block))
-        blocks += 1.0, n_mean2 += sum * sum / n, square += sum2 / n;
-      sums[at] = {0.0, 0.0, 0.0};
-    }
-  }
+  });
+  n_mean2 = square = blocks = 0.0;
+  for (const auto& [count, mean2, of_all] : seen)
+    blocks += count, n_mean2 += mean2, square += of_all;
   scales.view_together = ratio(n_mean2, square, blocks);
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "map_steps.h"
+#include "read_ahead.h"
 
 namespace cloud {
 namespace {
@@ -38,7 +39,7 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
     const MapInputs inputs{frame, base.grid, placed ? &*placed : nullptr, options};
     MapResult result;
     MapState state = first_state(inputs);
-    const CloudSource source = timed(scans, state.report.seconds_read);
+    const CloudSource source = read_ahead(timed(scans, state.report.seconds_read), options.threads);
     while (state.step != MapStep::done)
       advance(state, read_for(state, source, inputs, state.report), inputs, result);
     return result;

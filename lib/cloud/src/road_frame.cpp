@@ -5,6 +5,11 @@
 #include <limits>
 
 namespace cloud {
+namespace {
+
+constexpr int kFastSteps = 8;
+
+}  // namespace
 
 RoadFrame::RoadFrame(const crg::Crg& road) {
   const crg::Surface surface(road);
@@ -14,10 +19,8 @@ RoadFrame::RoadFrame(const crg::Crg& road) {
   u_step_m_ = grid.u_step_m;
   closed_ = line.closed;
   v_m_ = grid.v_m;
-  x_m_ = line.x_m;
-  y_m_ = line.y_m;
-  const std::size_t n = x_m_.size();
-  tx_.resize(n), ty_.resize(n);
+  const std::size_t n = line.x_m.size();
+  rows_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     // The mitre tangent of the standard; on a closed road the seam is no end.
     const std::size_t before = i > 0     ? i - 1
@@ -27,8 +30,9 @@ RoadFrame::RoadFrame(const crg::Crg& road) {
                               : closed_ ? 1
                                         : n - 1;
     const Eigen::Vector2d t =
-        Eigen::Vector2d(x_m_[after] - x_m_[before], y_m_[after] - y_m_[before]).normalized();
-    tx_[i] = t.x(), ty_[i] = t.y();
+        Eigen::Vector2d(line.x_m[after] - line.x_m[before], line.y_m[after] - line.y_m[before])
+            .normalized();
+    rows_[i] = {line.x_m[i], line.y_m[i], t.x(), t.y()};
   }
   z_origin_m_ = line.z_m.empty() ? 0.0 : line.z_m.front();
   z_m_.resize(n * v_m_.size());
@@ -49,17 +53,18 @@ RoadFrame::RoadFrame(const crg::Crg& road) {
 }
 
 Eigen::Vector2d RoadFrame::node_position(std::size_t row, double v_m) const {
-  return {x_m_[row] - v_m * ty_[row], y_m_[row] + v_m * tx_[row]};
+  const Row& at = rows_[row];
+  return {at.x_m - v_m * at.ty, at.y_m + v_m * at.tx};
 }
 
 double RoadFrame::heading_rad(double row) const {
   const auto i = static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(rows() - 1)));
-  return std::atan2(ty_[i], tx_[i]);
+  return std::atan2(rows_[i].ty, rows_[i].tx);
 }
 
 Eigen::Vector2d RoadFrame::ahead(double row) const {
   const auto i = static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(rows() - 1)));
-  return {tx_[i], ty_[i]};
+  return {rows_[i].tx, rows_[i].ty};
 }
 
 double RoadFrame::wrapped(double row) const {
@@ -75,18 +80,22 @@ std::optional<GridPlace> RoadFrame::project(double x_m, double y_m, double hint)
   i = std::clamp<std::ptrdiff_t>(i, 0, last);
   for (int step = 0; step < 60; ++step) {
     const auto k = static_cast<std::size_t>(i);
-    const double dx = x_m - x_m_[k], dy = y_m - y_m_[k];
-    const double a = dx * tx_[k] + dy * ty_[k];
-    const double b = (x_m - x_m_[k + 1]) * tx_[k + 1] + (y_m - y_m_[k + 1]) * ty_[k + 1];
+    const Row &here = rows_[k], &next = rows_[k + 1];
+    const double dx = x_m - here.x_m, dy = y_m - here.y_m;
+    const double a = dx * here.tx + dy * here.ty;
+    const double b = (x_m - next.x_m) * next.tx + (y_m - next.y_m) * next.ty;
     if (a >= 0.0 && b < 0.0) {
       const double f = a / (a - b);
-      const double px = dx - f * (x_m_[k + 1] - x_m_[k]), py = dy - f * (y_m_[k + 1] - y_m_[k]);
-      const double nx = -(ty_[k] + f * (ty_[k + 1] - ty_[k])),
-                   ny = tx_[k] + f * (tx_[k + 1] - tx_[k]);
+      const double px = dx - f * (next.x_m - here.x_m), py = dy - f * (next.y_m - here.y_m);
+      const double nx = -(here.ty + f * (next.ty - here.ty)),
+                   ny = here.tx + f * (next.tx - here.tx);
       return GridPlace{static_cast<double>(i) + f, (px * nx + py * ny) / (nx * nx + ny * ny)};
     }
-    // Far away the tangent tells how many segments to go; near, one at a time.
-    std::ptrdiff_t jump = static_cast<std::ptrdiff_t>(0.9 * (a < 0.0 ? a : b) / u_step_m_);
+    // Far away the tangent tells how many segments to go, on a straight exactly. Where that does
+    // not settle, as inside of a tight bend, less than it says; near, one at a time.
+    const double way = step < kFastSteps ? a : 0.9 * (a < 0.0 ? a : b);
+    auto jump = static_cast<std::ptrdiff_t>(way / u_step_m_);
+    if (step < kFastSteps && a < 0.0) --jump;
     if (jump == 0) jump = a < 0.0 ? -1 : 1;
     i += jump;
     if (closed_) {
@@ -105,7 +114,7 @@ double RoadFrame::nearest_row(double x_m, double y_m) const {
   double best = std::numeric_limits<double>::infinity();
   std::size_t row = 0;
   for (std::size_t i = 0; i < rows(); ++i) {
-    const double d = (x_m_[i] - x_m) * (x_m_[i] - x_m) + (y_m_[i] - y_m) * (y_m_[i] - y_m);
+    const double dx = rows_[i].x_m - x_m, dy = rows_[i].y_m - y_m, d = dx * dx + dy * dy;
     if (d < best) best = d, row = i;
   }
   return static_cast<double>(row);
@@ -147,7 +156,8 @@ Eigen::Vector2d RoadFrame::gradient(const GridPlace& place, double reach_m) cons
   const double across =
       (height({place.row, place.v_m + reach_m}) - height({place.row, place.v_m - reach_m})) /
       (2.0 * reach_m);
-  return {along * tx_[k] - across * ty_[k], along * ty_[k] + across * tx_[k]};
+  const Row& here = rows_[k];
+  return {along * here.tx - across * here.ty, along * here.ty + across * here.tx};
 }
 
 }  // namespace cloud

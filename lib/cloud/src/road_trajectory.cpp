@@ -68,13 +68,13 @@ RoadTrajectory place_on_road(Trajectory trajectory, const RoadFrame& frame) {
 
 Placed Placer::operator()(const Cloud& chunk, std::size_t i, RoadPoint& point) {
   if (trajectory_ != nullptr) {
-    PosedInstant pose;
-    if (!pose_at(trajectory_->poses, chunk.time_s[i], pose_, pose)) return Placed::no_pose;
-    point.map_m = pose.position_m + pose.orientation * (chunk.point(i) + chunk.origin_m);
-    point.driven_m = pose.driven_m;
-    const Eigen::Vector3d ray = point.map_m - pose.position_m;
-    point.range_m = ray.norm();
-    point.ray = point.range_m > 0.0 ? Eigen::Vector3d(ray / point.range_m) : ray;
+    // The beams of one shot have their time in common.
+    if (const double time_s = chunk.time_s[i]; time_s != time_s_)
+      time_s_ = time_s, posed_ = pose_at(trajectory_->poses, time_s, pose_, instant_);
+    if (!posed_) return Placed::no_pose;
+    point.ray_m = instant_.orientation * (chunk.point(i) + chunk.origin_m);
+    point.map_m = instant_.position_m + point.ray_m;
+    point.driven_m = instant_.driven_m;
     point.pose = pose_;
     row_ = trajectory_->row[pose_];
   } else {

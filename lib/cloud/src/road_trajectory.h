@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <vector>
 
 #include "cloud/cloud.h"
@@ -27,9 +28,7 @@ struct RoadPoint {
   GridPlace place;
   double above_base_m = 0.0;
   double driven_m = 0.0;
-  Eigen::Vector3d ray = Eigen::Vector3d::Zero();  ///< from the sensor, of length 1; 0 without one
-  double range_m = 0.0;                           ///< from the sensor; 0 without one
-  double sine2 = 0.0;  ///< of the angle between ray and road, squared; 0 without a sensor
+  Eigen::Vector3d ray_m = Eigen::Vector3d::Zero();  ///< from the sensor; 0 without one
   std::size_t pose = 0;
 };
 enum class Placed { on_road, no_pose, off_road };
@@ -47,6 +46,9 @@ class Placer {
   const RoadTrajectory* trajectory_;
   std::size_t pose_ = 0;
   double row_ = -1.0;
+  double time_s_ = std::numeric_limits<double>::quiet_NaN();  ///< of the instant
+  bool posed_ = false;
+  PosedInstant instant_;
 };
 
 }  // namespace cloud

@@ -9,166 +9,13 @@
 
 #include "base/parallel.h"
 #include "cloud/error.h"
+#include "collector.h"
 #include "verge.h"
-#include "visits.h"
 
 namespace cloud {
 namespace {
 
-constexpr double kReach_m = 35.0;       // of a section along the road, both ways
-constexpr double kObstacleTop_m = 2.2;  // higher things (gantries, trees) hang over the road
-
-/// Sums of one cell while its section is open.
-struct Sum {
-  double x = 0.0, y = 0.0, z = 0.0, driven = 0.0, driven2 = 0.0, height = 0.0, height2 = 0.0;
-  double a = 0.0, b = 0.0, aa = 0.0, ab = 0.0, bb = 0.0, ah = 0.0, bh = 0.0;  ///< about the middle
-  double sine2 = 0.0;
-  std::uint32_t points = 0;
-  bool obstacle = false;
-};
-
-struct OpenSection {
-  std::vector<Sum> sums;
-  Eigen::Vector3d position_m;
-  double row = 0.0;
-  std::uint8_t visit = 0;
-};
-
-/// Sum of the squares of heights about their plane.
-double about_plane(const Sum& s) {
-  const double n = s.points;
-  Eigen::Matrix2d m;
-  m << s.aa - s.a * s.a / n, s.ab - s.a * s.b / n, s.ab - s.a * s.b / n, s.bb - s.b * s.b / n;
-  const Eigen::Vector2d right(s.ah - s.a * s.height / n, s.bh - s.b * s.height / n);
-  const double all = s.height2 - s.height * s.height / n;
-  // Points in a line have no plane: what is left then is taken about the slope along it.
-  m.diagonal().array() += 1e-6 * n;
-  return std::max(0.0, all - right.dot(m.ldlt().solve(right)));
-}
-
-class Collector {
- public:
-  Collector(const RoadFrame& frame, const MapOptions& options, Look& look)
-      : frame_(frame),
-        options_(options),
-        sections_(look.sections),
-        standing_(look.standing),
-        visits_(look.sections.list.size()) {
-    across_ =
-        static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
-    along_ = static_cast<std::size_t>(2.0 * kReach_m / kSectionCell_m);
-  }
-
-  /// A point of a section came, whether add() wants it or not. `visit`: its number where that is
-  /// known from elsewhere.
-  void come(std::size_t index, const std::uint8_t* visit) {
-    const Visits::Seen seen = visits_(index);
-    if (seen.closed) close_one(*seen.closed);
-    visit_ = visit != nullptr ? *visit : seen.number;
-    const auto open = open_.find(index);
-    if (open != open_.end() && open->second.visit != visit_) close_one(index);
-  }
-
-  /// The point that came last.
-  void add(std::size_t index, const RoadPoint& point) {
-    OpenSection& open = open_section(index);
-    double ahead = point.place.row - open.row;
-    const auto period = static_cast<double>(frame_.rows() - 1);
-    if (frame_.closed()) ahead -= period * std::round(ahead / period);
-    const double cell = std::floor((ahead * frame_.u_step_m() + kReach_m) / kSectionCell_m);
-    if (!(cell >= 0.0 && cell < static_cast<double>(along_))) return;
-    const auto column =
-        static_cast<std::size_t>((point.place.v_m - frame_.v_m().front()) / kSectionCell_m);
-    Sum& sum = open.sums[static_cast<std::size_t>(cell) * across_ + std::min(column, across_ - 1)];
-    if (point.above_base_m > options_.gate_m) {
-      sum.obstacle |= point.above_base_m < kObstacleTop_m;
-      return;
-    }
-    const Eigen::Vector3d p = point.map_m - open.position_m;
-    const double on = point.driven_m - sections_.centre_m[index];
-    sum.x += p.x(), sum.y += p.y(), sum.z += p.z(), sum.driven += on, sum.driven2 += on * on;
-    sum.height += point.above_base_m, sum.height2 += point.above_base_m * point.above_base_m;
-    const double a = ahead * frame_.u_step_m() + kReach_m - (cell + 0.5) * kSectionCell_m,
-                 b = point.place.v_m - frame_.v_m().front() -
-                     (static_cast<double>(column) + 0.5) * kSectionCell_m;
-    sum.a += a, sum.b += b, sum.aa += a * a, sum.ab += a * b, sum.bb += b * b;
-    sum.ah += a * point.above_base_m, sum.bh += b * point.above_base_m;
-    sum.sine2 += point.sine2;
-    ++sum.points;
-  }
-
-  void close_all() {
-    for (auto& [index, open] : open_) close(index, open);
-    open_.clear();
-  }
-
- private:
-  OpenSection& open_section(std::size_t index) {
-    const auto found = open_.find(index);
-    if (found != open_.end()) return found->second;
-    OpenSection& open = open_[index];
-    open.sums.assign(along_ * across_, {});
-    open.position_m = sections_.list[index].position_m;
-    open.row = sections_.list[index].row;
-    open.visit = visit_;
-    return open;
-  }
-
-  void close_one(std::size_t index) {
-    const auto found = open_.find(index);
-    if (found == open_.end()) return;
-    close(index, found->second);
-    open_.erase(found);
-  }
-
-  bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const {
-    constexpr std::size_t kAround = 2;
-    for (std::size_t k = i - std::min(i, kAround); k <= std::min(i + kAround, along_ - 1); ++k)
-      for (std::size_t l = j - std::min(j, kAround); l <= std::min(j + kAround, across_ - 1); ++l)
-        if (open.sums[k * across_ + l].obstacle) return true;
-    return false;
-  }
-
-  void close(std::size_t index, const OpenSection& open) {
-    Section& section = sections_.list[index];
-    for (std::size_t i = 0; i < along_; ++i)
-      for (std::size_t j = 0; j < across_; ++j) {
-        const Sum& sum = open.sums[i * across_ + j];
-        if (sum.points < 2) continue;
-        const double ahead_m = (static_cast<double>(i) + 0.5) * kSectionCell_m - kReach_m;
-        const std::size_t road_cell = standing_.cell_at(open.row, ahead_m, j);
-        if (near_obstacle(open, i, j)) {
-          standing_.saw_standing(road_cell);
-          sections_.on_obstacles += sum.points;
-          continue;
-        }
-        const double n = sum.points;
-        standing_.keep(index, road_cell, sum.height / n);
-        section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
-                                 static_cast<float>(sum.z / n), static_cast<float>(n),
-                                 static_cast<float>(sum.driven / n),
-                                 static_cast<float>(sum.driven2 / n)});
-        SectionCell& cell = section.cells.back();
-        cell.sine2 = static_cast<float>(sum.sine2 / n);
-        if (sum.points >= 4)
-          cell.square_m2 = static_cast<float>(about_plane(sum)),
-          cell.freedom = static_cast<float>(n - 3.0);
-        else  // about the base as it is tilted: thin scans have nothing else
-          cell.square_m2 =
-              static_cast<float>(std::max(0.0, sum.height2 - sum.height * sum.height / n)),
-          cell.freedom = static_cast<float>(n - 1.0);
-      }
-  }
-
-  const RoadFrame& frame_;
-  const MapOptions& options_;
-  Sections& sections_;
-  Standing& standing_;
-  std::size_t across_ = 0, along_ = 0;
-  Visits visits_;
-  std::uint8_t visit_ = 0;  ///< of the point that came last
-  std::map<std::size_t, OpenSection> open_;
-};
+constexpr std::size_t kAtOnce = 65'536, kPerThread = 4096;  // points
 
 }  // namespace
 
@@ -252,12 +99,8 @@ Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajec
   Standing standing(frame, empty.list.size());
   Look look{std::move(empty), std::move(standing)};
   Sections& sections = look.sections;
-  Collector collector(frame, options, look);
-  struct Seen {
-    Placed how = Placed::off_road;
-    RoadPoint point;
-  };
-  std::vector<Seen> seen;
+  Collector collector(frame, trajectory, options, visits_known, look);
+  std::vector<Fall> falls;
   const auto every = static_cast<std::size_t>(std::max(1, options.estimate_every));
   source([&](Cloud&& chunk) {
     if (trajectory != nullptr && chunk.time_s.empty())
@@ -267,50 +110,20 @@ Look look_at(const CloudSource& source, const RoadFrame& frame, const RoadTrajec
     if (visits_known && chunk.classification.size() != chunk.size())
       throw Error("points of a tile have no numbers of their visits");
     const std::size_t count = (chunk.size() + every - 1) / every;
-    seen.resize(count);
-    base::parallel_for(count, 4096, options.threads, [&](std::size_t begin, std::size_t end) {
-      Placer place(frame, trajectory);
-      for (std::size_t k = begin; k < end; ++k) {
-        RoadPoint& point = seen[k].point;
-        seen[k].how = place(chunk, k * every, point);
-        point.sine2 = 0.0;
-        if (seen[k].how != Placed::on_road || point.ray.isZero()) continue;
-        const Eigen::Vector2d slope = frame.gradient(point.place, kSectionCell_m);
-        const double across =
-            slope.allFinite() ? point.ray.z() - slope.dot(point.ray.head<2>()) : point.ray.z();
-        point.sine2 = std::min(1.0, across * across);
-      }
-    });
-    for (std::size_t k = 0; k < count; ++k) {
-      ++sections.points;
-      if (!chunk.time_s.empty())
-        sections.time_begin_s = std::min(sections.time_begin_s, chunk.time_s[k * every]),
-        sections.time_end_s = std::max(sections.time_end_s, chunk.time_s[k * every]);
-      const RoadPoint& point = seen[k].point;
-      if (seen[k].how == Placed::no_pose) {
-        ++sections.without_pose;
-        continue;
-      }
-      const auto came = [&] {
-        const int piece = trajectory == nullptr ? 0 : trajectory->poses.piece[point.pose];
-        const std::size_t index = sections.index_at(piece, point.driven_m);
-        collector.come(index, visits_known ? &chunk.classification[k * every] : nullptr);
-        return index;
-      };
-      // With a trajectory which visit a point belongs to is a matter of time alone.
-      std::size_t index = 0;
-      if (trajectory != nullptr) index = came();
-      sections.min_m = sections.min_m.cwiseMin(point.map_m.head<2>()),
-      sections.max_m = sections.max_m.cwiseMax(point.map_m.head<2>());
-      if (seen[k].how == Placed::off_road) {
-        ++sections.off_road;
-        continue;
-      }
-      if (std::abs(point.above_base_m) > options.gate_m) ++sections.far_from_base;
-      if (point.above_base_m < -options.gate_m) continue;
-      if (trajectory == nullptr) index = came();
-      collector.add(index, point);
+    for (std::size_t first = 0; first < count; first += kAtOnce) {
+      falls.resize(std::min(kAtOnce, count - first));
+      base::parallel_for(falls.size(), kPerThread, options.threads,
+                         [&](std::size_t begin, std::size_t end) {
+                           Placer place(frame, trajectory);
+                           for (std::size_t k = begin; k < end; ++k)
+                             falls[k] = collector.fall_of(place, chunk, (first + k) * every);
+                         });
+      for (const Fall& fall : falls) collector.add(fall);
     }
+    if (chunk.time_s.empty()) return;
+    for (std::size_t k = 0; k < chunk.size(); k += every)
+      sections.time_begin_s = std::min(sections.time_begin_s, chunk.time_s[k]),
+      sections.time_end_s = std::max(sections.time_end_s, chunk.time_s[k]);
   });
   collector.close_all();
   return look;

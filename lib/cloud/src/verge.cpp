@@ -1,10 +1,12 @@
 #include "verge.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <vector>
+
+#include "lane_scatter.h"
+#include "verge_columns.h"
 
 namespace cloud {
 namespace {
@@ -19,17 +21,6 @@ constexpr float kNoSurface_m = 0.03f;  // a cell that scatters more is none, whe
 constexpr double kMost = 0.4;          // of a column must scatter: a car that passed is no grass
 constexpr double kEnoughFreedom = 12.0;
 constexpr std::size_t kWideRun = 3;  // columns: wider than the steep part of a kerb
-constexpr double kRelief_m = 0.004;  // bend of the base over 0.25 m to both sides: a kerb
-constexpr std::size_t kAngles = 12;  // each half as much of the sine's square as the one before
-
-struct Column {
-  double freedom = 0.0, square_m2 = 0.0, expected_m2 = 0.0, points = 0.0;
-  double lane = 0.0;        ///< points of the lane
-  double scattering = 0.0;  ///< freedom of cells that scatter by themselves
-  double relief_m = 0.0;
-  enum { unknown, calm, scatters } is = unknown;
-  bool grass = false, beyond = false;
-};
 
 /// Of a section's cell.
 struct Where {
@@ -38,35 +29,9 @@ struct Where {
   bool in_lane = false;
 };
 
-std::size_t angle_of(const SectionCell& cell) {
-  const auto sine2 = static_cast<double>(cell.sine2);
-  if (!(sine2 > 0.0)) return 0;
-  return static_cast<std::size_t>(
-      std::clamp(-std::log2(sine2), 0.0, static_cast<double>(kAngles - 1)));
-}
-
-/// Bins with too few cells take the nearest one's.
-void fill(std::array<double, kAngles>& measure, const std::array<double, kAngles>& freedom) {
-  const std::array<double, kAngles> found = measure;
-  for (std::size_t k = 0; k < kAngles; ++k)
-    for (std::size_t away = 0; away < kAngles; ++away) {
-      if (k >= away && freedom[k - away] >= 50.0) {
-        measure[k] = found[k - away];
-        break;
-      }
-      if (k + away < kAngles && freedom[k + away] >= 50.0) {
-        measure[k] = found[k + away];
-        break;
-      }
-    }
-}
-
 /// What lies beyond grass as seen from the lane.
-void look_beyond(Column* row, std::size_t across) {
-  std::size_t lane = across;
-  double most = 0.0;
-  for (std::size_t j = 0; j < across; ++j)
-    if (row[j].lane > most && !row[j].grass) most = row[j].lane, lane = j;
+void look_beyond(VergeColumn* row, std::size_t across) {
+  const std::size_t lane = lane_of(row, across);
   if (lane == across) return;
   bool passed = false;
   for (std::size_t j = lane; j < across; ++j) row[j].beyond = passed |= row[j].grass;
@@ -75,13 +40,13 @@ void look_beyond(Column* row, std::size_t across) {
 }
 
 /// Grass grows over columns beside it that scatter a little, not into the lane.
-void grow(std::vector<Column>& columns, std::size_t along, std::size_t across, bool closed) {
-  const std::vector<Column> before = columns;
+void grow(std::vector<VergeColumn>& columns, std::size_t along, std::size_t across, bool closed) {
+  const std::vector<VergeColumn> before = columns;
   const auto grass = [&](std::size_t i, std::size_t j) { return before[i * across + j].grass; };
   for (std::size_t i = 0; i < along; ++i)
     for (std::size_t j = 0; j < across; ++j) {
-      Column& column = columns[i * across + j];
-      if (column.grass || column.lane > 0.0 || column.is == Column::unknown) continue;
+      VergeColumn& column = columns[i * across + j];
+      if (column.grass || column.lane > 0.0 || column.is == VergeColumn::unknown) continue;
       const bool back = i > 0 ? grass(i - 1, j) : closed && grass(along - 1, j);
       const bool forth = i + 1 < along ? grass(i + 1, j) : closed && grass(0, j);
       const bool beside = (j > 0 && grass(i, j - 1)) || (j + 1 < across && grass(i, j + 1));
@@ -106,16 +71,16 @@ bool forget_thin_cells(Sections& sections) {
 
 /// Scatters or calm, by its own cells, or where these are few by those of up to 50 m of road before
 /// and behind.
-void judge(std::vector<Column>& columns, std::size_t along, std::size_t across, bool closed,
+void judge(std::vector<VergeColumn>& columns, std::size_t along, std::size_t across, bool closed,
            double floor_m) {
   constexpr std::size_t kReach = 5;
   for (std::size_t i = 0; i < along; ++i)
     for (std::size_t j = 0; j < across; ++j) {
-      Column& column = columns[i * across + j];
+      VergeColumn& column = columns[i * across + j];
       if (column.points == 0.0) continue;
-      Column sum = column;
+      VergeColumn sum = column;
       for (std::size_t away = 1; away <= kReach && sum.freedom < kEnoughFreedom; ++away) {
-        const auto add = [&](const Column& other) {
+        const auto add = [&](const VergeColumn& other) {
           sum.freedom += other.freedom, sum.square_m2 += other.square_m2;
           sum.expected_m2 += other.expected_m2, sum.scattering += other.scattering;
         };
@@ -126,33 +91,34 @@ void judge(std::vector<Column>& columns, std::size_t along, std::size_t across, 
       if (sum.freedom < kEnoughFreedom) continue;
       column.is = sum.square_m2 > kTimes * sum.expected_m2 + floor_m * floor_m * sum.freedom &&
                           sum.scattering > kMost * sum.freedom
-                      ? Column::scatters
-                      : Column::calm;
+                      ? VergeColumn::scatters
+                      : VergeColumn::calm;
     }
 }
 
 /// What nothing is known about on the far side of grass is grass as well.
-void follow_grass(Column* row, std::size_t across) {
+void follow_grass(VergeColumn* row, std::size_t across) {
   for (std::size_t j = 1; j < across; ++j)
-    row[j].grass |= row[j].beyond && row[j].is == Column::unknown && row[j - 1].grass;
+    row[j].grass |= row[j].beyond && row[j].is == VergeColumn::unknown && row[j - 1].grass;
   for (std::size_t j = across - 1; j-- > 0;)
-    row[j].grass |= row[j].beyond && row[j].is == Column::unknown && row[j + 1].grass;
+    row[j].grass |= row[j].beyond && row[j].is == VergeColumn::unknown && row[j + 1].grass;
 }
 
 /// Runs of scattering columns that are grass, and what lies beyond them as seen from the lane.
-void mark(Column* row, std::size_t across) {
+void mark(VergeColumn* row, std::size_t across) {
   for (std::size_t j = 0; j < across;) {
-    if (row[j].is != Column::scatters) {
+    if (row[j].is != VergeColumn::scatters) {
       ++j;
       continue;
     }
     std::size_t end = j, count = 0;  // columns without enough points neither begin nor end a run
     bool bends = false;
-    for (std::size_t k = j; k < across && row[k].is != Column::calm; ++k)
-      if (row[k].is == Column::scatters) end = k + 1, ++count, bends |= row[k].relief_m > kRelief_m;
+    for (std::size_t k = j; k < across && row[k].is != VergeColumn::calm; ++k)
+      if (row[k].is == VergeColumn::scatters)
+        end = k + 1, ++count, bends |= row[k].relief_m > kRelief_m;
     bool left = false, right = false;
-    for (std::size_t k = 0; k < j; ++k) right |= row[k].is == Column::calm;
-    for (std::size_t k = end; k < across; ++k) left |= row[k].is == Column::calm;
+    for (std::size_t k = 0; k < j; ++k) right |= row[k].is == VergeColumn::calm;
+    for (std::size_t k = end; k < across; ++k) left |= row[k].is == VergeColumn::calm;
     if (count >= kWideRun || (!bends && !(left && right)))
       for (std::size_t k = j; k < end; ++k) row[k].grass = true;
     j = end;
@@ -163,9 +129,8 @@ void mark(Column* row, std::size_t across) {
 /// Columns of the road, kVergeStretch_m along and kSectionCell_m across, row after row.
 struct Columns {
   std::size_t along = 0, across = 0;
-  std::vector<Column> all;
-  /// What the lane scatters by the angle of view, m^2, as its freedom knows it.
-  std::array<double, kAngles> measure{}, freedom{};
+  std::vector<VergeColumn> all;
+  LaneScatter lane;
   bool with_sensor = false;
 
   explicit Columns(const RoadFrame& frame)
@@ -182,7 +147,8 @@ struct Columns {
   /// Counts the cells of all sections; where each lies.
   std::vector<std::vector<Where>> gather(const Sections& sections, const RoadFrame& frame);
   /// What each should scatter as the lane does, at the same angle of view.
-  void expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where);
+  void expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where,
+                      bool drifting);
   /// Without a sensor: as the calmest quarter of all does.
   void expect_by_calmest();
   /// The freedom of cells that scatter by themselves.
@@ -204,7 +170,7 @@ Where Columns::add(const SectionCell& cell, const Section& section, const RoadFr
   const std::size_t row = std::min(
       static_cast<std::size_t>(place->row * frame.u_step_m() / kVergeStretch_m), along - 1);
   where.column = row * across + static_cast<std::size_t>(b);
-  Column& column = all[where.column];
+  VergeColumn& column = all[where.column];
   column.points += static_cast<double>(cell.points);
   const double bend = 0.5 * (frame.height({place->row, place->v_m - 0.25}) +
                              frame.height({place->row, place->v_m + 0.25})) -
@@ -216,8 +182,7 @@ Where Columns::add(const SectionCell& cell, const Section& section, const RoadFr
   if (cell.sine2 > 0.0f && std::abs(place->v_m - section.v_m) < kLane_m) {
     where.in_lane = true;
     column.lane += static_cast<double>(cell.points);
-    measure[angle_of(cell)] += static_cast<double>(cell.square_m2);
-    freedom[angle_of(cell)] += static_cast<double>(cell.freedom);
+    lane.add(cell);
   }
   return where;
 }
@@ -227,20 +192,20 @@ std::vector<std::vector<Where>> Columns::gather(const Sections& sections, const 
   for (std::size_t s = 0; s < sections.list.size(); ++s)
     for (const SectionCell& cell : sections.list[s].cells)
       where[s].push_back(add(cell, sections.list[s], frame));
-  for (std::size_t k = 0; k < kAngles; ++k) measure[k] /= std::max(1.0, freedom[k]);
+  lane.close();
   return where;
 }
 
-void Columns::expect_by_lane(const Sections& sections,
-                             const std::vector<std::vector<Where>>& where) {
-  fill(measure, freedom);
+void Columns::expect_by_lane(const Sections& sections, const std::vector<std::vector<Where>>& where,
+                             bool drifting) {
   std::vector<double> lane_square(along, 0.0), lane_expected(along, 0.0);
   for (std::size_t s = 0; s < sections.list.size(); ++s)
     for (std::size_t k = 0; k < where[s].size(); ++k) {
       const SectionCell& cell = sections.list[s].cells[k];
       const Where& at = where[s][k];
       if (at.column == Where::kNone) continue;
-      const double expected_m2 = static_cast<double>(cell.freedom) * measure[angle_of(cell)];
+      const double expected_m2 =
+          static_cast<double>(cell.freedom) * (drifting ? lane.in_bin_m2(cell) : lane.at_m2(cell));
       all[at.column].expected_m2 += expected_m2;
       if (!at.in_lane) continue;
       lane_square[at.column / across] += static_cast<double>(cell.square_m2);
@@ -259,11 +224,11 @@ void Columns::expect_by_lane(const Sections& sections,
 
 void Columns::expect_by_calmest() {
   std::vector<double> scatters;
-  for (const Column& column : all)
+  for (const VergeColumn& column : all)
     if (column.freedom >= kEnoughFreedom) scatters.push_back(column.square_m2 / column.freedom);
   std::sort(scatters.begin(), scatters.end());
   const double calm_m2 = scatters.empty() ? 0.0 : scatters[scatters.size() / 4];
-  for (Column& column : all)
+  for (VergeColumn& column : all)
     column.expected_m2 = column.freedom * calm_m2, column.lane = column.points;
 }
 
@@ -272,7 +237,7 @@ void Columns::count_scattering(const Sections& sections,
   for (std::size_t s = 0; s < sections.list.size(); ++s)
     for (std::size_t k = 0; k < where[s].size(); ++k) {
       if (where[s][k].column == Where::kNone) continue;
-      Column& column = all[where[s][k].column];
+      VergeColumn& column = all[where[s][k].column];
       const SectionCell& cell = sections.list[s].cells[k];
       const auto own = static_cast<double>(cell.freedom);
       if (static_cast<double>(cell.square_m2) >
@@ -284,14 +249,16 @@ void Columns::count_scattering(const Sections& sections,
 
 /// How much more than expected calm columns scatter, m^2. In thin scans chance alone makes some of
 /// them do so.
-std::vector<float> excess_of(const std::vector<Column>& columns, bool thin) {
+std::vector<float> excess_of(const std::vector<VergeColumn>& columns, bool thin) {
   std::vector<float> excess(columns.size(), 0.0f);
   for (std::size_t k = 0; k < columns.size(); ++k) {
-    const Column& column = columns[k];
-    if (column.is != Column::calm || column.freedom < kEnoughFreedom) continue;
+    const VergeColumn& column = columns[k];
+    excess[k] = static_cast<float>(column.excess_m2);
+    if (column.is != VergeColumn::calm || column.freedom < kEnoughFreedom) continue;
     const double times = 1.2 + (thin ? 2.0 * std::sqrt(2.0 / column.freedom) : 0.0);
-    excess[k] = static_cast<float>(std::max(0.0, column.square_m2 - times * column.expected_m2) /
-                                   column.freedom);
+    if (column.excess_m2 == 0.0)
+      excess[k] = static_cast<float>(std::max(0.0, column.square_m2 - times * column.expected_m2) /
+                                     column.freedom);
   }
   return excess;
 }
@@ -299,7 +266,7 @@ std::vector<float> excess_of(const std::vector<Column>& columns, bool thin) {
 /// Cells on grass, and those that are no surface; marks what lies beyond grass. Returns how many
 /// points were on grass.
 std::size_t take_out(const std::vector<std::vector<Where>>& where,
-                     const std::vector<Column>& columns, Sections& sections) {
+                     const std::vector<VergeColumn>& columns, Sections& sections) {
   double on_grass = 0.0;
   for (std::size_t s = 0; s < sections.list.size(); ++s) {
     std::vector<SectionCell>& cells = sections.list[s].cells;
@@ -328,7 +295,7 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
   Columns road(frame);
   const std::vector<std::vector<Where>> where = road.gather(sections, frame);
   if (road.with_sensor)
-    road.expect_by_lane(sections, where);
+    road.expect_by_lane(sections, where, drifting);
   else
     road.expect_by_calmest();
   road.count_scattering(sections, where);
@@ -338,6 +305,7 @@ std::size_t leave_out_verge(Sections& sections, const RoadFrame& frame, bool dri
     for (int round = 0; round < kGrow; ++round)
       grow(road.all, road.along, road.across, frame.closed());
     road.each_row(look_beyond);
+    look_for_low_grass(road.all, road.along, road.across, frame.closed());
   }
   road.each_row(follow_grass);
   sections.excess_m2 = excess_of(road.all, thin);

@@ -74,7 +74,7 @@ struct MapReport {
   double changed_p50_m = 0.0, changed_p99_m = 0.0,
          changed_max_m = 0.0;  ///< |refined - base| of covered nodes
   double seconds_estimate = 0.0, seconds_drift = 0.0, seconds_grid = 0.0, seconds_fuse = 0.0;
-  double seconds_read = 0.0;  ///< part of estimate and grid
+  double seconds_read = 0.0;  ///< beside the others' work, with more than one thread
   std::vector<std::string> remarks;
   std::vector<std::string> faults;  ///< why the road must not be used, and what was tried
 };
@@ -87,7 +87,8 @@ struct MapResult {
   MapReport report;
 };
 
-/// Hands out the scans, always the same chunks in the same order; it is called two to four times.
+/// Hands out the scans, always the same chunks in the same order; it is called two to four times,
+/// with more than one thread from another one than the caller's, which waits for it.
 using CloudSource = std::function<void(const ChunkSink&)>;
 
 /// The whole way. `base`: the road to refine; `trajectory` null: points are in the map frame, else

@@ -24,7 +24,7 @@ class RoadFrame {
   /// Heights in the map frame, modifiers applied. Throws crg::Error.
   explicit RoadFrame(const crg::Crg& road);
 
-  std::size_t rows() const { return x_m_.size(); }
+  std::size_t rows() const { return rows_.size(); }
   std::size_t columns() const { return v_m_.size(); }
   bool closed() const { return closed_; }
   double u_begin_m() const { return u_begin_m_; }
@@ -55,7 +55,12 @@ class RoadFrame {
   double wrapped(double row) const;
 
  private:
-  std::vector<double> x_m_, y_m_, tx_, ty_, v_m_;
+  /// Of the reference line: a place and the unit tangent there.
+  struct Row {
+    double x_m = 0.0, y_m = 0.0, tx = 0.0, ty = 0.0;
+  };
+  std::vector<Row> rows_;
+  std::vector<double> v_m_;
   std::vector<float> z_m_;
   std::vector<std::uint32_t> column_table_;
   double u_begin_m_ = 0.0, u_step_m_ = 1.0, z_origin_m_ = 0.0, table_step_m_ = 0.01;

@@ -1,0 +1,214 @@
+#include "collector.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+
+namespace cloud {
+namespace {
+
+constexpr double kReach_m = 35.0;       // of a section along the road, both ways
+constexpr double kObstacleTop_m = 2.2;  // higher things (gantries, trees) hang over the road
+
+std::size_t cells_across(const RoadFrame& frame) {
+  return static_cast<std::size_t>((frame.v_m().back() - frame.v_m().front()) / kSectionCell_m) + 1;
+}
+
+}  // namespace
+
+CellSlopes::CellSlopes(const RoadFrame& frame, unsigned threads)
+    : v_begin_m_(frame.v_m().front()),
+      along_(std::max<std::size_t>(1, static_cast<std::size_t>(frame.length_m() / kSectionCell_m))),
+      across_(cells_across(frame)) {
+  cell_rows_ = static_cast<double>(frame.rows() - 1) / static_cast<double>(along_);
+  slopes_.resize(along_ * across_);
+  base::parallel_for(along_, 64, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t j = 0; j < across_; ++j) {
+        const GridPlace middle{(static_cast<double>(i) + 0.5) * cell_rows_,
+                               v_begin_m_ + (static_cast<double>(j) + 0.5) * kSectionCell_m};
+        const Eigen::Vector2d slope = frame.gradient(middle, kSectionCell_m);
+        slopes_[i * across_ + j] =
+            slope.allFinite() ? slope.cast<float>() : Eigen::Vector2f(0.0f, 0.0f);
+      }
+  });
+}
+
+Eigen::Vector2d CellSlopes::at(const GridPlace& place) const {
+  const auto i = static_cast<std::size_t>(std::max(0.0, place.row / cell_rows_)),
+             j = static_cast<std::size_t>(std::max(0.0, (place.v_m - v_begin_m_) / kSectionCell_m));
+  return slopes_[std::min(i, along_ - 1) * across_ + std::min(j, across_ - 1)].cast<double>();
+}
+
+Collector::Collector(const RoadFrame& frame, const RoadTrajectory* trajectory,
+                     const MapOptions& options, bool visits_known, Look& look)
+    : frame_(frame),
+      trajectory_(trajectory),
+      gate_m_(options.gate_m),
+      visits_known_(visits_known),
+      sections_(look.sections),
+      standing_(look.standing),
+      slopes_(frame, options.threads),
+      across_(cells_across(frame)),
+      along_(static_cast<std::size_t>(2.0 * kReach_m / kSectionCell_m)),
+      visits_(look.sections.list.size()) {}
+
+Fall Collector::fall_of(Placer& placer, const Cloud& chunk, std::size_t i) const {
+  Fall fall;
+  RoadPoint point;
+  const Placed placed = placer(chunk, i, point);
+  if (placed == Placed::no_pose) return fall;
+  fall.how = Fall::off_road;
+  fall.place_m = point.map_m;
+  if (visits_known_) fall.visit = chunk.classification[i];
+  // Without a trajectory where a point was driven past is known on the road only.
+  if (trajectory_ == nullptr && placed == Placed::off_road) return fall;
+  const int piece = trajectory_ == nullptr ? 0 : trajectory_->poses.piece[point.pose];
+  const std::size_t index = sections_.index_at(piece, point.driven_m);
+  const Section& section = sections_.list[index];
+  fall.section = static_cast<std::uint32_t>(index);
+  if (placed == Placed::off_road) return fall;
+  fall.height_m = point.above_base_m;
+  fall.how = Fall::too_low;
+  if (point.above_base_m < -gate_m_) return fall;
+  fall.how = Fall::beside;
+  double ahead = point.place.row - section.row;
+  const auto period = static_cast<double>(frame_.rows() - 1);
+  if (frame_.closed()) ahead -= period * std::round(ahead / period);
+  const double ahead_m = ahead * frame_.u_step_m() + kReach_m,
+               across_m = point.place.v_m - frame_.v_m().front();
+  const double cell = std::floor(ahead_m / kSectionCell_m);
+  if (!(cell >= 0.0 && cell < static_cast<double>(along_))) return fall;
+  const auto column = static_cast<std::size_t>(across_m / kSectionCell_m);
+  fall.cell = static_cast<std::uint32_t>(static_cast<std::size_t>(cell) * across_ +
+                                         std::min(column, across_ - 1));
+  fall.how = point.above_base_m > gate_m_ ? Fall::above_cell : Fall::on_cell;
+  fall.on_m = point.driven_m - sections_.centre_m[index];
+  fall.a_m = ahead_m - (cell + 0.5) * kSectionCell_m;
+  fall.b_m = across_m - (static_cast<double>(column) + 0.5) * kSectionCell_m;
+  if (trajectory_ == nullptr) return fall;
+  const Eigen::Vector3d& ray_m = point.ray_m;
+  const double across = ray_m.z() - slopes_.at(point.place).dot(ray_m.head<2>()),
+               range2 = ray_m.squaredNorm();
+  if (range2 > 0.0) fall.sine2 = std::min(1.0, across * across / range2);
+  return fall;
+}
+
+void Collector::come(const Fall& fall) {
+  if (came_ == fall.section && (!visits_known_ || fall.visit == visit_)) return;
+  const Visits::Seen seen = visits_(fall.section);
+  if (seen.closed) close_one(*seen.closed);
+  came_ = fall.section, visit_ = visits_known_ ? fall.visit : seen.number;
+  const auto open = open_.find(fall.section);
+  if (open != open_.end() && open->second.visit != visit_) close_one(fall.section);
+  open_here_ = nullptr;
+}
+
+void Collector::add(const Fall& fall) {
+  ++sections_.points;
+  if (fall.how == Fall::no_pose) {
+    ++sections_.without_pose;
+    return;
+  }
+  sections_.min_m = sections_.min_m.cwiseMin(fall.place_m.head<2>()),
+  sections_.max_m = sections_.max_m.cwiseMax(fall.place_m.head<2>());
+  // With a trajectory which visit a point belongs to is a matter of time alone.
+  if (trajectory_ != nullptr || fall.how >= Fall::beside) come(fall);
+  if (fall.how == Fall::off_road) {
+    ++sections_.off_road;
+    return;
+  }
+  if (std::abs(fall.height_m) > gate_m_) ++sections_.far_from_base;
+  if (fall.how < Fall::on_cell) return;
+  if (open_here_ == nullptr) open_here_ = &open_section(fall.section);
+  Sum& sum = open_here_->sums[fall.cell];
+  if (fall.how == Fall::above_cell) {
+    sum.obstacle |= fall.height_m < kObstacleTop_m;
+    return;
+  }
+  const Eigen::Vector3d p = fall.place_m - sections_.list[fall.section].position_m;
+  sum.x += p.x(), sum.y += p.y(), sum.z += p.z();
+  sum.driven += fall.on_m, sum.driven2 += fall.on_m * fall.on_m;
+  sum.height += fall.height_m, sum.height2 += fall.height_m * fall.height_m;
+  sum.a += fall.a_m, sum.b += fall.b_m;
+  sum.aa += fall.a_m * fall.a_m, sum.ab += fall.a_m * fall.b_m, sum.bb += fall.b_m * fall.b_m;
+  sum.ah += fall.a_m * fall.height_m, sum.bh += fall.b_m * fall.height_m;
+  sum.sine2 += fall.sine2;
+  ++sum.points;
+}
+
+void Collector::close_all() {
+  for (auto& [index, open] : open_) close(index, open);
+  open_.clear();
+  came_.reset(), open_here_ = nullptr;
+}
+
+Collector::OpenSection& Collector::open_section(std::size_t index) {
+  const auto found = open_.find(index);
+  if (found != open_.end()) return found->second;
+  OpenSection& open = open_[index];
+  open.sums.assign(along_ * across_, {});
+  open.visit = visit_;
+  return open;
+}
+
+void Collector::close_one(std::size_t index) {
+  const auto found = open_.find(index);
+  if (found == open_.end()) return;
+  close(index, found->second);
+  open_.erase(found);
+}
+
+/// Sum of the squares of heights about their plane.
+double Collector::about_plane(const Sum& s) {
+  const double n = s.points;
+  Eigen::Matrix2d m;
+  m << s.aa - s.a * s.a / n, s.ab - s.a * s.b / n, s.ab - s.a * s.b / n, s.bb - s.b * s.b / n;
+  const Eigen::Vector2d right(s.ah - s.a * s.height / n, s.bh - s.b * s.height / n);
+  const double all = s.height2 - s.height * s.height / n;
+  // Points in a line have no plane: what is left then is taken about the slope along it.
+  m.diagonal().array() += 1e-6 * n;
+  return std::max(0.0, all - right.dot(m.ldlt().solve(right)));
+}
+
+bool Collector::near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const {
+  constexpr std::size_t kAround = 2;
+  for (std::size_t k = i - std::min(i, kAround); k <= std::min(i + kAround, along_ - 1); ++k)
+    for (std::size_t l = j - std::min(j, kAround); l <= std::min(j + kAround, across_ - 1); ++l)
+      if (open.sums[k * across_ + l].obstacle) return true;
+  return false;
+}
+
+void Collector::close(std::size_t index, const OpenSection& open) {
+  Section& section = sections_.list[index];
+  for (std::size_t i = 0; i < along_; ++i)
+    for (std::size_t j = 0; j < across_; ++j) {
+      const Sum& sum = open.sums[i * across_ + j];
+      if (sum.points < 2) continue;
+      const double ahead_m = (static_cast<double>(i) + 0.5) * kSectionCell_m - kReach_m;
+      const std::size_t road_cell = standing_.cell_at(section.row, ahead_m, j);
+      if (near_obstacle(open, i, j)) {
+        standing_.saw_standing(road_cell);
+        sections_.on_obstacles += sum.points;
+        continue;
+      }
+      const double n = sum.points;
+      standing_.keep(index, road_cell, sum.height / n);
+      section.cells.push_back({static_cast<float>(sum.x / n), static_cast<float>(sum.y / n),
+                               static_cast<float>(sum.z / n), static_cast<float>(n),
+                               static_cast<float>(sum.driven / n),
+                               static_cast<float>(sum.driven2 / n)});
+      SectionCell& cell = section.cells.back();
+      cell.sine2 = static_cast<float>(sum.sine2 / n);
+      if (sum.points >= 4)
+        cell.square_m2 = static_cast<float>(about_plane(sum)),
+        cell.freedom = static_cast<float>(n - 3.0);
+      else  // about the base as it is tilted: thin scans have nothing else
+        cell.square_m2 =
+            static_cast<float>(std::max(0.0, sum.height2 - sum.height * sum.height / n)),
+        cell.freedom = static_cast<float>(n - 1.0);
+    }
+}
+
+}  // namespace cloud

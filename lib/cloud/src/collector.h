@@ -1,0 +1,88 @@
+// Points of a reading fall on the cells of their sections, whose means are made when others have
+// taken their place.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "sections.h"
+#include "visits.h"
+
+namespace cloud {
+
+/// Where a point falls.
+struct Fall {
+  enum : std::uint8_t { no_pose, off_road, too_low, beside, on_cell, above_cell } how = no_pose;
+  std::uint8_t visit = 0;  ///< where that is known
+  std::uint32_t section = 0, cell = 0;
+  Eigen::Vector3d place_m;      ///< from the section's sensor position
+  double on_m = 0.0;            ///< from the section's middle to where it was seen from
+  double height_m = 0.0;        ///< over the base
+  double a_m = 0.0, b_m = 0.0;  ///< from the cell's middle along and across the road
+  double sine2 = 0.0;           ///< of the angle between ray and road, squared; 0: no sensor
+};
+
+/// The base's slope over its cells, in map axes; zero where it has none.
+class CellSlopes {
+ public:
+  CellSlopes(const RoadFrame& frame, unsigned threads);
+  Eigen::Vector2d at(const GridPlace& place) const;
+
+ private:
+  double cell_rows_ = 1.0, v_begin_m_ = 0.0;
+  std::size_t along_ = 0, across_ = 0;
+  std::vector<Eigen::Vector2f> slopes_;
+};
+
+class Collector {
+ public:
+  Collector(const RoadFrame& frame, const RoadTrajectory* trajectory, const MapOptions& options,
+            bool visits_known, Look& look);
+
+  /// Where a point falls, wherever others do: for many threads.
+  Fall fall_of(Placer& placer, const Cloud& chunk, std::size_t i) const;
+  /// Points in the order in which they were measured.
+  void add(const Fall& fall);
+  void close_all();
+
+ private:
+  /// Sums of one cell while its section is open.
+  struct Sum {
+    double x = 0.0, y = 0.0, z = 0.0, driven = 0.0, driven2 = 0.0, height = 0.0, height2 = 0.0;
+    double a = 0.0, b = 0.0, aa = 0.0, ab = 0.0, bb = 0.0, ah = 0.0,
+           bh = 0.0;  ///< about the middle
+    double sine2 = 0.0;
+    std::uint32_t points = 0;
+    bool obstacle = false;
+  };
+  struct OpenSection {
+    std::vector<Sum> sums;
+    std::uint8_t visit = 0;
+  };
+  static double about_plane(const Sum& sum);
+  /// A point of a section came, whether it falls on a cell or not.
+  void come(const Fall& fall);
+  OpenSection& open_section(std::size_t index);
+  void close_one(std::size_t index);
+  bool near_obstacle(const OpenSection& open, std::size_t i, std::size_t j) const;
+  void close(std::size_t index, const OpenSection& open);
+
+  const RoadFrame& frame_;
+  const RoadTrajectory* trajectory_;
+  double gate_m_;
+  bool visits_known_;
+  Sections& sections_;
+  Standing& standing_;
+  CellSlopes slopes_;
+  std::size_t across_ = 0, along_ = 0;
+  Visits visits_;
+  std::uint8_t visit_ = 0;  ///< of the point that came last, as its section
+  std::optional<std::uint32_t> came_;
+  OpenSection* open_here_ = nullptr;  ///< that of came_, once something fell on it
+  std::map<std::size_t, OpenSection> open_;
+};
+
+}  // namespace cloud
