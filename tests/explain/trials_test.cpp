@@ -96,6 +96,33 @@ TEST(Trials, AThirdCarWithLevelledAccelerometersRaisesNoAlarm) {
   EXPECT_EQ(json::parse(folder.read("out/findings.json")).at("verdict"), "none");
 }
 
+// Forces feel the yaw rate far more than the other sensors do; the accelerometer took the blame.
+TEST(Trials, AGyrosGainIsNotTakenForThatOfTheAccelerometer) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "two minutes: KERBSTONE_HEAVY=1";
+  const support::TemporaryFolder folder;
+  ASSERT_EQ(
+      shell(fmt::format("{} make --third-share 1 --generator {} --count 22 --seed 71831 {} > {}",
+                        places::blind_trials(), places::make_trials(), folder.path("t"),
+                        folder.path("log"))),
+      0);
+  const json truth = json::parse(folder.read("t/sealed/0021.json")).at("effects").at(0);
+  ASSERT_EQ(truth.at("mechanism"), "sensor.gain");
+  ASSERT_EQ(truth.at("channel"), "yaw_rate_radps");
+  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --track {1}/track.crg --vehicle "
+                              "{1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+                              places::crgexplain(), folder.path("t/0021"), folder.path("out"),
+                              folder.path("log"))),
+            0);
+  const json found = json::parse(folder.read("out/findings.json"));
+  EXPECT_EQ(found.at("verdict"), "explained");
+  EXPECT_EQ(found.at("findings").size(), 2u);
+  const json& first = found.at("findings").at(0);
+  EXPECT_EQ(first.at("mechanism"), "sensor.gain");
+  EXPECT_EQ(first.at("channel"), "yaw_rate_radps");
+  EXPECT_NEAR(first.at("parameters").at(0).at("value").get<double>(),
+              truth.at("amount").get<double>(), 0.005);
+}
+
 /// blind_trials WORDS...
 support::ToolRun trials(const std::vector<std::string>& words) {
   return support::run_tool(places::blind_trials(), words);
