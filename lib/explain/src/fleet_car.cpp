@@ -43,6 +43,7 @@ VectorXd right_of(const Information& sums) {
 /// Of the car's unknowns: the road by all rows, by those with forces, columns of the car.
 std::vector<Index> places_in_car(const std::vector<std::size_t>& places, Index road) {
   std::vector<Index> out;
+  out.reserve(places.size());
   for (const std::size_t p : places) out.push_back(2 * road + static_cast<Index>(p));
   return out;
 }
