@@ -81,7 +81,7 @@ void FleetSearch::choose_sizes() {
             const double step = kRoad[kind].step, now = (*sizes)[kind] / step;
             const auto here = std::find_if(std::begin(kSizes), std::end(kSizes),
                                            [&](double s) { return std::abs(s - now) < 0.01 * s; });
-            if ((way < 0 && here == std::begin(kSizes)) ||
+            if (here == std::end(kSizes) || (way < 0 && here == std::begin(kSizes)) ||
                 (way > 0 && here + 1 == std::end(kSizes)))
               break;
             const double before = (*sizes)[kind];
