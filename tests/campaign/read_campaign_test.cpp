@@ -35,6 +35,23 @@ TEST(ReadCampaign, StatesMessagesAndFacts) {
   EXPECT_EQ(read.jobs[0].facts[2].value, 3.0) << "kerbs";
 }
 
+TEST(ReadCampaign, WhatAnExplanationNamesFirst) {
+  const cli::Folder folder;
+  cli::write(folder / "plan.json",
+             R"({"name": "e", "jobs": [{"kind": "explain", "subject": "a", "id": "explain/a"}]})");
+  std::filesystem::create_directories(folder / "state/explain");
+  cli::write(folder / "state/explain/a.json", R"({"exit_code": 0, "message": "", "outputs": [],
+    "said": {"verdict": "explained", "findings": [{"mechanism": "road.banking"}]}})");
+  const campaign::Campaign read = campaign::read_campaign(folder.path());
+  ASSERT_EQ(read.jobs.size(), 1u);
+  const auto& facts = read.jobs[0].facts;
+  const auto first = std::find_if(facts.begin(), facts.end(), [](const campaign::Fact& fact) {
+    return fact.name == "first finding";
+  });
+  ASSERT_NE(first, facts.end());
+  EXPECT_EQ(first->text, "road.banking");
+}
+
 TEST(ReadCampaign, AFleetsVerdictAndWhoseItIs) {
   const cli::Folder folder;
   results(folder);

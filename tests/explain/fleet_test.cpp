@@ -73,6 +73,8 @@ TEST(Fleet, OneCarDoesNotTellWhoseItIs) {
     EXPECT_EQ(one.undivided[0].what, "banking added");
     EXPECT_THAT(one.undivided[0].separating, HasSubstr("2 or more other cars"));
   }
+  // Nor does it say that nothing is there.
+  EXPECT_EQ(explained(drives_of({}, 2)).verdict, FleetVerdict::kCannotTell);
 }
 
 TEST(Fleet, WhatEachCarGetsWrongByItselfIsNoRoad) {

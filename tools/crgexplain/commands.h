@@ -25,10 +25,8 @@ int run(const RunCommand& command, Terminal& terminal);
 void print_result(const RunCommand& command, const explain::ExplainedFiles& result,
                   Terminal& terminal);
 
-struct SummaryCommand {
-  RunCommand inputs;  ///< out_path is the summary's file
-};
-int summary(const SummaryCommand& command, Terminal& terminal);
+/// out_path is the summary's file.
+int summary(const RunCommand& command, Terminal& terminal);
 
 struct FleetCommand {
   std::vector<std::string> summary_paths;

@@ -89,7 +89,7 @@ std::string json_text(const explain::FleetFindings& all) {
 void print(const explain::FleetFindings& all, const std::string& folder, Terminal& terminal) {
   terminal.print(fmt::format("verdict: {}\n", explain::name_of(all.verdict)));
   for (const explain::FleetFinding& f : all.findings) {
-    terminal.print(fmt::format("  {}, {}: {}{}: {} {:.4g} {} [{:.4g}, {:.4g}]\n", f.belongs_to,
+    terminal.print(fmt::format("  {}, {}: {}{}: {} = {:.4g} {} [{:.4g}, {:.4g}]\n", f.belongs_to,
                                one_line(f.owner), f.mechanism,
                                f.channel.empty() ? "" : " (" + one_line(f.channel) + ")",
                                one_line(f.name), f.amount, f.unit, f.low, f.high));

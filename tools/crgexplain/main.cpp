@@ -70,14 +70,14 @@ int main(int argc, char** argv) {
       ->required();
   run_app->callback([&] { run = [&] { return crgexplain::run(analysis, terminal); }; });
 
-  crgexplain::SummaryCommand drive;
+  crgexplain::RunCommand drive;
   CLI::App* const summary_app = app.add_subcommand(
       "summary", "Sums up what a drive says about road, car and sensors, for crgexplain fleet");
-  add_inputs(*summary_app, drive.inputs);
-  add_input(*summary_app, "recording", drive.inputs.recording_paths,
+  add_inputs(*summary_app, drive);
+  add_input(*summary_app, "recording", drive.recording_paths,
             "CSV files of one car and one logger, with the same columns")
       ->required();
-  add_output_file(*summary_app, drive.inputs.out_path, "Summary to write")->required();
+  add_output_file(*summary_app, drive.out_path, "Summary to write")->required();
   summary_app->callback([&] { run = [&] { return crgexplain::summary(drive, terminal); }; });
 
   crgexplain::FleetCommand together;

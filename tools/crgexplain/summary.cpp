@@ -24,8 +24,7 @@ std::string hash_of_all(const std::vector<std::string>& paths) {
   return base::sha256(all);
 }
 
-void name(explain::DriveSummary& out, const SummaryCommand& command, const vehicle::Vehicle& car) {
-  const RunCommand& in = command.inputs;
+void name(explain::DriveSummary& out, const RunCommand& in, const vehicle::Vehicle& car) {
   out.program = std::string("crgexplain ") + command::version();
   out.road_sha256 = hash_of_all({in.track_path, in.friction_path});
   out.car_sha256 = hash_of_all(car.read_files);
@@ -40,8 +39,7 @@ void name(explain::DriveSummary& out, const SummaryCommand& command, const vehic
 
 }  // namespace
 
-int summary(const SummaryCommand& command, Terminal& terminal) {
-  const RunCommand& in = command.inputs;
+int summary(const RunCommand& in, Terminal& terminal) {
   const vehicle::Vehicle car = explain::read_car(in);
   std::vector<std::string> inputs = car.read_files;
   inputs.insert(inputs.end(), {in.track_path, in.friction_path, in.mapping_path});
@@ -58,7 +56,7 @@ int summary(const SummaryCommand& command, Terminal& terminal) {
   options.threads = in.threads;
   options.progress = terminal.progress();
   explain::DriveSummary out = explain::summarise(recordings.logs, car, options);
-  name(out, command, car);
+  name(out, in, car);
   const std::string bytes = explain::to_bytes(out);
   base::write_file(in.out_path, bytes);
   std::vector<std::string> notes = recordings.notes;

@@ -67,7 +67,7 @@ constexpr Wanted kWanted[] = {
     {"replay", "along, largest", "m", "/errors/along_m/max"},
     {"replay", "lateral, largest", "m", "/errors/lateral_m/max"},
     {"explain", "verdict", "", "/verdict", Take::word},
-    {"explain", "first finding", "", "/findings/0/id", Take::word},
+    {"explain", "first finding", "", "/findings/0/mechanism", Take::word},
     {"explain", "findings", "", "/findings", Take::count},
     {"explain", "mismatches", "", "/mismatches", Take::count},
     {"explain", "unexplained", "", "/unexplained", Take::count},

@@ -7,6 +7,7 @@
 #include "analysis.h"
 #include "places.h"
 #include "road_profiles.h"
+#include "selection.h"
 
 namespace explain {
 
@@ -16,7 +17,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double k90 = 1.645;  ///< standard deviations of a 90 % interval
 constexpr const char* kVaryAll =
     "vary speed, load and throttle independently: coast down, and hold constant speeds";
 
@@ -52,12 +52,12 @@ ParameterValue Analysis::parameter_value(std::size_t place, const Spread& s) con
   const auto i = static_cast<Index>(place);
   const double value = u.stated + amounts_[i];
   const double half =
-      k90 * std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
+      selection::k90 * std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
   ParameterValue p{u.id, u.name, u.unit, u.stated, value, value - half, value + half, false, false};
   const bool ran = std::abs(amounts_[i]) > selection::kAtLimit * limit(u);
   p.at_limit = !u.assumed && ran;
   p.beyond_prior = !p.at_limit && !u.assumed &&
-                   std::abs(amounts_[i]) - selection::kBeyond / k90 * half > u.width;
+                   std::abs(amounts_[i]) - selection::kBeyond / selection::k90 * half > u.width;
   return p;
 }
 
@@ -66,10 +66,10 @@ Finding Analysis::freed_parameter(std::size_t place, const Freed& freed, const P
   const Unknown& u = inventory_.unknowns[refit_[place]];
   const auto i = static_cast<Index>(place);
   const double half =
-      k90 * std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
+      selection::k90 * std::hypot(std::sqrt(std::max(0.0, s.careful_covariance(i, i))), u.form);
   Finding f = finding_of(refit_[place]);
   f.parameters.push_back({u.name, u.unit, p.value, p.low, p.high});
-  f.statistic = amounts_[i] / std::max(1e-300, half / k90);
+  f.statistic = amounts_[i] / std::max(1e-300, half / selection::k90);
   f.stability = 1.0;
   for (const std::size_t rival : freed.rivals) {
     const Unknown& other = inventory_.unknowns[refit_[rival]];
@@ -117,7 +117,7 @@ void Analysis::describe_amount(Finding& f, const Accepted& a, Index column, cons
   const double careful_deviation =
       a.by_cost ? std::sqrt(std::max(0.0, s.careful_covariance(column, column))) : 0.0;
   const double half =
-      k90 * std::max(careful_deviation, std::hypot(s.deviation(column), 0.25 * u.least));
+      selection::k90 * std::max(careful_deviation, std::hypot(s.deviation(column), 0.25 * u.least));
   const double value = amounts_[column];
   f.parameters.push_back({u.name, u.unit, value, value - half, value + half});
   for (const auto& [name, held] : u.constants) {
@@ -142,7 +142,7 @@ void Analysis::describe_stretch(Finding& f, const Accepted& a, Index column,
   double mean = 0, count = 0;
   for (std::size_t k = 0; k < a.cells.size(); ++k) {
     const Index j = column + static_cast<Index>(k);
-    const double half = k90 * std::sqrt(std::max(0.0, s.covariance(j, j)));
+    const double half = selection::k90 * std::sqrt(std::max(0.0, s.covariance(j, j)));
     const double u_m = (a.cells[k] + 0.5) * kCell_m, amount = s.model.fitted.amount[j];
     f.profile.push_back({u_m, amount, half});
     if (u_m > where.u_begin_m && u_m < where.u_end_m) mean += amount, count += 1;
@@ -156,7 +156,7 @@ void Analysis::describe_stretch(Finding& f, const Accepted& a, Index column,
       if (inside(k) && inside(l))
         sum += s.covariance(column + static_cast<Index>(k), column + static_cast<Index>(l));
   const double variance = sum / std::max(1.0, count * count);
-  const double half = k90 * std::sqrt(std::max(0.0, variance));
+  const double half = selection::k90 * std::sqrt(std::max(0.0, variance));
   mean /= std::max(1.0, count);
   f.parameters.push_back(
       {u.name + ", mean over the stretch", u.unit, mean, mean - half, mean + half});

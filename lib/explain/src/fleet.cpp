@@ -160,7 +160,8 @@ FleetFindings explain_fleet(std::size_t drives,
   describe_undivided(all, search, out);
   const bool tie = std::any_of(out.findings.begin(), out.findings.end(),
                                [](const FleetFinding& f) { return !f.rivals.empty(); });
-  if (tie || !out.undivided.empty())
+  // Nothing found by a few cars is not nothing there.
+  if (tie || !out.undivided.empty() || all.cars.size() < kLeastFleetCars)
     out.verdict = FleetVerdict::kCannotTell;
   else if (!out.findings.empty())
     out.verdict = FleetVerdict::kDivided;

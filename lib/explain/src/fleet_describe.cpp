@@ -17,8 +17,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double k90 = 1.645;  ///< standard deviations of a 90 % interval
-
 double knot_m(const Gathered& all, std::size_t k) {
   return static_cast<double>(k) * all.length_m /
          static_cast<double>(all.closed ? all.knots : all.knots - 1);
@@ -45,10 +43,10 @@ std::vector<ProfilePoint> profile_of(const Gathered& all, const VectorXd& amount
   std::vector<ProfilePoint> out;
   for (std::size_t k = 0; k < all.knots; ++k) {
     const auto at = static_cast<Index>(k * kRoadKinds + kind);
-    out.push_back(
-        {knot_m(all, k), amounts[at],
-         k90 * std::hypot(selection::kWiderProfile * std::sqrt(std::max(0.0, covariance(at, at))),
-                          form)});
+    out.push_back({knot_m(all, k), amounts[at],
+                   selection::k90 * std::hypot(selection::kWiderProfile *
+                                                   std::sqrt(std::max(0.0, covariance(at, at))),
+                                               form)});
   }
   return out;
 }
@@ -139,9 +137,9 @@ void describe_mechanisms(const Gathered& all, const FleetSearch& search, FleetFi
     FleetFinding f = finding_of(c, "car", car.name);
     f.amount = tests.mean[at];
     const double half =
-        k90 * std::hypot(std::sqrt(tests.variance[at] *
-                                   std::max(1.0, named.threshold / selection::kNamed)),
-                         0.25 * c.least);
+        selection::k90 * std::hypot(std::sqrt(tests.variance[at] *
+                                              std::max(1.0, named.threshold / selection::kNamed)),
+                                    0.25 * c.least);
     f.low = f.amount - half;
     f.high = f.amount + half;
     f.gain = named.gain;
@@ -171,7 +169,7 @@ void describe_cars(const Gathered& all, const FleetSearch& search, FleetFindings
       const NamedColumn* const go = search.let_go(k, in[j]);
       const double value = tests.mean[j],
                    deviation = std::hypot(std::sqrt(tests.variance[j]), c.form),
-                   half = k90 * deviation;
+                   half = selection::k90 * deviation;
       const bool beyond =
           go != nullptr && std::abs(value) - selection::kBeyond * deviation > c.width;
       described.parameters.push_back({c.id, c.name, c.unit, c.stated, c.stated + value,
@@ -216,7 +214,7 @@ std::vector<FleetFinding> own_findings(const DriveSummary& drive, const OwnOfDri
         (c.one_sided && amount < 0))
       continue;
     FleetFinding f = finding_of(c, "drive", drive.recording);
-    const double half = k90 * std::hypot(1 / std::sqrt(left), 0.25 * c.least);
+    const double half = selection::k90 * std::hypot(1 / std::sqrt(left), 0.25 * c.least);
     f.amount = amount;
     f.low = amount - half;
     f.high = amount + half;

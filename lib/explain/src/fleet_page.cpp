@@ -31,8 +31,7 @@ std::string verdict(const FleetFindings& all) {
   if (all.verdict == FleetVerdict::kDivided)
     meaning = "All that counts was found, and whether it is the road's, a car's or a sensor's.";
   if (all.verdict == FleetVerdict::kCannotTell)
-    colour = "warn",
-    meaning = "Something counts of which these drives do not say what it is, or whose.";
+    colour = "warn", meaning = "These drives do not say what is wrong, or whose it is.";
   std::size_t laps = 0;
   for (const FleetCar& car : all.cars) laps += car.laps;
   std::string out = fmt::format(

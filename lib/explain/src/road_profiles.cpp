@@ -36,7 +36,7 @@ std::vector<double> values_along(const Accepted& profile) {
 
 void describe_profile(Finding& f, const Unknown& u, const Accepted& a, const VectorXd& amounts,
                       const MatrixXd& covariance, double length_m, bool closed) {
-  constexpr double k90 = 1.645, kJoin_m = 40.0, kShortest_m = 20.0;
+  constexpr double kJoin_m = 40.0, kShortest_m = 20.0;
   // What is shorter than the waves and what the relations get wrong is not in the covariance: on
   // eight drives with known roads errors were 1.6 times as large (docs/proof.md).
   const VectorXd values = a.shapes * amounts;
@@ -47,7 +47,7 @@ void describe_profile(Finding& f, const Unknown& u, const Accepted& a, const Vec
   ProfilePoint most;
   for (Index i = 0; i < places; ++i) {
     const auto shape = a.shapes.row(i);
-    const double half = selection::kWiderProfile * k90 *
+    const double half = selection::kWiderProfile * selection::k90 *
                         std::sqrt(std::max(0.0, shape.dot(covariance * shape.transpose())));
     const double u_m = static_cast<double>(i) * space_m;
     f.profile.push_back({u_m, values[i], half});

@@ -10,6 +10,9 @@
 
 namespace explain::selection {
 
+/// Standard deviations to either side of a 90 % interval.
+inline constexpr double k90 = 1.645;
+
 // ---- How much a measurement counts -----------------------------------------------------------
 
 /// A relation with forces counts as no more than this many independent rows where it is weighed by

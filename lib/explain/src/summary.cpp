@@ -1,6 +1,8 @@
 // The rows of one analysis at the stated inputs, summed.
 #include "explain/summary.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -50,7 +52,7 @@ SummaryColumn column_of(const Unknown& u, double prior_width) {
   out.channel = u.channel;
   out.name = u.name;
   for (const auto& [name, value] : u.constants)
-    if (name == "turbo.rise_s") out.name += ", " + name + " " + std::to_string(value).substr(0, 5);
+    if (name == "turbo.rise_s") out.name += fmt::format(" ({} {:.3g})", name, value);
   out.unit = u.unit;
   const bool sensor = u.kind == "sensor" || u.kind == "environment" || u.beside_road.rival > 0;
   out.of_car = !sensor;

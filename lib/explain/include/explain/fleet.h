@@ -11,9 +11,9 @@
 namespace explain {
 
 enum class FleetVerdict {
-  kNone,       ///< nothing that counts
+  kNone,       ///< nothing that counts, and cars enough to say so
   kDivided,    ///< all that counts was found, and whose it is
-  kCannotTell  ///< something counts of which these drives do not say what or whose it is
+  kCannotTell  ///< these drives do not say what counts or whose it is
 };
 const char* name_of(FleetVerdict verdict);
 

@@ -18,7 +18,7 @@ struct RoadKind {
   const char *id, *name, *unit;
   double step;           ///< about the size that matters
   double least;          ///< smaller amounts are not worth a finding
-  bool sums_to_nothing;  /// along a closed lap
+  bool sums_to_nothing;  ///< along a closed lap
 };
 inline constexpr std::size_t kRoadKinds = 4;
 inline constexpr std::array<RoadKind, kRoadKinds> kRoad{{
