@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <optional>
+#include <utility>
 
 #include "map_steps.h"
 #include "read_ahead.h"
@@ -39,7 +40,13 @@ MapResult map_clouds(const CloudSource& scans, const crg::Crg& base, const Traje
     const MapInputs inputs{frame, base.grid, placed ? &*placed : nullptr, options};
     MapResult result;
     MapState state = first_state(inputs);
-    const CloudSource source = read_ahead(timed(scans, state.report.seconds_read), options.threads);
+    const CloudSource ahead = read_ahead(timed(scans, state.report.seconds_read), options.threads);
+    const CloudSource source = [&](const ChunkSink& sink) {
+      ahead([&](Cloud&& chunk) {
+        if (options.on_chunk) options.on_chunk();
+        sink(std::move(chunk));
+      });
+    };
     while (state.step != MapStep::done)
       advance(state, read_for(state, source, inputs, state.report), inputs, result);
     return result;

@@ -90,11 +90,16 @@ CloudSource MapScans::source() {
 
 void MapScans::enter(const std::string& stage, double begin_share, double end_share) {
   stage_ = stage, stage_begin_ = begin_share, stage_end_ = end_share;
+  read_share_ = 0.0;
 }
 
-void MapScans::show(double share_of_file) const {
-  const double done = (bytes_before_ + share_of_file * bytes_here_) / bytes_in_all_;
-  progress_(stage_, stage_begin_ + (stage_end_ - stage_begin_) * done);
+void MapScans::show(double share_of_file) {
+  read_share_ = (bytes_before_ + share_of_file * bytes_here_) / bytes_in_all_;
+  if (std::this_thread::get_id() == owner_) tell();
+}
+
+void MapScans::tell() const {
+  progress_(stage_, stage_begin_ + (stage_end_ - stage_begin_) * read_share_);
 }
 
 void MapScans::read(const ChunkSink& sink) {

@@ -105,6 +105,7 @@ Refined refine(const RefineRequest& request, const base::Progress& given) {
     scans.enter(stage, begin, first + (1.0 - first) * end_of_stage(stage, share));
     progress(stage, begin);
   };
+  options.on_chunk = [&] { scans.tell(); };
   const MapResult result = with_base ? map_clouds(source, base, poses, options)
                                      : map_without_base(source, base, poses, options);
   return write_refined(request, base, result, remarks_of(scans.remarks(), filter, left_out), inputs,

@@ -29,6 +29,8 @@ struct MapOptions {
   double blend_m = 1.0;  ///< beside nodes with points the base runs into them over this width
   unsigned threads = 0;  ///< 0 = all cores; any number gives the same bytes
   base::Progress progress;
+  std::function<void()> on_chunk;  ///< called by the caller's thread for every chunk of scans; what
+                                   ///< it throws ends the map
 };
 
 /// What a node of the refined grid rests on.

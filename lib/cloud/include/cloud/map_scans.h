@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "base/progress.h"
@@ -36,12 +38,15 @@ class MapScans {
   CloudSource source();
   /// Readings from now on belong to this stage, which lies between these shares of the whole way.
   void enter(const std::string& stage, double begin_share, double end_share);
+  /// Tells how far a reading is that runs in another thread. Of the thread that made this: progress
+  /// is told by no other.
+  void tell() const;
   /// What was seen at the last reading, with the file's name.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
  private:
   void read(const ChunkSink& sink);
-  void show(double share_of_file) const;
+  void show(double share_of_file);
 
   const RefineRequest& request_;
   std::vector<std::string> files_;
@@ -51,6 +56,8 @@ class MapScans {
   double stage_begin_ = 0.0, stage_end_ = 0.0;
   double bytes_in_all_ = 0.0, bytes_before_ = 0.0, bytes_here_ = 0.0;
   std::vector<std::string> remarks_;
+  std::thread::id owner_ = std::this_thread::get_id();
+  std::atomic<double> read_share_ = 0.0;  ///< of the bytes, in this reading
 };
 
 }  // namespace cloud
