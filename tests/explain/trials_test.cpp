@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "explain/unknowns.h"
 #include "support/places.h"
@@ -96,9 +97,36 @@ TEST(Trials, AThirdCarWithLevelledAccelerometersRaisesNoAlarm) {
   EXPECT_EQ(json::parse(folder.read("out/findings.json")).at("verdict"), "none");
 }
 
+/// The log with its yaw rates times a factor.
+std::string with_yaw_rate_times(double factor, const std::string& csv) {
+  std::istringstream in(csv);
+  std::string line, cell, out;
+  std::size_t column = 0;
+  for (bool header = true; std::getline(in, line); header = false) {
+    std::istringstream cells(line);
+    for (std::size_t k = 0; std::getline(cells, cell, ','); ++k) {
+      if (header && cell == "yaw_rate_radps") column = k;
+      out += (k > 0 ? "," : "") +
+             (!header && k == column ? fmt::format("{}", factor * std::stod(cell)) : cell);
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+/// What crgexplain finds of DIR/run.csv.
+json findings_of(const support::TemporaryFolder& folder, const std::string& dir) {
+  EXPECT_EQ(shell(fmt::format("{0} run --skip-simulation --track {1}/track.crg --vehicle "
+                              "{1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
+                              places::crgexplain(), dir, folder.path("out"), folder.path("log"))),
+            0);
+  return json::parse(folder.read("out/findings.json"));
+}
+
 // Forces feel the yaw rate far more than the other sensors do; the accelerometer took the blame.
+// Once where something else is missing too, once on seven laps without anything missing.
 TEST(Trials, AGyrosGainIsNotTakenForThatOfTheAccelerometer) {
-  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "two minutes: KERBSTONE_HEAVY=1";
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "four minutes: KERBSTONE_HEAVY=1";
   const support::TemporaryFolder folder;
   ASSERT_EQ(
       shell(fmt::format("{} make --third-share 1 --generator {} --count 22 --seed 71831 {} > {}",
@@ -108,19 +136,20 @@ TEST(Trials, AGyrosGainIsNotTakenForThatOfTheAccelerometer) {
   const json truth = json::parse(folder.read("t/sealed/0021.json")).at("effects").at(0);
   ASSERT_EQ(truth.at("mechanism"), "sensor.gain");
   ASSERT_EQ(truth.at("channel"), "yaw_rate_radps");
-  ASSERT_EQ(shell(fmt::format("{0} run --skip-simulation --track {1}/track.crg --vehicle "
-                              "{1}/vehicle.yaml --recordings {1}/run.csv -o {2} > {3}",
-                              places::crgexplain(), folder.path("t/0021"), folder.path("out"),
-                              folder.path("log"))),
-            0);
-  const json found = json::parse(folder.read("out/findings.json"));
-  EXPECT_EQ(found.at("verdict"), "explained");
-  EXPECT_EQ(found.at("findings").size(), 2u);
-  const json& first = found.at("findings").at(0);
-  EXPECT_EQ(first.at("mechanism"), "sensor.gain");
-  EXPECT_EQ(first.at("channel"), "yaw_rate_radps");
-  EXPECT_NEAR(first.at("parameters").at(0).at("value").get<double>(),
-              truth.at("amount").get<double>(), 0.005);
+  ASSERT_TRUE(json::parse(folder.read("t/sealed/0008.json")).at("effects").empty());
+  folder.file("t/0008/run.csv", with_yaw_rate_times(0.951, folder.read("t/0008/run.csv")));
+  const auto expect_gain = [&](const std::string& trial, std::size_t findings, double amount) {
+    SCOPED_TRACE(trial);
+    const json found = findings_of(folder, folder.path("t/" + trial));
+    EXPECT_EQ(found.at("verdict"), "explained");
+    ASSERT_EQ(found.at("findings").size(), findings);
+    const json& first = found.at("findings").at(0);
+    EXPECT_EQ(first.at("mechanism"), "sensor.gain");
+    EXPECT_EQ(first.at("channel"), "yaw_rate_radps");
+    EXPECT_NEAR(first.at("parameters").at(0).at("value").get<double>(), amount, 0.005);
+  };
+  expect_gain("0021", 2, truth.at("amount").get<double>());
+  expect_gain("0008", 1, -0.049);
 }
 
 /// blind_trials WORDS...
@@ -257,12 +286,11 @@ TEST(Trials, TheSecondRealLapIsPredictedFromTheFirst) {
             0)
       << folder.read("log");
   const std::string car = places::source() + "/vehicles/av21/";
-  ASSERT_EQ(
-      shell(places::crgexplain() + " run --nulls 200 --hold-out 1 --track " +
-            folder.path("edges/putnam.crg") + " --vehicle " + car + "vehicle.yaml --mapping " +
-            car + "putnam_mapping.yaml --recordings " + log + " -o " + folder.path("out") + " > " +
-            folder.path("log") + " 2>&1"),
-      0)
+  ASSERT_EQ(shell(places::crgexplain() + " run --nulls 200 --hold-out 1 --track " +
+                  folder.path("edges/putnam.crg") + " --vehicle " + car +
+                  "vehicle.yaml --mapping " + car + "putnam_mapping.yaml --recordings " + log +
+                  " -o " + folder.path("out") + " > " + folder.path("log") + " 2>&1"),
+            0)
       << folder.read("log");
   const json found = json::parse(folder.read("out/findings.json"));
   // Yaw rate and forward acceleration are both logged behind a filter; other channels show it.

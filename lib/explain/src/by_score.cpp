@@ -79,6 +79,7 @@ std::vector<Family> Analysis::candidates(Stage stage) const {
     f.column = weights(stage).cwiseProduct(candidate_moves_.col(static_cast<Index>(k)));
     f.sign = u.one_sided ? 1 : 0;
     if (used(u) || !in_stage(k, stage)) f.column.setZero();
+    if (stage == Stage::kSensors && u.of_motion) f.least_left = selection::kLeastLeftOfMotion;
     if (u.along_road) {
       f.cell = cell;
       f.cells = cells_;

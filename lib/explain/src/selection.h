@@ -93,6 +93,11 @@ inline constexpr double kNamed = 14.0;
 /// by: Search.FindsWhatTheModelCanNearlyDoIfAskedTo.
 inline constexpr double kLeastLeft = 0.015;
 
+/// The same of a sensor of the motion where the motion's own relations judge it: the unknown level
+/// of the accelerometer takes nearly all of a gyro's gain, and what it leaves is exact. From: a
+/// gain of -4.9 % put onto drives without any effect. Shown by: Trials.AGyrosGain.
+inline constexpr double kLeastLeftOfMotion = 0.005;
+
 // ---- A parameter that is off -----------------------------------------------------------------
 
 /// Loss that letting a parameter go must save; on top for one that is held for want of evidence;
