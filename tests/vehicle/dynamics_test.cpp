@@ -244,6 +244,36 @@ TEST(Dynamics, SpringsCarryTheCarAtDesignHeight) {
   EXPECT_NEAR(a.detail.specific_force_mps2.z, p[P::environment_gravity_mps2], 1e-9);
 }
 
+// A body that squats goes on through still air along its level way: downforce still points down and
+// drag back, seen from the ground. Tilted with the body, 3 kN would push it by 60 N.
+TEST(Dynamics, AirPushesAlongAndAcrossTheFlowHoweverTheBodyLies) {
+  Amplitudes<double> terms = default_amplitudes();
+  for (const Term off : {Term::wind, Term::aero_ride_height, Term::aero_yaw}) terms[off] = 0.0;
+  const Car<double> car = make_car(test_car_files(), test_parameters(), terms);
+  State<double> s{};
+  s[kZ] = 10.0;
+  const double pitch_rad = s[kPitch] = -0.02, speed_mps = 60.0;  // nose up
+  const double forward = std::cos(pitch_rad), up = std::sin(pitch_rad);
+  s[kVx] = speed_mps * forward;
+  s[kVz] = speed_mps * up;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    s[kTyre + i] = 350;
+    s[kDiscSurface + i] = s[kDiscCore + i] = 300;
+  }
+  const Detail<double> d = answer(car, s, {}, Road()).detail;
+  // From the body's axes to the ground's.
+  const auto along = [&](const Vec3<double>& a) { return forward * a.x + up * a.z; };
+  const auto above = [&](const Vec3<double>& a) { return forward * a.z - up * a.x; };
+  const double downforce_n = d.front_downforce_n + d.rear_downforce_n;
+  EXPECT_GT(downforce_n, 3000.0);
+  EXPECT_NEAR(downforce_n * along(d.down), 0.0, 1e-9);
+  EXPECT_NEAR(above(d.down), -1.0, 1e-3);  // sqrt(1 + tan^2), 0.0002
+  EXPECT_NEAR(along(d.drag), -d.drag_n, 1e-3 * d.drag_n);
+  EXPECT_NEAR(above(d.drag), 0.0, 1e-9);
+  EXPECT_NEAR(d.power.downforce, 0.0, 1e-6);  // of what moves across it
+  EXPECT_NEAR(d.power.drag, -d.drag_n * speed_mps, 1e-3 * d.drag_n * speed_mps);
+}
+
 // A wheel that slows down pushes the nose down by its inertia times its deceleration: on a body
 // that is otherwise free to pitch, by hand, torque over inertia; and amplitude halves it.
 TEST(Dynamics, WheelsThatSlowDownPitchTheBody) {

@@ -36,10 +36,10 @@ Powers<double> work_of_step(const Car<double>& car, const State<double>& before,
     return h * (dot(force, V) + dot(cross(at, force), omega));
   };
   const double drag_height_m = p[P::aero_drag_height_m] - p[P::chassis_cog_height_m];
-  work.drag = push({detail.drag_x_n, detail.drag_y_n, 0.0}, {0.0, 0.0, drag_height_m});
+  work.drag = push(detail.drag, {0.0, 0.0, drag_height_m});
   work.side = push({0.0, detail.side_n, 0.0}, {-p[P::aero_side_behind_cog_m], 0.0, drag_height_m});
-  work.downforce = push({0.0, 0.0, -detail.front_downforce_n}, {car.wheel_m[0].x, 0.0, 0.0}) +
-                   push({0.0, 0.0, -detail.rear_downforce_n}, {car.wheel_m[2].x, 0.0, 0.0});
+  work.downforce = push(detail.front_downforce_n * detail.down, {car.wheel_m[0].x, 0.0, 0.0}) +
+                   push(detail.rear_downforce_n * detail.down, {car.wheel_m[2].x, 0.0, 0.0});
 
   const double engine = mean(kEngine);
   const double axle = 0.5 * (spin[2] + spin[3]), difference = spin[2] - spin[3];

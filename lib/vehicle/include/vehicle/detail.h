@@ -73,7 +73,8 @@ struct Detail {
   T limited_slip_nm = T(0);    ///< the part of limited slip in the first, fully sliding
   T limited_slip_grip = T(0);  ///< share of it that acts, signed
   T drag_n = T(0), front_downforce_n = T(0), rear_downforce_n = T(0);
-  T drag_x_n = T(0), drag_y_n = T(0), side_n = T(0);  ///< along the body's axes
+  T side_n = T(0);
+  Vec3<T> drag, down;  ///< the drag's force, N; the downforce's direction; along the body's axes
   T boost = T(0);  ///< the state; full turbo: charge over wastegate pressure, both above the air
   laws::TurboRates<T> turbo;                  ///< of the full turbocharged engine
   std::array<std::array<T, 6>, 6> inertia{};  ///< of the body with its wheels, LDL^T factors

@@ -65,7 +65,8 @@ laws::AirForces<T> air_with_maps(const Evaluation<T, Built>& e, const Vec3<T>& a
   return f;
 }
 
-/// Aerodynamics.
+/// Aerodynamics. Drag acts against the flow and downforce across it, as wind tunnels state them: a
+/// body that squats does not turn its downforce into a push.
 template <class T, TermSet Built>
 void blow_air(Evaluation<T, Built>& e) {
   using P = Parameter;
@@ -93,9 +94,8 @@ void blow_air(Evaluation<T, Built>& e) {
     const T& k = e.amplitude(Term::aero_drag);
     const T height = e.p[P::aero_drag_height_m] - e.p[P::chassis_cog_height_m];
     detail.drag_n = k * f.drag_nspm * air_speed;
-    detail.drag_x_n = -k * f.drag_nspm * air.x;
-    detail.drag_y_n = -k * f.drag_nspm * air.y;
-    push({detail.drag_x_n, detail.drag_y_n, T(0)}, {T(0), T(0), height}, detail.power.drag);
+    detail.drag = T(-k * f.drag_nspm) * air;
+    push(detail.drag, {T(0), T(0), height}, detail.power.drag);
     detail.side_n = laws::side_force(e.p, k, air_speed, air.y);
     push({T(0), detail.side_n, T(0)}, {-e.p[P::aero_side_behind_cog_m], T(0), height},
          detail.power.side);
@@ -104,8 +104,12 @@ void blow_air(Evaluation<T, Built>& e) {
     const T& k = e.amplitude(Term::aero_downforce);
     detail.front_downforce_n = k * f.front_n;
     detail.rear_downforce_n = k * f.rear_n;
-    push({T(0), T(0), -k * f.front_n}, {e.car.wheel_m[0].x, T(0), T(0)}, detail.power.downforce);
-    push({T(0), T(0), -k * f.rear_n}, {e.car.wheel_m[2].x, T(0), T(0)}, detail.power.downforce);
+    const T rise = air.z / air_speed2;
+    detail.down = {rise * air.x, rise * air.y, T(-1)};
+    push(detail.front_downforce_n * detail.down, {e.car.wheel_m[0].x, T(0), T(0)},
+         detail.power.downforce);
+    push(detail.rear_downforce_n * detail.down, {e.car.wheel_m[2].x, T(0), T(0)},
+         detail.power.downforce);
   }
 }
 
