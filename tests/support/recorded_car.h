@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -52,17 +53,15 @@ inline RecordedCar recorded_car(const std::string& folder, const nlohmann::json&
   tyre.ptx3 = 1.0;
   car.files.tyre = {tyre, tyre};
   car.files.fx_arm = FxArm::kRollingRadius;
-  // Torque at the rear axle, ratio 1: throttle * full load - (1 - throttle) * motoring.
+  // Torque at the rear axle, ratio 1: throttle * full load - (1 - throttle) * motoring. Their full
+  // load is 2400 N m or 300 kW, whichever is less; points 20 rad/s apart, as they list it, cut off
+  // its corner at 125 rad/s by 65 N m.
   Map2& engine = car.files.engine_torque_nm;
   engine.y = {0.0, 1.0};
-  for (int i = 0; i <= 14; ++i) {
-    const double radps = 20.0 * i;
-    const std::array<double, 15> full{2400.0, 2400.0, 2400.0, 2400.0, 2400.0,
-                                      2400.0, 2400.0, 2142.9, 1875.0, 1666.7,
-                                      1500.0, 1363.6, 1250.0, 1153.8, 1071.4};
+  for (double radps = 0.0; radps <= 280.0; radps += radps < 125.0 ? 125.0 : 5.0) {
     engine.x.push_back(radps);
     engine.z.push_back(-120.0);
-    engine.z.push_back(full[static_cast<std::size_t>(i)]);
+    engine.z.push_back(std::min(2400.0, 300000.0 / std::max(radps, 1.0)));
   }
   Parameters<double>& p = car.parameters;
   p[P::chassis_mass_kg] = 760.0 * factor("mass");

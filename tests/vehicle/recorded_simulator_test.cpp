@@ -28,6 +28,20 @@ std::string group(const std::string& channel) {
   return channel;
 }
 
+/// A logger cuts the noise of a pedal at its stop off, which leaves 12 kPa of pressure and takes
+/// 0.0017 of the throttle in the mean: 37 N of braking, 13 N less of engine. As driven: at the
+/// stop.
+void put_pedals_at_their_stops(Recording& recording) {
+  for (std::size_t c = 0; c < recording.table.names.size(); ++c) {
+    const std::string& name = recording.table.names[c];
+    for (double& value : recording.table.columns[c]) {
+      if (name.starts_with("brake") && value < 1e5) value = 0.0;
+      if (name == "throttle" && value > 0.985) value = 1.0;
+      if (name == "throttle" && value < 0.012) value = 0.0;
+    }
+  }
+}
+
 /// The recording with the noise of its logger added once more: what noise in commands and starting
 /// states does to a replay is the difference of the two.
 Recording noisier(const Recording& recording, const nlohmann::json& noise, std::uint64_t seed) {
@@ -90,8 +104,10 @@ TEST(RecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
   for (const nlohmann::json& trial : truth.at("trials")) {
     const std::string id = trial.at("id");
     if (trial.at("class") != "none" || (!heavy && id != "t01")) continue;
-    const Recording recording = support::recorded_log(folder + "/" + id + ".csv.xz");
-    const Recording noisy = noisier(recording, noise, 1);
+    Recording recording = support::recorded_log(folder + "/" + id + ".csv.xz");
+    put_pedals_at_their_stops(recording);
+    Recording noisy = noisier(recording, noise, 1);
+    put_pedals_at_their_stops(noisy);
     support::RecordedCar stated = support::recorded_car(folder, trial.at("parameter_factors"));
     for (const bool whole : {true, false}) {
       // The other simulator's wheels act on the body by their forces only.
@@ -117,9 +133,11 @@ TEST(RecordedSimulator, IsFollowedWithinTheNoiseOfTheLogs) {
                  whole ? "whole" : "wheels by forces only", window_s, channel, std::sqrt(square),
                  sd, std::sqrt(carried), rest, rest / sd);
       const bool speed = channel == "vx_mps" || channel == "wheel";  // drifts: nothing holds it
-      if (!speed) {
-        EXPECT_LT(rest, (whole ? 1.8 : 0.5) * sd) << channel << " " << window_s << " s";
-      }
+      EXPECT_LT(rest, (whole   ? 1.8
+                       : speed ? 0.75
+                               : 0.5) *
+                          sd)
+          << channel << " " << window_s << " s";
     }
   }
 }
