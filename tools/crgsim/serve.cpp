@@ -3,13 +3,16 @@
 #include <array>
 #include <charconv>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
+#include "crg/surface.h"
 #include "road/projection.h"
 #include "sim/dds.h"
 #include "sim/serve_unit.h"
@@ -49,8 +52,11 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
 }
 
 /// Where on the Earth the places of a road's map lie, by its header.
-std::function<std::array<double, 2>(double, double)> map_of(const std::string& road_path) {
-  const road::Projection projection = road::read_projection(crg::read(road_path));
+std::function<std::array<double, 2>(double, double)> map_of(const crg::Crg& road,
+                                                            const std::string& road_path,
+                                                            bool has_to_say) {
+  const road::Projection projection = road::read_projection(road);
+  if (projection.kind == road::Projection::Kind::none && !has_to_say) return {};
   if (projection.kind == road::Projection::Kind::none)
     throw base::Error(road_path +
                       ": its header does not say where on the Earth it lies; give it control "
@@ -80,9 +86,24 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   options.commands = command.commands;
   options.measurements = command.measurements;
   options.recorded = command.recorded;
-  if (!command.road_path.empty()) options.to_latitude_longitude_deg = map_of(command.road_path);
+  options.inputs = read_inputs(command.inputs_path);
   if (!command.devices_path.empty())
     options.devices = vehicle::read_signal_sensors(command.devices_path);
+  if (!command.road_path.empty()) {
+    crg::Crg road = crg::read(command.road_path);
+    options.to_latitude_longitude_deg =
+        map_of(road, command.road_path, options.devices.road.empty());
+    if (!options.devices.road.empty())
+      options.road = std::make_shared<const crg::Surface>(std::move(road));
+  }
+  std::optional<base::FileWriter> sights;
+  if (!command.sights_path.empty()) {
+    sights.emplace(command.sights_path);
+    options.keep_sight = [&sights](std::string_view line) {
+      sights->append(line);
+      sights->append("\n");
+    };
+  }
   for (const std::string& start : command.starts)
     options.starts.push_back(assignment("--set", start));
   for (const std::string& text : command.safe) {
@@ -109,6 +130,7 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   if (c.broken > 0)
     terminal.remark(fmt::format("{} commands were refused, the first because of {}", c.broken,
                                 run.first_broken));
+  if (sights) sights->commit();
   if (!command.out_path.empty())
     base::write_file(command.out_path, csv_of(run.columns, run.values));
   const char* const ended = c.ended_by_unit  ? "by the unit"
