@@ -2,8 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,53 +20,16 @@
 #include "some_unit.h"
 #include "support/places.h"
 #include "support/run_tool.h"
+#include "unit_driver.h"
 
 namespace {
 
-using sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
+using sim_tests::Driver, sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
 using ::testing::HasSubstr;
 
 const std::string kThrough = description_2(
     "through", scalar_2("a", 10, "input") + scalar_2("n", 11, "input", "Integer") +
                    scalar_2("b", 20, "output") + scalar_2("m", 21, "output", "Integer"));
-
-/// A program that drives, as a Unix datagram socket.
-class Driver {
- public:
-  explicit Driver(const std::string& path) : own_(path + ".driver") {
-    for (int tries = 0; tries < 500 && !std::filesystem::exists(path); ++tries)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    const sockaddr_un mine = address(own_), theirs = address(path);
-    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&mine), sizeof mine), 0);
-    EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&theirs), sizeof theirs), 0);
-    const timeval patience{5, 0};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  }
-  Driver(const Driver&) = delete;
-  Driver& operator=(const Driver&) = delete;
-  ~Driver() {
-    ::close(socket_);
-    ::unlink(own_.c_str());
-  }
-  void say(const std::string& bytes) const { ::send(socket_, bytes.data(), bytes.size(), 0); }
-  nlohmann::json hear() const {
-    std::string bytes(65536, '\0');
-    const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), 0);
-    EXPECT_GT(count, 0) << "no measurement came";
-    return nlohmann::json::parse(
-        bytes.substr(0, static_cast<std::size_t>(std::max<ssize_t>(count, 0))), nullptr, false);
-  }
-
- private:
-  static sockaddr_un address(const std::string& path) {
-    sockaddr_un out{};
-    out.sun_family = AF_UNIX;
-    std::copy_n(path.begin(), std::min(path.size(), sizeof out.sun_path - 1), out.sun_path);
-    return out;
-  }
-  std::string own_;
-  int socket_ = ::socket(AF_UNIX, SOCK_DGRAM, 0);
-};
 
 sim::ServeOptions options_of(const support::TemporaryFolder& folder) {
   sim::ServeOptions options;
