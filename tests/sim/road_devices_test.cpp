@@ -271,9 +271,8 @@ TEST(RoadDevices, LooksArriveAfterTheirDelayAndAreTheSameAgain) {
     std::vector<Arrival> out;
     for (int step = 0; step <= 12; ++step) {  // of 10 ms
       devices.step({100.0 + 0.3 * step, 0.0, 0.5, 0.0, 0.0, 0.0});
-      for (const sim::Sight& sight : devices.arrived())
-        for (const std::string& text : sim::write_sight(sight, false, 60'000))
-          out.push_back({step, text});
+      for (const sim::ToldSight& seen : devices.arrived())
+        for (const std::string& text : seen.json) out.push_back({step, text});
     }
     return out;
   };
@@ -305,8 +304,8 @@ TEST(RoadDevices, LooksArriveAfterTheirDelayAndAreTheSameAgain) {
   for (int step = 0; step <= 12; ++step) {
     a.step({100.0 + 0.3 * step, 0.0, 0.5, 0.0, 0.0, 0.0});
     b.step({50.0 + 0.1 * step, 1.0, 0.5, 0.0, 0.0, 0.0});
-    for (const sim::Sight& sight : a.arrived())
-      for (const std::string& text : sim::write_sight(sight, false, 60'000))
+    for (const sim::ToldSight& seen : a.arrived())
+      for (const std::string& text : seen.json)
         if (!text.starts_with(R"({"scan":"rear")")) lidar_of_a.push_back(text);
     b.arrived();
   }

@@ -19,7 +19,7 @@ Value take(std::string& bytes) {
 }
 
 sim::Scan scan_of(std::size_t points) {
-  sim::Scan scan{2, "li\"dar", 1.25, {}};
+  sim::Scan scan{2, "li\"dar", 1.25, {}, {1.5, 0, 0.5}, {0, 0.25, 0}};
   for (std::size_t k = 0; k < points; ++k) {
     const auto x_m = static_cast<float>(k + 1) / 3.0f;
     scan.points.push_back({x_m, -x_m, 1e-7f * x_m, 0.1f});
@@ -37,6 +37,8 @@ TEST(Sights, AScanIsSplitAndComesTogetherInBothForms) {
     const json said = json::parse(text);
     EXPECT_EQ(said.at("scan"), "li\"dar");
     EXPECT_EQ(said.at("time_s"), 1.25);
+    EXPECT_EQ(said.at("at_m"), json::parse("[1.5, 0, 0.5]"));
+    EXPECT_EQ(said.at("turned_rad"), json::parse("[0, 0.25, 0]"));
     EXPECT_EQ(said.at("part"), part++);
     EXPECT_EQ(said.at("parts"), texts.size());
     for (const json& p : said.at("points")) read.push_back({p.at(0), p.at(1), p.at(2), p.at(3)});

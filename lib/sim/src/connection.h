@@ -23,7 +23,7 @@ struct Connection {
   /// `again`: the same as the last one.
   std::function<void(const MeasurementMessage& message, bool again)> send;
   /// What was seen, or is planned, before the measurement that belongs to it.
-  std::function<void(const Sight& sight)> show;
+  std::function<void(const ToldSight& seen)> show;
 };
 
 }  // namespace sim

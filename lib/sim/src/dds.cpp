@@ -236,7 +236,7 @@ Connection connect_dds(unsigned domain, const TopicPlan& plan, bool lockstep) {
           [participant](const MeasurementMessage& message, bool again) {
             participant->send(message, again);
           },
-          [participant](const Sight& sight) { participant->show(sight); }};
+          [participant](const ToldSight& seen) { participant->show(seen.sight); }};
 }
 
 }  // namespace sim

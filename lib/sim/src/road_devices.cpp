@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "base/error.h"
 #include "vehicle/road.h"
@@ -89,6 +90,8 @@ Scan scan_road(NearbyRoad& road, const vehicle::ScanSensor& sensor, const Pose& 
                base::Random random) {
   Scan out;
   out.name = sensor.name;
+  out.at_m = sensor.mounting.at_m;
+  out.turned_rad = sensor.mounting.turned_rad;
   if (!is_finite(pose)) return out;
   const Frame car = frame_of(pose), in_car = frame_of(sensor.mounting);
   const Eigen::Vector3d from_m = eigen(car.out(in_car.at_m));
@@ -192,11 +195,11 @@ base::Random RoadDevices::random_of(const std::string& name, std::uint64_t look)
 template <class Sees>
 void RoadDevices::look(const vehicle::SensorClock& clock, Sees sees) {
   // The queue of the worker wants functions that can be copied.
-  const auto task = std::make_shared<std::packaged_task<Sight()>>(
-      [sees, time_s = static_cast<double>(steps_) * step_s_]() -> Sight {
+  const auto task = std::make_shared<std::packaged_task<ToldSight()>>(
+      [sees, time_s = static_cast<double>(steps_) * step_s_]() -> ToldSight {
         auto sight = sees();
         sight.time_s = time_s;
-        return sight;
+        return tell_sight(std::move(sight));
       });
   const std::uint64_t due =
       steps_ + static_cast<std::uint64_t>(std::llround(clock.delay_s / step_s_));
@@ -232,8 +235,8 @@ void RoadDevices::step(const Pose& pose) {
   ++steps_;
 }
 
-std::vector<Sight> RoadDevices::arrived() {
-  std::vector<Sight> out;
+std::vector<ToldSight> RoadDevices::arrived() {
+  std::vector<ToldSight> out;
   while (!on_the_way_.empty() && on_the_way_.front().due_step < steps_) {
     out.push_back(on_the_way_.front().sight.get());
     on_the_way_.pop_front();

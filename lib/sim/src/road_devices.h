@@ -45,12 +45,12 @@ class RoadDevices {
   /// sensor's name and how many looks there were before.
   void step(const Pose& pose);
   /// What is told now; waited for.
-  std::vector<Sight> arrived();
+  std::vector<ToldSight> arrived();
 
  private:
   struct Look {
     std::uint64_t due_step = 0;
-    std::future<Sight> sight;
+    std::future<ToldSight> sight;
   };
 
   bool is_due(const vehicle::SensorClock& clock, std::uint64_t looks) const;

@@ -33,7 +33,6 @@ namespace {
 constexpr double kLate_s = 0.002;
 constexpr int kMostPerStep = 64;
 constexpr std::size_t kMostValues = 100'000'000;
-constexpr std::size_t kLongestLine = 100'000'000;  ///< of the record of what was seen
 
 class Server {
  public:
@@ -95,16 +94,15 @@ class Server {
     counts_.asked_to_end = counts_.asked_to_end || message->ends;
     commanded_at_ = counts_.steps;
     connection_.answer_here();
-    if (message->plan) show(Plan{sequence_, time_s(), *message->plan});
+    if (message->plan) show(tell_sight(Plan{sequence_, time_s(), *message->plan}));
     if (message->resets) look();
     return true;
   }
 
   /// To whoever drives, and into the record.
-  void show(const Sight& sight) {
-    connection_.show(sight);
-    if (!options_.keep_sight) return;
-    for (const std::string& line : write_sight(sight, false, kLongestLine)) say_({'P', line});
+  void show(const ToldSight& seen) {
+    connection_.show(seen);
+    if (options_.keep_sight) say_({'P', seen.line});
   }
 
   void look() {
@@ -113,7 +111,7 @@ class Server {
     Pose now{};
     std::copy_n(pose.begin(), now.size(), now.begin());
     road_devices_.step(now);
-    for (const Sight& sight : road_devices_.arrived()) show(sight);
+    for (const ToldSight& seen : road_devices_.arrived()) show(seen);
   }
 
   static std::vector<std::string> pose_names(const ServeOptions& options) {

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
+
+#include "sim/message.h"
 
 namespace sim {
 namespace {
@@ -49,11 +52,12 @@ std::vector<std::string> write(const Scan& scan, bool as_binary, std::size_t lon
       put(bytes, small(scan.sensor), small(part), small(parts), small(points.size()), scan.time_s);
       bytes.append(reinterpret_cast<const char*>(points.data()), points.size() * sizeof(ScanPoint));
     } else {
-      bytes = fmt::format(R"({{"scan":{},"time_s":{},"part":{},"parts":{},"points":{}}})",
-                          word(scan.name), scan.time_s, part, parts,
-                          lists(points, [](const ScanPoint& p) {
-                            return std::array{p.x_m, p.y_m, p.z_m, p.intensity};
-                          }));
+      bytes = fmt::format(
+          R"({{"scan":{},"time_s":{},"part":{},"parts":{},"at_m":[{}],"turned_rad":[{}],"points":{}}})",
+          word(scan.name), scan.time_s, part, parts, fmt::join(scan.at_m, ","),
+          fmt::join(scan.turned_rad, ","), lists(points, [](const ScanPoint& p) {
+            return std::array{p.x_m, p.y_m, p.z_m, p.intensity};
+          }));
     }
     out.push_back(std::move(bytes));
   }
@@ -92,6 +96,14 @@ std::vector<std::string> write(const Plan& plan, bool as_binary, std::size_t) {
 
 std::vector<std::string> write_sight(const Sight& sight, bool as_binary, std::size_t longest) {
   return std::visit([&](const auto& one) { return write(one, as_binary, longest); }, sight);
+}
+
+ToldSight tell_sight(Sight sight) {
+  constexpr std::size_t kLongestLine = 100'000'000;
+  ToldSight out{std::move(sight), {}, {}};
+  out.json = write_sight(out.sight, false, kLongestMessage);
+  out.line = out.json.size() == 1 ? out.json[0] : write_sight(out.sight, false, kLongestLine)[0];
+  return out;
 }
 
 }  // namespace sim

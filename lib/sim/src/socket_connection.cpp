@@ -43,14 +43,15 @@ Connection connection_by(CommandSocket& socket, const ServeOptions& options) {
     send(write_measurement(message, options.measurements, form->answered_is_binary));
     if (socket.is_watched()) socket.copy(write_measurement(message, options.measurements, false));
   };
-  out.show = [&socket, form, send](const Sight& sight) {
+  out.show = [&socket, form, send](const ToldSight& seen) {
     // Whoever drives knows its plan.
-    if (!std::holds_alternative<Plan>(sight))
-      for (const std::string& bytes : write_sight(sight, form->answered_is_binary, kLongestMessage))
-        send(bytes);
+    const bool is_sent = !std::holds_alternative<Plan>(seen.sight);
+    if (is_sent && form->answered_is_binary)
+      for (const std::string& bytes : write_sight(seen.sight, true, kLongestMessage)) send(bytes);
+    if (is_sent && !form->answered_is_binary)
+      for (const std::string& bytes : seen.json) send(bytes);
     if (socket.is_watched())
-      for (const std::string& bytes : write_sight(sight, false, kLongestMessage))
-        socket.copy(bytes);
+      for (const std::string& bytes : seen.json) socket.copy(bytes);
   };
   return out;
 }

@@ -22,6 +22,7 @@ struct Scan {
   std::string name;
   double time_s = 0.0;  ///< when it was true
   std::vector<ScanPoint> points;
+  std::array<double, 3> at_m{}, turned_rad{};  ///< of the sensor in the car; in JSON alone
 };
 
 /// Points on both ends of the drivable area, as seen in the direction of driving, from behind to
@@ -49,7 +50,16 @@ struct Plan {
 
 using Sight = std::variant<Scan, Edges, Plan>;
 
+/// With its texts, which take longer to write than a step of a loop in real time.
+struct ToldSight {
+  Sight sight;
+  std::vector<std::string> json;  ///< datagrams
+  std::string line;               ///< the whole as JSON, for a record
+};
+
 /// As datagrams of at most `longest` bytes: a scan may need several, the others have one.
 std::vector<std::string> write_sight(const Sight& sight, bool as_binary, std::size_t longest);
+
+ToldSight tell_sight(Sight sight);
 
 }  // namespace sim
