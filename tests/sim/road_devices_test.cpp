@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -276,7 +277,7 @@ TEST(RoadDevices, LooksArriveAfterTheirDelayAndAreTheSameAgain) {
     }
     return out;
   };
-  sim::RoadDevices devices(surface, file, 7, 0.01);
+  sim::RoadDevices devices(surface, file, 7, 0.01, true);
   const std::vector<Arrival> first = drive(devices);
   std::vector<int> scans, edges;
   for (const Arrival& one : first)
@@ -292,14 +293,14 @@ TEST(RoadDevices, LooksArriveAfterTheirDelayAndAreTheSameAgain) {
   };
   devices.restart();
   EXPECT_EQ(texts(drive(devices)), texts(first)) << "a reset";
-  sim::RoadDevices other(surface, file, 8, 0.01);
+  sim::RoadDevices other(surface, file, 8, 0.01, true);
   EXPECT_NE(texts(drive(other)), texts(first)) << "another seed";
 
   // A second car on the same road, and another sensor, change nothing.
   vehicle::RoadSensorFile both = file;
   both.scans.push_back(lidar());
   both.scans[1].name = "rear";
-  sim::RoadDevices a(surface, both, 7, 0.01), b(surface, file, 7, 0.01);
+  sim::RoadDevices a(surface, both, 7, 0.01, true), b(surface, file, 7, 0.01, true);
   std::vector<std::string> of_b, lidar_of_a;
   for (int step = 0; step <= 12; ++step) {
     a.step({100.0 + 0.3 * step, 0.0, 0.5, 0.0, 0.0, 0.0});
@@ -310,6 +311,36 @@ TEST(RoadDevices, LooksArriveAfterTheirDelayAndAreTheSameAgain) {
     b.arrived();
   }
   EXPECT_EQ(lidar_of_a, texts(first));
+}
+
+TEST(RoadDevices, InRealTimeNothingIsWaitedForAndLateLooksAreLeftOut) {
+  const auto surface = straight(200.0, [](double, double) { return 0.0; });
+  vehicle::RoadSensorFile file;
+  file.scans = {lidar()};
+  file.scans[0].clock = {1000.0, 0.0};  // far more than can be worked out
+  file.scans[0].step_rad = 0.1 * kDegree;
+  sim::RoadDevices devices(surface, file, 7, 0.001, false);
+  std::size_t told = 0;
+  double last_s = -1.0;
+  const auto begin = std::chrono::steady_clock::now();
+  constexpr int kSteps = 2000;
+  for (int step = 0; step < kSteps; ++step) {
+    devices.step({100.0, 0.0, 0.5, 0.0, 0.0, 0.0});
+    for (const sim::ToldSight& seen : devices.arrived()) {
+      ++told;
+      const double time_s = std::get<sim::Scan>(seen.sight).time_s;
+      EXPECT_GT(time_s, last_s) << "in their order";
+      last_s = time_s;
+    }
+  }
+  const double took_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_LT(took_s, 2.0) << "a scan takes some 20 ms; 2000 of them would take 40 s";
+  EXPECT_GE(devices.left_out(), 1000u);
+  EXPECT_LE(told + devices.left_out(), static_cast<std::size_t>(kSteps));
+  EXPECT_GE(told + devices.left_out() + sim::RoadDevices::kMostLate,
+            static_cast<std::size_t>(kSteps));
+  EXPECT_GE(told, 1u) << "the first is waited for";
 }
 
 TEST(RoadDevices, TrianglesOfALongRoadAreForgottenAndMadeAgain) {
@@ -332,11 +363,12 @@ TEST(RoadDevices, TrianglesOfALongRoadAreForgottenAndMadeAgain) {
 TEST(RoadDevices, RefusesWhatCannotBe) {
   vehicle::RoadSensorFile file;
   file.scans = {lidar()};
-  EXPECT_THROW(sim::RoadDevices(nullptr, file, 1, 0.01), base::Error);
+  EXPECT_THROW(sim::RoadDevices(nullptr, file, 1, 0.01, true), base::Error);
   file.scans[0].clock.rate_hz = 200.0;
-  EXPECT_THROW(sim::RoadDevices(straight(10.0, [](double, double) { return 0.0; }), file, 1, 0.01),
-               base::Error);
-  sim::RoadDevices none(nullptr, {}, 1, 0.01);
+  EXPECT_THROW(
+      sim::RoadDevices(straight(10.0, [](double, double) { return 0.0; }), file, 1, 0.01, true),
+      base::Error);
+  sim::RoadDevices none(nullptr, {}, 1, 0.01, true);
   none.step(kAtRest);
   EXPECT_TRUE(none.arrived().empty());
   // A unit that has gone astray sees nothing.

@@ -43,6 +43,8 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
           {"flooded_steps", c.flooded},
           {"safe_steps", c.safe_steps},
           {"resets", c.resets},
+          {"late_sights", c.late_sights},
+          {"left_out_sights", c.left_out_sights},
           {"late_steps", c.late},
           {"latest_s", c.latest_s},
           {"mean_step_s", c.step_sum_s / steps},
@@ -130,6 +132,11 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   if (c.broken > 0)
     terminal.remark(fmt::format("{} commands were refused, the first because of {}", c.broken,
                                 run.first_broken));
+  if (c.late_sights + c.left_out_sights > 0)
+    terminal.remark(fmt::format(
+        "what sensors saw of the road came {} times after its time, and {} looks were left out; "
+        "fewer beams, a lower rate_hz or a longer delay_s",
+        c.late_sights, c.left_out_sights));
   if (sights) sights->commit();
   if (!command.out_path.empty())
     base::write_file(command.out_path, csv_of(run.columns, run.values));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -155,8 +156,9 @@ Edges see_edges(const crg::Surface& road, const vehicle::EdgeSensor& sensor, con
 }
 
 RoadDevices::RoadDevices(std::shared_ptr<const crg::Surface> road,
-                         const vehicle::RoadSensorFile& file, std::uint64_t seed, double step_s)
-    : road_(std::move(road)), file_(file), seed_(seed), step_s_(step_s) {
+                         const vehicle::RoadSensorFile& file, std::uint64_t seed, double step_s,
+                         bool waits)
+    : road_(std::move(road)), file_(file), seed_(seed), step_s_(step_s), waits_(waits) {
   if (empty()) return;
   const std::string& first = file.scans.empty() ? file.edges[0].name : file.scans[0].name;
   if (road_ == nullptr)
@@ -194,6 +196,12 @@ base::Random RoadDevices::random_of(const std::string& name, std::uint64_t look)
 
 template <class Sees>
 void RoadDevices::look(const vehicle::SensorClock& clock, Sees sees) {
+  if (!waits_ && static_cast<std::size_t>(std::count_if(
+                     on_the_way_.begin(), on_the_way_.end(),
+                     [&](const Look& one) { return one.due_step < steps_; })) >= kMostLate) {
+    ++left_out_;
+    return;
+  }
   // The queue of the worker wants functions that can be copied.
   const auto task = std::make_shared<std::packaged_task<ToldSight()>>(
       [sees, time_s = static_cast<double>(steps_) * step_s_]() -> ToldSight {
@@ -232,12 +240,18 @@ void RoadDevices::step(const Pose& pose) {
     });
     ++looks;
   }
+  if (steps_ == 0)
+    for (const Look& one : on_the_way_) one.sight.wait();
   ++steps_;
 }
 
 std::vector<ToldSight> RoadDevices::arrived() {
   std::vector<ToldSight> out;
   while (!on_the_way_.empty() && on_the_way_.front().due_step < steps_) {
+    const Look& first = on_the_way_.front();
+    if (!waits_ && first.sight.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+      break;
+    if (first.due_step + 1 < steps_) ++late_;
     out.push_back(on_the_way_.front().sight.get());
     on_the_way_.pop_front();
   }

@@ -34,18 +34,24 @@ class RoadDevices {
  public:
   /// `step_s` is the time from one step() to the next. Throws Error for a sensor that looks more
   /// often than that, and where there are sensors and no road.
+  /// `waits`: for what a sensor sees, when its time has come; else it comes when it is ready, and
+  /// looks are left out while kMostLate are late.
   RoadDevices(std::shared_ptr<const crg::Surface> road, const vehicle::RoadSensorFile& file,
-              std::uint64_t seed, double step_s);
+              std::uint64_t seed, double step_s, bool waits);
+  static constexpr std::size_t kMostLate = 20;
 
   bool empty() const { return file_.empty(); }
   void restart();  ///< as before the first step(), with the same noise
 
   /// First at time 0. What a sensor sees is worked out beside this thread, by the time at which it
   /// is told if `delay_s` leaves enough; each look has random numbers of its own, by the seed, the
-  /// sensor's name and how many looks there were before.
+  /// sensor's name and how many looks there were before. The first looks are waited for: they make
+  /// the road around the car.
   void step(const Pose& pose);
-  /// What is told now; waited for.
+  /// What is told now.
   std::vector<ToldSight> arrived();
+  std::uint64_t late() const { return late_; }          ///< told after their time
+  std::uint64_t left_out() const { return left_out_; }  ///< looks
 
  private:
   struct Look {
@@ -62,6 +68,8 @@ class RoadDevices {
   vehicle::RoadSensorFile file_;
   std::uint64_t seed_;
   double step_s_;
+  bool waits_;
+  std::uint64_t late_ = 0, left_out_ = 0;
   std::uint64_t steps_ = 0;           ///< step() was called so often
   std::vector<std::uint64_t> looks_;  ///< of each scan, then of each camera
   std::deque<Look> on_the_way_;

@@ -49,7 +49,8 @@ class Server {
         opponents_(options.opponents, unit.description(), path),
         recorded_(unit, path, options.recorded),
         pose_(unit, path, pose_names(options)),
-        road_devices_(options.road, options.devices.road, options.devices.seed, options.step_s) {}
+        road_devices_(options.road, options.devices.road, options.devices.seed, options.step_s,
+                      options.lockstep) {}
 
   void run() {
     inputs_.write(unit_, 0.0);
@@ -67,6 +68,8 @@ class Server {
       in_lockstep(steps);
     else
       in_real_time(steps);
+    counts_.late_sights = road_devices_.late();
+    counts_.left_out_sights = road_devices_.left_out();
     say_({'S', {reinterpret_cast<const char*>(&counts_), sizeof counts_}});
   }
 

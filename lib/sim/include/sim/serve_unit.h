@@ -57,6 +57,8 @@ struct ServeCounts {
   std::uint64_t steps = 0, late = 0;  ///< late: begun more than 2 ms after their time
   std::uint64_t commands = 0, broken = 0, old = 0, flooded = 0;
   std::uint64_t safe_steps = 0, resets = 0;
+  /// What sensors saw of the road, told after its time, and not looked at: never in lockstep.
+  std::uint64_t late_sights = 0, left_out_sights = 0;
   double latest_s = 0.0, step_sum_s = 0.0, longest_step_s = 0.0;
   std::array<std::uint64_t, kStepBins_s.size() + 1> bins{};
   bool real_time_scheduled = false;
