@@ -69,6 +69,23 @@ std::function<std::array<double, 2>(double, double)> map_of(const crg::Crg& road
   };
 }
 
+void print_summary(const sim::ServeRun& run, const char* ended, double step_s, Terminal& terminal) {
+  const sim::ServeCounts& c = run.counts;
+  if (terminal.json) {
+    terminal.print(base::json_text(json_of(run, ended)));
+  } else {
+    terminal.print(fmt::format(
+        "ended {} after {:g} s: {} steps, {} measurements, {} commands taken, {} old, {} broken\n",
+        ended, static_cast<double>(c.steps) * step_s, c.steps, run.rows(), c.commands, c.old,
+        c.broken));
+    terminal.print(fmt::format(
+        "a step takes {:.1f} us, the longest {:.1f} us; {} began more than 2 ms late, the latest "
+        "{:.2f} ms; the safe input acted in {} steps\n",
+        1e6 * c.step_sum_s / static_cast<double>(std::max<std::uint64_t>(c.steps, 1)),
+        1e6 * c.longest_step_s, c.late, 1e3 * c.latest_s, c.safe_steps));
+  }
+}
+
 }  // namespace
 
 int serve(const ServeCommand& command, Terminal& terminal) {
@@ -144,19 +161,7 @@ int serve(const ServeCommand& command, Terminal& terminal) {
                             : c.asked_to_end ? "by a command"
                             : c.silent       ? "because no command came"
                                              : "at its stop";
-  if (terminal.json) {
-    terminal.print(base::json_text(json_of(run, ended)));
-  } else {
-    terminal.print(fmt::format(
-        "ended {} after {:g} s: {} steps, {} measurements, {} commands taken, {} old, {} broken\n",
-        ended, static_cast<double>(c.steps) * command.step_s, c.steps, run.rows(), c.commands,
-        c.old, c.broken));
-    terminal.print(fmt::format(
-        "a step takes {:.1f} us, the longest {:.1f} us; {} began more than 2 ms late, the latest "
-        "{:.2f} ms; the safe input acted in {} steps\n",
-        1e6 * c.step_sum_s / static_cast<double>(std::max<std::uint64_t>(c.steps, 1)),
-        1e6 * c.longest_step_s, c.late, 1e3 * c.latest_s, c.safe_steps));
-  }
+  print_summary(run, ended, command.step_s, terminal);
   return c.silent ? command::kNotValid : kOk;
 }
 

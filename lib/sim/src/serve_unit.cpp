@@ -315,9 +315,12 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& wanted,
     require_dds("topics of ROS 2");
     topics = plan_topics(options, description, path);
   }
-  // What follows a table is recorded.
+  // What follows a table is recorded, once.
+  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
   for (const std::string& name : options.inputs.names)
-    if (std::find(options.recorded.begin(), options.recorded.end(), name) == options.recorded.end())
+    if (!has(options.recorded, name) && !has(options.measurements, name))
       options.recorded.push_back(name);
   want_sound(path, options);
   ServeRun run = run_of(options);
