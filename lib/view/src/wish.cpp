@@ -44,10 +44,7 @@ constexpr std::array kShown = {"car.x",
                                "wheel.rl.fz",
                                "wheel.rr.fz",
                                "wheel.fl.brake",
-                               "parameter.engine.limit_radps",
-                               "parameter.environment.wind_mps",
-                               "parameter.environment.wind_heading_rad",
-                               "parameter.environment.road_grip"};
+                               "parameter.engine.limit_radps"};
 
 constexpr std::size_t kMostClouds = 1000;
 
