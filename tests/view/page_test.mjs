@@ -495,7 +495,7 @@ edges:
 
   // A run that another program drives, with a plan: this page looks on.
   const udp = 20000 + (process.pid % 20000);
-  const elsewhere = spawn(join(dirname(dirname(crgbuild)), 'crgsim/crgsim'), ['serve', 'car.fmu', '--udp', String(udp), '--command', 'input.throttle', '--command', 'input.gear', '--measure', 'car.x', '--measure', 'car.y', '--measure', 'car.yaw', '--measure', 'car.vx', '--devices', 'sensors.yaml', '--road', 'out/shown/ring.crg', '--stop-s', '600'], { cwd: shown, stdio: 'ignore' });
+  const otherRun = spawn(join(dirname(dirname(crgbuild)), 'crgsim/crgsim'), ['serve', 'car.fmu', '--udp', String(udp), '--command', 'input.throttle', '--command', 'input.gear', '--measure', 'car.x', '--measure', 'car.y', '--measure', 'car.yaw', '--measure', 'car.vx', '--devices', 'sensors.yaml', '--road', 'out/shown/ring.crg', '--stop-s', '600'], { cwd: shown, stdio: 'ignore' });
   const stack = createSocket('udp4');
   let sequence = 0, at = [0, 0];
   stack.on('message', (bytes) => { const said = JSON.parse(bytes); if (said.values) at = [said.values['car.x'], said.values['car.y']]; });
@@ -510,7 +510,7 @@ edges:
   } finally {
     clearInterval(drives);
     stack.close();
-    elsewhere.kill();
+    otherRun.kill();
   }
   await page.click('[data-role="to-laps"]');
   await page.waitForSelector('[aria-label="Lap of 0/out/drives/car-1.csv"]');
