@@ -51,7 +51,7 @@ class Connection {
   Connection& operator=(const Connection&) = delete;
   ~Connection() { dds_delete(DDS_CYCLONEDDS_HANDLE); }
 
-  Measured exchange(const Command& command, bool ends) {
+  Measured exchange(const Command& command, const Plan& plan, bool ends) {
     kerbstone_msgs_msg_dds__CarCommand_ message{};
     message.sequence_ = ++sequence_;
     message.steering_angle_ = command[0];
@@ -59,6 +59,10 @@ class Connection {
     for (std::size_t k = 0; k < 4; ++k) message.brake_pressure_[k] = command[2 + k];
     message.gear_ = static_cast<std::int32_t>(command[6]);
     message.end_ = ends;
+    std::vector<kerbstone_msgs_msg_dds__PlanPoint_> points;
+    for (const auto& [x_m, y_m, speed_mps] : plan) points.push_back({x_m, y_m, speed_mps});
+    const auto count = static_cast<std::uint32_t>(points.size());
+    message.plan_ = {count, count, points.data(), false};
     for (int tries = 0; tries < 50; ++tries) {  // said again, it is not acted on again
       sound(dds_write(command_, &message));
       if (ends) return {};
@@ -142,8 +146,8 @@ class Connection {
 
 Exchange exchange_by_dds(int domain) {
   const auto connection = std::make_shared<Connection>(domain);
-  return [connection](const Command& command, bool ends) {
-    return connection->exchange(command, ends);
+  return [connection](const Command& command, const Plan& plan, bool ends) {
+    return connection->exchange(command, plan, ends);
   };
 }
 

@@ -42,19 +42,23 @@ class Connection {
   }
 
   /// One command, and the measurement that answers it.
-  Measured exchange(const Command& values, bool ends) {
-    const std::string bytes = binary_ ? as_binary(values, ends) : as_json(values, ends);
+  Measured exchange(const Command& values, const Plan& plan, bool ends) {
+    const std::string bytes = binary_ ? as_binary(values, plan, ends) : as_json(values, plan, ends);
     for (int tries = 0; tries < 50;
          ++tries) {  // datagrams may be lost: said again, it is not acted on again
       ::send(socket_, bytes.data(), bytes.size(), 0);
       if (ends) return {};
       pollfd waiting{socket_, POLLIN, 0};
-      if (::poll(&waiting, 1, 1000) <= 0) continue;
-      std::array<char, 4096> answer{};
-      const ssize_t count = ::recv(socket_, answer.data(), answer.size(), 0);
-      if (count > 0)
-        return binary_ ? from_binary({answer.data(), static_cast<std::size_t>(count)})
-                       : from_json({answer.data(), static_cast<std::size_t>(count)});
+      while (::poll(&waiting, 1, 1000) > 0) {
+        const ssize_t count = ::recv(socket_, answer_.data(), answer_.size(), 0);
+        if (count <= 0) break;
+        const std::string answer(answer_.data(), static_cast<std::size_t>(count));
+        // What sensors see of the road comes before; this stack has no use for it.
+        if (answer.starts_with("KSS1") || answer.starts_with("KSE1") ||
+            answer.starts_with("{\"scan\"") || answer.starts_with("{\"edges\""))
+          continue;
+        return binary_ ? from_binary(answer) : from_json(answer);
+      }
     }
     throw std::runtime_error("no measurement comes");
   }
@@ -68,17 +72,23 @@ class Connection {
     return out;
   }
 
-  std::string as_json(const Command& values, bool ends) {
+  std::string as_json(const Command& values, const Plan& plan, bool ends) {
     nlohmann::json set;
     for (std::size_t i = 0; i < values.size(); ++i) set[kCommands[i]] = values[i];
-    return nlohmann::json{{"sequence", ++sequence_}, {"set", set}, {"end", ends}}.dump();
+    nlohmann::json command{{"sequence", ++sequence_}, {"set", set}, {"end", ends}};
+    if (!plan.empty()) command["plan"] = plan;
+    return command.dump();
   }
-  std::string as_binary(const Command& values, bool ends) {
+  std::string as_binary(const Command& values, const Plan& plan, bool ends) {
     std::string bytes = "KSC1";
-    for (const std::uint32_t number :
-         {++sequence_, std::uint32_t{ends}, static_cast<std::uint32_t>(values.size())})
+    for (const std::uint32_t number : {++sequence_, (ends ? 1u : 0u) | (plan.empty() ? 0u : 8u),
+                                       static_cast<std::uint32_t>(values.size())})
       bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
     bytes.append(reinterpret_cast<const char*>(values.data()), sizeof values);
+    if (plan.empty()) return bytes;
+    const auto count = static_cast<std::uint32_t>(plan.size());
+    bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
+    bytes.append(reinterpret_cast<const char*>(plan.data()), count * sizeof plan[0]);
     return bytes;
   }
   static Measured from_json(const std::string& bytes) {
@@ -99,6 +109,7 @@ class Connection {
   bool binary_;
   std::string own_;
   int socket_;
+  std::vector<char> answer_ = std::vector<char>(65536);
   std::uint32_t sequence_ = 0;
 };
 
@@ -106,8 +117,8 @@ class Connection {
 
 Exchange exchange_by_socket(const std::string& path, bool binary) {
   const auto connection = std::make_shared<Connection>(path, binary);
-  return [connection](const Command& command, bool ends) {
-    return connection->exchange(command, ends);
+  return [connection](const Command& command, const Plan& plan, bool ends) {
+    return connection->exchange(command, plan, ends);
   };
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace stack {
 
@@ -15,8 +16,11 @@ struct Measured {
          vx_mps = 0.0;
 };
 
+/// x and y on the map, m, and speed, m/s, of places that will be passed; none: nothing is told.
+using Plan = std::vector<std::array<double, 3>>;
+
 /// One command, and the measurement that answers it; none when the run shall end.
-using Exchange = std::function<Measured(const Command& command, bool ends)>;
+using Exchange = std::function<Measured(const Command& command, const Plan& plan, bool ends)>;
 
 Exchange exchange_by_socket(const std::string& path, bool binary);
 Exchange exchange_by_dds(int domain);

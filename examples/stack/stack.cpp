@@ -25,6 +25,7 @@ using stack::Command;
 using stack::Measured;
 
 constexpr double kSpacing_m = 1.0, kWheelbase_m = 3.0;
+constexpr double kPlanned_m = 2.0;  // from one point of what is told of the way to the next
 constexpr double kLateral_mps2 = 6.0, kBraking_mps2 = 5.0, kSpeeding_mps2 = 3.0,
                  kFastest_mps = 45.0;
 constexpr std::array kGearUp_mps{12.0, 19.0, 27.0, 35.0, 44.0};
@@ -159,6 +160,18 @@ Command control(const Line& line, std::size_t at, const Pose& car, Driving& driv
           gear};
 }
 
+/// The line ahead, as far as three seconds take, at its speed.
+stack::Plan plan_of(const Line& line, std::size_t at, const Pose& car) {
+  stack::Plan plan;
+  const std::size_t points = 10 + static_cast<std::size_t>(3.0 * car.vx_mps / kPlanned_m);
+  for (std::size_t k = 0; k < points; ++k) {
+    const std::size_t i =
+        (at + k * static_cast<std::size_t>(kPlanned_m / kSpacing_m)) % line.size();
+    plan.push_back({line.x_m[i], line.y_m[i], line.speed_mps[i]});
+  }
+  return plan;
+}
+
 int drive(const std::string& where, const std::string& line_path, const std::string& form) {
   const Line line = read_line(line_path);
   const stack::Exchange exchange = form == "dds"
@@ -172,11 +185,11 @@ int drive(const std::string& where, const std::string& line_path, const std::str
   Pose car;
   constexpr int kFirst = 100;
   for (int k = 0; k < kFirst; ++k) {
-    now = exchange(stand, false);
+    now = exchange(stand, {}, false);
     car.x_m += now.gnss_x_m / kFirst;
     car.y_m += now.gnss_y_m / kFirst;
   }
-  std::size_t at = 0, gone = 0;
+  std::size_t at = 0, gone = 0, commands = 0;
   for (std::size_t i = 0; i < line.size(); ++i)
     if (std::hypot(line.x_m[i] - car.x_m, line.y_m[i] - car.y_m) <
         std::hypot(line.x_m[at] - car.x_m, line.y_m[at] - car.y_m))
@@ -192,15 +205,18 @@ int drive(const std::string& where, const std::string& line_path, const std::str
     largest_off_m = std::max(largest_off_m, off_m(at));
     if (largest_off_m > 5.0) {
       std::printf("off the line by %.1f m after %.1f s\n", largest_off_m, now.time_s);
-      exchange(stand, true);
+      exchange(stand, {}, true);
       return 1;
     }
-    now = exchange(control(line, at, car, driving), false);
+    // Others who watch see what it is going to do, ten times a second.
+    const bool tells = commands++ % 10 == 0;
+    now = exchange(control(line, at, car, driving), tells ? plan_of(line, at, car) : stack::Plan{},
+                   false);
     car = localisation.follow(now);
   }
   std::printf("lap in %.2f s, as it believes at most %.2f m from the line\n", now.time_s,
               largest_off_m);
-  exchange(stand, true);
+  exchange(stand, {}, true);
   return 0;
 }
 

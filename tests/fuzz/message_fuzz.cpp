@@ -12,4 +12,9 @@ void fuzz::run(std::string_view bytes) {
   require(message->values.size() == names.size(), "a value for every command");
   for (const double value : message->values)
     require(!std::isinf(value) && (!message->is_binary || std::isfinite(value)), "finite values");
+  if (!message->plan) return;
+  require(message->plan->size() <= sim::kMostPlanPoints, "a plan of a bounded size");
+  for (const sim::PlanPoint& point : *message->plan)
+    require(std::isfinite(point.x_m) && std::isfinite(point.y_m) && std::isfinite(point.speed_mps),
+            "finite places");
 }

@@ -55,6 +55,30 @@ TEST(RaySurface, KeepsMillimetresAtUtmCoordinates) {
   EXPECT_NEAR(hit->z_m, 512.0 + 0.03 * 37.123, 1e-5);
 }
 
+TEST(RaySurface, RaysInAnyDirectionHitWhereGeometrySays) {
+  road::Mesh mesh;
+  mesh.origin_m = {691'234.5, 5'334'567.25, 512.0};
+  add_square(mesh, 0, 0, 100, 0.0);
+  add_square(mesh, 0, 0, 100, -3.0);  // behind the first
+  const road::RaySurface surface(mesh);
+  const double down_rad = 0.05, height_m = 1.5;
+  const Eigen::Vector3d at = mesh.origin_m + Eigen::Vector3d(-20.0, 4.0, height_m);
+  for (const double azimuth_rad : {0.0, 0.7, -1.2}) {
+    const road::Ray ray{at,
+                        {std::cos(down_rad) * std::cos(azimuth_rad),
+                         std::cos(down_rad) * std::sin(azimuth_rad), -std::sin(down_rad)}};
+    const auto hit = surface.first_hit(ray, 0.1, 60.0);
+    ASSERT_TRUE(hit.has_value());
+    EXPECT_NEAR(hit->range_m, height_m / std::sin(down_rad), 1e-4);
+    EXPECT_NEAR(std::abs(hit->normal.z()), 1.0, 1e-6);
+    EXPECT_FALSE(surface.first_hit(ray, 0.1, 20.0).has_value()) << "beyond its reach";
+    const auto second = surface.first_hit(ray, 31.0, 100.0);
+    ASSERT_TRUE(second.has_value());
+    EXPECT_NEAR(second->range_m, (height_m + 3.0) / std::sin(down_rad), 2e-4);
+  }
+  EXPECT_FALSE(surface.first_hit({at, {0.0, 0.0, 1.0}}, 0.1, 60.0).has_value()) << "to the sky";
+}
+
 TEST(RaySurface, PacketsAnswerLikeSingleRaysAndLeaveInactiveLanesOut) {
   road::Mesh mesh;
   add_square(mesh, 0, 0, 5, 0.0, 0.1);

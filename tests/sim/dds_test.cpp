@@ -11,15 +11,18 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <thread>
 
+#include "crg/file.h"
 #include "dds_connection.h"
 #include "kerbstone.h"
 #include "ros2.h"
@@ -150,7 +153,14 @@ class Second {
 /// crgsim serve --dds in a process of its own, of a unit whose b and m are its inputs a and n.
 class Served {
  public:
-  explicit Served(const std::string& more) {
+  explicit Served(const std::string& more, const std::string& devices = kDevices) {
+    // Along x from 0 to 100 m, 8 m wide.
+    crg::ReferenceLine middle;
+    crg::Grid grid{0.0, 1.0, {-4, 0, 4}, std::vector<float>(303, 0.0f)};
+    for (int i = 0; i <= 100; ++i) middle.x_m.push_back(i);
+    middle.y_m.assign(101, 0.0);
+    middle.heading_rad.assign(101, 0.0);
+    crg::write(crg::make_crg(middle, grid), folder_.path("road.crg"), crg::Format::KRBI);
     const std::string unit = write_unit(
         folder_,
         description_2("through",
@@ -160,8 +170,9 @@ class Served {
     const std::string line = fmt::format(
         "timeout 60 '{}' serve '{}' --dds --domain {} --step-s 0.01 --devices '{}' --command n {} "
         "--json -o '{}' > '{}' 2> '{}'",
-        places::crgsim(), unit, own_domain(), folder_.file("devices.yaml", kDevices), more,
-        folder_.path("run.csv"), folder_.path("json"), folder_.path("errors"));
+        places::crgsim(), unit, own_domain(), folder_.file("devices.yaml", devices),
+        more + road_of(devices), folder_.path("run.csv"), folder_.path("json"),
+        folder_.path("errors"));
     runs_ = std::thread([this, line] { status_ = std::system(line.c_str()); });
   }
   ~Served() {
@@ -177,8 +188,14 @@ class Served {
     return folder_.read("json");
   }
   std::string table() const { return folder_.read("run.csv"); }
+  std::string sights() const { return folder_.read("sights.jsonl"); }
 
  private:
+  std::string road_of(const std::string& devices) const {
+    if (devices.find("scans:") == std::string::npos) return "";
+    return fmt::format(" --road '{}' --sights '{}'", folder_.path("road.crg"),
+                       folder_.path("sights.jsonl"));
+  }
   support::TemporaryFolder folder_;
   std::thread runs_;
   int status_ = -1;
@@ -321,6 +338,81 @@ TEST(Dds, BytesAreThoseOfTheStandard) {
   ++command.sequence_;
   say();
   served.ended();
+}
+
+TEST(Dds, ScansEdgesAndPlansAreMessagesOfTheirOwn) {
+  Served served("--lockstep --every 5 --patience-s 20 --stop-s 5",
+                R"(scans:
+  lidar/points: {at_m: [0, 0, 1], beams_deg: [-30], field_deg: 90, step_deg: 30, rate_hz: 20}
+edges:
+  camera: {at_m: [0, 0, 1], reach_m: 20, rate_hz: 10}
+pose: {x: b, y: m, z: m, roll: m, pitch: m, yaw: m}
+commands:
+  steering_angle: {signal: a, gain: 100}
+topics:
+  rest: {type: kerbstone_msgs/Values, fields: {b: b}}
+)");
+  Second second;
+  const dds_entity_t scans =
+                         second.reader({"rt/lidar/points", "sensor_msgs::msg::dds_::PointCloud2_",
+                                        &sensor_msgs_msg_dds__PointCloud2__desc}),
+                     edges = second.reader({"rt/camera", "kerbstone_msgs::msg::dds_::Edges_",
+                                            &kerbstone_msgs_msg_dds__Edges__desc}),
+                     plans = second.reader({"rt/crgsim/plan", "kerbstone_msgs::msg::dds_::Plan_",
+                                            &kerbstone_msgs_msg_dds__Plan__desc}),
+                     step = second.reader(kStep);
+  auto command = command_of(1, 0.5);  // at x = 50 m
+  kerbstone_msgs_msg_dds__PlanPoint_ points[] = {{51.0, 0.0, 10.0}, {52.0, 0.5, 11.0}};
+  command.plan_ = {2, 2, points, false};
+  const auto say = [&] { second.say(command); };
+  say();
+  const auto told = second.next<kerbstone_msgs_msg_dds__Step_>(step, say);
+  ASSERT_EQ(told->messages_._length, 3u) << "the topic, the scan, the edges";
+  EXPECT_EQ(told->messages_._buffer[1], 2u) << "at 0 and at 0.05 s";
+  EXPECT_EQ(told->messages_._buffer[2], 1u);
+
+  second.next<sensor_msgs_msg_dds__PointCloud2_>(scans);  // at 0 s, at the begin of the road
+  const auto cloud = second.next<sensor_msgs_msg_dds__PointCloud2_>(scans);
+  EXPECT_STREQ(cloud->header_.frame_id_, "lidar/points");
+  EXPECT_EQ(cloud->header_.stamp_.nanosec_, 50'000'000u);
+  ASSERT_EQ(cloud->width_, 3u) << "azimuths of -30, 0 and 30 degrees";
+  EXPECT_EQ(cloud->height_, 1u);
+  EXPECT_EQ(cloud->point_step_, 16u);
+  EXPECT_EQ(cloud->row_step_, 48u);
+  EXPECT_FALSE(cloud->is_bigendian_);
+  ASSERT_EQ(cloud->fields_._length, 4u);
+  EXPECT_STREQ(cloud->fields_._buffer[3].name_, "intensity");
+  EXPECT_EQ(cloud->fields_._buffer[3].offset_, 12u);
+  EXPECT_EQ(cloud->fields_._buffer[3].datatype_, 7) << "float32";
+  ASSERT_EQ(cloud->data_._length, 48u);
+  std::array<float, 12> numbers{};
+  std::memcpy(numbers.data(), cloud->data_._buffer, 48);
+  EXPECT_NEAR(numbers[4], std::sqrt(3.0), 1e-5) << "straight ahead";
+  EXPECT_NEAR(numbers[5], 0.0, 1e-6);
+  EXPECT_NEAR(numbers[6], -1.0, 1e-5);
+  EXPECT_NEAR(numbers[7], 0.5, 1e-5) << "the cosine of 60 degrees";
+
+  const auto ends = second.next<kerbstone_msgs_msg_dds__Edges_>(edges);
+  EXPECT_STREQ(ends->header_.frame_id_, "base_link");
+  ASSERT_GT(ends->left_._length, 10u);
+  EXPECT_NEAR(ends->left_._buffer[0].y_, 4.0, 1e-5);
+  EXPECT_NEAR(ends->right_._buffer[0].y_, -4.0, 1e-5);
+
+  const auto plan = second.next<kerbstone_msgs_msg_dds__Plan_>(plans);
+  EXPECT_EQ(plan->sequence_, 1u);
+  ASSERT_EQ(plan->points_._length, 2u);
+  EXPECT_EQ(plan->points_._buffer[1].y_, 0.5);
+  EXPECT_EQ(plan->points_._buffer[1].speed_, 11.0);
+  std::vector<kerbstone_msgs_msg_dds__PlanPoint_> many(501);
+  command.plan_ = {501, 501, many.data(), false};
+  ++command.sequence_;
+  say();
+  command.plan_ = {};
+  command.end_ = true;
+  ++command.sequence_;
+  say();
+  EXPECT_THAT(served.ended(), HasSubstr("\"broken_commands\": 1"));
+  EXPECT_THAT(served.sights(), HasSubstr(R"({"plan":[[51,0,10],[52,0.5,11]],"sequence":1)"));
 }
 
 TEST(Dds, InRealTimeTheSafeInputActsAndBrokenCommandsAreCounted) {

@@ -40,6 +40,50 @@ TEST(Message, CommandsAreReadInBothForms) {
   EXPECT_EQ(bytes->values, (std::vector{0.5, 3.0}));
 }
 
+TEST(Message, ACommandMayTellThePlan) {
+  std::string why;
+  const auto json =
+      sim::read_command(R"({"sequence": 7, "plan": [[1, 2, 30], [3.5, -4, 29]]})", kNames, why);
+  ASSERT_TRUE(json) << why;
+  ASSERT_TRUE(json->plan);
+  ASSERT_EQ(json->plan->size(), 2u);
+  EXPECT_EQ((*json->plan)[1].x_m, 3.5);
+  EXPECT_EQ((*json->plan)[1].y_m, -4.0);
+  EXPECT_EQ((*json->plan)[1].speed_mps, 29.0);
+  EXPECT_FALSE(sim::read_command(R"({"sequence": 7})", kNames, why)->plan) << "not told";
+  EXPECT_TRUE(sim::read_command(R"({"plan": []})", kNames, why)->plan->empty()) << "none any more";
+
+  const auto with_plan = [](std::uint32_t said, const std::vector<double>& numbers) {
+    std::string bytes = binary(8, 8, {0.5, 3.0});
+    bytes.append(reinterpret_cast<const char*>(&said), sizeof said);
+    bytes.append(reinterpret_cast<const char*>(numbers.data()), 8 * numbers.size());
+    return bytes;
+  };
+  const auto bytes = sim::read_command(with_plan(2, {1, 2, 30, 3.5, -4, 29}), kNames, why);
+  ASSERT_TRUE(bytes) << why;
+  ASSERT_EQ(bytes->plan->size(), 2u);
+  EXPECT_EQ((*bytes->plan)[1].y_m, -4.0);
+  EXPECT_EQ(bytes->values, (std::vector{0.5, 3.0}));
+
+  const std::string no_plan = "a plan that is no list of at most 500 points x, y, speed";
+  for (const char* text : {R"({"plan": 1})", R"({"plan": [1, 2, 3]})", R"({"plan": [[1, 2]]})",
+                           R"({"plan": [[1, 2, 3, 4]]})", R"({"plan": [[1, 2, "3"]]})",
+                           R"({"plan": [[1, [2], 3]]})", R"({"plan": null})"})
+    EXPECT_EQ(why_not(text), no_plan) << text;
+  EXPECT_EQ(why_not(R"({"plan": [[1, 1e999, 3]]})"), "no JSON object");
+  EXPECT_EQ(why_not(with_plan(1, {1, std::nan(""), 3})), "a value that is not finite");
+  EXPECT_EQ(why_not(with_plan(2, {1, 2, 3})), no_plan) << "cut short";
+  EXPECT_EQ(why_not(with_plan(1, {1, 2, 3, 4})), no_plan) << "too long";
+  EXPECT_EQ(why_not(with_plan(0xffffffffu, {1, 2, 3})), no_plan) << "a lying number";
+  EXPECT_EQ(why_not(binary(8, 8, {0.5, 3.0})), no_plan) << "none follows";
+  std::string most = R"({"plan": [[1,2,3])";
+  for (std::size_t k = 1; k < sim::kMostPlanPoints; ++k) most += ",[1,2,3]";
+  EXPECT_TRUE(sim::read_command(most + "]}", kNames, why));
+  EXPECT_EQ(why_not(most + ",[1,2,3]]}"), no_plan);
+  EXPECT_EQ(why_not(R"({"plan": )" + std::string(1000, '[')),
+            "more lists or tables than a command has");
+}
+
 TEST(Message, AResetHasStartsOfItsOwn) {
   std::string why;
   const auto json =
@@ -66,8 +110,8 @@ TEST(Message, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(why_not(R"({"set": {"gear": 1e999}})"), "no JSON object");
   EXPECT_EQ(why_not(R"({"set": {"gear": "2"}})"), "a value that is not finite");
   EXPECT_EQ(why_not(R"({"sequence": -1})"), "sequence is no whole number from 0 to 4294967295");
-  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set, pause, reset or end");
-  EXPECT_EQ(why_not(std::string(100, '{')), "nested more deeply than a command is");
+  EXPECT_EQ(why_not(R"({"go": 1})"), "a key that is not sequence, set, plan, pause, reset or end");
+  EXPECT_EQ(why_not(std::string(100, '{')), "more lists or tables than a command has");
   EXPECT_EQ(why_not(std::string(sim::kLongestMessage + 1, ' ')), "longer than 60 kB");
   EXPECT_EQ(why_not("KSC1abc"), "cut short");
   EXPECT_EQ(why_not(binary(1, 0, {0.5})), "another number of values than commands were named");

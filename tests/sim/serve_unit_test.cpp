@@ -2,8 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,53 +20,16 @@
 #include "some_unit.h"
 #include "support/places.h"
 #include "support/run_tool.h"
+#include "unit_driver.h"
 
 namespace {
 
-using sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
+using sim_tests::Driver, sim_tests::description_2, sim_tests::scalar_2, sim_tests::write_unit;
 using ::testing::HasSubstr;
 
 const std::string kThrough = description_2(
     "through", scalar_2("a", 10, "input") + scalar_2("n", 11, "input", "Integer") +
                    scalar_2("b", 20, "output") + scalar_2("m", 21, "output", "Integer"));
-
-/// A program that drives, as a Unix datagram socket.
-class Driver {
- public:
-  explicit Driver(const std::string& path) : own_(path + ".driver") {
-    for (int tries = 0; tries < 500 && !std::filesystem::exists(path); ++tries)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    const sockaddr_un mine = address(own_), theirs = address(path);
-    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&mine), sizeof mine), 0);
-    EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&theirs), sizeof theirs), 0);
-    const timeval patience{5, 0};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  }
-  Driver(const Driver&) = delete;
-  Driver& operator=(const Driver&) = delete;
-  ~Driver() {
-    ::close(socket_);
-    ::unlink(own_.c_str());
-  }
-  void say(const std::string& bytes) const { ::send(socket_, bytes.data(), bytes.size(), 0); }
-  nlohmann::json hear() const {
-    std::string bytes(65536, '\0');
-    const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), 0);
-    EXPECT_GT(count, 0) << "no measurement came";
-    return nlohmann::json::parse(
-        bytes.substr(0, static_cast<std::size_t>(std::max<ssize_t>(count, 0))), nullptr, false);
-  }
-
- private:
-  static sockaddr_un address(const std::string& path) {
-    sockaddr_un out{};
-    out.sun_family = AF_UNIX;
-    std::copy_n(path.begin(), std::min(path.size(), sizeof out.sun_path - 1), out.sun_path);
-    return out;
-  }
-  std::string own_;
-  int socket_ = ::socket(AF_UNIX, SOCK_DGRAM, 0);
-};
 
 sim::ServeOptions options_of(const support::TemporaryFolder& folder) {
   sim::ServeOptions options;
@@ -368,9 +329,11 @@ double largest_distance_m(const std::string& record, const std::string& line) {
 /// of them. `make_road` is a line of a shell script. How far the car was from the line in truth, m.
 double largest_distance_of_a_lap_m(const support::TemporaryFolder& folder,
                                    const std::string& make_road, const std::string& road,
-                                   const std::string& forms) {
-  folder.file("all.sh", fmt::format(
-                            R"(set -e; cd '{0}'
+                                   const std::string& forms, const std::string& more = "",
+                                   const std::string& devices = "devices.yaml") {
+  folder.file("all.sh",
+              fmt::format(
+                  R"(set -e; cd '{0}'
 {1}
 {2} export {3} --tum -o line.csv --quiet
 {4} fmu {5}/vehicles/open_wheel/vehicle.yaml --track {3} -o car.fmu --quiet
@@ -380,15 +343,15 @@ for form in {6}; do
   {7} serve car.fmu $by --lockstep --every 10 --stop-s 300 --patience-s 20 -o $form.csv \
     --command input.steering --command input.throttle --command input.brake.fl --command input.brake.fr \
     --command input.brake.rl --command input.brake.rr --command input.gear \
-    --devices {5}/examples/stack/devices.yaml --measure gnss.x --measure gnss.y --measure gnss.x.age_s \
+    --devices {5}/examples/stack/{10} {11} --measure gnss.x --measure gnss.y --measure gnss.x.age_s \
     --measure imu.yaw_rate --measure wheels.vx --record car.x --record car.y > $form.log &
   until $is_there; do sleep 0.05; done
   {8} $where line.csv $says >> lap.log
   wait $!
 done)",
-                            folder.path("."), make_road, places::crgbuild(), road,
-                            places::crgdrive(), places::source(), forms, places::crgsim(),
-                            EXAMPLE_STACK, 101 + static_cast<int>(::getpid()) % 100));
+                  folder.path("."), make_road, places::crgbuild(), road, places::crgdrive(),
+                  places::source(), forms, places::crgsim(), EXAMPLE_STACK,
+                  101 + static_cast<int>(::getpid()) % 100, devices, more));
   EXPECT_EQ(std::system(
                 ("timeout 200 bash " + folder.path("all.sh") + " > " + folder.path("log") + " 2>&1")
                     .c_str()),
@@ -428,6 +391,47 @@ TEST(ServeUnit, AStackDrivesALap) {
                                            by_dds[k].second - by_socket[k].second));
   std::printf("by topics: at most %.2g m from the lap by socket\n", apart_m);
   EXPECT_LE(apart_m, 1e-6);  // measured 2.5e-11
+}
+
+// A wind that rises to 15 m/s and a road that becomes wet, beside the sensors of the road: the lap
+// is another one, and the same again.
+TEST(ServeUnit, AStackDrivesInChangingWeatherWithSensorsOfTheRoad) {
+  const support::TemporaryFolder folder;
+  folder.file("weather.csv",
+              "time_s,parameter.environment.wind_mps,parameter.environment.wind_heading_rad,"
+              "parameter.environment.road_grip\n0,0,0,1\n10,15,1.57,1\n40,15,1.57,0.9\n");
+  const std::string make =
+      fmt::format("{} synth {}/tracks/kerbstone-ring/circuit.yaml -o demo --quiet",
+                  places::crgbuild(), places::source());
+  EXPECT_LE(largest_distance_of_a_lap_m(
+                folder, make, "demo/kerbstone-ring_truth.crg", "binary json",
+                "--road demo/kerbstone-ring_truth.crg --inputs weather.csv --sights $form.jsonl",
+                "road_sensors.yaml"),
+            kOnTheRoad_m);
+  EXPECT_EQ(folder.read("json.csv"), folder.read("binary.csv"));
+  EXPECT_EQ(folder.read("json.jsonl"), folder.read("binary.jsonl"));
+  const std::string table = folder.read("binary.csv");
+  EXPECT_THAT(table.substr(0, table.find('\n')), HasSubstr("parameter.environment.road_grip"));
+  const auto [wind_mps, heading_rad] = places_of(table, "parameter.environment.wind_mps").back();
+  EXPECT_EQ(wind_mps, 15.0);
+  EXPECT_EQ(heading_rad, 1.57);
+
+  // What the camera saw of the road's edges: the car is between them, but in the narrowest bends,
+  // where the first place in its field lies beyond the bend.
+  std::istringstream lines(folder.read("binary.jsonl"));
+  std::size_t scans = 0, edges = 0, between = 0, plans = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto said = nlohmann::json::parse(line);
+    scans += said.contains("scan") ? 1 : 0;
+    plans += said.contains("plan") ? 1 : 0;
+    if (!said.contains("edges") || said.at("left").empty() || said.at("right").empty()) continue;
+    ++edges;
+    between += said.at("left").at(0).at(1) > 0.0 && said.at("right").at(0).at(1) < 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(scans, 400u);
+  EXPECT_GT(edges, 800u);
+  EXPECT_GE(between, edges * 9 / 10);
+  EXPECT_GT(plans, 800u);
 }
 
 // Measured 0.25 m/s and 0.13 m; the paper has 0.46 m/s and 0.143 m, of a car whose parameters were

@@ -219,7 +219,8 @@ TEST(SignalSensors, RefusesWithThePlace) {
   EXPECT_EQ(refusal("sensors:\n  a: {signal: car.x, rate_hz: 10, noise: 0.3}\n"), "");
   EXPECT_THAT(refusal("sensors:\n  a: {signal: car.x, rate: 10}\n"), HasSubstr("s.yaml:2"));
   EXPECT_THAT(refusal("sensors:\n  a: {noise: 1}\n"), HasSubstr("signal"));
-  EXPECT_THAT(refusal("sensors: {}\n"), HasSubstr("no sensor, no command and no topic"));
+  EXPECT_THAT(refusal("sensors: {}\n"),
+              HasSubstr("no sensor, no command, no topic, no scan and no edges"));
   EXPECT_THAT(refusal("commands:\n  a: {signal: x, gain: 0}\n"),
               HasSubstr("s.yaml:2: a: a gain of 0"));
   EXPECT_THAT(refusal("sensors:\n  a: {signal: x, smallest: 2, largest: 1}\n"),

@@ -45,6 +45,7 @@ TEST_F(Folders, ListFilesOfKnownKindsBelowThem) {
 
 TEST_F(Folders, TellCloudsFromMeshesAndTilesFromOtherFiles) {
   fs::create_directories(folder_.path("shown/t"));
+  fs::create_directories(folder_.path("shown/car"));
   const std::string ply = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\n";
   folder_.file("shown/cloud.ply", ply + "end_header\n");
   folder_.file("shown/mesh.ply", ply + "element face 0\nend_header\n");
@@ -52,10 +53,13 @@ TEST_F(Folders, TellCloudsFromMeshesAndTilesFromOtherFiles) {
   folder_.file("shown/survey.LAZ", "");
   folder_.file("shown/t/tiles.json", "{}");
   folder_.file("shown/t/points.tiles", "");
+  folder_.file("shown/car/devices.yaml", "# of the car\nseed: 1\nscans:\n  lidar: {}\n");
   std::map<std::string, std::string> kinds;
   for (const view::Entry& entry : view::Folders({folder_.path("shown")}).list().entries)
     kinds[entry.id] = view::to_string(entry.kind);
   EXPECT_EQ(kinds["0/cloud.ply"], "scan");
+  EXPECT_EQ(kinds["0/car/devices.yaml"], "devices");
+  EXPECT_EQ(kinds["0/tracks/a/track.yaml"], "recipe");
   EXPECT_EQ(kinds["0/mesh.ply"], "mesh");
   EXPECT_EQ(kinds["0/broken.ply"], "mesh");
   EXPECT_EQ(kinds["0/survey.LAZ"], "scan");

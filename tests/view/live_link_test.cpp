@@ -40,6 +40,15 @@ TEST(LiveLink, TellsAndHearsTheNewest) {
   }
   EXPECT_EQ(newest, "three");
   EXPECT_EQ(link.tell("and again"), "three");  // until something newer comes
+
+  // What was seen comes with the measurement, once.
+  const std::string scan = R"({"scan":"lidar","points":[]})", plan = R"({"plan":[]})";
+  for (const std::string& said : {scan, plan, std::string(R"({"time_s":1})")})
+    ::sendto(unit.value, said.data(), said.size(), 0, reinterpret_cast<const sockaddr*>(&who),
+             size);
+  for (int k = 0; k < 1000 && !newest.starts_with("{"); ++k) newest = link.tell("again");
+  EXPECT_EQ(newest, R"({"time_s":1,"sights":[{"scan":"lidar","points":[]},{"plan":[]}]})");
+  EXPECT_EQ(link.tell("and again"), R"({"time_s":1})");
 }
 
 }  // namespace

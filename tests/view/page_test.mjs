@@ -1,6 +1,7 @@
 // Opens the page of kerbstone view in headless Chromium and does whole tasks with mouse and keyboard.
 // usage: node page_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
 import { spawn, spawnSync } from 'node:child_process';
+import { createSocket } from 'node:dgram';
 import { createRequire } from 'node:module';
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -435,11 +436,17 @@ try {
 
   // Live: ten seconds at full throttle by keyboard, into a file that the laps show.
   run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'out/shown/ring.crg', '-o', 'car.fmu', '-q'], shown);
+  writeFileSync(join(shown, 'sensors.yaml'), `scans:
+  lidar: {at_m: [1.2, 0, 0.6], delay_s: 0.05, beams_deg: [-3, -6, -12], step_deg: 3, reach_m: 60, noise_m: 0.02}
+edges:
+  camera: {at_m: [0.3, 0, 0.8], delay_s: 0.04, spacing_m: 2}
+`);
   await page.reload();
   await page.waitForSelector('html[data-ready="yes"]');
   await page.click('[data-tab="live"]');
   await page.click('[data-id="0/car.fmu"]');
   await page.selectOption('[data-part="live"] [data-role="road"]', '0/out/shown/ring.crg');
+  await page.selectOption('[data-role="sensors"]', '0/sensors.yaml');
   await page.click('[data-role="start"]');
   await page.waitForSelector('[data-view="live"][data-time]');
   await page.focus('[data-view="live"] canvas');
@@ -447,6 +454,8 @@ try {
   // A page that draws by the processor may be late by more than half a second; the car brakes then.
   await until(() => Number(document.querySelector('[data-view="live"]').dataset.time) > 4);
   await until(() => Number(document.querySelector('[data-view="live"]').dataset.speed) > 15);
+  // What a scanner and a camera see lies beside the car; the weather is set by keyboard.
+  await until(() => { const { scan, edges } = document.querySelector('[data-view="live"]').dataset; return Number(scan) > 100 && Number(edges) > 20; });
   await picture('live');
   const speed = Number(await page.getAttribute('[data-view="live"]', 'data-speed'));
   check(speed < 90, `full throttle from rest makes it faster: ${speed} m/s`);
@@ -465,11 +474,44 @@ try {
   await page.keyboard.up('ArrowUp');
   await until(() => Number(document.querySelector('[data-view="live"]').dataset.time) > 10);
   await until((before) => Number(document.querySelector('[data-view="live"]').dataset.speed) < before, speed);
+  await page.fill('[data-role="weather-wind"]', '12.5');
+  await page.keyboard.press('Enter');
+  await page.fill('[data-role="weather-towards"]', '90');
+  await page.keyboard.press('Tab');
+  await page.fill('[data-role="weather-grip"]', '0.6');
+  await page.keyboard.press('Tab');
+  await page.focus('[data-view="live"] canvas');
+  const saidAt = Number(await page.getAttribute('[data-view="live"]', 'data-time'));
+  await until((before) => Number(document.querySelector('[data-view="live"]').dataset.time) > before + 1, saidAt);
   await accessible('live');
   await page.click('[data-role="end"]');
   await page.waitForSelector('[data-part="live"][data-result="out/drives/car-1.csv"]');
   const driven = readFileSync(join(shown, 'out/drives/car-1.csv'), 'utf8').trim().split('\n').filter((text) => !text.startsWith('#'));
   check(driven.length > 900 && Number(driven.at(-1).split(',')[0]) > 9.9, `the drive is in the file: ${driven.length} rows to ${driven.at(-1)}`);
+  const titles = driven[0].split(','), lastRow = driven.at(-1).split(',').map(Number), ofTitle = (name) => lastRow[titles.lastIndexOf(name)];
+  check(ofTitle('parameter.environment.wind_mps') === 12.5 && Math.abs(ofTitle('parameter.environment.wind_heading_rad') - Math.PI / 2) < 1e-9 && ofTitle('parameter.environment.road_grip') === 0.6, `the weather acted: ${driven.at(-1)}`);
+  const seen = readFileSync(join(shown, 'out/drives/car-1.sights.jsonl'), 'utf8').trim().split('\n').map((text) => JSON.parse(text));
+  check(seen.some((each) => each.scan === 'lidar') && seen.some((each) => each.edges === 'camera'), 'what was seen is in a file');
+
+  // A run that another program drives, with a plan: this page looks on.
+  const udp = 20000 + (process.pid % 20000);
+  const otherRun = spawn(join(dirname(dirname(crgbuild)), 'crgsim/crgsim'), ['serve', 'car.fmu', '--udp', String(udp), '--command', 'input.throttle', '--command', 'input.gear', '--measure', 'car.x', '--measure', 'car.y', '--measure', 'car.yaw', '--measure', 'car.vx', '--devices', 'sensors.yaml', '--road', 'out/shown/ring.crg', '--stop-s', '600'], { cwd: shown, stdio: 'ignore' });
+  const stack = createSocket('udp4');
+  let sequence = 0, at = [0, 0];
+  stack.on('message', (bytes) => { const said = JSON.parse(bytes); if (said.values) at = [said.values['car.x'], said.values['car.y']]; });
+  const drives = setInterval(() => stack.send(JSON.stringify({ sequence: ++sequence, set: { 'input.throttle': 0.2, 'input.gear': 1 }, plan: Array.from({ length: 30 }, (_, k) => [at[0] + k, at[1] + 0.05 * k * k, 10]) }), udp, '127.0.0.1'), 50);
+  try {
+    await page.fill('[data-role="watch-port"]', String(udp));
+    await page.click('[data-role="watch"]');
+    await until(() => { const { plan, scan, edges } = document.querySelector('[data-view="live"]').dataset; return plan === '30' && Number(scan) > 100 && Number(edges) > 20; });
+    await picture('live-watched');
+    await accessible('live-watched');
+    await page.click('[data-role="end"]');
+  } finally {
+    clearInterval(drives);
+    stack.close();
+    otherRun.kill();
+  }
   await page.click('[data-role="to-laps"]');
   await page.waitForSelector('[aria-label="Lap of 0/out/drives/car-1.csv"]');
 

@@ -201,6 +201,14 @@ TEST_F(Server, RunsTheToolsAndNothingElse) {
         R"({"do": "report", "road": "0/a.obj", "mesh": "--help"})"})
     EXPECT_THAT(post(body)->status, ::testing::AnyOf(400, 404)) << body;
   EXPECT_EQ(client_->Post(at("api/live?job=1"), "{}", "application/json")->status, 404);
+  for (const char* const port : {"0", "65536", "-1", "x"})
+    EXPECT_EQ(
+        client_->Post(at(std::string("api/live?watch=") + port), "{}", "application/json")->status,
+        400)
+        << port;
+  const auto nobody = client_->Post(at("api/live?watch=9"), "{}", "application/json");
+  EXPECT_EQ(nobody->status, 200);
+  EXPECT_EQ(nobody->body, "{}") << "nothing has come";
   EXPECT_EQ(get("api/output?job=x")->status, 400);
   EXPECT_EQ(get("api/output?job=77")->status, 422);
 }

@@ -95,6 +95,18 @@ TEST_F(Wish, DrivesHaveATableAndAPortOfTheirOwn) {
   EXPECT_GT(first.port, 0);
   folder_.file("a/out/drives/car-1.csv", "");
   EXPECT_EQ(of(R"({"do": "drive", "unit": "0/car.fmu"})").result, "out/drives/car-2.csv");
+  EXPECT_THAT(first.command, testing::Not(testing::Contains("--devices")));
+  EXPECT_THAT(first.command, testing::Contains("parameter.environment.road_grip"));
+
+  folder_.file("a/devices.yaml", "scans: {}\n");
+  folder_.file("a/road.crg", "");
+  const view::Wish sees = of(
+      R"({"do": "drive", "unit": "0/car.fmu", "devices": "0/devices.yaml", "road": "0/road.crg"})");
+  const std::vector<std::string> last(sees.command.end() - 6, sees.command.end());
+  EXPECT_THAT(last, testing::ElementsAre("--devices", "devices.yaml", "--road", "road.crg",
+                                         "--sights", "out/drives/car-2.sights.jsonl"));
+  EXPECT_EQ(status(R"({"do": "drive", "unit": "0/car.fmu", "devices": "0/devices.yaml"})"), 404)
+      << "sensors without a road";
 }
 
 }  // namespace

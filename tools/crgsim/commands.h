@@ -8,6 +8,7 @@
 
 #include "command/exit_code.h"
 #include "command/terminal.h"
+#include "sim/run_unit.h"
 
 namespace crgsim {
 
@@ -27,7 +28,7 @@ struct RunCommand {
 int run(const RunCommand& command, Terminal& terminal);
 
 struct ServeCommand {
-  std::string unit_path, socket_path, devices_path, road_path, out_path;
+  std::string unit_path, socket_path, devices_path, road_path, inputs_path, sights_path, out_path;
   std::uint16_t udp_port = 0;
   std::vector<std::string> commands, measurements, recorded, starts, safe, opponents;
   double safe_after_s = 0.2, stop_s = 60.0, step_s = 0.001, speed_up = 1.0, patience_s = 30.0;
@@ -38,6 +39,9 @@ int serve(const ServeCommand& command, Terminal& terminal);
 
 /// NAME=VALUE taken apart. Throws UsageError where it is none.
 std::pair<std::string, std::string> assignment(const std::string& option, const std::string& text);
+
+/// Inputs over time from a CSV file; none where there is no path. Throws Error with path:line.
+sim::UnitInputs read_inputs(const std::string& path);
 
 /// A table as CSV: numbers that read back as the same bits, names with commas in quotes.
 std::string csv_of(const std::vector<std::string>& columns, const std::vector<double>& values);

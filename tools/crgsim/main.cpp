@@ -46,9 +46,10 @@ void add_run(const CommandLine& line, crgsim::RunCommand& run) {
   command::add_input(*run_app, "unit", run.unit_path, "The unit, .fmu")->required();
   command::add_output_file(*run_app, run.out_path, "CSV to write: time_s and a column per value")
       ->required();
-  command::add_input(*run_app, "--inputs", run.inputs_path,
-                     "CSV with time_s and columns called like inputs of the unit (name[1] of an "
-                     "array); floats run straight between rows, other types are held");
+  command::add_input(
+      *run_app, "--inputs", run.inputs_path,
+      "CSV with time_s and columns called like inputs of the unit (name[1] of an "
+      "array) or its tunable parameters; floats run straight between rows, other types are held");
   run_app
       ->add_option("--set", run.starts,
                    "NAME=VALUE: parameters and starts, before the initialisation; values of an "
@@ -105,8 +106,15 @@ void add_serve(const CommandLine& line, crgsim::ServeCommand& serve) {
   add_names("--safe", serve.safe,
             "NAME=NUMBER: what a command becomes when commands stay out; else its start");
   command::add_input(*serve_app, "--road", serve.road_path,
-                     "The road of the unit, .crg: its header says where positions of the devices "
-                     "lie on the Earth");
+                     "The road of the unit, .crg: scans and edges of the devices look at it, and "
+                     "its header says where their positions lie on the Earth");
+  command::add_input(*serve_app, "--inputs", serve.inputs_path,
+                     "CSV with time_s and columns called like inputs or tunable parameters: what "
+                     "follows the unit's clock and nobody commands, as the weather");
+  command::add_output_file(*serve_app, serve.sights_path,
+                           "Lines of JSON to write: what scans and edges of the devices saw, and "
+                           "what the program that drives planned",
+                           "--sights");
   add_opponents(*serve_app, serve.opponents);
   serve_app->add_flag("--lockstep", serve.lockstep,
                       "Every command is followed by --every steps and their measurement; else real "

@@ -3,13 +3,16 @@
 #include <array>
 #include <charconv>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "crg/file.h"
+#include "crg/surface.h"
 #include "road/projection.h"
 #include "sim/dds.h"
 #include "sim/serve_unit.h"
@@ -40,6 +43,8 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
           {"flooded_steps", c.flooded},
           {"safe_steps", c.safe_steps},
           {"resets", c.resets},
+          {"late_sights", c.late_sights},
+          {"left_out_sights", c.left_out_sights},
           {"late_steps", c.late},
           {"latest_s", c.latest_s},
           {"mean_step_s", c.step_sum_s / steps},
@@ -49,8 +54,11 @@ nlohmann::ordered_json json_of(const sim::ServeRun& run, const char* ended) {
 }
 
 /// Where on the Earth the places of a road's map lie, by its header.
-std::function<std::array<double, 2>(double, double)> map_of(const std::string& road_path) {
-  const road::Projection projection = road::read_projection(crg::read(road_path));
+std::function<std::array<double, 2>(double, double)> map_of(const crg::Crg& road,
+                                                            const std::string& road_path,
+                                                            bool has_to_say) {
+  const road::Projection projection = road::read_projection(road);
+  if (projection.kind == road::Projection::Kind::none && !has_to_say) return {};
   if (projection.kind == road::Projection::Kind::none)
     throw base::Error(road_path +
                       ": its header does not say where on the Earth it lies; give it control "
@@ -59,6 +67,23 @@ std::function<std::array<double, 2>(double, double)> map_of(const std::string& r
     const Eigen::Vector2d at = road::unproject(projection, {x_m, y_m});
     return std::array{at.x(), at.y()};
   };
+}
+
+void print_summary(const sim::ServeRun& run, const char* ended, double step_s, Terminal& terminal) {
+  const sim::ServeCounts& c = run.counts;
+  if (terminal.json) {
+    terminal.print(base::json_text(json_of(run, ended)));
+  } else {
+    terminal.print(fmt::format(
+        "ended {} after {:g} s: {} steps, {} measurements, {} commands taken, {} old, {} broken\n",
+        ended, static_cast<double>(c.steps) * step_s, c.steps, run.rows(), c.commands, c.old,
+        c.broken));
+    terminal.print(fmt::format(
+        "a step takes {:.1f} us, the longest {:.1f} us; {} began more than 2 ms late, the latest "
+        "{:.2f} ms; the safe input acted in {} steps\n",
+        1e6 * c.step_sum_s / static_cast<double>(std::max<std::uint64_t>(c.steps, 1)),
+        1e6 * c.longest_step_s, c.late, 1e3 * c.latest_s, c.safe_steps));
+  }
 }
 
 }  // namespace
@@ -80,9 +105,24 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   options.commands = command.commands;
   options.measurements = command.measurements;
   options.recorded = command.recorded;
-  if (!command.road_path.empty()) options.to_latitude_longitude_deg = map_of(command.road_path);
+  options.inputs = read_inputs(command.inputs_path);
   if (!command.devices_path.empty())
     options.devices = vehicle::read_signal_sensors(command.devices_path);
+  if (!command.road_path.empty()) {
+    crg::Crg road = crg::read(command.road_path);
+    options.to_latitude_longitude_deg =
+        map_of(road, command.road_path, options.devices.road.empty());
+    if (!options.devices.road.empty())
+      options.road = std::make_shared<const crg::Surface>(std::move(road));
+  }
+  std::optional<base::FileWriter> sights;
+  if (!command.sights_path.empty()) {
+    sights.emplace(command.sights_path);
+    options.keep_sight = [&sights](std::string_view line) {
+      sights->append(line);
+      sights->append("\n");
+    };
+  }
   for (const std::string& start : command.starts)
     options.starts.push_back(assignment("--set", start));
   for (const std::string& text : command.safe) {
@@ -109,25 +149,19 @@ int serve(const ServeCommand& command, Terminal& terminal) {
   if (c.broken > 0)
     terminal.remark(fmt::format("{} commands were refused, the first because of {}", c.broken,
                                 run.first_broken));
+  if (c.late_sights + c.left_out_sights > 0)
+    terminal.remark(fmt::format(
+        "what sensors saw of the road came {} times after its time, and {} looks were left out; "
+        "fewer beams, a lower rate_hz or a longer delay_s",
+        c.late_sights, c.left_out_sights));
+  if (sights) sights->commit();
   if (!command.out_path.empty())
     base::write_file(command.out_path, csv_of(run.columns, run.values));
   const char* const ended = c.ended_by_unit  ? "by the unit"
                             : c.asked_to_end ? "by a command"
                             : c.silent       ? "because no command came"
                                              : "at its stop";
-  if (terminal.json) {
-    terminal.print(base::json_text(json_of(run, ended)));
-  } else {
-    terminal.print(fmt::format(
-        "ended {} after {:g} s: {} steps, {} measurements, {} commands taken, {} old, {} broken\n",
-        ended, static_cast<double>(c.steps) * command.step_s, c.steps, run.rows(), c.commands,
-        c.old, c.broken));
-    terminal.print(fmt::format(
-        "a step takes {:.1f} us, the longest {:.1f} us; {} began more than 2 ms late, the latest "
-        "{:.2f} ms; the safe input acted in {} steps\n",
-        1e6 * c.step_sum_s / static_cast<double>(std::max<std::uint64_t>(c.steps, 1)),
-        1e6 * c.longest_step_s, c.late, 1e3 * c.latest_s, c.safe_steps));
-  }
+  print_summary(run, ended, command.step_s, terminal);
   return c.silent ? command::kNotValid : kOk;
 }
 

@@ -18,6 +18,8 @@
 namespace sim {
 namespace {
 
+constexpr double kTry_s = 0.0005;
+
 /// A socket that a killed run left behind is taken away; nothing else is.
 void free_path(const std::string& path, const sockaddr_un& address) {
   struct stat there {};
@@ -69,11 +71,44 @@ std::optional<std::string_view> CommandSocket::receive(double wait_s) {
   return std::string_view(bytes_.data(), static_cast<std::size_t>(count));
 }
 
-void CommandSocket::send(std::string_view bytes) {
+bool CommandSocket::send(std::string_view bytes, double wait_s) {
   // A Unix socket without a path of its own cannot be answered.
-  if (answer_size_ <= sizeof(sa_family_t)) return;
-  ::sendto(socket_.value, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
-           reinterpret_cast<const sockaddr*>(&answer_to_), answer_size_);
+  if (answer_size_ <= sizeof(sa_family_t)) return true;
+  // poll() knows nothing of the queue of whoever is to be answered.
+  for (double waited_s = 0.0;; waited_s += kTry_s) {
+    const ssize_t sent =
+        ::sendto(socket_.value, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+                 reinterpret_cast<const sockaddr*>(&answer_to_), answer_size_);
+    if (sent >= 0 || (errno != EAGAIN && errno != ENOBUFS && errno != EINTR)) return true;
+    if (waited_s >= wait_s) return false;
+    ::usleep(static_cast<useconds_t>(1e6 * kTry_s));
+  }
+}
+
+void CommandSocket::watch_here() {
+  if (from_size_ <= sizeof(sa_family_t)) return;
+  const auto until = std::chrono::steady_clock::now() +
+                     std::chrono::milliseconds(static_cast<int>(1000.0 * kWatch_s));
+  for (Watcher& watcher : watchers_)
+    if (watcher.size == from_size_ && std::memcmp(&watcher.address, &from_, from_size_) == 0) {
+      watcher.until = until;
+      return;
+    }
+  if (watchers_.size() == kMostWatchers) watchers_.erase(watchers_.begin());
+  watchers_.push_back({from_, from_size_, until});
+}
+
+bool CommandSocket::is_watched() {
+  if (watchers_.empty()) return false;
+  const auto now = std::chrono::steady_clock::now();
+  std::erase_if(watchers_, [&](const Watcher& watcher) { return watcher.until < now; });
+  return !watchers_.empty();
+}
+
+void CommandSocket::copy(std::string_view bytes) const {
+  for (const Watcher& watcher : watchers_)
+    ::sendto(socket_.value, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+             reinterpret_cast<const sockaddr*>(&watcher.address), watcher.size);
 }
 
 SocketPath::~SocketPath() {

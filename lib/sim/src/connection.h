@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sim/message.h"
+#include "sim/sights.h"
 
 namespace sim {
 
@@ -21,6 +22,8 @@ struct Connection {
   std::function<void()> answer_here;
   /// `again`: the same as the last one.
   std::function<void(const MeasurementMessage& message, bool again)> send;
+  /// What was seen, or is planned, before the measurement that belongs to it.
+  std::function<void(const ToldSight& seen)> show;
 };
 
 }  // namespace sim

@@ -1,6 +1,7 @@
 #include "sim/message.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -12,7 +13,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kCommand = "KSC1", kMeasurement = "KSM1";
-constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kSafe = 1, kWasReset = 2;
+constexpr std::uint32_t kEnds = 1, kResets = 2, kPauses = 4, kPlans = 8, kSafe = 1, kWasReset = 2;
 
 template <class Value>
 bool take(std::string_view& bytes, Value& value) {
@@ -25,6 +26,34 @@ bool take(std::string_view& bytes, Value& value) {
 template <class Value>
 void put(std::string& bytes, const Value& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+constexpr const char* kNoPlan = "a plan that is no list of at most 500 points x, y, speed";
+
+bool is_finite(const std::vector<PlanPoint>& plan, std::string& why) {
+  for (const PlanPoint& point : plan)
+    if (!std::isfinite(point.x_m) || !std::isfinite(point.y_m) || !std::isfinite(point.speed_mps)) {
+      why = "a value that is not finite";
+      return false;
+    }
+  return true;
+}
+
+/// What is left of a command is its plan.
+bool take_plan(std::string_view bytes, std::vector<PlanPoint>& plan, std::string& why) {
+  std::uint32_t points = 0;
+  if (!take(bytes, points) || points > kMostPlanPoints ||
+      bytes.size() != points * 3 * sizeof(double)) {
+    why = kNoPlan;
+    return false;
+  }
+  plan.resize(points);
+  for (PlanPoint& point : plan) {
+    take(bytes, point.x_m);
+    take(bytes, point.y_m);
+    take(bytes, point.speed_mps);
+  }
+  return is_finite(plan, why);
 }
 
 std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t count,
@@ -40,7 +69,8 @@ std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t co
   message.ends = (flags & kEnds) != 0;
   message.resets = (flags & kResets) != 0;
   message.pauses = (flags & kPauses) != 0;
-  if (values != count || bytes.size() != count * sizeof(double)) {
+  if (values != count || bytes.size() < count * sizeof(double) ||
+      ((flags & kPlans) == 0 && bytes.size() != count * sizeof(double))) {
     why = "another number of values than commands were named";
     return std::nullopt;
   }
@@ -52,14 +82,38 @@ std::optional<CommandMessage> read_binary(std::string_view bytes, std::size_t co
       return std::nullopt;
     }
   }
+  if ((flags & kPlans) != 0 && !take_plan(bytes, message.plan.emplace(), why)) return std::nullopt;
   return message;
+}
+
+/// [[x, y, speed], ...]
+bool read_plan(const json& list, std::vector<PlanPoint>& plan, std::string& why) {
+  if (!list.is_array() || list.size() > kMostPlanPoints) {
+    why = kNoPlan;
+    return false;
+  }
+  for (const json& point : list) {
+    std::array<double, 3> numbers{};
+    bool is_point = point.is_array() && point.size() == numbers.size();
+    for (std::size_t k = 0; is_point && k < numbers.size(); ++k) {
+      is_point = point[k].is_number();
+      if (is_point) numbers[k] = point[k].get<double>();
+    }
+    if (!is_point) {
+      why = kNoPlan;
+      return false;
+    }
+    plan.push_back({numbers[0], numbers[1], numbers[2]});
+  }
+  return is_finite(plan, why);
 }
 
 std::optional<CommandMessage> read_json(std::string_view bytes,
                                         const std::vector<std::string>& names, std::string& why) {
-  if (std::count(bytes.begin(), bytes.end(), '[') + std::count(bytes.begin(), bytes.end(), '{') >
-      16) {
-    why = "nested more deeply than a command is";
+  if (std::count(bytes.begin(), bytes.end(), '[') >
+          16 + static_cast<std::ptrdiff_t>(kMostPlanPoints) ||
+      std::count(bytes.begin(), bytes.end(), '{') > 16) {
+    why = "more lists or tables than a command has";
     return std::nullopt;
   }
   const json object = json::parse(bytes.begin(), bytes.end(), nullptr, false);
@@ -99,8 +153,10 @@ std::optional<CommandMessage> read_json(std::string_view bytes,
           return refuse("a value that is not finite");
         message.starts.emplace_back(name, number.get<double>());
       }
+    } else if (key == "plan") {
+      if (!read_plan(value, message.plan.emplace(), why)) return std::nullopt;
     } else {
-      return refuse("a key that is not sequence, set, pause, reset or end");
+      return refuse("a key that is not sequence, set, plan, pause, reset or end");
     }
   }
   return message;

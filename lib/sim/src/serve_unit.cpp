@@ -1,19 +1,12 @@
 #include "sim/serve_unit.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sched.h>
-#include <sys/mman.h>
-#include <time.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "apart.h"
@@ -21,12 +14,16 @@
 #include "command_socket.h"
 #include "connection.h"
 #include "dds_connection.h"
+#include "input_writer.h"
 #include "opponent_inputs.h"
+#include "real_time.h"
+#include "road_devices.h"
 #include "served_values.h"
 #include "sim/dds.h"
 #include "sim/message.h"
 #include "sim/unit.h"
 #include "sim/unpack.h"
+#include "socket_connection.h"
 #include "topics.h"
 #include "unit_places.h"
 
@@ -36,74 +33,6 @@ namespace {
 constexpr double kLate_s = 0.002;
 constexpr int kMostPerStep = 64;
 constexpr std::size_t kMostValues = 100'000'000;
-
-double now_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-void sleep_until(double time_s) {
-  timespec until{};
-  until.tv_sec = static_cast<time_t>(std::floor(time_s));
-  until.tv_nsec = static_cast<long>(1e9 * (time_s - std::floor(time_s)));
-  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
-}
-
-/// What keeps a thread of 1 kHz on time, as far as this user may: scheduled before all others, its
-/// memory held, and the processors kept from sleeping (those of a virtual machine that sleep are
-/// given away, and come back up to 40 ms late).
-class RealTime {
- public:
-  RealTime() : latency_(::open("/dev/cpu_dma_latency", O_RDWR | O_CLOEXEC)) {
-    sched_param priority{};
-    priority.sched_priority = 10;
-    is_scheduled_ = ::sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
-    if (is_scheduled_) ::mlockall(MCL_CURRENT);
-    const std::int32_t none = 0;  // microseconds to wake up
-    if (latency_ >= 0 && ::write(latency_, &none, sizeof none) != sizeof none) close();
-  }
-  ~RealTime() { close(); }
-  RealTime(const RealTime&) = delete;
-  RealTime& operator=(const RealTime&) = delete;
-
-  bool is_scheduled() const { return is_scheduled_; }
-
- private:
-  void close() {
-    if (latency_ >= 0) ::close(latency_);
-    latency_ = -1;
-  }
-
-  int latency_;
-  bool is_scheduled_ = false;
-};
-
-/// Datagrams, in the form of the last command that is answered.
-Connection connection_by(CommandSocket& socket, const ServeOptions& options) {
-  struct Form {
-    bool received = false, answered = false;
-  };
-  const auto is_binary = std::make_shared<Form>();
-  Connection out;
-  out.receive = [&, is_binary](double wait_s) -> std::optional<Received> {
-    const std::optional<std::string_view> bytes = socket.receive(wait_s);
-    if (!bytes) return std::nullopt;
-    Received received;
-    received.command = read_command(*bytes, options.commands, received.why);
-    is_binary->received = received.command && received.command->is_binary;
-    return received;
-  };
-  out.answer_here = [&, is_binary] {
-    is_binary->answered = is_binary->received;
-    socket.answer_here();
-  };
-  out.send = [&, is_binary](const MeasurementMessage& message, bool) {
-    socket.send(write_measurement(message, options.measurements, is_binary->answered));
-  };
-  return out;
-}
 
 class Server {
  public:
@@ -116,10 +45,15 @@ class Server {
         say_(say),
         commands_(unit, path, options),
         measurements_(unit, path, options),
+        inputs_(options.inputs, unit.description(), path),
         opponents_(options.opponents, unit.description(), path),
-        recorded_(unit, path, options.recorded) {}
+        recorded_(unit, path, options.recorded),
+        pose_(unit, path, pose_names(options)),
+        road_devices_(options.road, options.devices.road, options.devices.seed, options.step_s,
+                      options.lockstep) {}
 
   void run() {
+    inputs_.write(unit_, 0.0);
     asked_ = commands_.get();
     safe_ = asked_;
     for (const auto& [name, value] : options_.safe) {
@@ -128,11 +62,14 @@ class Server {
     }
     const auto steps = static_cast<std::uint64_t>(std::llround(options_.stop_s / options_.step_s));
     measurements_.step();
+    look();
     measure();
     if (options_.lockstep)
       in_lockstep(steps);
     else
       in_real_time(steps);
+    counts_.late_sights = road_devices_.late();
+    counts_.left_out_sights = road_devices_.left_out();
     say_({'S', {reinterpret_cast<const char*>(&counts_), sizeof counts_}});
   }
 
@@ -160,7 +97,30 @@ class Server {
     counts_.asked_to_end = counts_.asked_to_end || message->ends;
     commanded_at_ = counts_.steps;
     connection_.answer_here();
+    if (message->plan) show(tell_sight(Plan{sequence_, time_s(), *message->plan}));
+    if (message->resets) look();
     return true;
+  }
+
+  /// To whoever drives, and into the record.
+  void show(const ToldSight& seen) {
+    connection_.show(seen);
+    if (options_.keep_sight) say_({'P', seen.line});
+  }
+
+  void look() {
+    if (road_devices_.empty()) return;
+    const std::vector<double> pose = pose_.get();
+    Pose now{};
+    std::copy_n(pose.begin(), now.size(), now.begin());
+    road_devices_.step(now);
+    for (const ToldSight& seen : road_devices_.arrived()) show(seen);
+  }
+
+  static std::vector<std::string> pose_names(const ServeOptions& options) {
+    const auto& names = options.devices.road.pose;
+    if (options.devices.road.empty()) return {};
+    return {names.begin(), names.end()};
   }
 
   bool takes_starts(const CommandMessage& message, std::string& why) const {
@@ -184,6 +144,9 @@ class Server {
     unit_.initialise(0.0, options_.stop_s);
     measurements_.restart();
     measurements_.step();
+    road_devices_.restart();
+    inputs_.restart();
+    inputs_.write(unit_, 0.0);
     asked_ = commands_.get();
     acting_.clear();
     began_at_ = counts_.steps;
@@ -200,6 +163,7 @@ class Server {
     const std::vector<double>& acts = is_safe ? safe_ : asked_;
     if (acts != acting_) commands_.set(acting_ = acts);
     const double begin_s = now_s();
+    inputs_.write(unit_, time_s());
     opponents_.write(unit_, time_s());
     const bool goes_on = unit_.step(time_s(), options_.step_s);
     measurements_.step();
@@ -210,6 +174,7 @@ class Server {
     const auto bin = std::lower_bound(kStepBins_s.begin(), kStepBins_s.end(), took_s);
     ++counts_.bins[static_cast<std::size_t>(bin - kStepBins_s.begin())];
     counts_.ended_by_unit = !goes_on;
+    look();
     return goes_on;
   }
 
@@ -294,8 +259,10 @@ class Server {
   const std::function<void(Words)>& say_;
   Commands commands_;
   Measurements measurements_;
+  InputWriter inputs_;
   OpponentInputs opponents_;
-  Numbers recorded_;
+  Numbers recorded_, pose_;
+  RoadDevices road_devices_;
   ServeCounts counts_;
   std::vector<double> asked_, safe_, acting_;
   MeasurementMessage last_;
@@ -315,6 +282,9 @@ void want_sound(const std::string& path, const ServeOptions& options) {
   for (const auto& [name, value] : options.safe)
     if (std::find(options.commands.begin(), options.commands.end(), name) == options.commands.end())
       refuse("the safe input " + name + " is no command of this run (--command)");
+  for (const std::string& name : options.inputs.names)
+    if (std::find(options.commands.begin(), options.commands.end(), name) != options.commands.end())
+      refuse(name + " is a command of this run and follows a table too; one of both");
   const double rows = options.stop_s / options.step_s / options.every;
   if (!(rows * static_cast<double>(options.measurements.size() + options.recorded.size() +
                                    options.commands.size() + 3) <=
@@ -345,6 +315,13 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& wanted,
     require_dds("topics of ROS 2");
     topics = plan_topics(options, description, path);
   }
+  // What follows a table is recorded, once.
+  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  for (const std::string& name : options.inputs.names)
+    if (!has(options.recorded, name) && !has(options.measurements, name))
+      options.recorded.push_back(name);
   want_sound(path, options);
   ServeRun run = run_of(options);
   const UnpackedUnit files(path);
@@ -370,6 +347,7 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& wanted,
       [&](Words words) {
         if (words.kind == 'E') refused = words.bytes;
         if (words.kind == 'B') run.first_broken = words.bytes;
+        if (words.kind == 'P') options.keep_sight(words.bytes);
         if (words.kind == 'S' && words.bytes.size() == sizeof run.counts)
           std::memcpy(&run.counts, words.bytes.data(), sizeof run.counts);
         if (words.kind != 'R' || words.bytes.size() != run.columns.size() * sizeof(double)) return;

@@ -19,8 +19,7 @@ Numbers::Numbers(Unit& unit, const std::string& path, const std::vector<std::str
 
 void Numbers::want_settable(const std::string& path) const {
   for (const Place& place : places_)
-    if (!place.variable->is_input() &&
-        !(place.variable->causality == "parameter" && place.variable->variability == "tunable"))
+    if (!is_settable(*place.variable))
       throw base::Error(fmt::format(
           "{}: {} is no input of the unit and no tunable parameter, it is: {} {}", path,
           place.variable->name, place.variable->variability, place.variable->causality));

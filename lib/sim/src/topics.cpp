@@ -174,6 +174,16 @@ TopicPlan plan_topics(ServeOptions& options, const UnitDescription& unit, const 
     if (!name.empty()) plan.commands[k] = index_of(options.commands, name);
   }
   plan.command_names = options.commands;
+  const auto name_of = [&](const std::string& sensor) {
+    if (!is_topic_name(sensor))
+      throw base::Error(
+          fmt::format("{}: the sensor {} has a name that is no topic of ROS 2: "
+                      "letters, digits, _, and / between them",
+                      path, sensor.substr(0, 60)));
+    return sensor;
+  };
+  for (const auto& scan : options.devices.road.scans) plan.scans.push_back(name_of(scan.name));
+  for (const auto& edges : options.devices.road.edges) plan.edges.push_back(name_of(edges.name));
   return plan;
 }
 
@@ -220,6 +230,11 @@ std::optional<CommandMessage> command_of(const CarCommand& said, const TopicPlan
       set(static_cast<std::size_t>(found - plan.command_names.begin()), value);
   }
   if (said.resets) out.starts = said.starts;
+  if (said.plan.size() > kMostPlanPoints) why = "a plan of more than 500 points";
+  for (const PlanPoint& point : said.plan)
+    if (!std::isfinite(point.x_m) || !std::isfinite(point.y_m) || !std::isfinite(point.speed_mps))
+      why = "a value that is not finite";
+  if (!said.plan.empty()) out.plan = said.plan;
   for (const auto& [name, value] : out.starts)
     if (!std::isfinite(value)) why = "a value that is not finite";
   return why.empty() ? std::optional(out) : std::nullopt;

@@ -39,6 +39,7 @@ struct CarCommand {
   std::array<double, kCarFields.size()> fields{};
   std::vector<std::pair<std::string, double>> others, starts;
   bool ends = false, pauses = false, resets = false;
+  std::vector<PlanPoint> plan;  ///< none: not told
 };
 
 struct PlannedTopic {
@@ -55,6 +56,7 @@ struct TopicPlan {
   std::vector<PlannedTopic> topics;
   std::array<std::optional<std::size_t>, kCarFields.size()> commands;  ///< of the run
   std::vector<std::string> command_names;
+  std::vector<std::string> scans, edges;  ///< topics of what is seen, called like their sensors
 };
 
 /// Plans the topics of the devices' file, else odom and imu of the numbers that the unit of a car

@@ -26,6 +26,11 @@ bool is_number(const UnitVariable& variable) {
   return variable.type != ValueType::string && variable.type != ValueType::other;
 }
 
+bool is_settable(const UnitVariable& variable) {
+  return variable.is_input() ||
+         (variable.causality == "parameter" && variable.variability == "tunable");
+}
+
 const UnitVariable& known(const UnitDescription& unit, const std::string& path,
                           const std::string& name) {
   if (const UnitVariable* const found = unit.find(name)) return *found;

@@ -16,6 +16,9 @@ struct Place {
 
 bool is_number(const UnitVariable& variable);
 
+/// An input, or a parameter that may change while the unit runs.
+bool is_settable(const UnitVariable& variable);
+
 /// The variable of this name. Throws Error, with the unit's path, where there is none.
 const UnitVariable& known(const UnitDescription& unit, const std::string& path,
                           const std::string& name);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "read_road_sensors.h"
 #include "settings.h"
 #include "vehicle/error.h"
 
@@ -88,7 +89,7 @@ double SignalCommand::to_signal(double value) const {
 SignalSensorFile read_signal_sensors(const std::string& path) {
   const Setting root = read_settings(path);
   const Section top(root, path, "a file of sensors and commands");
-  top.allow({"seed", "sensors", "commands", "positions", "topics"});
+  top.allow({"seed", "sensors", "commands", "positions", "topics", "scans", "edges", "pose"});
   SignalSensorFile out;
   out.seed = static_cast<std::uint64_t>(top.number("seed", 1.0, 0.0, 9e15));
   if (top.has("sensors"))
@@ -119,8 +120,9 @@ SignalSensorFile read_signal_sensors(const std::string& path) {
         [&](const std::string& name, const Setting& value, const std::string&) {
           out.topics.push_back(read_topic(Section(value, path, name), name));
         });
-  if (out.sensors.empty() && out.commands.empty() && out.topics.empty())
-    throw Error(path + ": no sensor, no command and no topic");
+  out.road = read_road_sensors(top);
+  if (out.sensors.empty() && out.commands.empty() && out.topics.empty() && out.road.empty())
+    throw Error(path + ": no sensor, no command, no topic, no scan and no edges");
   return out;
 }
 

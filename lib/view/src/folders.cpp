@@ -38,6 +38,15 @@ bool is_cloud(const fs::path& path) {
          head.find("element face") == std::string::npos;
 }
 
+/// Whether a .yaml has sensors that look at the road: a file of devices, as far as this reads.
+bool is_devices(const fs::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  for (int lines = 0; lines < 1000 && std::getline(file, line); ++lines)
+    if (line.starts_with("scans:") || line.starts_with("edges:")) return true;
+  return false;
+}
+
 std::optional<Kind> kind_of(const fs::path& path) {
   static const std::map<std::string, Kind> endings = {
       {".yaml", Kind::recipe}, {".obj", Kind::mesh},  {".fbx", Kind::mesh}, {".glb", Kind::mesh},
@@ -53,6 +62,7 @@ std::optional<Kind> kind_of(const fs::path& path) {
   if (name == "tiles.json") return Kind::tiles;
   const auto found = endings.find(lower(path.extension().string()));
   if (found == endings.end()) return std::nullopt;
+  if (found->second == Kind::recipe && is_devices(path)) return Kind::devices;
   if (found->first == ".ply" && is_cloud(path)) return Kind::scan;
   return found->second;
 }
@@ -70,8 +80,9 @@ bool is_below(const fs::path& root, const fs::path& path) {
 }  // namespace
 
 const char* to_string(Kind kind) {
-  static constexpr const char* kNames[] = {"recipe", "mesh", "road",   "log",   "findings", "scan",
-                                           "tiles",  "unit", "report", "table", "picture"};
+  static constexpr const char* kNames[] = {"recipe",   "mesh",  "road",    "log",
+                                           "findings", "scan",  "tiles",   "unit",
+                                           "report",   "table", "picture", "devices"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <deque>
+#include <string_view>
 
 #include "base/error.h"
 
@@ -22,6 +25,11 @@ sockaddr_in local(int port) {
 }
 
 int made() { return ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
+
+bool is_sight(std::string_view said) {
+  return said.starts_with(R"({"scan")") || said.starts_with(R"({"edges")") ||
+         said.starts_with(R"({"plan")");
+}
 
 [[noreturn]] void fail() { throw base::Error(fmt::format("no socket: {}", std::strerror(errno))); }
 
@@ -39,6 +47,9 @@ int free_udp_port() {
 }
 
 LiveLink::LiveLink(int port) : socket_(made()) {
+  // A scan comes as several large datagrams at once; as much as the system allows.
+  constexpr int kBytes = 4 << 20;
+  ::setsockopt(socket_.value, SOL_SOCKET, SO_RCVBUF, &kBytes, sizeof kBytes);
   const sockaddr_in address = local(port);
   if (socket_.value < 0 ||
       ::connect(socket_.value, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
@@ -48,12 +59,21 @@ LiveLink::LiveLink(int port) : socket_(made()) {
 std::string LiveLink::tell(const std::string& command) {
   ::send(socket_.value, command.data(), command.size(), MSG_NOSIGNAL);
   std::array<char, 65536> buffer;
+  std::deque<std::string> sights;
   for (int k = 0; k < 1000; ++k) {  // no more than a unit says in ten seconds
     const ssize_t got = ::recv(socket_.value, buffer.data(), buffer.size(), 0);
-    if (got > 0) newest_.assign(buffer.data(), static_cast<std::size_t>(got));
+    const std::string_view said(buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    if (is_sight(said)) {
+      sights.emplace_back(said);
+      if (sights.size() > kMostSights) sights.pop_front();
+    } else if (!said.empty()) {
+      newest_ = said;
+    }
     if (got < 0 && errno != EINTR && errno != ECONNREFUSED) break;
   }
-  return newest_;
+  if (sights.empty() || !newest_.ends_with('}')) return newest_;
+  return fmt::format(R"({},"sights":[{}]}})", newest_.substr(0, newest_.size() - 1),
+                     fmt::join(sights, ","));
 }
 
 }  // namespace view

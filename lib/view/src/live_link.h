@@ -16,8 +16,10 @@ class LiveLink {
   explicit LiveLink(int port);
 
   /// Sends a command as it is and gives the newest measurement that has come, without waiting;
-  /// empty: none yet. What nobody hears is lost, as datagrams are.
+  /// empty: none yet. What was seen of the road and planned since the last time is in it, a list
+  /// "sights", of at most kMostSights datagrams. What nobody hears is lost, as datagrams are.
   std::string tell(const std::string& command);
+  static constexpr std::size_t kMostSights = 200;
 
  private:
   base::Descriptor socket_;

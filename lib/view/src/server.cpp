@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
-#include <sys/random.h>
 
 #include <array>
 #include <charconv>
@@ -325,9 +324,18 @@ class Pages {
     json(response, {{"result", result_of(asked_path(request))}});
   }
 
-  /// One command to the drive that runs, and what it measured last ({}: nothing yet).
+  /// One command to the drive that runs, and what it measured last ({}: nothing yet); or what is
+  /// measured in a run that somebody else drives, at a UDP port of this machine.
   void drive(const Request& request, Response& response) {
     const std::lock_guard lock(driving_);
+    if (request.has_param("watch")) {
+      const int port = number_of(request, "watch");
+      if (port < 1 || port > 65535) throw Refusal(400, "watch: a UDP port, 1 to 65535, wanted");
+      if (watched_port_ != port) watch_ = std::make_unique<LiveLink>(port);
+      watched_port_ = port;
+      const std::string seen = watch_->tell(R"({"watch": true})");
+      return send(response, seen.empty() ? "{}" : seen, kJson);
+    }
     if (live_ == nullptr || number_of(request, "job") != live_job_)
       throw Refusal(404, "this drive has ended, or another one was started");
     const std::string newest = live_->tell(request.body);
@@ -343,20 +351,11 @@ class Pages {
   Jobs jobs_;
   Logs logs_;
   std::mutex writing_, driving_;
-  std::unique_ptr<LiveLink> live_;
-  int live_job_ = 0;
+  std::unique_ptr<LiveLink> live_, watch_;
+  int live_job_ = 0, watched_port_ = 0;
 };
 
 }  // namespace
-
-std::string random_token() {
-  std::array<unsigned char, 16> bytes;
-  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw base::Error("the system gives no random numbers");
-  std::string token;
-  for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
-  return token;
-}
 
 void serve(const ServerOptions& options,
            const std::function<void(const std::string& address, const std::function<void()>& stop)>&

@@ -18,9 +18,16 @@ using Words = std::vector<std::string>;
 // What a person drives with and sees, of the units that `crgdrive fmu` makes.
 constexpr std::array kBrakes = {"input.brake.fl", "input.brake.fr", "input.brake.rl",
                                 "input.brake.rr"};
-constexpr std::array kDriven = {"input.steering", "input.throttle", "input.brake.fl",
-                                "input.brake.fr", "input.brake.rl", "input.brake.rr",
-                                "input.gear"};
+constexpr std::array kDriven = {"input.steering",
+                                "input.throttle",
+                                "input.brake.fl",
+                                "input.brake.fr",
+                                "input.brake.rl",
+                                "input.brake.rr",
+                                "input.gear",
+                                "parameter.environment.wind_mps",
+                                "parameter.environment.wind_heading_rad",
+                                "parameter.environment.road_grip"};
 constexpr std::array kShown = {"car.x",
                                "car.y",
                                "car.yaw",
@@ -86,7 +93,8 @@ std::string path_of(const ordered_json& wish, const char* key, const Folders& fo
   }
 }
 
-Wish drive(const std::string& unit, const Folders& folders) {
+/// `devices`, where there are any, look at the road of `wish`.
+Wish drive(const std::string& unit, const ordered_json& wish, const Folders& folders) {
   Wish out;
   out.port = free_udp_port();
   out.result = new_file(folders, "out/drives", name_of(unit), ".csv");
@@ -98,6 +106,10 @@ Wish drive(const std::string& unit, const Folders& folders) {
     append(out.command, {"--safe", std::string(brake) + "=2e6"});
   append(out.command,
          {"--safe-after-s", "0.5", "--every", "10", "--stop-s", "3600", "-o", out.result});
+  if (text_of(wish, "devices").empty()) return out;
+  append(out.command,
+         {"--devices", path_of(wish, "devices", folders), "--road", path_of(wish, "road", folders),
+          "--sights", out.result.substr(0, out.result.size() - 4) + ".sights.jsonl"});
   return out;
 }
 
@@ -172,7 +184,7 @@ Wish wish_of(const ordered_json& wish, const Folders& folders) {
   } else if (what == "tiles") {
     out = tiles(wish, folders);
   } else if (what == "drive") {
-    out = drive(path("unit"), folders);
+    out = drive(path("unit"), wish, folders);
   } else {
     throw Refusal(
         400,

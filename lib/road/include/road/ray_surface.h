@@ -44,6 +44,18 @@ struct alignas(64) RayPacket16 {
   float max_depth_m = 4.0f;      ///< in: how far down a ray looks
 };
 
+/// A ray in any direction, in the map frame of the mesh.
+struct Ray {
+  Eigen::Vector3d from_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< of length 1
+};
+
+/// A hit of such a ray. `normal` has length 1 and either side.
+struct RayHit {
+  double range_m = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
 /// Acceleration structure over a mesh; immutable after construction, shared by threads.
 /// Heights are within 10 um of the float32 triangle for rays that start within 10 m above it.
 class RaySurface {
@@ -62,6 +74,10 @@ class RaySurface {
   /// of depth_m is how far to look and all of geometry -1; without hit, geometry stays -1. Neither
   /// reads max_depth_m nor sets z_m.
   void cast_prepared(RayPacket16& packet) const noexcept;
+
+  /// The first hit from `from_m` to `reach_m` along the ray, two-sided. `range_m` is within a
+  /// float's error of the distance from the middle of the mesh.
+  std::optional<RayHit> first_hit(const Ray& ray, double from_m, double reach_m) const;
 
   /// The hit nearest to `z_near_m` within ±reach_m on the vertical line through (x, y) (map frame).
   std::optional<SurfaceHit> nearest_hit(double x_m, double y_m, double z_near_m,

@@ -149,6 +149,24 @@ void RaySurface::cast_down(RayPacket16& packet) const noexcept {
   }
 }
 
+std::optional<RayHit> RaySurface::first_hit(const Ray& ray, double from_m, double reach_m) const {
+  const Eigen::Vector3f from = (ray.from_m - scene_->origin_m).cast<float>();
+  const Eigen::Vector3f along = ray.direction.cast<float>();
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit cast{};
+  cast.ray.org_x = from.x(), cast.ray.org_y = from.y(), cast.ray.org_z = from.z();
+  cast.ray.dir_x = along.x(), cast.ray.dir_y = along.y(), cast.ray.dir_z = along.z();
+  cast.ray.tnear = static_cast<float>(from_m);
+  cast.ray.tfar = static_cast<float>(reach_m);
+  cast.ray.mask = 0xffffffffu;
+  cast.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene_->scene.get(), &context, &cast);
+  if (cast.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const Eigen::Vector3d normal(cast.hit.Ng_x, cast.hit.Ng_y, cast.hit.Ng_z);
+  return RayHit{static_cast<double>(cast.ray.tfar), normal.normalized()};
+}
+
 std::optional<SurfaceHit> RaySurface::nearest_hit(double x_m, double y_m, double z_near_m,
                                                   double reach_m) const {
   const double z_local = z_near_m - scene_->origin_m.z();

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "sim/sights.h"
+
 namespace sim {
 
 constexpr std::size_t kLongestMessage = 60'000;  ///< bytes; what a datagram takes everywhere
@@ -22,6 +24,8 @@ struct CommandMessage {
   /// The unit shall begin anew at 0 s, with these starts besides those of the run: name and number.
   bool resets = false;
   std::vector<std::pair<std::string, double>> starts;
+  /// The way that is going to be taken, at most kMostPlanPoints; nothing: not told.
+  std::optional<std::vector<PlanPoint>> plan;
   bool is_binary = false;
 };
 

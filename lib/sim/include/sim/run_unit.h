@@ -12,8 +12,8 @@
 
 namespace sim {
 
-/// Inputs over time. Floats run straight between rows, other types are held from a row on; before
-/// the first row and after the last its values stand.
+/// Inputs, and tunable parameters, over time. Floats run straight between rows, other types are
+/// held from a row on; before the first row and after the last its values stand.
 struct UnitInputs {
   std::vector<std::string> names;  ///< of variables; name[1], name[2] ... of an array
   std::vector<double> time_s;      ///< rising

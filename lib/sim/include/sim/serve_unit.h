@@ -5,13 +5,17 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/progress.h"
+#include "crg/surface.h"
 #include "sim/opponents.h"
+#include "sim/run_unit.h"
 #include "vehicle/signal_sensors.h"
 
 namespace sim {
@@ -26,6 +30,7 @@ struct ServeOptions {
   /// POSITION.longitude_deg.
   std::vector<std::string> commands, measurements;
   std::vector<std::string> recorded;  ///< of the unit; not sent
+  UnitInputs inputs;                  ///< what follows the unit's clock alone: the weather
   vehicle::SignalSensorFile devices;  ///< none: everything is measured and commanded as it is
   std::vector<std::pair<std::string, std::string>> starts;  ///< as in UnitRunOptions
   std::vector<OpponentDrive> opponents;                     ///< [0] is the unit's first
@@ -36,6 +41,10 @@ struct ServeOptions {
   /// Latitude and longitude in degrees of a place on the map of the unit; for positions of the
   /// devices.
   std::function<std::array<double, 2>(double x_m, double y_m)> to_latitude_longitude_deg;
+  /// The unit's own road, for sensors of the devices that look at it.
+  std::shared_ptr<const crg::Surface> road;
+  /// Gets what was seen or planned, one line of JSON each, without the newline.
+  std::function<void(std::string_view line)> keep_sight;
   bool lockstep = false;
   double speed_up = 1.0;     ///< of real time
   double patience_s = 30.0;  ///< in lockstep: so long without a command, and the run ends
@@ -48,6 +57,8 @@ struct ServeCounts {
   std::uint64_t steps = 0, late = 0;  ///< late: begun more than 2 ms after their time
   std::uint64_t commands = 0, broken = 0, old = 0, flooded = 0;
   std::uint64_t safe_steps = 0, resets = 0;
+  /// What sensors saw of the road, told after its time, and not looked at: never in lockstep.
+  std::uint64_t late_sights = 0, left_out_sights = 0;
   double latest_s = 0.0, step_sum_s = 0.0, longest_step_s = 0.0;
   std::array<std::uint64_t, kStepBins_s.size() + 1> bins{};
   bool real_time_scheduled = false;

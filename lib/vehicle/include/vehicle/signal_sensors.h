@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "vehicle/road_sensors.h"
 
 namespace vehicle {
 
@@ -68,6 +69,7 @@ struct SignalSensorFile {
   std::vector<SignalCommand> commands;
   std::vector<SignalPosition> positions;
   std::vector<SignalTopic> topics = {};
+  RoadSensorFile road = {};
 };
 
 /// Reads a YAML file (docs/sensors.md). Throws Error with file:line on unknown keys, a sensor

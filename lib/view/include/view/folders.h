@@ -18,7 +18,8 @@ enum class Kind : std::uint8_t {
   unit,
   report,
   table,
-  picture
+  picture,
+  devices
 };
 const char* to_string(Kind kind);
 

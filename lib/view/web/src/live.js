@@ -2,7 +2,9 @@
 import { el, css } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
-import { getPacked, tellDrive } from './server.js';
+import { getPacked, tellDrive, watchRun } from './server.js';
+import { makeSights } from './sights.js';
+import { makeWeather } from './weather.js';
 
 const kEvery_ms = 30, kBrake_pa = 4e6, kMostSteer_rad = 0.3;
 const wheels = ['fl', 'fr', 'rl', 'rr'];
@@ -36,10 +38,13 @@ function padNow() {
 }
 
 export function makeLive({ changed, entriesOf, openLap }) {
-  let unit = null, drive = null, road = null, timer = null, whole = false;
+  let unit = null, drive = null, road = null, timer = null, whole = false, waits = false;
   const keys = new Set();
   const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
+  const sensorsBox = el('select', { 'aria-label': 'Sensors of the road', 'data-role': 'sensors' });
+  const portBox = el('input', { type: 'number', min: 1, max: 65535, placeholder: 'UDP port', 'aria-label': 'UDP port of a run to watch', 'data-role': 'watch-port' });
+  const sights = makeSights(), weather = makeWeather();
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Drive: arrows or W A S D steer, accelerate and brake' });
   const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
   const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
@@ -52,10 +57,12 @@ export function makeLive({ changed, entriesOf, openLap }) {
     drive.paused = !drive.paused;
     pauseButton.setAttribute('aria-pressed', String(drive.paused));
   } }, 'Pause');
+  const watchButton = button('watch', 'Watch', watch);
   const viewButton = el('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { whole = !whole; viewButton.setAttribute('aria-pressed', String(whole)); draw(); } }, 'Whole track');
   const laps = el('div');
   const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
-    el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, viewButton, el('label', {}, 'Road', roadBox)), box),
+    el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, viewButton, el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
+      el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
       Object.values(bars).map((each) => each.row), laps,
       el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
@@ -73,7 +80,10 @@ export function makeLive({ changed, entriesOf, openLap }) {
 
   function buttons() {
     startButton.disabled = unit === null || drive !== null;
-    for (const each of [endButton, pauseButton, resetButton]) each.disabled = drive === null;
+    endButton.disabled = drive === null;
+    watchButton.disabled = drive !== null;
+    for (const each of [pauseButton, resetButton]) each.disabled = drive === null || drive.watched !== undefined;
+    weather.enable(drive !== null && drive.watched === undefined);
   }
 
   async function start() {
@@ -81,9 +91,10 @@ export function makeLive({ changed, entriesOf, openLap }) {
     const of = unit;
     drive = { sequence: 0, pedals: { steer: 0, throttle: 0, brake: 0 }, gear: 1, shifted: 0, last: performance.now(), paused: false, lapBegin: null, lapU: null, times: [], job: null, result: null, wants: {} };
     const mine = drive;
+    sights.clear();
     buttons();
     canvas.focus();
-    run({ do: 'drive', unit: of }, (begun) => {
+    run({ do: 'drive', unit: of, ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
       mine.job = begun.id;
       mine.result = begun.result;
       say('Driving.');
@@ -101,8 +112,37 @@ export function makeLive({ changed, entriesOf, openLap }) {
     });
   }
 
+  /// A run of crgsim serve --udp that another program drives: this page looks on.
+  function watch() {
+    if (!portBox.reportValidity() || !Number.isFinite(portBox.valueAsNumber)) { say('Which UDP port has crgsim serve been given?', 'warn'); return; }
+    drive = { watched: portBox.valueAsNumber, lapBegin: null, lapU: null, times: [] };
+    const mine = drive;
+    sights.clear();
+    buttons();
+    say(`Watching UDP port ${mine.watched}; nothing has come yet.`);
+    timer = setInterval(() => look(mine), kEvery_ms);
+  }
+
+  async function look(mine) {
+    if (waits || drive !== mine) return;
+    waits = true;
+    const measured = await watchRun(mine.watched).catch(() => null);
+    waits = false;
+    if (drive !== mine || !measured?.values) return;
+    if (measured.values['car.x'] === undefined || measured.values['car.y'] === undefined || measured.values['car.yaw'] === undefined) { say('This run does not measure car.x, car.y and car.yaw (--measure).', 'warn'); return; }
+    if (!mine.seen) say(`Watching UDP port ${mine.watched}.`);
+    see(mine, measured);
+  }
+
   function end() {
     if (!drive) return;
+    if (drive.watched !== undefined) {
+      clearInterval(timer);
+      drive = null;
+      buttons();
+      say('No longer watching.');
+      return;
+    }
     drive.ended = true;
     drive.wants.end = true;
   }
@@ -111,14 +151,16 @@ export function makeLive({ changed, entriesOf, openLap }) {
   async function send(mine) {
     const { pedals, gear, wants } = mine, brake = kBrake_pa * pedals.brake;
     const set = { 'input.steering': pedals.steer, 'input.throttle': pedals.throttle, 'input.gear': gear, 'input.brake.fl': brake, 'input.brake.fr': brake, 'input.brake.rl': 0.6 * brake, 'input.brake.rr': 0.6 * brake };
+    const conditions = { ...mine.weather, ...weather.take() };
+    Object.assign(set, conditions);
     mine.sequence += 1;
     mine.wants = {};
+    mine.weather = {};
     const measured = await tellDrive(mine.job, { sequence: mine.sequence, set, pause: mine.paused, ...wants }).catch(() => null);
-    if (measured === null) mine.wants = { ...wants, ...mine.wants };
+    if (measured === null) { mine.wants = { ...wants, ...mine.wants }; mine.weather = conditions; }
     return measured;
   }
 
-  let waits = false;
   async function step(mine) {
     if (waits || drive !== mine) return;
     const now = performance.now(), dt = Math.min(0.1, (now - mine.last) / 1000), seen = mine.seen?.values ?? {};
@@ -130,7 +172,12 @@ export function makeLive({ changed, entriesOf, openLap }) {
     const measured = await send(mine);
     waits = false;
     if (drive !== mine || !measured?.values) return;
+    see(mine, measured);
+  }
+
+  function see(mine, measured) {
     mine.seen = measured;
+    sights.take(measured);
     lap(mine, measured.time_s, measured.values['car.u']);
     draw();
   }
@@ -195,6 +242,9 @@ export function makeLive({ changed, entriesOf, openLap }) {
       context.stroke();
     }
     if (now) {
+      sights.draw(context, { pen, path, colour: css, size_m: (1.5 * ratio) / scale });
+      const counts = sights.counts();
+      for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
       context.save();
       context.translate(now['car.x'], now['car.y']);
       context.rotate(now['car.yaw']);
@@ -205,16 +255,18 @@ export function makeLive({ changed, entriesOf, openLap }) {
       for (const [x, y] of [[2.6, 0], [0.4, 0.9], [-2.2, 0.9], [-2.2, -0.9], [0.4, -0.9]]) context.lineTo(x, y);
       context.fill();
       context.restore();
-      gauges.speed.textContent = `${fixed(3.6 * now['car.vx'], 0)} km/h`;
-      gauges.gear.textContent = fixed(now['car.gear'], 0);
-      gauges.engine.textContent = `${fixed((now['car.engine'] * 30) / Math.PI, 0)} 1/min`;
+      // A run that is watched measures what its driver wants.
+      const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
+      gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
+      gauges.gear.textContent = told('car.gear', 1, '');
+      gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
       gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
       gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
       gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
       const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
       const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
       for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
-      for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key]))}%`;
+      for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key] || 0))}%`;
       box.dataset.time = drive.seen.time_s;
       box.dataset.speed = now['car.vx'];
     }
@@ -241,6 +293,9 @@ export function makeLive({ changed, entriesOf, openLap }) {
     const kept = roadBox.value;
     roadBox.replaceChildren(el('option', { value: '' }, 'none'), ...roads.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     roadBox.value = roads.some((entry) => entry.id === kept) ? kept : roads[0]?.id ?? '';
+    const sensors = sensorsBox.value, files = entries.filter((entry) => entry.kind === 'devices');
+    sensorsBox.replaceChildren(el('option', { value: '' }, 'none'), ...files.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
+    sensorsBox.value = files.some((entry) => entry.id === sensors) ? sensors : '';
     say('');
     buttons();
     await showRoad();

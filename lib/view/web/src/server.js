@@ -77,4 +77,7 @@ export const startJob = async (wish) => (await ask('api/job', { method: 'POST', 
 /// A command of crgsim serve to the drive that runs as this job; what it measured last.
 export const tellDrive = async (job, command) => (await ask(address('live', { job }), { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(command) })).json();
 
+/// What is measured in a run of crgsim serve --udp that another program drives.
+export const watchRun = async (port) => (await ask(address('live', { watch: port }), { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: '{}' })).json();
+
 export const stopJob = (id) => ask(address('job', { id }), { method: 'DELETE' });

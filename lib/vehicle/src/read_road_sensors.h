@@ -1,0 +1,13 @@
+// The part of a file of devices that has sensors of the road. Private.
+#pragma once
+
+#include "settings.h"
+#include "vehicle/road_sensors.h"
+
+namespace vehicle {
+
+/// Keys scans, edges and pose of `top`. Throws Error with file:line on unknown keys and numbers
+/// that cannot be.
+RoadSensorFile read_road_sensors(const Section& top);
+
+}  // namespace vehicle
