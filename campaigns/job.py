@@ -80,11 +80,14 @@ def _written(job, code):
 
 
 def _alone(job_id):
-    """A lock that no other run of the job has: one whose connection broke may still be at work somewhere."""
+    """A lock that no other run of the job has: one whose connection broke may still be at work somewhere. Its file
+    gets a line for each run."""
     path = os.path.join(".locks", job_id)
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    file = open(path, "w", encoding="ascii")
+    file = open(path, "a", encoding="ascii")
     fcntl.flock(file, fcntl.LOCK_EX)
+    file.write(f"{time.time():.3f} {os.uname().nodename} {os.getpid()}\n")
+    file.flush()
     return file
 
 
