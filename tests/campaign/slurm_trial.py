@@ -9,6 +9,7 @@ twice and every other once. Prints one line per claim that does not hold; exit c
 import glob
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -54,6 +55,20 @@ def running(folder):
                 found[words[3]] = int(path.split("/")[2])
         except OSError:
             pass  # it has ended
+    return found
+
+
+def left_behind():
+    """Slurm's processes that still name the trial's folder."""
+    found = []
+    for path in glob.glob("/proc/[0-9]*/cmdline"):
+        try:
+            with open(path, "rb") as file:
+                words = file.read().decode("utf-8", "replace").split("\0")
+        except OSError:
+            continue
+        if re.search("(slurm|munge)", os.path.basename(words[0])) and any(slurm in word for word in words[1:]):
+            found.append(" ".join(words))
     return found
 
 
@@ -232,6 +247,7 @@ def main():
     finally:
         disturber.end()
         subprocess.run(node + ["stop", slurm], check=True)
+    wrong += [f"left behind: {process}" for process in left_behind()]
     if campaign(quiet, own_tools) != 0:
         wrong.append("the undisturbed campaign is not done")
     compared, different = differences(quiet, disturbed)
