@@ -204,7 +204,7 @@ def miscounted(folder, jobs, disturber):
 def files_of(folder):
     """Below a campaign's folder; costs, logs and what the engine keeps for itself are left out."""
     for place, below_it, names in os.walk(folder):
-        below_it[:] = [name for name in below_it if name not in (".snakemake", ".locks", "slurm")]
+        below_it[:] = [name for name in below_it if name not in (".snakemake", ".locks", ".ended", "slurm")]
         for name in names:
             if name not in ("timing.json", "plan.json", ".lock") and not name.endswith(".cost.json"):
                 yield os.path.relpath(os.path.join(place, name), folder)

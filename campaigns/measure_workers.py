@@ -1,0 +1,108 @@
+"""How much sooner a campaign is done with two workers than with one.
+
+  python3 campaigns/measure_workers.py FOLDER --tools DIR [--rounds N] CAMPAIGN.yaml
+  python3 campaigns/measure_workers.py FOLDER --tools DIR [--rounds N] MESH...
+
+Runs the campaign (of meshes: a road with its report from each) with --jobs 1 and --jobs 2 in turns, in new folders
+below FOLDER, and prints a line for each run. The clock says something only where other programs leave the cores
+alone, so what these took is measured as well (/proc/stat) and printed. The last lines: the ratio of the clocks, pair
+by pair; the ratio of the processor time, which must be near 1; and the limit, that is the ratio on idle cores from the
+processor time of each job, where what is not a job (the engine, the page) takes its processor time alone."""
+import argparse
+import glob
+import json
+import os
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+
+from plan import write_whole
+from simulate_queue import jobs_of, simulate
+
+CAMPAIGN = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../scripts/campaign")
+QUIET_CORES = 0.1  # others may take so much for a run to count as undisturbed
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+def write_campaign(path, meshes):
+    tracks = {os.path.splitext(os.path.basename(mesh))[0]: {"mesh": os.path.abspath(mesh)} for mesh in meshes}
+    if len(tracks) != len(meshes):
+        sys.exit("measure_workers: two meshes have one name")
+    # JSON is YAML.
+    write_whole(path, json.dumps({"name": "tracks", "tracks": tracks}) + "\n")
+
+
+def busy_s():
+    """Processor time that anybody took since the machine's start; what a host took away counts."""
+    with open("/proc/stat", encoding="ascii") as file:
+        user, nice, system, _idle, _wait, irq, softirq, steal = map(int, file.readline().split()[1:9])
+    return (user + nice + system + irq + softirq + steal) / TICKS_PER_S
+
+
+def own_s():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def at_work_s(folder):
+    """Seconds that jobs took from begin (.locks) to end (their state)."""
+    total = 0.0
+    for lock in glob.glob(os.path.join(folder, ".locks/*/*")):
+        with open(lock, encoding="ascii") as file:
+            begun = float(file.read().split()[0])
+        total += os.path.getmtime(os.path.join(folder, "state", *lock.split(os.sep)[-2:]) + ".json") - begun
+    return total
+
+
+def run(campaign, folder, tools, workers):
+    shutil.rmtree(folder, ignore_errors=True)
+    busy, own, begin = busy_s(), own_s(), time.monotonic()
+    ended = subprocess.run([CAMPAIGN, campaign, folder, "--tools", tools, "--jobs", str(workers)],
+                           stdout=subprocess.DEVNULL)
+    seconds, own = time.monotonic() - begin, own_s() - own
+    if ended.returncode not in (0, 3):
+        sys.exit(f"measure_workers: {campaign}: the campaign ended with {ended.returncode}")
+    jobs = jobs_of(folder)
+    out = {"workers": workers, "seconds": seconds, "cpu_s": own, "jobs_cpu_s": sum(job[0] for job in jobs),
+           "others": max(0.0, (busy_s() - busy - own) / seconds), "at_work": at_work_s(folder) / seconds,
+           "makespan_s": simulate(jobs, workers, 1e9, 1e9)[0], "jobs": len(jobs)}
+    print(f"{workers} workers: {seconds:7.2f} s by the clock, {own:7.2f} s of processor, of which jobs "
+          f"{out['jobs_cpu_s']:7.2f}; {out['at_work']:.2f} jobs at work; others took {out['others']:.2f} cores",
+          flush=True)
+    return out
+
+
+def ideal_s(told):
+    return told["cpu_s"] - told["jobs_cpu_s"] + told["makespan_s"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder")
+    parser.add_argument("source", nargs="+")
+    parser.add_argument("--tools", required=True)
+    parser.add_argument("--rounds", type=int, default=3)
+    told = parser.parse_args()
+    campaign = told.source[0]
+    if not campaign.endswith((".yaml", ".yml")):
+        campaign = os.path.join(told.folder, "campaign.yaml")
+        write_campaign(campaign, told.source)
+    pairs = []
+    for number in range(max(1, told.rounds)):
+        order = (1, 2) if number % 2 == 0 else (2, 1)
+        ran = {workers: run(campaign, os.path.join(told.folder, "run"), told.tools, workers) for workers in order}
+        pairs.append((ran[1], ran[2]))
+    clocks = [one["seconds"] / two["seconds"] for one, two in pairs]
+    quiet = [clock for clock, pair in zip(clocks, pairs) if max(r["others"] for r in pair) < QUIET_CORES]
+    print(f"{pairs[0][0]['jobs']} jobs; the clock, one worker / two: {', '.join(f'{c:.2f}' for c in clocks)}; "
+          + (f"median of the {len(quiet)} undisturbed {statistics.median(quiet):.2f}" if quiet
+             else "none of them undisturbed"))
+    print(f"processor time, two workers / one: {statistics.median(two['cpu_s'] / one['cpu_s'] for one, two in pairs):.3f}")
+    print(f"limit on idle cores: {statistics.median(ideal_s(one) / ideal_s(two) for one, two in pairs):.2f}")
+
+
+if __name__ == "__main__":
+    main()
