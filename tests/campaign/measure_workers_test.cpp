@@ -20,15 +20,16 @@ support::ToolRun shell(const std::string& command) {
   return support::run_tool("/bin/bash", {"-c", command});
 }
 
-/// Seconds by the clock, of processor, and of that of jobs, of each run.
+/// Workers, seconds by the clock, of processor, of that of jobs, and of that done alone, of each
+/// run.
 std::vector<std::vector<double>> runs_in(const std::string& printed) {
   const std::regex line(R"(([12]) workers: +([0-9.]+) s by the clock, +([0-9.]+) s of processor, )"
-                        R"(of which jobs +([0-9.]+);)");
+                        R"(of which jobs +([0-9.]+), alone ([0-9.]+);)");
   std::vector<std::vector<double>> out;
   for (auto it = std::sregex_iterator(printed.begin(), printed.end(), line);
        it != std::sregex_iterator(); ++it) {
     out.emplace_back();
-    for (int group = 1; group <= 4; ++group) out.back().push_back(std::stod((*it)[group]));
+    for (int group = 1; group <= 5; ++group) out.back().push_back(std::stod((*it)[group]));
   }
   return out;
 }
@@ -58,12 +59,14 @@ TEST(MeasureWorkers, ItsFiguresGoTogether) {
   for (const auto& run : runs) {
     EXPECT_GT(run[3], 0.0);
     EXPECT_LT(run[3], run[2]);  // the engine computes, too
+    EXPECT_GT(run[4], 0.0);
+    EXPECT_LE(run[4], run[2] - run[3] + 0.02);
   }
   std::smatch limit;
   ASSERT_TRUE(std::regex_search(ran.out, limit, std::regex("limit on idle cores: ([0-9.]+)")))
       << ran.out;
-  // Two jobs on two workers take no less than half of both together.
-  EXPECT_LE(std::stod(limit[1]), runs[0][2] / (runs[1][2] - 0.5 * runs[1][3]) + 0.02) << ran.out;
+  // Two jobs on two workers take no less than half of both together, their starts included.
+  EXPECT_LE(std::stod(limit[1]), runs[0][2] / (0.5 * (runs[1][2] + runs[1][4])) + 0.02) << ran.out;
   EXPECT_GE(std::stod(limit[1]), runs[0][2] / runs[1][2] - 0.02) << ran.out;
   EXPECT_THAT(ran.out, ::testing::HasSubstr("2 jobs; the clock, one worker / two: "));
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -211,6 +212,33 @@ TEST_F(Script, AHostThatCannotBeReachedCostsNoJob) {
   EXPECT_THAT(ran.out, HasSubstr("far cannot be reached"));
   EXPECT_EQ(state_of(out + "/index.html", "lap-page/good+av21"), "done");
   EXPECT_EQ(state_of(out + "/index.html", "road/broken"), "failed");
+}
+
+// What a controller that died may do: begin a submission twice, and not know that it has ended.
+TEST_F(Script, ASubmissionThatHasEndedIsNotRunAgain) {
+  const cli::Folder folder;
+  write_campaign(folder);
+  const std::string out = folder / "out", campaigns = places::source() + "/campaigns";
+  const auto call = [&](const std::string& words) {
+    return shell(fmt::format("cd '{}' && KERBSTONE_TOOLS='{}' python3 '{}'/{} 2>&1", out, tools(),
+                             campaigns, words));
+  };
+  fs::create_directories(out);
+  ASSERT_EQ(call(fmt::format("plan.py '{}' .", folder / "campaign.yaml")).code, 0);
+  const auto runs = [&] {
+    const std::string lines = cli::read(out + "/.locks/road/good");
+    return std::count(lines.begin(), lines.end(), '\n');
+  };
+  EXPECT_EQ(call("job.py . road/good first").code, 0);
+  const auto built = fs::last_write_time(out + "/road/good/good.crg");
+  EXPECT_EQ(call("job.py . road/good first").code, 0);
+  EXPECT_EQ(runs(), 1);
+  EXPECT_EQ(fs::last_write_time(out + "/road/good/good.crg"), built);
+  EXPECT_EQ(call("profiles/slurm/status.py first").out, "success\n");
+  // Another submission of the same job is another run, and so is one that Slurm knows nothing of.
+  EXPECT_EQ(call("job.py . road/good second").code, 0);
+  EXPECT_EQ(call("job.py . road/good").code, 0);
+  EXPECT_EQ(runs(), 3);
 }
 
 // A Slurm of its own on this machine, jobs and two daemons killed: 20 jobs of which 3; with
