@@ -62,9 +62,13 @@ def campaign_cpu_s(campaign, folder, tools, workers):
     before = own_s()
     ended = subprocess.run([CAMPAIGN, campaign, folder, "--tools", tools, "--jobs", str(workers)],
                            stdout=subprocess.DEVNULL)
-    if ended.returncode != 0:  # what failed would be run again where nothing should be left to do
-        sys.exit(f"measure_workers: {campaign}: the campaign ended with {ended.returncode}, 0 wanted; leave out the jobs "
-                 f"that {folder}/index.html names")
+    if ended.returncode not in (0, 3):
+        sys.exit(f"measure_workers: {campaign}: the campaign ended with {ended.returncode}")
+    # What failed would be run again where nothing should be left to do; a road that is not usable is not.
+    for path in glob.glob(os.path.join(folder, "state/*/*.json")):
+        with open(path, encoding="utf-8") as file:
+            if json.load(file).get("exit_code", 0) not in (0, 3):
+                sys.exit(f"measure_workers: {path}: the job failed; leave it out")
     return own_s() - before
 
 
@@ -111,7 +115,8 @@ def main():
     print(f"{pairs[0][0]['jobs']} jobs; the clock, one worker / two: {', '.join(f'{c:.2f}' for c in clocks)}; "
           + (f"median of the {len(quiet)} undisturbed {statistics.median(quiet):.2f}" if quiet
              else "none of them undisturbed"))
-    print(f"processor time, two workers / one: {statistics.median(two['cpu_s'] / one['cpu_s'] for one, two in pairs):.3f}")
+    processor = statistics.median(two["cpu_s"] / one["cpu_s"] for one, two in pairs)
+    print(f"processor time, two workers / one: {processor:.3f}")
     print(f"limit on idle cores: {statistics.median(one['ideal_s'] / two['ideal_s'] for one, two in pairs):.2f}")
 
 
