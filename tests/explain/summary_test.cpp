@@ -164,7 +164,7 @@ bool is_true_torque(const Fleet& fleet, const json& f) {
 TEST(Summary, FleetsOfOtherSeeds) {
   if (std::getenv("KERBSTONE_HEAVY") == nullptr) GTEST_SKIP() << "minutes: KERBSTONE_HEAVY=1";
   const std::set<int> leaning{8, 9, 10};
-  for (const int seed : {2, 3, 4, 5, 6, 11, 12, 8, 9, 10}) {
+  for (const int seed : {2, 3, 4, 5, 6, 7, 11, 12, 13, 8, 9, 10}) {
     const bool leans = leaning.contains(seed);
     const Fleet fleet(leans ? "banking" : "none", 4, 3, seed);
     fleet.sum_up();
