@@ -1,5 +1,7 @@
 """Runs one job of plan.json in the campaign's folder and writes state/KIND/SUBJECT.json.
 
+  job.py FOLDER JOB [SUBMISSION]
+
 A command that ends by itself has answered, whatever its exit code: the answer is kept, and the job is over.
 A command that was killed has not: nothing is written, this ends with 1, and the engine tries again."""
 import fcntl
@@ -83,7 +85,7 @@ def _alone(job_id):
     """A lock that no other run of the job has: one whose connection broke may still be at work somewhere."""
     path = os.path.join(".locks", job_id)
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    file = open(path, "w", encoding="ascii")
+    file = open(path, "a", encoding="ascii")
     fcntl.flock(file, fcntl.LOCK_EX)
     return file
 
@@ -124,8 +126,19 @@ def main(arguments):
     os.chdir(arguments[0])
     with open("plan.json", encoding="utf-8") as file:
         jobs = {job["id"]: job for job in json.load(file)["jobs"]}
-    with _alone(arguments[1]):
-        return run(jobs[arguments[1]])
+    # A scheduler whose controller dies may start a submission twice, or not know that it has ended.
+    ended = os.path.join(".ended", arguments[2]) if len(arguments) > 2 else None
+    with _alone(arguments[1]) as lock:
+        if ended and os.path.exists(ended):
+            return 0
+        lock.write(f"{time.time():.3f} {os.uname().nodename} {os.getpid()}\n")  # one line a run
+        lock.flush()
+        code = run(jobs[arguments[1]])
+        if ended and code == 0:
+            os.makedirs(".ended", exist_ok=True)
+            with open(ended, "w", encoding="ascii"):
+                pass
+        return code
 
 
 if __name__ == "__main__":

@@ -109,7 +109,8 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
              here / "track.crg");
   if (trial.kind == "proof")
     write_road(track, track, car, folder / "sealed" / (trial.name + ".crg"));
-  write_car(stated_car(trial, dice), here);
+  const StatedCar stated = stated_car(trial, dice);
+  write_car(stated, here);
 
   const std::vector<Column> all = columns({.ax = trial.accelerometers,
                                            .ay = trial.accelerometers,
@@ -123,7 +124,11 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
   if (trial.experiment)
     write(here / "experiment.csv", log(drive(trial.truth, track, *trial.experiment, nullptr).row,
                                        all, trial.hz, car.effects, dice));
-  write(folder / "sealed" / (trial.name + ".json"), truth_of(trial).dump(1) + "\n");
+  Json truth = truth_of(trial);
+  // How far off the torque is stated: times scale, and times 1 + tilt (omega - 500) / 300.
+  if (trial.kind == "fleet")
+    truth["stated_torque"] = {{"scale", stated.torque_scale}, {"tilt", stated.torque_tilt}};
+  write(folder / "sealed" / (trial.name + ".json"), truth.dump(1) + "\n");
   return true;
 }
 

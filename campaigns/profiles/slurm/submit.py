@@ -37,7 +37,7 @@ def main(script):
     command = ["sbatch", "--no-requeue", f"--job-name={name}", f"--comment={job}",
                f"--cpus-per-task={properties['threads']}", f"--mem={resources['mem_mb']}M",
                f"--time={resources['minutes']}", f"--output={log}.%j.log",
-               "--wrap", f"exec python3 {shlex.quote(CAMPAIGNS)}/job.py . {shlex.quote(job)}"]
+               "--wrap", f"exec python3 {shlex.quote(CAMPAIGNS)}/job.py . {shlex.quote(job)} {name}"]
     until = time.monotonic() + PATIENCE_S
     while True:
         ran = subprocess.run(command, capture_output=True, text=True)
