@@ -58,10 +58,12 @@ struct DriveCommand {
   std::vector<std::string> settings;   ///< name=value
   std::string accelerations = "body";  ///< body or road
   double fuel_kg = 30.0;
+  std::string plots_path;               ///< engine and brakes only
   std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
 };
 int aero(const DriveCommand& command, Terminal& terminal);
 int brakes(const DriveCommand& command, Terminal& terminal);
+int engine(const DriveCommand& command, Terminal& terminal);
 int mass(const DriveCommand& command, Terminal& terminal);
 int suspension(const DriveCommand& command, Terminal& terminal);
 

@@ -1,6 +1,7 @@
 // What the commands that fit a drive by its windows have in common: reading and telling.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,14 @@ struct ReadDrive {
 /// The fit of the loads; nothing where there are none, or where they do not tell.
 std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
                                                   const identify::DriveWindows& windows);
+
+/// The first lines of a sheet: log, its sum, fuel.
+std::string drive_header(const DriveCommand& command, const ReadDrive& drive,
+                         const std::string& what);
+/// Windows, numbers and remarks of a fit, as text and as JSON.
+std::string drive_text(const identify::DriveWindows& windows, const identify::DriveFit& fit);
+nlohmann::ordered_json drive_json(const identify::DriveWindows& windows,
+                                  const identify::DriveFit& fit);
 
 /// Prints the fit as a table behind the sheet, or as JSON; writes the sheet where -o names a file.
 /// Returns the exit code.

@@ -163,7 +163,7 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
 CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     crgidentify::DriveCommand& drive,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
-                    const Chosen& chosen) {
+                    const Chosen& chosen, const char* out = "Setup sheet to write") {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--vehicle", drive.vehicle_path,
@@ -183,9 +183,9 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                       {"body", "road"});
   drive_app->add_option("--fuel-kg", drive.fuel_kg, "Fuel on board, where not recorded")
       ->check(CLI::Range(0.0, 1000.0));
-  command::add_output_file(*drive_app, drive.out_path, "Setup sheet to write");
+  command::add_output_file(*drive_app, drive.out_path, out);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
-                    " lap.csv --vehicle vehicle.yaml --track road.crg -o sheet.txt");
+                    " lap.csv --vehicle vehicle.yaml --track road.crg -o found.txt");
   drive_app->callback(
       [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
   return drive_app;
@@ -224,5 +224,12 @@ int main(int argc, char** argv) {
   crgidentify::DriveCommand brakes;
   add_drive(app, "brakes", "Finds the brakes' torques from pressures and how the car slows down",
             brakes, crgidentify::brakes, chosen);
+  crgidentify::DriveCommand engine;
+  command::add_output_file(
+      *add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
+                 crgidentify::engine, chosen,
+                 "YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go "
+                 "beside it"),
+      engine.plots_path, "Page to write, HTML: torque over speed with its interval", "--plots");
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

@@ -305,6 +305,8 @@ class Cutter {
       out_.short_of_rows += rows;
       return;
     }
+    w.begin_row = begin;
+    w.end_row = end;
     w.time_s = 0.5 * (at(c_.time, begin) + at(c_.time, end - 1));
     w.x_m = at(c_.x, (begin + end) / 2);
     w.y_m = at(c_.y, (begin + end) / 2);
