@@ -12,6 +12,7 @@
 #include "base/sha256.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
+#include "identify/short_gaps.h"
 #include "vehicle/road_file.h"
 
 namespace crgidentify {
@@ -92,7 +93,8 @@ ReadDrive::ReadDrive(const DriveCommand& command)
       car(make_car(vehicle.files, vehicle.parameters, vehicle.terms, vehicle.contact)) {
   vehicle::Mapping mapping;
   if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
-  recording = vehicle::read_recording(command.recording_path, mapping);
+  recording =
+      identify::without_short_gaps(vehicle::read_recording(command.recording_path, mapping));
   if (!command.track_path.empty())
     road.emplace(std::move(vehicle::read_road(command.track_path, {}).surface));
   options.imu_ahead_m = mapping.imu_ahead_m;

@@ -28,7 +28,9 @@ int engine(const DriveCommand& command, Terminal& terminal) {
     const identify::EngineFit fit =
         identify::fit_engine(drive.car, drive.vehicle.prior, windows, drive.recording, options);
     std::string lines = drive_header(command, drive, "engine");
-    if (!command.out_path.empty()) {
+    if (command.out_path == "-") {  // standard output takes one file
+      base::write_file(command.out_path, lines + engine_yaml(fit, "engine_map.csv"));
+    } else if (!command.out_path.empty()) {
       const std::filesystem::path yaml(command.out_path);
       const std::string stem = yaml.stem().string();
       const auto beside = [&](const char* ending) {

@@ -240,9 +240,11 @@ void say(const Asked& a, const EngineFitOptions& options, EngineFit& out) {
                          : w.wheel_speed ? "by the driven wheels and the gears"
                                          : "by the car's speed: slip of the tyres is in it"));
   remarks.push_back(fmt::format(
-      "left out: {} windows braked, {} turning, {} shifting or of unknown gear, {} with engine and "
+      "left out: {} windows {}, {} turning, {} shifting or of unknown gear, {} with engine and "
       "wheels out of step, {} below idle, in the clutch or at the limiter",
-      w.braked, w.turning, w.gear_unknown, w.out_of_step, w.limited));
+      w.braked,
+      w.pressures ? "braked" : "with less than a tenth of throttle (no pressures of the brakes)",
+      w.turning, w.gear_unknown, w.out_of_step, w.limited));
   if (a.car.terms[Term::turbo_lag] > 0.0)
     remarks.emplace_back(
         "torques are those of full boost; how boost grows is the vehicle file's word (turbo.share "

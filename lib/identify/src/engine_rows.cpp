@@ -16,8 +16,10 @@ namespace {
 using P = vehicle::Parameter;
 using Column = const std::vector<double>*;
 using vehicle::Term;
-constexpr double kBeside_s = 0.1;  ///< a gear must have been in for so long before and after
-constexpr double kInStep = 0.04;   ///< engine and driven wheels may differ by this share
+constexpr double kBeside_s = 0.1;       ///< a gear must have been in for so long before and after
+constexpr double kInStep = 0.04;        ///< engine and driven wheels may differ by this share
+constexpr double kInStepBlind = 0.1;    ///< engine and car, where no wheel's speed was recorded
+constexpr double kBlindThrottle = 0.1;  ///< less may be braking, where no pressure was recorded
 
 /// Slope of the straight line through rows [begin, end) of a channel.
 double slope_of(const std::vector<double>& time_s, const std::vector<double>& value,
@@ -57,6 +59,7 @@ class Collector {
     vx_ = table.find("vx_mps");
     out_.engine_speed = engine_ != nullptr;
     out_.wheel_speed = left_ != nullptr;
+    out_.pressures = table.find("brake_pa") != nullptr || table.find("brake_fl_pa") != nullptr;
     for (const vehicle::Stretch& stretch : recording.stretches) charge(stretch);
   }
 
@@ -105,6 +108,7 @@ class Collector {
   }
 
   bool braked(const DriveWindow& w) const {
+    if (!std::isfinite(w.brake_pa[0])) return !(w.throttle > kBlindThrottle);
     return std::any_of(w.brake_pa.begin(), w.brake_pa.end(),
                        [&](double pa) { return pa > options_.most_brake_pa; });
   }
@@ -133,7 +137,8 @@ class Collector {
       out.rows.push_back({speed, open, boost_[k]});
       if (steer_ != nullptr && std::isfinite((*steer_)[k])) steer += (*steer_)[k];
       const double wheels = wheels_radps(k);
-      if (std::isfinite(wheels)) apart += speed - ratio * wheels;
+      apart +=
+          speed - ratio * (std::isfinite(wheels) ? wheels : (*vx_)[k] / car_.static_radius_m[1]);
     }
     const auto rows = static_cast<double>(out.rows.size());
     if (2.0 * rows < static_cast<double>(w.end_row - w.begin_row)) return;
@@ -147,7 +152,8 @@ class Collector {
         car_.terms[Term::centrifugal_clutch] > 0.0 ? p[P::clutch_full_radps] : 0.0;
     if (fastest > p[P::engine_limit_radps] || slowest < p[P::engine_idle_radps] || slowest < clutch)
       return void(++out_.limited);
-    if (std::abs(apart) / rows > kInStep * fastest) return void(++out_.out_of_step);
+    if (std::abs(apart) / rows > (left_ == nullptr ? kInStepBlind : kInStep) * fastest)
+      return void(++out_.out_of_step);
     accelerate(w, ratio, out);
     out_.windows.push_back(std::move(out));
   }

@@ -30,6 +30,7 @@ struct EngineWindows {
   std::vector<EngineWindow> windows;
   bool engine_speed = false;  ///< recorded; else by the driven wheels, or by the car's speed
   bool wheel_speed = false;
+  bool pressures = false;  ///< of the brakes were recorded
   std::size_t braked = 0, turning = 0, gear_unknown = 0, out_of_step = 0, limited = 0;
 };
 
