@@ -58,6 +58,7 @@ struct DriveCommand {
   std::vector<std::string> settings;   ///< name=value
   std::string accelerations = "body";  ///< body or road
   double fuel_kg = 30.0;
+  std::string pad_map_path;             ///< brakes only
   std::string plots_path;               ///< engine and brakes only
   std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
 };

@@ -132,7 +132,7 @@ std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
 
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
          const identify::DriveFit& fit, const std::string& what, const std::string& lines,
-         Terminal& terminal) {
+         Terminal& terminal, const Beside& beside) {
   std::string sheet = drive_header(command, drive, what);
   for (const std::string& doubt : fit.doubts)
     sheet += fmt::format("# not to be used: {}\n", base::one_line(doubt));
@@ -141,9 +141,10 @@ int tell(const DriveCommand& command, const ReadDrive& drive, const identify::Dr
   if (terminal.json) {
     ordered_json json = drive_json(windows, fit);
     json["fuel_kg"] = drive.fuel_kg;
+    if (!beside.key.empty()) json[beside.key] = beside.json;
     terminal.print(base::json_text(json));
   } else {
-    terminal.print(sheet + drive_text(windows, fit));
+    terminal.print(sheet + drive_text(windows, fit) + beside.text);
   }
   return fit.doubts.empty() ? kOk : command::kNotValid;
 }

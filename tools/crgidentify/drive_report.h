@@ -40,10 +40,16 @@ std::string drive_text(const identify::DriveWindows& windows, const identify::Dr
 nlohmann::ordered_json drive_json(const identify::DriveWindows& windows,
                                   const identify::DriveFit& fit);
 
+/// What a command tells beside its numbers, behind them.
+struct Beside {
+  std::string text, key;
+  nlohmann::ordered_json json;
+};
+
 /// Prints the fit as a table behind the sheet, or as JSON; writes the sheet where -o names a file.
 /// Returns the exit code.
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
          const identify::DriveFit& fit, const std::string& what, const std::string& lines,
-         Terminal& terminal);
+         Terminal& terminal, const Beside& beside = {});
 
 }  // namespace crgidentify

@@ -222,8 +222,18 @@ int main(int argc, char** argv) {
   add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
             suspension, crgidentify::suspension, chosen);
   crgidentify::DriveCommand brakes;
-  add_drive(app, "brakes", "Finds the brakes' torques from pressures and how the car slows down",
-            brakes, crgidentify::brakes, chosen);
+  CLI::App* const brakes_app =
+      add_drive(app, "brakes",
+                "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
+                "temperatures and how the car slows down",
+                brakes, crgidentify::brakes, chosen);
+  command::add_output_file(*brakes_app, brakes.pad_map_path,
+                           "Map of the pads' friction to write, CSV for a vehicle file, where "
+                           "pressures and temperatures show one; the sheet then leaves it out",
+                           "--pad-map");
+  command::add_output_file(*brakes_app, brakes.plots_path,
+                           "Page to write, HTML: friction over temperature with its interval",
+                           "--plots");
   crgidentify::DriveCommand engine;
   command::add_output_file(
       *add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,

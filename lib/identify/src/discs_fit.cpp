@@ -92,7 +92,7 @@ std::vector<Fed> fed_of(const vehicle::Car<double>& car, const vehicle::Table& t
 struct Model {
   const vehicle::Car<double>& car;
   std::size_t axle;
-  std::array<std::vector<Fed>, 2> fed;
+  std::vector<std::vector<Fed>> fed;  ///< of the wheels whose disc was measured
   double every_s;
 
   void left_over(const std::vector<double>& value, std::vector<double>& left,
@@ -107,7 +107,7 @@ struct Model {
         on(Term::brake_heating), on(Term::brake_conduction), on(Term::brake_convection),
         on(Term::brake_vanes),   on(Term::brake_radiation),  on(Term::brake_heat_capacity)};
     left.clear();
-    for (std::size_t side = 0; side < 2; ++side) {
+    for (std::size_t side = 0; side < fed.size(); ++side) {
       double surface = value[4 + 2 * side], core = value[5 + 2 * side];
       const std::vector<Fed>& rows = fed[side];
       double next_s = rows.front().time_s;
@@ -140,11 +140,11 @@ struct Model {
 std::string why_not(const vehicle::Recording& recording, std::size_t axle) {
   const vehicle::Table& table = recording.table;
   if (table.find("vx_mps") == nullptr) return "no vx_mps";
-  for (std::size_t i = 2 * axle; i < 2 * axle + 2; ++i) {
-    const Wheel w = wheel_of(table, i);
-    if (w.disc == nullptr) return "no temperatures of both discs (brake_disc_fl_k ...)";
-    if (w.pressure == nullptr) return "no pressures of the brakes";
-  }
+  const Wheel left = wheel_of(table, 2 * axle), right = wheel_of(table, 2 * axle + 1);
+  if (left.disc == nullptr && right.disc == nullptr)
+    return fmt::format("no temperatures of these discs (brake_disc_{}_k ...)",
+                       kWheelNames[2 * axle]);
+  if (left.pressure == nullptr || right.pressure == nullptr) return "no pressures of the brakes";
   return {};
 }
 
@@ -253,15 +253,15 @@ DriveFit fit_discs(const vehicle::Car<double>& car,
     const vehicle::Stretch stretch = longest_of(recording, time);
     Model model{car, a, {}, options.every_s};
     std::vector<double> seen;
-    for (std::size_t side = 0; side < 2; ++side) {
-      model.fed[side] = fed_of(car, recording.table, stretch, 2 * a + side, options.torque[a]);
-      for (const Fed& f : model.fed[side])
+    double seconds = 1e9;
+    for (std::size_t i = 2 * a; i < 2 * a + 2; ++i) {
+      if (wheel_of(recording.table, i).disc == nullptr) continue;
+      model.fed.push_back(fed_of(car, recording.table, stretch, i, options.torque[a]));
+      const std::vector<Fed>& rows = model.fed.back();
+      seconds = std::min(seconds, rows.empty() ? 0.0 : rows.back().time_s - rows.front().time_s);
+      for (const Fed& f : rows)
         if (std::isfinite(f.seen_k)) seen.push_back(f.seen_k);
     }
-    const auto lasts = [&](const std::vector<Fed>& rows) {
-      return rows.empty() ? 0.0 : rows.back().time_s - rows.front().time_s;
-    };
-    const double seconds = std::min(lasts(model.fed[0]), lasts(model.fed[1]));
     if (seconds < options.least_s) {
       empty_axle(a, car,
                  fmt::format("{:.0f} s without a gap, wanted {:.0f}", seconds, options.least_s),
