@@ -16,6 +16,7 @@ struct TyreCommand {
   std::vector<std::string> bench_paths;
   std::string reference_path, out_path, plots_path;
   std::string alpha = "tan";  ///< tan or angle
+  std::string axle;           ///< front or rear, of folders that `forces` wrote
   int starts = 8;
   std::uint64_t seed = 1;
   unsigned threads = 0;

@@ -15,9 +15,11 @@ using Chosen = std::function<void(Work)>;
 void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chosen) {
   CLI::App* const tyre_app =
       app.add_subcommand("tyre", "Fits the Magic Formula to measured forces of a tyre");
-  command::add_input(*tyre_app, "bench", tyre.bench_paths,
-                     "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa], fx_n and/or "
-                     "fy_n, in the signs of the reference; several are one measurement")
+  command::add_input(
+      *tyre_app, "bench", tyre.bench_paths,
+      "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa], fx_n and/or "
+      "fy_n, in the signs of the reference; several are one measurement. Or folders that "
+      "crgidentify forces wrote, with --axle")
       ->required();
   command::add_input(*tyre_app, "--reference", tyre.reference_path,
                      "Tyre property file: what is believed where the data say nothing, and all "
@@ -32,6 +34,8 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
   command::add_choice(*tyre_app, "--alpha", tyre.alpha,
                       "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
                       {"tan", "angle"});
+  command::add_choice(*tyre_app, "--axle", tyre.axle,
+                      "Whose tyres are fitted, from the forces of drives", {"front", "rear"});
   tyre_app->add_option("--starts", tyre.starts, "Starts of every stage")
       ->check(CLI::Range(1, 1000));
   tyre_app->add_option("--seed", tyre.seed, "Of the starts beside the reference");
