@@ -303,6 +303,8 @@ class Called : public ::testing::Test {
            f / "brakes.txt"},
           {"suspension", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
            f / "suspension.txt"},
+          {"engine", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
+           f / "engine.yaml"},
           {"forces", f / "begin.csv", "--vehicle", car, "--track", track, "--noise-rounds", "0",
            "-o", f / "forces"},
           {"reduce", "--vehicle", car, "--speeds", "2", "--slips", "6", "--pressing", "1",

@@ -16,6 +16,7 @@ struct TyreCommand {
   std::vector<std::string> bench_paths;
   std::string reference_path, out_path, plots_path;
   std::string alpha = "tan";  ///< tan or angle
+  std::string axle;           ///< front or rear, of folders that `forces` wrote
   int starts = 8;
   std::uint64_t seed = 1;
   unsigned threads = 0;
@@ -58,10 +59,13 @@ struct DriveCommand {
   std::vector<std::string> settings;   ///< name=value
   std::string accelerations = "body";  ///< body or road
   double fuel_kg = 30.0;
+  std::string pad_map_path;             ///< brakes only
+  std::string plots_path;               ///< engine and brakes only
   std::vector<std::string> engine_off;  ///< BEGIN,END in seconds of the log; aero only
 };
 int aero(const DriveCommand& command, Terminal& terminal);
 int brakes(const DriveCommand& command, Terminal& terminal);
+int engine(const DriveCommand& command, Terminal& terminal);
 int mass(const DriveCommand& command, Terminal& terminal);
 int suspension(const DriveCommand& command, Terminal& terminal);
 

@@ -12,6 +12,7 @@
 #include "base/sha256.h"
 #include "base/statistics.h"
 #include "base/write_file.h"
+#include "identify/short_gaps.h"
 #include "vehicle/road_file.h"
 
 namespace crgidentify {
@@ -45,7 +46,9 @@ std::string table(const identify::DriveFit& fit) {
   return out;
 }
 
-ordered_json json_of(const identify::DriveWindows& w, const identify::DriveFit& fit) {
+}  // namespace
+
+ordered_json drive_json(const identify::DriveWindows& w, const identify::DriveFit& fit) {
   ordered_json out{{"windows", fit.windows},
                    {"places", fit.blocks},
                    {"rows", w.rows},
@@ -70,14 +73,28 @@ ordered_json json_of(const identify::DriveWindows& w, const identify::DriveFit& 
   return out;
 }
 
-}  // namespace
+std::string drive_header(const DriveCommand& command, const ReadDrive& drive,
+                         const std::string& what) {
+  return fmt::format("# {} from {} (sha256 {})\n# with {:.4g} kg of fuel, by {}\n", what,
+                     base::one_line(command.recording_path),
+                     base::sha256_of_file(command.recording_path), drive.fuel_kg, drive.fuel_from);
+}
+
+std::string drive_text(const identify::DriveWindows& windows, const identify::DriveFit& fit) {
+  std::string out = fmt::format("{} windows at {} places, of {} rows{}\n", fit.windows, fit.blocks,
+                                windows.rows, left_out(windows)) +
+                    table(fit);
+  for (const std::string& remark : fit.remarks) out += fmt::format("- {}\n", remark);
+  return out;
+}
 
 ReadDrive::ReadDrive(const DriveCommand& command)
     : vehicle(vehicle::read_vehicle(command.vehicle_path, command.setup_path, command.settings)),
       car(make_car(vehicle.files, vehicle.parameters, vehicle.terms, vehicle.contact)) {
   vehicle::Mapping mapping;
   if (!command.mapping_path.empty()) mapping = vehicle::read_mapping(command.mapping_path);
-  recording = vehicle::read_recording(command.recording_path, mapping);
+  recording =
+      identify::without_short_gaps(vehicle::read_recording(command.recording_path, mapping));
   if (!command.track_path.empty())
     road.emplace(std::move(vehicle::read_road(command.track_path, {}).surface));
   options.imu_ahead_m = mapping.imu_ahead_m;
@@ -115,25 +132,19 @@ std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
 
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
          const identify::DriveFit& fit, const std::string& what, const std::string& lines,
-         Terminal& terminal) {
-  std::string sheet =
-      fmt::format("# {} from {} (sha256 {})\n", what, base::one_line(command.recording_path),
-                  base::sha256_of_file(command.recording_path));
-  sheet += fmt::format("# with {:.4g} kg of fuel, by {}\n", drive.fuel_kg, drive.fuel_from);
+         Terminal& terminal, const Beside& beside) {
+  std::string sheet = drive_header(command, drive, what);
   for (const std::string& doubt : fit.doubts)
     sheet += fmt::format("# not to be used: {}\n", base::one_line(doubt));
   sheet += lines;
   if (!command.out_path.empty()) base::write_file(command.out_path, sheet);
   if (terminal.json) {
-    ordered_json json = json_of(windows, fit);
+    ordered_json json = drive_json(windows, fit);
     json["fuel_kg"] = drive.fuel_kg;
+    if (!beside.key.empty()) json[beside.key] = beside.json;
     terminal.print(base::json_text(json));
   } else {
-    std::string out = sheet + fmt::format("{} windows at {} places, of {} rows{}\n", fit.windows,
-                                          fit.blocks, windows.rows, left_out(windows));
-    out += table(fit);
-    for (const std::string& remark : fit.remarks) out += fmt::format("- {}\n", remark);
-    terminal.print(out);
+    terminal.print(sheet + drive_text(windows, fit) + beside.text);
   }
   return fit.doubts.empty() ? kOk : command::kNotValid;
 }

@@ -1,6 +1,7 @@
 // What the commands that fit a drive by its windows have in common: reading and telling.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,10 +32,24 @@ struct ReadDrive {
 std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
                                                   const identify::DriveWindows& windows);
 
+/// The first lines of a sheet: log, its sum, fuel.
+std::string drive_header(const DriveCommand& command, const ReadDrive& drive,
+                         const std::string& what);
+/// Windows, numbers and remarks of a fit, as text and as JSON.
+std::string drive_text(const identify::DriveWindows& windows, const identify::DriveFit& fit);
+nlohmann::ordered_json drive_json(const identify::DriveWindows& windows,
+                                  const identify::DriveFit& fit);
+
+/// What a command tells beside its numbers, behind them.
+struct Beside {
+  std::string text, key;
+  nlohmann::ordered_json json;
+};
+
 /// Prints the fit as a table behind the sheet, or as JSON; writes the sheet where -o names a file.
 /// Returns the exit code.
 int tell(const DriveCommand& command, const ReadDrive& drive, const identify::DriveWindows& windows,
          const identify::DriveFit& fit, const std::string& what, const std::string& lines,
-         Terminal& terminal);
+         Terminal& terminal, const Beside& beside = {});
 
 }  // namespace crgidentify

@@ -15,9 +15,11 @@ using Chosen = std::function<void(Work)>;
 void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chosen) {
   CLI::App* const tyre_app =
       app.add_subcommand("tyre", "Fits the Magic Formula to measured forces of a tyre");
-  command::add_input(*tyre_app, "bench", tyre.bench_paths,
-                     "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa], fx_n and/or "
-                     "fy_n, in the signs of the reference; several are one measurement")
+  command::add_input(
+      *tyre_app, "bench", tyre.bench_paths,
+      "CSV with fz_n,kappa,alpha_rad,gamma_rad,vx_mps[,pressure_pa], fx_n and/or "
+      "fy_n, in the signs of the reference; several are one measurement. Or folders that "
+      "crgidentify forces wrote, with --axle")
       ->required();
   command::add_input(*tyre_app, "--reference", tyre.reference_path,
                      "Tyre property file: what is believed where the data say nothing, and all "
@@ -32,6 +34,8 @@ void add_tyre(CLI::App& app, crgidentify::TyreCommand& tyre, const Chosen& chose
   command::add_choice(*tyre_app, "--alpha", tyre.alpha,
                       "tan: tan(alpha) in all formulas; angle: alpha in the pure side force",
                       {"tan", "angle"});
+  command::add_choice(*tyre_app, "--axle", tyre.axle,
+                      "Whose tyres are fitted, from the forces of drives", {"front", "rear"});
   tyre_app->add_option("--starts", tyre.starts, "Starts of every stage")
       ->check(CLI::Range(1, 1000));
   tyre_app->add_option("--seed", tyre.seed, "Of the starts beside the reference");
@@ -163,7 +167,7 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
 CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     crgidentify::DriveCommand& drive,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
-                    const Chosen& chosen) {
+                    const Chosen& chosen, const char* out = "Setup sheet to write") {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--vehicle", drive.vehicle_path,
@@ -183,9 +187,9 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                       {"body", "road"});
   drive_app->add_option("--fuel-kg", drive.fuel_kg, "Fuel on board, where not recorded")
       ->check(CLI::Range(0.0, 1000.0));
-  command::add_output_file(*drive_app, drive.out_path, "Setup sheet to write");
+  command::add_output_file(*drive_app, drive.out_path, out);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
-                    " lap.csv --vehicle vehicle.yaml --track road.crg -o sheet.txt");
+                    " lap.csv --vehicle vehicle.yaml --track road.crg -o found.txt");
   drive_app->callback(
       [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
   return drive_app;
@@ -222,7 +226,24 @@ int main(int argc, char** argv) {
   add_drive(app, "suspension", "Finds springs and anti-roll bars from wheel loads and travels",
             suspension, crgidentify::suspension, chosen);
   crgidentify::DriveCommand brakes;
-  add_drive(app, "brakes", "Finds the brakes' torques from pressures and how the car slows down",
-            brakes, crgidentify::brakes, chosen);
+  CLI::App* const brakes_app =
+      add_drive(app, "brakes",
+                "Finds the brakes' torques, the pads' friction and the discs' heat from pressures, "
+                "temperatures and how the car slows down",
+                brakes, crgidentify::brakes, chosen);
+  command::add_output_file(*brakes_app, brakes.pad_map_path,
+                           "Map of the pads' friction to write, CSV for a vehicle file, where "
+                           "pressures and temperatures show one; the sheet then leaves it out",
+                           "--pad-map");
+  command::add_output_file(*brakes_app, brakes.plots_path,
+                           "Page to write, HTML: friction over temperature with its interval",
+                           "--plots");
+  crgidentify::DriveCommand engine;
+  command::add_output_file(
+      *add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
+                 crgidentify::engine, chosen,
+                 "YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go "
+                 "beside it"),
+      engine.plots_path, "Page to write, HTML: torque over speed with its interval", "--plots");
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/read_file.h"
+#include "base/statistics.h"
 #include "base/write_file.h"
 #include "commands.h"
 #include "tyre_report.h"
@@ -59,6 +61,46 @@ std::string another_stiffness(const identify::TyreFit& fit,
   return {};
 }
 
+/// The tables of forces in a folder, by name.
+std::vector<std::string> tables_in(const std::string& folder) {
+  std::vector<std::string> out;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().string().ends_with("_forces.csv")) out.push_back(entry.path().string());
+  std::sort(out.begin(), out.end());
+  if (out.empty())
+    throw base::Error(fmt::format(
+        "{}: no table *_forces.csv in it; wanted is a folder that crgidentify forces wrote",
+        folder));
+  return out;
+}
+
+/// Benches and drives; of drives the last quarter of each is kept back.
+identify::DriveTyres read_rows(const TyreCommand& command,
+                               const vehicle::TyreCoefficients& reference, TyreResult& result,
+                               identify::TyreSamples& samples) {
+  identify::DriveTyres drives;
+  for (const std::string& path : command.bench_paths) {
+    if (!std::filesystem::is_directory(path)) {
+      if (!command.axle.empty())
+        throw command::UsageError(path + ": --axle wants folders that crgidentify forces wrote");
+      const vehicle::Table table = vehicle::read_table(path);
+      result.rows_given += table.rows();
+      identify::add_tyre_samples(samples, table, path);
+      continue;
+    }
+    if (command.axle.empty())
+      throw command::UsageError(path + ": the forces of a drive want --axle front or rear");
+    for (const std::string& one : tables_in(path)) {
+      const vehicle::Table table = vehicle::read_table(one);
+      result.rows_given += 2 * table.rows();
+      identify::add_drive_tyres(drives, table, command.axle == "front" ? 0 : 1, reference.left_side,
+                                one);
+    }
+  }
+  if (!command.axle.empty()) samples = drives.fit;
+  return drives;
+}
+
 }  // namespace
 
 int tyre(const TyreCommand& command, Terminal& terminal) {
@@ -67,12 +109,7 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
   const vehicle::TyreFile reference = vehicle::parse_tyre(text, command.reference_path);
   identify::TyreSamples samples;
   TyreResult result;
-  for (const std::string& path : command.bench_paths) {
-    const vehicle::Table table = vehicle::read_table(path);
-    result.rows_given += table.rows();
-    identify::add_tyre_samples(samples, table, path);
-  }
-  result.rows_left_out = samples.left_out;
+  const identify::DriveTyres drives = read_rows(command, reference.coefficients, result, samples);
   if (samples.rows() == 0)
     throw base::Error(
         fmt::format("{}: none of the {} rows has every condition, a load above zero (fz_n is "
@@ -87,6 +124,11 @@ int tyre(const TyreCommand& command, Terminal& terminal) {
   terminal.start("fitting");
   result.fit = identify::fit_tyre(samples, reference.coefficients, options);
   terminal.start("judging");
+  if (drives.held_out.rows() > 0) {
+    result.held_fitted = held_out(result.fit.tyre, drives.held_out, options.alpha);
+    result.held_reference = held_out(reference.coefficients, drives.held_out, options.alpha);
+    result.tyre_k = base::median_or(0.0, drives.tyre_k);
+  }
   result.conditions = identify::tyre_conditions(result.fit, samples);
   result.faults = scan_tyre(result.fit.tyre, result.conditions.measured, result.fit.alpha);
   const bool ended = result.faults.empty() && end_at_the_measured(result);

@@ -89,6 +89,20 @@ std::string residual_text(const char* name, const identify::TyreResiduals& r) {
           : "");
 }
 
+/// The last quarters of the drives, which the fit did not see; empty of a bench.
+std::string held_text(const TyreResult& result) {
+  const identify::HeldOut &f = result.held_fitted, &r = result.held_reference;
+  if (f.rows == 0) return {};
+  return fmt::format(
+      "Kept back, the last quarter of every drive ({} rows): fx_n is missed by {:.1f} N, by the "
+      "reference by {:.1f} (of {:.0f}); fy_n by {:.1f} and {:.1f} (of {:.0f})\nTreads at {:.0f} K: "
+      "the tyre is that of these temperatures\nForces of drives are split between the wheels of an "
+      "axle by load and the tyre that they were estimated with: load and camber are told apart "
+      "less "
+      "than the intervals say\n",
+      f.rows, f.fx_left_n, r.fx_left_n, f.fx_n, f.fy_left_n, r.fy_left_n, f.fy_n, result.tyre_k);
+}
+
 std::string place(const vehicle::TyreInput<double>& in) {
   return fmt::format("load {:.0f} N, camber {:.1f} degrees, slip angle {:.1f} degrees, slip {:.3f}",
                      in.fz_n, in.gamma_rad / kDegree, std::atan(in.tan_alpha) / kDegree, in.kappa);
@@ -107,6 +121,7 @@ std::string tyre_text(const TyreResult& result) {
                : fmt::format("{} slip: not fitted, the reference's values stay: {}\n",
                              word(stage.kind), stage.why_not);
   out += residual_text("fx_n", fit.fx) + residual_text("fy_n", fit.fy);
+  out += held_text(result);
   out += fmt::format("{:8} {:>12} {:>12} {:>12}  {}\n", "", "value", "90 %: +-", "reference",
                      "from the data");
   for (const auto& c : fit.coefficients)
@@ -200,6 +215,15 @@ nlohmann::ordered_json tyre_json(const TyreResult& result) {
   out["faults"] = Json::array();
   for (const auto& f : result.faults)
     out["faults"].push_back({{"fz_n", f.fz_n}, {"gamma_rad", f.gamma_rad}, {"what", f.what}});
+  if (result.held_fitted.rows > 0) {
+    const auto held = [](const identify::HeldOut& h) {
+      return Json{{"fx_rms_n", h.fx_left_n}, {"fy_rms_n", h.fy_left_n}};
+    };
+    out["kept_back"] = {
+        {"rows", result.held_fitted.rows},          {"fx_n", result.held_fitted.fx_n},
+        {"fy_n", result.held_fitted.fy_n},          {"fitted", held(result.held_fitted)},
+        {"reference", held(result.held_reference)}, {"tread_k", result.tyre_k}};
+  }
   return out;
 }
 

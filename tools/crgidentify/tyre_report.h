@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "identify/drive_tyres.h"
 #include "identify/tyre_conditions.h"
 #include "identify/tyre_fit.h"
 #include "identify/tyre_scan.h"
@@ -16,6 +17,9 @@ struct TyreResult {
   identify::TyreConditions conditions;
   std::vector<identify::TyreFault> faults;  ///< within what was measured
   std::size_t rows_given = 0, rows_left_out = 0;
+  // Of drives; no rows: a bench.
+  identify::HeldOut held_fitted, held_reference;
+  double tyre_k = 0.0;  ///< median of the treads
 };
 
 std::string tyre_text(const TyreResult& result);

@@ -8,10 +8,8 @@
 #include <vector>
 
 #include "base/error.h"
+#include "brakes_rows.h"
 #include "identify/clustered_fit.h"
-#include "longitudinal.h"
-#include "vehicle/laws/brake_pads.h"
-#include "vehicle/laws/engine.h"
 
 namespace identify {
 namespace {
@@ -21,77 +19,9 @@ using P = vehicle::Parameter;
 using vehicle::Term;
 using Prior = std::array<double, vehicle::kParameterCount>;
 using Windows = std::vector<const DriveWindow*>;
-constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05;  // as in aero_fit.cpp
-constexpr double kEngineDragShare = 0.2;                     ///< standard deviation of it
+using Granted = BrakesGranted;
 constexpr std::array<double, 5> kBar{5.0, 20.0, 40.0, 60.0, 200.0};
 constexpr std::array<double, 4> kKelvin{250.0, 500.0, 700.0, 1500.0};
-
-bool brakes(const vehicle::Car<double>& car, const DriveWindow& w,
-            const BrakesFitOptions& options) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    if (!std::isfinite(w.brake_pa[i])) return false;
-    most = std::max(most, w.brake_pa[i]);
-    const double turns = w.wheel_radps[i] * car.static_radius_m[vehicle::axle_of(i)];
-    if (turns < options.least_roll * w.vx_mps)
-      return false;  // NaN: not recorded, not known to lock
-  }
-  const double left = std::isfinite(w.left_mps2) ? w.left_mps2 : w.yaw_rate_radps * w.vx_mps;
-  return most > options.least_pa && !(std::abs(left) > options.most_left_mps2) &&
-         !(w.throttle > 0.05) && (w.gear_recorded || gear_of(car, w).has_value());
-}
-
-/// Braking and shifting down go together: where the gear changed, that of the middle counts.
-int gear_while_braking(const vehicle::Car<double>& car, const DriveWindow& w) {
-  if (const auto gear = gear_of(car, w)) return *gear;
-  return std::isfinite(w.middle_gear) ? static_cast<int>(std::lround(w.middle_gear)) : 0;
-}
-
-/// Friction of the pads by the vehicle file; without a recorded temperature, that of the map's
-/// middle.
-double friction(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t wheel) {
-  const std::size_t a = vehicle::axle_of(wheel);
-  const vehicle::Map2& map = car.files->pad_friction;
-  const double constant = car.parameters.axle(a, P::front_brake_friction);
-  const double amount = car.terms[Term::brake_friction_temperature];
-  if (map.empty() || amount == 0.0) return constant;
-  const double kelvin =
-      std::isfinite(w.disc_k[wheel]) ? w.disc_k[wheel] : 0.5 * (map.y.front() + map.y.back());
-  return vehicle::laws::pad_friction(constant, amount, map, std::max(0.0, w.brake_pa[wheel]),
-                                     kelvin);
-}
-
-/// Force on the road of an axle's brakes by the vehicle file, N, positive.
-double stated_force(const vehicle::Car<double>& car, const DriveWindow& w, std::size_t axle,
-                    double mass_kg) {
-  double torque = 0.0;
-  for (std::size_t i = 2 * axle; i < 2 * axle + 2; ++i)
-    torque += vehicle::laws::brake_torque(friction(car, w, i), std::max(0.0, w.brake_pa[i]),
-                                          car.parameters.axle(axle, P::front_brake_area_m2),
-                                          car.parameters.axle(axle, P::front_brake_radius_m));
-  return torque / loaded_radius(car, w, axle, mass_kg);
-}
-
-/// What the fit takes for granted, moved to see what it does.
-struct Granted {
-  double mass_kg = 0.0, rolling = 1.0, engine = 1.0, drag = 1.0, offset_mps2 = 0.0;
-};
-
-double measured_force(const vehicle::Car<double>& car, const DriveWindow& w, bool by_speed,
-                      const Granted& g) {
-  const int gear = gear_while_braking(car, w);
-  const AlongForces f = along_forces(car, w, g.mass_kg, gear, by_speed);
-  double engine = 0.0;
-  if (gear > 0) {
-    const Gearing geared = gearing(car, w, gear, g.mass_kg, false);
-    engine = std::min(0.0, vehicle::laws::map_torque(car.parameters[P::engine_torque],
-                                                     car.files->engine_torque_nm,
-                                                     geared.engine_radps, 0.0)) *
-             geared.per_torque_1pm;
-  }
-  return g.engine * engine - f.inertia_n - g.mass_kg * g.offset_mps2 - g.rolling * f.rolling_n -
-         g.drag * car.parameters[P::aero_drag_area_m2] * f.drag_m2_n;
-}
 
 /// One factor of each axle, or one of both.
 ClusteredFit solve(const vehicle::Car<double>& car, const Windows& windows, bool apart,
@@ -104,7 +34,7 @@ ClusteredFit solve(const vehicle::Car<double>& car, const Windows& windows, bool
                  rear = stated_force(car, *w, 1, granted.mass_kg);
     e.columns[0].push_back(apart ? front : front + rear);
     if (apart) e.columns[1].push_back(rear);
-    e.wanted.push_back(measured_force(car, *w, by_speed, granted));
+    e.wanted.push_back(braking_force(car, *w, by_speed, granted));
     block.push_back(w->block);
   }
   return clustered_fit({e}, block);
@@ -205,7 +135,7 @@ DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const D
       weighed ? options.mass_sd_kg : sd_share(P::chassis_mass_kg) * p[P::chassis_mass_kg];
   Windows windows;
   for (const DriveWindow& w : drive.windows)
-    if (brakes(car, w, options)) windows.push_back(&w);
+    if (brakes_count(car, w, options)) windows.push_back(&w);
   DriveFit out;
   out.windows = windows.size();
   out.blocks = blocks_of(windows);
@@ -218,16 +148,10 @@ DriveFit fit_brakes(const vehicle::Car<double>& car, const Prior& prior, const D
       out.found.push_back({name, "1", 0, 0, 0, 0, 1.0, why});
     return out;
   }
-  const Granted is{mass_kg, 1.0, 1.0, 1.0, 0.0};
-  Base base{car,
-            !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
-            is,
-            {5, is}};
-  base.moved[0].mass_kg += mass_sd_kg;
-  base.moved[1].rolling += kRollingShare;
-  base.moved[2].engine += kEngineDragShare;
-  base.moved[3].drag += sd_share(P::aero_drag_area_m2);
-  base.moved[4].offset_mps2 = kOffset_mps2;
+  const Base base{car,
+                  !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels),
+                  Granted{mass_kg, 1.0, 1.0, 1.0, 0.0},
+                  brakes_granted(mass_kg, mass_sd_kg, sd_share(P::aero_drag_area_m2))};
   out.found = {factor(base, "torque", windows, false, 0, options.most_share),
                factor(base, "front_torque", windows, true, 0, options.most_share),
                factor(base, "rear_torque", windows, true, 1, options.most_share)};

@@ -56,6 +56,20 @@ Columns columns_of(const vehicle::Table& table) {
 
 double at(Column column, std::size_t row) { return column == nullptr ? kNaN : (*column)[row]; }
 
+/// Whether a vertical acceleration says what presses a car on the road: there in half of the rows,
+/// with gravity in it.
+bool tells_weight(Column az, double gravity_mps2) {
+  if (az == nullptr) return false;
+  double sum = 0.0;
+  std::size_t rows = 0;
+  for (const double v : *az) {
+    if (!std::isfinite(v)) continue;
+    sum += v;
+    ++rows;
+  }
+  return 2 * rows > az->size() && sum > 0.5 * gravity_mps2 * static_cast<double>(rows);
+}
+
 /// Slopes of the plane through the road under the four wheels, along the car and to its left.
 struct Slopes {
   double along = kNaN, left = kNaN;
@@ -206,6 +220,7 @@ class Cutter {
       need(c_.yaw != nullptr, "yaw_rad");
       slopes_ = road_slopes(car, *road, c_, recording.table.rows());
     }
+    if (!tells_weight(c_.az, car.parameters[P::environment_gravity_mps2])) c_.az = nullptr;
     out_.normal = road != nullptr    ? NormalFrom::kRoad
                   : c_.az != nullptr ? NormalFrom::kMeasured
                                      : NormalFrom::kPlane;
@@ -305,6 +320,8 @@ class Cutter {
       out_.short_of_rows += rows;
       return;
     }
+    w.begin_row = begin;
+    w.end_row = end;
     w.time_s = 0.5 * (at(c_.time, begin) + at(c_.time, end - 1));
     w.x_m = at(c_.x, (begin + end) / 2);
     w.y_m = at(c_.y, (begin + end) / 2);
@@ -349,7 +366,7 @@ class Cutter {
 
   const vehicle::Car<double>& car_;
   const DriveWindowsOptions& options_;
-  const Columns c_;
+  Columns c_;
   const vehicle::Recording& recording_;
   std::vector<Slopes> slopes_;
   std::map<std::pair<long, long>, std::size_t> blocks_;
@@ -375,7 +392,8 @@ std::string normal_words(const DriveWindows& drive, bool body_axes) {
     case NormalFrom::kPlane:
       break;
   }
-  return "the road is taken as a level plane: no --track, no az_mps2; banks, grades, dips and "
+  return "the road is taken as a level plane: no --track, no az_mps2 with gravity in it; banks, "
+         "grades, dips and "
          "crests stand in the results";
 }
 

@@ -229,8 +229,6 @@ DriveFit fit_suspension(const vehicle::Car<double>& car,
   out.remarks.emplace_back(
       "what braking, driving and cornering press through the links is found beside the springs, "
       "from the same loads");
-  out.remarks.emplace_back(
-      "not observable: dampers: half seconds at rest in their mean say nothing of rates");
   out.remarks.emplace_back("rates are at the wheel; gains of load cells and travels are in them");
   return out;
 }

@@ -38,6 +38,12 @@ struct Solved {
   double cost = INFINITY;
 };
 
+/// The noise of one row.
+Noise noise_of(const TyreSamples& rows, std::size_t i, const Noise& noise) {
+  if (rows.fx_more.empty()) return noise;
+  return {noise.fx_n * rows.fx_more[i], noise.fy_n * rows.fy_more[i]};
+}
+
 Solved solve(const Work& work, const Unknowns& unknowns, const TyreSamples& rows,
              const Noise& noise, std::vector<double> p, int rounds) {
   // Rows share one loss.
@@ -46,9 +52,9 @@ Solved solve(const Work& work, const Unknowns& unknowns, const TyreSamples& rows
   owned.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(owned);
   for (std::size_t i = 0; i < rows.rows(); ++i)
-    problem.AddResidualBlock(
-        new RowCost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i], noise, work.law),
-        &loss, p.data());
+    problem.AddResidualBlock(new RowCost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i],
+                                         noise_of(rows, i, noise), work.law),
+                             &loss, p.data());
   for (const auto& guard : work.guards)
     problem.AddResidualBlock(new GuardCost(unknowns, work.reference, guard), nullptr, p.data());
   problem.AddResidualBlock(new PriorCost(unknowns.size()), nullptr, p.data());
@@ -103,6 +109,9 @@ TyreSamples rows_of(const TyreSamples& all, SlipKind kind) {
     out.conditions.push_back(c);
     out.fx_n.push_back(fx);
     out.fy_n.push_back(fy);
+    if (all.fx_more.empty()) continue;
+    out.fx_more.push_back(all.fx_more[i]);
+    out.fy_more.push_back(all.fy_more[i]);
   }
   return out;
 }
@@ -222,7 +231,7 @@ Eigen::MatrixXd covariance_of(const Work& work, const Unknowns& unknowns, const 
   std::vector<double> slopes(2 * unknowns.size());
   for (std::size_t i = 0; i < rows.rows(); ++i) {
     const RowCost cost(unknowns, rows.conditions[i], rows.fx_n[i], rows.fy_n[i],
-                       {fit.fx.noise_n, fit.fy.noise_n}, work.law);
+                       noise_of(rows, i, {fit.fx.noise_n, fit.fy.noise_n}), work.law);
     double values[2] = {0.0, 0.0};
     const double* parameters[] = {p.data()};
     double* jacobians[] = {slopes.data()};

@@ -62,6 +62,9 @@ TyreSamples thinned(const TyreSamples& samples, std::size_t most) {
     out.conditions.push_back(samples.conditions[i]);
     out.fx_n.push_back(samples.fx_n[i]);
     out.fy_n.push_back(samples.fy_n[i]);
+    if (samples.fx_more.empty()) continue;
+    out.fx_more.push_back(samples.fx_more[i]);
+    out.fy_more.push_back(samples.fy_more[i]);
   }
   return out;
 }

@@ -35,6 +35,7 @@ struct DriveWindow {
   bool gear_recorded = false;
   double middle_gear = kNaN;  ///< of its middle row
   std::size_t block = 0;      ///< windows at one place of the road, or near in time
+  std::size_t begin_row = 0, end_row = 0;  ///< of the recording, end excluded
 };
 
 /// Where the acceleration away from the road comes from.

@@ -13,8 +13,9 @@ namespace identify {
 /// Rows of a tyre bench in the axes and signs of the tyre's file (vehicle/magic_formula.h).
 struct TyreSamples {
   std::vector<vehicle::TyreInput<double>> conditions;
-  std::vector<double> fx_n, fy_n;  ///< of each condition; NaN: not measured
-  std::size_t left_out = 0;        ///< rows of the tables without a load, a condition or a force
+  std::vector<double> fx_n, fy_n;        ///< of each condition; NaN: not measured
+  std::vector<double> fx_more, fy_more;  ///< how much noisier than the others; empty: as noisy
+  std::size_t left_out = 0;  ///< rows of the tables without a load, a condition or a force
 
   std::size_t rows() const { return conditions.size(); }
 };

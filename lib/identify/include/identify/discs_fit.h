@@ -1,0 +1,34 @@
+// Heat capacities and conductances of brake discs from pressures, speeds and temperatures.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "identify/drive_fit.h"
+#include "vehicle/car.h"
+#include "vehicle/recording.h"
+
+namespace identify {
+
+struct DiscsFitOptions {
+  std::array<double, 2> torque{1.0, 1.0};  ///< of each axle's brakes over the car's
+  double torque_sd = 0.0;                  ///< share; heat is as wrong as it
+  double every_s = 0.2;                    ///< temperatures are compared so often
+  double least_s = 150.0;                  ///< of one stretch without a gap
+  double least_rise_k = 60.0;              ///< temperatures must vary by so much
+  double most_share = 0.25;  ///< a number whose 90 % interval is wider either way is unseen
+};
+
+/// The two nodes of laws/disc_heat.h, heated by pressure times the car's pad friction times speed,
+/// run through the longest stretch of the recording and are held against the recorded
+/// temperatures of the surfaces. Found of front and rear: disc_surface_capacity_jpk,
+/// disc_core_capacity_jpk, disc_conductance_wpk, disc_area_m2 (as a measure of all cooling).
+/// Nothing is thrown: what is missing is said in `unseen`.
+DriveFit fit_discs(const vehicle::Car<double>& car,
+                   const std::array<double, vehicle::kParameterCount>& prior,
+                   const vehicle::Recording& recording, const DiscsFitOptions& options = {});
+
+/// Lines of a setup sheet; a remark where nothing was found.
+std::string discs_sheet(const DriveFit& fit);
+
+}  // namespace identify

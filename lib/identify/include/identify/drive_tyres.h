@@ -1,0 +1,36 @@
+// Rows of a tyre bench out of the forces of a drive.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "identify/tyre_samples.h"
+#include "vehicle/table.h"
+
+namespace identify {
+
+/// The samples of one axle's tyres: to fit, and the last quarter of every drive to judge by.
+struct DriveTyres {
+  TyreSamples fit, held_out;
+  std::vector<double> tyre_k;  ///< temperatures of all rows
+};
+
+/// Appends both wheels of an axle (0 front, 1 rear) of a table that forces_table made, `name`
+/// standing for it. Forces of the wheel on the other side than the file's are mirrored. Rows count
+/// less, the larger the standard deviations of their forces are beside the median one. Rows with
+/// less than `least_load_n`, without forces, or at the outer hundredths of camber and load (kerbs,
+/// which would stretch what counts as measured) are counted and left out. Throws base::Error where
+/// columns are missing.
+void add_drive_tyres(DriveTyres& out, const vehicle::Table& forces, std::size_t axle,
+                     bool left_side, const std::string& name, double least_load_n = 200.0);
+
+/// Forces of a tyre against samples: root mean square of what is left, and of the forces.
+struct HeldOut {
+  std::size_t rows = 0;
+  double fx_left_n = 0.0, fy_left_n = 0.0, fx_n = 0.0, fy_n = 0.0;
+};
+HeldOut held_out(const vehicle::TyreCoefficients& tyre, const TyreSamples& samples,
+                 vehicle::AlphaConvention alpha);
+
+}  // namespace identify

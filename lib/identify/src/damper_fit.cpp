@@ -1,0 +1,332 @@
+#include "identify/damper_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "base/statistics.h"
+#include "identify/clustered_fit.h"
+#include "vehicle/laws/suspension.h"
+
+namespace identify {
+namespace {
+
+using vehicle::kWheels;
+using P = vehicle::Parameter;
+using vehicle::Term;
+using Column = const std::vector<double>*;
+constexpr std::array<const char*, 4> kWheelNames{"fl", "fr", "rl", "rr"};
+constexpr double kFromStop_m = 0.002, kStraight = 2.0, kBlock_m = 100.0, kBlock_s = 10.0;
+constexpr std::size_t kBump = 9, kRebound = 10, kColumns = 11;
+
+struct Columns {
+  Column time, x, y, vx, ax, ay, az;
+  std::array<Column, kWheels> load, travel;
+};
+
+Columns columns_of(const vehicle::Table& table) {
+  Columns c{table.find("time_s"),
+            table.find("x_m"),
+            table.find("y_m"),
+            table.find("vx_mps"),
+            table.find("ax_mps2"),
+            table.find("ay_mps2"),
+            table.find("az_mps2"),
+            {},
+            {}};
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    c.load[i] = table.find(fmt::format("fz_{}_n", kWheelNames[i]));
+    c.travel[i] = table.find(fmt::format("suspension_{}_m", kWheelNames[i]));
+  }
+  return c;
+}
+
+std::string why_not(const Columns& c) {
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    if (c.load[i] == nullptr) return "no loads of all wheels (fz_fl_n ...)";
+    if (c.travel[i] == nullptr) return "no travels of all wheels (suspension_fl_m ...)";
+  }
+  if (c.vx == nullptr || c.ax == nullptr || c.ay == nullptr)
+    return "no vx_mps, ax_mps2 and ay_mps2";
+  return {};
+}
+
+/// Mean and slope of a channel over rows.
+struct Piece {
+  double mean = 0.0, slope = 0.0;
+  double curve = 0.0;  ///< second derivative
+  double off = 0.0;    ///< from the parabola, root mean square with its freedom
+};
+
+Piece piece_of(const std::vector<double>& time_s, const std::vector<double>& value,
+               std::size_t begin, std::size_t end) {
+  const auto n = static_cast<double>(end - begin);
+  double t = 0.0, v = 0.0, tt = 0.0, tv = 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const double at_s = time_s[k] - time_s[begin];
+    t += at_s / n;
+    v += value[k] / n;
+    tt += at_s * at_s;
+    tv += at_s * value[k];
+  }
+  Piece out{v, (tv - n * t * v) / (tt - n * t * t), 0.0, 0.0};
+  const double middle = (tt - n * t * t) / n;  // of the squared times about their mean
+  double up = 0.0, down = 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const double at_s = time_s[k] - time_s[begin] - t, square = at_s * at_s - middle;
+    up += square * value[k];
+    down += square * square;
+  }
+  out.curve = down > 0.0 ? 2.0 * up / down : 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const double at_s = time_s[k] - time_s[begin] - t;
+    out.off +=
+        std::pow(value[k] - v - out.slope * at_s - 0.5 * out.curve * (at_s * at_s - middle), 2.0);
+  }
+  out.off = std::sqrt(out.off / std::max(1.0, n - 3.0));
+  return out;
+}
+
+/// White noise of a channel: third differences hardly see what is smooth over four rows. Half of
+/// them say, so that kerbs do not.
+double noise_of(const std::vector<double>& value) {
+  std::vector<double> size;
+  for (std::size_t k = 3; k < value.size(); ++k) {
+    const double d = value[k] - 3.0 * value[k - 1] + 3.0 * value[k - 2] - value[k - 3];
+    if (std::isfinite(d)) size.push_back(std::abs(d));
+  }
+  return size.empty() ? 0.0 : 1.4826 * base::median(size) / std::sqrt(20.0);
+}
+
+/// The damper of the vehicle file at a rate, N, and whether it is a map.
+double stated_n(const vehicle::Car<double>& car, std::size_t axle, double rate_mps) {
+  const vehicle::Map1& map = car.files->damper_n[axle];
+  return map.empty() ? vehicle::laws::damper_force(car.parameters, axle, rate_mps)
+                     : vehicle::evaluate(map, rate_mps);
+}
+
+/// What one axle's wheels say.
+struct Collected {
+  Equation equation;
+  std::vector<std::size_t> block;
+  std::vector<double> rate_mps;
+};
+
+class Collector {
+ public:
+  Collector(const vehicle::Car<double>& car, const vehicle::Recording& recording, const Columns& c,
+            const DamperFitOptions& options)
+      : car_(car), recording_(recording), c_(c), options_(options) {
+    for (Collected& axle : out_) axle.equation.columns.resize(kColumns);
+    for (std::size_t i = 0; i < kWheels; ++i) noise_m_[i] = noise_of(*c.travel[i]);
+  }
+
+  std::array<Collected, 2> collect() {
+    const auto length = std::max<std::size_t>(
+        4, static_cast<std::size_t>(std::lround(options_.seconds / recording_.step_s)));
+    for (const vehicle::Stretch& s : recording_.stretches)
+      for (std::size_t begin = s.begin; begin + length <= s.end; begin += length)
+        add(begin, begin + length);
+    return std::move(out_);
+  }
+
+ private:
+  bool whole(std::size_t begin, std::size_t end) const {
+    for (std::size_t k = begin; k < end; ++k) {
+      double all = (*c_.ax)[k] + (*c_.ay)[k];
+      for (std::size_t i = 0; i < kWheels; ++i) all += (*c_.load[i])[k] + (*c_.travel[i])[k];
+      if (!std::isfinite(all) || !((*c_.vx)[k] >= options_.least_mps)) return false;
+    }
+    return true;
+  }
+
+  void add(std::size_t begin, std::size_t end) {
+    if (!whole(begin, end)) return;
+    const auto piece = [&](Column c) { return piece_of(*c_.time, *c, begin, end); };
+    std::array<Piece, kWheels> load, travel;
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      load[i] = piece(c_.load[i]);
+      travel[i] = piece(c_.travel[i]);
+      const auto into =
+          vehicle::laws::stop_compression(car_.parameters, vehicle::axle_of(i), travel[i].mean);
+      if (car_.terms[Term::bump_stop] > 0.0 &&
+          (into.bump_m > -kFromStop_m || into.droop_m > -kFromStop_m))
+        return;
+      if (load[i].mean < 100.0) return;  // in the air
+    }
+    const double ax = piece(c_.ax).mean, ay = piece(c_.ay).mean, vx = piece(c_.vx).mean;
+    const double up = c_.az != nullptr ? piece(c_.az).mean : 0.0;
+    const std::size_t block = block_of((begin + end) / 2);
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      const std::size_t a = vehicle::axle_of(i), other = i ^ 1u;
+      const double side = i % 2 == 0 ? 1.0 : -1.0, rate = travel[i].slope;
+      if (travel[i].off > kStraight * noise_m_[i]) continue;  // no one rate: a kerb
+      Collected& out = out_[a];
+      const std::array<double, kColumns> row{
+          travel[i].mean,
+          travel[other].mean,
+          i % 2 == 0 ? 1.0 : 0.0,
+          i % 2 == 0 ? 0.0 : 1.0,
+          side * ay,
+          side * ay * load[i].mean / (load[i].mean + load[other].mean),
+          std::max(0.0, ax),
+          std::min(0.0, ax),
+          std::isfinite(up) && c_.az != nullptr ? up : 1e-3 * vx * vx,
+          rate > 0.0 ? stated_n(car_, a, rate) : 0.0,
+          rate > 0.0 ? 0.0 : stated_n(car_, a, rate)};
+      for (std::size_t k = 0; k < kColumns; ++k) out.equation.columns[k].push_back(row[k]);
+      out.equation.wanted.push_back(
+          load[i].mean - car_.parameters.axle(a, P::front_unsprung_mass_kg) * travel[i].curve);
+      out.block.push_back(block);
+      out.rate_mps.push_back(rate);
+    }
+  }
+
+  std::size_t block_of(std::size_t row) {
+    const bool placed =
+        c_.x != nullptr && c_.y != nullptr && std::isfinite((*c_.x)[row] + (*c_.y)[row]);
+    const std::pair<long, long> cell =
+        placed
+            ? std::pair{std::lround((*c_.x)[row] / kBlock_m), std::lround((*c_.y)[row] / kBlock_m)}
+            : std::pair{std::lround(((*c_.time)[row] - c_.time->front()) / kBlock_s), -1L};
+    return blocks_.emplace(cell, blocks_.size()).first->second;
+  }
+
+  const vehicle::Car<double>& car_;
+  const vehicle::Recording& recording_;
+  const Columns& c_;
+  const DamperFitOptions& options_;
+  std::map<std::pair<long, long>, std::size_t> blocks_;
+  std::array<double, kWheels> noise_m_{};
+  std::array<Collected, 2> out_;
+};
+
+/// Which share of the rates' variance is true, the rest being noise of the travels.
+double true_share(const Collected& axle, const Columns& c, std::size_t a, double step_s,
+                  double seconds) {
+  const double n = std::max(4.0, std::round(seconds / step_s));
+  const double spread = step_s * step_s * n * (n * n - 1.0) / 12.0;
+  const double noise = std::hypot(noise_of(*c.travel[2 * a]), noise_of(*c.travel[2 * a + 1]));
+  double square = 0.0;
+  for (const double rate : axle.rate_mps) square += rate * rate;
+  square /= static_cast<double>(axle.rate_mps.size());
+  return 1.0 - 0.5 * noise * noise / spread / square;
+}
+
+void find_axle(const vehicle::Car<double>& car, const Collected& axle, std::size_t a, double share,
+               const DamperFitOptions& options, DriveFit& out) {
+  const bool by_map = !car.files->damper_n[a].empty();
+  const std::string name = a == 0 ? "front" : "rear";
+  const double spread = base::quantile(axle.rate_mps, 0.95) - base::quantile(axle.rate_mps, 0.05);
+  std::string why;
+  if (share < 0.7)
+    why = fmt::format("{:.0f} % of the travels' rates are noise", 100.0 * (1.0 - share));
+  else if (spread < 0.02)
+    why = fmt::format("travels' rates vary by {:.0f} mm/s, wanted 20", 1e3 * spread);
+  ClusteredFit fit;
+  if (why.empty()) {
+    try {
+      fit = clustered_fit({axle.equation}, axle.block);
+    } catch (const base::Error& error) {
+      why = error.what();
+    }
+  }
+  for (const bool bump : {true, false}) {
+    const std::string what = bump ? "bump" : "rebound";
+    const double stated = by_map ? 1.0
+                                 : car.parameters.axle(a, bump ? P::front_bump_damping_nspm
+                                                               : P::front_rebound_damping_nspm);
+    Found f{by_map ? fmt::format("{}_{}_damper", name, what)
+                   : fmt::format("{}_{}_damping_nspm", name, what),
+            by_map ? "1" : "N s/m",
+            0,
+            0,
+            0,
+            0,
+            stated,
+            why};
+    if (why.empty()) {
+      const std::size_t k = bump ? kBump : kRebound;
+      f.value = fit.value[k] / share * stated;
+      f.sd_drive = fit.sd(k) / share * stated;
+      const double model = f.value * std::hypot(options.model_share, 0.3 * (1.0 - share));
+      f.sd = std::hypot(f.sd_drive, model);
+      f.within = std::hypot(
+          t90(static_cast<double>(fit.blocks) - static_cast<double>(kColumns)) * f.sd_drive,
+          1.645 * model);
+      if (!(f.within < options.most_share * std::abs(f.value)))
+        f.unseen = fmt::format(
+            "its 90 % interval would be {:.3g} either way; rates vary by {:.0f} "
+            "mm/s",
+            f.within, 1e3 * spread);
+      else if (!(f.value > 0.0))
+        out.doubts.push_back(fmt::format(
+            "the {} dampers push along with the {} travel: sign of the travels, or clocks of loads "
+            "and travels that differ?",
+            name, what));
+    }
+    out.found.push_back(std::move(f));
+  }
+  if (why.empty())
+    out.remarks.push_back(fmt::format(
+        "{} dampers: {:.0f} % of the variance of the travels' rates is noise, taken out", name,
+        100.0 * (1.0 - share)));
+}
+
+}  // namespace
+
+DriveFit fit_dampers(const vehicle::Car<double>& car, const vehicle::Recording& recording,
+                     const DamperFitOptions& options) {
+  DriveFit out;
+  const Columns c = columns_of(recording.table);
+  std::string why = why_not(c);
+  if (why.empty() && 4.0 * recording.step_s > 1.02 * options.seconds)
+    why = fmt::format("a row every {:.0f} ms, wanted {:.0f} at most", 1e3 * recording.step_s,
+                      250.0 * options.seconds);
+  std::array<Collected, 2> axles;
+  if (why.empty()) axles = Collector(car, recording, c, options).collect();
+  for (std::size_t a = 0; a < 2; ++a) {
+    if (why.empty() && axles[a].block.size() < 100)
+      why = fmt::format("{} pieces of {:.2g} s clear of the stops, wanted 100",
+                        axles[a].block.size(), options.seconds);
+    if (!why.empty()) {
+      const std::string name = a == 0 ? "front" : "rear";
+      out.found.push_back({name + "_bump_damping_nspm", "N s/m", 0, 0, 0, 0,
+                           car.parameters.axle(a, P::front_bump_damping_nspm), why});
+      out.found.push_back({name + "_rebound_damping_nspm", "N s/m", 0, 0, 0, 0,
+                           car.parameters.axle(a, P::front_rebound_damping_nspm), why});
+      continue;
+    }
+    find_axle(car, axles[a], a, true_share(axles[a], c, a, recording.step_s, options.seconds),
+              options, out);
+  }
+  if (why.empty())
+    out.remarks.push_back(fmt::format(
+        "dampers have the shape of the vehicle file (its knee and fast share, or its map); of "
+        "{:.1f} "
+        "Hz and more nothing is seen; {:.0f} % of a rate are counted for what that leaves out",
+        0.5 / options.seconds, 100.0 * options.model_share));
+  return out;
+}
+
+std::string dampers_sheet(const DriveFit& fit) {
+  std::string out;
+  for (const Found& f : fit.found) {
+    std::string key = f.name;
+    key[key.find('_')] = '.';
+    if (!f.unseen.empty())
+      out += fmt::format("# {} not observable: {}\n", key, f.unseen);
+    else if (f.unit == "1")
+      out += fmt::format("# {}: {:.4g} times the vehicle file's map\n", key, f.value);
+    else
+      out += fmt::format("{} = {:.6g}\n", key, f.value);
+  }
+  return out;
+}
+
+}  // namespace identify

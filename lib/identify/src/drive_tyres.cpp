@@ -1,0 +1,115 @@
+#include "identify/drive_tyres.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/statistics.h"
+
+namespace identify {
+namespace {
+
+constexpr double kHeldFrom = 0.75;  ///< share of a drive after which rows judge
+constexpr double kMostMore = 20.0;  ///< a row cannot be noisier than that
+constexpr double kEnds = 0.01;      ///< share of cambers and loads at either end that kerbs make
+
+/// How much larger each number is than the median one, 1 at least.
+std::vector<double> more_than_median(const std::vector<double>& sd) {
+  std::vector<double> finite;
+  for (const double v : sd)
+    if (std::isfinite(v) && v > 0.0) finite.push_back(v);
+  const double middle = base::median_or(1.0, finite);
+  std::vector<double> out;
+  for (const double v : sd)
+    out.push_back(std::isfinite(v) ? std::clamp(v / middle, 1.0, kMostMore) : kMostMore);
+  return out;
+}
+
+/// Cambers and loads of nearly all rows of two wheels.
+struct Usual {
+  double camber_low_rad = 0.0, camber_high_rad = 0.0, load_high_n = 0.0;
+};
+
+Usual usual(const std::array<const std::vector<double>*, 2>& camber,
+            const std::array<const std::vector<double>*, 2>& load, double left_sign) {
+  std::vector<double> cambers, loads;
+  for (std::size_t w = 0; w < 2; ++w)
+    for (std::size_t k = 0; k < load[w]->size(); ++k) {
+      const double c = (*camber[w])[k], f = (*load[w])[k];
+      if (!std::isfinite(c + f)) continue;
+      cambers.push_back((w == 0 ? left_sign : -left_sign) * c);
+      loads.push_back(f);
+    }
+  if (cambers.empty()) return {};
+  return {base::quantile(cambers, kEnds), base::quantile(cambers, 1.0 - kEnds),
+          base::quantile(loads, 1.0 - kEnds)};
+}
+
+}  // namespace
+
+void add_drive_tyres(DriveTyres& out, const vehicle::Table& forces, std::size_t axle,
+                     bool left_side, const std::string& name, double least_load_n) {
+  const auto column = [&](const std::string& wanted) -> const std::vector<double>& {
+    if (const auto* found = forces.find(wanted)) return *found;
+    throw base::Error(fmt::format(
+        "{}: no column '{}'; wanted is a table that crgidentify forces wrote", name, wanted));
+  };
+  const std::vector<double>& time_s = column("time_s");
+  if (time_s.empty()) return;
+  const double from_s = time_s.front() + kHeldFrom * (time_s.back() - time_s.front());
+  const std::string end = axle == 0 ? "f" : "r";
+  const Usual rows =
+      usual({&column("camber_" + end + "l_rad"), &column("camber_" + end + "r_rad")},
+            {&column("fz_" + end + "l_n"), &column("fz_" + end + "r_n")}, left_side ? 1.0 : -1.0);
+  for (const bool left : {true, false}) {
+    const std::string wheel = end + (left ? "l" : "r");
+    const double side = left == left_side ? 1.0 : -1.0;
+    const auto &fx = column("fx_" + wheel + "_n"), &fy = column("fy_" + wheel + "_n"),
+               &fz = column("fz_" + wheel + "_n"), &kappa = column("kappa_" + wheel),
+               &alpha = column("alpha_" + wheel + "_rad"),
+               &camber = column("camber_" + wheel + "_rad"),
+               &vx = column("wheel_vx_" + wheel + "_mps"), &kelvin = column("tyre_" + wheel + "_k");
+    const auto fx_more = more_than_median(column("fx_" + wheel + "_sd_n")),
+               fy_more = more_than_median(column("fy_" + wheel + "_sd_n"));
+    for (std::size_t k = 0; k < time_s.size(); ++k) {
+      TyreSamples& to = time_s[k] < from_s ? out.fit : out.held_out;
+      const double all = fx[k] + fy[k] + kappa[k] + alpha[k] + camber[k] + vx[k];
+      const double leans = side * camber[k];
+      const bool kerb =
+          leans < rows.camber_low_rad || leans > rows.camber_high_rad || fz[k] > rows.load_high_n;
+      if (kerb || !(fz[k] >= least_load_n) || !std::isfinite(all) || std::abs(alpha[k]) > 1.5) {
+        ++to.left_out;
+        continue;
+      }
+      to.conditions.push_back({fz[k], kappa[k], side * std::tan(alpha[k]), leans, vx[k], 0.0});
+      to.fx_n.push_back(fx[k]);
+      to.fy_n.push_back(side * fy[k]);
+      to.fx_more.push_back(fx_more[k]);
+      to.fy_more.push_back(fy_more[k]);
+      if (std::isfinite(kelvin[k])) out.tyre_k.push_back(kelvin[k]);
+    }
+  }
+}
+
+HeldOut held_out(const vehicle::TyreCoefficients& tyre, const TyreSamples& samples,
+                 vehicle::AlphaConvention alpha) {
+  HeldOut out;
+  out.rows = samples.rows();
+  if (out.rows == 0) return out;
+  for (std::size_t i = 0; i < samples.rows(); ++i) {
+    const auto f =
+        vehicle::tyre_forces(tyre, samples.conditions[i], {}, {.alpha = alpha, .moments = false});
+    out.fx_left_n += std::pow(f.fx_n - samples.fx_n[i], 2.0);
+    out.fy_left_n += std::pow(f.fy_n - samples.fy_n[i], 2.0);
+    out.fx_n += std::pow(samples.fx_n[i], 2.0);
+    out.fy_n += std::pow(samples.fy_n[i], 2.0);
+  }
+  for (double* v : {&out.fx_left_n, &out.fy_left_n, &out.fx_n, &out.fy_n})
+    *v = std::sqrt(*v / static_cast<double>(out.rows));
+  return out;
+}
+
+}  // namespace identify

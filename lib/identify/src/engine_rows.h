@@ -1,0 +1,56 @@
+// The windows of a drive in which an engine shows its torque, and what they say of it.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstddef>
+#include <vector>
+
+#include "identify/drive_windows.h"
+#include "identify/engine_fit.h"
+
+namespace identify {
+
+/// One row of a recording as the engine saw it.
+struct EngineRow {
+  double engine_radps = 0.0, throttle = 0.0, boost = 0.0;
+};
+
+/// A window that counts.
+struct EngineWindow {
+  const DriveWindow* window = nullptr;
+  int gear = 0;
+  double engine_radps2 = 0.0;   ///< acceleration of the crankshaft
+  double rear_radps2 = 0.0;     ///< and of the driven wheels
+  double steer_rad = 0.0;       ///< mean angle of the road wheels
+  std::vector<EngineRow> rows;  ///< by the boost that the vehicle file's law gives
+};
+
+/// What the drive offers, and why windows do not count.
+struct EngineWindows {
+  std::vector<EngineWindow> windows;
+  bool engine_speed = false;  ///< recorded; else by the driven wheels, or by the car's speed
+  bool wheel_speed = false;
+  bool pressures = false;  ///< of the brakes were recorded
+  std::size_t braked = 0, turning = 0, gear_unknown = 0, out_of_step = 0, limited = 0;
+};
+
+/// Throws base::Error without throttle.
+EngineWindows engine_windows(const vehicle::Car<double>& car, const DriveWindows& drive,
+                             const vehicle::Recording& recording, const EngineFitOptions& options);
+
+/// What the fit takes for granted beside the car, moved to see what it does.
+struct EngineGranted {
+  double mass_kg = 0.0, rolling = 1.0, offset_mps2 = 0.0, side = 1.0;
+};
+
+/// rows * deviations = wanted, N: the first unknowns are the torques of the map's places less
+/// `torque_nm`, the last six the factors of the gears less 1.
+struct EngineEquations {
+  Eigen::MatrixXd rows;
+  Eigen::VectorXd wanted;
+};
+EngineEquations engine_equations(const vehicle::Car<double>& car, const EngineWindows& windows,
+                                 const vehicle::Map2& torque_nm, bool by_speed,
+                                 const EngineGranted& granted);
+
+}  // namespace identify

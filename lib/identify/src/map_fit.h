@@ -1,0 +1,48 @@
+// A map over two axes, and a few numbers beside it, from rows that each feel many of its places.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace identify {
+
+/// Weights of a map's places at (x, y), by the straight lines of vehicle::evaluate: up to four.
+/// Places are counted as in vehicle::Map2. Axes of at least two places.
+std::vector<std::pair<std::size_t, double>> map_weights(const std::vector<double>& x_axis,
+                                                        const std::vector<double>& y_axis, double x,
+                                                        double y);
+
+/// How far a map may be from the one stated: all of it together, and each place with its
+/// neighbours.
+struct MapPrior {
+  double level = 0.3;  ///< standard deviation of what all places share, in units of `size`
+  double shape = 0.1;  ///< of each place beside that
+  double reach_x = 0.2, reach_y = 0.3;  ///< over which places go together, shares of the axes
+};
+
+/// Covariance of the places' deviations; `size[place]` is the unit of each. Squared exponential in
+/// both axes (C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning, 2006).
+Eigen::MatrixXd map_covariance(const std::vector<double>& x_axis, const std::vector<double>& y_axis,
+                               const Eigen::VectorXd& size, const MapPrior& prior);
+
+struct MapFit {
+  Eigen::VectorXd value;              ///< deviations from what was stated
+  Eigen::MatrixXd noise, prior_left;  ///< covariances: by the rows; by what they leave open
+  Eigen::VectorXd weight;             ///< of each row, 0 to 1: far ones hardly count
+  double sd = 0.0;                    ///< of a row that counts fully
+  std::size_t blocks = 0;
+};
+
+/// rows * value = wanted by least squares beside a prior of covariance `prior` about 0. Rows of one
+/// `block` may share their errors: `noise` is the jackknife's that leaves out one block at a time,
+/// and rows count less by as much as their errors go together. Cauchy's loss. At least two blocks.
+MapFit map_fit(const Eigen::MatrixXd& rows, const Eigen::VectorXd& wanted,
+               const std::vector<std::size_t>& block, const Eigen::MatrixXd& prior);
+
+/// The same with the weights and the noise of `like`: what other rows would have given.
+Eigen::VectorXd map_fit_again(const Eigen::MatrixXd& rows, const Eigen::VectorXd& wanted,
+                              const Eigen::MatrixXd& prior, const MapFit& like);
+
+}  // namespace identify

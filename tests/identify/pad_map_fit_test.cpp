@@ -1,0 +1,114 @@
+// Friction of pads over pressure and temperature, of cars whose truth is known.
+#include "identify/pad_map_fit.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+
+#include "brake_drive.h"
+#include "recorded_drive.h"
+#include "support/places.h"
+#include "vehicle/vehicle_file.h"
+
+namespace {
+
+using identify::BrakesFitOptions, identify::PadCell, identify::PadMapFit;
+using P = vehicle::Parameter;
+
+struct Driven {
+  vehicle::Vehicle stated =
+      vehicle::read_vehicle(places::source() + "/vehicles/open_wheel/vehicle.yaml");
+  vehicle::Car<double> as_stated =
+      make_car(stated.files, stated.parameters, stated.terms, stated.contact);
+  vehicle::CarFiles files = stated.files;
+  vehicle::Parameters<double> truth = stated.parameters;
+  vehicle::Table log;
+
+  PadMapFit fit(const BrakesFitOptions& options = {}) const {
+    return identify::fit_pad_map(
+        as_stated, stated.prior,
+        identify::drive_windows(as_stated, nullptr, vehicle::make_recording(log, "log")), options);
+  }
+};
+
+/// Pads up to 25 % off by pressure and temperature; mass, drag and wheels off by their priors.
+Driven driven(std::uint64_t seed) {
+  Driven out;
+  base::Random dice = base::random_of(seed, "car");
+  vehicle::Map2& map = out.files.pad_friction;
+  const double level = 1.0 + dice.uniform(-0.1, 0.1), warm = dice.uniform(-0.15, 0.15),
+               hard = dice.uniform(-0.1, 0.1);
+  for (std::size_t i = 0; i < map.x.size(); ++i)
+    for (std::size_t j = 0; j < map.y.size(); ++j)
+      map.z[i * map.y.size() + j] *=
+          level + warm * (map.y[j] - 600.0) / 400.0 + hard * (map.x[i] / map.x.back() - 0.5);
+  for (const P p : {P::chassis_mass_kg, P::aero_drag_area_m2, P::front_wheel_inertia_kgm2,
+                    P::rear_wheel_inertia_kgm2, P::engine_inertia_kgm2})
+    out.truth[p] *= 1.0 + 0.5 * out.stated.prior[static_cast<std::size_t>(p)] * dice.normal();
+  const auto car = make_car(out.files, out.truth, out.stated.terms, out.stated.contact);
+  const test_drive::Drive drive = test_drive::brake_tests(car, seed, true);
+  out.log = test_drive::logged(drive, true, seed, true);
+  for (const char* wheel : {"fl", "fr", "rl", "rr"}) {
+    const std::string channel = fmt::format("brake_disc_{}_k", wheel);
+    out.log.add(channel, *drive.telemetry.find(channel));
+  }
+  return out;
+}
+
+TEST(PadMapFit, TheTruthLiesInItsIntervals) {
+  const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
+  struct Score {
+    int inside = 0, seen = 0, all = 0;
+    double square = 0.0, before = 0.0, largest = 0.0;
+  };
+  std::map<std::string, Score> scores;
+  for (std::uint64_t seed = 1; seed <= (heavy ? 20u : 3u); ++seed) {
+    const Driven d = driven(seed);
+    BrakesFitOptions weighed;
+    weighed.mass_kg = d.truth[P::chassis_mass_kg] + 30.0;
+    weighed.mass_sd_kg = 1.0;
+    for (const bool known : {true, false}) {
+      const PadMapFit fit = d.fit(known ? weighed : BrakesFitOptions{});
+      Score& s = scores[known ? "weighed" : "stated mass"];
+      for (std::size_t k = 0; k < fit.cells.size(); ++k) {
+        const PadCell& cell = fit.cells[k];
+        ++s.all;
+        if (!cell.unseen.empty()) continue;
+        ++s.seen;
+        const double is = d.files.pad_friction.z[k], off = cell.friction / is - 1.0;
+        s.inside += std::abs(cell.friction - is) < cell.within ? 1 : 0;
+        s.square += off * off;
+        s.before += std::pow(cell.stated / is - 1.0, 2.0);
+        s.largest = std::max(s.largest, std::abs(off));
+      }
+      EXPECT_NO_THROW(vehicle::check_map(identify::pad_map_of(fit), "pads"));
+    }
+  }
+  for (const auto& [name, s] : scores) {
+    const double rms = std::sqrt(s.square / s.seen), before = std::sqrt(s.before / s.seen);
+    if (heavy)
+      fmt::print("{:12} {} of {} inside, of {}; rms {:.2f} % (stated {:.2f} %), largest {:.2f} %\n",
+                 name, s.inside, s.seen, s.all, 100.0 * rms, 100.0 * before, 100.0 * s.largest);
+    EXPECT_GE(s.inside, 0.85 * s.seen) << name;
+    EXPECT_LT(rms, 0.04) << name;
+    EXPECT_LT(rms, 0.75 * before) << name;
+    EXPECT_GT(s.seen, s.all / 10) << name;
+    EXPECT_LT(s.seen, s.all) << name;
+  }
+}
+
+TEST(PadMapFit, WithoutTemperaturesNoPlaceIsSeen) {
+  Driven d = driven(1);
+  vehicle::Table bare;
+  for (std::size_t c = 0; c < d.log.names.size(); ++c)
+    if (!d.log.names[c].starts_with("brake_disc_")) bare.add(d.log.names[c], d.log.columns[c]);
+  d.log = bare;
+  const PadMapFit fit = d.fit();
+  EXPECT_TRUE(fit.cells.empty());
+  EXPECT_THAT(fit.fit.remarks.front(), testing::HasSubstr("without temperatures"));
+}
+
+}  // namespace

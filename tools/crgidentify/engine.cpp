@@ -1,0 +1,63 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/json_text.h"
+#include "base/one_line.h"
+#include "base/write_file.h"
+#include "commands.h"
+#include "drive_report.h"
+#include "engine_report.h"
+
+namespace crgidentify {
+
+int engine(const DriveCommand& command, Terminal& terminal) {
+  terminal.start("reading");
+  const ReadDrive drive(command);
+  terminal.start("fitting");
+  identify::EngineFitOptions options;
+  options.fuel_kg = drive.fuel_kg;
+  options.body_axes = drive.options.body_axes;
+  try {
+    const identify::DriveWindows windows = drive.windows();
+    if (const auto weighed = mass_where_seen(drive, windows)) {
+      options.mass_kg = weighed->at("mass_kg").value;
+      options.mass_sd_kg = weighed->at("mass_kg").sd;
+    }
+    const identify::EngineFit fit =
+        identify::fit_engine(drive.car, drive.vehicle.prior, windows, drive.recording, options);
+    std::string lines = drive_header(command, drive, "engine");
+    if (command.out_path == "-") {  // standard output takes one file
+      base::write_file(command.out_path, lines + engine_yaml(fit, "engine_map.csv"));
+    } else if (!command.out_path.empty()) {
+      const std::filesystem::path yaml(command.out_path);
+      const std::string stem = yaml.stem().string();
+      const auto beside = [&](const char* ending) {
+        return (yaml.parent_path() / (stem + ending)).string();
+      };
+      base::write_file(beside("_map.csv"), engine_map_csv(fit));
+      base::write_file(beside("_places.csv"), engine_cells_csv(fit));
+      base::write_file(command.out_path, lines + engine_yaml(fit, stem + "_map.csv"));
+    }
+    if (!command.plots_path.empty())
+      base::write_file(
+          command.plots_path,
+          engine_page(fit, fmt::format("Engine from {}", base::one_line(command.recording_path))));
+    if (terminal.json) {
+      nlohmann::ordered_json json = drive_json(windows, fit.fit);
+      json["fuel_kg"] = drive.fuel_kg;
+      json["map"] = engine_json(fit);
+      terminal.print(base::json_text(json));
+    } else {
+      for (const std::string& doubt : fit.fit.doubts)
+        lines += fmt::format("# not to be used: {}\n", base::one_line(doubt));
+      terminal.print(lines + drive_text(windows, fit.fit) + engine_table(fit));
+    }
+    return fit.fit.doubts.empty() ? kOk : command::kNotValid;
+  } catch (const base::Error& error) {
+    throw base::Error(fmt::format("{}: {}", command.recording_path, error.what()));
+  }
+}
+
+}  // namespace crgidentify
