@@ -148,13 +148,9 @@ bool is_true_torque(const Fleet& fleet, const json& f) {
   if (f.at("mechanism") != "parameter.engine_torque") return false;
   const std::string owner = f.at("owner");
   const int car = owner == "stated" ? 0 : std::stoi(owner.substr(owner.find('#') + 1)) - 1;
-  const json stated = fleet.truth(car).at("stated_torque");
-  const bool electric = car % 2 == 1;
   double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const double omega : {electric ? 600.0 : 400.0, electric ? 1600.0 : 800.0}) {
-    const double off = 1 / (stated.at("scale").get<double>() *
-                            (1 + stated.at("tilt").get<double>() * (omega - 500) / 300)) -
-                       1;
+  for (const json& stated : fleet.truth(car).at("stated_torque")) {
+    const double off = 1 / stated.get<double>() - 1;
     low = std::min(low, off), high = std::max(high, off);
   }
   return f.at("ci90").at(0) <= high && f.at("ci90").at(1) >= low;

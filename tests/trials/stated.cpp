@@ -16,8 +16,8 @@ std::string engine_map(const StatedCar& car) {
   for (int omega = 100; omega <= last; omega += 50) {
     out += std::to_string(omega);
     for (const double throttle : {0.0, 0.25, 0.5, 0.75, 1.0})
-      out += "," + std::to_string(car.engine.engine_nm(omega, throttle) * car.torque_scale *
-                                  (1 + car.torque_tilt * (omega - 500) / 300.0));
+      out +=
+          "," + std::to_string(car.engine.engine_nm(omega, throttle) * torque_factor(car, omega));
     out += "\n";
   }
   return out;
@@ -109,6 +109,12 @@ void write_road(const Track& line_of, const Track& heights_of, const TruthCar& c
 
 double front_friction(double brake_nm_per_pa) { return brake_nm_per_pa / (4 * 0.004 * 0.125); }
 double rear_friction(double brake_nm_per_pa) { return brake_nm_per_pa / (4 * 0.003 * 0.115); }
+
+double torque_factor(const StatedCar& car, double omega_radps) {
+  const double middle_radps = car.engine.electric ? 1200.0 : 500.0;
+  return car.torque_scale *
+         (1 + car.torque_tilt * (omega_radps - middle_radps) / (0.6 * middle_radps));
+}
 
 void write_car(const StatedCar& car, const std::filesystem::path& folder) {
   write(folder / "front.tir", tir(car.front));

@@ -33,7 +33,7 @@ inline constexpr const char* kSecondDrivetrain =
 
 struct StatedCar {
   StatedTyre front, rear;
-  /// Has the torque of this car times a scale and 1 + tilt at 800 rad/s, 1 - tilt at 200.
+  /// Has the torque of this car times torque_factor().
   TruthCar engine;
   double torque_scale = 1, torque_tilt = 0;
   double mass_kg = 0, wheelbase_m = 0, cog_behind_front_m = 0, cog_height_m = 0,
@@ -47,6 +47,10 @@ struct StatedCar {
   double drag_height_m = 0;
   std::string terms = kTermsOff;
 };
+
+/// Stated torque over true: the scale, times 1 + tilt near the top of the motor's speeds and 1 -
+/// tilt near their bottom (200 and 800 rad/s; of the electric motor 480 and 1920).
+double torque_factor(const StatedCar& car, double omega_radps);
 
 /// Friction of pads that give this torque per pressure and axle, with the calipers of the stated
 /// car.

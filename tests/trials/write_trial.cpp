@@ -125,9 +125,10 @@ bool write_trial(const Trial& trial, Random& dice, const std::filesystem::path& 
     write(here / "experiment.csv", log(drive(trial.truth, track, *trial.experiment, nullptr).row,
                                        all, trial.hz, car.effects, dice));
   Json truth = truth_of(trial);
-  // How far off the torque is stated: times scale, and times 1 + tilt (omega - 500) / 300.
+  // Stated torque over true, near the bottom and the top of the speeds that are driven.
   if (trial.kind == "fleet")
-    truth["stated_torque"] = {{"scale", stated.torque_scale}, {"tilt", stated.torque_tilt}};
+    truth["stated_torque"] = {torque_factor(stated, car.electric ? 600.0 : 400.0),
+                              torque_factor(stated, car.electric ? 1600.0 : 800.0)};
   write(folder / "sealed" / (trial.name + ".json"), truth.dump(1) + "\n");
   return true;
 }
