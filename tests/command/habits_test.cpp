@@ -497,6 +497,22 @@ TEST_F(Called, OneFileGoesToStandardOutputWithADash) {
     }
 }
 
+TEST_F(Called, OtherFilesThanTheFirstAreLookedAtBeforeTheWorkToo) {
+  const Folder& f = *folder_;
+  const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
+  const Words brakes{"brakes", f / "first_lap.csv", "--vehicle", car};
+  for (const std::string flag : {"--pad-map", "--plots"}) {
+    const ToolRun nowhere =
+        run_tool(places::crgidentify(), brakes + Words{flag, "/proc/self/nowhere/x"});
+    EXPECT_EQ(nowhere.code, 1);
+    EXPECT_THAT(nowhere.err, HasSubstr("/proc/self/nowhere"));
+    EXPECT_EQ(nowhere.out, "");
+    const ToolRun both = run_tool(places::crgidentify(), brakes + Words{"-o", "-", flag, "-"});
+    EXPECT_EQ(both.code, 2);
+    EXPECT_THAT(both.err, HasSubstr("standard output takes one of them; name a file"));
+  }
+}
+
 TEST_F(Called, WhatIsPrintedGoesToAFileWhereThereIsNoOther) {
   const Words call{"info", *folder_ / "out/s.crg"};
   const ToolRun printed = run_tool(places::crgbuild(), call),
