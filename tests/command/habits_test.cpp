@@ -240,11 +240,13 @@ class Called : public ::testing::Test {
       survey += cell[0] + "," + cell[1] + "," + cell[4] + "\n";
     }
     cli::write(f / "survey.csv", survey);
-    ASSERT_EQ(
-        run_tool(places::crgdrive(), {"fmu", places::source() + "/vehicles/open_wheel/vehicle.yaml",
-                                      "-o", f / "unit.fmu"})
-            .code,
-        0);
+    const std::string racer = places::source() + "/vehicles/open_wheel/vehicle.yaml";
+    ASSERT_EQ(run_tool(places::crgdrive(), {"fmu", racer, "-o", f / "unit.fmu"}).code, 0);
+    // A lap that shows an engine: the trial's road may be too short of straights for that.
+    ASSERT_EQ(run_tool(places::crgdrive(),
+                       {"lap", "--vehicle", racer, "--track", truth, "-o", f / "ring_lap.csv"})
+                  .code,
+              0);
     std::filesystem::create_directory(f / "campaign");
     cli::write(f / "campaign/plan.json", R"({"name": "none", "jobs": []})");
     std::filesystem::create_directory(f / "long_campaign");
@@ -303,7 +305,7 @@ class Called : public ::testing::Test {
            f / "brakes.txt"},
           {"suspension", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
            f / "suspension.txt"},
-          {"engine", f / "first_lap.csv", "--vehicle", car, "--track", track, "-o",
+          {"engine", f / "ring_lap.csv", "--vehicle", racer, "--track", truth, "-o",
            f / "engine.yaml"},
           {"forces", f / "begin.csv", "--vehicle", car, "--track", track, "--noise-rounds", "0",
            "-o", f / "forces"},
@@ -495,6 +497,22 @@ TEST_F(Called, OneFileGoesToStandardOutputWithADash) {
           << ran.out.size() << " bytes, in the file " << cli::read(path).size();
       EXPECT_EQ(run_tool(tool.path, words, {.out = "/dev/full"}).code, 1);
     }
+}
+
+TEST_F(Called, OtherFilesThanTheFirstAreLookedAtBeforeTheWorkToo) {
+  const Folder& f = *folder_;
+  const std::string car = places::source() + "/vehicles/open_wheel/vehicle.yaml";
+  const Words brakes{"brakes", f / "first_lap.csv", "--vehicle", car};
+  for (const std::string flag : {"--pad-map", "--plots"}) {
+    const ToolRun nowhere =
+        run_tool(places::crgidentify(), brakes + Words{flag, "/proc/self/nowhere/x"});
+    EXPECT_EQ(nowhere.code, 1);
+    EXPECT_THAT(nowhere.err, HasSubstr("/proc/self/nowhere"));
+    EXPECT_EQ(nowhere.out, "");
+    const ToolRun both = run_tool(places::crgidentify(), brakes + Words{"-o", "-", flag, "-"});
+    EXPECT_EQ(both.code, 2);
+    EXPECT_THAT(both.err, HasSubstr("standard output takes one of them; name a file"));
+  }
 }
 
 TEST_F(Called, WhatIsPrintedGoesToAFileWhereThereIsNoOther) {

@@ -269,4 +269,21 @@ TEST(EngineFit, WhatIsMissingIsSaid) {
   EXPECT_THROW(identify::fit_engine(d.as_stated, d.stated.prior, windows, recording), base::Error);
 }
 
+TEST(EngineFit, AMapOfFarTooManyPlacesIsRefused) {
+  Driven d = driven(1, nullptr);
+  vehicle::Map2& map = d.stated.files.engine_torque_nm;
+  map = {{}, {0.0, 0.25, 0.5, 1.0}, {}};
+  for (int k = 0; k < 251; ++k) map.x.push_back(4.0 * k);
+  map.z.assign(map.x.size() * map.y.size(), 100.0);
+  const auto car = make_car(d.stated.files, d.stated.parameters, d.stated.terms, d.stated.contact);
+  const auto windows = identify::drive_windows(car, nullptr, d.recording);
+  try {
+    identify::fit_engine(car, d.stated.prior, windows, d.recording);
+    FAIL() << "no error";
+  } catch (const base::Error& error) {
+    EXPECT_NE(std::string(error.what()).find("251 by 5 places, at most 1000"), std::string::npos)
+        << error.what();
+  }
+}
+
 }  // namespace

@@ -100,6 +100,18 @@ TEST(PadMapFit, TheTruthLiesInItsIntervals) {
   }
 }
 
+TEST(PadMapFit, AMapOfFarTooManyPlacesIsSaid) {
+  Driven d = driven(1);
+  vehicle::Map2& map = d.stated.files.pad_friction;
+  map = {{}, {300.0, 600.0, 900.0}, {}};
+  for (int k = 0; k < 334; ++k) map.x.push_back(3e4 * k);
+  map.z.assign(map.x.size() * map.y.size(), 0.4);
+  d.as_stated = make_car(d.stated.files, d.stated.parameters, d.stated.terms, d.stated.contact);
+  const PadMapFit fit = d.fit();
+  EXPECT_TRUE(fit.cells.empty());
+  EXPECT_THAT(fit.fit.remarks.front(), testing::HasSubstr("1002 places, wanted 1000 at most"));
+}
+
 TEST(PadMapFit, WithoutTemperaturesNoPlaceIsSeen) {
   Driven d = driven(1);
   vehicle::Table bare;

@@ -376,6 +376,13 @@ TEST(RoadDevices, RefusesWhatCannotBe) {
   sim::Pose lost{};
   lost[0] = std::nan("");
   EXPECT_TRUE(sim::scan_road(road, lidar(), lost, base::Random(1)).points.empty());
+  const auto surface = straight(10.0, [](double, double) { return 0.0; });
+  for (const double far_m : {1e12, -1e12, 1e200, 1e308}) {
+    lost[0] = far_m;
+    EXPECT_TRUE(sim::scan_road(road, lidar(), lost, base::Random(1)).points.empty());
+    const sim::Edges seen = sim::see_edges(*surface, camera(), lost, base::Random(1));
+    EXPECT_TRUE(seen.left_m.empty() && seen.right_m.empty());
+  }
 }
 
 }  // namespace

@@ -171,6 +171,18 @@ TEST(RunUnit, WhatAUnitPrintsIsNotInTheTableAndNothingIsLeftBehind) {
   ::unsetenv("TMPDIR");
 }
 
+TEST(RunUnit, InputsWithOneNameTwiceAreRefused) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(
+      folder, description_2("through", scalar_2("a", 10, "input") + scalar_2("b", 20, "output")),
+      2);
+  const std::string table = folder.file("in.csv", "time_s,a,a\n0,1,2\n");
+  const support::ToolRun ran = support::run_tool(
+      places::crgsim(), {"run", unit, "--inputs", table, "-o", folder.path("out.csv")});
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("in.csv:1: two columns are called 'a'; take one away"));
+}
+
 TEST(RunUnit, TheCarIsDrivenByInputsAsByItsOwnTool) {
   const support::TemporaryFolder folder;
   const support::ToolRun made = support::run_tool(

@@ -178,6 +178,39 @@ TEST(ServeSights, WhoeverWatchesGetsCopiesAndChangesNothing) {
   EXPECT_EQ(run.counts.broken, 0u);
 }
 
+TEST(ServeSights, InRealTimeADiskThatIsSlowHoldsNoStepUp) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  sim::ServeOptions options = options_of(folder);
+  options.devices.road = {};
+  options.lockstep = false;
+  options.every = 1;
+  options.stop_s = 30.0;
+  constexpr double kDisk_s = 2.0;
+  std::size_t lines = 0;
+  options.keep_sight = [&](std::string_view) {
+    if (++lines == 1) std::this_thread::sleep_for(std::chrono::duration<double>(kDisk_s));
+  };
+  // Some 12 kB a plan: the pipe to the process that records holds 64 kB.
+  std::string plan = "[0.123456789012, 1.123456789012, 2.0]";
+  for (int k = 1; k < 300; ++k) plan += ",[0.123456789012, 1.123456789012, 2.0]";
+  constexpr unsigned kPlans = 50;
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    for (unsigned k = 1; k <= kPlans; ++k) {
+      driver.say(fmt::format(R"({{"sequence": {}, "plan": [{}]}})", k, plan));
+      driver.hear();
+    }
+    driver.say(fmt::format(R"({{"sequence": {}, "end": true}})", kPlans + 1));
+  });
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  drives.join();
+  EXPECT_TRUE(run.counts.asked_to_end);
+  EXPECT_LT(run.counts.latest_s, 0.5 * kDisk_s);
+  EXPECT_EQ(lines, run.counts.commands - 1) << "all that was taken is recorded";
+  EXPECT_GE(lines, kPlans / 2);
+}
+
 TEST(ServeSights, WithoutARoadOrItsPlaceTheyAreRefused) {
   const support::TemporaryFolder folder;
   const std::string unit = write_unit(folder, kThrough, 2);

@@ -78,6 +78,58 @@ TEST(ServeUnit, InLockstepEveryCommandIsFollowedByItsSteps) {
   EXPECT_FALSE(std::filesystem::exists(options.socket_path));
 }
 
+TEST(ServeUnit, TheRecordHasEveryColumnOnce) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  sim::ServeOptions options = options_of(folder);
+  options.lockstep = true;
+  options.devices.commands = {{"a", "a", 1.0, 0.0, -0.5, 0.5}};
+  options.measurements = {"a", "b"};
+  options.recorded = {"n", "b", "n"};
+  std::thread drives([&] {
+    const Driver driver(options.socket_path);
+    driver.say(R"({"sequence": 1, "set": {"a": 2}})");
+    driver.hear();
+    driver.say(R"({"sequence": 2, "end": true})");
+  });
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  drives.join();
+  EXPECT_THAT(run.columns, testing::ElementsAre("time_s", "a", "b", "n", "a.commanded",
+                                                "n.commanded", "safe", "resets"));
+  ASSERT_EQ(run.rows(), 2u);
+  EXPECT_EQ(run.values[8 + 1], 0.5) << "what the unit has";
+  EXPECT_EQ(run.values[8 + 4], 2.0) << "what was asked for";
+
+  options.measurements = {"b", "b"};
+  try {
+    sim::serve_unit(unit, options);
+    FAIL() << "no error";
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("two columns b; name it once"));
+  }
+}
+
+TEST(ServeUnit, InLockstepOnlyACommandEndsTheWaiting) {
+  const support::TemporaryFolder folder;
+  const std::string unit = write_unit(folder, kThrough, 2);
+  sim::ServeOptions options = options_of(folder);
+  options.lockstep = true;
+  options.patience_s = 0.5;
+  std::thread bothers([&] {
+    const Driver driver(options.socket_path);
+    for (int k = 0; k < 500 && std::filesystem::exists(options.socket_path); ++k) {
+      driver.say(k % 2 == 0 ? R"({"watch": true})" : "nonsense");
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_FALSE(std::filesystem::exists(options.socket_path)) << "after 5 s it still waits";
+  });
+  const sim::ServeRun run = sim::serve_unit(unit, options);
+  bothers.join();
+  EXPECT_TRUE(run.counts.silent);
+  EXPECT_EQ(run.counts.steps, 0u);
+  EXPECT_GT(run.counts.broken, 0u);
+}
+
 TEST(ServeUnit, InRealTimeTheSafeInputActsWhenCommandsStayOut) {
   const support::TemporaryFolder folder;
   const std::string unit = write_unit(folder, kThrough, 2);

@@ -104,6 +104,8 @@ TEST(Topics, ACommandActsOnWhatTheUnitHasOrTheFileSays) {
 TEST(Topics, RefusesInOneLine) {
   const auto refusal = [](const vehicle::SignalTopic& topic) -> std::string {
     ServeOptions options = options_with({topic});
+    options.devices.road.scans.resize(1);
+    options.devices.road.scans[0].name = "lidar";
     try {
       plan_topics(options, unit_with({"car.x"}), "u.fmu");
     } catch (const base::Error& error) {
@@ -112,6 +114,10 @@ TEST(Topics, RefusesInOneLine) {
     return "";
   };
   EXPECT_EQ(refusal({"a/b_1", "kerbstone_msgs/Values", "", "", {{"any", "car.x"}}}), "");
+  EXPECT_THAT(refusal({"clock", "kerbstone_msgs/Values", "", "", {}}),
+              HasSubstr("two topics would be called clock"));
+  EXPECT_THAT(refusal({"lidar", "kerbstone_msgs/Values", "", "", {}}),
+              HasSubstr("two topics would be called lidar"));
   EXPECT_THAT(refusal({"a b", "kerbstone_msgs/Values", "", "", {}}),
               HasSubstr("u.fmu: the topic a b has a name that ROS 2 does not take"));
   EXPECT_THAT(refusal({"a/", "kerbstone_msgs/Values", "", "", {}}), HasSubstr("a name that"));

@@ -73,7 +73,13 @@ TEST(RoadSensors, WhatCannotBeIsRefusedWithItsLine) {
   for (int k = 1; k < 6; ++k) many += ", " + std::to_string(k);
   EXPECT_THAT(refusal(many + "]}\n"), HasSubstr("216000 beams in a scan, at most 200000"));
   EXPECT_THAT(refusal("scans:\n  a: {step_deg: 0.01, rate_hz: 100, beams_deg: [0]}\n"),
-              HasSubstr("3600000 beams a second, at most 2000000"));
+              HasSubstr("3600000 beams a second together, at most 2000000"));
+  const std::string half = "{step_deg: 0.01, rate_hz: 40, beams_deg: [0], delay_s: ";  // 1.44 M/s
+  EXPECT_THAT(refusal("scans:\n  a: " + half + "0}\n"), "");
+  EXPECT_THAT(refusal("scans:\n  a: " + half + "0}\n  b: " + half + "0}\n"),
+              HasSubstr("2880000 beams a second together"));
+  EXPECT_THAT(refusal("scans:\n  a: " + half + "2}\n"),
+              HasSubstr("2880000 beams on the way together"));
   EXPECT_THAT(refusal("edges:\n  c: {spacing_m: 0.1, reach_m: 60}\n"),
               HasSubstr("spacing_m is 0.1, and reach_m more than 200 times that"));
   EXPECT_THAT(refusal("edges:\n  c: {beams_deg: [0]}\n"), HasSubstr("beams_deg"));

@@ -51,4 +51,29 @@ TEST(LiveLink, TellsAndHearsTheNewest) {
   EXPECT_EQ(link.tell("and again"), R"({"time_s":1})");
 }
 
+TEST(LiveLink, ARunThatHasEndedIsForgotten) {
+  const int port = view::free_udp_port();
+  const base::Descriptor unit(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(unit.value, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  view::LiveLink link(port, 0.5);
+  link.tell("watch");
+  std::array<char, 100> buffer;
+  sockaddr_in who{};
+  socklen_t size = sizeof who;
+  ::recvfrom(unit.value, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&who), &size);
+  ::sendto(unit.value, "one", 3, 0, reinterpret_cast<const sockaddr*>(&who), size);
+  std::string newest;
+  for (int k = 0; k < 400 && newest.empty(); ++k) {
+    newest = link.tell("watch");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(newest, "one");
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  EXPECT_EQ(link.tell("watch"), "");
+}
+
 }  // namespace

@@ -54,7 +54,14 @@ int brakes(const DriveCommand& command, Terminal& terminal) {
         identify::fit_pad_map(drive.car, drive.vehicle.prior, windows, options);
     const identify::DriveFit discs = discs_of(drive, fit);
     std::string lines = identify::brakes_sheet(drive.car, fit);
-    if (!command.pad_map_path.empty() && !pads.cells.empty()) {
+    const bool is_map =
+        std::any_of(pads.cells.begin(), pads.cells.end(),
+                    [](const identify::PadCell& cell) { return cell.unseen.empty(); });
+    if (!command.pad_map_path.empty() && !is_map)
+      terminal.remark(
+          fmt::format("{}: not written: no place of a map of the pads' friction is observable",
+                      base::one_line(command.pad_map_path)));
+    if (!command.pad_map_path.empty() && is_map) {
       base::write_file(command.pad_map_path, pad_map_csv(pads));
       lines = fmt::format(
           "# the brakes' torque is in the map of the pads; for the vehicle file:\n# maps:\n#   "

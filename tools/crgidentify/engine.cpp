@@ -30,13 +30,16 @@ int engine(const DriveCommand& command, Terminal& terminal) {
     std::string lines = drive_header(command, drive, "engine");
     if (command.out_path == "-") {  // standard output takes one file
       base::write_file(command.out_path, lines + engine_yaml(fit, "engine_map.csv"));
+      if (is_any_seen(fit))
+        terminal.remark(
+            "engine_map.csv, which these lines name, is not written: -o FILE.yaml writes both");
     } else if (!command.out_path.empty()) {
       const std::filesystem::path yaml(command.out_path);
       const std::string stem = yaml.stem().string();
       const auto beside = [&](const char* ending) {
         return (yaml.parent_path() / (stem + ending)).string();
       };
-      base::write_file(beside("_map.csv"), engine_map_csv(fit));
+      if (is_any_seen(fit)) base::write_file(beside("_map.csv"), engine_map_csv(fit));
       base::write_file(beside("_places.csv"), engine_cells_csv(fit));
       base::write_file(command.out_path, lines + engine_yaml(fit, stem + "_map.csv"));
     }

@@ -77,19 +77,28 @@ std::string engine_cells_csv(const EngineFit& fit) {
   return vehicle::format_table(out, 6);
 }
 
+bool is_any_seen(const EngineFit& fit) {
+  return std::any_of(fit.cells.begin(), fit.cells.end(),
+                     [](const EngineCell& cell) { return cell.unseen.empty(); });
+}
+
 std::string engine_yaml(const EngineFit& fit, const std::string& map_name) {
   const auto unseen = std::count_if(fit.cells.begin(), fit.cells.end(),
                                     [](const EngineCell& c) { return !c.unseen.empty(); });
-  std::string out = fmt::format(
-      "# Lines for a vehicle file. {} of {} places of the map were not seen: they follow their\n"
-      "# neighbours and the stated map's shape.\n",
-      unseen, fit.cells.size());
+  const bool is_map = is_any_seen(fit);
+  std::string out =
+      is_map ? fmt::format(
+                   "# Lines for a vehicle file. {} of {} places of the map were not seen: "
+                   "they follow their\n# neighbours and the stated map's shape.\n",
+                   unseen, fit.cells.size())
+             : "# No lines for a vehicle file: no place of the map was seen.\n";
   for (const std::string& doubt : fit.fit.doubts)
     out += fmt::format("# not to be used: {}\n", base::one_line(doubt));
   for (const identify::Found& f : fit.fit.found)
     out += f.unseen.empty()
                ? fmt::format("# {}: {:.4f}, 90 % within {:.4f}\n", f.name, f.value, f.within)
                : fmt::format("# {} not observable: {}\n", f.name, base::one_line(f.unseen));
+  if (!is_map) return out;
   return out +
          fmt::format("maps:\n  engine_torque_nm: {}\nparameters:\n  engine.torque: 1\n", map_name);
 }

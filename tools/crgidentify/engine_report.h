@@ -16,7 +16,9 @@ nlohmann::ordered_json engine_json(const identify::EngineFit& fit);
 std::string engine_map_csv(const identify::EngineFit& fit);
 /// Every place with its interval and the seconds in each gear; torques empty where unseen.
 std::string engine_cells_csv(const identify::EngineFit& fit);
-/// Lines for a vehicle file; `map_name` is the map's file beside it.
+bool is_any_seen(const identify::EngineFit& fit);
+/// Lines for a vehicle file, none where no place of the map was seen; `map_name` is the map's file
+/// beside it.
 std::string engine_yaml(const identify::EngineFit& fit, const std::string& map_name);
 
 std::string engine_page(const identify::EngineFit& fit, const std::string& title);

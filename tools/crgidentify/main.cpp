@@ -167,7 +167,8 @@ void add_forces(CLI::App& app, crgidentify::ForcesCommand& forces, const Chosen&
 CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
                     crgidentify::DriveCommand& drive,
                     int (*work)(const crgidentify::DriveCommand&, command::Terminal&),
-                    const Chosen& chosen, const char* out = "Setup sheet to write") {
+                    const Chosen& chosen, const char* out = "Setup sheet to write",
+                    const char* example = "found.txt") {
   CLI::App* const drive_app = app.add_subcommand(name, what);
   command::add_input(*drive_app, "recording", drive.recording_path, "The log")->required();
   command::add_input(*drive_app, "--vehicle", drive.vehicle_path,
@@ -189,7 +190,7 @@ CLI::App* add_drive(CLI::App& app, const char* name, const char* what,
       ->check(CLI::Range(0.0, 1000.0));
   command::add_output_file(*drive_app, drive.out_path, out);
   drive_app->footer(std::string("Example:\n  crgidentify ") + name +
-                    " lap.csv --vehicle vehicle.yaml --track road.crg -o found.txt");
+                    " lap.csv --vehicle vehicle.yaml --track road.crg -o " + example);
   drive_app->callback(
       [&drive, work, &chosen] { chosen([&](command::Terminal& t) { return work(drive, t); }); });
   return drive_app;
@@ -243,7 +244,8 @@ int main(int argc, char** argv) {
       *add_drive(app, "engine", "Finds the engine's torque map from how the car speeds up", engine,
                  crgidentify::engine, chosen,
                  "YAML to write: lines for a vehicle file; NAME_map.csv and NAME_places.csv go "
-                 "beside it"),
+                 "beside it",
+                 "engine.yaml"),
       engine.plots_path, "Page to write, HTML: torque over speed with its interval", "--plots");
   return command::run(app, terminal, argc, argv, [&] { return work(terminal); });
 }

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -28,6 +29,11 @@ std::vector<std::string> columns_of(const std::string& path) {
       names.back() += c;
   }
   std::erase(names, "time_s");
+  std::vector<std::string> sorted = names;
+  std::sort(sorted.begin(), sorted.end());
+  if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
+    throw base::Error(fmt::format("{}:1: two columns are called '{}'; take one away", path,
+                                  twice->substr(0, 60)));
   return names;
 }
 

@@ -157,14 +157,15 @@ void add_everywhere(CLI::App& app, Terminal& terminal) {
   add_common(app);
 }
 
+/// --points alone is a "FILE or -" that is read.
 bool is_output(const CLI::Option& option) {
-  const std::vector<std::string>& names = option.get_lnames();
-  return std::any_of(names.begin(), names.end(),
-                     [](const std::string& name) { return name == "output" || name == "plots"; });
+  return option.check_lname("output") ||
+         (option.get_type_name() == kFileOrDash && !option.check_lname("points"));
 }
 
 /// Refuses, before the work, what could not be read or written after it.
 void look_at_paths(const CLI::App& app, Terminal& terminal) {
+  std::string on_stdout;
   for (const CLI::Option* option : last_chosen(app)->get_options()) {
     const std::string& kind = option->get_type_name();
     if (kind != kFile && kind != kFileOrDash && kind != kFileOrFolder && kind != kFolder) continue;
@@ -174,7 +175,14 @@ void look_at_paths(const CLI::App& app, Terminal& terminal) {
         throw UsageError(fmt::format("{}: '{}' seen, a {} wanted", option->get_name(), path,
                                      kind == kFolder ? "folder" : "file"));
       if (is_output(*option)) {
-        if (path == "-") terminal.results_to_stderr();
+        if (path == "-") {
+          if (!on_stdout.empty())
+            throw UsageError(
+                fmt::format("{} and {}: standard output takes one of them; name a file", on_stdout,
+                            option->get_name()));
+          on_stdout = option->get_name();
+          terminal.results_to_stderr();
+        }
         kind == kFolder ? base::check_writable_folder(path) : base::check_writable(path);
         continue;
       }

@@ -40,6 +40,11 @@ vehicle::Map2 stated_map(const vehicle::Car<double>& car) {
   if (from.x.size() < 2 || from.y.size() < 2)
     throw base::Error("the vehicle file's engine map has one place along an axis; wanted two");
   vehicle::Map2 out{axis_of(from.x, 8), axis_of(from.y, 5), {}};
+  if (out.x.size() * out.y.size() > kMostMapPlaces)
+    throw base::Error(fmt::format(
+        "the vehicle file's engine map has {} by {} places, at most {} in all wanted; give a "
+        "vehicle file with a coarser one",
+        out.x.size(), out.y.size(), kMostMapPlaces));
   for (const double speed : out.x)
     for (const double open : out.y)
       out.z.push_back(car.parameters[P::engine_torque] * vehicle::evaluate(from, speed, open));

@@ -96,23 +96,21 @@ MapFit map_fit(const MatrixXd& rows, const VectorXd& wanted, const std::vector<s
   out.sd = std::sqrt(variance);
   const MatrixXd open = normal.ldlt().solve(held);
   out.prior_left = open * prior * open.transpose();
-  std::map<std::size_t, std::pair<MatrixXd, VectorXd>> parts;
+  std::map<std::size_t, std::vector<Index>> rows_of;
+  for (Index r = 0; r < rows.rows(); ++r) rows_of[block[static_cast<std::size_t>(r)]].push_back(r);
   const VectorXd right = rows.transpose() * (out.weight / variance).cwiseProduct(wanted);
-  for (Index r = 0; r < rows.rows(); ++r) {
-    auto& [matrix, vector] =
-        parts
-            .try_emplace(block[static_cast<std::size_t>(r)],
-                         MatrixXd::Zero(rows.cols(), rows.cols()), VectorXd::Zero(rows.cols()))
-            .first->second;
-    const double w = out.weight(r) / variance;
-    matrix.noalias() += w * rows.row(r).transpose() * rows.row(r);
-    vector += w * wanted(r) * rows.row(r).transpose();
-  }
-  out.blocks = parts.size();
+  out.blocks = rows_of.size();
   const auto g = static_cast<double>(out.blocks);
   out.noise = MatrixXd::Zero(rows.cols(), rows.cols());
-  for (const auto& [name, part] : parts) {
-    const VectorXd off = (normal - part.first).ldlt().solve(right - part.second) - out.value;
+  for (const auto& [name, left_out] : rows_of) {
+    MatrixXd others = normal;
+    VectorXd theirs = right;
+    for (const Index r : left_out) {
+      const double w = out.weight(r) / variance;
+      others.noalias() -= w * rows.row(r).transpose() * rows.row(r);
+      theirs -= w * wanted(r) * rows.row(r).transpose();
+    }
+    const VectorXd off = others.ldlt().solve(theirs) - out.value;
     out.noise += (g - 1.0) / g * off * off.transpose();
   }
   return out;

@@ -8,6 +8,9 @@
 
 namespace identify {
 
+/// A fit's memory grows with the square of them, its time with the cube.
+inline constexpr std::size_t kMostMapPlaces = 1000;
+
 /// Weights of a map's places at (x, y), by the straight lines of vehicle::evaluate: up to four.
 /// Places are counted as in vehicle::Map2. Axes of at least two places.
 std::vector<std::pair<std::size_t, double>> map_weights(const std::vector<double>& x_axis,

@@ -167,6 +167,13 @@ PadMapFit fit_pad_map(const vehicle::Car<double>& car,
   const bool by_speed =
       !drive.accelerations || (options.body_axes && !drive.loads && !drive.travels);
   const vehicle::Map2 stated = stated_map(car);
+  if (stated.z.size() > kMostMapPlaces) {
+    out.fit.remarks.push_back(fmt::format(
+        "not observable: friction over pressure and temperature: the vehicle file's map has {} "
+        "places, wanted {} at most: give one with a coarser map",
+        stated.z.size(), kMostMapPlaces));
+    return out;
+  }
   out.pressure_pa = stated.x;
   out.surface_k = stated.y;
   const MatrixXd held = held_by(stated);

@@ -12,7 +12,8 @@ namespace sim {
 
 struct Received {
   std::optional<CommandMessage> command;
-  std::string why;  ///< there is no command
+  std::string why;       ///< there is no command
+  bool watches = false;  ///< no command either: a wish to hear copies
 };
 
 struct Connection {

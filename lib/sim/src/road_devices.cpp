@@ -70,6 +70,8 @@ std::vector<std::size_t> rows_around(const crg::Surface& road, double u_m, doubl
   const std::size_t rows = grid.rows();
   const bool closed = road.reference_line().closed;
   const double length_m = grid.u_step_m * static_cast<double>(rows - 1);
+  // A car that has gone astray, too far for numbers that count rows.
+  if (!(std::abs(u_m - grid.u_begin_m) < 2.0 * length_m + around_m)) return {};
   const double half_m = closed ? std::min(around_m, 0.5 * length_m) : around_m;
   const auto first =
       static_cast<std::int64_t>(std::ceil((u_m - half_m - grid.u_begin_m) / spacing_m));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -26,6 +27,7 @@
 #include "socket_connection.h"
 #include "topics.h"
 #include "unit_places.h"
+#include "worker.h"
 
 namespace sim {
 namespace {
@@ -33,6 +35,7 @@ namespace {
 constexpr double kLate_s = 0.002;
 constexpr int kMostPerStep = 64;
 constexpr std::size_t kMostValues = 100'000'000;
+constexpr std::size_t kMostUntold = 1u << 28;  ///< bytes that wait for the process of the record
 
 class Server {
  public:
@@ -50,7 +53,9 @@ class Server {
         recorded_(unit, path, options.recorded),
         pose_(unit, path, pose_names(options)),
         road_devices_(options.road, options.devices.road, options.devices.seed, options.step_s,
-                      options.lockstep) {}
+                      options.lockstep) {
+    if (!options.lockstep) teller_.emplace();
+  }
 
   void run() {
     inputs_.write(unit_, 0.0);
@@ -70,15 +75,29 @@ class Server {
       in_real_time(steps);
     counts_.late_sights = road_devices_.late();
     counts_.left_out_sights = road_devices_.left_out();
-    say_({'S', {reinterpret_cast<const char*>(&counts_), sizeof counts_}});
+    tell('S', {reinterpret_cast<const char*>(&counts_), sizeof counts_});
+    if (teller_) teller_->finish();
   }
 
  private:
+  /// To the process that keeps the record; in real time beside the loop: its pipe may be full.
+  void tell(char kind, std::string_view bytes) {
+    if (!teller_) return say_({kind, bytes});
+    if (untold_bytes_ > kMostUntold) teller_->finish();
+    untold_bytes_ += bytes.size();
+    teller_->give([this, kind, kept = std::string(bytes)] {
+      say_({kind, kept});
+      untold_bytes_ -= kept.size();
+    });
+  }
+
   /// Whether it is a command that counts.
-  bool take(Received received) {
+  bool take(const Received& received) {
+    if (received.watches) return false;
     const std::optional<CommandMessage>& message = received.command;
-    if (!message || !takes_starts(*message, received.why)) {
-      if (++counts_.broken == 1) say_({'B', received.why});
+    std::string why = received.why;
+    if (!message || !takes_starts(*message, why)) {
+      if (++counts_.broken == 1) tell('B', why);
       return false;
     }
     is_repeated_ = counts_.commands > 0 && message->sequence == sequence_;
@@ -105,7 +124,7 @@ class Server {
   /// To whoever drives, and into the record.
   void show(const ToldSight& seen) {
     connection_.show(seen);
-    if (options_.keep_sight) say_({'P', seen.line});
+    if (options_.keep_sight) tell('P', seen.line);
   }
 
   void look() {
@@ -189,7 +208,7 @@ class Server {
     row.insert(row.end(), acts.begin(), acts.end());
     row.push_back(is_safe_ ? 1.0 : 0.0);
     row.push_back(static_cast<double>(counts_.resets));
-    say_({'R', {reinterpret_cast<const char*>(row.data()), row.size() * sizeof(double)}});
+    tell('R', {reinterpret_cast<const char*>(row.data()), row.size() * sizeof(double)});
   }
 
   void answer(bool again = false) { connection_.send(last_, again); }
@@ -198,16 +217,16 @@ class Server {
     double since_s = now_s();
     while (counts_.steps < steps) {
       const auto received = connection_.receive(std::min(1.0, options_.patience_s));
-      if (!received) {
+      const bool counts = received && take(*received);
+      if (counts || is_repeated_) since_s = now_s();
+      if (!counts && is_repeated_) answer(true);
+      is_repeated_ = false;
+      if (!counts) {
+        // Who only watches does not drive.
         counts_.silent = now_s() - since_s > options_.patience_s;
         if (counts_.silent) return;
         continue;
       }
-      const bool counts = take(*received);
-      if (!counts && is_repeated_) answer(true);
-      is_repeated_ = false;
-      if (!counts) continue;
-      since_s = now_s();
       if (counts_.asked_to_end) return;
       // A reset is answered by what is measured at 0 s.
       const unsigned wanted = was_reset_ ? 0 : options_.every;
@@ -270,7 +289,13 @@ class Server {
   std::uint64_t commanded_at_ = 0;
   std::uint64_t began_at_ = 0;  ///< step at which the unit's time was 0
   bool is_safe_ = false, is_repeated_ = false, was_reset_ = false, is_paused_ = false;
+  std::atomic<std::size_t> untold_bytes_ = 0;
+  std::optional<Worker> teller_;  ///< in real time; last: it uses the others
 };
+
+bool has(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 void want_sound(const std::string& path, const ServeOptions& options) {
   const auto refuse = [&](const std::string& what) { throw base::Error(path + ": " + what); };
@@ -280,10 +305,10 @@ void want_sound(const std::string& path, const ServeOptions& options) {
   if (options.measurements.empty() || options.commands.empty())
     refuse("nothing is measured or nothing is commanded; name both (--measure, --command)");
   for (const auto& [name, value] : options.safe)
-    if (std::find(options.commands.begin(), options.commands.end(), name) == options.commands.end())
+    if (!has(options.commands, name))
       refuse("the safe input " + name + " is no command of this run (--command)");
   for (const std::string& name : options.inputs.names)
-    if (std::find(options.commands.begin(), options.commands.end(), name) != options.commands.end())
+    if (has(options.commands, name))
       refuse(name + " is a command of this run and follows a table too; one of both");
   const double rows = options.stop_s / options.step_s / options.every;
   if (!(rows * static_cast<double>(options.measurements.size() + options.recorded.size() +
@@ -293,14 +318,24 @@ void want_sound(const std::string& path, const ServeOptions& options) {
                        options.measurements.size()));
 }
 
-/// With the columns of its table.
-ServeRun run_of(const ServeOptions& options) {
+/// With the columns of its table. A command that is measured or recorded too, which is what the
+/// unit has, is NAME.commanded there. Throws Error where two columns would have one name.
+ServeRun run_of(const std::string& path, const ServeOptions& options) {
   ServeRun run;
-  run.columns = {"time_s"};
-  for (const auto* const names : {&options.measurements, &options.recorded, &options.commands})
-    run.columns.insert(run.columns.end(), names->begin(), names->end());
-  run.columns.emplace_back("safe");
-  run.columns.emplace_back("resets");
+  run.columns = {"time_s", "safe", "resets"};
+  const auto add = [&](const std::string& name) {
+    if (has(run.columns, name))
+      throw base::Error(fmt::format(
+          "{}: the record would have two columns {}; name it once (--measure, --command; "
+          "time_s, safe and resets are columns of its own)",
+          path, name));
+    run.columns.insert(run.columns.end() - 2, name);
+  };
+  for (const auto* const names : {&options.measurements, &options.recorded})
+    std::for_each(names->begin(), names->end(), add);
+  for (const std::string& name : options.commands)
+    add(has(options.measurements, name) || has(options.recorded, name) ? name + ".commanded"
+                                                                       : name);
   return run;
 }
 
@@ -315,15 +350,14 @@ ServeRun serve_unit(const std::string& path, const ServeOptions& wanted,
     require_dds("topics of ROS 2");
     topics = plan_topics(options, description, path);
   }
-  // What follows a table is recorded, once.
-  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  for (const std::string& name : options.inputs.names)
-    if (!has(options.recorded, name) && !has(options.measurements, name))
-      options.recorded.push_back(name);
+  // What follows a table is recorded, as what is measured is; once.
+  options.recorded.clear();
+  for (const auto* const names : {&wanted.recorded, &wanted.inputs.names})
+    for (const std::string& name : *names)
+      if (!has(options.recorded, name) && !has(options.measurements, name))
+        options.recorded.push_back(name);
   want_sound(path, options);
-  ServeRun run = run_of(options);
+  ServeRun run = run_of(path, options);
   const UnpackedUnit files(path);
   std::optional<CommandSocket> socket;
   if (!options.dds_domain) socket.emplace(options.socket_path, options.udp_port);

@@ -27,10 +27,14 @@ Connection connection_by(CommandSocket& socket, const ServeOptions& options) {
   };
   Connection out;
   out.receive = [&socket, &options, form](double wait_s) -> std::optional<Received> {
-    std::optional<std::string_view> bytes = socket.receive(wait_s);
-    for (; bytes == kWatch; bytes = socket.receive(0.0)) socket.watch_here();
+    const std::optional<std::string_view> bytes = socket.receive(wait_s);
     if (!bytes) return std::nullopt;
     Received received;
+    if (bytes == kWatch) {
+      socket.watch_here();
+      received.watches = true;
+      return received;
+    }
     received.command = read_command(*bytes, options.commands, received.why);
     form->received_is_binary = received.command && received.command->is_binary;
     return received;

@@ -184,6 +184,16 @@ TopicPlan plan_topics(ServeOptions& options, const UnitDescription& unit, const 
   };
   for (const auto& scan : options.devices.road.scans) plan.scans.push_back(name_of(scan.name));
   for (const auto& edges : options.devices.road.edges) plan.edges.push_back(name_of(edges.name));
+  std::vector<std::string> taken{"clock", "crgsim/step", "crgsim/command", "crgsim/plan"};
+  for (const PlannedTopic& topic : plan.topics) taken.push_back(topic.name);
+  for (const auto* const names : {&plan.scans, &plan.edges})
+    taken.insert(taken.end(), names->begin(), names->end());
+  std::sort(taken.begin(), taken.end());
+  if (const auto twice = std::adjacent_find(taken.begin(), taken.end()); twice != taken.end())
+    throw base::Error(fmt::format(
+        "{}: two topics would be called {}: topics, scans and edges of the devices want names of "
+        "their own, and clock and crgsim/... are taken",
+        path, twice->substr(0, 60)));
   return plan;
 }
 

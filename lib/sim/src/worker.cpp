@@ -12,9 +12,12 @@ Worker::Worker()
           if (ends_) return;
           const std::function<void()> work = std::move(waiting_.front());
           waiting_.pop_front();
+          is_busy_ = true;
           lock.unlock();
           work();
           lock.lock();
+          is_busy_ = false;
+          if (waiting_.empty()) done_.notify_all();
         }
       }) {}
 
@@ -33,6 +36,11 @@ void Worker::give(std::function<void()> work) {
     waiting_.push_back(std::move(work));
   }
   given_.notify_one();
+}
+
+void Worker::finish() {
+  std::unique_lock lock(mutex_);
+  done_.wait(lock, [this] { return waiting_.empty() && !is_busy_; });
 }
 
 }  // namespace sim

@@ -18,12 +18,13 @@ class Worker {
 
   /// Done later, after what was given before. `work` must not throw.
   void give(std::function<void()> work);
+  void finish();  ///< waits until all that was given is done
 
  private:
   std::mutex mutex_;
-  std::condition_variable given_;
+  std::condition_variable given_, done_;
   std::deque<std::function<void()>> waiting_;
-  bool ends_ = false;
+  bool ends_ = false, is_busy_ = false;
   std::thread thread_;
 };
 

@@ -14,8 +14,9 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::size_t kMostBeams = 256, kMostPoints = 200'000;
-constexpr double kMostPointsPerSecond = 2e6;
-constexpr double kMostEdgePoints = 200.0;  ///< a reach over its spacing
+constexpr double kMostPointsPerSecond = 2e6;  ///< of all scans
+constexpr double kMostOnTheWay = 2e6;         ///< points of all scans, in the time of their delays
+constexpr double kMostEdgePoints = 200.0;     ///< a reach over its spacing
 
 SensorClock read_clock(const Section& entry, double rate_hz) {
   return {entry.number("rate_hz", rate_hz, 0.01, 1000.0), entry.number("delay_s", 0.0, 0.0, 10.0)};
@@ -77,11 +78,26 @@ ScanSensor read_scan(const Section& entry, const std::string& name, const std::s
         fmt::format("{}: {}: {} beams in a scan, at most {} wanted; fewer beams_deg, or a "
                     "larger step_deg",
                     where, name.substr(0, 60), points, kMostPoints));
-  const double per_second = static_cast<double>(points) * out.clock.rate_hz;
-  if (per_second > kMostPointsPerSecond)
-    throw Error(fmt::format("{}: {}: {:.0f} beams a second, at most {:.0f} wanted; a lower rate_hz",
-                            where, name.substr(0, 60), per_second, kMostPointsPerSecond));
   return out;
+}
+
+void want_moderate(const std::vector<ScanSensor>& scans, const std::string& path) {
+  double per_second = 0.0, on_the_way = 0.0;
+  for (const ScanSensor& scan : scans) {
+    const double points =
+        static_cast<double>(scan.columns() * scan.beams_rad.size()) * scan.clock.rate_hz;
+    per_second += points;
+    on_the_way += points * scan.clock.delay_s;
+  }
+  if (per_second > kMostPointsPerSecond)
+    throw Error(fmt::format(
+        "{}: the scans have {:.0f} beams a second together, at most {:.0f} wanted; a lower rate_hz",
+        path, per_second, kMostPointsPerSecond));
+  if (on_the_way > kMostOnTheWay)
+    throw Error(fmt::format(
+        "{}: the scans have {:.0f} beams on the way together (beams times rate_hz times delay_s), "
+        "at most {:.0f} wanted; a shorter delay_s or a lower rate_hz",
+        path, on_the_way, kMostOnTheWay));
 }
 
 EdgeSensor read_edges(const Section& entry, const std::string& name, const std::string& where) {
@@ -115,6 +131,7 @@ RoadSensorFile read_road_sensors(const Section& top) {
         [&](const std::string& name, const Setting& value, const std::string& where) {
           out.scans.push_back(read_scan(Section(value, top.path(), name), name, where));
         });
+  want_moderate(out.scans, top.path());
   if (top.has("edges"))
     top.section("edges").for_each(
         [&](const std::string& name, const Setting& value, const std::string& where) {

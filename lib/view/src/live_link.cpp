@@ -46,7 +46,7 @@ int free_udp_port() {
   return ntohs(address.sin_port);
 }
 
-LiveLink::LiveLink(int port) : socket_(made()) {
+LiveLink::LiveLink(int port, double forgets_s) : socket_(made()), forgets_s_(forgets_s) {
   // A scan comes as several large datagrams at once; as much as the system allows.
   constexpr int kBytes = 4 << 20;
   ::setsockopt(socket_.value, SOL_SOCKET, SO_RCVBUF, &kBytes, sizeof kBytes);
@@ -63,6 +63,7 @@ std::string LiveLink::tell(const std::string& command) {
   for (int k = 0; k < 1000; ++k) {  // no more than a unit says in ten seconds
     const ssize_t got = ::recv(socket_.value, buffer.data(), buffer.size(), 0);
     const std::string_view said(buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    if (!said.empty()) heard_ = std::chrono::steady_clock::now();
     if (is_sight(said)) {
       sights.emplace_back(said);
       if (sights.size() > kMostSights) sights.pop_front();
@@ -71,6 +72,8 @@ std::string LiveLink::tell(const std::string& command) {
     }
     if (got < 0 && errno != EINTR && errno != ECONNREFUSED) break;
   }
+  const std::chrono::duration<double> silent = std::chrono::steady_clock::now() - heard_;
+  if (silent.count() > forgets_s_) newest_.clear();
   if (sights.empty() || !newest_.ends_with('}')) return newest_;
   return fmt::format(R"({},"sights":[{}]}})", newest_.substr(0, newest_.size() - 1),
                      fmt::join(sights, ","));

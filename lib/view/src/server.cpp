@@ -35,6 +35,7 @@ using httplib::Request, httplib::Response;
 using nlohmann::ordered_json;
 
 constexpr std::size_t kLargestText = 4'000'000, kLargestFile = 300'000'000;
+constexpr double kForgets_s = 3.0;  ///< of a run that is watched and says nothing
 constexpr const char *kJson = "application/json", *kBytes = "application/octet-stream";
 
 /// As it is: what set_content() sends, cpp-httplib packs by brotli's slowest mode, a second per
@@ -331,7 +332,7 @@ class Pages {
     if (request.has_param("watch")) {
       const int port = number_of(request, "watch");
       if (port < 1 || port > 65535) throw Refusal(400, "watch: a UDP port, 1 to 65535, wanted");
-      if (watched_port_ != port) watch_ = std::make_unique<LiveLink>(port);
+      if (watched_port_ != port) watch_ = std::make_unique<LiveLink>(port, kForgets_s);
       watched_port_ = port;
       const std::string seen = watch_->tell(R"({"watch": true})");
       return send(response, seen.empty() ? "{}" : seen, kJson);

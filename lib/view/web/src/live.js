@@ -128,9 +128,15 @@ export function makeLive({ changed, entriesOf, openLap }) {
     waits = true;
     const measured = await watchRun(mine.watched).catch(() => null);
     waits = false;
-    if (drive !== mine || !measured?.values) return;
+    if (drive !== mine || measured === null) return;
+    if (!measured.values) {
+      if (mine.heard) say(`Nothing comes from UDP port ${mine.watched} any more: the run has ended or stands still.`, 'warn');
+      mine.heard = false;
+      return;
+    }
     if (measured.values['car.x'] === undefined || measured.values['car.y'] === undefined || measured.values['car.yaw'] === undefined) { say('This run does not measure car.x, car.y and car.yaw (--measure).', 'warn'); return; }
-    if (!mine.seen) say(`Watching UDP port ${mine.watched}.`);
+    if (!mine.heard) say(`Watching UDP port ${mine.watched}.`);
+    mine.heard = true;
     see(mine, measured);
   }
 
