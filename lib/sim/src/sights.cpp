@@ -53,7 +53,8 @@ std::vector<std::string> write(const Scan& scan, bool as_binary, std::size_t lon
       bytes.append(reinterpret_cast<const char*>(points.data()), points.size() * sizeof(ScanPoint));
     } else {
       bytes = fmt::format(
-          R"({{"scan":{},"time_s":{},"part":{},"parts":{},"at_m":[{}],"turned_rad":[{}],"points":{}}})",
+          R"({{"scan":{},"time_s":{},"part":{},"parts":{},"at_m":[{}],"turned_rad":[{}],)"
+          R"("points":{}}})",
           word(scan.name), scan.time_s, part, parts, fmt::join(scan.at_m, ","),
           fmt::join(scan.turned_rad, ","), lists(points, [](const ScanPoint& p) {
             return std::array{p.x_m, p.y_m, p.z_m, p.intensity};
