@@ -22,6 +22,7 @@ struct ValidateOptions {
   double named_error_m = 0.015;  ///< places with a larger error are named one by one
   double reach_m = 1.0;          ///< a mesh surface further than this above or below does not count
   RotoTranslation T_global_mesh;  ///< how the file was moved against the mesh
+  unsigned threads = 0;           ///< 0 = all cores; any number gives the same answer
 };
 
 /// A stretch where the file leaves the mesh by more than ValidateOptions::named_error_m, and why.

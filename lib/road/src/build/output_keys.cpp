@@ -91,12 +91,12 @@ void add_file_keys(std::vector<RecipeKey>& keys) {
                            {"LDFI", crg::Format::LDFI}},
                           "of the numbers: binary 4 or 8 bytes, text 10 or 20 characters",
                           [](Recipe& r) -> crg::Format& { return r.format; }));
-  keys.push_back(
-      whole_number<unsigned>("output", "threads", 0, 1024,
-                             "0: all cores; any number writes the same bytes", [](Recipe& r) {
-                               return std::vector<unsigned*>{&r.sample.threads, &r.kerb.threads,
-                                                             &r.patch.threads, &r.smooth.threads};
-                             }));
+  keys.push_back(whole_number<unsigned>(
+      "output", "threads", 0, 1024, "0: all cores; any number writes the same bytes",
+      [](Recipe& r) {
+        return std::vector<unsigned*>{&r.sample.threads, &r.kerb.threads, &r.patch.threads,
+                                      &r.smooth.threads, &r.validate.threads};
+      }));
 }
 
 void add_validate_keys(std::vector<RecipeKey>& keys) {

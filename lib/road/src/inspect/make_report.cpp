@@ -101,6 +101,7 @@ void compare_with_mesh(const Road& road, const ReportRequest& request, Compared&
   const RaySurface rays(request.mesh != nullptr ? *request.mesh : *mesh);
   ValidateOptions validation = request.validate;
   validation.T_global_mesh = place.T_global_mesh;
+  validation.threads = request.threads;
   compared.validated =
       request.validated ? *request.validated : validate(road.surface, rays, validation);
   const ValidateReport& validated = *compared.validated;

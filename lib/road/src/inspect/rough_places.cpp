@@ -140,7 +140,7 @@ std::vector<RoughPlace> find_rough_places(const crg::Surface& road, const RaySur
   const std::size_t sweep =
       std::max<std::size_t>(1, static_cast<std::size_t>(kSweep_m / grid.u_step_m + 1e-9));
   std::vector<std::vector<RoughPoint>> of_row(rows);
-  base::parallel_for(rows - 1, 256, 0, [&](std::size_t begin, std::size_t end) {
+  base::parallel_for(rows - 1, 256, options.threads, [&](std::size_t begin, std::size_t end) {
     std::vector<std::size_t> bent;
     RayPacket16 packet;
     for (std::size_t i = begin; i < end; ++i) {
