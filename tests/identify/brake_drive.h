@@ -46,4 +46,15 @@ inline Drive brake_tests(const vehicle::Car<double>& car, std::uint64_t seed, bo
   return out;
 }
 
+/// What a race logger writes of them, with the discs' true temperatures.
+inline vehicle::Table logged_brake_tests(const vehicle::Car<double>& car, std::uint64_t seed,
+                                         bool apart) {
+  const Drive drive = brake_tests(car, seed, apart);
+  vehicle::Table out = logged(drive, true, seed, true);
+  for (const char* const channel :
+       {"brake_disc_fl_k", "brake_disc_fr_k", "brake_disc_rl_k", "brake_disc_rr_k"})
+    out.add(channel, *drive.telemetry.find(channel));
+  return out;
+}
+
 }  // namespace test_drive

@@ -5,7 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
+#include <ctime>
+#include <vector>
 
 #include "base/error.h"
 #include "crg/file.h"
@@ -218,6 +223,69 @@ TEST(Forces, OfSixLapsHoldTheirIntervals) {
     const double inside = judge(f, drive, bounds);
     EXPECT_GT(inside, 0.85);
     EXPECT_LT(inside, 0.95);
+  }
+}
+
+/// Rows within 0.3 s behind and 0.1 s before a jump of a wheel's load by 1 kN: kerbs.
+std::vector<bool> on_kerbs(const Drive& drive, std::size_t rows_per_s) {
+  std::vector<bool> out(drive.wheel.size());
+  for (std::size_t k = 1; k < out.size(); ++k)
+    for (std::size_t i = 0; i < kWheels; ++i)
+      if (std::abs(drive.wheel[k][i][2] - drive.wheel[k - 1][i][2]) > 1000.0)
+        for (std::size_t row = k > rows_per_s / 10 ? k - rows_per_s / 10 : 0;
+             row < std::min(out.size(), k + 3 * rows_per_s / 10); ++row)
+          out[row] = true;
+  return out;
+}
+
+/// Shares of the wheels' numbers inside their 90 % intervals: off kerbs, on kerbs, of all.
+std::array<double, 3> inside_of(const Forces& f, const Drive& drive,
+                                const std::vector<bool>& kerb) {
+  std::array<double, 3> inside{}, count{};
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const identify::WheelForces& w = f.wheel[i];
+    const std::array<const identify::Estimated*, 6> all{&w.fx_n,  &w.fy_n,      &w.fz_n,
+                                                        &w.kappa, &w.alpha_rad, &w.camber_rad};
+    for (std::size_t q = 0; q < all.size(); ++q)
+      for (std::size_t k = 0; k < drive.wheel.size(); ++k) {
+        if (!std::isfinite(all[q]->value[k])) continue;
+        const bool is_in =
+            std::abs(all[q]->value[k] - drive.wheel[k][i][q]) < 1.645 * all[q]->sd[k];
+        for (const std::size_t at : {kerb[k] ? 1u : 0u, 2u}) inside[at] += is_in, ++count[at];
+      }
+  }
+  for (std::size_t at = 0; at < 3; ++at) inside[at] /= count[at];
+  return inside;
+}
+
+// What the steps of the car inside cost on kerbs, and what shorter ones take: the table of
+// docs/accuracy.md.
+TEST(Forces, ShorterStepsHoldMoreOfKerbs) {
+  if (std::getenv("KERBSTONE_HEAVY") == nullptr)
+    GTEST_SKIP() << "minutes; KERBSTONE_HEAVY=1 runs it";
+  const Racer racer;
+  const cli::Folder folder;
+  const std::string ring = places::source() + "/tracks/kerbstone-ring/circuit.yaml";
+  ASSERT_EQ(cli::crgbuild({"synth", ring, "-o", folder / "demo"}).code, 0);
+  const crg::Surface surface(crg::read(folder / "demo/kerbstone-ring_truth.crg"));
+  const vehicle::Road road(surface);
+  const Drive drive = test_drive::drive_car(racer.car, road, 40, 1, 25.0, 0.00025);
+  const std::vector<bool> kerb = on_kerbs(drive, 100);
+  const auto recording = vehicle::make_recording(test_drive::logged(drive, true, 6), "log");
+  ForcesOptions options;
+  options.threads = 1;
+  options.noise_rounds = 4;
+  std::array<double, 3> before{};
+  for (const double step_s : {0.002, 0.001, 0.0005}) {
+    options.step_s = step_s;
+    const std::clock_t begin = std::clock();
+    const Forces f = identify::estimate_forces(racer.car, road, recording, options);
+    const std::array<double, 3> inside = inside_of(f, drive, kerb);
+    fmt::print("| {:g} | {:.1f} % | {:.1f} % | {:.1f} % | {:.1f} s |\n", 1e3 * step_s,
+               100.0 * inside[2], 100.0 * inside[0], 100.0 * inside[1],
+               static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    for (std::size_t at = 0; at < 3; ++at) EXPECT_GT(inside[at], before[at]);
+    before = inside;
   }
 }
 

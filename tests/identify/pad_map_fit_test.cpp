@@ -49,12 +49,7 @@ Driven driven(std::uint64_t seed) {
                     P::rear_wheel_inertia_kgm2, P::engine_inertia_kgm2})
     out.truth[p] *= 1.0 + 0.5 * out.stated.prior[static_cast<std::size_t>(p)] * dice.normal();
   const auto car = make_car(out.files, out.truth, out.stated.terms, out.stated.contact);
-  const test_drive::Drive drive = test_drive::brake_tests(car, seed, true);
-  out.log = test_drive::logged(drive, true, seed, true);
-  for (const char* wheel : {"fl", "fr", "rl", "rr"}) {
-    const std::string channel = fmt::format("brake_disc_{}_k", wheel);
-    out.log.add(channel, *drive.telemetry.find(channel));
-  }
+  out.log = test_drive::logged_brake_tests(car, seed, true);
   return out;
 }
 

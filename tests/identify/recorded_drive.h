@@ -26,10 +26,13 @@ struct Drive {
   std::vector<std::array<TrueWheel, vehicle::kWheels>> wheel;
 };
 
-/// Laps of the built-in driver, or until `longest_s`; a row every `every` milliseconds.
+/// Laps of the built-in driver, or until `longest_s`, in steps of `step_s`; a row every `every`
+/// steps.
 inline Drive drive_car(const vehicle::Car<double>& car, const vehicle::Road& road,
-                       std::size_t every, int laps, double longest_s) {
+                       std::size_t every, int laps, double longest_s, double step_s = 0.001) {
   using namespace vehicle;  // NOLINT: names of one library
+  StepOptions steps;
+  steps.step_s = step_s;
   RacingLine line = plan_line(*road.surface());
   plan_speed(line, car, SpeedOptions{});
   const std::size_t first = line.closed ? 0 : 4;
@@ -55,7 +58,7 @@ inline Drive drive_car(const vehicle::Car<double>& car, const vehicle::Road& roa
     const Controls<double> controls = drive(driver, line, car, sim.state, detail);
     const State<double> before = sim.state;
     const double time_s = sim.time_s;
-    const StepResult result = step(car, sim, controls, road, StepOptions{}, detail);
+    const StepResult result = step(car, sim, controls, road, steps, detail);
     if (!result.ok()) throw std::runtime_error(describe(result, time_s, 0.0, 0.0));
     if (k % every == 0) {
       fill_telemetry(time_s, before, detail, controls, 0.0, 0.0, row);

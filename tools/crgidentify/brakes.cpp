@@ -40,15 +40,9 @@ int brakes(const DriveCommand& command, Terminal& terminal) {
   terminal.start("reading");
   const ReadDrive drive(command);
   terminal.start("fitting");
-  identify::BrakesFitOptions options;
-  options.fuel_kg = drive.fuel_kg;
-  options.body_axes = drive.options.body_axes;
   try {
     const identify::DriveWindows windows = drive.windows();
-    if (const auto weighed = mass_where_seen(drive, windows)) {
-      options.mass_kg = weighed->at("mass_kg").value;
-      options.mass_sd_kg = weighed->at("mass_kg").sd;
-    }
+    const auto options = options_of<identify::BrakesFitOptions>(drive, windows);
     identify::DriveFit fit = identify::fit_brakes(drive.car, drive.vehicle.prior, windows, options);
     const identify::PadMapFit pads =
         identify::fit_pad_map(drive.car, drive.vehicle.prior, windows, options);

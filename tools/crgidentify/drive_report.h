@@ -32,6 +32,19 @@ struct ReadDrive {
 std::optional<identify::DriveFit> mass_where_seen(const ReadDrive& drive,
                                                   const identify::DriveWindows& windows);
 
+/// A fit's options with fuel, axes and, where wheel loads tell it, the mass.
+template <class Options>
+Options options_of(const ReadDrive& drive, const identify::DriveWindows& windows) {
+  Options out;
+  out.fuel_kg = drive.fuel_kg;
+  out.body_axes = drive.options.body_axes;
+  if (const auto weighed = mass_where_seen(drive, windows)) {
+    out.mass_kg = weighed->at("mass_kg").value;
+    out.mass_sd_kg = weighed->at("mass_kg").sd;
+  }
+  return out;
+}
+
 /// The first lines of a sheet: log, its sum, fuel.
 std::string drive_header(const DriveCommand& command, const ReadDrive& drive,
                          const std::string& what);

@@ -16,17 +16,11 @@ int engine(const DriveCommand& command, Terminal& terminal) {
   terminal.start("reading");
   const ReadDrive drive(command);
   terminal.start("fitting");
-  identify::EngineFitOptions options;
-  options.fuel_kg = drive.fuel_kg;
-  options.body_axes = drive.options.body_axes;
   try {
     const identify::DriveWindows windows = drive.windows();
-    if (const auto weighed = mass_where_seen(drive, windows)) {
-      options.mass_kg = weighed->at("mass_kg").value;
-      options.mass_sd_kg = weighed->at("mass_kg").sd;
-    }
     const identify::EngineFit fit =
-        identify::fit_engine(drive.car, drive.vehicle.prior, windows, drive.recording, options);
+        identify::fit_engine(drive.car, drive.vehicle.prior, windows, drive.recording,
+                             options_of<identify::EngineFitOptions>(drive, windows));
     std::string lines = drive_header(command, drive, "engine");
     if (command.out_path == "-") {  // standard output takes one file
       base::write_file(command.out_path, lines + engine_yaml(fit, "engine_map.csv"));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "base/error.h"
@@ -25,14 +26,16 @@ using Prior = std::array<double, vehicle::kParameterCount>;
 constexpr double kRollingShare = 0.15, kOffset_mps2 = 0.05, kSideShare = 0.1, kGearShare = 0.02;
 constexpr int kGears = 6;
 
-/// Places of the map: those of the vehicle file, or even ones where it has few.
-std::vector<double> axis_of(const std::vector<double>& stated, std::size_t least) {
-  if (stated.size() >= least) return stated;
-  std::vector<double> out;
-  for (std::size_t i = 0; i < least; ++i)
-    out.push_back(stated.front() + (stated.back() - stated.front()) * static_cast<double>(i) /
-                                       static_cast<double>(least - 1));
-  return out;
+/// Places of the map: those of the vehicle file, and halves of the widest gaps where these are few.
+std::vector<double> axis_of(std::vector<double> places, std::size_t least) {
+  while (places.size() < least) {
+    std::vector<double> gap(places.size());
+    std::adjacent_difference(places.begin(), places.end(), gap.begin());
+    const auto widest = std::max_element(gap.begin() + 1, gap.end());
+    const auto behind = places.begin() + (widest - gap.begin());
+    places.insert(behind, *behind - 0.5 * *widest);
+  }
+  return places;
 }
 
 vehicle::Map2 stated_map(const vehicle::Car<double>& car) {
