@@ -149,7 +149,8 @@ bool is_true_torque(const Fleet& fleet, const json& f) {
   const std::string owner = f.at("owner");
   const int car = owner == "stated" ? 0 : std::stoi(owner.substr(owner.find('#') + 1)) - 1;
   double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const json& stated : fleet.truth(car).at("stated_torque")) {
+  const json truth = fleet.truth(car);
+  for (const json& stated : truth.at("stated_torque")) {
     const double off = 1 / stated.get<double>() - 1;
     low = std::min(low, off), high = std::max(high, off);
   }

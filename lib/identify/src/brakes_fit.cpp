@@ -115,10 +115,10 @@ void say(const vehicle::Car<double>& car, const BrakesFitOptions& options, const
         std::isfinite(windows.front()->disc_k[0])
             ? "factors are on the pad friction map, at the recorded disc "
               "temperatures of the front"
-            : "no disc temperatures: factors are on the pad friction map at the "
+            : "not all discs have temperatures: factors are on the pad friction map at the "
               "middle of its temperatures, and fade is not observable");
   else if (!std::isfinite(windows.front()->disc_k[0]))
-    out.remarks.emplace_back("not observable: fade: no disc temperatures");
+    out.remarks.emplace_back("not observable: fade: not all discs have temperatures");
 }
 
 }  // namespace
