@@ -128,12 +128,12 @@ TEST(RealClouds, GroundOfTheIsprsSamples) {
   const std::string folder = places::data() + "/lidar/isprs/";
   if (!std::ifstream(folder + "samp11-utm.pcd")) GTEST_SKIP() << "no ../shared/data";
   double sum = 0.0;
-  // As of the raster over the whole box that did this before; the classes were the same, too.
-  for (const auto& [name, wanted] : {std::pair{"samp11", 21274},
+  // Nine of these points changed on 2026-11-26, when cells came to be relaxed as on a chessboard.
+  for (const auto& [name, wanted] : {std::pair{"samp11", 21266},
                                      {"samp12", 27230},
                                      {"samp22", 22438},
                                      {"samp31", 16159},
-                                     {"samp42", 13421},
+                                     {"samp42", 13420},
                                      {"samp51", 14523},
                                      {"samp61", 33397},
                                      {"samp71", 13997}}) {
@@ -142,7 +142,8 @@ TEST(RealClouds, GroundOfTheIsprsSamples) {
     EXPECT_EQ(std::count(ground.begin(), ground.end(), 1), wanted) << name;
     sum += total_error(cloud, read_cloud(folder + name + "-utm-ground.pcd"), ground);
   }
-  EXPECT_LT(sum / 8.0, 0.035);  // measured 0.0347
+  std::printf("mean total error %.2f %%\n", 100.0 * sum / 8.0);
+  EXPECT_LT(sum / 8.0, 0.035);
 }
 
 // docs/performance.md; KERBSTONE_HEAVY=1.

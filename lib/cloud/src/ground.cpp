@@ -140,9 +140,16 @@ Cells cells_around(const std::vector<Tile>& tiles, std::int64_t tile_cells, std:
 /// Unknown cells by relaxation of the Laplace equation, coarse to fine: smooth, and exact at the
 /// known ones.
 void fill(const Cells& cells, const std::vector<std::uint8_t>& known, std::vector<double>& z) {
+  // As on a chessboard, so that none hangs on the one before it.
   std::vector<std::uint32_t> unknown;
-  for (std::uint32_t k = 0; k < known.size(); ++k)
-    if (!known[k]) unknown.push_back(k);
+  for (const std::int64_t colour : {0, 1})
+    for (const Run& run : cells.runs)
+      for (std::int64_t column = run.begin + ((run.row + run.begin + colour) & 1); column < run.end;
+           column += 2) {
+        const auto k =
+            static_cast<std::uint32_t>(run.first + static_cast<std::size_t>(column - run.begin));
+        if (!known[k]) unknown.push_back(k);
+      }
   if (unknown.size() == known.size() || unknown.empty()) return;
   // A first guess: the mean of the nearest known cells, ring by ring.
   enum : std::uint8_t { kMissing, kHas, kNext };
