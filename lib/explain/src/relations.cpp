@@ -56,8 +56,9 @@ double profile_at(const std::vector<double>& profile, const Signals& s, double u
 /// The road under the car at one step, with what it may be wrong by.
 struct Slope {
   double grade = 0.0, bank = 0.0, vertical = 0.0;
-  double leaning_more = 0.0;  ///< than the file says
-  double course_rad = 0.0;    ///< of the path
+  double leaning_more = 0.0;       ///< than the file says
+  double course_rad = 0.0;         ///< of the path
+  double pitching_up_radps = 0.0;  ///< of a car that lies flat on it
 };
 
 /// The motion at one step, sensors corrected.
@@ -225,15 +226,18 @@ void Relations::compare_kinematics(std::size_t i, const Motion& m, const Slope& 
   const auto &x = c_.x, &dx = c_.dx;
   const double cos_bank = cosine_of(road.bank), cos_grade = cosine_of(road.grade);
   if (has(kYawRate)) {
+    double turning = kNaN;  // on the map
     if (has(kYaw)) {
-      out_.r[Relation::kGyro][i] = m.yaw - dx[kYaw][i] * cos_bank * cos_grade;
+      turning = dx[kYaw][i];
     } else if (i > 1 && i + 2 < s_.n) {
       const double before = std::atan2(dx[kY][i - 2], dx[kX][i - 2]),
                    after = std::atan2(dx[kY][i + 2], dx[kX][i + 2]);
       const double slip = has(kVy) ? (m.vx * m.dvy - m.vy * m.dvx) / (m.vx * m.vx) : 0.0;
-      out_.r[Relation::kGyro][i] =
-          m.yaw - std::remainder(after - before, 2 * std::numbers::pi) / (4 * kStep) + slip;
+      turning = std::remainder(after - before, 2 * std::numbers::pi) / (4 * kStep) - slip;
     }
+    // The rate about the axis of a body that leans with the road, from its angles on the map.
+    out_.r[Relation::kGyro][i] =
+        m.yaw - turning * cos_bank * cos_grade - road.pitching_up_radps * road.bank * cos_bank;
   }
   if (has(kYaw) && has(kVy))
     out_.r[Relation::kCourse][i] =
@@ -290,13 +294,21 @@ void Relations::record(std::size_t i, const Motion& m, const Slope& road) {
 
 void Relations::compare_motion() {
   begin_lead();
+  // Where relations hold: decided by the log alone.
+  const auto holds = [&](std::size_t i) {
+    return i < s_.n && std::isfinite(s_.u_m[i]) && s_.x[kVx][i] > 6.0;
+  };
+  std::vector<Slope> road(s_.n);
+  for (std::size_t i = 0; i < s_.n; ++i)
+    if (holds(i)) road[i] = slope(i, motion(i));
   for (std::size_t i = 0; i < s_.n; ++i) {
-    // Where relations hold: decided by the log alone.
-    if (!std::isfinite(s_.u_m[i]) || !(s_.x[kVx][i] > 6.0)) continue;
+    if (!holds(i)) continue;
+    if (i > 0 && holds(i - 1) && holds(i + 1))
+      road[i].pitching_up_radps =
+          (std::atan(road[i + 1].grade) - std::atan(road[i - 1].grade)) / (2 * kStep);
     const Motion m = motion(i);
-    const Slope road = slope(i, m);
-    compare_kinematics(i, m, road);
-    record(i, m, road);
+    compare_kinematics(i, m, road[i]);
+    record(i, m, road[i]);
   }
 }
 
