@@ -55,7 +55,7 @@ Body body(double s_m, double radius_m) {
 /// Two laps, 50 Hz, without noise. The yaw rate is how fast the body's nose goes to its left.
 vehicle::Table circling(double radius_m, bool heading) {
   vehicle::Table t;
-  for (const char* name : {"time_s", "x_m", "y_m", "yaw_rad", "vx_mps", "yaw_rate_radps"})
+  for (const char* name : {"time_s", "x_m", "y_m", "yaw_rad", "vx_mps", "yaw_rate_radps", "vy_mps"})
     t.add(name, {});
   const double seconds = 4 * std::numbers::pi * radius_m / kSpeed_mps;
   double s_m = 0;
@@ -65,8 +65,19 @@ vehicle::Table circling(double radius_m, bool heading) {
                after = body(s_m + small_m, radius_m);
     const double way = (after.place - before.place).norm();
     const double yaw_rate = (after.forward - before.forward).dot(now.left) / way * kSpeed_mps;
-    const double values[] = {0.02 * i,       now.place.x(), now.place.y(),
-                             s_m / radius_m, kSpeed_mps,    yaw_rate};
+    // Its nose swings about the path, in the plane of the road.
+    const double time_s = 0.02 * i, beside_rad = 0.03 * std::sin(0.7 * time_s),
+                 swinging = 0.021 * std::cos(0.7 * time_s);
+    const Vector3d nose = std::cos(beside_rad) * now.forward + std::sin(beside_rad) * now.left;
+    const double values[] = {
+        time_s,
+        now.place.x(),
+        now.place.y(),
+        s_m / radius_m +
+            std::remainder(std::atan2(nose.y(), nose.x()) - s_m / radius_m, 2 * std::numbers::pi),
+        kSpeed_mps * std::cos(beside_rad),
+        yaw_rate + swinging,
+        -kSpeed_mps * std::sin(beside_rad)};
     for (std::size_t k = 0; k < t.columns.size(); ++k) t.columns[k].push_back(values[k]);
     s_m += 0.02 * kSpeed_mps * 2 * small_m / way;
   }
