@@ -110,6 +110,7 @@ std::string with_yaw_rate_times(double factor, const std::string& csv) {
                                        ? fmt::format("{}", factor * std::stod(cell))
                                        : cell);
     }
+    if (line.ends_with(',')) out += ",";  // an empty last cell
     out += "\n";
   }
   return out;
