@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 #include <httplib.h>
 
-#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -20,9 +18,11 @@
 #include "base/text_lines.h"
 #include "base/write_file.h"
 #include "file_part.h"
+#include "kept.h"
 #include "live_link.h"
 #include "numbers.h"
 #include "page.h"
+#include "tile_heights.h"
 #include "view/folders.h"
 #include "view/jobs.h"
 #include "wish.h"
@@ -48,30 +48,6 @@ void send(Response& response, std::string bytes, const char* type) {
         return sink.write(kept->data() + begin, length);
       });
 }
-
-/// A log that was read before, as long as its file stays the same.
-class Logs {
- public:
-  std::shared_ptr<const recording::Log> of(const std::string& path) {
-    const std::lock_guard lock(mutex_);
-    std::error_code unknown;
-    const std::string mark =
-        fmt::format("{} {} {}", path, fs::file_size(path, unknown),
-                    fs::last_write_time(path, unknown).time_since_epoch().count());
-    for (const auto& [known, log] : logs_)
-      if (known == mark) return log;
-    auto log =
-        std::make_shared<const recording::Log>(recording::in_rows(recording::read_log(path), path));
-    logs_.emplace_back(mark, log);
-    if (logs_.size() > kMost) logs_.pop_front();
-    return log;
-  }
-
- private:
-  static constexpr std::size_t kMost = 4;
-  std::mutex mutex_;
-  std::deque<std::pair<std::string, std::shared_ptr<const recording::Log>>> logs_;
-};
 
 /// As long for a wrong token as for one that is wrong at its end.
 bool is_same(std::string_view a, std::string_view b) {
@@ -118,6 +94,7 @@ class Pages {
     get("api/text", &Pages::text);
     get("api/file", &Pages::file);
     get("api/part", &Pages::part);
+    get("api/heights", &Pages::heights);
     get("api/road", &Pages::road);
     get("api/place", &Pages::place);
     get("api/difference", &Pages::difference);
@@ -256,6 +233,16 @@ class Pages {
     send(response, part_of_file(asked_path(request), value("begin"), value("bytes")), kBytes);
   }
 
+  /// Points of a tile over a road: metres each, NaN where there is no road below or above.
+  void heights(const Request& request, Response& response) {
+    const TilePlace place{
+        request.get_param_value("begin"),
+        request.get_param_value("points"),
+        {metres_of(request, "x"), metres_of(request, "y"), metres_of(request, "z")}};
+    const auto road = roads_.of(asked_path(request, "road"));
+    send(response, heights_over(*road, asked_path(request), place), kBytes);
+  }
+
   void road(const Request& request, Response& response) {
     send(response, packed_road(asked_path(request)), kBytes);
   }
@@ -350,7 +337,10 @@ class Pages {
   const ServerOptions& options_;
   Folders folders_;
   Jobs jobs_;
-  Logs logs_;
+  Kept<recording::Log> logs_{[](const std::string& path) {
+    return recording::in_rows(recording::read_log(path), path);
+  }};
+  Kept<crg::Surface, 2> roads_{road_alone};
   std::mutex writing_, driving_;
   std::unique_ptr<LiveLink> live_, watch_;
   int live_job_ = 0, watched_port_ = 0;

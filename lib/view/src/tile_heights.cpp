@@ -1,0 +1,45 @@
+#include "tile_heights.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <vector>
+
+#include "base/text_lines.h"
+#include "crg/file.h"
+#include "file_part.h"
+#include "wish.h"
+
+namespace view {
+
+crg::Surface road_alone(const std::string& path) {
+  crg::Crg file = crg::read(path);
+  for (const char* const border : {"BORDER_MODE_U", "BORDER_MODE_V"})
+    crg::set_value(file.options, border, 0.0);
+  return crg::Surface(std::move(file));
+}
+
+std::string heights_over(const crg::Surface& road, const std::string& tiles_path,
+                         const TilePlace& place) {
+  constexpr std::size_t kPlaceBytes = 3 * sizeof(float), kMostPoints = 1'000'000;
+  const auto points = base::to_number<std::size_t>(place.points);
+  if (!points || *points > kMostPoints)
+    throw Refusal(400, fmt::format("points: '{}' seen, a whole number up to {} wanted",
+                                   place.points, kMostPoints));
+  const std::string bytes =
+      part_of_file(tiles_path, place.begin, std::to_string(*points * kPlaceBytes));
+  const std::size_t count = bytes.size() / kPlaceBytes;
+  std::vector<float> xyz_m(3 * count), above_m(count);
+  std::memcpy(xyz_m.data(), bytes.data(), bytes.size());
+  crg::Cursor cursor;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto map_m = [&](std::size_t axis) {
+      return place.origin_m[axis] + static_cast<double>(xyz_m[3 * k + axis]);
+    };
+    const crg::UV at = road.uv_of_xy(map_m(0), map_m(1), cursor);
+    above_m[k] = static_cast<float>(map_m(2) - road.z_at_uv(at.u_m, at.v_m));
+  }
+  return {reinterpret_cast<const char*>(above_m.data()), count * sizeof(float)};
+}
+
+}  // namespace view
