@@ -2,23 +2,13 @@
 // usage: node page_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
 import { spawn, spawnSync } from 'node:child_process';
 import { createSocket } from 'node:dgram';
-import { createRequire } from 'node:module';
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { dirname, join, resolve } from 'node:path';
-
-/// Machines that build beside it are slow; nothing here waits for long on a calm one.
-const kPatience_ms = 120000;
+import { dirname, join } from 'node:path';
+import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
 
 const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
-const web = join(source, 'lib/report/web');
-const chromiumPath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-if (!chromiumPath || !existsSync(join(web, 'node_modules/axe-core'))) {
-  console.log('skipped: needs chromium and the npm packages of lib/report/web (scripts/setup)');
-  process.exit(77);
-}
-const require = createRequire(resolve(web, 'package.json'));
-const { chromium } = require('playwright-core');
+const require = packagesOf(source);
 const axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
 
 const isHeavy = Boolean(process.env.KERBSTONE_HEAVY);
@@ -43,21 +33,8 @@ const recipeText = '# As it came.\nmesh: meshes/kerbstone-ring.obj\nname: ring\n
 writeFileSync(join(shown, 'track.yaml'), recipeText);
 if (shots) mkdirSync(shots, { recursive: true });
 
-async function serve() {
-  const server = spawn(kerbstone, ['view', shown, '--no-open'], { stdio: ['ignore', 'pipe', 'inherit'] });
-  const address = await new Promise((done, lost) => {
-    let text = '';
-    server.stdout.on('data', (bytes) => { text += bytes; if (text.includes('\n')) done(text.trim()); });
-    server.on('exit', () => lost(new Error('kerbstone view ended')));
-  });
-  return { server, address };
-}
-let { server, address } = await serve();
-const browser = await chromium.launch({
-  executablePath: chromiumPath, headless: true,
-  args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--disable-background-networking',
-    '--disable-component-update', '--disable-sync', '--no-first-run'],
-});
+let { server, address } = await serve(kerbstone, shown);
+const browser = await launch(require);
 const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5 });
 context.setDefaultTimeout(kPatience_ms);
 const page = await context.newPage(), problems = [], elsewhere = [];
@@ -655,16 +632,11 @@ edges:
 
   // The program ends: the page says so, and goes on when it is back at the same address.
   const [, port, token] = address.match(/:(\d+)\/(\w+)\//);
-  server.kill('SIGTERM');
-  await new Promise((done) => { server.on('exit', done); });
+  await end(server);
   await page.click('[data-role="look"]');
   await until(() => document.querySelector('[data-role="lost"]').textContent !== '');
-  ({ server } = await (async () => {
-    // With a bound on the size of files that is as good as a full disk.
-    const again = spawn('sh', ['-c', 'trap "" XFSZ; ulimit -f 100; exec "$0" "$@"', kerbstone, 'view', shown, '--no-open', '--port', port, '--token', token], { stdio: ['ignore', 'pipe', 'inherit'] });
-    await new Promise((done) => { again.stdout.once('data', done); });
-    return { server: again };
-  })());
+  // With a bound on the size of files that is as good as a full disk.
+  ({ server } = await serve(kerbstone, shown, ['--port', port, '--token', token], ['sh', '-c', 'trap "" XFSZ; ulimit -f 100; exec "$0" "$@"']));
   await page.click('[data-role="look"]');
   await until(() => document.querySelector('[data-role="lost"]').textContent === '');
   await jobsEnded(1);
