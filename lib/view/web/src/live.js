@@ -3,6 +3,7 @@ import { el, css } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
 import { getPacked, tellDrive, watchRun } from './server.js';
+import { makeLiveScene } from './live_scene.js';
 import { makeSights } from './sights.js';
 import { makeWeather } from './weather.js';
 
@@ -37,8 +38,8 @@ function padNow() {
   return { steer: dead(pad.axes[0] ?? 0), throttle: pad.buttons[7]?.value ?? 0, brake: pad.buttons[6]?.value ?? 0 };
 }
 
-export function makeLive({ changed, entriesOf, openLap }) {
-  let unit = null, drive = null, road = null, timer = null, whole = false, waits = false;
+export function makeLive({ changed, entriesOf, openLaps, keep }) {
+  let unit = null, drive = null, road = null, timer = null, waits = false;
   const keys = new Set();
   const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
@@ -58,25 +59,34 @@ export function makeLive({ changed, entriesOf, openLap }) {
     pauseButton.setAttribute('aria-pressed', String(drive.paused));
   } }, 'Pause');
   const watchButton = button('watch', 'Watch', watch);
-  const viewButton = el('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { whole = !whole; viewButton.setAttribute('aria-pressed', String(whole)); draw(); } }, 'Whole track');
+  const views = { ahead: 'from above, ahead', whole: 'whole track', chase: 'behind the car', driver: 'driver', top: 'over the car', orbit: 'round the car' };
+  const viewBox = el('select', { 'aria-label': 'View of the drive', 'data-role': 'view' }, Object.entries(views).map(([key, text]) => el('option', { value: key }, text)));
+  viewBox.addEventListener('change', () => { draw(); remember(); });
   const laps = el('div');
   const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
-    el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, viewButton, el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
+    el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, el('label', {}, 'View', viewBox), el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
       el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
       Object.values(bars).map((each) => each.row), laps,
       el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
   const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
 
-  canvas.addEventListener('keydown', (event) => {
-    const key = keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!key) return;
-    keys.add(key);
-    event.preventDefault();
-  });
-  canvas.addEventListener('keyup', (event) => keys.delete(keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key]));
-  canvas.addEventListener('blur', () => keys.clear());
-  canvas.addEventListener('pointerdown', () => canvas.focus());
+  const space = makeLiveScene('Drive in space: arrows or W A S D steer, accelerate and brake');
+  if (space) box.append(space.canvas);
+  else for (const key of ['chase', 'driver', 'top', 'orbit']) viewBox.querySelector(`[value="${key}"]`).disabled = true;
+  for (const each of [canvas, ...(space ? [space.canvas] : [])]) {
+    each.addEventListener('keydown', (event) => {
+      const key = keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      if (!key) return;
+      keys.add(key);
+      event.preventDefault();
+    });
+    each.addEventListener('keyup', (event) => keys.delete(keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key]));
+    each.addEventListener('blur', () => keys.clear());
+    each.addEventListener('pointerdown', () => each.focus());
+  }
+  const isFlat = () => ['ahead', 'whole'].includes(viewBox.value);
+  const remember = () => { if (unit !== null) keep(unit, [roadBox.value, viewBox.value].map(encodeURIComponent).join(',')); };
 
   function buttons() {
     startButton.disabled = unit === null || drive !== null;
@@ -93,7 +103,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
     const mine = drive;
     sights.clear();
     buttons();
-    canvas.focus();
+    (isFlat() ? canvas : space.canvas).focus();
     run({ do: 'drive', unit: of, ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
       mine.job = begun.id;
       mine.result = begun.result;
@@ -107,7 +117,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
       if (job.exit_code !== 0 && !mine.ended) { say(job.messages || `crgsim ended with exit code ${job.exit_code}.`, 'bad'); return; }
       say(`The drive is in ${mine.result}.`, 'good');
       await changed();
-      laps.replaceChildren(el('button', { type: 'button', 'data-role': 'to-laps', onclick: () => openLap(`0/${mine.result}`) }, 'Look at it among the laps'));
+      laps.replaceChildren(el('button', { type: 'button', 'data-role': 'to-laps', onclick: () => openLaps([`0/${mine.result}`]) }, 'Look at it among the laps'));
       root.dataset.result = mine.result;
     });
   }
@@ -201,11 +211,21 @@ export function makeLive({ changed, entriesOf, openLap }) {
   }
 
   function draw() {
+    const now = drive?.seen?.values;
+    canvas.hidden = !isFlat();
+    if (isFlat()) {
+      space?.hide();
+      drawFlat(now);
+    } else space.draw(now, viewBox.value, now ? sights.lines() : [], road && [road.x_m[0], road.y_m[0], Math.atan2(road.y_m[1] - road.y_m[0], road.x_m[1] - road.x_m[0])]);
+    if (now) tell(now);
+  }
+
+  function drawFlat(now) {
     const ratio = Math.min(2, window.devicePixelRatio || 1), width = box.clientWidth, height = box.clientHeight;
     if (width < 10) return;
     if (canvas.width !== Math.floor(width * ratio)) canvas.width = Math.floor(width * ratio);
     if (canvas.height !== Math.floor(height * ratio)) canvas.height = Math.floor(height * ratio);
-    const context = canvas.getContext('2d'), now = drive?.seen?.values;
+    const context = canvas.getContext('2d'), whole = viewBox.value === 'whole';
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, canvas.width, canvas.height);
     let scale = 7 * ratio;
@@ -249,8 +269,6 @@ export function makeLive({ changed, entriesOf, openLap }) {
     }
     if (now) {
       sights.draw(context, { pen, path, colour: css, size_m: (1.5 * ratio) / scale });
-      const counts = sights.counts();
-      for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
       context.save();
       context.translate(now['car.x'], now['car.y']);
       context.rotate(now['car.yaw']);
@@ -261,21 +279,27 @@ export function makeLive({ changed, entriesOf, openLap }) {
       for (const [x, y] of [[2.6, 0], [0.4, 0.9], [-2.2, 0.9], [-2.2, -0.9], [0.4, -0.9]]) context.lineTo(x, y);
       context.fill();
       context.restore();
-      // A run that is watched measures what its driver wants.
-      const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
-      gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
-      gauges.gear.textContent = told('car.gear', 1, '');
-      gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
-      gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
-      gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
-      gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
-      const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
-      const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
-      for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
-      for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key] || 0))}%`;
-      box.dataset.time = drive.seen.time_s;
-      box.dataset.speed = now['car.vx'];
     }
+  }
+
+  /// What the gauges show.
+  function tell(now) {
+    const counts = sights.counts();
+    for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
+    // A run that is watched measures what its driver wants.
+    const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
+    gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
+    gauges.gear.textContent = told('car.gear', 1, '');
+    gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
+    gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
+    gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
+    gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
+    const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
+    const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
+    for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
+    for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key] || 0))}%`;
+    box.dataset.time = drive.seen.time_s;
+    box.dataset.speed = now['car.vx'];
   }
   new ResizeObserver(draw).observe(box);
 
@@ -288,15 +312,18 @@ export function makeLive({ changed, entriesOf, openLap }) {
         say(error.message, 'bad');
       }
     }
+    space?.setRoad(road);
     draw();
   }
-  roadBox.addEventListener('change', showRoad);
+  roadBox.addEventListener('change', () => { showRoad(); remember(); });
 
-  async function open(next) {
+  async function open(next, state = '') {
+    const [wantedRoad, wantedView] = state.split(',').map(decodeURIComponent);
     if (drive) { say('End this drive first.', 'warn'); return; }
     unit = next;
     const { entries } = await changed(), roads = entries.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id));
-    const kept = roadBox.value;
+    const kept = wantedRoad || roadBox.value;
+    if (wantedView in views) viewBox.value = wantedView;
     roadBox.replaceChildren(el('option', { value: '' }, 'none'), ...roads.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     roadBox.value = roads.some((entry) => entry.id === kept) ? kept : roads[0]?.id ?? '';
     const sensors = sensorsBox.value, files = entries.filter((entry) => entry.kind === 'devices');

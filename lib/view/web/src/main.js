@@ -22,18 +22,20 @@ function main() {
     return listing;
   }
   const show = (next, ...ids) => { location.hash = `#${[next, ...ids.filter(Boolean).map(encodeURIComponent)].join('/')}`; };
-  const track = makeTrack({ changed, openRoad: (id, against) => show('road', id, against) });
-  const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
-  const laps = makeLaps({ entriesOf: () => listing.entries });
-  const live = makeLive({ changed, entriesOf: () => listing.entries, openLap: (id) => show('laps', id) });
-  const findings = makeFindings({ entriesOf: () => listing.entries });
   // What is seen goes into the address; Back leads to what was opened before, not to every turn of the view.
-  const keep = (id, state) => {
-    if (part !== 'scans' || opened !== id) return;
+  const keepOf = (name) => (id, state) => {
+    if (part !== name || (name !== 'laps' && opened !== id)) return;
+    opened = id;
     compared = state;
-    history.replaceState(null, '', `#${['scans', id, state].map(encodeURIComponent).join('/')}`);
+    history.replaceState(null, '', `#${[name, id, state].map(encodeURIComponent).join('/')}`);
   };
-  const scans = makeScans({ changed, entriesOf: () => listing.entries, openTiles: (id) => show('scans', id), keep });
+  const track = makeTrack({ changed, keep: keepOf('track'), openRoad: (id, against) => show('road', id, against) });
+  const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
+  const laps = makeLaps({ entriesOf: () => listing.entries, keep: keepOf('laps') });
+  const openLaps = (ids, state) => show('laps', [...new Set([...laps.chosen(), ...ids])].map(encodeURIComponent).join(','), state);
+  const live = makeLive({ changed, keep: keepOf('live'), entriesOf: () => listing.entries, openLaps });
+  const findings = makeFindings({ changed, openLaps, entriesOf: () => listing.entries, keep: keepOf('findings') });
+  const scans = makeScans({ changed, entriesOf: () => listing.entries, openTiles: (id) => show('scans', id), keep: keepOf('scans') });
   Object.assign(made, { scans: { ...scans, element: scans.root }, findings: { ...findings, element: findings.root }, live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
 
   const lost = el('span', { class: 'lost', role: 'alert', 'data-role': 'lost' });
@@ -76,8 +78,7 @@ function main() {
     if (file && (file !== opened || other !== compared)) {
       opened = file;
       compared = other;
-      if (part === 'laps') await laps.toggle(file);
-      else await made[part].open(file, other);
+      await made[part].open(file, other);
     }
     fillList();
   }

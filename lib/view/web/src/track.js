@@ -1,6 +1,7 @@
 // A mesh and its recipe: look, set, build, look again.
 import { el, refill } from '../../../report/web/src/dom.js';
 import { count, show } from '../../../report/web/src/format.js';
+import { pictureButton } from '../../../report/web/src/save.js';
 import { endOf, run } from './jobs.js';
 import { makeDraft } from './draft.js';
 import { makePoints } from './points.js';
@@ -27,9 +28,10 @@ const onRoad = ['kerb', 'none', 'friction'];
 const kPatience_ms = 500;  // until a mesh is shown before it is known what its objects are
 const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 
-/// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it.
-export function makeTrack({ openRoad, changed }) {
-  let id = null, recipeId = null, tool = 'look', points = [], part = null, sheet = null, roadId = null;
+/// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it;
+/// `keep(id, state)` puts what is seen into the address.
+export function makeTrack({ openRoad, changed, keep }) {
+  let id = null, recipeId = null, shownView = '', tool = 'look', points = [], part = null, sheet = null, roadId = null;
   // Two lines: a mesh that has been read must not take away what was said of a change meanwhile.
   const [[note, say], [reading, sayOfMesh]] = ['note', 'reading'].map((role) => {
     const box = el('p', { class: 'small', role: 'status', 'data-role': role });
@@ -44,7 +46,7 @@ export function makeTrack({ openRoad, changed }) {
   const typedX = el('input', { type: 'number', step: 'any', 'aria-label': 'x / m', placeholder: 'x / m', 'data-role': 'x' });
   const typedY = el('input', { type: 'number', step: 'any', 'aria-label': 'y / m', placeholder: 'y / m', 'data-role': 'y' });
 
-  const stage = makeStage((place) => take(place));
+  const stage = makeStage((place) => take(place), () => { if (id !== null && stage.parts.length > 0) keep(id, shownView = stage.state().join(',')); });
 
   const zones = makeZones({ draft, stage, say, sheet: () => sheet, placeOf: async (at) => {
     const [x, y] = sheet.toMap(at), place = await getJson('place', { id: roadId, x, y });
@@ -152,6 +154,11 @@ export function makeTrack({ openRoad, changed }) {
     if (left !== null && ofMesh(left) !== ofMesh(draft.text)) await look();
   }
 
+  /// Where this file was looked at before; else all of it.
+  function lookAgain() {
+    if (stage.restore(shownView.split(','))) showPlan(shownView.startsWith('plan'));
+  }
+
   /// The mesh, as the recipe that was saved says.
   async function look() {
     const of = id;
@@ -163,7 +170,7 @@ export function makeTrack({ openRoad, changed }) {
       const job = await run({ ...wish, raw: true }).catch(failed);
       if (of !== id || done || job.exit_code !== 0) return;
       const bytes = await getBytes('output', { job: job.id });
-      if (of === id && !done) await stage.setMesh(bytes, () => of === id && !done);
+      if (of === id && !done && await stage.setMesh(bytes, () => of === id && !done)) lookAgain();
     }, kPatience_ms);
     const job = await run(wish).catch(failed);
     done = true;
@@ -172,6 +179,7 @@ export function makeTrack({ openRoad, changed }) {
     if (job.exit_code !== 0) { sayOfMesh(job.messages || 'The mesh could not be read.', 'bad'); return; }
     const told = await stage.setMesh(await getBytes('output', { job: job.id }));
     if (of !== id || !told) return;
+    lookAgain();
     part = null;
     stage.highlight(null);
     fillList();
@@ -232,11 +240,13 @@ export function makeTrack({ openRoad, changed }) {
   }
 
   const reverse = el('button', { type: 'button', 'data-role': 'reverse', onclick: () => edit((text) => withValue(text, 'reverse', valueOf(text, 'reverse') === 'true' ? 'false' : 'true')) }, 'Turn direction');
-  const planButton = el('button', { type: 'button', 'aria-pressed': 'false', onclick: () => {
+  const showPlan = (plan) => planButton.setAttribute('aria-pressed', String(!plan));
+  const planButton = el('button', { type: 'button', 'data-role': 'three-d', 'aria-pressed': 'false', onclick: () => {
     const plan = planButton.getAttribute('aria-pressed') === 'true';
-    planButton.setAttribute('aria-pressed', String(!plan));
+    showPlan(plan);
     stage.setPlan(plan);
     stage.setMarks(points, true);
+    keep(id, shownView = stage.state().join(','));
   } }, '3-D');
   const make = el('button', { type: 'button', 'data-role': 'make-recipe', onclick: async () => {
     const file = id.split('/').at(-1), name = file.replace(/\.[^.]*$/, ''), next = id.replace(/[^/]*$/, `${name}.yaml`);
@@ -252,7 +262,8 @@ export function makeTrack({ openRoad, changed }) {
   const root = el('div', { class: 'split', 'data-part': 'track' },
     el('div', {},
       el('div', { class: 'tools', role: 'toolbar', 'aria-label': 'What a click sets' }, toolButtons, useButton, reverse, planButton,
-        el('button', { type: 'button', onclick: () => stage.fit() }, 'All'), el('button', { type: 'button', 'data-role': 'undo', onclick: undo }, 'Undo')),
+        el('button', { type: 'button', onclick: () => stage.fit() }, 'All'), el('button', { type: 'button', 'data-role': 'undo', onclick: undo }, 'Undo'),
+        pictureButton('track', () => ({ canvas: stage.picture(), title: id ? id.replace(/^\d+\//, '') : '' }))),
       stage.box,
       el('form', { class: 'tools', style: 'margin-top:6px' }, el('label', {}, 'x / m', typedX), el('label', {}, 'y / m', typedY), el('button', { type: 'submit', 'data-role': 'set' }, 'Set'), hint)),
     el('div', { class: 'side' },
@@ -273,8 +284,10 @@ export function makeTrack({ openRoad, changed }) {
   });
   hint.textContent = tools[0][2];
 
-  /// A recipe or a mesh.
-  async function open(next) {
+  /// A recipe or a mesh; `view`: what to look at, as the address had it.
+  async function open(next, view = '') {
+    shownView = view;
+    if (view !== '' && next === id && stage.parts.length > 0) { lookAgain(); return; }
     id = next;
     part = null;
     stage.clear();
