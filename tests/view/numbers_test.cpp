@@ -46,7 +46,7 @@ Unpacked unpack(const std::string& bytes) {
 
 /// A figure of eight of two circles of 50 m round (50, 0) and (-50, 0): the crossing lies in the
 /// origin, the road rises by 1 cm per metre of v to the left and is 6 m wide.
-std::string figure_of_eight(const support::TemporaryFolder& folder) {
+crg::Surface figure_of_eight(const support::TemporaryFolder& folder) {
   crg::ReferenceLine line;
   crg::Grid grid;
   grid.v_m = {-5.0, -3.0, 0.0, 3.0, 5.0};
@@ -70,7 +70,7 @@ std::string figure_of_eight(const support::TemporaryFolder& folder) {
   }
   const std::string path = folder.path("eight.crg");
   crg::write(crg::make_crg(line, grid), path, crg::Format::KRBI);
-  return path;
+  return crg::Surface(crg::read(path));
 }
 
 TEST(PackedRoad, IsTheRoadWithTheEdgesOfWhatHasAHeight) {
@@ -90,7 +90,7 @@ TEST(PackedRoad, IsTheRoadWithTheEdgesOfWhatHasAHeight) {
 
 TEST(PackedPlaces, GoOnAlongTheirOwnLegWhereTheRoadTouchesItself) {
   support::TemporaryFolder folder;
-  const std::string road = figure_of_eight(folder);
+  const crg::Surface road = figure_of_eight(folder);
   recording::Log log;
   log.channels.resize(2);
   log.channels[0].name = "x";
@@ -134,7 +134,7 @@ TEST(PackedPlaces, FarFromTheRoadAreNone) {
 }
 
 /// A straight road along x from x_begin_m on, 100 m long; beside and beyond it is none.
-std::string straight(const support::TemporaryFolder& folder, const std::string& name,
+crg::Surface straight(const support::TemporaryFolder& folder, const std::string& name,
                      double x_begin_m, double half_width_m, double banking) {
   crg::ReferenceLine line;
   crg::Grid grid;
@@ -151,12 +151,12 @@ std::string straight(const support::TemporaryFolder& folder, const std::string& 
   crg::set_value(file.options, "BORDER_MODE_U", 0.0);
   crg::set_value(file.options, "BORDER_MODE_V", 0.0);
   crg::write(file, folder.path(name), crg::Format::KRBI);
-  return folder.path(name);
+  return crg::Surface(crg::read(folder.path(name)));
 }
 
 TEST(PlaceJson, SaysWhereOnTheRoadAPlaceIs) {
   support::TemporaryFolder folder;
-  const std::string road = straight(folder, "road.crg", 10.0, 4.0, 0.0);
+  const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.0);
   const auto place = nlohmann::json::parse(view::place_json(road, 32.25, -1.5));
   EXPECT_NEAR(place["u_m"].get<double>(), 22.25, 1e-6);
   EXPECT_NEAR(place["v_m"].get<double>(), -1.5, 1e-6);
@@ -165,7 +165,7 @@ TEST(PlaceJson, SaysWhereOnTheRoadAPlaceIs) {
 
 TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
   support::TemporaryFolder folder;
-  const std::string road = straight(folder, "road.crg", 10.0, 4.0, 0.003),
+  const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.003),
                     other = straight(folder, "other.crg", 30.0, 2.0, 0.001);
   const Unpacked part = unpack(view::packed_difference(road, other, 15.0, 40.0));
   EXPECT_EQ(part.head["rows"], 51);
@@ -187,7 +187,7 @@ TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
   }
   EXPECT_THROW(view::packed_difference(road, other, 200.0, 300.0), base::Error);
   // A road that crosses itself has no other leg for a rival: against itself nothing differs.
-  const std::string eight = figure_of_eight(folder);
+  const crg::Surface eight = figure_of_eight(folder);
   const Unpacked self = unpack(view::packed_difference(eight, eight, -1e9, 1e9));
   EXPECT_THAT(self.of.at("against_m"),
               ::testing::Pointwise(::testing::NanSensitiveDoubleEq(), self.of.at("z_m")));

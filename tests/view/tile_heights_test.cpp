@@ -41,7 +41,7 @@ TEST(TileHeights, AreThoseOverTheRoadAndNoneBesideIt) {
   std::string bytes = "before.";
   bytes.append(reinterpret_cast<const char*>(xyz_m.data()), xyz_m.size() * sizeof(float));
   const std::string path = folder.file("points.tiles", bytes);
-  const crg::Surface surface = view::road_alone(road(folder));
+  const crg::Surface surface(crg::read(road(folder)));
   const std::string told =
       view::heights_over(surface, path, {"7", "4", {10.0, 50'000.0, 1.0}});
   ASSERT_EQ(told.size(), 4 * sizeof(float));
@@ -56,7 +56,7 @@ TEST(TileHeights, AreThoseOverTheRoadAndNoneBesideIt) {
 TEST(TileHeights, OfPointsThatAreNotThereAreRefused) {
   const support::TemporaryFolder folder;
   const std::string path = folder.file("points.tiles", std::string(24, '\0'));
-  const crg::Surface surface = view::road_alone(road(folder));
+  const crg::Surface surface(crg::read(road(folder)));
   const auto status = [&](const std::string& begin, const std::string& points) {
     try {
       view::heights_over(surface, path, {begin, points, {}});

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -23,20 +24,28 @@ class Kept {
     const std::lock_guard lock(mutex_);
     std::error_code unknown;
     const std::string mark =
-        fmt::format("{} {} {}", path, std::filesystem::file_size(path, unknown),
+        fmt::format("{} {}", std::filesystem::file_size(path, unknown),
                     std::filesystem::last_write_time(path, unknown).time_since_epoch().count());
-    for (const auto& [known, value] : values_)
-      if (known == mark) return value;
-    auto value = std::make_shared<const Value>(read_(path));
-    values_.emplace_back(mark, value);
-    if (values_.size() > most) values_.pop_front();
-    return value;
+    const auto there = std::find_if(files_.begin(), files_.end(),
+                                    [&](const File& file) { return file.path == path; });
+    if (there != files_.end() && there->mark == mark) {
+      std::rotate(there, there + 1, files_.end());
+      return files_.back().value;
+    }
+    if (there != files_.end()) files_.erase(there);
+    files_.push_back({path, mark, std::make_shared<const Value>(read_(path))});
+    if (files_.size() > most) files_.pop_front();
+    return files_.back().value;
   }
 
  private:
+  struct File {
+    std::string path, mark;
+    std::shared_ptr<const Value> value;
+  };
   std::function<Value(const std::string& path)> read_;
   std::mutex mutex_;
-  std::deque<std::pair<std::string, std::shared_ptr<const Value>>> values_;
+  std::deque<File> files_;  ///< the one that was asked for last at the end
 };
 
 }  // namespace view

@@ -122,8 +122,7 @@ class Follower {
 
 }  // namespace
 
-std::string packed_road(const std::string& path) {
-  const crg::Surface surface(crg::read(path));
+std::string packed_road(const crg::Surface& surface) {
   const crg::Grid& grid = surface.file().grid;
   const std::vector<std::size_t> rows = some_of(grid.rows(), kMostRows),
                                  columns = some_of(grid.columns(), kMostColumns);
@@ -171,17 +170,15 @@ std::string packed_road(const std::string& path) {
   return packed.bytes();
 }
 
-std::string place_json(const std::string& path, double x_m, double y_m) {
-  const crg::Surface surface(crg::read(path));
+std::string place_json(const crg::Surface& surface, double x_m, double y_m) {
   crg::Cursor cursor;
   const crg::UV at = surface.uv_of_xy(x_m, y_m, cursor);
   if (!(std::abs(at.v_m) <= kFarBeside_m)) return R"({"u_m":null,"v_m":null})";
   return dump({{"u_m", at.u_m}, {"v_m", at.v_m}});
 }
 
-std::string packed_difference(const std::string& path, const std::string& against, double u_begin_m,
-                              double u_end_m) {
-  const crg::Surface surface(crg::read(path)), other(crg::read(against));
+std::string packed_difference(const crg::Surface& surface, const crg::Surface& other,
+                              double u_begin_m, double u_end_m) {
   const crg::Grid& grid = surface.file().grid;
   std::vector<std::size_t> inside, before_start;
   for (std::size_t i = 0; i < grid.rows(); ++i) {
@@ -247,9 +244,8 @@ std::string packed_channels(const recording::Log& log, const std::vector<std::st
 }
 
 std::string packed_places(const recording::Log& log, const std::string& x_name,
-                          const std::string& y_name, const std::string& road_path) {
+                          const std::string& y_name, const crg::Surface& surface) {
   const std::vector<double>&x = channel_of(log, x_name).values, &y = channel_of(log, y_name).values;
-  const crg::Surface surface(crg::read(road_path));
   const double length_m =
       surface.file().grid.u_step_m *
       static_cast<double>(std::max<std::size_t>(surface.file().grid.rows(), 1) - 1);

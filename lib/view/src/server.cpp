@@ -17,6 +17,7 @@
 #include "base/sha256.h"
 #include "base/text_lines.h"
 #include "base/write_file.h"
+#include "crg/file.h"
 #include "file_part.h"
 #include "kept.h"
 #include "live_link.h"
@@ -244,18 +245,18 @@ class Pages {
   }
 
   void road(const Request& request, Response& response) {
-    send(response, packed_road(asked_path(request)), kBytes);
+    send(response, packed_road(*roads_.of(asked_path(request))), kBytes);
   }
 
   void place(const Request& request, Response& response) {
     send(response,
-         place_json(asked_path(request), metres_of(request, "x"), metres_of(request, "y")), kJson);
+         place_json(*roads_.of(asked_path(request)), metres_of(request, "x"), metres_of(request, "y")), kJson);
   }
 
   void difference(const Request& request, Response& response) {
     send(response,
-         packed_difference(asked_path(request), asked_path(request, "against"),
-                           metres_of(request, "u_begin"), metres_of(request, "u_end")),
+         packed_difference(*roads_.of(asked_path(request)),
+                           *roads_.of(asked_path(request, "against")), metres_of(request, "u_begin"), metres_of(request, "u_end")),
          kBytes);
   }
 
@@ -273,7 +274,7 @@ class Pages {
   void places(const Request& request, Response& response) {
     send(response,
          packed_places(*logs_.of(asked_path(request)), request.get_param_value("x"),
-                       request.get_param_value("y"), asked_path(request, "road")),
+                       request.get_param_value("y"), *roads_.of(asked_path(request, "road"))),
          kBytes);
   }
 
@@ -340,7 +341,8 @@ class Pages {
   Kept<recording::Log> logs_{[](const std::string& path) {
     return recording::in_rows(recording::read_log(path), path);
   }};
-  Kept<crg::Surface, 2> roads_{road_alone};
+  Kept<crg::Surface, 3> roads_{
+      [](const std::string& path) { return crg::Surface(crg::read(path)); }};
   std::mutex writing_, driving_;
   std::unique_ptr<LiveLink> live_, watch_;
   int live_job_ = 0, watched_port_ = 0;

@@ -3,21 +3,14 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "base/text_lines.h"
-#include "crg/file.h"
 #include "file_part.h"
 #include "wish.h"
 
 namespace view {
-
-crg::Surface road_alone(const std::string& path) {
-  crg::Crg file = crg::read(path);
-  for (const char* const border : {"BORDER_MODE_U", "BORDER_MODE_V"})
-    crg::set_value(file.options, border, 0.0);
-  return crg::Surface(std::move(file));
-}
 
 std::string heights_over(const crg::Surface& road, const std::string& tiles_path,
                          const TilePlace& place) {
@@ -31,13 +24,18 @@ std::string heights_over(const crg::Surface& road, const std::string& tiles_path
   const std::size_t count = bytes.size() / kPlaceBytes;
   std::vector<float> xyz_m(3 * count), above_m(count);
   std::memcpy(xyz_m.data(), bytes.data(), bytes.size());
+  const crg::Grid& grid = road.file().grid;
+  const double u_end_m = grid.u_of(grid.rows() - 1);
   crg::Cursor cursor;
   for (std::size_t k = 0; k < count; ++k) {
     const auto map_m = [&](std::size_t axis) {
       return place.origin_m[axis] + static_cast<double>(xyz_m[3 * k + axis]);
     };
     const crg::UV at = road.uv_of_xy(map_m(0), map_m(1), cursor);
-    above_m[k] = static_cast<float>(map_m(2) - road.z_at_uv(at.u_m, at.v_m));
+    const bool is_on = at.u_m >= grid.u_of(0) && at.u_m <= u_end_m &&
+                       at.v_m >= grid.v_m.front() && at.v_m <= grid.v_m.back();
+    above_m[k] = is_on ? static_cast<float>(map_m(2) - road.z_at_uv(at.u_m, at.v_m))
+                       : std::numeric_limits<float>::quiet_NaN();
   }
   return {reinterpret_cast<const char*>(above_m.data()), count * sizeof(float)};
 }

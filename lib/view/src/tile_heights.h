@@ -16,12 +16,8 @@ struct TilePlace {
   std::array<double, 3> origin_m{};
 };
 
-/// A road that has no heights beside its grid, whatever its file says of borders. Throws
-/// crg::Error.
-crg::Surface road_alone(const std::string& path);
-
 /// Height of each point less that of the road below or above it, as float32, little endian; NaN:
-/// there is no road at that place of the map. Throws Refusal where the file has no such points.
+/// no road lies there, whatever its file says of heights beside its grid. Throws Refusal where the file has no such points.
 std::string heights_over(const crg::Surface& road, const std::string& tiles_path,
                          const TilePlace& place);
 
