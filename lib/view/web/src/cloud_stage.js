@@ -5,8 +5,8 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { css, el } from '../../../report/web/src/dom.js';
+import { drawsSlowly, fitted } from '../../../report/web/src/drawing.js';
 import { roadGeometry } from './road_mesh.js';
-import { drawsSlowly, fitted } from './stage.js';
 import { unpackTile, wantedTiles } from './tiles.js';
 
 const kAtOnce = 4, kClick_px = 5, kReach_px = 8, kMoving_points = 150000;

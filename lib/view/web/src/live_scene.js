@@ -5,9 +5,9 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { css, el } from '../../../report/web/src/dom.js';
+import { drawsSlowly, fitted } from '../../../report/web/src/drawing.js';
 import { ofShare } from './point_colours.js';
 import { roadGeometry } from './road_mesh.js';
-import { drawsSlowly, fitted } from './stage.js';
 
 const wheels = ['fl', 'fr', 'rl', 'rr'];
 const kLoad_mpn = 2.5e-4, kWheel_m = 0.33, kSlip = 0.15;  // metres of arrow a newton; radius; slip of the brightest colour

@@ -29,7 +29,7 @@ function main() {
     compared = state;
     history.replaceState(null, '', `#${[name, id, state].map(encodeURIComponent).join('/')}`);
   };
-  const track = makeTrack({ changed, keep: keepOf('track'), openRoad: (id, against) => show('road', id, against) });
+  const track = makeTrack({ changed, entriesOf: () => listing.entries, keep: keepOf('track'), openRoad: (id, against) => show('road', id, against) });
   const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
   const laps = makeLaps({ entriesOf: () => listing.entries, keep: keepOf('laps') });
   const openLaps = (ids, state) => show('laps', [...new Set([...laps.chosen(), ...ids])].map(encodeURIComponent).join(','), state);

@@ -6,30 +6,11 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { css, el } from '../../../report/web/src/dom.js';
+import { drawsSlowly, fitted } from '../../../report/web/src/drawing.js';
 
 export const classColours = { road: '#6a7077', kerb: '#d0492e', runoff: '#69a04a', barrier: '#d9b13c', scenery: '#a9b6c4', unknown: '#b0b0b0' };
 
 const kClick_px = 5;  // a drag is further
-
-/// Whether the processor draws: no smooth edges then, and fewer pixels while the view moves.
-export function drawsSlowly() {
-  const probe = document.createElement('canvas').getContext('webgl2'), about = probe?.getExtension('WEBGL_debug_renderer_info');
-  const name = about ? probe.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
-  probe?.getExtension('WEBGL_lose_context')?.loseContext();
-  return /swiftshader|llvmpipe|software/i.test(name);
-}
-
-/// Makes the picture as large as its box, with half of the pixels a side where `isCoarse`. Null: there is no room to draw.
-export function fitted(renderer, box, isCoarse) {
-  const { clientWidth: width, clientHeight: height } = box, canvas = renderer.domElement;
-  if (width < 10 || height < 10) return null;
-  const ratio = (isCoarse ? 0.5 : 1) * Math.min(2, window.devicePixelRatio || 1);
-  if (canvas.width !== Math.floor(width * ratio) || canvas.height !== Math.floor(height * ratio)) {
-    renderer.setPixelRatio(ratio);
-    renderer.setSize(width, height, false);
-  }
-  return { width, height, ratio };
-}
 
 /// `picked({x_m, y_m, z_m, part})`: map metres; z_m and part are null beside the mesh. `moved()`: the view has come to rest.
 export function makeStage(picked, moved = () => {}) {

@@ -26,11 +26,12 @@ const tools = [
 ];
 const onRoad = ['kerb', 'none', 'friction'];
 const kPatience_ms = 500;  // until a mesh is shown before it is known what its objects are
+const kLarge_bytes = 20e6;  // at once, where it is larger
 const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 
 /// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it;
 /// `keep(id, state)` puts what is seen into the address.
-export function makeTrack({ openRoad, changed, keep }) {
+export function makeTrack({ openRoad, changed, entriesOf, keep }) {
   let id = null, recipeId = null, shownView = '', tool = 'look', points = [], part = null, sheet = null, roadId = null;
   // Two lines: a mesh that has been read must not take away what was said of a change meanwhile.
   const [[note, say], [reading, sayOfMesh]] = ['note', 'reading'].map((role) => {
@@ -159,19 +160,29 @@ export function makeTrack({ openRoad, changed, keep }) {
     if (stage.restore(shownView.split(','))) showPlan(shownView.startsWith('plan'));
   }
 
+  /// Size of the file that is looked at, or of the one that the recipe names; 0: not known.
+  function meshBytes() {
+    const named = recipeId === null ? id : new URL(valueOf(draft.text, 'mesh') ?? '', `file:///${recipeId}`).pathname.slice(1);
+    return entriesOf().find((entry) => entry.id === decodeURIComponent(named))?.bytes ?? 0;
+  }
+
   /// The mesh, as the recipe that was saved says.
   async function look() {
     const of = id;
     sayOfMesh('Reading the mesh …');
     const wish = { do: 'preview', input: recipeId ?? id }, failed = (error) => ({ exit_code: 1, messages: error.message });
     let done = false;
-    // Large meshes: first as they are, in grey.
-    const early = setTimeout(async () => {
+    const showRaw = async () => {
       const job = await run({ ...wish, raw: true }).catch(failed);
       if (of !== id || done || job.exit_code !== 0) return;
       const bytes = await getBytes('output', { job: job.id });
       if (of === id && !done && await stage.setMesh(bytes, () => of === id && !done)) lookAgain();
-    }, kPatience_ms);
+    };
+    // Large meshes: first as they are, in grey; then what their objects are, which takes ten times as long.
+    let early = null;
+    if (meshBytes() > kLarge_bytes) await showRaw();
+    else early = setTimeout(showRaw, kPatience_ms);
+    if (of !== id) return;
     const job = await run(wish).catch(failed);
     done = true;
     clearTimeout(early);
