@@ -201,7 +201,7 @@ export function makeCloudStage({ fetchTile, addTo, colourOf, told, picked, moved
     if (road?.mesh) world.remove(road.mesh);
     if (road && index) {
       road.mesh?.geometry.dispose();
-      road.mesh = new Mesh(roadGeometry(road.packed, origin), new MeshLambertMaterial({ color: 0x8d949c, side: DoubleSide, depthWrite: false }));
+      road.mesh = new Mesh(roadGeometry(road.packed, origin), new MeshLambertMaterial({ color: 0xc4c8cc, side: DoubleSide, depthWrite: false }));
       road.mesh.renderOrder = -1;
       world.add(road.mesh);
       box.dataset.road = road.mesh.geometry.index.count / 3;

@@ -167,13 +167,13 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   async function send(mine) {
     const { pedals, gear, wants } = mine, brake = kBrake_pa * pedals.brake;
     const set = { 'input.steering': pedals.steer, 'input.throttle': pedals.throttle, 'input.gear': gear, 'input.brake.fl': brake, 'input.brake.fr': brake, 'input.brake.rl': 0.6 * brake, 'input.brake.rr': 0.6 * brake };
-    const conditions = { ...mine.weather, ...weather.take() };
-    Object.assign(set, conditions);
+    // With each message: where the page was late, the run went back to its own weather.
+    mine.weather = { ...mine.weather, ...weather.take() };
+    Object.assign(set, mine.weather);
     mine.sequence += 1;
     mine.wants = {};
-    mine.weather = {};
     const measured = await tellDrive(mine.job, { sequence: mine.sequence, set, pause: mine.paused, ...wants }).catch(() => null);
-    if (measured === null) { mine.wants = { ...wants, ...mine.wants }; mine.weather = conditions; }
+    if (measured === null) mine.wants = { ...wants, ...mine.wants };
     return measured;
   }
 

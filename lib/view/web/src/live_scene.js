@@ -10,7 +10,7 @@ import { ofShare } from './point_colours.js';
 import { roadGeometry } from './road_mesh.js';
 
 const wheels = ['fl', 'fr', 'rl', 'rr'];
-const kLoad_mpn = 2.5e-4, kWheel_m = 0.33, kSlip = 0.15;  // metres of arrow a newton; radius; slip of the brightest colour
+const kLoad_mpn = 6e-4, kWheel_m = 0.33, kSlip = 0.15;  // metres of arrow a newton; radius; slip of the brightest colour
 
 /// Where the camera is and what it looks at, in the car's frame: x ahead, y left, z up.
 export const cameras = {
@@ -47,6 +47,8 @@ export function makeLiveScene(words) {
     const turn = new Group(), tyre = new Mesh(new CylinderGeometry(kWheel_m, kWheel_m, 0.3, 18), new MeshLambertMaterial());
     turn.add(tyre);
     const load = new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 1), force = new ArrowHelper(new Vector3(1, 0, 0), new Vector3(), 1);
+    // Seen through wheels and body.
+    for (const part of [load.line, load.cone, force.line, force.cone]) { part.material.depthTest = false; part.renderOrder = 1; }
     car.add(turn, load, force);
     return [wheel, { turn, tyre, load, force }];
   }));
@@ -125,7 +127,7 @@ export function makeLiveScene(words) {
       body.visible = nose.visible = mode !== 'driver';
       for (const child of [...lines.children]) { child.geometry.dispose(); child.material.dispose(); lines.remove(child); }
       const height = (now?.['car.z'] ?? origin[2]) - 0.2;
-      for (const { points, colour } of seen) if (points.length > 1) lines.add(new Line(new BufferGeometry().setFromPoints(points.map(([x, y]) => local(x, y, height))), new LineBasicMaterial({ color: css(colour) })));
+      for (const { points, colour } of seen) if (points.length > 1) lines.add(new Line(new BufferGeometry().setFromPoints(points.map(([x, y]) => local(x, y, height))), new LineBasicMaterial({ color: css(colour), depthTest: false })));
       road?.material.color.set(css('--none'));
       renderer.setClearColor(new Color(css('--bg')));
       look();
