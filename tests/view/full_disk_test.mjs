@@ -1,7 +1,7 @@
 // A disk that is full while a whole build runs, with a browser: said on the page, nothing that was there is lost, and it goes on when there is room again.
 // usage: node full_disk_test.mjs KERBSTONE CRGBUILD SOURCE; exit 77: skipped.
 import { spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statfsSync, writeFileSync } from 'node:fs';
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statfsSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
@@ -19,8 +19,8 @@ function check(condition, text) {
 
 const dir = mkdtempSync(join(tmpdir(), 'kerbstone-full-disk-')), disk = join(dir, 'disk');
 mkdirSync(disk);
-// 16 MB hold the mesh and one build of it; a second one beside it needs room for its files until they take the place of the first.
-if (spawnSync('mount', ['-t', 'tmpfs', '-o', 'size=16m', 'tmpfs', disk]).status !== 0) {
+// 48 MB hold the mesh and two builds of it: files of a new one lie beside those of the old one until they take their place.
+if (spawnSync('mount', ['-t', 'tmpfs', '-o', 'size=48m', 'tmpfs', disk]).status !== 0) {
   console.log('skipped: no small disk can be mounted here (needs root); view_page has the same with a bound on the size of files');
   rmSync(dir, { recursive: true });
   process.exit(77);
@@ -28,12 +28,11 @@ if (spawnSync('mount', ['-t', 'tmpfs', '-o', 'size=16m', 'tmpfs', disk]).status 
 
 let served, browser;
 try {
-  const made = spawnSync(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(disk, 'meshes'), '--facet-m', '4', '-q'], { encoding: 'utf8' });
+  const made = spawnSync(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', join(dir, 'made'), '--facet-m', '4', '-q'], { encoding: 'utf8' });
   if (made.status !== 0) throw new Error(made.stderr);
-  for (const name of readdirSync(join(disk, 'meshes'))) if (!/\.(obj|mtl)$/.test(name)) rmSync(join(disk, 'meshes', name), { recursive: true });
-  const recipe = 'mesh: meshes/kerbstone-ring.obj\nname: ring\nu_step_m: 1\nv_step_m: 1\n';
   mkdirSync(join(disk, 'ring'));
-  writeFileSync(join(disk, 'ring/track.yaml'), recipe.replace('meshes/', '../meshes/'));
+  for (const name of readdirSync(join(dir, 'made'))) if (/\.(obj|mtl)$/.test(name)) cpSync(join(dir, 'made', name), join(disk, 'ring', name));
+  writeFileSync(join(disk, 'ring/track.yaml'), 'mesh: kerbstone-ring.obj\nname: ring\nu_step_m: 0.5\nv_step_m: 0.5\n');
   served = await serve(kerbstone, disk);
   browser = await launch(require);
   const page = await (await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: 0.5 })).newPage();
