@@ -163,6 +163,29 @@ TEST(PlaceJson, SaysWhereOnTheRoadAPlaceIs) {
   EXPECT_TRUE(nlohmann::json::parse(view::place_json(road, 30.0, 80.0))["u_m"].is_null());
 }
 
+TEST(PackedProfile, GoesStraightAcrossTheRoadAndHasNothingBesideIt) {
+  support::TemporaryFolder folder;
+  const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.01);
+  // Aslant from 6 m to the right to 6 m to the left, 15 m long; the road reaches 4 m to each side.
+  const Unpacked profile = unpack(view::packed_profile(road, {40.0, -6.0}, {49.0, 6.0}));
+  const std::vector<double>&s = profile.of.at("s_m"), &z = profile.of.at("z_m");
+  ASSERT_EQ(s.size(), 751U);
+  EXPECT_NEAR(s.back(), 15.0, 1e-9);
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    const double x = 40.0 + 0.6 * s[k], y = -6.0 + 0.8 * s[k];
+    if (std::abs(y) > 4.001) {
+      EXPECT_TRUE(std::isnan(z[k])) << y;
+    } else if (std::abs(y) < 3.999) {
+      EXPECT_NEAR(z[k], 0.02 * x + 0.01 * y, 1e-5);
+      EXPECT_NEAR(profile.of.at("u_m")[k], x - 10.0, 1e-6);
+      EXPECT_NEAR(profile.of.at("v_m")[k], y, 1e-6);
+    }
+  }
+  EXPECT_EQ(unpack(view::packed_profile(road, {0.0, 0.0}, {5000.0, 0.0})).of.at("s_m").size(),
+            20'000U);
+  EXPECT_THROW(view::packed_profile(road, {40.0, 0.0}, {40.0, 0.0}), base::Error);
+}
+
 TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
   support::TemporaryFolder folder;
   const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.003),

@@ -147,6 +147,17 @@ try {
   check(painted[0] === 'u_begin_m,u_end_m,v_begin_m,v_end_m,friction' && painted.length === 2 && [...both(0), ...both(1), 0.55].every((value, k) => Math.abs(value - zone[k]) < 0.02), `the zone is what was clicked: ${painted[1]}; ${uv}`);
   await page.click('[data-role="undo"]');
   await until(() => !document.querySelector('[data-role="recipe"]').value.includes('friction'));
+  // The profile along a line that is drawn over the road: two clicks; heights at its ends are those of crgbuild query.
+  await page.click('[data-tool="profile"]');
+  const ends = [await lookAt(pixelOf([30, 3])), await lookAt(pixelOf([60, -3]))];
+  await page.waitForSelector('[data-role="profile"][data-length]');
+  await page.waitForSelector('[data-view="line-profile"] canvas');
+  writeFileSync(join(dir, 'ends.csv'), `x_m,y_m\n${ends.map((place) => place.join(',')).join('\n')}\n`);
+  run(crgbuild, ['query', 'out/shown/ring.crg', '--points', join(dir, 'ends.csv'), '-o', join(dir, 'ends-z.csv'), '-q'], shown);
+  const endHeights = readFileSync(join(dir, 'ends-z.csv'), 'utf8').trim().split('\n').slice(1).map((row) => Number(row.split(',')[4])), lineLength = Math.hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]);
+  const told_ = await page.$eval('[data-role="profile"]', (box) => [Number(box.dataset.length), Number(box.dataset.slope)]);
+  check(Math.abs(told_[0] - lineLength) < 0.02 && Math.abs(told_[1] * lineLength - (endHeights[1] - endHeights[0])) < 2e-3, `the profile is that of the road: ${told_}, ${lineLength} m, ${endHeights}`);
+  await picture('profile');
   // A kerb that was missed, by its numbers; taken away again.
   await page.fill('[data-zone="u_begin_m"]', '2400');
   await page.fill('[data-zone="u_end_m"]', '10.5');
@@ -449,7 +460,7 @@ edges:
   await page.keyboard.down('ArrowUp');
   // A page that draws by the processor may be late by more than half a second; the car brakes then.
   await until(() => Number(document.querySelector('[data-view="live"]').dataset.time) > 4);
-  await until(() => Number(document.querySelector('[data-view="live"]').dataset.speed) > 15);
+  await until(() => Number(document.querySelector('[data-view="live"]').dataset.speed) > 3);
   // What a scanner and a camera see lies beside the car; the weather is set by keyboard.
   await until(() => { const { scan, edges } = document.querySelector('[data-view="live"]').dataset; return Number(scan) > 100 && Number(edges) > 20; });
   await picture('live');
@@ -470,6 +481,12 @@ edges:
   await page.keyboard.up('ArrowUp');
   await until(() => Number(document.querySelector('[data-view="live"]').dataset.time) > 10);
   await until((before) => Number(document.querySelector('[data-view="live"]').dataset.speed) < before, speed);
+  // Hands off the pedals: a speed is held. And the line of a lap to follow.
+  await page.keyboard.up('ArrowDown');
+  await page.fill('[data-role="target-speed"]', '30');
+  await page.selectOption('[data-role="racing-line"]', '0/drives/a.csv');
+  await page.focus('[data-view="live"] canvas');
+  await until(() => Math.abs(Number(document.querySelector('[data-view="live"]').dataset.speed) - 30 / 3.6) < 1.5);
   await page.fill('[data-role="weather-wind"]', '12.5');
   await page.keyboard.press('Enter');
   await page.fill('[data-role="weather-towards"]', '90');

@@ -70,6 +70,14 @@ TEST_F(Wish, ALapOfTheBuiltInDriverLiesBesideThePersons) {
   EXPECT_EQ(status(R"({"do": "lap", "vehicle": "0/../secret.crg", "road": "0/ring.crg"})"), 404);
 }
 
+TEST_F(Wish, TheDemoIsMadeOfTheCircuitThatCameWithTheProgram) {
+  const view::Folders folders({folder_.path("a")});
+  const ordered_json wish{{"do", "demo"}};
+  EXPECT_THAT(view::wish_of(wish, folders, "/x/circuit.yaml").command,
+              ElementsAre("crgbuild", "synth", "/x/circuit.yaml", "-o", "demo"));
+  EXPECT_EQ(status(R"({"do": "demo"})"), 404);
+}
+
 TEST_F(Wish, AnythingElseIsRefused) {
   EXPECT_EQ(status("[]"), 400);
   EXPECT_EQ(status(R"({"do": "sh"})"), 400);

@@ -28,6 +28,12 @@ std::string place_json(const crg::Surface& surface, double x_m, double y_m);
 std::string packed_difference(const crg::Surface& surface, const crg::Surface& other,
                               double u_begin_m, double u_end_m);
 
+/// Heights of a road along a straight line on the map, at 2 to 20,000 places 2 cm apart or more:
+/// s_m along the line, u_m, v_m, z_m; NaN where there is no road. Throws Error where both ends are
+/// one place.
+std::string packed_profile(const crg::Surface& road, const crg::Point2& from,
+                           const crg::Point2& to);
+
 /// Names, units, rates and ranges of the channels: JSON.
 std::string channels_json(const recording::Log& log);
 

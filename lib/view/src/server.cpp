@@ -23,6 +23,7 @@
 #include "live_link.h"
 #include "numbers.h"
 #include "page.h"
+#include "same_text.h"
 #include "tile_heights.h"
 #include "view/folders.h"
 #include "view/jobs.h"
@@ -48,14 +49,6 @@ void send(Response& response, std::string bytes, const char* type) {
       kept->size(), type, [kept](std::size_t begin, std::size_t length, httplib::DataSink& sink) {
         return sink.write(kept->data() + begin, length);
       });
-}
-
-/// As long for a wrong token as for one that is wrong at its end.
-bool is_same(std::string_view a, std::string_view b) {
-  unsigned char differs = a.size() == b.size() ? 0 : 1;
-  for (std::size_t k = 0; k < a.size(); ++k)
-    differs = static_cast<unsigned char>(differs | (a[k] ^ b[b.empty() ? 0 : k % b.size()]));
-  return differs == 0;
 }
 
 class Pages {
@@ -98,6 +91,7 @@ class Pages {
     get("api/heights", &Pages::heights);
     get("api/road", &Pages::road);
     get("api/place", &Pages::place);
+    get("api/profile", &Pages::profile);
     get("api/difference", &Pages::difference);
     get("api/result", &Pages::result);
     get("api/log", &Pages::log);
@@ -188,6 +182,7 @@ class Pages {
     for (std::size_t k = 0; k < folders_.size(); ++k) roots.push_back(folders_.root(k));
     json(response, {{"folders", roots},
                     {"opened", options_.opened},
+                    {"demo", !options_.demo.empty()},
                     {"whole", listing.is_whole},
                     {"entries", entries}});
   }
@@ -253,6 +248,13 @@ class Pages {
          place_json(*roads_.of(asked_path(request)), metres_of(request, "x"), metres_of(request, "y")), kJson);
   }
 
+  void profile(const Request& request, Response& response) {
+    const auto at = [&](const char* key) { return metres_of(request, key); };
+    send(response,
+         packed_profile(*roads_.of(asked_path(request)), {at("x0"), at("y0")}, {at("x1"), at("y1")}),
+         kBytes);
+  }
+
   void difference(const Request& request, Response& response) {
     send(response,
          packed_difference(*roads_.of(asked_path(request)),
@@ -298,7 +300,7 @@ class Pages {
   }
 
   void start_job(const Request& request, Response& response) {
-    const Wish wish = wish_of(ordered_json::parse(request.body, nullptr, false), folders_);
+    const Wish wish = wish_of(ordered_json::parse(request.body, nullptr, false), folders_, options_.demo);
     const int id = jobs_.start(wish.command, folders_.root(0));
     if (wish.port != 0) {
       const std::lock_guard lock(driving_);

@@ -177,7 +177,7 @@ Wish tiles(const ordered_json& wish, const Folders& folders) {
 
 std::string result_of(const std::string& path) { return "out/" + name_of(path); }
 
-Wish wish_of(const ordered_json& wish, const Folders& folders) {
+Wish wish_of(const ordered_json& wish, const Folders& folders, const std::string& demo) {
   if (!wish.is_object()) throw Refusal(400, "a JSON object wanted");
   const std::string what = text_of(wish, "do");
   const auto path = [&](const char* key) { return path_of(wish, key, folders); };
@@ -203,6 +203,10 @@ Wish wish_of(const ordered_json& wish, const Folders& folders) {
     out = stretch(path("input"), wish, folders);
   } else if (what == "tiles") {
     out = tiles(wish, folders);
+  } else if (what == "demo") {
+    if (demo.empty()) throw Refusal(404, "the demo circuit was not installed with this program");
+    out.result = "demo";
+    out.command = {"crgbuild", "synth", demo, "-o", out.result};
   } else if (what == "lap") {
     out = lap(wish, folders);
   } else if (what == "drive") {
@@ -210,8 +214,8 @@ Wish wish_of(const ordered_json& wish, const Folders& folders) {
   } else {
     throw Refusal(
         400,
-        fmt::format("do: '{}' seen; preview, build, stretch, keep, report, tiles, lap or drive "
-                    "wanted",
+        fmt::format("do: '{}' seen; preview, build, stretch, keep, report, tiles, demo, lap or "
+                    "drive wanted",
                     what));
   }
   return out;

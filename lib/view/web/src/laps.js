@@ -10,7 +10,7 @@ const kMost = 4;  // recordings at once: as many colours tell apart
 const kPoints = 4000;
 const colours = ['--s1', '--s2', '--s3', '--s4'];
 
-const guesses = {
+export const guesses = {
   time: /^(log time|time_s|time|t|timestamp|elapsed.*time|session ?time)( ?[[(].*)?$/i,
   x: /^(car\.x|x_m|x|pos(ition)?[_ ]?x.*|.*[._ ]x|east.*)$/i, y: /^(car\.y|y_m|y|pos(ition)?[_ ]?y.*|.*[._ ]y|north.*)$/i,
   speed: /^(car\.vx|vx_mps|vx|speed.*|.*speed.*|v)$/i,

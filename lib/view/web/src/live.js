@@ -3,6 +3,7 @@ import { el, css } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
 import { getPacked, tellDrive, watchRun } from './server.js';
+import { makeDriverHelp, pedalsToHold } from './driver_help.js';
 import { makeLiveScene } from './live_scene.js';
 import { makeSights } from './sights.js';
 import { makeWeather } from './weather.js';
@@ -14,12 +15,14 @@ const keysOf = { ArrowLeft: 'left', ArrowRight: 'right', ArrowUp: 'throttle', Ar
 /// Goes from `now` to `wanted` by at most `most`.
 const towards = (now, wanted, most) => now + Math.min(most, Math.max(-most, wanted - now));
 
-/// What the driver does, made smooth: keys know only all or nothing.
-export function pedalsOf(before, keys, pad, speed_mps, dt_s) {
+/// What the driver does, made smooth: keys know only all or nothing. `target_mps`: the speed to hold; 0: none.
+export function pedalsOf(before, keys, pad, speed_mps, dt_s, target_mps = 0) {
   // The faster, the less: 0.3 rad at rest, a twentieth of it at 80 m/s.
   const reach = kMostSteer_rad / (1 + (speed_mps / 18) ** 2);
   const steer = pad ? -pad.steer * kMostSteer_rad * Math.max(0.15, reach / kMostSteer_rad) : (keys.has('left') - keys.has('right')) * reach;
-  const throttle = pad ? pad.throttle : Number(keys.has('throttle')), brake = pad ? pad.brake : Number(keys.has('brake'));
+  const pressed = pad ? { throttle: pad.throttle, brake: pad.brake } : { throttle: Number(keys.has('throttle')), brake: Number(keys.has('brake')) };
+  // A speed is held while nobody touches the pedals.
+  const { throttle, brake } = target_mps > 0 && pressed.throttle === 0 && pressed.brake === 0 ? pedalsToHold(target_mps, speed_mps) : pressed;
   return { steer: towards(before.steer, steer, 0.6 * dt_s), throttle: towards(before.throttle, throttle, 3 * dt_s), brake: towards(before.brake, brake, 4 * dt_s) };
 }
 
@@ -45,7 +48,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
   const sensorsBox = el('select', { 'aria-label': 'Sensors of the road', 'data-role': 'sensors' });
   const portBox = el('input', { type: 'number', min: 1, max: 65535, placeholder: 'UDP port', 'aria-label': 'UDP port of a run to watch', 'data-role': 'watch-port' });
-  const sights = makeSights(), weather = makeWeather();
+  const sights = makeSights(), weather = makeWeather(), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Drive: arrows or W A S D steer, accelerate and brake' });
   const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
   const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
@@ -65,7 +68,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const laps = el('div');
   const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
     el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, el('label', {}, 'View', viewBox), el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
-      el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
+      help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
       Object.values(bars).map((each) => each.row), laps,
       el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
@@ -181,7 +184,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     if (waits || drive !== mine) return;
     const now = performance.now(), dt = Math.min(0.1, (now - mine.last) / 1000), seen = mine.seen?.values ?? {};
     mine.last = now;
-    mine.pedals = pedalsOf(mine.pedals, keys, padNow(), seen['car.vx'] ?? 0, dt);
+    mine.pedals = pedalsOf(mine.pedals, keys, padNow(), seen['car.vx'] ?? 0, dt, help.target_mps());
     const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000);
     if (gear !== mine.gear) { mine.gear = gear; mine.shifted = now; }
     waits = true;
@@ -216,7 +219,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     if (isFlat()) {
       space?.hide();
       drawFlat(now);
-    } else space.draw(now, viewBox.value, now ? sights.lines() : [], road && [road.x_m[0], road.y_m[0], Math.atan2(road.y_m[1] - road.y_m[0], road.x_m[1] - road.x_m[0])]);
+    } else space.draw(now, viewBox.value, [...help.lines(), ...(now ? sights.lines() : [])], road && [road.x_m[0], road.y_m[0], Math.atan2(road.y_m[1] - road.y_m[0], road.x_m[1] - road.x_m[0])]);
     if (now) tell(now);
   }
 
@@ -266,6 +269,10 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
       context.moveTo(road.left_x_m[0], road.left_y_m[0]);
       context.lineTo(road.right_x_m[0], road.right_y_m[0]);
       context.stroke();
+    }
+    for (const { points, colour } of help.lines()) {
+      pen(colour, 2);
+      path(points.map(([x]) => x), points.map(([, y]) => y));
     }
     if (now) {
       sights.draw(context, { pen, path, colour: css, size_m: (1.5 * ratio) / scale });
@@ -326,6 +333,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     if (wantedView in views) viewBox.value = wantedView;
     roadBox.replaceChildren(el('option', { value: '' }, 'none'), ...roads.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     roadBox.value = roads.some((entry) => entry.id === kept) ? kept : roads[0]?.id ?? '';
+    help.offer(entries);
     const sensors = sensorsBox.value, files = entries.filter((entry) => entry.kind === 'devices');
     sensorsBox.replaceChildren(el('option', { value: '' }, 'none'), ...files.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     sensorsBox.value = files.some((entry) => entry.id === sensors) ? sensors : '';

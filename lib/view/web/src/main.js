@@ -8,6 +8,7 @@ import { makeLive } from './live.js';
 import { makeRoad } from './road.js';
 import { makeScans } from './scans.js';
 import { getJson, onConnection } from './server.js';
+import { makeTour } from './tour.js';
 import { makeTrack } from './track.js';
 
 const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], findings: ['Findings', ['findings']], live: ['Live', ['unit']], scans: ['Scans', ['tiles', 'scan']] };
@@ -48,6 +49,7 @@ function main() {
     track.redraw?.();
     scans.redraw();
   } }, '◐');
+  const tour = makeTour({ show, changed, listing: () => listing });
   const search = el('input', { type: 'search', placeholder: 'Find a file', 'aria-label': 'Find a file' });
   const list = el('div', { 'data-role': 'files' });
   const place = el('div', { style: 'display:contents' });
@@ -84,14 +86,15 @@ function main() {
   }
 
   document.getElementById('view').append(
-    el('header', {}, el('h1', {}, 'Kerbstone'), el('nav', { 'aria-label': 'Parts' }, tabs), lost, el('span', { style: 'flex:1' }), theme),
-    el('aside', { 'aria-label': 'Files' }, search, list), place, makeJobs());
+    el('header', {}, el('h1', {}, 'Kerbstone'), el('nav', { 'aria-label': 'Parts' }, tabs), lost, el('span', { style: 'flex:1' }), el('button', { type: 'button', 'data-role': 'tour', onclick: () => tour.start() }, 'Tour'), theme),
+    el('aside', { 'aria-label': 'Files' }, search, list), place, makeJobs(), tour.box);
   addEventListener('hashchange', follow);
   changed().then(async () => {
     const entry = listing.entries.find((each) => each.id === listing.opened);
     const home = entry && Object.keys(parts).find((key) => parts[key][1].includes(entry.kind));
     if (!location.hash && home) history.replaceState(null, '', `#${home}/${encodeURIComponent(entry.id)}`);
     await follow();
+    if (!listing.entries.some((entry) => entry.kind !== 'picture')) tour.start();  // nothing is there yet: the first start
     document.documentElement.dataset.ready = 'yes';
   }).catch(() => { document.documentElement.dataset.ready = 'no'; });
 }

@@ -5,6 +5,7 @@ import { pictureButton } from '../../../report/web/src/save.js';
 import { endOf, run } from './jobs.js';
 import { makeDraft } from './draft.js';
 import { makePoints } from './points.js';
+import { makeProfile } from './profile.js';
 import { valueOf, withPath, withPoint, withRoute, withRule, withValue } from './recipe.js';
 import { fileAddress, getBytes, getJson, getPacked, putText } from './server.js';
 import { makeSheet } from './sheet.js';
@@ -23,6 +24,7 @@ const tools = [
   ['none', 'No kerb', 'two corners of a place where there is no kerb'],
   ['friction', 'Grip', 'two corners of a place with a grip of its own'],
   ['point', 'Control point', 'a place of the mesh that a map shows too'],
+  ['profile', 'Profile', 'where a line begins and where it ends: heights of the road that was built along it'],
 ];
 const onRoad = ['kerb', 'none', 'friction'];
 const kPatience_ms = 500;  // until a mesh is shown before it is known what its objects are
@@ -54,6 +56,7 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     return place.u_m === null ? null : place;
   } });
   const controls = makePoints({ draft, say });
+  const profile = makeProfile({ sheet: () => sheet, roadId: () => roadId, say, mark: (line) => stage.setMarks(line, true) });
   const { edit } = draft;
 
   async function take(place) {
@@ -75,9 +78,9 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
       stage.setMarks([at], false);
       controls.take({ ...place, z_m: place.z_m ?? stage.heightAt(...at) });
     }
-    if (onRoad.includes(tool)) {
+    if (onRoad.includes(tool) || tool === 'profile') {
       try {
-        await zones.take(at);
+        await (tool === 'profile' ? profile : zones).take(at);
       } catch (error) {
         say(error.message, 'bad');
       }
@@ -126,6 +129,7 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     useButton.textContent = key === 'route' ? 'Use route' : 'Use guide';
     if (onRoad.includes(key)) zones.use(key);
     if (key === 'point') controls.use();
+    if (key === 'profile') profile.use();
   } }, name));
   const useButton = el('button', { type: 'button', hidden: '', 'data-role': 'use', onclick: usePoints });
 
@@ -248,6 +252,7 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
     stage.setRoad(sheet ? sheet.inMesh() : null);
     if (of) stage.box.dataset.road = of; else delete stage.box.dataset.road;
     zones.setSummary(of ? summary : null);
+    profile.clear();
   }
 
   const reverse = el('button', { type: 'button', 'data-role': 'reverse', onclick: () => edit((text) => withValue(text, 'reverse', valueOf(text, 'reverse') === 'true' ? 'false' : 'true')) }, 'Turn direction');
@@ -283,7 +288,7 @@ export function makeTrack({ openRoad, changed, entriesOf, keep }) {
         el('button', { type: 'button', 'data-role': 'look', onclick: look }, 'Read the mesh again'), make),
       note, reading, pictures, el('h2', {}, 'Recipe'), draft.box,
       el('div', { class: 'tools' }, el('button', { type: 'button', 'data-role': 'save', onclick: () => draft.save() }, 'Save')),
-      zones.root, controls.root,
+      profile.root, zones.root, controls.root,
       el('h2', {}, 'Mesh'), facts, el('h2', {}, 'Objects'), chosen, el('div', { class: 'tools' }, classButtons), filter, list));
   root.querySelector('form').addEventListener('submit', (event) => {
     event.preventDefault();
