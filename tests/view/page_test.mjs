@@ -147,9 +147,14 @@ try {
   check(painted[0] === 'u_begin_m,u_end_m,v_begin_m,v_end_m,friction' && painted.length === 2 && [...both(0), ...both(1), 0.55].every((value, k) => Math.abs(value - zone[k]) < 0.02), `the zone is what was clicked: ${painted[1]}; ${uv}`);
   await page.click('[data-role="undo"]');
   await until(() => !document.querySelector('[data-role="recipe"]').value.includes('friction'));
-  // The profile along a line that is drawn over the road: two clicks; heights at its ends are those of crgbuild query.
+  // The profile along a line over the road, its ends typed; heights there are those of crgbuild query.
   await page.click('[data-tool="profile"]');
-  const ends = [await lookAt(pixelOf([30, 3])), await lookAt(pixelOf([60, -3]))];
+  const ends = [[30, 3], [60, -3]];
+  for (const [x, y] of ends) {
+    await page.fill('[data-role="x"]', String(x));
+    await page.fill('[data-role="y"]', String(y));
+    await page.press('[data-role="y"]', 'Enter');
+  }
   await page.waitForSelector('[data-role="profile"][data-length]');
   await page.waitForSelector('[data-view="line-profile"] canvas');
   writeFileSync(join(dir, 'ends.csv'), `x_m,y_m\n${ends.map((place) => place.join(',')).join('\n')}\n`);
