@@ -135,7 +135,7 @@ TEST(PackedPlaces, FarFromTheRoadAreNone) {
 
 /// A straight road along x from x_begin_m on, 100 m long; beside and beyond it is none.
 crg::Surface straight(const support::TemporaryFolder& folder, const std::string& name,
-                     double x_begin_m, double half_width_m, double banking) {
+                      double x_begin_m, double half_width_m, double banking) {
   crg::ReferenceLine line;
   crg::Grid grid;
   for (double v = -half_width_m; v < half_width_m + 0.1; v += 1.0) grid.v_m.push_back(v);
@@ -189,7 +189,7 @@ TEST(PackedProfile, GoesStraightAcrossTheRoadAndHasNothingBesideIt) {
 TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
   support::TemporaryFolder folder;
   const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.003),
-                    other = straight(folder, "other.crg", 30.0, 2.0, 0.001);
+                     other = straight(folder, "other.crg", 30.0, 2.0, 0.001);
   const Unpacked part = unpack(view::packed_difference(road, other, 15.0, 40.0));
   EXPECT_EQ(part.head["rows"], 51);
   EXPECT_EQ(part.head["columns"], 9);

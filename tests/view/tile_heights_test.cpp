@@ -12,8 +12,8 @@
 
 namespace {
 
-/// A road of 100 m along x at y = 50,000, 4 m wide to each side, that rises by 2 % and leans by 1 %;
-/// its own borders would go on for ever.
+/// A road of 100 m along x at y = 50,000, 4 m wide to each side, that rises by 2 % and leans by 1
+/// %; its own borders would go on for ever.
 std::string road(const support::TemporaryFolder& folder) {
   crg::ReferenceLine line;
   crg::Grid grid;
@@ -36,14 +36,13 @@ std::string road(const support::TemporaryFolder& folder) {
 TEST(TileHeights, AreThoseOverTheRoadAndNoneBesideIt) {
   const support::TemporaryFolder folder;
   // Places relative to (10, 50000, 1); seven bytes of something else in front of them.
-  const std::vector<float> xyz_m = {20.0F, 2.0F,  0.0F,  60.25F, -3.9F,  5.0F,
-                                    20.0F, 4.25F, 0.0F, 95.0F,  0.0F, 0.0F};
+  const std::vector<float> xyz_m = {20.0F, 2.0F,  0.0F, 60.25F, -3.9F, 5.0F,
+                                    20.0F, 4.25F, 0.0F, 95.0F,  0.0F,  0.0F};
   std::string bytes = "before.";
   bytes.append(reinterpret_cast<const char*>(xyz_m.data()), xyz_m.size() * sizeof(float));
   const std::string path = folder.file("points.tiles", bytes);
   const crg::Surface surface(crg::read(road(folder)));
-  const std::string told =
-      view::heights_over(surface, path, {"7", "4", {10.0, 50'000.0, 1.0}});
+  const std::string told = view::heights_over(surface, path, {"7", "4", {10.0, 50'000.0, 1.0}});
   ASSERT_EQ(told.size(), 4 * sizeof(float));
   std::vector<float> above_m(4);
   std::memcpy(above_m.data(), told.data(), told.size());

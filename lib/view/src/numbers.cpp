@@ -218,10 +218,10 @@ std::string packed_difference(const crg::Surface& surface, const crg::Surface& o
 std::string packed_profile(const crg::Surface& road, const crg::Point2& from,
                            const crg::Point2& to) {
   const double length_m = std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
-  if (!(length_m > 0.0)) throw base::Error("a line from one place to another wanted, one place seen");
-  const auto steps =
-      static_cast<std::size_t>(
-          std::clamp(std::ceil(length_m / kFinestProfile_m), 1.0, kMostProfile - 1.0));
+  if (!(length_m > 0.0))
+    throw base::Error("a line from one place to another wanted, one place seen");
+  const auto steps = static_cast<std::size_t>(
+      std::clamp(std::ceil(length_m / kFinestProfile_m), 1.0, kMostProfile - 1.0));
   const crg::Grid& grid = road.file().grid;
   const double u_end_m = grid.u_of(grid.rows() - 1);
   std::vector<double> s, u, v, z;
@@ -230,8 +230,8 @@ std::string packed_profile(const crg::Surface& road, const crg::Point2& from,
     const double share = static_cast<double>(k) / static_cast<double>(steps);
     const crg::UV at = road.uv_of_xy(from.x_m + share * (to.x_m - from.x_m),
                                      from.y_m + share * (to.y_m - from.y_m), cursor);
-    const bool is_on = at.u_m >= grid.u_of(0) && at.u_m <= u_end_m &&
-                       at.v_m >= grid.v_m.front() && at.v_m <= grid.v_m.back();
+    const bool is_on = at.u_m >= grid.u_of(0) && at.u_m <= u_end_m && at.v_m >= grid.v_m.front() &&
+                       at.v_m <= grid.v_m.back();
     s.push_back(share * length_m);
     u.push_back(is_on ? at.u_m : kNaN);
     v.push_back(is_on ? at.v_m : kNaN);

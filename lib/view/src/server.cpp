@@ -245,20 +245,24 @@ class Pages {
 
   void place(const Request& request, Response& response) {
     send(response,
-         place_json(*roads_.of(asked_path(request)), metres_of(request, "x"), metres_of(request, "y")), kJson);
+         place_json(*roads_.of(asked_path(request)), metres_of(request, "x"),
+                    metres_of(request, "y")),
+         kJson);
   }
 
   void profile(const Request& request, Response& response) {
     const auto at = [&](const char* key) { return metres_of(request, key); };
-    send(response,
-         packed_profile(*roads_.of(asked_path(request)), {at("x0"), at("y0")}, {at("x1"), at("y1")}),
-         kBytes);
+    send(
+        response,
+        packed_profile(*roads_.of(asked_path(request)), {at("x0"), at("y0")}, {at("x1"), at("y1")}),
+        kBytes);
   }
 
   void difference(const Request& request, Response& response) {
     send(response,
          packed_difference(*roads_.of(asked_path(request)),
-                           *roads_.of(asked_path(request, "against")), metres_of(request, "u_begin"), metres_of(request, "u_end")),
+                           *roads_.of(asked_path(request, "against")),
+                           metres_of(request, "u_begin"), metres_of(request, "u_end")),
          kBytes);
   }
 
@@ -300,7 +304,8 @@ class Pages {
   }
 
   void start_job(const Request& request, Response& response) {
-    const Wish wish = wish_of(ordered_json::parse(request.body, nullptr, false), folders_, options_.demo);
+    const Wish wish =
+        wish_of(ordered_json::parse(request.body, nullptr, false), folders_, options_.demo);
     const int id = jobs_.start(wish.command, folders_.root(0));
     if (wish.port != 0) {
       const std::lock_guard lock(driving_);
@@ -340,9 +345,8 @@ class Pages {
   const ServerOptions& options_;
   Folders folders_;
   Jobs jobs_;
-  Kept<recording::Log> logs_{[](const std::string& path) {
-    return recording::in_rows(recording::read_log(path), path);
-  }};
+  Kept<recording::Log> logs_{
+      [](const std::string& path) { return recording::in_rows(recording::read_log(path), path); }};
   Kept<crg::Surface, 3> roads_{
       [](const std::string& path) { return crg::Surface(crg::read(path)); }};
   std::mutex writing_, driving_;

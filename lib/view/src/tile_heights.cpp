@@ -32,8 +32,8 @@ std::string heights_over(const crg::Surface& road, const std::string& tiles_path
       return place.origin_m[axis] + static_cast<double>(xyz_m[3 * k + axis]);
     };
     const crg::UV at = road.uv_of_xy(map_m(0), map_m(1), cursor);
-    const bool is_on = at.u_m >= grid.u_of(0) && at.u_m <= u_end_m &&
-                       at.v_m >= grid.v_m.front() && at.v_m <= grid.v_m.back();
+    const bool is_on = at.u_m >= grid.u_of(0) && at.u_m <= u_end_m && at.v_m >= grid.v_m.front() &&
+                       at.v_m <= grid.v_m.back();
     above_m[k] = is_on ? static_cast<float>(map_m(2) - road.z_at_uv(at.u_m, at.v_m))
                        : std::numeric_limits<float>::quiet_NaN();
   }

@@ -17,7 +17,8 @@ struct TilePlace {
 };
 
 /// Height of each point less that of the road below or above it, as float32, little endian; NaN:
-/// no road lies there, whatever its file says of heights beside its grid. Throws Refusal where the file has no such points.
+/// no road lies there, whatever its file says of heights beside its grid. Throws Refusal where the
+/// file has no such points.
 std::string heights_over(const crg::Surface& road, const std::string& tiles_path,
                          const TilePlace& place);
 

@@ -28,22 +28,11 @@ constexpr std::array kDriven = {"input.steering",
                                 "parameter.environment.wind_mps",
                                 "parameter.environment.wind_heading_rad",
                                 "parameter.environment.road_grip"};
-constexpr std::array kShown = {"car.x",
-                               "car.y",
-                               "car.yaw",
-                               "car.vx",
-                               "car.u",
-                               "car.gear",
-                               "car.engine",
-                               "car.steer",
-                               "car.throttle",
-                               "car.z",
-                               "car.roll",
-                               "car.pitch",
-                               "car.ax",
-                               "car.ay",
-                               "wheel.fl.brake",
-                               "parameter.engine.limit_radps"};
+constexpr std::array kShown = {
+    "car.x",        "car.y",    "car.yaw",        "car.vx",
+    "car.u",        "car.gear", "car.engine",     "car.steer",
+    "car.throttle", "car.z",    "car.roll",       "car.pitch",
+    "car.ax",       "car.ay",   "wheel.fl.brake", "parameter.engine.limit_radps"};
 
 constexpr std::array kWheels = {"fl", "fr", "rl", "rr"};
 constexpr std::array kShownOfWheel = {"fz",        "fx",        "fy",        "kappa",
@@ -145,8 +134,8 @@ Wish lap(const ordered_json& wish, const Folders& folders) {
   Wish out;
   const std::string of = fs::absolute(folders.root(0) / vehicle).parent_path().filename().string();
   out.result = new_file(folders, "out/drives", of + "-lap", ".csv");
-  out.command = {"crgdrive", "lap",     "--vehicle", vehicle.string(),
-                 "--track",  path_of(wish, "road", folders)};
+  out.command = {"crgdrive",       "lap",     "--vehicle",
+                 vehicle.string(), "--track", path_of(wish, "road", folders)};
   if (!text_of(wish, "friction").empty())
     append(out.command, {"--friction", path_of(wish, "friction", folders)});
   append(out.command, {"-o", out.result});

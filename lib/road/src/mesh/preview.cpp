@@ -102,21 +102,20 @@ void thin(PreviewPart& part, double share, bool quickly) {
   // Of long narrow triangles cells leave some times fewer than asked for.
   constexpr std::size_t kMoreByCells = 4;
   const std::size_t wanted =
-      3 * static_cast<std::size_t>(std::max(
-              1.0, std::floor(share * static_cast<double>(part.indices.size() / 3))));
+      3 * static_cast<std::size_t>(
+              std::max(1.0, std::floor(share * static_cast<double>(part.indices.size() / 3))));
   std::vector<std::uint32_t> fewer =
       quickly ? merged_by_cells(part, kMoreByCells * wanted) : merged(part, part.indices, wanted);
   if (quickly && fewer.size() > 2 * wanted) fewer = merged(part, fewer, wanted);
   // Triangles that share no edges cannot be merged along them.
   if (fewer.size() > 2 * wanted) fewer = merged_by_cells(part, wanted);
   if (fewer.empty())  // nothing but slivers: the first ones stand for all
-    fewer.assign(part.indices.begin(),
-                 part.indices.begin() +
-                     static_cast<std::ptrdiff_t>(std::min(wanted, part.indices.size())));
+    fewer.assign(part.indices.begin(), part.indices.begin() + static_cast<std::ptrdiff_t>(std::min(
+                                                                  wanted, part.indices.size())));
   std::vector<float> kept(part.positions_m.size());
-  const std::size_t used = meshopt_optimizeVertexFetch(kept.data(), fewer.data(), fewer.size(),
-                                                       part.positions_m.data(),
-                                                       part.positions_m.size() / 3, kStride);
+  const std::size_t used =
+      meshopt_optimizeVertexFetch(kept.data(), fewer.data(), fewer.size(), part.positions_m.data(),
+                                  part.positions_m.size() / 3, kStride);
   kept.resize(3 * used);
   part.indices = std::move(fewer);
   part.positions_m = std::move(kept);
@@ -158,8 +157,7 @@ PreviewPart part_of(const Mesh& mesh, const Group& group, double share, bool qui
                            : to_string(static_cast<SurfaceClass>(group.surface_class));
   part.triangles = group.triangles.size();
   for (const std::uint32_t t : group.triangles) part.area_m2 += area_m2(mesh, t);
-  if (!quickly || !index_as_shared(mesh, group.triangles, part))
-    index(mesh, group.triangles, part);
+  if (!quickly || !index_as_shared(mesh, group.triangles, part)) index(mesh, group.triangles, part);
   if (share < 1.0) thin(part, share, quickly);
   return part;
 }
