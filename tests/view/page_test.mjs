@@ -556,6 +556,9 @@ edges:
   }
   await page.click('[data-role="to-laps"]');
   await page.waitForSelector('[aria-label="Lap of 0/out/drives/car-1.csv"]');
+  // A person's drive beside one of the built-in driver: the same channels have the same names.
+  const shared = await page.$$eval('[data-part="laps"] [data-role="channel"] option', (options) => options.map((each) => each.value));
+  check(await page.$('[aria-label="Lap of 0/drives/b.csv"]') !== null && ['vx_mps', 'x_m', 'steer_rad', 'fz_fl_n'].every((name) => shared.includes(name)), `channels of both: ${shared}`);
 
   // Findings of crgexplain, of a stranger: what they say is text.
   mkdirSync(join(shown, 'found'));

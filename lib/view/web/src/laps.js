@@ -16,6 +16,15 @@ export const guesses = {
   speed: /^(car\.vx|vx_mps|vx|speed.*|.*speed.*|v)$/i,
 };
 
+const units = { x: 'm', y: 'm', z: 'm', u: 'm', roll: 'rad', pitch: 'rad', yaw: 'rad', vx: 'mps', vy: 'mps', ax: 'mps2', ay: 'mps2', az: 'mps2', steer: 'rad', engine: 'radps', throttle: '', gear: '' }, wheelUnits = { fz: 'n', brake: 'pa' };
+
+/// Names of a unit's variables as the tables of `crgdrive` have them, so that a person's drive lies over one of the built-in driver: car.vx is vx_mps, wheel.fl.fz is fz_fl_n.
+export function canonicalName(name) {
+  const [, ofCar] = name.match(/^car\.(\w+)$/) ?? [], [, wheel, ofWheel] = name.match(/^wheel\.(fl|fr|rl|rr)\.(\w+)$/) ?? [];
+  if (Object.hasOwn(units, ofCar ?? '')) return units[ofCar] ? `${ofCar}_${units[ofCar]}` : ofCar;
+  return Object.hasOwn(wheelUnits, ofWheel ?? '') ? `${ofWheel}_${wheel}_${wheelUnits[ofWheel]}` : name;
+}
+
 /// Index of the last value that is not above x; values ascend.
 function below(values, x) {
   let low = 0, high = values.length - 1;
@@ -97,6 +106,8 @@ export function makeLaps({ entriesOf, keep }) {
     let info;
     try {
       info = await getJson('log', { id });
+      const inFile = new Set(info.channels.map((each) => each.name));
+      for (const each of info.channels) Object.assign(each, { file: each.name, name: inFile.has(canonicalName(each.name)) ? each.name : canonicalName(each.name) });
     } catch (error) {
       takeAway(id);
       return error.message;
@@ -171,7 +182,8 @@ export function makeLaps({ entriesOf, keep }) {
     const missing = reckoned?.channels.find((name) => !log.info.channels.some((each) => each.name === name));
     if (missing !== undefined) throw new Error(`${log.id}: has no channel '${missing}'`);
     const wanted = [...new Set([...(reckoned?.channels ?? []), channel.value, log.names.time, log.names.x, log.names.y].filter(Boolean))];
-    const packed = await getPacked('channels', { id: log.id, name: wanted });
+    const fileName = (name) => log.info.channels.find((each) => each.name === name).file, sent = await getPacked('channels', { id: log.id, name: wanted.map(fileName) });
+    const packed = Object.fromEntries(wanted.map((name) => [name, sent[fileName(name)]]));
     const rows = packed[channel.value].length, time = log.names.time ? packed[log.names.time] : Float64Array.from({ length: rows }, (_, k) => k);
     const values = reckoned ? reckoned.of(packed, time) : packed[channel.value];
     const x = packed[log.names.x], y = packed[log.names.y];
@@ -188,7 +200,7 @@ export function makeLaps({ entriesOf, keep }) {
     } else if (over.value === 'u') {
       if (!x || !y) throw new Error(`${log.id}: name its channels for x and y to lay it on the road`);
       if (!road.value) throw new Error('choose the road whose u is meant');
-      const places = await getPacked('places', { id: log.id, road: road.value, x: log.names.x, y: log.names.y });
+      const places = await getPacked('places', { id: log.id, road: road.value, x: fileName(log.names.x), y: fileName(log.names.y) });
       at = places.u_m;
       ({ closed } = places.head);
       laps = lapsOf(at, places.head.length_m, closed);

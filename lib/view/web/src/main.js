@@ -33,7 +33,7 @@ function main() {
   const track = makeTrack({ changed, entriesOf: () => listing.entries, keep: keepOf('track'), openRoad: (id, against) => show('road', id, against) });
   const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
   const laps = makeLaps({ entriesOf: () => listing.entries, keep: keepOf('laps') });
-  const openLaps = (ids, state) => show('laps', [...new Set([...laps.chosen(), ...ids])].map(encodeURIComponent).join(','), state);
+  const openLaps = (ids, state) => show('laps', [...new Set([...(state ? [] : laps.chosen()), ...ids])].map(encodeURIComponent).join(','), state);
   const live = makeLive({ changed, keep: keepOf('live'), entriesOf: () => listing.entries, openLaps });
   const findings = makeFindings({ changed, openLaps, entriesOf: () => listing.entries, keep: keepOf('findings') });
   const scans = makeScans({ changed, entriesOf: () => listing.entries, openTiles: (id) => show('scans', id), keep: keepOf('scans') });
