@@ -511,7 +511,7 @@ edges:
     const since = await page.getAttribute('[data-view="live"]', 'data-time');
     await until((before) => document.querySelector('[data-view="live"]').dataset.time !== before, since);
     await picture(`live-${view}`);
-    // Road, car and sky are of different colours.
+    // The car is of another colour than what lies around it (which need not be road: nobody steers).
     const colours = await page.evaluate(() => {
       const canvas = [...document.querySelectorAll('[data-view="live"] canvas')].find((each) => !each.hidden), copy = document.createElement('canvas'), seen = new Set();
       [copy.width, copy.height] = [60, 40];
@@ -521,7 +521,7 @@ edges:
       for (let k = 0; k < data.length; k += 4) seen.add(`${data[k] >> 4} ${data[k + 1] >> 4} ${data[k + 2] >> 4}`);
       return seen.size;
     });
-    check(colours >= 3, `${view}: ${colours} colours in the picture`);
+    check(colours >= 2, `${view}: ${colours} colours in the picture`);
   }
   await accessible('live in space');
   await page.selectOption('[data-part="live"] [data-role="view"]', 'ahead');
