@@ -46,7 +46,7 @@ Unpacked unpack(const std::string& bytes) {
 
 /// A figure of eight of two circles of 50 m round (50, 0) and (-50, 0): the crossing lies in the
 /// origin, the road rises by 1 cm per metre of v to the left and is 6 m wide.
-std::string figure_of_eight(const support::TemporaryFolder& folder) {
+crg::Surface figure_of_eight(const support::TemporaryFolder& folder) {
   crg::ReferenceLine line;
   crg::Grid grid;
   grid.v_m = {-5.0, -3.0, 0.0, 3.0, 5.0};
@@ -70,7 +70,7 @@ std::string figure_of_eight(const support::TemporaryFolder& folder) {
   }
   const std::string path = folder.path("eight.crg");
   crg::write(crg::make_crg(line, grid), path, crg::Format::KRBI);
-  return path;
+  return crg::Surface(crg::read(path));
 }
 
 TEST(PackedRoad, IsTheRoadWithTheEdgesOfWhatHasAHeight) {
@@ -90,7 +90,7 @@ TEST(PackedRoad, IsTheRoadWithTheEdgesOfWhatHasAHeight) {
 
 TEST(PackedPlaces, GoOnAlongTheirOwnLegWhereTheRoadTouchesItself) {
   support::TemporaryFolder folder;
-  const std::string road = figure_of_eight(folder);
+  const crg::Surface road = figure_of_eight(folder);
   recording::Log log;
   log.channels.resize(2);
   log.channels[0].name = "x";
@@ -134,8 +134,8 @@ TEST(PackedPlaces, FarFromTheRoadAreNone) {
 }
 
 /// A straight road along x from x_begin_m on, 100 m long; beside and beyond it is none.
-std::string straight(const support::TemporaryFolder& folder, const std::string& name,
-                     double x_begin_m, double half_width_m, double banking) {
+crg::Surface straight(const support::TemporaryFolder& folder, const std::string& name,
+                      double x_begin_m, double half_width_m, double banking) {
   crg::ReferenceLine line;
   crg::Grid grid;
   for (double v = -half_width_m; v < half_width_m + 0.1; v += 1.0) grid.v_m.push_back(v);
@@ -151,22 +151,45 @@ std::string straight(const support::TemporaryFolder& folder, const std::string& 
   crg::set_value(file.options, "BORDER_MODE_U", 0.0);
   crg::set_value(file.options, "BORDER_MODE_V", 0.0);
   crg::write(file, folder.path(name), crg::Format::KRBI);
-  return folder.path(name);
+  return crg::Surface(crg::read(folder.path(name)));
 }
 
 TEST(PlaceJson, SaysWhereOnTheRoadAPlaceIs) {
   support::TemporaryFolder folder;
-  const std::string road = straight(folder, "road.crg", 10.0, 4.0, 0.0);
+  const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.0);
   const auto place = nlohmann::json::parse(view::place_json(road, 32.25, -1.5));
   EXPECT_NEAR(place["u_m"].get<double>(), 22.25, 1e-6);
   EXPECT_NEAR(place["v_m"].get<double>(), -1.5, 1e-6);
   EXPECT_TRUE(nlohmann::json::parse(view::place_json(road, 30.0, 80.0))["u_m"].is_null());
 }
 
+TEST(PackedProfile, GoesStraightAcrossTheRoadAndHasNothingBesideIt) {
+  support::TemporaryFolder folder;
+  const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.01);
+  // Aslant from 6 m to the right to 6 m to the left, 15 m long; the road reaches 4 m to each side.
+  const Unpacked profile = unpack(view::packed_profile(road, {40.0, -6.0}, {49.0, 6.0}));
+  const std::vector<double>&s = profile.of.at("s_m"), &z = profile.of.at("z_m");
+  ASSERT_EQ(s.size(), 751U);
+  EXPECT_NEAR(s.back(), 15.0, 1e-9);
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    const double x = 40.0 + 0.6 * s[k], y = -6.0 + 0.8 * s[k];
+    if (std::abs(y) > 4.001) {
+      EXPECT_TRUE(std::isnan(z[k])) << y;
+    } else if (std::abs(y) < 3.999) {
+      EXPECT_NEAR(z[k], 0.02 * x + 0.01 * y, 1e-5);
+      EXPECT_NEAR(profile.of.at("u_m")[k], x - 10.0, 1e-6);
+      EXPECT_NEAR(profile.of.at("v_m")[k], y, 1e-6);
+    }
+  }
+  EXPECT_EQ(unpack(view::packed_profile(road, {0.0, 0.0}, {5000.0, 0.0})).of.at("s_m").size(),
+            20'000U);
+  EXPECT_THROW(view::packed_profile(road, {40.0, 0.0}, {40.0, 0.0}), base::Error);
+}
+
 TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
   support::TemporaryFolder folder;
-  const std::string road = straight(folder, "road.crg", 10.0, 4.0, 0.003),
-                    other = straight(folder, "other.crg", 30.0, 2.0, 0.001);
+  const crg::Surface road = straight(folder, "road.crg", 10.0, 4.0, 0.003),
+                     other = straight(folder, "other.crg", 30.0, 2.0, 0.001);
   const Unpacked part = unpack(view::packed_difference(road, other, 15.0, 40.0));
   EXPECT_EQ(part.head["rows"], 51);
   EXPECT_EQ(part.head["columns"], 9);
@@ -187,7 +210,7 @@ TEST(PackedDifference, ComparesHeightsAtTheSamePlacesOfTheMap) {
   }
   EXPECT_THROW(view::packed_difference(road, other, 200.0, 300.0), base::Error);
   // A road that crosses itself has no other leg for a rival: against itself nothing differs.
-  const std::string eight = figure_of_eight(folder);
+  const crg::Surface eight = figure_of_eight(folder);
   const Unpacked self = unpack(view::packed_difference(eight, eight, -1e9, 1e9));
   EXPECT_THAT(self.of.at("against_m"),
               ::testing::Pointwise(::testing::NanSensitiveDoubleEq(), self.of.at("z_m")));

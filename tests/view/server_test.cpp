@@ -43,6 +43,7 @@ class Server : public ::testing::Test {
       view::serve({.folders = {folder_.path("shown")},
                    .opened = {},
                    .tools = std::filesystem::path(places::crgbuild()).parent_path().string(),
+                   .demo = {},
                    .token = kToken},
                   [&](const std::string& address, const std::function<void()>& stop) {
                     ready.set_value({address, stop});

@@ -56,6 +56,27 @@ TEST_F(Wish, FilesOfOtherFoldersAreNamedWholeSoThatNoneIsAFlag) {
                           std::filesystem::canonical(folder_.path("b/-o.crg")).string()));
 }
 
+TEST_F(Wish, ALapOfTheBuiltInDriverLiesBesideThePersons) {
+  std::filesystem::create_directories(folder_.path("a/found"));
+  folder_.file("a/found/vehicle.yaml", "");
+  folder_.file("a/found/friction.crg", "");
+  const view::Wish lap = of(
+      R"({"do": "lap", "vehicle": "0/found/vehicle.yaml", "road": "0/ring.crg", "friction": "0/found/friction.crg"})");
+  EXPECT_THAT(lap.command, ElementsAre("crgdrive", "lap", "--vehicle", "found/vehicle.yaml",
+                                       "--track", "ring.crg", "--friction", "found/friction.crg",
+                                       "-o", "out/drives/found-lap-1.csv"));
+  EXPECT_EQ(lap.result, "out/drives/found-lap-1.csv");
+  EXPECT_EQ(status(R"({"do": "lap", "vehicle": "0/../secret.crg", "road": "0/ring.crg"})"), 404);
+}
+
+TEST_F(Wish, TheDemoIsMadeOfTheCircuitThatCameWithTheProgram) {
+  const view::Folders folders({folder_.path("a")});
+  const ordered_json wish{{"do", "demo"}};
+  EXPECT_THAT(view::wish_of(wish, folders, "/x/circuit.yaml").command,
+              ElementsAre("crgbuild", "synth", "/x/circuit.yaml", "-o", "demo"));
+  EXPECT_EQ(status(R"({"do": "demo"})"), 404);
+}
+
 TEST_F(Wish, AnythingElseIsRefused) {
   EXPECT_EQ(status("[]"), 400);
   EXPECT_EQ(status(R"({"do": "sh"})"), 400);

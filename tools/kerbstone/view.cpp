@@ -41,6 +41,17 @@ void make_tools_found(const std::string& own) {
   if (!path.empty()) ::setenv("PATH", (path + (known == nullptr ? "" : known)).c_str(), 1);
 }
 
+/// The circuit of the tour: of a package, or of the tree in which this was built; empty: neither.
+std::string demo_circuit(const std::string& own) {
+  for (const char* const examples : {"../share/doc/kerbstone/examples", "../../../.."}) {
+    std::error_code error;
+    const fs::path path =
+        fs::canonical(fs::path(own) / examples / "tracks/kerbstone-ring/circuit.yaml", error);
+    if (!error) return path.string();
+  }
+  return "";
+}
+
 /// False where this system has no browser to start, or no screen.
 bool open_browser(const std::string& address) {
   if (::getenv("DISPLAY") == nullptr && ::getenv("WAYLAND_DISPLAY") == nullptr) return false;
@@ -82,6 +93,7 @@ int view(const ViewCommand& command, command::Terminal& terminal) {
         fmt::format("--token: at least {} letters and digits wanted", ::view::kShortestToken));
   options.tools = folder_of_tools();
   make_tools_found(options.tools);
+  options.demo = demo_circuit(options.tools);
   std::thread clock;
   ::view::serve(options, [&](const std::string& address, const std::function<void()>& stop) {
     terminal.print(terminal.json ? base::json_text(nlohmann::ordered_json{{"address", address}})

@@ -23,6 +23,7 @@ static_assert(std::endian::native == std::endian::little, "the page reads little
 constexpr std::size_t kMostRows = 3000, kMostColumns = 41;
 constexpr std::size_t kMostDifferenceRows = 1000, kMostDifferenceColumns = 201;
 constexpr double kFarBeside_m = 50.0, kCrossing_m = 100.0;
+constexpr double kFinestProfile_m = 0.02, kMostProfile = 20'000.0;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::string dump(const ordered_json& json) {
@@ -122,8 +123,7 @@ class Follower {
 
 }  // namespace
 
-std::string packed_road(const std::string& path) {
-  const crg::Surface surface(crg::read(path));
+std::string packed_road(const crg::Surface& surface) {
   const crg::Grid& grid = surface.file().grid;
   const std::vector<std::size_t> rows = some_of(grid.rows(), kMostRows),
                                  columns = some_of(grid.columns(), kMostColumns);
@@ -171,17 +171,15 @@ std::string packed_road(const std::string& path) {
   return packed.bytes();
 }
 
-std::string place_json(const std::string& path, double x_m, double y_m) {
-  const crg::Surface surface(crg::read(path));
+std::string place_json(const crg::Surface& surface, double x_m, double y_m) {
   crg::Cursor cursor;
   const crg::UV at = surface.uv_of_xy(x_m, y_m, cursor);
   if (!(std::abs(at.v_m) <= kFarBeside_m)) return R"({"u_m":null,"v_m":null})";
   return dump({{"u_m", at.u_m}, {"v_m", at.v_m}});
 }
 
-std::string packed_difference(const std::string& path, const std::string& against, double u_begin_m,
-                              double u_end_m) {
-  const crg::Surface surface(crg::read(path)), other(crg::read(against));
+std::string packed_difference(const crg::Surface& surface, const crg::Surface& other,
+                              double u_begin_m, double u_end_m) {
   const crg::Grid& grid = surface.file().grid;
   std::vector<std::size_t> inside, before_start;
   for (std::size_t i = 0; i < grid.rows(); ++i) {
@@ -217,6 +215,36 @@ std::string packed_difference(const std::string& path, const std::string& agains
   return packed.bytes();
 }
 
+std::string packed_profile(const crg::Surface& road, const crg::Point2& from,
+                           const crg::Point2& to) {
+  const double length_m = std::hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+  if (!(length_m > 0.0))
+    throw base::Error("a line from one place to another wanted, one place seen");
+  const auto steps = static_cast<std::size_t>(
+      std::clamp(std::ceil(length_m / kFinestProfile_m), 1.0, kMostProfile - 1.0));
+  const crg::Grid& grid = road.file().grid;
+  const double u_end_m = grid.u_of(grid.rows() - 1);
+  std::vector<double> s, u, v, z;
+  crg::Cursor cursor;
+  for (std::size_t k = 0; k <= steps; ++k) {
+    const double share = static_cast<double>(k) / static_cast<double>(steps);
+    const crg::UV at = road.uv_of_xy(from.x_m + share * (to.x_m - from.x_m),
+                                     from.y_m + share * (to.y_m - from.y_m), cursor);
+    const bool is_on = at.u_m >= grid.u_of(0) && at.u_m <= u_end_m && at.v_m >= grid.v_m.front() &&
+                       at.v_m <= grid.v_m.back();
+    s.push_back(share * length_m);
+    u.push_back(is_on ? at.u_m : kNaN);
+    v.push_back(is_on ? at.v_m : kNaN);
+    z.push_back(is_on ? road.z_at_uv(at.u_m, at.v_m) : kNaN);
+  }
+  Packed packed(ordered_json::object({{"length_m", length_m}}));
+  packed.add("s_m", s);
+  packed.add("u_m", u);
+  packed.add("v_m", v);
+  packed.add("z_m", z);
+  return packed.bytes();
+}
+
 std::string channels_json(const recording::Log& log) {
   ordered_json channels = ordered_json::array();
   for (const recording::Channel& channel : log.channels) {
@@ -247,9 +275,8 @@ std::string packed_channels(const recording::Log& log, const std::vector<std::st
 }
 
 std::string packed_places(const recording::Log& log, const std::string& x_name,
-                          const std::string& y_name, const std::string& road_path) {
+                          const std::string& y_name, const crg::Surface& surface) {
   const std::vector<double>&x = channel_of(log, x_name).values, &y = channel_of(log, y_name).values;
-  const crg::Surface surface(crg::read(road_path));
   const double length_m =
       surface.file().grid.u_step_m *
       static_cast<double>(std::max<std::size_t>(surface.file().grid.rows(), 1) - 1);

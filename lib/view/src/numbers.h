@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "crg/surface.h"
 #include "recording/log.h"
 
 namespace view {
@@ -13,19 +14,25 @@ namespace view {
 /// at such a multiple. Little endian.
 
 /// A road file as a sheet of at most 3,000 rows and 41 columns, its reference line and the edges of
-/// what has a height. Throws crg::Error.
-std::string packed_road(const std::string& path);
+/// what has a height.
+std::string packed_road(const crg::Surface& surface);
 
 /// Where on a road a place of its map lies: {"u_m", "v_m"}, null where it is more than 50 m beside
-/// its line. Throws crg::Error.
-std::string place_json(const std::string& path, double x_m, double y_m);
+/// its line.
+std::string place_json(const crg::Surface& surface, double x_m, double y_m);
 
 /// The heights of a road from u_begin_m to u_end_m (where the first is larger: over the start), and
 /// those of another one at the same places of the map: u_m per row, v_m per column, z_m and
 /// against_m; at most 1,000 rows and 201 columns, NaN where there is none. Throws Error where no
 /// row lies in between.
-std::string packed_difference(const std::string& path, const std::string& against, double u_begin_m,
-                              double u_end_m);
+std::string packed_difference(const crg::Surface& surface, const crg::Surface& other,
+                              double u_begin_m, double u_end_m);
+
+/// Heights of a road along a straight line on the map, at 2 to 20,000 places 2 cm apart or more:
+/// s_m along the line, u_m, v_m, z_m; NaN where there is no road. Throws Error where both ends are
+/// one place.
+std::string packed_profile(const crg::Surface& road, const crg::Point2& from,
+                           const crg::Point2& to);
 
 /// Names, units, rates and ranges of the channels: JSON.
 std::string channels_json(const recording::Log& log);
@@ -37,6 +44,6 @@ std::string packed_channels(const recording::Log& log, const std::vector<std::st
 /// its line, and where a road that crosses itself lets them lie on another leg than the places
 /// before and after. Throws Error on a name that the log has not.
 std::string packed_places(const recording::Log& log, const std::string& x, const std::string& y,
-                          const std::string& road_path);
+                          const crg::Surface& road);
 
 }  // namespace view

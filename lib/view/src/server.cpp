@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 #include <httplib.h>
 
-#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -19,10 +17,14 @@
 #include "base/sha256.h"
 #include "base/text_lines.h"
 #include "base/write_file.h"
+#include "crg/file.h"
 #include "file_part.h"
+#include "kept.h"
 #include "live_link.h"
 #include "numbers.h"
 #include "page.h"
+#include "same_text.h"
+#include "tile_heights.h"
 #include "view/folders.h"
 #include "view/jobs.h"
 #include "wish.h"
@@ -47,38 +49,6 @@ void send(Response& response, std::string bytes, const char* type) {
       kept->size(), type, [kept](std::size_t begin, std::size_t length, httplib::DataSink& sink) {
         return sink.write(kept->data() + begin, length);
       });
-}
-
-/// A log that was read before, as long as its file stays the same.
-class Logs {
- public:
-  std::shared_ptr<const recording::Log> of(const std::string& path) {
-    const std::lock_guard lock(mutex_);
-    std::error_code unknown;
-    const std::string mark =
-        fmt::format("{} {} {}", path, fs::file_size(path, unknown),
-                    fs::last_write_time(path, unknown).time_since_epoch().count());
-    for (const auto& [known, log] : logs_)
-      if (known == mark) return log;
-    auto log =
-        std::make_shared<const recording::Log>(recording::in_rows(recording::read_log(path), path));
-    logs_.emplace_back(mark, log);
-    if (logs_.size() > kMost) logs_.pop_front();
-    return log;
-  }
-
- private:
-  static constexpr std::size_t kMost = 4;
-  std::mutex mutex_;
-  std::deque<std::pair<std::string, std::shared_ptr<const recording::Log>>> logs_;
-};
-
-/// As long for a wrong token as for one that is wrong at its end.
-bool is_same(std::string_view a, std::string_view b) {
-  unsigned char differs = a.size() == b.size() ? 0 : 1;
-  for (std::size_t k = 0; k < a.size(); ++k)
-    differs = static_cast<unsigned char>(differs | (a[k] ^ b[b.empty() ? 0 : k % b.size()]));
-  return differs == 0;
 }
 
 class Pages {
@@ -118,8 +88,10 @@ class Pages {
     get("api/text", &Pages::text);
     get("api/file", &Pages::file);
     get("api/part", &Pages::part);
+    get("api/heights", &Pages::heights);
     get("api/road", &Pages::road);
     get("api/place", &Pages::place);
+    get("api/profile", &Pages::profile);
     get("api/difference", &Pages::difference);
     get("api/result", &Pages::result);
     get("api/log", &Pages::log);
@@ -210,6 +182,7 @@ class Pages {
     for (std::size_t k = 0; k < folders_.size(); ++k) roots.push_back(folders_.root(k));
     json(response, {{"folders", roots},
                     {"opened", options_.opened},
+                    {"demo", !options_.demo.empty()},
                     {"whole", listing.is_whole},
                     {"entries", entries}});
   }
@@ -256,18 +229,39 @@ class Pages {
     send(response, part_of_file(asked_path(request), value("begin"), value("bytes")), kBytes);
   }
 
+  /// Points of a tile over a road: metres each, NaN where there is no road below or above.
+  void heights(const Request& request, Response& response) {
+    const TilePlace place{
+        request.get_param_value("begin"),
+        request.get_param_value("points"),
+        {metres_of(request, "x"), metres_of(request, "y"), metres_of(request, "z")}};
+    const auto road = roads_.of(asked_path(request, "road"));
+    send(response, heights_over(*road, asked_path(request), place), kBytes);
+  }
+
   void road(const Request& request, Response& response) {
-    send(response, packed_road(asked_path(request)), kBytes);
+    send(response, packed_road(*roads_.of(asked_path(request))), kBytes);
   }
 
   void place(const Request& request, Response& response) {
     send(response,
-         place_json(asked_path(request), metres_of(request, "x"), metres_of(request, "y")), kJson);
+         place_json(*roads_.of(asked_path(request)), metres_of(request, "x"),
+                    metres_of(request, "y")),
+         kJson);
+  }
+
+  void profile(const Request& request, Response& response) {
+    const auto at = [&](const char* key) { return metres_of(request, key); };
+    send(
+        response,
+        packed_profile(*roads_.of(asked_path(request)), {at("x0"), at("y0")}, {at("x1"), at("y1")}),
+        kBytes);
   }
 
   void difference(const Request& request, Response& response) {
     send(response,
-         packed_difference(asked_path(request), asked_path(request, "against"),
+         packed_difference(*roads_.of(asked_path(request)),
+                           *roads_.of(asked_path(request, "against")),
                            metres_of(request, "u_begin"), metres_of(request, "u_end")),
          kBytes);
   }
@@ -286,7 +280,7 @@ class Pages {
   void places(const Request& request, Response& response) {
     send(response,
          packed_places(*logs_.of(asked_path(request)), request.get_param_value("x"),
-                       request.get_param_value("y"), asked_path(request, "road")),
+                       request.get_param_value("y"), *roads_.of(asked_path(request, "road"))),
          kBytes);
   }
 
@@ -310,7 +304,8 @@ class Pages {
   }
 
   void start_job(const Request& request, Response& response) {
-    const Wish wish = wish_of(ordered_json::parse(request.body, nullptr, false), folders_);
+    const Wish wish =
+        wish_of(ordered_json::parse(request.body, nullptr, false), folders_, options_.demo);
     const int id = jobs_.start(wish.command, folders_.root(0));
     if (wish.port != 0) {
       const std::lock_guard lock(driving_);
@@ -350,7 +345,10 @@ class Pages {
   const ServerOptions& options_;
   Folders folders_;
   Jobs jobs_;
-  Logs logs_;
+  Kept<recording::Log> logs_{
+      [](const std::string& path) { return recording::in_rows(recording::read_log(path), path); }};
+  Kept<crg::Surface, 3> roads_{
+      [](const std::string& path) { return crg::Surface(crg::read(path)); }};
   std::mutex writing_, driving_;
   std::unique_ptr<LiveLink> live_, watch_;
   int live_job_ = 0, watched_port_ = 0;

@@ -28,23 +28,15 @@ constexpr std::array kDriven = {"input.steering",
                                 "parameter.environment.wind_mps",
                                 "parameter.environment.wind_heading_rad",
                                 "parameter.environment.road_grip"};
-constexpr std::array kShown = {"car.x",
-                               "car.y",
-                               "car.yaw",
-                               "car.vx",
-                               "car.u",
-                               "car.gear",
-                               "car.engine",
-                               "car.steer",
-                               "car.throttle",
-                               "car.ax",
-                               "car.ay",
-                               "wheel.fl.fz",
-                               "wheel.fr.fz",
-                               "wheel.rl.fz",
-                               "wheel.rr.fz",
-                               "wheel.fl.brake",
-                               "parameter.engine.limit_radps"};
+constexpr std::array kShown = {
+    "car.x",        "car.y",    "car.yaw",        "car.vx",
+    "car.u",        "car.gear", "car.engine",     "car.steer",
+    "car.throttle", "car.z",    "car.roll",       "car.pitch",
+    "car.ax",       "car.ay",   "wheel.fl.brake", "parameter.engine.limit_radps"};
+
+constexpr std::array kWheels = {"fl", "fr", "rl", "rr"};
+constexpr std::array kShownOfWheel = {"fz",        "fx",        "fy",        "kappa",
+                                      "tan_alpha", "contact_x", "contact_y", "contact_z"};
 
 constexpr std::size_t kMostClouds = 1000;
 
@@ -101,6 +93,9 @@ Wish drive(const std::string& unit, const ordered_json& wish, const Folders& fol
   out.command = {"crgsim", "serve", unit, "--udp", std::to_string(out.port)};
   for (const char* const name : kDriven) append(out.command, {"--command", name});
   for (const char* const name : kShown) append(out.command, {"--measure", name});
+  for (const char* const wheel : kWheels)
+    for (const char* const what : kShownOfWheel)
+      append(out.command, {"--measure", fmt::format("wheel.{}.{}", wheel, what)});
   // Nobody at the wheel: it brakes.
   for (const char* const brake : kBrakes)
     append(out.command, {"--safe", std::string(brake) + "=2e6"});
@@ -133,6 +128,20 @@ Wish stretch(const std::string& input, const ordered_json& wish, const Folders& 
   return out;
 }
 
+/// A lap of the built-in driver, beside the drives of persons.
+Wish lap(const ordered_json& wish, const Folders& folders) {
+  const fs::path vehicle = path_of(wish, "vehicle", folders);
+  Wish out;
+  const std::string of = fs::absolute(folders.root(0) / vehicle).parent_path().filename().string();
+  out.result = new_file(folders, "out/drives", of + "-lap", ".csv");
+  out.command = {"crgdrive",       "lap",     "--vehicle",
+                 vehicle.string(), "--track", path_of(wish, "road", folders)};
+  if (!text_of(wish, "friction").empty())
+    append(out.command, {"--friction", path_of(wish, "friction", folders)});
+  append(out.command, {"-o", out.result});
+  return out;
+}
+
 /// Of one cloud, or of several as one set: each is named, so that no link leads elsewhere.
 Wish tiles(const ordered_json& wish, const Folders& folders) {
   const auto clouds = wish.find("clouds");
@@ -157,7 +166,7 @@ Wish tiles(const ordered_json& wish, const Folders& folders) {
 
 std::string result_of(const std::string& path) { return "out/" + name_of(path); }
 
-Wish wish_of(const ordered_json& wish, const Folders& folders) {
+Wish wish_of(const ordered_json& wish, const Folders& folders, const std::string& demo) {
   if (!wish.is_object()) throw Refusal(400, "a JSON object wanted");
   const std::string what = text_of(wish, "do");
   const auto path = [&](const char* key) { return path_of(wish, key, folders); };
@@ -173,7 +182,7 @@ Wish wish_of(const ordered_json& wish, const Folders& folders) {
     const std::string road = path("road");
     out.result = "out/" + name_of(road) + "-report";
     out.command = {"crgbuild", "report", road, "-o", out.result};
-    for (const char* const flag : {"mesh", "against"})
+    for (const char* const flag : {"mesh", "against", "cloud"})
       if (!text_of(wish, flag).empty()) append(out.command, {std::string("--") + flag, path(flag)});
   } else if (what == "keep") {
     const std::string road = path("road");
@@ -183,12 +192,19 @@ Wish wish_of(const ordered_json& wish, const Folders& folders) {
     out = stretch(path("input"), wish, folders);
   } else if (what == "tiles") {
     out = tiles(wish, folders);
+  } else if (what == "demo") {
+    if (demo.empty()) throw Refusal(404, "the demo circuit was not installed with this program");
+    out.result = "demo";
+    out.command = {"crgbuild", "synth", demo, "-o", out.result};
+  } else if (what == "lap") {
+    out = lap(wish, folders);
   } else if (what == "drive") {
     out = drive(path("unit"), wish, folders);
   } else {
     throw Refusal(
         400,
-        fmt::format("do: '{}' seen; preview, build, stretch, keep, report, tiles or drive wanted",
+        fmt::format("do: '{}' seen; preview, build, stretch, keep, report, tiles, demo, lap or "
+                    "drive wanted",
                     what));
   }
   return out;

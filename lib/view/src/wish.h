@@ -24,8 +24,10 @@ struct Wish {
 };
 
 /// {"do": "build", "input": ID} and the like. Files are named as seen from the first folder;
-/// nothing of a wish becomes a word of the command as it stands. Throws Refusal.
-Wish wish_of(const nlohmann::ordered_json& wish, const Folders& folders);
+/// nothing of a wish becomes a word of the command as it stands. `demo`: the circuit.yaml of the
+/// demo; empty: there is none. Throws Refusal.
+Wish wish_of(const nlohmann::ordered_json& wish, const Folders& folders,
+             const std::string& demo = {});
 
 /// Where the build of a recipe or a mesh goes: out/aalborg for tracks/aalborg/track.yaml, out/ring
 /// for meshes/ring.obj.

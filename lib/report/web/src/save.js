@@ -50,6 +50,14 @@ function picture(canvas, title, names) {
   return copy;
 }
 
+/// A button that saves a picture alone; `what` gives canvas and title at the time of the click.
+export function pictureButton(place, what) {
+  return el('button', { type: 'button', 'data-save': 'png', title: 'Save this picture as PNG', 'aria-label': 'Save this picture as PNG', onclick: () => {
+    const { canvas, title } = what();
+    if (canvas) picture(canvas, title ?? '', []).toBlob((blob) => download(`${plain(title) || plain(document.title)}-${plain(place)}.png`, blob), 'image/png');
+  } }, 'PNG');
+}
+
 /// Buttons that save a plot. `what` gives, at the time of the click: canvas, title, names [{name, colour}] and
 /// table() with {heads, rows}; `place` is the part of the file's name that tells which plot it is.
 export function saveButtons(place, what) {

@@ -5,10 +5,13 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { css, el, markRange } from './dom.js';
+import { drawsSlowly, fitted } from './drawing.js';
 import { scaleOf } from './colour.js';
 import { micro } from './format.js';
 import { onKeys, onTwoFingers, wheelIsFor } from './gestures.js';
 import { saveButtons } from './save.js';
+
+const kMovingTriangles = 60000;
 
 export function makeScene(sheet, windows, data, state) {
   const canvas = el('canvas', { tabindex: 0, role: 'img', 'aria-label': '3-D view: plus, minus, arrows and 0 zoom and turn' });
@@ -30,9 +33,10 @@ export function makeScene(sheet, windows, data, state) {
     el('span', {}, 'drag or two fingers: turn · right drag: move · click, then wheel: nearer'));
   const root = el('div', { 'data-view': 'scene' }, tools, box, save);
 
-  let renderer;
+  const isSlow = drawsSlowly();
+  let renderer, isMoving = false;
   try {
-    renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    renderer = new WebGLRenderer({ canvas, antialias: !isSlow, preserveDrawingBuffer: true });
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'The 3-D view needs WebGL, which this browser does not offer. All other views work without it.'));
     root.dataset.webgl = 'none';
@@ -80,17 +84,27 @@ export function makeScene(sheet, windows, data, state) {
     return geometry;
   }
 
-  function setIndex(geometry, grid, skipBegin, skipEnd) {
+  /// Triangles between every node, or every `step`-th one along and across.
+  function indexOf(grid, skipBegin, skipEnd, step = 1) {
     const index = [];
-    for (let i = 0; i + 1 < grid.rows; ++i) {
-      if (skipBegin !== undefined && grid.uOf(i) >= skipBegin && grid.uOf(i + 1) <= skipEnd) continue;
-      for (let j = 0; j + 1 < grid.columns; ++j) {
-        const a = i * grid.columns + j, b = a + 1, c = a + grid.columns, d = c + 1;
+    for (let i = 0; i + 1 < grid.rows; i += step) {
+      const next = Math.min(i + step, grid.rows - 1);
+      if (skipBegin !== undefined && grid.uOf(i) >= skipBegin && grid.uOf(next) <= skipEnd) continue;
+      for (let j = 0; j + 1 < grid.columns; j += step) {
+        const beside = Math.min(j + step, grid.columns - 1), a = i * grid.columns + j, b = i * grid.columns + beside, c = next * grid.columns + j, d = next * grid.columns + beside;
         if (Number.isNaN(grid.z[a] + grid.z[b] + grid.z[c] + grid.z[d])) continue;
         index.push(a, c, b, b, c, d);
       }
     }
-    geometry.setIndex(index);
+    return new BufferAttribute(new Uint32Array(index), 1);
+  }
+
+  /// While it moves, a processor that draws draws fewer triangles.
+  function setIndex(geometry, grid, skipBegin, skipEnd) {
+    geometry.setIndex(indexOf(grid, skipBegin, skipEnd));
+    geometry.userData.fine = geometry.index;
+    const step = Math.ceil(Math.sqrt(geometry.index.count / 3 / kMovingTriangles));
+    geometry.userData.coarse = isSlow && step > 1 ? indexOf(grid, skipBegin, skipEnd, step) : geometry.index;
   }
 
   const road = new Mesh(geometryOf(sheet), material);
@@ -225,6 +239,9 @@ export function makeScene(sheet, windows, data, state) {
       const size = 0.008 * camera.position.distanceTo(marker.position);
       marker.scale.setScalar(Math.max(0.15, size));
     }
+    const isCoarse = isSlow && (isMoving || flying !== null);
+    fitted(renderer, box, isCoarse);
+    for (const mesh of [road, windowMesh]) if (mesh) mesh.geometry.setIndex(mesh.geometry.userData[isCoarse ? 'coarse' : 'fine']);
     renderer.render(scene, camera);
   }
 
@@ -235,10 +252,8 @@ export function makeScene(sheet, windows, data, state) {
   }
 
   function resize() {
-    const width = box.clientWidth || 1, height = box.clientHeight || 1;
-    renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
-    renderer.setSize(width, height, false);
-    camera.aspect = width / height;
+    fitted(renderer, box, false);
+    camera.aspect = (box.clientWidth || 1) / (box.clientHeight || 1);
     camera.updateProjectionMatrix();
   }
 
@@ -306,6 +321,8 @@ export function makeScene(sheet, windows, data, state) {
     state.setRange(grid.uBegin, grid.uOf(grid.rows - 1), 'scene-detail');
   });
   controls.addEventListener('change', later);
+  controls.addEventListener('start', () => { isMoving = true; });
+  controls.addEventListener('end', () => { isMoving = false; later(); });
   canvas.addEventListener('pointerdown', stopFlying);
   state.subscribe((what, source) => {
     if (what === 'range') {

@@ -11,6 +11,7 @@ struct ServerOptions {
   std::vector<std::string> folders;  ///< what may be seen; results go below the first
   std::string opened;                ///< id of the file that the page begins with; empty: none
   std::string tools;                 ///< the folder with the programs of Kerbstone
+  std::string demo;                  ///< the circuit.yaml that the tour begins with; empty: none
   std::string token;                 ///< part of every address; at least kShortestToken characters
   std::string host = "127.0.0.1";
   int port = 0;  ///< 0: any that is free

@@ -1,15 +1,19 @@
 // A cloud in space: tiles as the view needs them, drawn as points; by mouse as the other view, by keyboard flown.
-import { Box3, BufferAttribute, BufferGeometry, Color, Frustum, Group, LinearSRGBColorSpace, Matrix4, PerspectiveCamera, Points, PointsMaterial, Scene, Vector3, WebGLRenderer } from 'three';
+import {
+  Box3, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Frustum, Group, HemisphereLight, LinearSRGBColorSpace, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Scene,
+  Vector3, WebGLRenderer,
+} from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { css, el } from '../../../report/web/src/dom.js';
-import { drawsSlowly, fitted } from './stage.js';
+import { drawsSlowly, fitted } from '../../../report/web/src/drawing.js';
+import { roadGeometry } from './road_mesh.js';
 import { unpackTile, wantedTiles } from './tiles.js';
 
 const kAtOnce = 4, kClick_px = 5, kReach_px = 8, kMoving_points = 150000;
 
-/// `fetchTile(tile)` resolves to its bytes; `colourOf(data, k, rgb)` writes the colour of a point, 0 to 255; `told({drawn, waiting})` after each picture;
+/// `fetchTile(tile)` resolves to its bytes; `addTo(data, tile)` resolves when what is known of its points besides has been added; `colourOf(data, k, rgb)` writes the colour of a point, 0 to 255; `told({drawn, waiting})` after each picture;
 /// `picked({x_m, y_m, z_m, data, k})` or null; `moved()` when the view has come to rest; `failed(error)`.
-export function makeCloudStage({ fetchTile, colourOf, told, picked, moved, failed }) {
+export function makeCloudStage({ fetchTile, addTo, colourOf, told, picked, moved, failed }) {
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Scan: arrows or W A S D fly, with Shift they turn, plus and minus zoom, 0 shows all, Enter reads the point in the middle' });
   const box = el('div', { class: 'stage', 'data-view': 'cloud' }, canvas);
   const isSlow = drawsSlowly();
@@ -18,11 +22,13 @@ export function makeCloudStage({ fetchTile, colourOf, told, picked, moved, faile
     renderer = new WebGLRenderer({ canvas, antialias: false, preserveDrawingBuffer: true });
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'This view needs WebGL, which this browser does not offer.'));
-    return { box, isSlow, open() {}, clear() {}, redraw() {}, recolour() {}, fit() {}, above() {}, state: () => null, restore() {}, limits: {} };
+    return { box, isSlow, open() {}, clear() {}, redraw() {}, recolour() {}, fit() {}, above() {}, state: () => null, restore() {}, refresh() {}, setRoad() {}, picture: () => null, shown: () => [], limits: {} };
   }
   renderer.outputColorSpace = LinearSRGBColorSpace;  // colours are bytes of the screen; nothing is lit
   const scene = new Scene(), world = new Group(), camera = new PerspectiveCamera(50, 1, 0.5, 60000);
-  scene.add(world);
+  const sun = new DirectionalLight(0xffffff, 1.2);
+  sun.position.set(-1, -0.6, 2);
+  scene.add(world, new HemisphereLight(0xffffff, 0x808890, 1.4), sun);
   camera.up.set(0, 0, 1);
   const controls = new OrbitControls(camera, canvas);
   controls.zoomToCursor = true;
@@ -30,6 +36,7 @@ export function makeCloudStage({ fetchTile, colourOf, told, picked, moved, faile
   const material = new PointsMaterial({ size: 2, sizeAttenuation: false, vertexColors: true });
   const limits = { most: 1e6, finest_px: 1.5 };
   let index = null, origin = [0, 0, 0], reach = 100, isLong = true, wanted = false, isMoving = false, rest = null, opened = 0, loading = 0;
+  let road = null;  // {packed, mesh}
   const held = new Map();  // key of a tile -> {tile, data, points}, those used last at the end
   const busy = new Set();  // keys of tiles that are being fetched
 
@@ -54,6 +61,7 @@ export function makeCloudStage({ fetchTile, colourOf, told, picked, moved, faile
     ++loading;
     try {
       const data = unpackTile(index, tile, await fetchTile(tile));
+      await addTo(data, tile);
       if (of !== opened) return;
       const geometry = new BufferGeometry();
       geometry.setAttribute('position', new BufferAttribute(data.xyz_m, 3));
@@ -188,13 +196,48 @@ export function makeCloudStage({ fetchTile, colourOf, told, picked, moved, faile
     settle();
   });
 
+  /// The road, once it is known where the picture's origin is.
+  function layRoad() {
+    if (road?.mesh) world.remove(road.mesh);
+    if (road && index) {
+      road.mesh?.geometry.dispose();
+      road.mesh = new Mesh(roadGeometry(road.packed, origin), new MeshLambertMaterial({ color: 0xc4c8cc, side: DoubleSide, depthWrite: false }));
+      road.mesh.renderOrder = -1;
+      world.add(road.mesh);
+      box.dataset.road = road.mesh.geometry.index.count / 3;
+    }
+    redraw();
+  }
+
   const stage = {
     box, isSlow, limits, redraw,
     clear() {
-      ++opened;
+      stage.refresh();
       index = null;
+    },
+    /// All points are fetched again, as they are needed.
+    refresh() {
+      ++opened;
       for (const each of [...held.values()]) drop(each);
       redraw();
+    },
+    /// A road (getPacked('road')) below the points; null: none. All points are drawn over it, those below its surface too.
+    setRoad(packed) {
+      if (road?.mesh) {
+        world.remove(road.mesh);
+        road.mesh.geometry.dispose();
+        road.mesh.material.dispose();
+      }
+      road = packed ? { packed } : null;
+      delete box.dataset.road;
+      layRoad();
+    },
+    /// What is known of the points that are drawn, tile by tile.
+    shown: () => [...held.values()].filter((each) => each.points.visible).map((each) => each.data),
+    /// The picture as it is now, for saving.
+    picture() {
+      draw();
+      return canvas;
     },
     open(next) {
       stage.clear();
@@ -203,6 +246,7 @@ export function makeCloudStage({ fetchTile, colourOf, told, picked, moved, faile
       const size = next.most_min_m.map((low, k) => next.most_max_m[k] - low);
       reach = Math.max(2, ...size);
       isLong = size[0] > size[1];
+      layRoad();
       stage.fit();
     },
     recolour() {

@@ -2,6 +2,7 @@
 import { css, el, table } from '../../../report/web/src/dom.js';
 import { show } from '../../../report/web/src/format.js';
 import { line, makeChart, plainAxes } from '../../../report/web/src/charts.js';
+import { endOf, run } from './jobs.js';
 import { fileAddress, getJson, getPacked } from './server.js';
 
 const verdicts = {
@@ -20,21 +21,46 @@ export function isWithin(u, where) {
   return list(where).some(({ u_begin_m: begin, u_end_m: end }) => (begin <= end ? u >= begin && u <= end : u >= begin || u <= end));
 }
 
-export function makeFindings({ entriesOf }) {
+/// `openLaps(ids, state)` shows drives over one another; `keep(id, road)` puts what is shown into the address.
+export function makeFindings({ entriesOf, changed, openLaps, keep }) {
   let road = null, chosen = null, id = null;
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
   const body = el('div'), charts = el('div'), note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
   const map = el('canvas', { role: 'img', 'aria-label': 'The road, with the stretches of what is chosen' });
   const frame = el('iframe', { title: 'Report of crgexplain', sandbox: 'allow-scripts allow-downloads', hidden: '' });
   const reportButton = el('button', { type: 'button', 'data-role': 'report', onclick: () => {
-    const beside = entriesOf().find((entry) => entry.kind === 'report' && entry.id === id.replace(/[^/]*$/, 'report.html'));
-    frame.hidden = !beside;
-    if (beside) frame.src = fileAddress(beside.id, beside.modified_s);
+    const report = entriesOf().find((entry) => entry.kind === 'report' && entry.id === id.replace(/[^/]*$/, 'report.html'));
+    frame.hidden = !report;
+    if (report) frame.src = fileAddress(report.id, report.modified_s);
     else note.textContent = 'No report.html lies beside these findings.';
   } }, 'Show the whole report');
+  const carBox = el('select', { 'aria-label': 'The car as it was stated', 'data-role': 'car' });
+  const lapsButton = el('button', { type: 'button', 'data-role': 'corrected', title: 'The built-in driver drives a lap with what was stated, and one with what was corrected; both are shown over one another', onclick: driveBoth }, 'Corrected against stated');
   const root = el('div', { class: 'work', 'data-part': 'findings' },
-    el('div', { class: 'tools' }, el('label', {}, 'Road', roadBox), reportButton), note,
+    el('div', { class: 'tools' }, el('label', {}, 'Stated road', roadBox), el('label', {}, 'car', carBox), lapsButton, reportButton), note,
     el('div', { class: 'two even' }, body, el('div', {}, el('div', { class: 'panel' }, el('div', { class: 'canvas map' }, map)), charts)), frame);
+
+  /// What lies beside the findings: the corrected inputs.
+  const beside = (name) => entriesOf().find((entry) => entry.id === id.replace(/[^/]*$/, name))?.id;
+  const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
+
+  async function driveBoth() {
+    const of = id, stated = { vehicle: carBox.value, road: roadBox.value }, corrected = { vehicle: beside('vehicle.yaml') ?? stated.vehicle, road: beside('track.crg') ?? stated.road };
+    if (!stated.vehicle || !stated.road) { say('Choose the road and the car as they were stated.', 'warn'); return; }
+    if (beside('friction.crg')) corrected.friction = beside('friction.crg');
+    if (JSON.stringify(corrected) === JSON.stringify(stated)) { say('Nothing was corrected: no vehicle.yaml, track.crg or friction.crg lies beside these findings.', 'warn'); return; }
+    const driven = [];
+    for (const [word, wish] of [['stated', stated], ['corrected', corrected]]) {
+      say(`A lap with what was ${word} …`);
+      const job = await run({ do: 'lap', ...wish }).catch((error) => ({ exit_code: 1, messages: error.message }));
+      if (of !== id) return;
+      if (job.exit_code !== 0) { say(job.messages?.trim() || endOf(job), 'bad'); return; }
+      driven.push(`0/${job.result}`);
+    }
+    say('');
+    await changed();
+    openLaps(driven, ['vx_mps', 'u', stated.road, ''].map(encodeURIComponent).join(','));
+  }
 
   function drawMap() {
     const ratio = Math.min(2, window.devicePixelRatio || 1), context = map.getContext('2d');
@@ -108,15 +134,19 @@ export function makeFindings({ entriesOf }) {
     }
     drawMap();
   }
-  roadBox.addEventListener('change', showRoad);
+  roadBox.addEventListener('change', () => { showRoad(); keep(id, roadBox.value); });
 
-  async function open(next) {
+  async function open(next, wantedRoad = '') {
     id = next;
     frame.hidden = true;
     note.textContent = '';
-    const roads = entriesOf().filter((entry) => entry.kind === 'road'), kept = roadBox.value;
+    const roads = entriesOf().filter((entry) => entry.kind === 'road'), kept = wantedRoad || roadBox.value;
     roadBox.replaceChildren(el('option', { value: '' }, 'none'), ...roads.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
-    roadBox.value = roads.some((entry) => entry.id === kept) ? kept : roads[0]?.id ?? '';
+    const isOwn = (entry) => entry.id.replace(/[^/]*$/, '') === id.replace(/[^/]*$/, '');
+    roadBox.value = roads.some((entry) => entry.id === kept) ? kept : (roads.find((entry) => !isOwn(entry)) ?? roads[0])?.id ?? '';
+    const cars = entriesOf().filter((entry) => entry.kind === 'recipe' && /(^|\/)vehicle\.yaml$/.test(entry.id) && !isOwn(entry)), keptCar = carBox.value;
+    carBox.replaceChildren(el('option', { value: '' }, 'none'), ...cars.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
+    carBox.value = cars.some((entry) => entry.id === keptCar) ? keptCar : cars[0]?.id ?? '';
     let found;
     try {
       found = await getJson('file', { id });

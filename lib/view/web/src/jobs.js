@@ -4,6 +4,7 @@ import { fixed } from '../../../report/web/src/format.js';
 import { getJson, startJob, stopJob } from './server.js';
 
 const kShown = 150;  // characters of a command; Copy gives all
+const kShort_s = 3;  // who waits for a short command waits for each look at it, too
 const waiting = new Map();  // number of a job -> what to call with it when it has ended
 let box, timer, shown = '', showing = 4;
 
@@ -55,7 +56,7 @@ async function look() {
     waiting.delete(job.id);
     ended(job);
   }
-  if (jobs.some((job) => job.running) || waiting.size > 0) timer = setTimeout(look, 300);
+  if (jobs.some((job) => job.running) || waiting.size > 0) timer = setTimeout(look, jobs.some((job) => job.running && job.seconds < kShort_s) ? 60 : 300);
 }
 
 export function makeJobs() {

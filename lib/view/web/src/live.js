@@ -3,6 +3,8 @@ import { el, css } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
 import { getPacked, tellDrive, watchRun } from './server.js';
+import { makeDriverHelp, pedalsToHold } from './driver_help.js';
+import { makeLiveScene } from './live_scene.js';
 import { makeSights } from './sights.js';
 import { makeWeather } from './weather.js';
 
@@ -13,12 +15,14 @@ const keysOf = { ArrowLeft: 'left', ArrowRight: 'right', ArrowUp: 'throttle', Ar
 /// Goes from `now` to `wanted` by at most `most`.
 const towards = (now, wanted, most) => now + Math.min(most, Math.max(-most, wanted - now));
 
-/// What the driver does, made smooth: keys know only all or nothing.
-export function pedalsOf(before, keys, pad, speed_mps, dt_s) {
+/// What the driver does, made smooth: keys know only all or nothing. `target_mps`: the speed to hold; 0: none.
+export function pedalsOf(before, keys, pad, speed_mps, dt_s, target_mps = 0) {
   // The faster, the less: 0.3 rad at rest, a twentieth of it at 80 m/s.
   const reach = kMostSteer_rad / (1 + (speed_mps / 18) ** 2);
   const steer = pad ? -pad.steer * kMostSteer_rad * Math.max(0.15, reach / kMostSteer_rad) : (keys.has('left') - keys.has('right')) * reach;
-  const throttle = pad ? pad.throttle : Number(keys.has('throttle')), brake = pad ? pad.brake : Number(keys.has('brake'));
+  const pressed = pad ? { throttle: pad.throttle, brake: pad.brake } : { throttle: Number(keys.has('throttle')), brake: Number(keys.has('brake')) };
+  // A speed is held while nobody touches the pedals.
+  const { throttle, brake } = target_mps > 0 && pressed.throttle === 0 && pressed.brake === 0 ? pedalsToHold(target_mps, speed_mps) : pressed;
   return { steer: towards(before.steer, steer, 0.6 * dt_s), throttle: towards(before.throttle, throttle, 3 * dt_s), brake: towards(before.brake, brake, 4 * dt_s) };
 }
 
@@ -37,14 +41,14 @@ function padNow() {
   return { steer: dead(pad.axes[0] ?? 0), throttle: pad.buttons[7]?.value ?? 0, brake: pad.buttons[6]?.value ?? 0 };
 }
 
-export function makeLive({ changed, entriesOf, openLap }) {
-  let unit = null, drive = null, road = null, timer = null, whole = false, waits = false;
+export function makeLive({ changed, entriesOf, openLaps, keep }) {
+  let unit = null, drive = null, road = null, timer = null, waits = false;
   const keys = new Set();
   const note = el('p', { class: 'small', role: 'status', 'data-role': 'note' });
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
   const sensorsBox = el('select', { 'aria-label': 'Sensors of the road', 'data-role': 'sensors' });
   const portBox = el('input', { type: 'number', min: 1, max: 65535, placeholder: 'UDP port', 'aria-label': 'UDP port of a run to watch', 'data-role': 'watch-port' });
-  const sights = makeSights(), weather = makeWeather();
+  const sights = makeSights(), weather = makeWeather(), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Drive: arrows or W A S D steer, accelerate and brake' });
   const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
   const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
@@ -58,25 +62,34 @@ export function makeLive({ changed, entriesOf, openLap }) {
     pauseButton.setAttribute('aria-pressed', String(drive.paused));
   } }, 'Pause');
   const watchButton = button('watch', 'Watch', watch);
-  const viewButton = el('button', { type: 'button', 'aria-pressed': 'false', onclick: () => { whole = !whole; viewButton.setAttribute('aria-pressed', String(whole)); draw(); } }, 'Whole track');
+  const views = { ahead: 'from above, ahead', whole: 'whole track', chase: 'behind the car', driver: 'driver', top: 'over the car', orbit: 'round the car' };
+  const viewBox = el('select', { 'aria-label': 'View of the drive', 'data-role': 'view' }, Object.entries(views).map(([key, text]) => el('option', { value: key }, text)));
+  viewBox.addEventListener('change', () => { draw(); remember(); });
   const laps = el('div');
   const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
-    el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, viewButton, el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
-      el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
+    el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, el('label', {}, 'View', viewBox), el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
+      help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
       Object.values(bars).map((each) => each.row), laps,
       el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
   const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
 
-  canvas.addEventListener('keydown', (event) => {
-    const key = keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!key) return;
-    keys.add(key);
-    event.preventDefault();
-  });
-  canvas.addEventListener('keyup', (event) => keys.delete(keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key]));
-  canvas.addEventListener('blur', () => keys.clear());
-  canvas.addEventListener('pointerdown', () => canvas.focus());
+  const space = makeLiveScene('Drive in space: arrows or W A S D steer, accelerate and brake');
+  if (space) box.append(space.canvas);
+  else for (const key of ['chase', 'driver', 'top', 'orbit']) viewBox.querySelector(`[value="${key}"]`).disabled = true;
+  for (const each of [canvas, ...(space ? [space.canvas] : [])]) {
+    each.addEventListener('keydown', (event) => {
+      const key = keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      if (!key) return;
+      keys.add(key);
+      event.preventDefault();
+    });
+    each.addEventListener('keyup', (event) => keys.delete(keysOf[event.key.length === 1 ? event.key.toLowerCase() : event.key]));
+    each.addEventListener('blur', () => keys.clear());
+    each.addEventListener('pointerdown', () => each.focus());
+  }
+  const isFlat = () => ['ahead', 'whole'].includes(viewBox.value);
+  const remember = () => { if (unit !== null) keep(unit, [roadBox.value, viewBox.value].map(encodeURIComponent).join(',')); };
 
   function buttons() {
     startButton.disabled = unit === null || drive !== null;
@@ -93,7 +106,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
     const mine = drive;
     sights.clear();
     buttons();
-    canvas.focus();
+    (isFlat() ? canvas : space.canvas).focus();
     run({ do: 'drive', unit: of, ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
       mine.job = begun.id;
       mine.result = begun.result;
@@ -107,7 +120,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
       if (job.exit_code !== 0 && !mine.ended) { say(job.messages || `crgsim ended with exit code ${job.exit_code}.`, 'bad'); return; }
       say(`The drive is in ${mine.result}.`, 'good');
       await changed();
-      laps.replaceChildren(el('button', { type: 'button', 'data-role': 'to-laps', onclick: () => openLap(`0/${mine.result}`) }, 'Look at it among the laps'));
+      laps.replaceChildren(el('button', { type: 'button', 'data-role': 'to-laps', onclick: () => openLaps([`0/${mine.result}`]) }, 'Look at it among the laps'));
       root.dataset.result = mine.result;
     });
   }
@@ -157,13 +170,13 @@ export function makeLive({ changed, entriesOf, openLap }) {
   async function send(mine) {
     const { pedals, gear, wants } = mine, brake = kBrake_pa * pedals.brake;
     const set = { 'input.steering': pedals.steer, 'input.throttle': pedals.throttle, 'input.gear': gear, 'input.brake.fl': brake, 'input.brake.fr': brake, 'input.brake.rl': 0.6 * brake, 'input.brake.rr': 0.6 * brake };
-    const conditions = { ...mine.weather, ...weather.take() };
-    Object.assign(set, conditions);
+    // With each message: where the page was late, the run went back to its own weather.
+    mine.weather = { ...mine.weather, ...weather.take() };
+    Object.assign(set, mine.weather);
     mine.sequence += 1;
     mine.wants = {};
-    mine.weather = {};
     const measured = await tellDrive(mine.job, { sequence: mine.sequence, set, pause: mine.paused, ...wants }).catch(() => null);
-    if (measured === null) { mine.wants = { ...wants, ...mine.wants }; mine.weather = conditions; }
+    if (measured === null) mine.wants = { ...wants, ...mine.wants };
     return measured;
   }
 
@@ -171,7 +184,7 @@ export function makeLive({ changed, entriesOf, openLap }) {
     if (waits || drive !== mine) return;
     const now = performance.now(), dt = Math.min(0.1, (now - mine.last) / 1000), seen = mine.seen?.values ?? {};
     mine.last = now;
-    mine.pedals = pedalsOf(mine.pedals, keys, padNow(), seen['car.vx'] ?? 0, dt);
+    mine.pedals = pedalsOf(mine.pedals, keys, padNow(), seen['car.vx'] ?? 0, dt, help.target_mps());
     const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000);
     if (gear !== mine.gear) { mine.gear = gear; mine.shifted = now; }
     waits = true;
@@ -201,11 +214,21 @@ export function makeLive({ changed, entriesOf, openLap }) {
   }
 
   function draw() {
+    const now = drive?.seen?.values;
+    canvas.hidden = !isFlat();
+    if (isFlat()) {
+      space?.hide();
+      drawFlat(now);
+    } else space.draw(now, viewBox.value, [...help.lines(), ...(now ? sights.lines() : [])], road && [road.x_m[0], road.y_m[0], Math.atan2(road.y_m[1] - road.y_m[0], road.x_m[1] - road.x_m[0])]);
+    if (now) tell(now);
+  }
+
+  function drawFlat(now) {
     const ratio = Math.min(2, window.devicePixelRatio || 1), width = box.clientWidth, height = box.clientHeight;
     if (width < 10) return;
     if (canvas.width !== Math.floor(width * ratio)) canvas.width = Math.floor(width * ratio);
     if (canvas.height !== Math.floor(height * ratio)) canvas.height = Math.floor(height * ratio);
-    const context = canvas.getContext('2d'), now = drive?.seen?.values;
+    const context = canvas.getContext('2d'), whole = viewBox.value === 'whole';
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, canvas.width, canvas.height);
     let scale = 7 * ratio;
@@ -247,10 +270,12 @@ export function makeLive({ changed, entriesOf, openLap }) {
       context.lineTo(road.right_x_m[0], road.right_y_m[0]);
       context.stroke();
     }
+    for (const { points, colour } of help.lines()) {
+      pen(colour, 2);
+      path(points.map(([x]) => x), points.map(([, y]) => y));
+    }
     if (now) {
       sights.draw(context, { pen, path, colour: css, size_m: (1.5 * ratio) / scale });
-      const counts = sights.counts();
-      for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
       context.save();
       context.translate(now['car.x'], now['car.y']);
       context.rotate(now['car.yaw']);
@@ -261,21 +286,27 @@ export function makeLive({ changed, entriesOf, openLap }) {
       for (const [x, y] of [[2.6, 0], [0.4, 0.9], [-2.2, 0.9], [-2.2, -0.9], [0.4, -0.9]]) context.lineTo(x, y);
       context.fill();
       context.restore();
-      // A run that is watched measures what its driver wants.
-      const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
-      gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
-      gauges.gear.textContent = told('car.gear', 1, '');
-      gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
-      gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
-      gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
-      gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
-      const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
-      const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
-      for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
-      for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key] || 0))}%`;
-      box.dataset.time = drive.seen.time_s;
-      box.dataset.speed = now['car.vx'];
     }
+  }
+
+  /// What the gauges show.
+  function tell(now) {
+    const counts = sights.counts();
+    for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
+    // A run that is watched measures what its driver wants.
+    const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
+    gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
+    gauges.gear.textContent = told('car.gear', 1, '');
+    gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
+    gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
+    gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
+    gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
+    const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
+    const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
+    for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
+    for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key] || 0))}%`;
+    box.dataset.time = drive.seen.time_s;
+    box.dataset.speed = now['car.vx'];
   }
   new ResizeObserver(draw).observe(box);
 
@@ -288,17 +319,21 @@ export function makeLive({ changed, entriesOf, openLap }) {
         say(error.message, 'bad');
       }
     }
+    space?.setRoad(road);
     draw();
   }
-  roadBox.addEventListener('change', showRoad);
+  roadBox.addEventListener('change', () => { showRoad(); remember(); });
 
-  async function open(next) {
+  async function open(next, state = '') {
+    const [wantedRoad, wantedView] = state.split(',').map(decodeURIComponent);
     if (drive) { say('End this drive first.', 'warn'); return; }
     unit = next;
     const { entries } = await changed(), roads = entries.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id));
-    const kept = roadBox.value;
+    const kept = wantedRoad || roadBox.value;
+    if (wantedView in views) viewBox.value = wantedView;
     roadBox.replaceChildren(el('option', { value: '' }, 'none'), ...roads.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     roadBox.value = roads.some((entry) => entry.id === kept) ? kept : roads[0]?.id ?? '';
+    help.offer(entries);
     const sensors = sensorsBox.value, files = entries.filter((entry) => entry.kind === 'devices');
     sensorsBox.replaceChildren(el('option', { value: '' }, 'none'), ...files.map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
     sensorsBox.value = files.some((entry) => entry.id === sensors) ? sensors : '';

@@ -8,6 +8,7 @@ import { makeLive } from './live.js';
 import { makeRoad } from './road.js';
 import { makeScans } from './scans.js';
 import { getJson, onConnection } from './server.js';
+import { makeTour } from './tour.js';
 import { makeTrack } from './track.js';
 
 const parts = { track: ['Track', ['recipe', 'mesh']], road: ['Road', ['road']], laps: ['Laps', ['log', 'table']], findings: ['Findings', ['findings']], live: ['Live', ['unit']], scans: ['Scans', ['tiles', 'scan']] };
@@ -22,18 +23,20 @@ function main() {
     return listing;
   }
   const show = (next, ...ids) => { location.hash = `#${[next, ...ids.filter(Boolean).map(encodeURIComponent)].join('/')}`; };
-  const track = makeTrack({ changed, openRoad: (id, against) => show('road', id, against) });
-  const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
-  const laps = makeLaps({ entriesOf: () => listing.entries });
-  const live = makeLive({ changed, entriesOf: () => listing.entries, openLap: (id) => show('laps', id) });
-  const findings = makeFindings({ entriesOf: () => listing.entries });
   // What is seen goes into the address; Back leads to what was opened before, not to every turn of the view.
-  const keep = (id, state) => {
-    if (part !== 'scans' || opened !== id) return;
+  const keepOf = (name) => (id, state) => {
+    if (part !== name || (name !== 'laps' && opened !== id)) return;
+    opened = id;
     compared = state;
-    history.replaceState(null, '', `#${['scans', id, state].map(encodeURIComponent).join('/')}`);
+    history.replaceState(null, '', `#${[name, id, state].map(encodeURIComponent).join('/')}`);
   };
-  const scans = makeScans({ changed, entriesOf: () => listing.entries, openTiles: (id) => show('scans', id), keep });
+  const track = makeTrack({ changed, entriesOf: () => listing.entries, keep: keepOf('track'), openRoad: (id, against) => show('road', id, against) });
+  const road = makeRoad({ changed, openRoad: (id, against) => show('road', id, against) });
+  const laps = makeLaps({ entriesOf: () => listing.entries, keep: keepOf('laps') });
+  const openLaps = (ids, state) => show('laps', [...new Set([...(state ? [] : laps.chosen()), ...ids])].map(encodeURIComponent).join(','), state);
+  const live = makeLive({ changed, keep: keepOf('live'), entriesOf: () => listing.entries, openLaps });
+  const findings = makeFindings({ changed, openLaps, entriesOf: () => listing.entries, keep: keepOf('findings') });
+  const scans = makeScans({ changed, entriesOf: () => listing.entries, openTiles: (id) => show('scans', id), keep: keepOf('scans') });
   Object.assign(made, { scans: { ...scans, element: scans.root }, findings: { ...findings, element: findings.root }, live: { ...live, element: live.root }, track: { ...track, element: el('div', { class: 'work' }, track.root) }, road: { ...road, element: road.root }, laps: { ...laps, element: laps.root } });
 
   const lost = el('span', { class: 'lost', role: 'alert', 'data-role': 'lost' });
@@ -46,6 +49,7 @@ function main() {
     track.redraw?.();
     scans.redraw();
   } }, '◐');
+  const tour = makeTour({ show, changed, listing: () => listing });
   const search = el('input', { type: 'search', placeholder: 'Find a file', 'aria-label': 'Find a file' });
   const list = el('div', { 'data-role': 'files' });
   const place = el('div', { style: 'display:contents' });
@@ -76,21 +80,21 @@ function main() {
     if (file && (file !== opened || other !== compared)) {
       opened = file;
       compared = other;
-      if (part === 'laps') await laps.toggle(file);
-      else await made[part].open(file, other);
+      await made[part].open(file, other);
     }
     fillList();
   }
 
   document.getElementById('view').append(
-    el('header', {}, el('h1', {}, 'Kerbstone'), el('nav', { 'aria-label': 'Parts' }, tabs), lost, el('span', { style: 'flex:1' }), theme),
-    el('aside', { 'aria-label': 'Files' }, search, list), place, makeJobs());
+    el('header', {}, el('h1', {}, 'Kerbstone'), el('nav', { 'aria-label': 'Parts' }, tabs), lost, el('span', { style: 'flex:1' }), el('button', { type: 'button', 'data-role': 'tour', onclick: () => tour.start() }, 'Tour'), theme),
+    el('aside', { 'aria-label': 'Files' }, search, list), place, makeJobs(), tour.box);
   addEventListener('hashchange', follow);
   changed().then(async () => {
     const entry = listing.entries.find((each) => each.id === listing.opened);
     const home = entry && Object.keys(parts).find((key) => parts[key][1].includes(entry.kind));
     if (!location.hash && home) history.replaceState(null, '', `#${home}/${encodeURIComponent(entry.id)}`);
     await follow();
+    if (!listing.entries.some((entry) => entry.kind !== 'picture')) tour.start();  // nothing is there yet: the first start
     document.documentElement.dataset.ready = 'yes';
   }).catch(() => { document.documentElement.dataset.ready = 'no'; });
 }

@@ -26,3 +26,12 @@ export function ofShare(t, rgb) {
 export const ofNumber = (number, rgb) => copy(others[number % others.length], rgb);
 
 export const ofClass = (number, rgb) => (classes[number] ? copy(classes[number][1], rgb) : ofNumber(number, rgb));
+
+const low = [33, 102, 172], middle = [244, 244, 244], high = [178, 24, 43];
+
+/// From -1, blue, over 0, nearly white, to 1, red; beyond as at the ends, no number: grey.
+export function ofSigned(t, rgb) {
+  if (!(t >= 0 || t < 0)) { copy(classes[0][1], rgb); return; }
+  const to = t < 0 ? low : high, f = Math.min(1, Math.abs(t));
+  for (let c = 0; c < 3; ++c) rgb[c] = middle[c] + f * (to[c] - middle[c]);
+}

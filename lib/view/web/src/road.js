@@ -4,20 +4,27 @@ import { makeCompare } from './compare.js';
 import { run } from './jobs.js';
 import { fileAddress } from './server.js';
 
+const kRest_ms = 300;
 const folderOf = (id) => id.replace(/[^/]*$/, '');
 
 export function makeRoad({ changed, openRoad }) {
-  let id = null, entries = [];
+  let id = null, entries = [], opens = 0;
   const note = el('span', { role: 'status', 'data-role': 'note' });
   const mesh = el('select', { 'aria-label': 'Mesh or recipe that it should follow', 'data-role': 'mesh' });
   const against = el('select', { 'aria-label': 'Another road to compare with', 'data-role': 'against' });
+  const cloud = el('select', { 'aria-label': 'Cloud that it should follow', 'data-role': 'cloud' });
   const frame = el('iframe', { title: 'Report of the road', sandbox: 'allow-scripts allow-downloads' });
   const compare = makeCompare();
   const root = el('div', { class: 'work road', 'data-part': 'road' },
-    el('div', { class: 'tools' }, el('label', {}, 'Mesh', mesh), el('label', {}, 'Against', against),
+    el('div', { class: 'tools' }, el('label', {}, 'Mesh', mesh), el('label', {}, 'Cloud', cloud), el('label', {}, 'Against', against),
       el('button', { type: 'button', 'data-role': 'report', onclick: report }, 'Make the report'),
       el('button', { type: 'button', 'data-role': 'keep', title: 'A copy to compare a later build with', onclick: keep }, 'Keep a copy'), note), compare.root, frame);
-  against.addEventListener('change', () => openRoad(id, against.value));
+  // By keys each letter and arrow chooses anew: what is read is the choice at which they rest.
+  let resting = null;
+  against.addEventListener('change', () => {
+    clearTimeout(resting);
+    resting = setTimeout(() => openRoad(id, against.value), kRest_ms);
+  });
 
   function show(report) {
     frame.hidden = !report;
@@ -29,7 +36,7 @@ export function makeRoad({ changed, openRoad }) {
   async function report() {
     const of = id;
     note.textContent = 'Looking at the road …';
-    const job = await run({ do: 'report', road: id, mesh: mesh.value, against: against.value }).catch((error) => ({ exit_code: 1, messages: error.message }));
+    const job = await run({ do: 'report', road: id, mesh: mesh.value, cloud: cloud.value, against: against.value }).catch((error) => ({ exit_code: 1, messages: error.message }));
     if (of !== id) return;
     note.textContent = job.exit_code === 0 || job.exit_code === 3 ? '' : job.messages;
     if (!job.result) return;
@@ -47,17 +54,25 @@ export function makeRoad({ changed, openRoad }) {
 
   async function fill() {
     ({ entries } = await changed());
-    const kept = [mesh.value, against.value];
-    const choice = (select, kinds, first) => select.replaceChildren(el('option', { value: '' }, first),
-      ...entries.filter((entry) => kinds.includes(entry.kind) && entry.id !== id).map((entry) => el('option', { value: entry.id }, entry.id.replace(/^\d+\//, ''))));
+    const kept = [mesh.value, cloud.value, against.value];
+    // A list that is the same is left alone: somebody may be choosing in it.
+    const choice = (select, kinds, first) => {
+      const ids = ['', ...entries.filter((entry) => kinds.includes(entry.kind) && entry.id !== id).map((entry) => entry.id)];
+      if (ids.join('\n') === [...select.options].map((option) => option.value).join('\n')) return;
+      select.replaceChildren(...ids.map((each) => el('option', { value: each }, each === '' ? first : each.replace(/^\d+\//, ''))));
+    };
     choice(mesh, ['recipe', 'mesh'], 'none');
+    choice(cloud, ['scan'], 'none');
     choice(against, ['road'], 'none');
-    for (const [k, select] of [mesh, against].entries()) select.value = [...select.options].some((option) => option.value === kept[k]) ? kept[k] : '';
+    for (const [k, select] of [mesh, cloud, against].entries()) select.value = [...select.options].some((option) => option.value === kept[k]) ? kept[k] : '';
   }
 
   async function open(next, other) {
+    const turn = ++opens;
+    clearTimeout(resting);
     id = next;
     await fill();
+    if (turn !== opens) return;
     against.value = other ?? '';
     const beside = entries.find((entry) => entry.kind === 'report' && folderOf(entry.id) === folderOf(id));
     note.textContent = beside ? '' : 'No report lies beside this road.';

@@ -87,8 +87,11 @@ export function makeSights() {
     }
   }
 
+  /// Edges and plan as lines on the map, with the names of their colours.
+  const lines = () => [...[...edges.values()].flatMap(({ left, right }) => [{ points: left, colour: '--s2' }, { points: right, colour: '--s2' }]), ...(plan ? [{ points: plan.points, colour: '--s4' }] : [])];
+
   const total = (map, count) => [...map.values()].reduce((sum, each) => sum + count(each), 0);
   /// How many points of each are drawn.
   const counts = () => ({ scan: total(scans, (each) => each.points.length), edges: total(edges, (each) => each.left.length + each.right.length), plan: plan?.points.length ?? 0 });
-  return { take, draw, clear, counts };
+  return { take, draw, clear, lines, counts };
 }

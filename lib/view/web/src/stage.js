@@ -6,33 +6,14 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { css, el } from '../../../report/web/src/dom.js';
+import { drawsSlowly, fitted } from '../../../report/web/src/drawing.js';
 
 export const classColours = { road: '#6a7077', kerb: '#d0492e', runoff: '#69a04a', barrier: '#d9b13c', scenery: '#a9b6c4', unknown: '#b0b0b0' };
 
 const kClick_px = 5;  // a drag is further
 
-/// Whether the processor draws: no smooth edges then, and fewer pixels while the view moves.
-export function drawsSlowly() {
-  const probe = document.createElement('canvas').getContext('webgl2'), about = probe?.getExtension('WEBGL_debug_renderer_info');
-  const name = about ? probe.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
-  probe?.getExtension('WEBGL_lose_context')?.loseContext();
-  return /swiftshader|llvmpipe|software/i.test(name);
-}
-
-/// Makes the picture as large as its box, with half of the pixels a side where `isCoarse`. Null: there is no room to draw.
-export function fitted(renderer, box, isCoarse) {
-  const { clientWidth: width, clientHeight: height } = box, canvas = renderer.domElement;
-  if (width < 10 || height < 10) return null;
-  const ratio = (isCoarse ? 0.5 : 1) * Math.min(2, window.devicePixelRatio || 1);
-  if (canvas.width !== Math.floor(width * ratio) || canvas.height !== Math.floor(height * ratio)) {
-    renderer.setPixelRatio(ratio);
-    renderer.setSize(width, height, false);
-  }
-  return { width, height, ratio };
-}
-
-/// `picked({x_m, y_m, z_m, part})`: map metres; z_m and part are null beside the mesh.
-export function makeStage(picked) {
+/// `picked({x_m, y_m, z_m, part})`: map metres; z_m and part are null beside the mesh. `moved()`: the view has come to rest.
+export function makeStage(picked, moved = () => {}) {
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Track: arrows move the cross, Enter picks the place under it, plus and minus zoom, 0 shows all' });
   const cross = el('div', { 'aria-hidden': 'true', style: 'position:absolute;pointer-events:none;left:50%;top:50%;width:21px;height:21px;margin:-10px;display:none;background:linear-gradient(var(--cursor),var(--cursor)) 10px 0/1px 21px no-repeat,linear-gradient(var(--cursor),var(--cursor)) 0 10px/21px 1px no-repeat' });
   const where = el('div', { class: 'muted small', 'data-role': 'where', style: 'position:absolute;left:8px;bottom:4px;pointer-events:none;font-variant-numeric:tabular-nums;background:var(--panel);border-radius:4px;padding:0 6px' });
@@ -43,7 +24,7 @@ export function makeStage(picked) {
     renderer = new WebGLRenderer({ canvas, antialias: !isSlow, preserveDrawingBuffer: true });
   } catch {
     box.replaceChildren(el('p', { class: 'muted', style: 'padding:16px' }, 'This view needs WebGL, which this browser does not offer. Places can be typed below.'));
-    return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setZones() {}, heightAt: () => null, seenAt: () => [0, 0], setMarks() {}, highlight() {}, setPlan() {}, fit() {}, origin: new Vector3(), parts: [] };
+    return { box, clear() {}, redraw() {}, setMesh: async () => null, setRoad() {}, setZones() {}, heightAt: () => null, seenAt: () => [0, 0], setMarks() {}, highlight() {}, setPlan() {}, fit() {}, state: () => null, restore() {}, picture: () => null, origin: new Vector3(), parts: [] };
   }
   const scene = new Scene(), world = new Group(), marks = new Group(), road = new Group(), zones = new Group();
   scene.add(new HemisphereLight(0xffffff, 0x9aa4ae, 2.4), world, road, zones, marks);
@@ -79,10 +60,12 @@ export function makeStage(picked) {
     box.dataset.drawn = String(Number(box.dataset.drawn ?? 0) + 1);
   }
   const redraw = () => { if (!wanted) { wanted = true; requestAnimationFrame(draw); } };
+  let rest = null;
+  const settle = () => { clearTimeout(rest); rest = setTimeout(moved, 400); };
   for (const each of [flatControls, roundControls]) {
     each.addEventListener('change', redraw);
     each.addEventListener('start', () => { isMoving = true; });
-    each.addEventListener('end', () => { isMoving = false; redraw(); });
+    each.addEventListener('end', () => { isMoving = false; redraw(); settle(); });
   }
   new ResizeObserver(redraw).observe(box);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
@@ -104,6 +87,31 @@ export function makeStage(picked) {
     redraw();
   };
   stage.setPlan(true);
+
+  /// What is looked at, in map metres: 'plan', x, y of the middle and the zoom; or '3d', where the camera is and what it looks at.
+  stage.state = () => {
+    const map = (place) => place.toArray().map((value, k) => Number((value + stage.origin.getComponent(k)).toFixed(2)));
+    return isPlan ? ['plan', ...map(flatControls.target).slice(0, 2), Number(flat.zoom.toFixed(4))] : ['3d', ...map(round.position), ...map(roundControls.target)];
+  };
+  /// False where these are no numbers of a view.
+  stage.restore = ([kind, ...values]) => {
+    const numbers = values.map(Number), place = (from) => new Vector3(...numbers.slice(from, from + 3)).sub(stage.origin);
+    if (!numbers.every(Number.isFinite) || numbers.length !== (kind === 'plan' ? 3 : 6) || !['plan', '3d'].includes(kind)) return false;
+    if (kind === 'plan') {
+      if (!(numbers[2] > 0)) return false;
+      flat.zoom = numbers[2];
+      flatControls.target.set(numbers[0] - stage.origin.x, numbers[1] - stage.origin.y, centre.z);
+      flat.position.set(flatControls.target.x, flatControls.target.y, centre.z + 1000);
+    } else {
+      round.position.copy(place(0));
+      roundControls.target.copy(place(3));
+    }
+    stage.setPlan(kind === 'plan');
+    controls().update();
+    return true;
+  };
+  /// The picture as it is now, for saving.
+  stage.picture = () => { draw(); return canvas; };
 
   const free = (group) => { for (const child of [...group.children]) { child.geometry.dispose(); child.material.dispose(); group.remove(child); } };
 
@@ -268,9 +276,10 @@ export function makeStage(picked) {
       cross.style.left = `${100 * at[0]}%`;
       cross.style.top = `${100 * at[1]}%`;
     } else if (event.key === 'Enter') pick(at[0] * box.clientWidth, at[1] * box.clientHeight);
-    else if (event.key === '0') stage.fit();
+    else if (event.key === '0') { stage.fit(); settle(); }
     else if (event.key === '+' || event.key === '-') {
       const factor = event.key === '+' ? 1.25 : 0.8;
+      settle();
       if (isPlan) flat.zoom *= factor;
       else round.position.lerp(roundControls.target, 1 - 1 / factor);
       controls().update();

@@ -24,6 +24,12 @@ export function indexOf(json) {
 
 export const bytesOf = (index, tile) => Math.ceil((tile.points * index.fields.reduce((sum, field) => sum + field.values * types[field.type].BYTES_PER_ELEMENT, 0)) / 8) * 8;
 
+/// The byte of the file at which the places of a tile begin.
+export function placesOf(index, tile) {
+  const before = index.fields.slice(0, index.fields.findIndex((field) => field.name === 'xyz_m'));
+  return tile.begin + tile.points * before.reduce((sum, field) => sum + field.values * types[field.type].BYTES_PER_ELEMENT, 0);
+}
+
 /// {xyz_m: Float32Array, class: Uint8Array ...} of the bytes of a tile.
 export function unpackTile(index, tile, bytes) {
   if (bytes.byteLength !== bytesOf(index, tile)) throw new Error('The points do not belong to this tiles.json. Make the tiles again.');

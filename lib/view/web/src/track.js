@@ -1,9 +1,11 @@
 // A mesh and its recipe: look, set, build, look again.
 import { el, refill } from '../../../report/web/src/dom.js';
 import { count, show } from '../../../report/web/src/format.js';
+import { pictureButton } from '../../../report/web/src/save.js';
 import { endOf, run } from './jobs.js';
 import { makeDraft } from './draft.js';
 import { makePoints } from './points.js';
+import { makeProfile } from './profile.js';
 import { valueOf, withPath, withPoint, withRoute, withRule, withValue } from './recipe.js';
 import { fileAddress, getBytes, getJson, getPacked, putText } from './server.js';
 import { makeSheet } from './sheet.js';
@@ -22,14 +24,17 @@ const tools = [
   ['none', 'No kerb', 'two corners of a place where there is no kerb'],
   ['friction', 'Grip', 'two corners of a place with a grip of its own'],
   ['point', 'Control point', 'a place of the mesh that a map shows too'],
+  ['profile', 'Profile', 'where a line begins and where it ends: heights of the road that was built along it'],
 ];
 const onRoad = ['kerb', 'none', 'friction'];
 const kPatience_ms = 500;  // until a mesh is shown before it is known what its objects are
+const kLarge_bytes = 20e6;  // at once, where it is larger
 const classes = ['road', 'kerb', 'runoff', 'barrier', 'scenery'];
 
-/// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it.
-export function makeTrack({ openRoad, changed }) {
-  let id = null, recipeId = null, tool = 'look', points = [], part = null, sheet = null, roadId = null;
+/// `openRoad(id, against)` shows a road in its own part, compared with another one; `changed()` reads the list of files again and resolves to it;
+/// `keep(id, state)` puts what is seen into the address.
+export function makeTrack({ openRoad, changed, entriesOf, keep }) {
+  let id = null, recipeId = null, shownView = '', tool = 'look', points = [], part = null, sheet = null, roadId = null;
   // Two lines: a mesh that has been read must not take away what was said of a change meanwhile.
   const [[note, say], [reading, sayOfMesh]] = ['note', 'reading'].map((role) => {
     const box = el('p', { class: 'small', role: 'status', 'data-role': role });
@@ -44,13 +49,14 @@ export function makeTrack({ openRoad, changed }) {
   const typedX = el('input', { type: 'number', step: 'any', 'aria-label': 'x / m', placeholder: 'x / m', 'data-role': 'x' });
   const typedY = el('input', { type: 'number', step: 'any', 'aria-label': 'y / m', placeholder: 'y / m', 'data-role': 'y' });
 
-  const stage = makeStage((place) => take(place));
+  const stage = makeStage((place) => take(place), () => { if (id !== null && stage.parts.length > 0) keep(id, shownView = stage.state().join(',')); });
 
   const zones = makeZones({ draft, stage, say, sheet: () => sheet, placeOf: async (at) => {
     const [x, y] = sheet.toMap(at), place = await getJson('place', { id: roadId, x, y });
     return place.u_m === null ? null : place;
   } });
   const controls = makePoints({ draft, say });
+  const profile = makeProfile({ sheet: () => sheet, roadId: () => roadId, say, mark: (line) => stage.setMarks(line, true) });
   const { edit } = draft;
 
   async function take(place) {
@@ -72,9 +78,9 @@ export function makeTrack({ openRoad, changed }) {
       stage.setMarks([at], false);
       controls.take({ ...place, z_m: place.z_m ?? stage.heightAt(...at) });
     }
-    if (onRoad.includes(tool)) {
+    if (onRoad.includes(tool) || tool === 'profile') {
       try {
-        await zones.take(at);
+        await (tool === 'profile' ? profile : zones).take(at);
       } catch (error) {
         say(error.message, 'bad');
       }
@@ -123,6 +129,7 @@ export function makeTrack({ openRoad, changed }) {
     useButton.textContent = key === 'route' ? 'Use route' : 'Use guide';
     if (onRoad.includes(key)) zones.use(key);
     if (key === 'point') controls.use();
+    if (key === 'profile') profile.use();
   } }, name));
   const useButton = el('button', { type: 'button', hidden: '', 'data-role': 'use', onclick: usePoints });
 
@@ -152,19 +159,34 @@ export function makeTrack({ openRoad, changed }) {
     if (left !== null && ofMesh(left) !== ofMesh(draft.text)) await look();
   }
 
+  /// Where this file was looked at before; else all of it.
+  function lookAgain() {
+    if (stage.restore(shownView.split(','))) showPlan(shownView.startsWith('plan'));
+  }
+
+  /// Size of the file that is looked at, or of the one that the recipe names; 0: not known.
+  function meshBytes() {
+    const named = recipeId === null ? id : new URL(valueOf(draft.text, 'mesh') ?? '', `file:///${recipeId}`).pathname.slice(1);
+    return entriesOf().find((entry) => entry.id === decodeURIComponent(named))?.bytes ?? 0;
+  }
+
   /// The mesh, as the recipe that was saved says.
   async function look() {
     const of = id;
     sayOfMesh('Reading the mesh …');
     const wish = { do: 'preview', input: recipeId ?? id }, failed = (error) => ({ exit_code: 1, messages: error.message });
     let done = false;
-    // Large meshes: first as they are, in grey.
-    const early = setTimeout(async () => {
+    const showRaw = async () => {
       const job = await run({ ...wish, raw: true }).catch(failed);
       if (of !== id || done || job.exit_code !== 0) return;
       const bytes = await getBytes('output', { job: job.id });
-      if (of === id && !done) await stage.setMesh(bytes, () => of === id && !done);
-    }, kPatience_ms);
+      if (of === id && !done && await stage.setMesh(bytes, () => of === id && !done)) lookAgain();
+    };
+    // Large meshes: first as they are, in grey; then what their objects are, which takes ten times as long.
+    let early = null;
+    if (meshBytes() > kLarge_bytes) await showRaw();
+    else early = setTimeout(showRaw, kPatience_ms);
+    if (of !== id) return;
     const job = await run(wish).catch(failed);
     done = true;
     clearTimeout(early);
@@ -172,6 +194,7 @@ export function makeTrack({ openRoad, changed }) {
     if (job.exit_code !== 0) { sayOfMesh(job.messages || 'The mesh could not be read.', 'bad'); return; }
     const told = await stage.setMesh(await getBytes('output', { job: job.id }));
     if (of !== id || !told) return;
+    lookAgain();
     part = null;
     stage.highlight(null);
     fillList();
@@ -229,14 +252,17 @@ export function makeTrack({ openRoad, changed }) {
     stage.setRoad(sheet ? sheet.inMesh() : null);
     if (of) stage.box.dataset.road = of; else delete stage.box.dataset.road;
     zones.setSummary(of ? summary : null);
+    profile.clear();
   }
 
   const reverse = el('button', { type: 'button', 'data-role': 'reverse', onclick: () => edit((text) => withValue(text, 'reverse', valueOf(text, 'reverse') === 'true' ? 'false' : 'true')) }, 'Turn direction');
-  const planButton = el('button', { type: 'button', 'aria-pressed': 'false', onclick: () => {
+  const showPlan = (plan) => planButton.setAttribute('aria-pressed', String(!plan));
+  const planButton = el('button', { type: 'button', 'data-role': 'three-d', 'aria-pressed': 'false', onclick: () => {
     const plan = planButton.getAttribute('aria-pressed') === 'true';
-    planButton.setAttribute('aria-pressed', String(!plan));
+    showPlan(plan);
     stage.setPlan(plan);
     stage.setMarks(points, true);
+    keep(id, shownView = stage.state().join(','));
   } }, '3-D');
   const make = el('button', { type: 'button', 'data-role': 'make-recipe', onclick: async () => {
     const file = id.split('/').at(-1), name = file.replace(/\.[^.]*$/, ''), next = id.replace(/[^/]*$/, `${name}.yaml`);
@@ -252,7 +278,8 @@ export function makeTrack({ openRoad, changed }) {
   const root = el('div', { class: 'split', 'data-part': 'track' },
     el('div', {},
       el('div', { class: 'tools', role: 'toolbar', 'aria-label': 'What a click sets' }, toolButtons, useButton, reverse, planButton,
-        el('button', { type: 'button', onclick: () => stage.fit() }, 'All'), el('button', { type: 'button', 'data-role': 'undo', onclick: undo }, 'Undo')),
+        el('button', { type: 'button', onclick: () => stage.fit() }, 'All'), el('button', { type: 'button', 'data-role': 'undo', onclick: undo }, 'Undo'),
+        pictureButton('track', () => ({ canvas: stage.picture(), title: id ? id.replace(/^\d+\//, '') : '' }))),
       stage.box,
       el('form', { class: 'tools', style: 'margin-top:6px' }, el('label', {}, 'x / m', typedX), el('label', {}, 'y / m', typedY), el('button', { type: 'submit', 'data-role': 'set' }, 'Set'), hint)),
     el('div', { class: 'side' },
@@ -261,7 +288,7 @@ export function makeTrack({ openRoad, changed }) {
         el('button', { type: 'button', 'data-role': 'look', onclick: look }, 'Read the mesh again'), make),
       note, reading, pictures, el('h2', {}, 'Recipe'), draft.box,
       el('div', { class: 'tools' }, el('button', { type: 'button', 'data-role': 'save', onclick: () => draft.save() }, 'Save')),
-      zones.root, controls.root,
+      profile.root, zones.root, controls.root,
       el('h2', {}, 'Mesh'), facts, el('h2', {}, 'Objects'), chosen, el('div', { class: 'tools' }, classButtons), filter, list));
   root.querySelector('form').addEventListener('submit', (event) => {
     event.preventDefault();
@@ -273,8 +300,10 @@ export function makeTrack({ openRoad, changed }) {
   });
   hint.textContent = tools[0][2];
 
-  /// A recipe or a mesh.
-  async function open(next) {
+  /// A recipe or a mesh; `view`: what to look at, as the address had it.
+  async function open(next, view = '') {
+    shownView = view;
+    if (view !== '' && next === id && stage.parts.length > 0) { lookAgain(); return; }
     id = next;
     part = null;
     stage.clear();
