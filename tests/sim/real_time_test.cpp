@@ -122,7 +122,7 @@ TEST_F(RealTime, StepsThatBeganLateAreCountedAndTold) {
   make();
   constexpr double kStop_s = 4.0, kHeld_s = 0.3;
   const auto told =
-      drive(kStop_s, fmt::format("children() { tr -d ' ' < /proc/$1/task/$1/children; }; sleep 1; "
+      drive(kStop_s, fmt::format("children() {{ tr -d ' ' < /proc/$1/task/$1/children; }}; sleep 1; "
                                  "worker=$(children $(children $serve)); "
                                  "kill -STOP $worker; sleep {}; kill -CONT $worker",
                                  kHeld_s));
