@@ -53,11 +53,12 @@ RealTime::RealTime() {
     while (!ends_.load(std::memory_order_relaxed)) {
     }
   });
+  // Before it is scheduled: it takes a while, and other loops of this machine are on time.
+  ::mlockall(MCL_CURRENT);
   is_scheduled_ = schedule(::pthread_self(), SCHED_FIFO, 10);
   ends_ = !is_scheduled_;
-  if (!is_scheduled_) return;
-  ::sched_setaffinity(0, sizeof processor, &processor);
-  ::mlockall(MCL_CURRENT);
+  if (!is_scheduled_) ::munlockall();
+  if (is_scheduled_) ::sched_setaffinity(0, sizeof processor, &processor);
 }
 
 RealTime::~RealTime() {
