@@ -49,6 +49,7 @@ void read_car(const Section& said, ServeCommand& car) {
           [&](const std::string& name, const Setting& value, const std::string& where) {
             if (value.kind != Setting::Kind::kWord)
               throw base::Error(fmt::format("{}: no value of {}", where, name.substr(0, 60)));
+            if (values == &car.safe) vehicle::to_number(value.word, where, name);
             values->push_back(name + "=" + value.word);
           });
   car.every = static_cast<unsigned>(said.number("every", car.every, 1.0, 1e6));
