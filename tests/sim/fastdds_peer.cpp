@@ -8,6 +8,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -81,6 +82,7 @@ class Node {
     fast::DataReaderQos qos;
     qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
     qos.history().depth = 10;
+    qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
     return subscriber_->create_datareader(topic(name, type), qos);
   }
   fast::DataWriter* writer(const std::string& name, const std::string& type) {
@@ -151,6 +153,20 @@ Bytes command(std::uint32_t sequence, double steering_rad, bool ends) {
   cdr << none << none << ends << false << false << none << none << none;
   bytes.resize(cdr.getSerializedDataLength());
   return bytes;
+}
+
+/// Says a command until its step is told: a reader that is found at the same time misses the first.
+double answered(fast::DataWriter* writer, fast::DataReader* step, std::uint32_t sequence) {
+  for (int tries = 0; tries < 20; ++tries) {
+    Bytes said = command(sequence, 0.25 * sequence, false);
+    writer->write(&said);
+    for (Bytes bytes = take(step, 1.0); !bytes.empty(); bytes = take(step, 1.0)) {
+      Message told(std::move(bytes));
+      const double time_s = told.time_s();
+      if (told.next<std::uint32_t>() == sequence) return time_s;
+    }
+  }
+  return std::nan("");
 }
 
 void hear(fast::DataReader* imu, fast::DataReader* fix, fast::DataReader* odom,
@@ -226,14 +242,10 @@ int main(int argc, char** argv) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   if (!matched()) return std::puts("not matched"), 1;
   for (std::uint32_t k = 1; k <= commands; ++k) {
-    Bytes said = command(k, 0.25 * k, false);
-    writer->write(&said);
-    Bytes bytes = take(step, 10.0), time = take(clock, 1.0);
-    if (bytes.empty() || time.empty()) return std::puts("nothing came"), 1;
-    Message told(std::move(bytes));
-    const double time_s = told.time_s();
-    std::printf("step %u %g clock %g", told.next<std::uint32_t>(), time_s,
-                Message(std::move(time)).time_s());
+    const double time_s = answered(writer, step, k);
+    Bytes time = take(clock, 1.0);
+    if (std::isnan(time_s) || time.empty()) return std::puts("nothing came"), 1;
+    std::printf("step %u %g clock %g", k, time_s, Message(std::move(time)).time_s());
     hear(imu, fix, odom, twist);
     std::printf("\n");
   }

@@ -44,7 +44,7 @@ TEST(FastDds, ANodeOfAnotherMiddlewareDrivesAndHears) {
 {4} {3} 3 > heard.txt; heard=$?
 wait $serve && exit $heard)",
                           folder.path("."), places::crgsim(), unit, domain, FASTDDS_PEER));
-  ASSERT_EQ(std::system(("timeout 60 bash " + folder.path("all.sh")).c_str()), 0)
+  ASSERT_EQ(std::system(("timeout 120 bash " + folder.path("all.sh")).c_str()), 0)
       << folder.read("heard.txt") << folder.read("errors.txt");
   std::string wanted;
   for (int k = 1; k <= 3; ++k) {
