@@ -67,14 +67,14 @@ class BareTimer {
       const double due_s = begin_s + 1e-3 * static_cast<double>(k);
       sim::sleep_until(due_s);
       const double late_s = sim::now_s() - due_s;
-      latest_s_ = std::max(latest_s_, late_s);
+      latest_s_ = std::max<double>(latest_s_, late_s);
       if (late_s > kLate_s) ++late_;
     }
   }
 
   std::atomic<bool> ends_ = false, is_scheduled_ = false;
-  unsigned long late_ = 0;
-  double latest_s_ = 0.0;
+  std::atomic<unsigned long> late_ = 0;
+  std::atomic<double> latest_s_ = 0.0;
   std::thread thread_;
 };
 
