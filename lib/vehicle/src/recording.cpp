@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include "settings.h"
+#include "vehicle/settings.h"
 #include "vehicle/error.h"
 #include "vehicle/log_table.h"
 #include "vehicle/place.h"
