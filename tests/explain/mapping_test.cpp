@@ -145,7 +145,9 @@ std::string column_of(const Mapping& m, const std::string& channel) {
 TEST(Mapping, KnowsWhatIsMeasuredAtWheelsInSeveralLanguages) {
   const std::vector<std::pair<const char*, const char*>> expected{
       {"Brake Temp FL [C]", "brake_disc_fl_k"},
-      {"Temp Frein AVD [\xb0" "C]", "brake_disc_fr_k"},
+      {"Temp Frein AVD [\xb0"
+       "C]",
+       "brake_disc_fr_k"},
       {"Bremsscheibentemperatur_HL (K)", "brake_disc_rl_k"},
       {"Temperatura freno TD [°F]", "brake_disc_rr_k"},
       {"LFshockDefl [m]", "suspension_fl_m"},
@@ -221,9 +223,9 @@ TEST(Mapping, TravelsBumpInFrontWhereTheCarBrakes) {
   const Mapping m = propose_mapping(log, "log");
   EXPECT_NEAR(of(m, "suspension_fl_m").scale, 1e-3, 1e-12);
   EXPECT_NEAR(of(m, "suspension_rr_m").scale, -1e-3, 1e-12);
-  EXPECT_THAT(m.notes, ::testing::Contains(::testing::AllOf(
-                           ::testing::HasSubstr("suspension_rl_m"),
-                           ::testing::HasSubstr("the sign is not confirmed"))));
+  EXPECT_THAT(m.notes, ::testing::Contains(
+                           ::testing::AllOf(::testing::HasSubstr("suspension_rl_m"),
+                                            ::testing::HasSubstr("the sign is not confirmed"))));
 }
 
 TEST(Mapping, ProposesForRealLogsWhatTheyHold) {

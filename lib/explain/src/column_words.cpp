@@ -67,7 +67,10 @@ constexpr std::array<Unit, 56> kUnits{{{"time", "s", 1},
                                        {"temperature", "degc", 1, 273.15},
                                        {"temperature", "celsius", 1, 273.15},
                                        {"temperature", "°c", 1, 273.15},
-                                       {"temperature", "\xb0" "c", 1, 273.15},
+                                       {"temperature",
+                                        "\xb0"
+                                        "c",
+                                        1, 273.15},
                                        {"temperature", "f", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
                                        {"temperature", "degf", 5.0 / 9, 273.15 - 32 * 5.0 / 9},
                                        {"temperature", "°f", 5.0 / 9, 273.15 - 32 * 5.0 / 9}}};

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -258,10 +257,9 @@ void confirm_travels(const Table& table, const std::vector<double>& t, Mapping& 
     ColumnMapping* const m = find_channel(mapping, channel);
     if (m == nullptr) continue;
     any = true;
-    const Fit fit = speed.empty()
-                        ? Fit{}
-                        : by_acceleration(mapped_values(mapping, table, channel), speed,
-                                          acceleration);
+    const Fit fit = speed.empty() ? Fit{}
+                                  : by_acceleration(mapped_values(mapping, table, channel), speed,
+                                                    acceleration);
     const bool turned = wheel[0] == 'f' ? fit.slope > 0.0 : fit.slope < 0.0;
     const bool sure = std::abs(fit.correlation) > 0.3;
     if (sure && turned) m->scale = -m->scale;

@@ -81,16 +81,8 @@ const std::array<AtWheel, 3> kMeasured{
        "recorridoamortiguador"}},
      {"brake_{}_pa",
       kPressure,
-      {"brakepressure",
-       "brakepress",
-       "brakepres",
-       "brakelinepress",
-       "brakelinepressure",
-       "bremsdruck",
-       "pressionfrein",
-       "pressionefreno",
-       "pressionefreni",
-       "presionfreno",
+      {"brakepressure", "brakepress", "brakepres", "brakelinepress", "brakelinepressure",
+       "bremsdruck", "pressionfrein", "pressionefreno", "pressionefreni", "presionfreno",
        "presinfreno"}}}};
 
 /// How a wheel or an axle is called; wheels as in kWheels.
@@ -119,8 +111,8 @@ const std::array<Place, 6> kPlaceNames{
       {"front", "frt", "vorne", "vorn", "va", "vorderachse", "avant", "av", "anteriore",
        "anteriori", "ant", "delantero", "delantera"}},
      {{2, 3},
-      {"rear", "hinten", "ha", "hinterachse", "arriere", "arrire", "ar", "posteriore",
-       "posteriori", "post", "trasero", "trasera"}}}};
+      {"rear", "hinten", "ha", "hinterachse", "arriere", "arrire", "ar", "posteriore", "posteriori",
+       "post", "trasero", "trasera"}}}};
 
 /// Whether the name is one of these with the place somewhere in it.
 bool is_one_of(const std::string& name, const Words& measured, const std::string& place) {

@@ -186,8 +186,8 @@ std::vector<std::string> channels_of(const Section& entry, const std::string& wh
   if (channel == nullptr || channel->kind != Setting::Kind::kList) return {entry.text("channel")};
   std::vector<std::string> out = entry.words("channel");
   if (out.empty())
-    throw Error(fmt::format("{}: an empty list of channels; name one, or take the column out",
-                            where));
+    throw Error(
+        fmt::format("{}: an empty list of channels; name one, or take the column out", where));
   return out;
 }
 
