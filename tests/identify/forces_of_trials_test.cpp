@@ -122,8 +122,8 @@ void judge(const Trial& trial, const identify::Forces& f, double most_alpha_deg)
   }
 }
 
-// Bounds are 1.5 times those of the own car. Measured on 2026-11-26, 16 s each: 4.4 % at most of fx,
-// 2.8 % of fy, 0.03 degrees.
+// Bounds are 1.5 times those of the own car. Measured on 2026-11-26, 16 s each: 4.4 % at most of
+// fx, 2.8 % of fy, 0.03 degrees.
 TEST(ForcesOfTrials, AreThoseOfTheirTyres) {
   const bool heavy = std::getenv("KERBSTONE_HEAVY") != nullptr;
   for (const bool third : {false, true}) {
