@@ -232,7 +232,7 @@ inline Heading Surface::Data::direction(const Place& place) const noexcept {
   const auto [heading_rad, curvature_1pm] = direction(place);
   // Along the segment, u advances by a step over the width of the cell at v; along the mitre line
   // both v and the place along the segment change.
-  const double lean = frame.begin_lean + place.fraction * (frame.end_lean - frame.begin_lean);
+  const double lean = frame.begin_lean + place.fraction * frame.lean_change;
   const double width = frame.width(place.v_m);
   double u_per_metre = line.u_step_m / width;
   if (place.beyond_m != 0.0) [[unlikely]]
