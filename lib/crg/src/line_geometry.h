@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "crg/reference_line.h"
+#include "two.h"
 
 namespace crg {
 
@@ -47,6 +48,8 @@ struct alignas(64) SegmentRecord {
     return v_m <= static_cast<double>(certain_left_m) &&
            v_m >= static_cast<double>(certain_right_m);
   }
+  /// The same with one test for both, but not for certain_left_m itself.
+  bool surely_certain(double v_m) const { return signs(both(v_m) - two_at(&certain_right_m)) == 2; }
 };
 
 /// Unit vector that the mitre line at `row` is perpendicular to.

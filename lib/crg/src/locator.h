@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -103,16 +105,17 @@ inline Cursor middle_of(std::size_t segment) noexcept {
 
 inline bool Locator::locate_ahead(double x_m, double y_m, Cursor& cursor,
                                   Place& place) const noexcept {
-  const double expected = cursor.position + cursor.advance;
-  if (!(expected >= 0.0 && expected < segments_in_all_)) [[unlikely]]  // NaN fails too
+  const std::int64_t i = whole(cursor.position + cursor.advance);
+  if (static_cast<std::uint64_t>(i) >= segments_) [[unlikely]]
     return false;
-  const auto i = static_cast<std::ptrdiff_t>(expected);  // signed: one instruction
   const SegmentRecord& record = records_[static_cast<std::size_t>(i)];
   const SegmentFrame& frame = record.frame;
   const Local local(frame, x_m, y_m);
   const double fraction = local.past_begin_m / frame.width(local.v_m);
   // What is certain lies where the cell is not folded, so the width is positive. NaN fails too.
-  if (!(fraction >= 0.0 && fraction < 1.0 - kNearMitre && record.certain(local.v_m))) [[unlikely]]
+  // As whole numbers the bits of doubles that are not negative keep their order.
+  if (std::bit_cast<std::uint64_t>(fraction) >= std::bit_cast<std::uint64_t>(1.0 - kNearMitre) ||
+      !record.surely_certain(local.v_m)) [[unlikely]]
     return false;
   const double position = static_cast<double>(i) + fraction;
   cursor.advance = position - cursor.position;

@@ -110,7 +110,7 @@ struct Surface::Data {
 // The row that later queries will need, if the cursor goes on as it went.
 [[gnu::always_inline]] inline void Surface::Data::prefetch(const Cursor& cursor,
                                                            const float* node) const noexcept {
-  prefetch_row(node, cursor.advance < 0.0 ? -heights.ahead_bytes() : heights.ahead_bytes());
+  prefetch_row(node, heights.ahead_bytes(cursor.advance));
 }
 
 inline double Surface::Data::z_of(const Place& place) const noexcept {
