@@ -124,8 +124,8 @@ class HeightField {
   Options options_;
   Interpolation interpolation_;
   std::size_t rows_, columns_;
-  std::ptrdiff_t last_column_;  ///< of the cells
-  std::ptrdiff_t last_row_;     ///< of the cells
+  std::ptrdiff_t last_column_;     ///< of the cells
+  std::ptrdiff_t last_row_;        ///< of the cells
   std::ptrdiff_t ahead_bytes_[2];  ///< forwards and backwards
   double u_begin_m_, u_end_m_, u_step_m_, per_u_step_;
   double v_right_m_, v_left_m_;
@@ -167,18 +167,19 @@ inline double HeightField::z_at_simple(double u_m, double v_m) const noexcept {
 }
 
 inline Height HeightField::at_simple(const GridPlace& p, double v_m) const noexcept {
-  const float* low = node(p.row, p.column);
-  const float* high = low + columns_;
-  const double step0 = static_cast<double>(low[1]) - low[0];
-  const double step1 = static_cast<double>(high[1]) - high[0];
-  const double z0 = low[0] + p.fv * step0;
-  const double z1 = high[0] + p.fv * step1;
-  const LineNode here = line_[p.row], next = line_[p.row + 1];
-  const double rise = next.z_m - here.z_m, change = next.banking - here.banking;
-  const double banking = here.banking + p.fu * change;
-  return {z0 + p.fu * (z1 - z0) + (here.z_m + p.fu * rise) + banking * v_m,
-          ((z1 - z0) + rise + change * v_m) * per_u_step_,
-          (step0 + p.fu * (step1 - step0)) * per_v_step_ + banking};
+  const float* nodes = node(p.row, p.column);
+  const Two low = two_at(nodes), high = two_at(nodes + columns_);
+  const Two right = firsts(low, high), step = seconds(low, high) - right;
+  const Two z = right + both(p.fv) * step;  // at either row
+  // Of the grid: height and step across. Of the line: height and banking.
+  const Two begin = firsts(z, step), change = seconds(z, step) - begin;
+  const Two grid = begin + both(p.fu) * change;
+  const double* node = &line_[p.row].z_m;
+  const Two here = two_at(node), line_change = two_at(node + 2) - here;
+  const Two line = here + both(p.fu) * line_change;
+  const Two rise_and_z =
+      firsts(change, grid) + firsts(line_change, line) + seconds(line_change, line) * both(v_m);
+  return {rise_and_z[1], rise_and_z[0] * per_u_step_, grid[1] * per_v_step_ + line[1]};
 }
 
 }  // namespace crg
