@@ -177,9 +177,9 @@ inline Height HeightField::at_simple(const GridPlace& p, double v_m) const noexc
   const double* node = &line_[p.row].z_m;
   const Two here = two_at(node), line_change = two_at(node + 2) - here;
   const Two line = here + both(p.fu) * line_change;
-  const Two rise_and_z =
-      firsts(change, grid) + firsts(line_change, line) + seconds(line_change, line) * both(v_m);
-  return {rise_and_z[1], rise_and_z[0] * per_u_step_, grid[1] * per_v_step_ + line[1]};
+  return {grid[0] + line[0] + line[1] * v_m,
+          (change[0] + line_change[0] + line_change[1] * v_m) * per_u_step_,
+          grid[1] * per_v_step_ + line[1]};
 }
 
 }  // namespace crg

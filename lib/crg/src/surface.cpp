@@ -67,7 +67,9 @@ struct Surface::Data {
         directions(directions_of(line)),
         curvature_of_reference_line(options.curvature_of_reference_line),
         least_width_m(1e-9 * line.u_step_m),
-        quick(heights.simple() && friction.empty()) {}
+        quick(heights.simple() && friction.empty()),
+        fours(heights.simple() && four_wheels_available() &&
+              file.grid.z_m.size() <= std::numeric_limits<std::int32_t>::max()) {}
 
   static std::vector<float> take_friction(const Grid& road, SurfaceOptions& options) {
     if (!options.friction_map) return {};
@@ -110,6 +112,7 @@ struct Surface::Data {
   bool curvature_of_reference_line;
   double least_width_m;  ///< of a cell whose gradient along the line is known
   bool quick;            ///< sample_ahead() may be asked
+  bool fours;            ///< z_of_four_wheels() may be asked
 };
 
 // The row that later queries will need, if the cursor goes on as it went.
@@ -359,10 +362,9 @@ void Surface::z_at_xy(std::span<const Point2> points, std::span<double> z_m,
 void Surface::z_at_xy(std::span<const Point2> points, std::span<Cursor> cursors,
                       std::span<double> z_m) const noexcept {
   const std::size_t count = std::min({points.size(), cursors.size(), z_m.size()});
-  const bool fours = data_->heights.simple() && four_wheels_available();
   std::size_t k = 0;
   while (k < count) {
-    if (fours && k + 4 <= count &&
+    if (data_->fours && k + 4 <= count &&
         z_of_four_wheels(data_->locator, data_->heights, &points[k], &cursors[k], &z_m[k])) {
       k += 4;
       continue;

@@ -85,12 +85,11 @@ struct Places {
 // False: one of them is not certain to be on the expected segment.
 KERBSTONE_AVX2_INLINE bool places_on(const SegmentRecord* records, __m128i segment,
                                      const Point2* points, Places& places) {
-  const At<double> record = at(reinterpret_cast<const double*>(records),
-                               sizeof(SegmentRecord) / sizeof(double), segment);
+  const At<double> record =
+      at(reinterpret_cast<const double*>(records), sizeof(SegmentRecord) / sizeof(double), segment);
   const double* xy = reinterpret_cast<const double*>(points);
-  const Two d =
-      parted(_mm256_sub_pd(_mm256_loadu_pd(xy), both(record.of_0, record.of_1)),
-             _mm256_sub_pd(_mm256_loadu_pd(xy + 4), both(record.of_2, record.of_3)));
+  const Two d = parted(_mm256_sub_pd(_mm256_loadu_pd(xy), both(record.of_0, record.of_1)),
+                       _mm256_sub_pd(_mm256_loadu_pd(xy + 4), both(record.of_2, record.of_3)));
   const auto [cos, sin] = parted(record, 2);
   const auto [length, begin_lean] = parted(record, 4);
   const auto [lean_change, certain] = parted(record, 6);
@@ -123,8 +122,8 @@ KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row
   const auto in_row = static_cast<int>(heights.columns());
   const __m128i column = _mm_min_epi32(_mm256_cvttpd_epi32(columns), _mm_set1_epi32(in_row - 2));
   const __m256d fv = _mm256_sub_pd(columns, _mm256_cvtepi32_pd(column));
-  const At<float> node = at(
-      heights.node(0, 0), 1, _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(in_row)), column));
+  const At<float> node = at(heights.node(0, 0), 1,
+                            _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(in_row)), column));
   const std::ptrdiff_t ahead = backwards ? -heights.ahead_bytes() : heights.ahead_bytes();
   prefetch_row(node.of_0, ahead);
   prefetch_row(node.of_2, ahead);
@@ -134,8 +133,8 @@ KERBSTONE_AVX2_INLINE __m256d heights_at(const HeightField& heights, __m128i row
   const Pairs low = pairs(node, 0), high = pairs(node, heights.columns());
   const __m256d grid = between(between(low.right, low.left, fv), between(high.right, high.left, fv),
                                places.fraction);
-  const At<double> line = at(reinterpret_cast<const double*>(heights.line()),
-                             sizeof(LineNode) / sizeof(double), row);
+  const At<double> line =
+      at(reinterpret_cast<const double*>(heights.line()), sizeof(LineNode) / sizeof(double), row);
   const Two here = parted(line, 0), next = parted(line, 2);
   return _mm256_add_pd(
       _mm256_add_pd(grid, between(here.first, next.first, places.fraction)),
