@@ -20,6 +20,11 @@ crg::Cursor from_c(const crg_cursor* cursor) {
 
 void to_c(const crg::Cursor& from, crg_cursor* cursor) {
   if (cursor == nullptr) return;
+  // What a caller's damaged cursor became.
+  if (!(from.position >= 0.0 && from.position < 9e15)) {
+    *cursor = {};
+    return;
+  }
   const auto segment = static_cast<std::size_t>(from.position);
   *cursor = {segment, from.position - static_cast<double>(segment), from.advance};
 }

@@ -13,6 +13,7 @@
 #include "directions.h"
 #include "height.h"
 #include "locator.h"
+#include "same_shape.h"
 #include "strip_filler.h"
 #include "wheels_kernel.h"
 
@@ -39,19 +40,6 @@ Crg with_modifiers(Crg crg, ModifierUse use) {
     crg.modifiers = reference_default_modifiers(crg);
   }
   return apply_modifiers(std::move(crg));
-}
-
-void want_same_shape(const Grid& road, const Grid& map) {
-  bool same = map.rows() == road.rows() && map.columns() == road.columns() &&
-              std::abs(map.u_step_m - road.u_step_m) <= 1e-9 * road.u_step_m &&
-              std::abs(map.u_begin_m - road.u_begin_m) <= 1e-6;
-  for (std::size_t j = 0; same && j < road.columns(); ++j)
-    same = std::abs(map.v_m[j] - road.v_m[j]) <= 1e-6;
-  if (!same) {
-    throw Error("friction map of " + std::to_string(map.rows()) + " x " +
-                std::to_string(map.columns()) + " for a road of " + std::to_string(road.rows()) +
-                " x " + std::to_string(road.columns()) + ": want the same rows, columns, u and v");
-  }
 }
 
 }  // namespace
