@@ -28,11 +28,23 @@ constexpr std::array kDriven = {"input.steering",
                                 "parameter.environment.wind_mps",
                                 "parameter.environment.wind_heading_rad",
                                 "parameter.environment.road_grip"};
-constexpr std::array kShown = {
-    "car.x",        "car.y",    "car.yaw",        "car.vx",
-    "car.u",        "car.gear", "car.engine",     "car.steer",
-    "car.throttle", "car.z",    "car.roll",       "car.pitch",
-    "car.ax",       "car.ay",   "wheel.fl.brake", "parameter.engine.limit_radps"};
+constexpr std::array kShown = {"car.x",
+                               "car.y",
+                               "car.yaw",
+                               "car.vx",
+                               "car.u",
+                               "car.gear",
+                               "car.engine",
+                               "car.steer",
+                               "car.throttle",
+                               "car.z",
+                               "car.roll",
+                               "car.pitch",
+                               "car.ax",
+                               "car.ay",
+                               "wheel.fl.brake",
+                               "parameter.engine.limit_radps",
+                               "parameter.steering.ratio"};
 
 constexpr std::array kWheels = {"fl", "fr", "rl", "rr"};
 constexpr std::array kShownOfWheel = {"fz",        "fx",        "fy",        "kappa",

@@ -3,13 +3,13 @@ import { el, css } from '../../../report/web/src/dom.js';
 import { fixed } from '../../../report/web/src/format.js';
 import { run } from './jobs.js';
 import { getPacked, tellDrive, watchRun } from './server.js';
+import { kBrake_pa, kMostSteer_rad, makeGauges } from './gauges.js';
 import { makeDriverHelp, pedalsToHold } from './driver_help.js';
 import { makeLiveScene } from './live_scene.js';
 import { makeSights } from './sights.js';
 import { makeWeather } from './weather.js';
 
-const kEvery_ms = 30, kBrake_pa = 4e6, kMostSteer_rad = 0.3;
-const wheels = ['fl', 'fr', 'rl', 'rr'];
+const kEvery_ms = 30;
 const keysOf = { ArrowLeft: 'left', ArrowRight: 'right', ArrowUp: 'throttle', ArrowDown: 'brake', a: 'left', d: 'right', w: 'throttle', s: 'brake' };
 
 /// Goes from `now` to `wanted` by at most `most`.
@@ -53,8 +53,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
   const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
   const names = { speed: 'Speed', gear: 'Gear', engine: 'Engine', lap: 'This lap', last: 'Last lap', best: 'Best lap' };
-  const bar = (name) => { const fill = el('div', { class: 'fill' }); return { fill, row: el('div', { class: 'gauge' }, el('span', {}, name), el('div', { class: 'tube' }, fill)) }; };
-  const bars = Object.fromEntries([['throttle', 'Throttle'], ['brake', 'Brake'], ['steer', 'Steering'], ...wheels.map((wheel) => [wheel, `Load ${wheel}`])].map(([key, name]) => [key, bar(name)]));
+  const bars = makeGauges();
   const button = (role, text, action) => el('button', { type: 'button', 'data-role': role, onclick: action }, text);
   const startButton = button('start', el('strong', {}, 'Start'), start), endButton = button('end', 'End', end), resetButton = button('reset', 'Back to the start', () => { drive.wants.reset = {}; });
   const pauseButton = el('button', { type: 'button', 'data-role': 'pause', 'aria-pressed': 'false', onclick: () => {
@@ -70,7 +69,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, el('label', {}, 'View', viewBox), el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
       help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
-      Object.values(bars).map((each) => each.row), laps,
+      bars.root, laps,
       el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
   const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
 
@@ -173,6 +172,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     // With each message: where the page was late, the run went back to its own weather.
     mine.weather = { ...mine.weather, ...weather.take() };
     Object.assign(set, mine.weather);
+    mine.asked = set;
     mine.sequence += 1;
     mine.wants = {};
     const measured = await tellDrive(mine.job, { sequence: mine.sequence, set, pause: mine.paused, ...wants }).catch(() => null);
@@ -296,15 +296,11 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     // A run that is watched measures what its driver wants.
     const told = (name, factor, unit) => (now[name] === undefined ? '–' : `${fixed(factor * now[name], 0)}${unit}`);
     gauges.speed.textContent = told('car.vx', 3.6, ' km/h');
-    gauges.gear.textContent = told('car.gear', 1, '');
+    gauges.gear.textContent = bars.show(now, drive.asked).gear;
     gauges.engine.textContent = told('car.engine', 30 / Math.PI, ' 1/min');
     gauges.lap.textContent = drive.lapBegin === null ? '–' : `${fixed(drive.seen.time_s - drive.lapBegin, 1)} s`;
     gauges.last.textContent = drive.times.length > 0 ? `${fixed(drive.times.at(-1), 2)} s` : '–';
     gauges.best.textContent = drive.times.length > 0 ? `${fixed(Math.min(...drive.times), 2)} s` : '–';
-    const total = wheels.reduce((sum, wheel) => sum + now[`wheel.${wheel}.fz`], 0);
-    const share = { throttle: now['car.throttle'], brake: now['wheel.fl.brake'] / kBrake_pa, steer: Math.abs(now['car.steer']) / kMostSteer_rad };
-    for (const wheel of wheels) share[wheel] = (2 * now[`wheel.${wheel}.fz`]) / Math.max(1, total);
-    for (const [key, each] of Object.entries(bars)) each.fill.style.width = `${100 * Math.min(1, Math.max(0, share[key] || 0))}%`;
     box.dataset.time = drive.seen.time_s;
     box.dataset.speed = now['car.vx'];
   }

@@ -1,0 +1,89 @@
+// A drive in the page: what the gauges say of command and feedback, by keyboard.
+// usage: node live_drive_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+
+const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
+const require = packagesOf(source), axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+let failures = 0;
+function check(condition, text) {
+  if (!condition) {
+    ++failures;
+    console.error(`FAILED: ${text}`);
+  }
+}
+const dir = mkdtempSync(join(tmpdir(), 'kerbstone-live-'));
+function run(program, words) {
+  const ran = spawnSync(program, words, { cwd: dir, encoding: 'utf8' });
+  if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
+}
+run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'ring/kerbstone-ring_truth.crg', '-o', 'car.fmu', '-q']);
+
+const served = await serve(kerbstone, dir), browser = await launch(require);
+let page;
+try {
+  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5 });
+  context.setDefaultTimeout(kPatience_ms);
+  page = await context.newPage();
+  const problems = [];
+  page.on('pageerror', (error) => problems.push(String(error.stack)));
+  const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
+  const until = (test, argument) => page.waitForFunction(test, argument, { timeout: kPatience_ms });
+  async function accessible(part) {
+    await page.evaluate(axe);
+    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], iframes: false }));
+    for (const each of violations) check(false, `${part}: ${each.id}: ${each.help}: ${each.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
+  }
+  const picked = '[data-view="live"] canvas:not([hidden])';
+  /// What a gauge says was asked for lies between these.
+  const asked = (bar, low, high) => until(([name, least, most]) => { const value = document.querySelector(`[data-bar="${name}"]`).dataset.asked; return value !== undefined && Number(value) >= least && Number(value) <= most; }, [bar, low, high]);
+  const is = (bar, low, high) => until(([name, least, most]) => { const value = document.querySelector(`[data-bar="${name}"]`).dataset.is; return value !== undefined && Number(value) >= least && Number(value) <= most; }, [bar, low, high]);
+
+  await page.goto(served.address);
+  await page.waitForSelector('html[data-ready="yes"]');
+  await page.click('[data-tab="live"]');
+  await page.click('[data-id="0/car.fmu"]');
+  await page.click('[data-role="start"]');
+  await page.waitForSelector('[data-view="live"][data-time]');
+
+  // Command and feedback: the actuators follow what the keys ask for, and both are shown.
+  await page.focus(picked);
+  await page.keyboard.down('ArrowUp');
+  await asked('throttle', 1, 1);
+  await is('throttle', 0.95, 1);
+  await page.keyboard.down('ArrowLeft');
+  await asked('steer', 0.02, 0.31);
+  await is('steer', 0.02, 0.31);
+  const steering = await page.$eval('[data-bar="steer"]', (bar) => ({ mark: bar.querySelector('.mark').style.left, words: bar.textContent }));
+  check(parseFloat(steering.mark) < 50, `left is left of the middle: ${steering.mark}`);
+  check(/^Steering\d+\.\d \/ \d+\.\d °$/.test(steering.words), `both angles are told: ${steering.words}`);
+  await picture('gauges');
+  await page.keyboard.up('ArrowLeft');
+  await page.keyboard.up('ArrowUp');
+  await asked('throttle', 0, 0);
+  await is('throttle', 0, 0.05);
+  await page.keyboard.down('ArrowDown');
+  await asked('brake', 4e6, 4e6);
+  await is('brake', 3e6, 4e6);
+  await page.keyboard.up('ArrowDown');
+  await asked('brake', 0, 0);
+  await accessible('gauges');
+
+  await page.click('[data-role="end"]');
+  await page.waitForSelector('[data-part="live"][data-result="out/drives/car-1.csv"]');
+  check(problems.length === 0, problems.join(' | '));
+} catch (error) {
+  ++failures;
+  console.error(error);
+  if (shots) await page?.screenshot({ path: join(shots, 'live-failed.png') });
+} finally {
+  await browser.close();
+  await end(served.server);
+  rmSync(dir, { recursive: true });
+}
+console.log(failures === 0 ? 'passed' : `${failures} failures`);
+process.exit(failures === 0 ? 0 : 1);
