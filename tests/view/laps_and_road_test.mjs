@@ -1,0 +1,111 @@
+// Charts of laps and of a road's report: as SVG.
+// usage: node laps_and_road_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { end, kPatience_ms, launch, packagesOf, serve } from './browser.mjs';
+
+const [kerbstone, crgbuild, crgdrive, source, shots] = process.argv.slice(2);
+const require = packagesOf(source), axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+let failures = 0;
+function check(condition, text) {
+  if (!condition) {
+    ++failures;
+    console.error(`FAILED: ${text}`);
+  }
+}
+const dir = mkdtempSync(join(tmpdir(), 'kerbstone-laps-'));
+function run(program, words) {
+  const ran = spawnSync(program, words, { cwd: dir, encoding: 'utf8' });
+  if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
+}
+run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgbuild, ['report', 'ring/kerbstone-ring_truth.crg', '-o', 'ring', '-q']);
+// Twice the time in one recording, its square in the other: what the curves have to show.
+const ramp = (of, name) => writeFileSync(join(dir, name), `time_s,speed_mps\n${Array.from({ length: 1001 }, (_, k) => `${0.01 * k},${of(0.01 * k)}`).join('\n')}\n`);
+ramp((t) => 2 * t, 'ramp <b>.csv');
+ramp((t) => t * t, 'square.csv');
+
+const served = await serve(kerbstone, dir), browser = await launch(require);
+let page;
+try {
+  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5 });
+  context.setDefaultTimeout(kPatience_ms);
+  page = await context.newPage();
+  const problems = [];
+  page.on('pageerror', (error) => problems.push(String(error.stack)));
+  const picture = async (name) => { if (shots) await page.screenshot({ path: join(shots, `${name}.png`) }); };
+  const until = (test, argument) => page.waitForFunction(test, argument, { timeout: kPatience_ms });
+  async function accessible(part) {
+    await page.evaluate(axe);
+    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], iframes: false }));
+    for (const each of violations) check(false, `${part}: ${each.id}: ${each.help}: ${each.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
+  }
+
+  /// The text of a file that a button saves.
+  async function saved(button) {
+    await page.waitForTimeout(200);  // Chromium drops, without a word, what is saved faster than some ten files a second
+    const [download] = await Promise.all([page.waitForEvent('download'), button.click()]);
+    return { name: download.suggestedFilename(), text: readFileSync(await download.path(), 'utf8') };
+  }
+  /// Points of each line of an SVG in the units of its axes, by what its ticks say; and the words in it.
+  const linesOf = (text) => page.evaluate((svg) => {
+    const root = new DOMParser().parseFromString(svg, 'image/svg+xml').documentElement, scale = {};
+    if (root.querySelector('parsererror')) return { wrong: root.textContent };
+    for (const axis of ['x', 'y']) {
+      const ticks = [...root.querySelectorAll(`[data-tick="${axis}"]`)].map((tick) => [Number(tick.textContent), Number(tick.getAttribute(axis)) - (axis === 'y' ? 4 : 0)]);
+      const [[a, at], [b, to]] = [ticks[0], ticks.at(-1)];
+      scale[axis] = (px) => a + ((b - a) * (px - at)) / (to - at);
+    }
+    return { words: root.textContent, elements: [...root.querySelectorAll('*')].map((each) => each.localName), lines: [...root.querySelectorAll('polyline')].map((line) => line.getAttribute('points').split(' ').map((point) => { const [x, y] = point.split(',').map(Number); return [scale.x(x), scale.y(y)]; })) };
+  }, text);
+
+  await page.goto(served.address);
+  await page.waitForSelector('html[data-ready="yes"]');
+  await page.click('[data-tab="laps"]');
+  await page.click('[data-id="0/ramp <b>.csv"]');
+  await page.waitForSelector('[aria-label="Lap of 0/ramp <b>.csv"]');
+  await page.click('[data-id="0/square.csv"]');
+  await page.waitForSelector('[data-view="difference"] canvas');
+  await picture('laps-svg');
+  const curves = await saved(page.locator('[data-view="values"] [data-save="svg"]')), { words, lines, elements } = await linesOf(curves.text);
+  check(curves.name.endsWith('-values.svg'), `its name: ${curves.name}`);
+  check(lines?.length === 2 && words.includes('ramp <b>.csv') && words.includes('speed_mps') && !elements.includes('b'), `two lines with their names, which are text: ${words}`);
+  // A pixel is 0.2 of 100, in time 0.01 s of 10.
+  const far = (line, of) => Math.max(...line.map(([t, value]) => Math.abs(value - of(t))));
+  check(lines && far(lines[0], (t) => 2 * t) < 0.25, `the first is twice the time: off by ${lines && far(lines[0], (t) => 2 * t)}`);
+  check(lines && far(lines[1], (t) => t * t) < 0.25, `the second its square: off by ${lines && far(lines[1], (t) => t * t)}`);
+  check(lines && lines.every((line) => Math.abs(line[0][0]) < 0.02 && Math.abs(line.at(-1)[0] - 10) < 0.02), 'from the first moment to the last');
+  // What is in view, by keyboard: nearer to the middle.
+  await page.focus('[data-view="difference"]');
+  for (let k = 0; k < 3; ++k) await page.keyboard.press('+');
+  await page.focus('[data-view="difference"] [data-save="svg"]');
+  const [near] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
+  const part = await linesOf(readFileSync(await near.path(), 'utf8'));
+  check(part.lines?.length === 1 && part.lines[0][0][0] > 1 && part.lines[0].at(-1)[0] < 9 && far(part.lines[0], (t) => t * t - 2 * t) < 0.25, `the difference of what is in view: ${part.lines?.[0]?.[0]} to ${part.lines?.[0]?.at(-1)}`);
+
+  // Road: charts of the report; pictures of points have none.
+  await page.click('[data-tab="road"]');
+  await page.click('[data-id="0/ring/kerbstone-ring_truth.crg"]');
+  const report = page.frameLocator('iframe[data-report="0/ring/report.html"]');
+  await report.locator('[data-view="curve-elevation_m"] canvas').waitFor();
+  const heights = await linesOf((await saved(report.locator('[data-view="curve-elevation_m"] [data-save="svg"]'))).text), table = await saved(report.locator('[data-view="curve-elevation_m"] [data-save="csv"]'));
+  const rows = table.text.trim().split('\r\n').slice(1).map((row) => row.split(',').map(Number)), heightAt = (u) => rows.reduce((best, row) => (Math.abs(row[0] - u) < Math.abs(best[0] - u) ? row : best))[1];
+  const range = Math.max(...rows.map(([, z]) => z)) - Math.min(...rows.map(([, z]) => z));
+  check(heights.lines?.length === 1 && far(heights.lines[0].filter((_, k) => k % 20 === 0), heightAt) < 0.02 * range, `the elevation is that of the table: off by ${heights.lines && far(heights.lines[0].filter((_, k) => k % 20 === 0), heightAt)} of ${range}`);
+  check(await report.locator('[data-view="3d"] [data-save="svg"], .plan [data-save="svg"]').count() === 0, 'nothing in space as SVG');
+  await accessible('laps and road');
+
+  check(problems.length === 0, problems.join(' | '));
+} catch (error) {
+  ++failures;
+  console.error(error);
+  if (shots) await page?.screenshot({ path: join(shots, 'laps-failed.png') });
+} finally {
+  await browser.close();
+  await end(served.server);
+  rmSync(dir, { recursive: true });
+}
+console.log(failures === 0 ? 'passed' : `${failures} failures`);
+process.exit(failures === 0 ? 0 : 1);
