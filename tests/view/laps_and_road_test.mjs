@@ -1,4 +1,4 @@
-// Charts of laps and of a road's report: as SVG.
+// Charts of laps and of a road's report: as SVG; what is seen of a road, in the address.
 // usage: node laps_and_road_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -21,6 +21,7 @@ function run(program, words) {
   if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
 }
 run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
+run(crgbuild, ['convert', 'ring/kerbstone-ring_truth.crg', '-o', 'other.crg', '-q']);
 run(crgbuild, ['report', 'ring/kerbstone-ring_truth.crg', '-o', 'ring', '-q']);
 // Twice the time in one recording, its square in the other: what the curves have to show.
 const ramp = (of, name) => writeFileSync(join(dir, name), `time_s,speed_mps\n${Array.from({ length: 1001 }, (_, k) => `${0.01 * k},${of(0.01 * k)}`).join('\n')}\n`);
@@ -96,6 +97,40 @@ try {
   check(heights.lines?.length === 1 && far(heights.lines[0].filter((_, k) => k % 20 === 0), heightAt) < 0.02 * range, `the elevation is that of the table: off by ${heights.lines && far(heights.lines[0].filter((_, k) => k % 20 === 0), heightAt)} of ${range}`);
   check(await report.locator('[data-view="3d"] [data-save="svg"], .plan [data-save="svg"]').count() === 0, 'nothing in space as SVG');
   await accessible('laps and road');
+
+  // What is in view of it stands in the address, and a page that is opened there shows the same.
+  const shownOf = (from) => from.frameLocator('iframe').locator('[data-view="curve-elevation_m"]').evaluate((chart) => [Number(chart.dataset.uBegin), Number(chart.dataset.uEnd)]);
+  await page.selectOption('[data-part="road"] [data-role="against"]', '0/other.crg');
+  await page.waitForSelector('[data-compared="0/ring/kerbstone-ring_truth.crg 0/other.crg"]');
+  await page.fill('[data-role="u-begin"]', '100');
+  await page.keyboard.press('Tab');
+  await page.fill('[data-role="u-end"]', '180');
+  await page.keyboard.press('Tab');
+  await until(() => decodeURIComponent(decodeURIComponent(location.hash)).includes('other.crg,100,180'));
+  await report.locator('[data-view="curve-elevation_m"] canvas').waitFor();
+  await report.locator('[data-view="curve-elevation_m"]').focus();
+  for (const key of ['+', '+', '+', 'ArrowRight']) await page.keyboard.press(key);
+  await until(() => decodeURIComponent(decodeURIComponent(location.hash)).includes('u='));
+  const seen = await shownOf(page);
+  check(seen[1] - seen[0] > 10 && seen[1] - seen[0] < 0.6 * rows.at(-1)[0], `nearer by keyboard: ${seen}`);
+  const link = page.url(), there = await context.newPage();
+  await there.goto(link);
+  await there.waitForSelector('[data-compared="0/ring/kerbstone-ring_truth.crg 0/other.crg"]');
+  await there.frameLocator('iframe').locator('[data-view="curve-elevation_m"] canvas').waitFor();
+  const same = await shownOf(there);
+  check(same.every((u, k) => Math.abs(u - seen[k]) < 0.01), `the address shows the same stretch: ${same}, before ${seen}`);
+  check(await there.inputValue('[data-role="u-begin"]') === '100' && await there.inputValue('[data-role="u-end"]') === '180', 'and the stretch that is compared');
+  // A report of a stranger says what is no such address.
+  for (const said of ['#<img src=x>', `#${'u'.repeat(1000)}`, 7, '#u=1,2/../../x'])
+    await there.frameLocator('iframe').locator('body').evaluate((body, words) => parent.postMessage({ kerbstoneReport: words }, '*'), said);
+  await there.waitForTimeout(500);
+  check(there.url() === link, `it is left out: ${there.url()}`);
+  await there.close();
+  // The whole road again, and the address says nothing of it.
+  await page.focus('[data-tab="road"]');
+  await report.locator('[data-view="curve-elevation_m"]').focus();
+  await page.keyboard.press('0');
+  await until(() => !decodeURIComponent(decodeURIComponent(location.hash)).includes('u='));
 
   check(problems.length === 0, problems.join(' | '));
 } catch (error) {
