@@ -1,4 +1,4 @@
-// A drive in the page: what the gauges say of command and feedback, by keyboard.
+// A drive in the page: what the gauges say of command and feedback, and parameters that are set, by keyboard.
 // usage: node live_drive_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -47,6 +47,17 @@ try {
   await page.waitForSelector('html[data-ready="yes"]');
   await page.click('[data-tab="live"]');
   await page.click('[data-id="0/car.fmu"]');
+  // Parameters that this drive may change, by keyboard: one is set before it begins, one while it runs.
+  await page.focus('[data-role="parameters"] summary');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('[data-role="parameters"][data-known]');
+  for (const name of ['chassis.mass_kg', 'parameter.steering.ratio', 'no.such_thing']) {
+    await page.fill('[data-role="parameter-name"]', name);
+    await page.press('[data-role="parameter-name"]', 'Enter');
+  }
+  check((await page.innerText('[data-part="live"] [data-role="note"]')).includes("'no.such_thing' is no parameter"), 'what the unit has not is said');
+  await page.fill('[data-parameter="parameter.chassis.mass_kg"]', '800');
+  await page.keyboard.press('Tab');
   await page.click('[data-role="start"]');
   await page.waitForSelector('[data-view="live"][data-time]');
 
@@ -72,9 +83,24 @@ try {
   await page.keyboard.up('ArrowDown');
   await asked('brake', 0, 0);
   await accessible('gauges');
+  const now = (name, value) => until(([of, words]) => document.querySelector(`[data-now="${of}"]`).textContent === words, [name, value]);
+  await now('parameter.chassis.mass_kg', '800');
+  await now('parameter.steering.ratio', '1');
+  await page.fill('[data-parameter="parameter.steering.ratio"]', '2');
+  await page.keyboard.press('Enter');
+  await now('parameter.steering.ratio', '2');
+  await page.focus(picked);
+  await page.keyboard.down('ArrowLeft');
+  await until(() => Number(document.querySelector('[data-bar="steer"]').dataset.asked) > 0.01);
+  await asked('steer', 0.01, 0.151);  // of twice as much at the wheel
+  await page.keyboard.up('ArrowLeft');
+  await picture('parameters');
 
   await page.click('[data-role="end"]');
   await page.waitForSelector('[data-part="live"][data-result="out/drives/car-1.csv"]');
+  const driven = readFileSync(join(dir, 'out/drives/car-1.csv'), 'utf8').trim().split('\n').filter((row) => !row.startsWith('#')).map((row) => row.split(','));
+  const column = (name) => { const at = driven[0].indexOf(name); return driven.slice(1).map((row) => Number(row[at])); };
+  check(column('parameter.chassis.mass_kg').includes(800) && column('parameter.steering.ratio').includes(1) && column('parameter.steering.ratio').includes(2), `what was set is in the table: ${driven[0]}`);
   check(problems.length === 0, problems.join(' | '));
 } catch (error) {
   ++failures;

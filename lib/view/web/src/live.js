@@ -6,6 +6,7 @@ import { getPacked, tellDrive, watchRun } from './server.js';
 import { kBrake_pa, kMostSteer_rad, makeGauges } from './gauges.js';
 import { makeDriverHelp, pedalsToHold } from './driver_help.js';
 import { makeLiveScene } from './live_scene.js';
+import { makeParameters } from './parameters.js';
 import { makeSights } from './sights.js';
 import { makeWeather } from './weather.js';
 
@@ -48,7 +49,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const roadBox = el('select', { 'aria-label': 'Road to show', 'data-role': 'road' });
   const sensorsBox = el('select', { 'aria-label': 'Sensors of the road', 'data-role': 'sensors' });
   const portBox = el('input', { type: 'number', min: 1, max: 65535, placeholder: 'UDP port', 'aria-label': 'UDP port of a run to watch', 'data-role': 'watch-port' });
-  const sights = makeSights(), weather = makeWeather(), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
+  const sights = makeSights(), weather = makeWeather(), parameters = makeParameters({ say: (text, kind) => say(text, kind) }), help = makeDriverHelp({ changed: () => draw(), say: (text, kind) => say(text, kind) });
   const canvas = el('canvas', { tabindex: 0, role: 'application', 'aria-label': 'Drive: arrows or W A S D steer, accelerate and brake' });
   const box = el('div', { class: 'stage', 'data-view': 'live' }, canvas);
   const gauges = Object.fromEntries(['speed', 'gear', 'engine', 'lap', 'last', 'best'].map((key) => [key, el('dd', { 'data-gauge': key }, '–')]));
@@ -67,7 +68,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
   const laps = el('div');
   const root = el('div', { class: 'work', 'data-part': 'live' }, el('div', { class: 'split' },
     el('div', {}, el('div', { class: 'tools' }, startButton, pauseButton, resetButton, endButton, el('label', {}, 'View', viewBox), el('label', {}, 'Road', roadBox), el('label', {}, 'Sensors', sensorsBox)),
-      help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), box),
+      help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), parameters.root, box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
       bars.root, laps,
       el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
@@ -96,6 +97,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     watchButton.disabled = drive !== null;
     for (const each of [pauseButton, resetButton]) each.disabled = drive === null || drive.watched !== undefined;
     weather.enable(drive !== null && drive.watched === undefined);
+    parameters.enable(drive !== null && drive.watched === undefined);
   }
 
   async function start() {
@@ -106,7 +108,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     sights.clear();
     buttons();
     (isFlat() ? canvas : space.canvas).focus();
-    run({ do: 'drive', unit: of, ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
+    run({ do: 'drive', unit: of, parameters: parameters.chosen(), ...(sensorsBox.value ? { devices: sensorsBox.value, road: roadBox.value } : {}) }, (begun) => {
       mine.job = begun.id;
       mine.result = begun.result;
       say('Driving.');
@@ -170,8 +172,8 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     const { pedals, gear, wants } = mine, brake = kBrake_pa * pedals.brake;
     const set = { 'input.steering': pedals.steer, 'input.throttle': pedals.throttle, 'input.gear': gear, 'input.brake.fl': brake, 'input.brake.fr': brake, 'input.brake.rl': 0.6 * brake, 'input.brake.rr': 0.6 * brake };
     // With each message: where the page was late, the run went back to its own weather.
-    mine.weather = { ...mine.weather, ...weather.take() };
-    Object.assign(set, mine.weather);
+    mine.held = { ...mine.held, ...weather.take(), ...parameters.take() };
+    Object.assign(set, mine.held);
     mine.asked = set;
     mine.sequence += 1;
     mine.wants = {};
@@ -291,6 +293,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
 
   /// What the gauges show.
   function tell(now) {
+    parameters.show(now);
     const counts = sights.counts();
     for (const key of Object.keys(counts)) box.dataset[key] = counts[key];
     // A run that is watched measures what its driver wants.
@@ -324,6 +327,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     const [wantedRoad, wantedView] = state.split(',').map(decodeURIComponent);
     if (drive) { say('End this drive first.', 'warn'); return; }
     unit = next;
+    parameters.open(next);
     const { entries } = await changed(), roads = entries.filter((entry) => entry.kind === 'road' && !/\.(patch-\d+|friction)\.crg$/.test(entry.id));
     const kept = wantedRoad || roadBox.value;
     if (wantedView in views) viewBox.value = wantedView;
