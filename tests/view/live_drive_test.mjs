@@ -1,4 +1,4 @@
-// A drive in the page: what the gauges say of command and feedback, and parameters that are set, by keyboard.
+// A drive in the page: what the gauges say of command and feedback, and parameters that are set, by keyboard; driven by a gamepad and by touch.
 // usage: node live_drive_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -26,7 +26,12 @@ run(crgdrive, ['fmu', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track
 const served = await serve(kerbstone, dir), browser = await launch(require);
 let page;
 try {
-  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5 });
+  const context = await browser.newContext({ viewport: { width: 1400, height: 900 }, deviceScaleFactor: shots ? 1 : 0.5, hasTouch: true });
+  // A gamepad as browsers tell of it; this machine has none.
+  await context.addInitScript(() => {
+    window.pad = null;
+    navigator.getGamepads = () => [null, window.pad];
+  });
   context.setDefaultTimeout(kPatience_ms);
   page = await context.newPage();
   const problems = [];
@@ -95,6 +100,44 @@ try {
   await asked('steer', 0.01, 0.151);  // of twice as much at the wheel
   await page.keyboard.up('ArrowLeft');
   await picture('parameters');
+
+  // A gamepad: triggers in part, the stick to the right, which is a negative angle; near its middle it steers nothing.
+  await page.fill('[data-parameter="parameter.steering.ratio"]', '1');
+  await page.keyboard.press('Enter');
+  const hold = (stick, throttle, brake) => page.evaluate(([x, up, down]) => { window.pad = { connected: true, axes: [x, 0, 0, 0], buttons: Array.from({ length: 17 }, (_, k) => ({ value: k === 7 ? up : k === 6 ? down : 0 })) }; }, [stick, throttle, brake]);
+  await hold(0.5, 0.625, 0);
+  await asked('throttle', 0.625, 0.625);
+  await asked('steer', -0.16, -0.02);
+  await is('throttle', 0.6, 0.65);
+  await hold(0.05, 0, 0.25);
+  await asked('throttle', 0, 0);
+  await asked('brake', 1e6, 1e6);
+  await asked('steer', 0, 0);
+  await page.evaluate(() => { window.pad.connected = false; });
+  await asked('brake', 0, 0);
+
+  // A finger: up and to the left from where it was put down; a second one does nothing; lifted, all is let go.
+  const touch = await context.newCDPSession(page), box = await (await page.$(picked)).boundingBox(), [x, y] = [box.x + 0.5 * box.width, box.y + 0.5 * box.height];
+  const fingers = (type, ...places) => touch.send('Input.dispatchTouchEvent', { type, touchPoints: places.map(([px, py], id) => ({ x: px, y: py, id })) });
+  await fingers('touchStart', [x, y]);
+  await fingers('touchMove', [x - 60, y - 90]);
+  await asked('throttle', 0.75, 0.75);
+  await asked('steer', 0.02, 0.16);
+  await fingers('touchStart', [x - 60, y - 90], [x + 100, y + 100]);
+  await asked('throttle', 0.75, 0.75);
+  await fingers('touchMove', [x, y + 60], [x + 100, y + 100]);
+  await asked('brake', 2e6, 2e6);
+  await asked('throttle', 0, 0);
+  await fingers('touchEnd');
+  await asked('brake', 0, 0);
+  await page.selectOption('[data-part="live"] [data-role="view"]', 'orbit');
+  await page.waitForSelector('[data-view="live"][data-view3d="orbit"]');
+  await fingers('touchStart', [x, y]);
+  await fingers('touchMove', [x, y - 90]);
+  const since = Number(await page.getAttribute('[data-view="live"]', 'data-time'));
+  await until((before) => Number(document.querySelector('[data-view="live"]').dataset.time) > before + 0.3, since);
+  await asked('throttle', 0, 0);  // round the car it turns the view
+  await fingers('touchEnd');
 
   await page.click('[data-role="end"]');
   await page.waitForSelector('[data-part="live"][data-result="out/drives/car-1.csv"]');

@@ -6,6 +6,7 @@ import { getPacked, tellDrive, watchRun } from './server.js';
 import { kBrake_pa, kMostSteer_rad, makeGauges } from './gauges.js';
 import { makeDriverHelp, pedalsToHold } from './driver_help.js';
 import { makeLiveScene } from './live_scene.js';
+import { makeTouchPad, padNow } from './pads.js';
 import { makeParameters } from './parameters.js';
 import { makeSights } from './sights.js';
 import { makeWeather } from './weather.js';
@@ -33,13 +34,6 @@ export function gearOf(gear, engine_radps, limit_radps, since_s) {
   if (engine_radps > 0.92 * limit_radps && gear < 6) return gear + 1;
   if (engine_radps < 0.5 * limit_radps && gear > 1) return gear - 1;
   return gear;
-}
-
-function padNow() {
-  const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected);
-  if (!pad) return null;
-  const dead = (value) => (Math.abs(value) < 0.06 ? 0 : value);
-  return { steer: dead(pad.axes[0] ?? 0), throttle: pad.buttons[7]?.value ?? 0, brake: pad.buttons[6]?.value ?? 0 };
 }
 
 export function makeLive({ changed, entriesOf, openLaps, keep }) {
@@ -71,7 +65,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
       help.root, el('div', { class: 'tools' }, weather.root, el('label', {}, 'A run that is driven elsewhere', portBox), watchButton), parameters.root, box),
     el('div', { class: 'side' }, note, el('dl', { class: 'facts' }, Object.entries(gauges).map(([key, node]) => el('div', {}, el('dt', {}, names[key]), node))),
       bars.root, laps,
-      el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad. Gears shift by themselves. Where this page is left, the car brakes.'))));
+      el('p', { class: 'muted small' }, 'Arrows or W A S D, once the picture is clicked; or a gamepad; or a finger on the picture: sideways steers, up accelerates, down brakes. Gears shift by themselves. Where this page is left, the car brakes.'))));
   const say = (text, kind = 'muted') => { note.className = `small ${kind}`; note.textContent = text; };
 
   const space = makeLiveScene('Drive in space: arrows or W A S D steer, accelerate and brake');
@@ -88,6 +82,9 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     each.addEventListener('blur', () => keys.clear());
     each.addEventListener('pointerdown', () => each.focus());
   }
+  const touched = makeTouchPad([canvas, ...(space ? [space.canvas] : [])]);
+  // Round the car a finger turns the view.
+  const touchNow = () => (viewBox.value === 'orbit' ? null : touched());
   const isFlat = () => ['ahead', 'whole'].includes(viewBox.value);
   const remember = () => { if (unit !== null) keep(unit, [roadBox.value, viewBox.value].map(encodeURIComponent).join(',')); };
 
@@ -186,7 +183,7 @@ export function makeLive({ changed, entriesOf, openLaps, keep }) {
     if (waits || drive !== mine) return;
     const now = performance.now(), dt = Math.min(0.1, (now - mine.last) / 1000), seen = mine.seen?.values ?? {};
     mine.last = now;
-    mine.pedals = pedalsOf(mine.pedals, keys, padNow(), seen['car.vx'] ?? 0, dt, help.target_mps());
+    mine.pedals = pedalsOf(mine.pedals, keys, touchNow() ?? padNow(), seen['car.vx'] ?? 0, dt, help.target_mps());
     const gear = gearOf(mine.gear, seen['car.engine'] ?? 0, seen['parameter.engine.limit_radps'] ?? 800, (now - mine.shifted) / 1000);
     if (gear !== mine.gear) { mine.gear = gear; mine.shifted = now; }
     waits = true;
