@@ -1,4 +1,4 @@
-// Charts of laps and of a road's report: as SVG; what is seen of a road, in the address.
+// Charts of laps and of a road's report: as SVG; what is seen of a road, in the address; times of laps.
 // usage: node laps_and_road_test.mjs KERBSTONE CRGBUILD CRGDRIVE SOURCE [SCREENSHOT_DIR]; exit 77: skipped.
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -19,10 +19,18 @@ const dir = mkdtempSync(join(tmpdir(), 'kerbstone-laps-'));
 function run(program, words) {
   const ran = spawnSync(program, words, { cwd: dir, encoding: 'utf8' });
   if (ran.status !== 0) throw new Error(`${program} ${words.join(' ')}: ${ran.error ?? ran.stderr}`);
+  return ran;
 }
 run(crgbuild, ['synth', join(source, 'tracks/kerbstone-ring/circuit.yaml'), '-o', 'ring', '--facet-m', '4', '-q']);
 run(crgbuild, ['convert', 'ring/kerbstone-ring_truth.crg', '-o', 'other.crg', '-q']);
 run(crgbuild, ['report', 'ring/kerbstone-ring_truth.crg', '-o', 'ring', '-q']);
+// Two laps of a quick driver; one of a slow one; most of one, twice, which is none: it was put back before the line.
+const lapTimes = {};
+for (const [name, laps, grip] of [['quick', 2, '0.75'], ['slow', 1, '0.5']])
+  lapTimes[name] = JSON.parse(run(crgdrive, ['lap', '--vehicle', join(source, 'vehicles/open_wheel/vehicle.yaml'), '--track', 'ring/kerbstone-ring_truth.crg', '-o', `${name}.csv`, '--laps', String(laps), '--grip-usage', grip, '--json']).stdout).lap_s;
+const slowRows = readFileSync(join(dir, 'slow.csv'), 'utf8').trim().split('\n'), head = slowRows.findIndex((row) => row.startsWith('time_s')) + 1;
+const again = slowRows.slice(head + 10, head + 4000);
+writeFileSync(join(dir, 'put-back.csv'), `${[...slowRows.slice(0, head), ...again, ...again.map((row) => row.replace(/^[^,]*/, (time) => (Number(time) + 40).toFixed(2)))].join('\n')}\n`);
 // Twice the time in one recording, its square in the other: what the curves have to show.
 const ramp = (of, name) => writeFileSync(join(dir, name), `time_s,speed_mps\n${Array.from({ length: 1001 }, (_, k) => `${0.01 * k},${of(0.01 * k)}`).join('\n')}\n`);
 ramp((t) => 2 * t, 'ramp <b>.csv');
@@ -85,6 +93,24 @@ try {
   const [near] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
   const part = await linesOf(readFileSync(await near.path(), 'utf8'));
   check(part.lines?.length === 1 && part.lines[0][0][0] > 1 && part.lines[0].at(-1)[0] < 9 && far(part.lines[0], (t) => t * t - 2 * t) < 0.25, `the difference of what is in view: ${part.lines?.[0]?.[0]} to ${part.lines?.[0]?.at(-1)}`);
+
+  // Laps of three drives in one table, the fastest first; what they took is what the driver of each says.
+  await page.click('[aria-label="Take away 0/ramp <b>.csv"]');
+  await page.click('[aria-label="Take away 0/square.csv"]');
+  for (const name of ['quick', 'slow', 'put-back']) {
+    await page.click(`[data-id="0/${name}.csv"]`);
+    await page.waitForSelector(`[aria-label="Lap of 0/${name}.csv"]`);
+  }
+  await page.selectOption('[data-part="laps"] [data-role="road"]', '0/ring/kerbstone-ring_truth.crg');
+  await page.focus('[data-role="over"]');
+  await page.selectOption('[data-role="over"]', 'u');
+  await page.waitForSelector('[data-best]');
+  const cells = await page.$$eval('[data-role="lap-times"] tbody tr', (each) => each.map((row) => [...row.cells].map((cell) => cell.textContent)));
+  const expected = [...lapTimes.quick.map((time) => ['quick.csv', time]), ...lapTimes.slow.map((time) => ['slow.csv', time])].sort((a, b) => a[1] - b[1]);
+  check(cells.length === expected.length && cells.every(([name, , time], k) => name === expected[k][0] && Math.abs(time - expected[k][1]) < 2e-3), `whole laps: ${JSON.stringify(cells)}; the driver: ${JSON.stringify(expected)}`);
+  check(cells[0]?.[3] === 'best' && Math.abs(Number(cells[1]?.[3]) - (expected[1][1] - expected[0][1])) < 3e-3, 'the best is marked, the others behind it');
+  await picture('lap-times');
+  await accessible('lap times');
 
   // Road: charts of the report; pictures of points have none.
   await page.click('[data-tab="road"]');
